@@ -1,0 +1,58 @@
+//! The status that qualifies every number which leaves the solver.
+
+/// Outcome of a solve or of an estimator's tick. The words are the same in every output of the project.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Status {
+    /// All residuals within tolerance on a stable branch.
+    Converged,
+    /// One-iteration mode, residual within its stated bound.
+    Tracking,
+    /// The finger does not touch the object.
+    NoContact,
+    /// Converged after a snap-through to another branch.
+    Snapped,
+    /// The iterations allowed were not enough.
+    MaxIterations,
+    /// The residual stopped falling above the tolerance.
+    Stagnated,
+    /// The branch ended and no other was found.
+    Folded,
+    /// More samples touch than the model has room for.
+    ContactCapacity,
+    /// The motor angle (or distance) is outside the range that can be followed.
+    OutOfRange,
+    /// Older than the present measurement.
+    Stale,
+}
+
+impl Status {
+    /// True if the numbers that come with this status may be used.
+    pub fn is_trustworthy(self) -> bool {
+        matches!(self, Self::Converged | Self::Tracking | Self::NoContact | Self::Snapped)
+    }
+
+    /// The word used in files, messages and on screens.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::Tracking => "tracking",
+            Self::NoContact => "no-contact",
+            Self::Snapped => "snapped",
+            Self::MaxIterations => "max-iterations",
+            Self::Stagnated => "stagnated",
+            Self::Folded => "folded",
+            Self::ContactCapacity => "contact-capacity",
+            Self::OutOfRange => "out-of-range",
+            Self::Stale => "stale",
+        }
+    }
+}
+
+impl core::fmt::Display for Status {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.word())
+    }
+}
