@@ -1,1 +1,46 @@
-//! dynamixel
+//! Dynamixel [Protocol 2.0](https://emanual.robotis.com/docs/en/dxl/protocol2/) without allocation.
+//!
+//! A half-duplex bus on which one master asks and devices with addresses answer:
+//!
+//! ```text
+//! FF FF FD 00 | id | length (2) | instruction | parameters, stuffed | CRC-16 (2)
+//! ```
+//!
+//! - [`Encoder`] and [`Decoder`] turn packets into bytes and back; the decoder finds its way after damage.
+//! - [`Master`] asks over any `embedded-io-async` port, with a deadline for every answer.
+//! - [`Device`] is the other side: it answers for a [`ControlTable`].
+//! - [`xm430`] lists the control table of the XM430-W350 as typed [`Register`]s.
+//!
+//! Numbers in packets are little-endian, negative ones in two's complement.
+#![no_std]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
+pub mod crc;
+mod decode;
+mod device;
+mod encode;
+#[cfg(any(test, feature = "examples"))]
+pub mod examples;
+mod item;
+mod master;
+mod packet;
+pub mod xm430;
+
+pub use decode::{DecodeError, Decoder};
+pub use device::{BROADCAST_PING_SLOT_US, ControlTable, Device, Reply, ResetScope};
+pub use encode::{EncodeError, Encoder, encode};
+pub use item::{Access, Area, Item, Part, Register, Value, check_read, find, writes};
+pub use master::{Answer, Error, Identity, Master, SyncAnswer, Timing};
+pub use packet::{
+    HEADER, Id, Instruction, Packet, Status, StatusError, StatusReturn, longest_packet_length,
+    packet_length, status_length,
+};

@@ -1,0 +1,300 @@
+//! From bytes to packets: an incremental decoder that finds its way back after damage.
+
+use core::fmt;
+
+use crate::crc;
+use crate::packet::{HEADER, Id, PREFIX_LENGTH, Packet};
+
+/// A packet that began and was not whole.
+///
+/// After each of these the decoder searches the bytes it holds for the next header, so that a good packet behind a broken one is not lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DecodeError {
+    /// The CRC does not match the bytes.
+    Crc {
+        /// The address field as received.
+        id: u8,
+        /// The instruction code as received.
+        code: u8,
+        /// CRC of the bytes received.
+        computed: u16,
+        /// CRC at the end of the packet.
+        received: u16,
+    },
+    /// The address field holds 253 or 255.
+    Id {
+        /// The address field.
+        id: u8,
+    },
+    /// The length field is below 3 (instruction and CRC) or the packet longer than the decoder's buffer.
+    Length {
+        /// The address field.
+        id: u8,
+        /// The length field: instruction, stuffed parameters and CRC.
+        length: u16,
+        /// The greatest length field this decoder takes.
+        longest: u16,
+    },
+    /// A new header came before the packet's end: bytes were lost.
+    Interrupted {
+        /// The address field.
+        id: u8,
+        /// The length field.
+        length: u16,
+        /// Bytes of the packet before the new header, its own header included.
+        received: usize,
+    },
+}
+
+impl fmt::Display for DecodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            DecodeError::Crc {
+                id,
+                code,
+                computed,
+                received,
+            } => write!(
+                f,
+                "CRC {received:#06x} received, {computed:#06x} computed (id {id}, instruction {code:#04x})"
+            ),
+            DecodeError::Id { id } => write!(f, "id {id}, allowed are 0 to 252 and 254"),
+            DecodeError::Length {
+                id,
+                length,
+                longest,
+            } => {
+                write!(f, "length {length}, allowed are 3 to {longest} (id {id})")
+            }
+            DecodeError::Interrupted {
+                id,
+                length,
+                received,
+            } => {
+                write!(
+                    f,
+                    "a new header after {received} of {} bytes (id {id})",
+                    PREFIX_LENGTH + usize::from(*length)
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for DecodeError {}
+
+/// Turns a stream of bytes into packets. `N` is the longest packet in bytes, stuffing included.
+///
+/// ```
+/// use dynamixel::Decoder;
+/// let mut decoder = Decoder::<64>::new();
+/// let mut bytes: &[u8] = &[7, 7, 0xFF, 0xFF, 0xFD, 0x00, 1, 3, 0, 0x01, 0x19, 0x4E];
+/// let mut packets = 0;
+/// while let Some(event) = decoder.feed(&mut bytes) {
+///     assert_eq!(event.unwrap().code, 0x01);
+///     packets += 1;
+/// }
+/// assert_eq!((packets, decoder.skipped()), (1, 2));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Decoder<const N: usize> {
+    buffer: [u8; N],
+    /// Bytes held, from the beginning of the buffer.
+    held: usize,
+    /// Bytes of the packet that was handed out last, to be dropped at the next call.
+    finished: usize,
+    /// Bytes of the candidate already searched for a new header.
+    searched: usize,
+    skipped: u32,
+}
+
+enum Verdict {
+    More,
+    Broken(DecodeError),
+    Whole { id: Id, total: usize },
+}
+
+impl<const N: usize> Decoder<N> {
+    /// An empty decoder.
+    pub const fn new() -> Self {
+        const {
+            assert!(N >= 16 && N <= 32_768, "a decoder holds 16 to 32768 bytes");
+        }
+        Decoder {
+            buffer: [0; N],
+            held: 0,
+            finished: 0,
+            searched: 0,
+            skipped: 0,
+        }
+    }
+
+    /// Takes bytes from the front of `input` until a packet or an error is complete.
+    ///
+    /// Nothing means that all bytes are taken and no packet is complete. Call it until then: one byte can end more than
+    /// one packet, when a damaged length had swallowed the following ones.
+    pub fn feed(&mut self, input: &mut &[u8]) -> Option<Result<Packet<'_>, DecodeError>> {
+        self.drop_front(self.finished);
+        self.finished = 0;
+        loop {
+            match self.examine() {
+                Verdict::More => {
+                    let (&byte, rest) = input.split_first()?;
+                    *input = rest;
+                    self.push(byte);
+                }
+                Verdict::Broken(error) => {
+                    self.skip(1);
+                    return Some(Err(error));
+                }
+                Verdict::Whole { id, total } => {
+                    self.finished = total;
+                    let end = self.unstuff(total);
+                    let body = self.buffer.get(PREFIX_LENGTH..end).unwrap_or_default();
+                    let (code, parameters) = body
+                        .split_first()
+                        .map_or((0, body), |(&code, rest)| (code, rest));
+                    return Some(Ok(Packet {
+                        id,
+                        code,
+                        parameters,
+                    }));
+                }
+            }
+        }
+    }
+
+    /// Forgets the bytes held, as after a pause on the line.
+    pub fn reset(&mut self) {
+        self.held = 0;
+        self.finished = 0;
+        self.searched = 0;
+    }
+
+    /// Bytes of an incomplete packet held at present; 0 when the last packet ended with the last byte.
+    pub fn pending(&self) -> usize {
+        self.held - self.finished
+    }
+
+    /// Bytes that belonged to no packet since the decoder was made (wraps around).
+    pub fn skipped(&self) -> u32 {
+        self.skipped
+    }
+
+    fn push(&mut self, byte: u8) {
+        // There is room: a candidate is never longer than the buffer, and is judged as soon as it is whole.
+        if let Some(place) = self.buffer.get_mut(self.held) {
+            *place = byte;
+            self.held += 1;
+        }
+    }
+
+    fn drop_front(&mut self, count: usize) {
+        let count = count.min(self.held);
+        if count > 0 {
+            self.buffer.copy_within(count..self.held, 0);
+            self.held -= count;
+            self.searched = 0;
+        }
+    }
+
+    fn skip(&mut self, count: usize) {
+        self.skipped = self.skipped.wrapping_add(count as u32);
+        self.drop_front(count);
+    }
+
+    /// Drops what cannot be the beginning of a packet.
+    fn align(&mut self) {
+        let held = self.buffer.get(..self.held).unwrap_or_default();
+        let begins = |at: &usize| {
+            let rest = held.get(*at..).unwrap_or_default();
+            rest.iter()
+                .zip(HEADER)
+                .all(|(&byte, header)| byte == header)
+        };
+        let start = (0..self.held).find(begins).unwrap_or(self.held);
+        if start > 0 {
+            self.skip(start);
+        }
+    }
+
+    fn examine(&mut self) -> Verdict {
+        self.align();
+        let held = self.buffer.get(..self.held).unwrap_or_default();
+        let &[_, _, _, _, id, length_low, length_high, ref body @ ..] = held else {
+            return Verdict::More;
+        };
+        let length = u16::from_le_bytes([length_low, length_high]);
+        let total = PREFIX_LENGTH + usize::from(length);
+        let Some(address) = Id::from_field(id) else {
+            return Verdict::Broken(DecodeError::Id { id });
+        };
+        if length < 3 || total > N {
+            let longest = (N - PREFIX_LENGTH) as u16;
+            return Verdict::Broken(DecodeError::Length {
+                id,
+                length,
+                longest,
+            });
+        }
+        // Stuffing keeps the header out of a packet's body; only the CRC, which is not stuffed, can complete one.
+        let unstuffed = body.get(..usize::from(length) - 1).unwrap_or(body);
+        let from = self.searched.saturating_sub(HEADER.len() - 1);
+        let found = unstuffed
+            .get(from..)
+            .unwrap_or_default()
+            .windows(HEADER.len())
+            .position(|four| four == HEADER);
+        if let Some(at) = found {
+            let received = PREFIX_LENGTH + from + at;
+            return Verdict::Broken(DecodeError::Interrupted {
+                id,
+                length,
+                received,
+            });
+        }
+        self.searched = unstuffed.len();
+        let Some(([covered @ .., crc_low, crc_high], _)) = held.split_at_checked(total) else {
+            return Verdict::More;
+        };
+        let received = u16::from_le_bytes([*crc_low, *crc_high]);
+        let computed = crc::update(0, covered);
+        if received != computed {
+            let code = body.first().copied().unwrap_or(0);
+            return Verdict::Broken(DecodeError::Crc {
+                id,
+                code,
+                computed,
+                received,
+            });
+        }
+        Verdict::Whole { id: address, total }
+    }
+
+    /// Removes the stuffing of the packet of `total` bytes in place; returns where instruction and parameters end now.
+    fn unstuff(&mut self, total: usize) -> usize {
+        let mut tail = 0u32;
+        let mut write = PREFIX_LENGTH;
+        for read in PREFIX_LENGTH..total.saturating_sub(2) {
+            let Some(&byte) = self.buffer.get(read) else {
+                break;
+            };
+            tail = tail << 8 | u32::from(byte);
+            if tail == 0xFFFF_FDFD {
+                continue;
+            }
+            if let Some(place) = self.buffer.get_mut(write) {
+                *place = byte;
+                write += 1;
+            }
+        }
+        write
+    }
+}
+
+impl<const N: usize> Default for Decoder<N> {
+    fn default() -> Self {
+        Decoder::new()
+    }
+}
