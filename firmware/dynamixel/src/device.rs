@@ -202,7 +202,8 @@ impl<const N: usize> Device<N> {
         })
     }
 
-    /// Forgets an incomplete packet, as after a pause on the line.
+    /// Forgets an incomplete packet. To be called after a pause on the line, if the port can tell: otherwise a byte lost
+    /// from one packet can be taken from the next, which is then lost too.
     pub fn reset(&mut self) {
         self.decoder.reset();
     }

@@ -1,18 +1,21 @@
 //! The asking side of the bus: one instruction at a time, a deadline for every answer.
 
-use core::fmt;
+mod error;
+mod listen;
+mod values;
+
+pub use error::Error;
 
 use embassy_futures::poll_once;
 use embassy_futures::select::{Either, select};
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{Read, Write};
 
-use crate::decode::{DecodeError, Decoder};
+use listen::{CHUNK, Inbox, Listening, copy, hear};
+
+use crate::decode::Decoder;
 use crate::encode::{EncodeError, Encoder};
-use crate::item::{Register, Value};
-use crate::packet::{
-    Id, Instruction, Status, StatusError, StatusReturn, longest_packet_length, packet_length,
-};
+use crate::packet::{Id, Instruction, Status, StatusReturn, longest_packet_length, packet_length};
 
 /// How long the master waits.
 ///
@@ -54,101 +57,6 @@ impl Timing {
     }
 }
 
-/// Why a transaction gave nothing. `E` is the port's error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Error<E> {
-    /// The port failed.
-    Port(E),
-    /// The port was closed from the other side, or takes no bytes.
-    Closed,
-    /// No answer began before the deadline.
-    Timeout {
-        /// Who was asked.
-        id: Id,
-        /// Microseconds waited.
-        waited_us: u32,
-    },
-    /// An answer began and was not whole at the deadline.
-    Truncated {
-        /// Who was asked.
-        id: Id,
-        /// Bytes of the incomplete packet.
-        received: usize,
-    },
-    /// What came was damaged, and nothing sound came after it.
-    Damaged(DecodeError),
-    /// Another device answered, and the one that was asked did not.
-    WrongId {
-        /// Who was asked.
-        expected: Id,
-        /// Who answered.
-        received: Id,
-    },
-    /// The answer has another number of bytes than was asked for.
-    Length {
-        /// Who answered.
-        id: Id,
-        /// Parameter bytes asked for.
-        expected: usize,
-        /// Parameter bytes received.
-        received: usize,
-    },
-    /// The device refused.
-    Refused {
-        /// Who refused.
-        id: Id,
-        /// Why.
-        error: StatusError,
-        /// Whether the device has a hardware error as well.
-        alert: bool,
-    },
-    /// More bytes came than any answer explains; something else talks on the bus.
-    Babble {
-        /// Bytes received.
-        bytes: usize,
-    },
-    /// The instruction or its answer does not fit the master's buffers.
-    TooLong(EncodeError),
-    /// This instruction cannot be asked of every device at once.
-    Broadcast,
-}
-
-impl<E: fmt::Debug> fmt::Display for Error<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Error::Port(error) => write!(f, "port: {error:?}"),
-            Error::Closed => f.write_str("the port is closed"),
-            Error::Timeout { id, waited_us } => {
-                write!(f, "no answer from {id} within {waited_us} us")
-            }
-            Error::Truncated { id, received } => {
-                write!(f, "answer of {id} broke off after {received} bytes")
-            }
-            Error::Damaged(error) => write!(f, "damaged answer: {error}"),
-            Error::WrongId { expected, received } => {
-                write!(f, "asked {expected}, {received} answered")
-            }
-            Error::Length {
-                id,
-                expected,
-                received,
-            } => {
-                write!(
-                    f,
-                    "{id} answered with {received} parameter bytes instead of {expected}"
-                )
-            }
-            Error::Refused { id, error, .. } => write!(f, "{id} refused: {error}"),
-            Error::Babble { bytes } => write!(f, "{bytes} bytes on the bus that are no answer"),
-            Error::TooLong(error) => write!(f, "{error}"),
-            Error::Broadcast => f.write_str("not to be asked of every device at once"),
-        }
-    }
-}
-
-impl<E: fmt::Debug> core::error::Error for Error<E> {}
-
 /// What a device answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -186,8 +94,6 @@ impl<E, const L: usize> SyncAnswer<E, L> {
     }
 }
 
-const CHUNK: usize = 32;
-
 /// The master of a bus. `N` bounds instructions and answers in bytes, stuffing included.
 ///
 /// - `U` is the port; its future may be dropped while it waits for bytes. Own bytes that the wiring echoes are ignored.
@@ -205,23 +111,6 @@ pub struct Master<U, D, const N: usize = 128> {
     transmit: [u8; N],
     inbox: Inbox,
     unsettled: bool,
-}
-
-/// Bytes received and not yet decoded.
-#[derive(Debug)]
-struct Inbox {
-    bytes: [u8; CHUNK],
-    start: usize,
-    end: usize,
-}
-
-/// What a transaction collects while it waits.
-struct Listening<E> {
-    /// What went wrong first, should nothing better come.
-    fault: Option<Error<E>>,
-    /// Bytes that may still arrive.
-    budget: usize,
-    received: usize,
 }
 
 impl<U, D, const N: usize> Master<U, D, N>
@@ -335,81 +224,6 @@ where
         }
         let alert = self.ask(id, Instruction::Reboot, &[], &mut []).await?;
         Ok(Answer { value: (), alert })
-    }
-
-    /// Reads a number.
-    pub async fn read_value<T: Value>(
-        &mut self,
-        id: Id,
-        address: u16,
-    ) -> Result<Answer<T>, Error<U::Error>> {
-        let mut bytes = [0; 4];
-        let part = bytes.get_mut(..usize::from(T::LENGTH)).unwrap_or_default();
-        let Answer { alert, .. } = self.read(id, address, part).await?;
-        Ok(Answer {
-            value: T::from_bytes(bytes),
-            alert,
-        })
-    }
-
-    /// Writes a number.
-    pub async fn write_value<T: Value>(
-        &mut self,
-        id: Id,
-        address: u16,
-        value: T,
-    ) -> Result<Answer<()>, Error<U::Error>> {
-        let bytes = value.to_bytes();
-        self.write(
-            id,
-            address,
-            bytes.get(..usize::from(T::LENGTH)).unwrap_or_default(),
-        )
-        .await
-    }
-
-    /// Reads a register, as in `master.get(id, xm430::PRESENT_POSITION)`.
-    pub async fn get<T: Value>(
-        &mut self,
-        id: Id,
-        register: Register<T>,
-    ) -> Result<Answer<T>, Error<U::Error>> {
-        self.read_value(id, register.address()).await
-    }
-
-    /// Writes a register.
-    pub async fn set<T: Value>(
-        &mut self,
-        id: Id,
-        register: Register<T>,
-        value: T,
-    ) -> Result<Answer<()>, Error<U::Error>> {
-        self.write_value(id, register.address(), value).await
-    }
-
-    /// Reads one unsigned byte.
-    pub async fn read_u8(&mut self, id: Id, address: u16) -> Result<Answer<u8>, Error<U::Error>> {
-        self.read_value(id, address).await
-    }
-
-    /// Reads two bytes as an unsigned number.
-    pub async fn read_u16(&mut self, id: Id, address: u16) -> Result<Answer<u16>, Error<U::Error>> {
-        self.read_value(id, address).await
-    }
-
-    /// Reads four bytes as an unsigned number.
-    pub async fn read_u32(&mut self, id: Id, address: u16) -> Result<Answer<u32>, Error<U::Error>> {
-        self.read_value(id, address).await
-    }
-
-    /// Reads two bytes as a signed number.
-    pub async fn read_i16(&mut self, id: Id, address: u16) -> Result<Answer<i16>, Error<U::Error>> {
-        self.read_value(id, address).await
-    }
-
-    /// Reads four bytes as a signed number.
-    pub async fn read_i32(&mut self, id: Id, address: u16) -> Result<Answer<i32>, Error<U::Error>> {
-        self.read_value(id, address).await
     }
 
     /// Reads the same `L` bytes of several devices with one instruction; each device's result lands in its entry.
@@ -608,13 +422,21 @@ where
                     core::task::Poll::Pending => break,
                 }
             };
-            match count.map_err(Error::Port)? {
-                0 => return Err(Error::Closed),
-                count => bytes += count,
-            }
+            // What the port could not read (noise, an overrun while nobody listened) is thrown away as well.
+            let fault = match count {
+                Ok(0) => return Err(Error::Closed),
+                Ok(count) => {
+                    bytes += count;
+                    None
+                }
+                Err(error) => {
+                    bytes += CHUNK;
+                    Some(error)
+                }
+            };
             if bytes > limit {
                 self.unsettled = true;
-                return Err(Error::Babble { bytes });
+                return Err(fault.map_or(Error::Babble { bytes }, Error::Port));
             }
         }
         self.unsettled = false;
@@ -654,88 +476,10 @@ where
     }
 }
 
-async fn hear<U: Read, T, const N: usize>(
-    port: &mut U,
-    decoder: &mut Decoder<N>,
-    inbox: &mut Inbox,
-    id: Id,
-    listening: &mut Listening<U::Error>,
-    mut accept: impl FnMut(&Status<'_>) -> Option<T>,
-) -> Result<T, Error<U::Error>> {
-    loop {
-        let mut bytes = inbox.bytes.get(inbox.start..inbox.end).unwrap_or_default();
-        while let Some(event) = decoder.feed(&mut bytes) {
-            let fault = match event.map(|packet| packet.status()) {
-                Ok(Some(status)) => {
-                    if let Some(answer) = accept(&status) {
-                        inbox.start = inbox.end - bytes.len();
-                        return Ok(answer);
-                    }
-                    Error::WrongId {
-                        expected: id,
-                        received: status.id,
-                    }
-                }
-                // An instruction: the wiring's echo.
-                Ok(None) => continue,
-                Err(error) => Error::Damaged(error),
-            };
-            listening.fault.get_or_insert(fault);
-        }
-        inbox.start = 0;
-        inbox.end = 0;
-        if listening.received > listening.budget {
-            return Err(Error::Babble {
-                bytes: listening.received,
-            });
-        }
-        match port.read(&mut inbox.bytes).await.map_err(Error::Port)? {
-            0 => return Err(Error::Closed),
-            count => {
-                inbox.end = count.min(CHUNK);
-                listening.received += inbox.end;
-            }
-        }
-    }
-}
-
-impl<E> Listening<E> {
-    /// Twice what echo and answers take, and one chunk: room for noise, and an end to it.
-    fn new(bytes: usize) -> Self {
-        Listening {
-            fault: None,
-            budget: bytes.saturating_mul(2).saturating_add(CHUNK),
-            received: 0,
-        }
-    }
-}
-
 fn parameter_length<E>(bytes: usize) -> Result<u16, Error<E>> {
     u16::try_from(bytes).map_err(|_| {
         Error::TooLong(EncodeError::TooLong {
             length: packet_length(bytes),
         })
     })
-}
-
-/// The answer's parameters, if it is one and has the right length; gives the alert.
-fn copy<E>(status: &Status<'_>, into: &mut [u8]) -> Result<bool, Error<E>> {
-    let Status {
-        id,
-        alert,
-        error,
-        parameters,
-    } = *status;
-    if let Some(error) = error {
-        return Err(Error::Refused { id, error, alert });
-    }
-    if parameters.len() != into.len() {
-        return Err(Error::Length {
-            id,
-            expected: into.len(),
-            received: parameters.len(),
-        });
-    }
-    into.copy_from_slice(parameters);
-    Ok(alert)
 }

@@ -1,0 +1,114 @@
+//! Waiting for an answer among whatever else is on the line.
+
+use embedded_io_async::Read;
+
+use super::Error;
+use crate::decode::Decoder;
+use crate::packet::{Id, Status};
+
+/// Bytes taken from the port at once.
+pub(super) const CHUNK: usize = 32;
+
+/// Bytes received and not yet decoded.
+#[derive(Debug)]
+pub(super) struct Inbox {
+    pub(super) bytes: [u8; CHUNK],
+    pub(super) start: usize,
+    pub(super) end: usize,
+}
+
+/// What a transaction collects while it waits.
+pub(super) struct Listening<E> {
+    /// What went wrong first, should nothing better come.
+    pub(super) fault: Option<Error<E>>,
+    /// Bytes that may still arrive.
+    budget: usize,
+    received: usize,
+}
+
+/// Reads and decodes until `accept` takes a status packet, or more has come than any answer explains.
+pub(super) async fn hear<U: Read, T, const N: usize>(
+    port: &mut U,
+    decoder: &mut Decoder<N>,
+    inbox: &mut Inbox,
+    id: Id,
+    listening: &mut Listening<U::Error>,
+    mut accept: impl FnMut(&Status<'_>) -> Option<T>,
+) -> Result<T, Error<U::Error>> {
+    loop {
+        let mut bytes = inbox.bytes.get(inbox.start..inbox.end).unwrap_or_default();
+        while let Some(event) = decoder.feed(&mut bytes) {
+            let fault = match event.map(|packet| packet.status()) {
+                Ok(Some(status)) => {
+                    if let Some(answer) = accept(&status) {
+                        inbox.start = inbox.end - bytes.len();
+                        return Ok(answer);
+                    }
+                    Error::WrongId {
+                        expected: id,
+                        received: status.id,
+                    }
+                }
+                // An instruction: the wiring's echo.
+                Ok(None) => continue,
+                Err(error) => Error::Damaged(error),
+            };
+            listening.fault.get_or_insert(fault);
+        }
+        inbox.start = 0;
+        inbox.end = 0;
+        if listening.received > listening.budget {
+            return Err(match listening.fault.take() {
+                Some(Error::Port(error)) => Error::Port(error),
+                _ => Error::Babble {
+                    bytes: listening.received,
+                },
+            });
+        }
+        match port.read(&mut inbox.bytes).await {
+            Ok(0) => return Err(Error::Closed),
+            Ok(count) => {
+                inbox.end = count.min(CHUNK);
+                listening.received += inbox.end;
+            }
+            // Noise before an answer must not lose it; the budget bounds a port that keeps failing.
+            Err(error) => {
+                listening.fault.get_or_insert(Error::Port(error));
+                listening.received += CHUNK;
+            }
+        }
+    }
+}
+
+impl<E> Listening<E> {
+    /// Twice what echo and answers take, and one chunk: room for noise, and an end to it.
+    pub(super) fn new(bytes: usize) -> Self {
+        Listening {
+            fault: None,
+            budget: bytes.saturating_mul(2).saturating_add(CHUNK),
+            received: 0,
+        }
+    }
+}
+
+/// The answer's parameters, if it is one and has the right length; gives the alert.
+pub(super) fn copy<E>(status: &Status<'_>, into: &mut [u8]) -> Result<bool, Error<E>> {
+    let Status {
+        id,
+        alert,
+        error,
+        parameters,
+    } = *status;
+    if let Some(error) = error {
+        return Err(Error::Refused { id, error, alert });
+    }
+    if parameters.len() != into.len() {
+        return Err(Error::Length {
+            id,
+            expected: into.len(),
+            received: parameters.len(),
+        });
+    }
+    into.copy_from_slice(parameters);
+    Ok(alert)
+}
