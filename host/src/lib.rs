@@ -1,1 +1,3 @@
-//! host
+//! The library behind the `fre` command: cases, solving, pictures.
+
+pub mod case;

@@ -1,0 +1,374 @@
+//! A TOML file as a tree in which every value knows its key and its line.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::error::{CaseError, Place};
+
+/// The largest case file, bytes.
+pub(super) const MAX_BYTES: u64 = 1 << 20;
+
+/// The text of a file and what it is called in messages.
+pub(super) struct Source {
+    pub(super) name: String,
+    pub(super) text: String,
+}
+
+impl Source {
+    /// Reads a file.
+    pub(super) fn read(path: &std::path::Path) -> Result<Self, CaseError> {
+        use std::io::Read as _;
+        let name = path.display().to_string();
+        let unreadable = |error: std::io::Error| CaseError::Unreadable {
+            file: name.clone(),
+            reason: error.to_string(),
+        };
+        let file = std::fs::File::open(path).map_err(unreadable)?;
+        // Devices and pipes have no length to trust, so the reading itself is bounded.
+        let mut bytes = Vec::new();
+        file.take(MAX_BYTES + 1)
+            .read_to_end(&mut bytes)
+            .map_err(unreadable)?;
+        if bytes.len() as u64 > MAX_BYTES {
+            let length = std::fs::metadata(path)
+                .map_or(0, |data| data.len())
+                .max(bytes.len() as u64);
+            return Err(CaseError::TooLarge {
+                file: name,
+                bytes: length,
+                max: MAX_BYTES,
+            });
+        }
+        match String::from_utf8(bytes) {
+            Ok(text) => Ok(Self { name, text }),
+            Err(error) => {
+                let valid = error.utf8_error().valid_up_to();
+                let line = 1 + error.as_bytes()[..valid]
+                    .iter()
+                    .filter(|&&byte| byte == b'\n')
+                    .count();
+                Err(CaseError::NotText { file: name, line })
+            }
+        }
+    }
+
+    /// The tree. The text stays borrowed: values point into it.
+    pub(super) fn parse(&self) -> Result<Spanned<DeTable<'_>>, CaseError> {
+        DeTable::parse(&self.text).map_err(|error| CaseError::Syntax {
+            file: self.name.clone(),
+            line: self.line(error.span().map_or(self.text.len(), |span| span.start)),
+            reason: error.message().replace('\n', ", "),
+        })
+    }
+
+    fn line(&self, offset: usize) -> usize {
+        let before = self
+            .text
+            .as_bytes()
+            .get(..offset)
+            .unwrap_or(self.text.as_bytes());
+        1 + before.iter().filter(|&&byte| byte == b'\n').count()
+    }
+
+    fn piece(&self, span: &Range<usize>) -> Option<&str> {
+        self.text
+            .get(span.clone())
+            .filter(|piece| !piece.is_empty())
+    }
+}
+
+/// A table with the keys that are allowed in it; opened only if it holds no other.
+#[derive(Clone)]
+pub(super) struct Table<'d> {
+    source: &'d Source,
+    /// Dotted key of the table, empty for the root.
+    path: String,
+    line: usize,
+    entries: &'d DeTable<'d>,
+}
+
+impl<'d> Table<'d> {
+    /// The root of a file.
+    pub(super) fn root(source: &'d Source, entries: &'d DeTable<'d>) -> Self {
+        Self {
+            source,
+            path: String::new(),
+            line: 1,
+            entries,
+        }
+    }
+
+    /// True if the key is present.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.entries.contains_key(key)
+    }
+
+    /// Refuses keys other than these; the first one in the file's order is named.
+    pub(super) fn only(self, allowed: &[&'static str]) -> Result<Self, CaseError> {
+        let unknown = self
+            .entries
+            .keys()
+            .filter(|key| !allowed.contains(&key.get_ref().as_ref()));
+        match unknown.min_by_key(|key| key.span().start) {
+            None => Ok(self),
+            Some(key) => {
+                let line = self.source.line(key.span().start);
+                let value = self
+                    .entries
+                    .get(key.get_ref().as_ref())
+                    .filter(|value| !value.get_ref().is_table());
+                let piece = value.and_then(|value| self.source.piece(&value.span()));
+                let name = self.dotted(key.get_ref());
+                Err(CaseError::UnknownKey {
+                    place: Place::new(&self.source.name, line, &name, piece),
+                    allowed: allowed.to_vec(),
+                })
+            }
+        }
+    }
+
+    /// The value of a key, if present.
+    pub(super) fn get(&self, key: &'static str) -> Option<Value<'d>> {
+        let (name, item) = self.entries.get_key_value(key)?;
+        // A table's own span may be empty (dotted keys): its key says where it begins.
+        let line = self.source.line(if item.get_ref().is_table() {
+            name.span().start
+        } else {
+            item.span().start
+        });
+        Some(Value {
+            source: self.source,
+            key: self.dotted(key),
+            line,
+            item,
+        })
+    }
+
+    /// The value of a key that must be present.
+    pub(super) fn need(&self, key: &'static str, expected: &str) -> Result<Value<'d>, CaseError> {
+        self.get(key).ok_or_else(|| self.missing(key, expected))
+    }
+
+    /// The error of an absent key.
+    pub(super) fn missing(&self, key: &str, expected: &str) -> CaseError {
+        CaseError::Missing {
+            place: Place::new(&self.source.name, self.line, &self.dotted(key), None),
+            expected: expected.to_owned(),
+        }
+    }
+
+    /// The error of a table whose keys do not fit together.
+    pub(super) fn refuse(&self, key: &str, reason: impl Into<String>) -> CaseError {
+        match self.find(key) {
+            Some(value) => value.refuse(reason),
+            None => CaseError::Refused {
+                place: Place::new(&self.source.name, self.line, &self.dotted(key), None),
+                reason: reason.into(),
+            },
+        }
+    }
+
+    /// A value below this table by its dotted key.
+    pub(super) fn find(&self, dotted: &str) -> Option<Value<'d>> {
+        let mut table = self.clone();
+        let mut keys = dotted.split('.').peekable();
+        while let Some(key) = keys.next() {
+            let (name, item) = table.entries.get_key_value(key)?;
+            let start = if item.get_ref().is_table() {
+                name.span().start
+            } else {
+                item.span().start
+            };
+            let value = Value {
+                source: table.source,
+                key: table.dotted(key),
+                line: table.source.line(start),
+                item,
+            };
+            if keys.peek().is_none() {
+                return Some(value);
+            }
+            table = value.table().ok()?;
+        }
+        None
+    }
+
+    fn dotted(&self, key: &str) -> String {
+        if self.path.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{}.{key}", self.path)
+        }
+    }
+}
+
+/// A value with its key and line.
+#[derive(Clone)]
+pub(super) struct Value<'d> {
+    source: &'d Source,
+    key: String,
+    line: usize,
+    item: &'d Spanned<DeValue<'d>>,
+}
+
+impl<'d> Value<'d> {
+    /// The error of this value, with a reason that says what is allowed.
+    pub(super) fn refuse(&self, reason: impl Into<String>) -> CaseError {
+        CaseError::Refused {
+            place: self.place(),
+            reason: reason.into(),
+        }
+    }
+
+    fn place(&self) -> Place {
+        let piece = if self.item.get_ref().is_table() {
+            None
+        } else {
+            self.source.piece(&self.item.span())
+        };
+        Place::new(&self.source.name, self.line, &self.key, piece)
+    }
+
+    fn wrong(&self, expected: &str) -> CaseError {
+        let found = match self.item.get_ref() {
+            DeValue::String(_) => "a text",
+            DeValue::Integer(_) => "an integer",
+            DeValue::Float(_) => "a number",
+            DeValue::Boolean(_) => "true or false",
+            DeValue::Datetime(_) => "a date",
+            DeValue::Array(_) => "an array",
+            DeValue::Table(_) => "a table",
+        };
+        CaseError::WrongType {
+            place: self.place(),
+            found,
+            expected: expected.to_owned(),
+        }
+    }
+
+    /// A table.
+    pub(super) fn table(&self) -> Result<Table<'d>, CaseError> {
+        match self.item.get_ref() {
+            DeValue::Table(entries) => Ok(Table {
+                source: self.source,
+                path: self.key.clone(),
+                line: self.line,
+                entries,
+            }),
+            _ => Err(self.wrong("a table")),
+        }
+    }
+
+    /// True for a text.
+    pub(super) fn is_text(&self) -> bool {
+        self.item.get_ref().is_str()
+    }
+
+    /// A text.
+    pub(super) fn text(&self) -> Result<&'d str, CaseError> {
+        self.item
+            .get_ref()
+            .as_str()
+            .ok_or_else(|| self.wrong("a text"))
+    }
+
+    /// One of several words.
+    pub(super) fn choice<X: Copy>(&self, words: &[(&'static str, X)]) -> Result<X, CaseError> {
+        let allowed = words
+            .iter()
+            .map(|(word, _)| format!("\"{word}\""))
+            .collect::<Vec<_>>()
+            .join(", ");
+        let Some(text) = self.item.get_ref().as_str() else {
+            return Err(self.wrong(&format!("one of {allowed}")));
+        };
+        match words.iter().find(|(word, _)| *word == text) {
+            Some(&(_, meaning)) => Ok(meaning),
+            None => Err(self.refuse(format!("allowed is {allowed}"))),
+        }
+    }
+
+    /// True for an array.
+    pub(super) fn is_array(&self) -> bool {
+        self.item.get_ref().is_array()
+    }
+
+    /// A finite number.
+    pub(super) fn number(&self) -> Result<f64, CaseError> {
+        let number = match self.item.get_ref() {
+            DeValue::Float(float) => float.as_str().parse::<f64>().ok(),
+            DeValue::Integer(integer) if integer.radix() == 10 => {
+                integer.as_str().parse::<f64>().ok()
+            }
+            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
+                .ok()
+                .map(|i| i as f64),
+            _ => return Err(self.wrong("a number")),
+        };
+        match number {
+            Some(number) if number.is_finite() => Ok(number),
+            _ => Err(self.refuse("a finite number is needed")),
+        }
+    }
+
+    /// The entries of an array of at most `max` entries.
+    pub(super) fn entries(&self, expected: &str, max: usize) -> Result<Vec<Value<'d>>, CaseError> {
+        let DeValue::Array(array) = self.item.get_ref() else {
+            return Err(self.wrong(expected));
+        };
+        if array.len() > max {
+            return Err(self.refuse(format!(
+                "has {} entries; at most {max} are allowed",
+                array.len()
+            )));
+        }
+        let entry = |(index, item): (usize, &'d Spanned<DeValue<'d>>)| Value {
+            source: self.source,
+            key: format!("{}[{index}]", self.key),
+            line: self.source.line(item.span().start),
+            item,
+        };
+        Ok(array.iter().enumerate().map(entry).collect())
+    }
+
+    /// An array of finite numbers.
+    pub(super) fn numbers(&self, max: usize) -> Result<Vec<f64>, CaseError> {
+        self.entries("an array of numbers", max)?
+            .iter()
+            .map(Value::number)
+            .collect()
+    }
+
+    /// A pair of finite numbers.
+    pub(super) fn pair(&self, expected: &str) -> Result<[f64; 2], CaseError> {
+        let DeValue::Array(array) = self.item.get_ref() else {
+            return Err(self.wrong(expected));
+        };
+        let numbers = self.numbers(array.len())?;
+        match numbers[..] {
+            [first, second] => Ok([first, second]),
+            _ => Err(self.refuse(format!(
+                "has {} entries; needed is {expected}",
+                numbers.len()
+            ))),
+        }
+    }
+
+    /// The first entry below this value (at any depth) that is this number; the value itself if there is none.
+    pub(super) fn entry_holding(&self, number: f64) -> Value<'d> {
+        self.search(number).unwrap_or_else(|| self.clone())
+    }
+
+    fn search(&self, number: f64) -> Option<Value<'d>> {
+        if self.is_array() {
+            return self
+                .entries("", usize::MAX)
+                .ok()?
+                .iter()
+                .find_map(|entry| entry.search(number));
+        }
+        (self.number().ok()?.to_bits() == number.to_bits()).then(|| self.clone())
+    }
+}

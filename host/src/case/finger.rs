@@ -1,0 +1,342 @@
+//! The `[finger]` table: a design in the solver's units.
+
+use model_core::design::{
+    Attachments, Beam, Design, DesignError, Field, Hinge, HingeFrom, HingeKind, Lamellae,
+    MAX_KNOTS, MAX_LAMELLAE, Material, PlaneStrain, Profile,
+};
+
+use super::document::{Table, Value};
+use super::error::CaseError;
+
+/// Pascal per megapascal (N/mm²), the solver's unit.
+const PA_PER_MPA: f64 = 1e6;
+
+/// A finger as a file describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finger {
+    /// Name for titles and tables.
+    pub name: String,
+    /// The design, validated.
+    pub design: Design,
+    /// False if the file gives no motor axis: such a finger can only be moved along a line.
+    pub has_motor: bool,
+}
+
+/// Reads and validates the table; `name` stands in for a missing one.
+pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
+    let table = table.only(&[
+        "name",
+        "width_mm",
+        "plane_strain",
+        "material",
+        "front",
+        "back",
+        "lamellae",
+        "hinge",
+        "tip",
+        "motor",
+    ])?;
+    let name = match table.get("name") {
+        Some(value) => value.text()?.to_owned(),
+        None => name.to_owned(),
+    };
+    let lamellae = lamellae(&table)?;
+    let motor = match table.get("motor") {
+        Some(motor) => {
+            let motor = motor.table()?.only(&["axis_mm"])?;
+            Some(
+                motor
+                    .need("axis_mm", "the motor axis, [x, y] in mm")?
+                    .pair("[x, y] in mm")?,
+            )
+        }
+        None => None,
+    };
+    let rigid_above = match table.get("tip") {
+        Some(tip) => tip
+            .table()?
+            .only(&["rigid_above_mm"])?
+            .get("rigid_above_mm")
+            .map(|v| v.number())
+            .transpose()?,
+        None => None,
+    };
+    let plane_strain = match table.get("plane_strain") {
+        Some(word) => word.choice(&[
+            ("stress", PlaneStrain::Stress),
+            ("strain", PlaneStrain::Strain),
+            ("auto", PlaneStrain::Auto),
+        ])?,
+        None => PlaneStrain::Auto,
+    };
+    let design = Design {
+        width: profile(&table.need(
+            "width_mm",
+            "a number of mm, or a taper [[height_mm, width_mm], …]",
+        )?)?,
+        plane_strain,
+        material: material(&table)?,
+        front: beam(&table, "front")?,
+        back: beam(&table, "back")?,
+        hinge: hinge(&table, !lamellae.attachments.is_empty())?,
+        lamellae,
+        rigid_above,
+        motor_axis: motor.unwrap_or([0.0, 0.0]),
+    };
+    design.validate().map_err(|error| explain(&table, error))?;
+    Ok(Finger {
+        name,
+        design,
+        has_motor: motor.is_some(),
+    })
+}
+
+fn material(finger: &Table<'_>) -> Result<Material, CaseError> {
+    let table = finger
+        .need(
+            "material",
+            "a table with youngs_modulus_pa and poissons_ratio",
+        )?
+        .table()?;
+    let table = table.only(&["youngs_modulus_pa", "poissons_ratio"])?;
+    Ok(Material {
+        youngs_modulus: table
+            .need("youngs_modulus_pa", "a number of Pa")?
+            .number()?
+            / PA_PER_MPA,
+        poissons_ratio: table
+            .need("poissons_ratio", "a number from 0 to 0.499")?
+            .number()?,
+    })
+}
+
+fn beam(finger: &Table<'_>, key: &'static str) -> Result<Beam, CaseError> {
+    let table = finger
+        .need(key, "a table with base_mm, tip_mm and thickness_mm")?
+        .table()?;
+    let table = table.only(&["base_mm", "tip_mm", "thickness_mm", "stiffness_factor"])?;
+    let point = |key, what| table.need(key, what)?.pair("[x, y] in mm");
+    Ok(Beam {
+        base: point("base_mm", "the start of the centreline, [x, y] in mm")?,
+        tip: point("tip_mm", "the end of the centreline, [x, y] in mm")?,
+        thickness: profile(&table.need(
+            "thickness_mm",
+            "a number of mm, or a taper [[arc_mm, thickness_mm], …]",
+        )?)?,
+        stiffness_factor: table
+            .get("stiffness_factor")
+            .map_or(Ok(1.0), |value| value.number())?,
+    })
+}
+
+fn lamellae(finger: &Table<'_>) -> Result<Lamellae, CaseError> {
+    let none = Lamellae {
+        attachments: Attachments::Heights(heapless::Vec::new()),
+        thickness: 1.0,
+    };
+    let Some(value) = finger.get("lamellae") else {
+        return Ok(none);
+    };
+    let table =
+        value
+            .table()?
+            .only(&["heights_mm", "front_arc_mm", "back_arc_mm", "thickness_mm"])?;
+    let attachments = match (
+        table.get("heights_mm"),
+        table.get("front_arc_mm"),
+        table.get("back_arc_mm"),
+    ) {
+        (Some(heights), None, None) => Attachments::Heights(bounded(&heights)?),
+        (None, Some(front), Some(back)) => Attachments::Arcs {
+            front: bounded(&front)?,
+            back: bounded(&back)?,
+        },
+        (Some(_), _, _) => {
+            return Err(table.refuse(
+                "heights_mm",
+                "cannot stand beside front_arc_mm or back_arc_mm; allowed is one or the other",
+            ));
+        }
+        (None, Some(_), None) => {
+            return Err(table.missing("back_arc_mm", "an array of mm beside front_arc_mm"));
+        }
+        (None, None, Some(_)) => {
+            return Err(table.missing("front_arc_mm", "an array of mm beside back_arc_mm"));
+        }
+        (None, None, None) => {
+            return Err(table.missing(
+                "heights_mm",
+                "an array of mm, or front_arc_mm and back_arc_mm",
+            ));
+        }
+    };
+    if attachments.is_empty() {
+        return Ok(none);
+    }
+    Ok(Lamellae {
+        attachments,
+        thickness: table.need("thickness_mm", "a number of mm")?.number()?,
+    })
+}
+
+fn hinge(finger: &Table<'_>, needed: bool) -> Result<Hinge, CaseError> {
+    let value = match finger.get("hinge") {
+        Some(value) => value,
+        None if needed => {
+            return Err(finger.missing(
+                "hinge",
+                "a table with length_mm and thickness_mm, or kind = \"pinned\" or \"welded\"",
+            ));
+        }
+        None => {
+            let (kind, from) = (HingeKind::Welded, HingeFrom::Centreline);
+            return Ok(Hinge {
+                kind,
+                length: heapless::Vec::new(),
+                thickness: 1.0,
+                from,
+            });
+        }
+    };
+    let table = value
+        .table()?
+        .only(&["kind", "length_mm", "thickness_mm", "from"])?;
+    let kind = match table.get("kind") {
+        Some(word) => word.choice(&[
+            ("flexible", HingeKind::Flexible),
+            ("pinned", HingeKind::Pinned),
+            ("welded", HingeKind::Welded),
+        ])?,
+        None => HingeKind::Flexible,
+    };
+    let from = match table.get("from") {
+        Some(word) => word.choice(&[
+            ("centreline", HingeFrom::Centreline),
+            ("face", HingeFrom::Face),
+        ])?,
+        None => HingeFrom::Centreline,
+    };
+    let flexible = needed && kind == HingeKind::Flexible;
+    let length = match table.get("length_mm") {
+        Some(value) if value.is_array() => bounded(&value)?,
+        Some(value) => heapless::Vec::from_slice(&[value.number()?]).unwrap_or_default(),
+        None if flexible => {
+            return Err(table.missing("length_mm", "a number of mm, or one per lamella"));
+        }
+        None => heapless::Vec::new(),
+    };
+    let thickness = match table.get("thickness_mm") {
+        Some(value) => value.number()?,
+        None if flexible => return Err(table.missing("thickness_mm", "a number of mm")),
+        None => 1.0,
+    };
+    Ok(Hinge {
+        kind,
+        length,
+        thickness,
+        from,
+    })
+}
+
+/// A list with at most one entry per lamella.
+fn bounded(value: &Value<'_>) -> Result<heapless::Vec<f64, MAX_LAMELLAE>, CaseError> {
+    let numbers = value.numbers(MAX_LAMELLAE)?;
+    heapless::Vec::from_slice(&numbers).map_err(|_| {
+        value.refuse(format!(
+            "has {} entries; at most {MAX_LAMELLAE} are allowed",
+            numbers.len()
+        ))
+    })
+}
+
+/// A number, or an array of pairs.
+fn profile(value: &Value<'_>) -> Result<Profile, CaseError> {
+    if !value.is_array() {
+        return Ok(Profile::constant(value.number()?));
+    }
+    let mut knots = heapless::Vec::new();
+    for entry in value.entries("an array of pairs", MAX_KNOTS)? {
+        let full = |_| value.refuse(format!("at most {MAX_KNOTS} pairs are allowed"));
+        knots
+            .push(entry.pair("a pair [position_mm, value_mm]")?)
+            .map_err(full)?;
+    }
+    if knots.is_empty() {
+        return Err(value.refuse("is empty; needed is at least one pair [position_mm, value_mm]"));
+    }
+    Ok(Profile { knots })
+}
+
+/// A design error in the file's words: its line, its key, its units.
+fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
+    let number = |field: Field, value: f64, reason: String| match table.find(field.key()) {
+        Some(found) => found.entry_holding(value).refuse(reason),
+        None => table.refuse(field.key(), reason),
+    };
+    let entry = |field: Field, index: usize, reason: String| {
+        let entries = table
+            .find(field.key())
+            .and_then(|value| value.entries("", usize::MAX).ok());
+        match entries.as_ref().and_then(|entries| entries.get(index)) {
+            Some(value) => value.refuse(reason),
+            None => table.refuse(field.key(), reason),
+        }
+    };
+    match error {
+        DesignError::NotFinite { field, value } => number(field, value, "a finite number is needed".into()),
+        DesignError::OutOfRange { field: Field::YoungsModulus, min, max, .. } => table.refuse(
+            Field::YoungsModulus.key(),
+            format!("allowed is {:e} to {:e} Pa", min * PA_PER_MPA, max * PA_PER_MPA),
+        ),
+        DesignError::OutOfRange { field: field @ (Field::PoissonsRatio | Field::FrontStiffness | Field::BackStiffness), min, max, .. } => {
+            table.refuse(field.key(), format!("allowed is {min} to {max}"))
+        }
+        DesignError::OutOfRange { field, value, min, max } => {
+            number(field, value, format!("allowed is {} to {} mm", rounded(min), rounded(max)))
+        }
+        DesignError::Profile { field, knot } => {
+            entry(field, knot, "its position must be larger than its predecessor's".into())
+        }
+        DesignError::BeamNotUpright { field, rise } => table.refuse(
+            field.key(),
+            format!("is {} mm above the beam's base; needed is at least 1 mm and more than a tenth of the beam's length", rounded(rise)),
+        ),
+        DesignError::BackNotBehindFront { back_x, front_x } => table.refuse(
+            Field::BackBase.key(),
+            format!("x is {back_x}; it must be less than the front beam's {front_x}"),
+        ),
+        DesignError::TipsApart { distance, max } => table.refuse(
+            Field::BackTip.key(),
+            format!("lies {} mm from front.tip_mm; allowed is up to {} mm", rounded(distance), rounded(max)),
+        ),
+        DesignError::LamellaCount { front, back } => table.refuse(
+            Field::BackArcs.key(),
+            format!("has {back} entries, front_arc_mm has {front}; they must be as many"),
+        ),
+        DesignError::LamellaOutsideBeam { field, lamella, above, below, .. } => entry(
+            field,
+            lamella,
+            format!("lies outside the flexible beam; allowed is more than {} and less than {} mm", rounded(above), rounded(below)),
+        ),
+        DesignError::LamellaOrder { field, lamella, previous, .. } => {
+            entry(field, lamella, format!("must be larger than its predecessor {previous}"))
+        }
+        DesignError::HingeCount { found, lamellae } => table.refuse(
+            Field::HingeLength.key(),
+            format!("has {found} entries; allowed is one for all or one per lamella ({lamellae})"),
+        ),
+        DesignError::NoRoomForHinges { lamella, width, needed } => {
+            let reason = format!(
+                "lamella {lamella} (counted from 0 at the base) is {} mm wide, its two hinges need {} mm",
+                rounded(width),
+                rounded(needed)
+            );
+            entry(Field::HingeLength, lamella, reason)
+        }
+    }
+}
+
+/// At most four decimals, for messages.
+fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}

@@ -1,0 +1,124 @@
+//! Case files: a finger, an object and a motion, read from TOML.
+//!
+//! This is the only place where a file's units (mm, Pa, degrees) become the solver's (mm, MPa, rad). Every error names
+//! the file, the line, the key, its value and what is allowed.
+
+mod document;
+mod error;
+mod finger;
+mod motion;
+mod object;
+mod preset;
+
+use std::path::Path;
+
+use model_core::object::ObjectDesign;
+
+pub use error::{CaseError, Place};
+pub use finger::Finger;
+pub use motion::Path as MotionPath;
+pub use preset::{PRESETS, preset};
+
+use document::{Source, Table};
+
+/// A case: what is computed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// The finger.
+    pub finger: Finger,
+    /// The object, world frame.
+    pub object: ObjectDesign,
+    /// The motion and the places along it that are asked for.
+    pub path: MotionPath,
+}
+
+impl Case {
+    /// Reads a case file.
+    ///
+    /// # Errors
+    /// The first thing in it that cannot be used.
+    pub fn read(path: &Path) -> Result<Self, CaseError> {
+        Self::from_source(&Source::read(path)?, path.parent())
+    }
+
+    /// Reads a case from a text; `name` stands for the file in messages. Finger files it names are looked for in the
+    /// current folder.
+    ///
+    /// # Errors
+    /// The first thing in it that cannot be used.
+    pub fn parse(name: &str, text: &str) -> Result<Self, CaseError> {
+        Self::from_source(
+            &Source {
+                name: name.to_owned(),
+                text: text.to_owned(),
+            },
+            None,
+        )
+    }
+
+    fn from_source(source: &Source, folder: Option<&Path>) -> Result<Self, CaseError> {
+        let tree = source.parse()?;
+        let root = Table::root(source, tree.get_ref()).only(&["finger", "object", "motion"])?;
+        let value = root.need(
+            "finger",
+            "a table [finger], a finger file or \"preset:NAME\"",
+        )?;
+        let finger = if value.is_text() {
+            let text = value.text()?;
+            match text.strip_prefix("preset:") {
+                Some(name) => preset(name).ok_or_else(|| {
+                    let names: Vec<String> = PRESETS
+                        .iter()
+                        .map(|name| format!("\"preset:{name}\""))
+                        .collect();
+                    value.refuse(format!(
+                        "there is no such preset; allowed is {}",
+                        names.join(", ")
+                    ))
+                })??,
+                None => {
+                    let file = folder.unwrap_or(Path::new("")).join(text);
+                    read_finger(&file).map_err(|error| match error {
+                        CaseError::Unreadable { file, reason } => {
+                            value.refuse(format!("the finger file {file} cannot be read: {reason}"))
+                        }
+                        other => other,
+                    })?
+                }
+            }
+        } else {
+            finger::read(value.table()?, "finger")?
+        };
+        let object = object::read(&root)?;
+        let path = motion::read(&root, &finger)?;
+        Ok(Self {
+            finger,
+            object,
+            path,
+        })
+    }
+}
+
+/// Reads a finger file: the keys of `[finger]` at the top, or under `[finger]` as in a case (whose object and motion
+/// are then left aside).
+///
+/// # Errors
+/// The first thing in it that cannot be used.
+pub fn read_finger(path: &Path) -> Result<Finger, CaseError> {
+    let name = path.file_stem().map_or_else(
+        || "finger".into(),
+        |stem| stem.to_string_lossy().into_owned(),
+    );
+    finger_from_source(&Source::read(path)?, &name)
+}
+
+fn finger_from_source(source: &Source, name: &str) -> Result<Finger, CaseError> {
+    let tree = source.parse()?;
+    let root = Table::root(source, tree.get_ref());
+    if root.has("finger") {
+        let root = root.only(&["finger", "object", "motion"])?;
+        finger::read(root.need("finger", "a table")?.table()?, name)
+    } else {
+        finger::read(root, name)
+    }
+}
