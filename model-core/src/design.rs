@@ -393,7 +393,11 @@ impl core::fmt::Display for DesignError {
                 write!(f, "{}: knot {knot} is missing or not beyond its predecessor", field.key())
             }
             Self::BeamNotUpright { field, rise } => {
-                write!(f, "{}: the tip is {rise} mm above the base; more than a tenth of the beam is needed", field.key())
+                write!(
+                    f,
+                    "{}: the tip is {rise} mm above the base; more than a tenth of the beam is needed",
+                    field.key()
+                )
             }
             Self::BackNotBehindFront { back_x, front_x } => {
                 write!(f, "back.base_mm: x is {back_x}; it must be less than the front beam's {front_x}")
@@ -402,10 +406,17 @@ impl core::fmt::Display for DesignError {
                 write!(f, "back.tip_mm lies {distance} mm from front.tip_mm; at most {max} mm is allowed")
             }
             Self::LamellaCount { front, back } => {
-                write!(f, "lamellae.front_arc_mm has {front} entries, lamellae.back_arc_mm has {back}; they must be equal")
+                write!(
+                    f,
+                    "lamellae.front_arc_mm has {front} entries, lamellae.back_arc_mm has {back}; they must be equal"
+                )
             }
             Self::LamellaOutsideBeam { field, lamella, value, above, below } => {
-                write!(f, "{}: lamella {lamella} at {value} is outside the flexible beam; allowed is more than {above} and less than {below}", field.key())
+                write!(
+                    f,
+                    "{}: lamella {lamella} at {value} is outside the flexible beam; allowed is more than {above} and less than {below}",
+                    field.key()
+                )
             }
             Self::LamellaOrder { field, lamella, value, previous } => {
                 write!(f, "{}: lamella {lamella} at {value} is not beyond its predecessor at {previous}", field.key())
@@ -414,7 +425,10 @@ impl core::fmt::Display for DesignError {
                 write!(f, "hinge.length_mm has {found} entries; allowed is one for all or one per lamella ({lamellae})")
             }
             Self::NoRoomForHinges { lamella, width, needed } => {
-                write!(f, "hinge.length_mm: lamella {lamella} is {width} mm wide, its hinges need more than {needed} mm")
+                write!(
+                    f,
+                    "hinge.length_mm: lamella {lamella} is {width} mm wide, its hinges need more than {needed} mm"
+                )
             }
         }
     }
@@ -498,7 +512,10 @@ impl Design {
         profile(Field::Width, &self.width, 0.1, MAX_LENGTH)?;
         within(Field::YoungsModulus, self.material.youngs_modulus, 1e-3, 1e6)?;
         within(Field::PoissonsRatio, self.material.poissons_ratio, 0.0, 0.499)?;
-        self.validate_beam(&self.front, [Field::FrontBase, Field::FrontTip, Field::FrontThickness, Field::FrontStiffness])?;
+        self.validate_beam(
+            &self.front,
+            [Field::FrontBase, Field::FrontTip, Field::FrontThickness, Field::FrontStiffness],
+        )?;
         self.validate_beam(&self.back, [Field::BackBase, Field::BackTip, Field::BackThickness, Field::BackStiffness])?;
         if self.back.base[0] >= self.front.base[0] {
             return Err(DesignError::BackNotBehindFront { back_x: self.back.base[0], front_x: self.front.base[0] });

@@ -375,6 +375,7 @@ pub fn discretise<T: Real, S: Size>(
     let cells = lamellae + 1;
     ladder.reset(cells).then_some(()).ok_or(DiscretiseError::Capacity)?;
     ladder.softness = T::of(how.softness);
+    ladder.welded = design.hinge.kind == HingeKind::Welded;
 
     let ends = design.flexible_ends();
     let beams = [&design.front, &design.back];
@@ -415,33 +416,24 @@ pub fn discretise<T: Real, S: Size>(
                 rigid_end: tip,
             };
             let mut member = write_rod(ladder, how.scheme, node, &rod)?;
-            member.start = if cell == 0 { CLAMPED } else { joint(cell - 1, if side == 0 { 2 } else { 4 }) };
-            member.end = joint(cell, if side == 0 || cell == lamellae { 2 } else { 4 });
-            node += usize::from(member.interior) + 2;
+            let slot = if side == 0 { 2 } else { 4 };
+            member.start = if cell == 0 { CLAMPED } else { ladder.joint(cell - 1, slot) };
+            member.end = ladder.joint(cell, slot);
+            node = member.nodes().end;
             ladder.members.as_mut()[4 * cell + side] = member;
+            ladder.add_scale(4 * cell + side, bending(0.5) / (to - from), to - from);
         }
         if cell < lamellae {
-            for (side, member) in write_hinges(ladder, design, how, cell, hinge_elements, &mut node)?.into_iter().enumerate() {
-                ladder.members.as_mut()[4 * cell + 2 + side] = member;
-            }
+            node = write_hinges(ladder, design, how, cell, hinge_elements, node)?;
         }
     }
     ladder.node_count = node;
-    if design.hinge.kind == HingeKind::Welded && lamellae > 0 {
-        weld(ladder);
-    }
     write_samples(ladder, design, how, &counts[..cells])?;
     let (f, b) = (design.front.base, design.back.base);
     ladder.base_rung = [T::of(b[0] - f[0]), T::of(b[1] - f[1])];
     ladder.base = f.map(T::of);
     ladder.close_at_rest();
-    ladder.measure_scales();
     Ok(())
-}
-
-/// Unknown of a joint: `slot` 2, 3, 4 are the front beam's, the lamella's and the back beam's angle (2 is the tip's).
-fn joint(cell: usize, slot: usize) -> u16 {
-    (5 * cell + slot) as u16
 }
 
 fn element_counts(
@@ -488,16 +480,14 @@ fn write_hinges<T: Real, S: Size>(
     how: &Discretisation,
     lamella: usize,
     elements: u16,
-    node: &mut usize,
-) -> Result<[Member<T>; 2], DiscretiseError> {
+    node: usize,
+) -> Result<usize, DiscretiseError> {
     let arcs = design.attachment_arcs(lamella);
     let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
     let width = design.lamella_width(lamella);
     let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width];
     let scaled = |length: f64| [length * along[0], length * along[1]];
-    let mut front;
-    let mut back;
-    if design.hinge.kind == HingeKind::Flexible {
+    let (mut front, mut back, stiffness, length) = if design.hinge.kind == HingeKind::Flexible {
         let t = design.hinge.thickness;
         let clear = design.hinge.length_of(lamella);
         let (length, starts, bar) = match design.hinge.from {
@@ -521,32 +511,21 @@ fn write_hinges<T: Real, S: Size>(
             rigid_start,
             rigid_end,
         };
-        front = write_rod(ladder, how.scheme, *node, &rod(scaled(starts[0]), [0.0; 2]))?;
-        *node += usize::from(front.interior) + 2;
-        back = write_rod(ladder, how.scheme, *node, &rod(scaled(bar), scaled(starts[1])))?;
+        let front = write_rod(ladder, how.scheme, node, &rod(scaled(starts[0]), [0.0; 2]))?;
+        let back = write_rod(ladder, how.scheme, front.nodes().end, &rod(scaled(bar), scaled(starts[1])))?;
+        (front, back, stiffness / length, length)
     } else {
-        front = write_point(ladder, *node, [0.0; 2])?;
-        *node += 2;
-        back = write_point(ladder, *node, scaled(width))?;
-    }
-    *node += usize::from(back.interior) + 2;
-    (front.start, front.end) = (joint(lamella, 2), joint(lamella, 3));
-    (back.start, back.end) = (joint(lamella, 3), joint(lamella, 4));
-    Ok([front, back])
-}
-
-/// Makes the three angles at every lamella one (the back beam's unknown, which keeps the band narrow).
-fn weld<T: Real, S: Size>(ladder: &mut Ladder<T, S>) {
-    let tip = 5 * (ladder.cells - 1);
-    let welded = |unknown: u16| match usize::from(unknown) {
-        n if unknown == CLAMPED || n >= tip => unknown,
-        n => joint(n / 5, 4),
+        let front = write_point(ladder, node, [0.0; 2])?;
+        let back = write_point(ladder, front.nodes().end, scaled(width))?;
+        (front, back, 0.0, 0.0)
     };
-    let count = 4 * ladder.cells;
-    for member in &mut ladder.members.as_mut()[..count] {
-        member.start = welded(member.start);
-        member.end = welded(member.end);
+    (front.start, front.end) = (ladder.joint(lamella, 2), ladder.joint(lamella, 3));
+    (back.start, back.end) = (ladder.joint(lamella, 3), ladder.joint(lamella, 4));
+    for (side, member) in [front, back].into_iter().enumerate() {
+        ladder.members.as_mut()[4 * lamella + 2 + side] = member;
+        ladder.add_scale(4 * lamella + 2 + side, stiffness, length);
     }
+    Ok(back.nodes().end)
 }
 
 /// Places the contact samples along the front beam, base to tip, and on the face of the rigid wedge.
@@ -590,14 +569,17 @@ fn write_samples<T: Real, S: Size>(
                         (first + 2 * element, [shared + a, m, b])
                     }
                 };
-                push(ladder, Sample {
-                    cell: cell as u16,
-                    node: node as u16,
-                    weights: weights.map(T::of),
-                    rigid: T::ZERO,
-                    arc: T::of(arc),
-                    half_thickness: T::of(0.5 * beam.thickness.at(arc)),
-                })?;
+                push(
+                    ladder,
+                    Sample {
+                        cell: cell as u16,
+                        node: node as u16,
+                        weights: weights.map(T::of),
+                        rigid: T::ZERO,
+                        arc: T::of(arc),
+                        half_thickness: T::of(0.5 * beam.thickness.at(arc)),
+                    },
+                )?;
             }
         }
         from = to;
@@ -612,14 +594,17 @@ fn write_samples<T: Real, S: Size>(
         for k in 1..=pieces {
             let part = k as f64 / pieces as f64;
             let arc = ends[0] + part * wedge;
-            push(ladder, Sample {
-                cell: (cells - 1) as u16,
-                node: last.first + last.interior + 2,
-                weights: [T::ZERO; 3],
-                rigid: T::of(part),
-                arc: T::of(arc),
-                half_thickness: T::of(0.5 * beam.thickness.at(arc)),
-            })?;
+            push(
+                ladder,
+                Sample {
+                    cell: (cells - 1) as u16,
+                    node: last.first + last.interior + 2,
+                    weights: [T::ZERO; 3],
+                    rigid: T::of(part),
+                    arc: T::of(arc),
+                    half_thickness: T::of(0.5 * beam.thickness.at(arc)),
+                },
+            )?;
         }
     }
     Ok(())

@@ -7,12 +7,15 @@ use core::fmt::Debug;
 use nalgebra::{ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, Scalar, Vector2};
 use num_traits::{NumAssign, One, Zero};
 
+use crate::size::Blank;
+
 /// A point or a vector in the plane.
 pub type Vec2<T> = Vector2<T>;
 
 /// A floating-point number: `f32` or `f64`.
 pub trait Real:
-    Scalar
+    Blank
+    + Scalar
     + Copy
     + Default
     + Debug
@@ -149,12 +152,6 @@ fn sin_cos_f32(angle: f32) -> (f32, f32) {
         2 => (-sin, -cos),
         _ => (-cos, sin),
     }
-}
-
-/// Unit vector (cos a, sin a) turned by +90°: the derivative of e(a) with respect to a.
-#[inline]
-pub(crate) fn perpendicular<T: Real>(v: Vec2<T>) -> Vec2<T> {
-    Vec2::new(-v.y, v.x)
 }
 
 /// z component of the cross product a × b.

@@ -1,0 +1,648 @@
+//! Equilibria along a motion: continuation from no contact, the stability test, and what happens where a branch ends.
+//!
+//! The answer depends on the path (the finger can snap through, with hysteresis), so an equilibrium is always reached by
+//! following the branch in small steps of the motion's coordinate: the motor angle in rad, or the distance in mm of a
+//! translated base. A step counts only if all residuals are within tolerance *and* the equilibrium is stable; otherwise
+//! it is halved. Where even the smallest step fails, the branch has ended: the fold handler then minimises the energy
+//! just past the fold, and what it finds is flagged as a snap.
+
+use crate::contact::Contact;
+use crate::design::Design;
+use crate::discretise::{Discretisation, DiscretiseError, discretise};
+use crate::ladder::{Ladder, PER_CELL, State};
+use crate::newton::residual::{self, Residual, Sweep};
+use crate::newton::step::{self, Inertia};
+use crate::newton::{Hessian, Workspace};
+use crate::object::{Circle, Displacement, Motion, Object, ObjectDesign};
+use crate::real::{Real, Vec2, cross, vec2};
+use crate::size::Size;
+use crate::status::Status;
+
+/// How equilibria are followed. Every field has a default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Second derivative of the Newton step; default [`Hessian::Newton`].
+    pub hessian: Hessian,
+    /// Newton iterations allowed for one step of the coordinate; default 25 (Gauss–Newton needs more).
+    pub max_iterations: u32,
+    /// Largest step of a motor angle, rad; default 1°.
+    pub max_angle_step: f64,
+    /// Largest step of a distance, mm; default 1 mm.
+    pub max_distance_step: f64,
+    /// A step that fails at this fraction of the largest one has met the end of its branch; default 1/512.
+    pub min_step: f64,
+    /// Gap within which a sample takes part in a step before it touches, mm; default 0.1.
+    pub margin: f64,
+}
+
+impl Settings {
+    /// The defaults.
+    pub const DEFAULT: Self = Self {
+        hessian: Hessian::Newton,
+        max_iterations: 25,
+        max_angle_step: core::f64::consts::PI / 180.0,
+        max_distance_step: 1.0,
+        min_step: 1.0 / 512.0,
+        margin: 0.1,
+    };
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What a call of [`Follower::follow`] did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Status of the equilibrium at the coordinate asked for.
+    pub status: Status,
+    /// Newton iterations spent in this call.
+    pub iterations: u32,
+    /// Steps of the coordinate accepted in this call.
+    pub steps: u32,
+    /// Largest gradient component at the last iterate, N·mm.
+    pub gradient: f64,
+    /// Largest closure or gap error at the last iterate, mm.
+    pub length: f64,
+}
+
+/// What the follower is doing between calls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase<T> {
+    /// At an accepted equilibrium.
+    Following,
+    /// Minimising the energy past a fold.
+    Folding { target: T, shift: T, spent: u32 },
+    /// No branch was found past a fold.
+    Lost,
+}
+
+/// Iterations of the fold handler before it gives up.
+const FOLD_ITERATIONS: u32 = 300;
+/// A solution past the end of a branch that differs by less than this angle is the same branch, rad.
+const SAME_BRANCH: f64 = 0.03;
+
+/// Follows a finger's equilibrium on an object: model, state and workspace.
+pub struct Follower<T: Real, S: Size> {
+    ladder: Ladder<T, S>,
+    state: State<T, S>,
+    accepted: State<T, S>,
+    work: Workspace<T, S>,
+    settings: Settings,
+    object: Circle<T>,
+    motion: Motion,
+    /// Coordinate of the accepted state.
+    at: T,
+    step: T,
+    phase: Phase<T>,
+    snapped: bool,
+    sweep: Sweep<T>,
+}
+
+/// Result of Newton's method at one coordinate.
+struct Attempt<T> {
+    status: Status,
+    iterations: u32,
+    inertia: Option<Inertia>,
+    residual: Residual<T>,
+}
+
+impl<T: Real, S: Size> Follower<T, S> {
+    /// A follower before [`Self::configure`]: every [`Self::follow`] returns `out-of-range`.
+    pub const EMPTY: Self = Self {
+        ladder: Ladder::EMPTY,
+        state: State::EMPTY,
+        accepted: State::EMPTY,
+        work: Workspace::EMPTY,
+        settings: Settings::DEFAULT,
+        object: Circle { centre: Vec2::new(T::ZERO, T::ZERO), radius: T::ZERO },
+        motion: Motion::Rotating { axis: [0.0; 2] },
+        at: T::ZERO,
+        step: T::ZERO,
+        phase: Phase::Lost,
+        snapped: false,
+        sweep: Sweep { nearest: T::ZERO, nearest_free: T::ZERO, overflow: false, crowded: false },
+    };
+
+    /// Takes a finger; the motion becomes the rotation about its motor axis, the finger is at rest.
+    ///
+    /// # Errors
+    /// What [`discretise`] refuses; the follower is then empty.
+    pub fn configure(&mut self, design: &Design, how: &Discretisation) -> Result<(), DiscretiseError> {
+        self.phase = Phase::Lost;
+        let made = discretise(design, how, &mut self.ladder);
+        let fits = made.is_ok()
+            && self.state.fit(&self.ladder)
+            && self.accepted.fit(&self.ladder)
+            && self.work.fit(&self.ladder);
+        if !fits {
+            self.ladder.reset(0);
+            return made.and(Err(DiscretiseError::Capacity));
+        }
+        self.motion = Motion::Rotating { axis: design.motor_axis };
+        self.rest();
+        Ok(())
+    }
+
+    /// Changes how equilibria are followed.
+    pub fn set_settings(&mut self, settings: Settings) {
+        self.settings = settings;
+        self.step = self.max_step();
+    }
+
+    /// Takes an object and the motion between finger and object; the finger is at rest again.
+    pub fn set_object(&mut self, object: ObjectDesign, motion: Motion) {
+        self.object = object.circle();
+        self.motion = motion;
+        self.rest();
+    }
+
+    /// The undeformed finger, as if the object were far away.
+    pub fn rest(&mut self) {
+        if self.ladder.cells == 0 {
+            return;
+        }
+        self.state.rest();
+        self.accepted.rest();
+        self.phase = Phase::Following;
+        self.snapped = false;
+        self.step = self.max_step();
+        residual::kinematics(&self.ladder, &self.state, &mut self.work);
+    }
+
+    /// Puts the undeformed finger where the following of a motion to `first` can begin: at the largest coordinate not
+    /// above `first` at which nothing touches, searched back over a half turn (or 500 mm).
+    ///
+    /// Returns false, and leaves the follower lost, if there is none.
+    pub fn start(&mut self, first: f64) -> bool {
+        self.rest();
+        if self.ladder.cells == 0 || !first.is_finite() {
+            self.phase = Phase::Lost;
+            return false;
+        }
+        let (pace, reach) = match self.motion {
+            Motion::Rotating { .. } => (0.25 * self.settings.max_angle_step, core::f64::consts::PI),
+            Motion::Translating { .. } => (0.25 * self.settings.max_distance_step, 500.0),
+        };
+        let mut coordinate = first;
+        while first - coordinate <= reach {
+            self.at = T::of(coordinate);
+            if self.rest_distance(self.at) >= T::ZERO {
+                return true;
+            }
+            coordinate -= pace;
+        }
+        self.phase = Phase::Lost;
+        false
+    }
+
+    fn rest_distance(&mut self, coordinate: T) -> T {
+        let object = self.object.displaced(&self.motion.world_to_finger(coordinate));
+        step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO).1.nearest
+    }
+
+    fn max_step(&self) -> T {
+        match self.motion {
+            Motion::Rotating { .. } => T::of(self.settings.max_angle_step),
+            Motion::Translating { .. } => T::of(self.settings.max_distance_step),
+        }
+    }
+
+    /// Follows the equilibrium to a coordinate (rad or mm), however many iterations it takes within the settings.
+    pub fn follow(&mut self, to: f64) -> Outcome {
+        self.follow_within(to, u32::MAX)
+    }
+
+    /// Follows the equilibrium towards a coordinate with at most `budget` Newton iterations.
+    ///
+    /// With `max-iterations` the coordinate was not reached yet; the next call goes on from where this one stopped.
+    pub fn follow_within(&mut self, to: f64, budget: u32) -> Outcome {
+        let mut outcome = Outcome { status: Status::OutOfRange, iterations: 0, steps: 0, gradient: 0.0, length: 0.0 };
+        if self.ladder.cells == 0 || !to.is_finite() {
+            return outcome;
+        }
+        let to = T::of(to);
+        loop {
+            match self.phase {
+                Phase::Lost => {
+                    // An open hand is a new beginning.
+                    self.state.rest();
+                    if self.rest_distance(to) < T::ZERO {
+                        outcome.status = Status::Folded;
+                        return outcome;
+                    }
+                    self.rest();
+                    self.at = to;
+                }
+                Phase::Folding { target, shift, spent } => {
+                    let left = budget.saturating_sub(outcome.iterations);
+                    if left == 0 {
+                        outcome.status = Status::MaxIterations;
+                        return outcome;
+                    }
+                    self.fold(target, shift, spent, left, &mut outcome);
+                }
+                Phase::Following => {
+                    let done = self.advance(to, budget, &mut outcome);
+                    if let Some(status) = done {
+                        outcome.status = status;
+                        return outcome;
+                    }
+                }
+            }
+        }
+    }
+
+    /// One step towards `to`; the status if the call ends with it.
+    fn advance(&mut self, to: T, budget: u32, outcome: &mut Outcome) -> Option<Status> {
+        let remaining = to - self.at;
+        let size = self.step.min(self.max_step());
+        let reaches = remaining.abs() <= size;
+        let target = if reaches {
+            to
+        } else if remaining > T::ZERO {
+            self.at + size
+        } else {
+            self.at - size
+        };
+        let left = budget.saturating_sub(outcome.iterations);
+        if left == 0 && outcome.steps > 0 {
+            return Some(Status::MaxIterations);
+        }
+        let attempt = self.newton(target, self.settings.max_iterations.min(left));
+        outcome.iterations += attempt.iterations;
+        outcome.gradient = attempt.residual.gradient.to_f64();
+        outcome.length = attempt.residual.length.to_f64();
+        let stable = self.settings.hessian == Hessian::GaussNewton || attempt.inertia.is_none_or(|i| i.is_stable());
+        if attempt.status == Status::Converged && stable {
+            self.accept(target);
+            outcome.steps += 1;
+            self.step = (size + size).min(self.max_step());
+            return reaches.then(|| self.standing());
+        }
+        self.state.copy_from(&self.accepted, &self.ladder);
+        if attempt.status == Status::ContactCapacity {
+            return Some(Status::ContactCapacity);
+        }
+        let half = size.min(remaining.abs()) * T::of(0.5);
+        let out_of_budget = attempt.status == Status::MaxIterations && left < self.settings.max_iterations;
+        if half >= self.max_step() * T::of(self.settings.min_step) {
+            self.step = half;
+        } else if self.settings.hessian == Hessian::GaussNewton {
+            // Without the geometric stiffness neither stability nor a fold can be told.
+            self.step = self.max_step();
+            return Some(attempt.status);
+        } else if !out_of_budget {
+            self.phase = Phase::Folding { target, shift: T::of(0.01), spent: 0 };
+        }
+        (outcome.iterations >= budget).then_some(Status::MaxIterations)
+    }
+
+    fn accept(&mut self, at: T) {
+        if self.state.touching_count == 0 {
+            // Nothing touches: the rest position exactly, whatever the iterations left behind.
+            self.state.rest();
+            self.snapped = false;
+            let object = self.object.displaced(&self.motion.world_to_finger(at));
+            (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
+        }
+        self.accepted.copy_from(&self.state, &self.ladder);
+        self.at = at;
+    }
+
+    fn standing(&self) -> Status {
+        if self.state.touching_count == 0 {
+            Status::NoContact
+        } else if self.snapped {
+            Status::Snapped
+        } else {
+            Status::Converged
+        }
+    }
+
+    /// Newton's method at a coordinate from the present state.
+    fn newton(&mut self, coordinate: T, max_iterations: u32) -> Attempt<T> {
+        let object = self.object.displaced(&self.motion.world_to_finger(coordinate));
+        let margin = T::of(self.settings.margin);
+        let tolerance = T::TOLERANCE;
+        let mut attempt = Attempt {
+            status: Status::MaxIterations,
+            iterations: 0,
+            inertia: None,
+            residual: Residual { gradient: T::of(1e30), length: T::of(1e30) },
+        };
+        let mut best = T::of(1e30);
+        let mut stalled = 0;
+        loop {
+            let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
+            attempt.residual = residual;
+            self.sweep = sweep;
+            if residual.gradient <= tolerance.gradient && residual.length <= tolerance.length {
+                attempt.status = Status::Converged;
+                if attempt.inertia.is_some_and(|i| !i.is_stable()) && self.settings.hessian == Hessian::Newton {
+                    // The last factorisation was made one step before: judge the solution itself.
+                    attempt.inertia =
+                        Some(step::solve(&self.ladder, &self.state, &mut self.work, Hessian::Newton, T::ZERO));
+                }
+                return attempt;
+            }
+            if attempt.iterations >= max_iterations {
+                if sweep.overflow {
+                    attempt.status = Status::ContactCapacity;
+                }
+                return attempt;
+            }
+            // Growth beyond all bounds, NaN included, or no progress at the precision's floor.
+            let size = (residual.gradient / tolerance.gradient).max(residual.length / tolerance.length);
+            if residual.gradient >= T::of(1e12) {
+                return attempt;
+            }
+            if size < best * T::of(0.7) {
+                (best, stalled) = (size, 0);
+            } else {
+                stalled += 1;
+                if stalled > 6 && size < T::of(100.0) {
+                    attempt.status = Status::Stagnated;
+                    return attempt;
+                }
+            }
+            let inertia = step::solve(&self.ladder, &self.state, &mut self.work, self.settings.hessian, T::ZERO);
+            attempt.inertia = Some(inertia);
+            attempt.iterations += 1;
+            let part = step::clip(&self.ladder, &self.work);
+            step::apply(&self.ladder, &mut self.state, &self.work, part);
+        }
+    }
+
+    /// Energy with penalties for open closures and penetration: the merit of the fold handler's line search.
+    fn merit(&mut self, object: &Circle<T>, penalty: T) -> T {
+        residual::kinematics(&self.ladder, &self.state, &mut self.work);
+        let energy = self.state.energy(&self.ladder);
+        let mut open = T::ZERO;
+        for closure in &self.work.closure.as_ref()[..self.ladder.cells] {
+            open += closure[0].abs() + closure[1].abs();
+        }
+        let penetration = residual::penetration(&self.ladder, &self.state, &self.work, object, penalty);
+        energy + penalty * open + penetration
+    }
+
+    /// Part of the fold handler: shifted Hessian (Levenberg–Marquardt) with a line search on an ℓ1 merit.
+    fn fold(&mut self, target: T, shift: T, spent: u32, budget: u32, outcome: &mut Outcome) {
+        let object = self.object.displaced(&self.motion.world_to_finger(target));
+        let margin = T::of(5.0 * self.settings.margin);
+        let tolerance = T::TOLERANCE;
+        let (mut shift, mut spent) = (shift, spent);
+        let mut used = 0;
+        loop {
+            let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
+            self.sweep = sweep;
+            outcome.gradient = residual.gradient.to_f64();
+            outcome.length = residual.length.to_f64();
+            let settled = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
+            if spent >= FOLD_ITERATIONS || !residual.gradient.is_finite() {
+                self.state.copy_from(&self.accepted, &self.ladder);
+                self.phase = Phase::Lost;
+                return;
+            }
+            if used >= budget {
+                self.phase = Phase::Folding { target, shift, spent };
+                return;
+            }
+            used += 1;
+            spent += 1;
+            outcome.iterations += 1;
+            if settled {
+                let inertia = step::solve(&self.ladder, &self.state, &mut self.work, Hessian::Newton, T::ZERO);
+                if inertia.is_stable() {
+                    let moved = self.largest_move();
+                    self.snapped |= moved > T::of(SAME_BRANCH);
+                    self.accept(target);
+                    outcome.steps += 1;
+                    self.step = self.max_step() * T::of(0.125);
+                    self.phase = Phase::Following;
+                    return;
+                }
+                // A saddle: leave it along the shifted direction.
+                shift = shift.max(T::of(1e-3));
+                self.nudge();
+                continue;
+            }
+            let inertia = step::solve(&self.ladder, &self.state, &mut self.work, Hessian::Newton, shift);
+            if !inertia.is_stable() {
+                shift = (shift * T::of(4.0)).max(T::of(1e-4));
+                if shift > T::of(1e6) {
+                    spent = FOLD_ITERATIONS;
+                }
+                continue;
+            }
+            let mut penalty = T::one();
+            for lambda in &self.state.lambda.as_ref()[..self.ladder.cells] {
+                penalty = penalty.max(T::of(2.0) * (lambda[0].abs() + lambda[1].abs()));
+            }
+            for cell in 0..self.ladder.cells {
+                for i in 0..2 {
+                    let next = self.state.lambda.as_ref()[cell][i] + self.work.rhs.as_ref()[PER_CELL * cell + i];
+                    penalty = penalty.max(T::of(2.0) * next.abs());
+                }
+            }
+            let before = self.merit(&object, penalty);
+            let mut part = step::clip(&self.ladder, &self.work);
+            let mut better = false;
+            for _ in 0..8 {
+                step::advance_geometry(&self.ladder, &mut self.state, &self.work, part);
+                let after = self.merit(&object, penalty);
+                if after < before {
+                    better = true;
+                    break;
+                }
+                step::advance_geometry(&self.ladder, &mut self.state, &self.work, -part);
+                part = part * T::of(0.5);
+            }
+            if better {
+                step::advance_multipliers(&self.ladder, &mut self.state, &self.work, part);
+                shift = if shift < T::of(1e-6) { T::ZERO } else { shift * T::of(0.25) };
+            } else {
+                let size = (residual.gradient / tolerance.gradient).max(residual.length / tolerance.length);
+                if size < T::of(1e4) {
+                    // Near a solution the merit is flat at this precision: a full step decides.
+                    step::apply(&self.ladder, &mut self.state, &self.work, T::one());
+                }
+                shift = (shift * T::of(8.0)).max(T::of(1e-3));
+            }
+        }
+    }
+
+    /// Largest difference of an angle between the present and the accepted state, rad.
+    fn largest_move(&self) -> T {
+        let n = self.ladder.node_count;
+        let (now, then) = (&self.state.angle.as_ref()[..n], &self.accepted.angle.as_ref()[..n]);
+        now.iter().zip(then).fold(T::ZERO, |most, (&a, &b)| most.max((a - b).abs()))
+    }
+
+    /// A small deterministic disturbance of the interior angles, to leave a saddle.
+    fn nudge(&mut self) {
+        for (node, angle) in self.state.angle.as_mut()[..self.ladder.node_count].iter_mut().enumerate() {
+            let sign = if node % 3 == 0 { T::of(1e-3) } else { T::of(-5e-4) };
+            *angle += sign;
+        }
+        step::share_joints(&self.ladder, &mut self.state);
+    }
+}
+
+/// What can be read off the last accepted equilibrium.
+impl<T: Real, S: Size> Follower<T, S> {
+    /// Coordinate of the last accepted equilibrium, rad or mm.
+    pub fn coordinate(&self) -> f64 {
+        self.at.to_f64()
+    }
+
+    /// Number of angles, stretches and multipliers the model has.
+    pub fn unknowns(&self) -> usize {
+        let stretches = self.ladder.members.as_ref()[..self.members()].iter().filter(|m| m.axial > T::ZERO).count();
+        self.ladder.angles() + stretches
+    }
+
+    fn members(&self) -> usize {
+        if self.ladder.cells == 0 { 0 } else { self.ladder.member_count() }
+    }
+
+    /// Number of samples that touch.
+    pub fn touching(&self) -> usize {
+        self.state.touching_count
+    }
+
+    /// Smallest distance to the object over all samples, mm; slightly negative in contact (softness).
+    pub fn distance(&self) -> T {
+        self.sweep.nearest
+    }
+
+    fn displacement(&self) -> Displacement<T> {
+        self.motion.world_to_finger(self.at)
+    }
+
+    /// Force of the finger on the object in the finger frame, N.
+    pub fn force_finger(&self) -> [T; 2] {
+        let mut force = [T::ZERO; 2];
+        for contact in self.contacts() {
+            force[0] -= contact.force * contact.normal[0];
+            force[1] -= contact.force * contact.normal[1];
+        }
+        force
+    }
+
+    /// Force of the finger on the object in the world frame, N.
+    pub fn force_world(&self) -> [T; 2] {
+        let f = self.force_finger();
+        let world = self.displacement().vector_back(Vec2::new(f[0], f[1]));
+        [world.x, world.y]
+    }
+
+    /// Torque that the contact demands of the motor, N·mm: τ = −((C − M) × F)_z, positive when the motor must push to
+    /// close. For a translated base: the force against its motion, N.
+    pub fn motor_torque(&self) -> T {
+        match self.motion {
+            Motion::Rotating { axis } => {
+                let m = vec2::<T>(axis);
+                let mut torque = T::ZERO;
+                for contact in self.contacts() {
+                    let arm = Vec2::new(contact.position[0], contact.position[1]) - m;
+                    let force = Vec2::new(-contact.force * contact.normal[0], -contact.force * contact.normal[1]);
+                    torque -= cross(arm, force);
+                }
+                torque
+            }
+            Motion::Translating { direction } => {
+                let f = self.force_world();
+                let d = vec2::<T>(direction);
+                f[0] * d.x + f[1] * d.y
+            }
+        }
+    }
+
+    /// Elastic energy V (without the contact term), N·mm.
+    pub fn energy(&self) -> T {
+        self.state.energy(&self.ladder)
+    }
+
+    /// Deformed tip of the front beam, finger frame, mm.
+    pub fn tip(&self) -> [T; 2] {
+        self.work.tip(&self.ladder, &self.state)
+    }
+
+    /// Touching samples, base to tip, finger frame.
+    pub fn contacts(&self) -> impl Iterator<Item = Contact<T>> + '_ {
+        let rows = &self.work.rows.as_ref()[..self.work.row_count];
+        rows.iter().filter(|row| row.multiplier > T::ZERO).map(|row| {
+            let sample = &self.ladder.samples.as_ref()[usize::from(row.sample)];
+            let centre = residual::sample_position(&self.ladder, &self.state, &self.work, sample);
+            Contact {
+                arc: sample.arc,
+                position: [
+                    centre.x - sample.half_thickness * row.normal[0],
+                    centre.y - sample.half_thickness * row.normal[1],
+                ],
+                normal: row.normal,
+                force: row.multiplier,
+            }
+        })
+    }
+
+    /// Deformed centreline of the front beam, finger frame, mm, base to tip: the ends of its links.
+    pub fn front(&self) -> impl Iterator<Item = [T; 2]> + '_ {
+        self.centreline(0)
+    }
+
+    /// Deformed centreline of the back beam, finger frame, mm, base to tip.
+    pub fn back(&self) -> impl Iterator<Item = [T; 2]> + '_ {
+        self.centreline(1)
+    }
+
+    fn centreline(&self, side: usize) -> impl Iterator<Item = [T; 2]> + '_ {
+        let mut point = self.ladder.base;
+        if side == 1 {
+            point[0] += self.ladder.base_rung[0];
+            point[1] += self.ladder.base_rung[1];
+        }
+        let base = core::iter::once(point);
+        base.chain((0..self.ladder.cells).flat_map(move |cell| {
+            let index = 4 * cell + side;
+            let member = &self.ladder.members.as_ref()[index];
+            let work = &self.work.members.as_ref()[index];
+            let sigma = T::one() + self.state.stretch.as_ref()[index];
+            let nodes = member.nodes();
+            let start = point;
+            let d = residual::end_to_end(work, self.state.stretch.as_ref()[index]);
+            point = [start[0] + d[0], start[1] + d[1]];
+            let mut along = [T::ZERO; 2];
+            let flexible = nodes.map(move |node| {
+                let w = sigma * self.ladder.weight.as_ref()[node];
+                let e = self.work.e.as_ref()[node];
+                along = [along[0] + w * e[0], along[1] + w * e[1]];
+                (w > T::ZERO, [start[0] + along[0], start[1] + along[1]])
+            });
+            let rigid = work.rigid_end[0] != T::ZERO || work.rigid_end[1] != T::ZERO;
+            flexible.chain(core::iter::once((rigid, point))).filter(|(moves, _)| *moves).map(|(_, p)| p)
+        }))
+    }
+
+    /// Ends of the rigid lamellae (front, back), finger frame, mm, base to tip.
+    pub fn lamellae(&self) -> impl Iterator<Item = [[T; 2]; 2]> + '_ {
+        (0..self.ladder.cells.saturating_sub(1)).map(move |cell| {
+            let start = self.work.start.as_ref()[cell + 1];
+            let hinge = |k: usize| &self.work.members.as_ref()[4 * cell + k];
+            let d = residual::end_to_end(hinge(2), self.state.stretch.as_ref()[4 * cell + 2]);
+            let from = [start[0] + d[0], start[1] + d[1]];
+            let bar = hinge(3).rigid_start;
+            [from, [from[0] + bar[0], from[1] + bar[1]]]
+        })
+    }
+
+    /// Turns a finger-frame point into the world frame, mm.
+    pub fn to_world(&self, point: [T; 2]) -> [T; 2] {
+        let d = self.displacement();
+        let p = d.vector_back(Vec2::new(point[0], point[1]) - d.translation);
+        [p.x, p.y]
+    }
+}

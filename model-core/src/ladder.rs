@@ -1,0 +1,291 @@
+//! Kinematics and energy of the ladder: two beams, rigid lamellae, flexible hinges as chains between shared joint angles.
+//!
+//! Unknowns are changes of orientation θ from the undeformed shape. A lamella k has three joint angles (front beam,
+//! lamella, back beam), the tip has one. Cell k between two lamellae closes when
+//! D^F_k + R_k − D^B_k − R_{k−1} = 0, with D the end-to-end vectors of the front and back span and R = front hinge +
+//! lamella + back hinge; each closure has two multipliers λ_k, the internal force.
+
+use crate::contact::Sample;
+use crate::real::{Real, Vec2};
+use crate::size::{Blank, Size, Storage};
+
+/// Joint index of a beam's clamped base.
+pub(crate) const CLAMPED: u16 = u16::MAX;
+/// Joint angles and multipliers of a cell: λx, λy, front, lamella, back.
+pub(crate) const PER_CELL: usize = 5;
+
+/// A chain of links between two joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Member<T> {
+    /// First node: the start joint's. The interior nodes follow, then the end joint's.
+    pub(crate) first: u16,
+    /// Number of interior nodes.
+    pub(crate) interior: u16,
+    /// Unknown of the start joint, or [`CLAMPED`].
+    pub(crate) start: u16,
+    /// Unknown of the end joint.
+    pub(crate) end: u16,
+    /// Rigid part that turns with the start joint, undeformed, mm.
+    pub(crate) rigid_start: [T; 2],
+    /// Rigid part that turns with the end joint, undeformed, mm.
+    pub(crate) rigid_end: [T; 2],
+    /// EA·L, N·mm: energy ½ EA L s² of the stretch s; 0 for an inextensible member.
+    pub(crate) axial: T,
+}
+
+impl<T> Member<T> {
+    /// Indices of all its nodes, both joints' included.
+    #[inline]
+    pub(crate) fn nodes(&self) -> core::ops::Range<usize> {
+        usize::from(self.first)..usize::from(self.first) + usize::from(self.interior) + 2
+    }
+}
+
+impl<T: Real> Blank for Member<T> {
+    const BLANK: Self = Self {
+        first: 0,
+        interior: 0,
+        start: CLAMPED,
+        end: CLAMPED,
+        rigid_start: [T::ZERO; 2],
+        rigid_end: [T::ZERO; 2],
+        axial: T::ZERO,
+    };
+}
+
+/// The discretised finger: constants only.
+pub struct Ladder<T: Real, S: Size> {
+    pub(crate) cells: usize,
+    pub(crate) node_count: usize,
+    pub(crate) sample_count: usize,
+    /// Contact softness ε_c, mm/N.
+    pub(crate) softness: T,
+    /// The lamellae turn with the beams: the three angles at a lamella are one, the back beam's.
+    pub(crate) welded: bool,
+    /// Weight lᵢ of a node's direction in its member's end-to-end vector, mm.
+    pub(crate) weight: S::Nodes<T>,
+    /// Undeformed direction (cos β, sin β) at a node.
+    pub(crate) direction: S::Nodes<[T; 2]>,
+    /// Entries of the energy matrix K towards the next node and the one after, N·mm; K's rows sum to zero.
+    pub(crate) coupling: S::Nodes<[T; 2]>,
+    /// Front span, back span, front hinge, back hinge of each cell; the tip cell has no hinges.
+    pub(crate) members: S::Members<Member<T>>,
+    pub(crate) samples: S::Samples<Sample<T>>,
+    /// Closures of the undeformed ladder (rounding residue), mm.
+    pub(crate) rest: S::Cells<[T; 2]>,
+    /// Magnitude of each diagonal entry of the condensed system at rest.
+    pub(crate) scale: S::Unknowns<T>,
+    /// Front beam's base, mm.
+    pub(crate) base: [T; 2],
+    /// From the front beam's base to the back beam's, mm.
+    pub(crate) base_rung: [T; 2],
+}
+
+impl<T: Real, S: Size> Ladder<T, S> {
+    /// A ladder to be discretised into.
+    pub const EMPTY: Self = Self {
+        cells: 0,
+        node_count: 0,
+        sample_count: 0,
+        softness: T::ZERO,
+        welded: false,
+        weight: <S::Nodes<T> as Storage<T>>::EMPTY,
+        direction: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        coupling: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        members: <S::Members<Member<T>> as Storage<Member<T>>>::EMPTY,
+        samples: <S::Samples<Sample<T>> as Storage<Sample<T>>>::EMPTY,
+        rest: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        scale: <S::Unknowns<T> as Storage<T>>::EMPTY,
+        base: [T::ZERO; 2],
+        base_rung: [T::ZERO; 2],
+    };
+
+    /// Forgets everything and makes room for the cells; false if there is none.
+    pub(crate) fn reset(&mut self, cells: usize) -> bool {
+        self.cells = 0;
+        self.node_count = 0;
+        self.sample_count = 0;
+        let fits = self.members.fit(4 * cells) && self.rest.fit(cells) && self.scale.fit(PER_CELL * cells);
+        if fits {
+            self.cells = cells;
+            self.members.as_mut().fill(Member::BLANK);
+            self.weight.as_mut().fill(T::ZERO);
+            self.coupling.as_mut().fill([T::ZERO; 2]);
+            self.scale.as_mut().fill(T::ZERO);
+        }
+        fits
+    }
+
+    /// Makes room for nodes; false if there is none.
+    pub(crate) fn fit_nodes(&mut self, count: usize) -> bool {
+        self.weight.fit(count) && self.direction.fit(count) && self.coupling.fit(count)
+    }
+
+    /// Unknown of a joint: slot 2 is the front beam's angle at a lamella, 3 the lamella's, 4 the back beam's; the tip has
+    /// one angle for all.
+    pub(crate) fn joint(&self, cell: usize, slot: usize) -> u16 {
+        let slot = match slot {
+            _ if cell + 1 == self.cells => 2,
+            _ if self.welded => 4,
+            slot => slot,
+        };
+        (PER_CELL * cell + slot) as u16
+    }
+
+    /// Number of unknowns of the condensed system.
+    #[inline]
+    pub(crate) fn unknowns(&self) -> usize {
+        // The tip cell has λ and one angle.
+        PER_CELL * self.cells - 2
+    }
+
+    /// Members in use: 4 per cell but 2 in the tip cell.
+    #[inline]
+    pub(crate) fn member_count(&self) -> usize {
+        4 * self.cells - 2
+    }
+
+    /// Number of angles of the model (interior nodes and joints).
+    pub fn angles(&self) -> usize {
+        if self.cells == 0 {
+            return 0;
+        }
+        let interior: usize =
+            self.members.as_ref()[..self.member_count()].iter().map(|m| usize::from(m.interior)).sum();
+        interior + 3 * (self.cells - 1) + 1
+    }
+
+    /// Sets the closures' constants so that the undeformed ladder is exactly closed in this precision.
+    pub(crate) fn close_at_rest(&mut self) {
+        let mut rung = vec2_of(self.base_rung);
+        for cell in 0..self.cells {
+            let front = self.rest_vector(4 * cell);
+            let back = self.rest_vector(4 * cell + 1);
+            let next = if cell + 1 < self.cells {
+                self.rest_vector(4 * cell + 2) + self.rest_vector(4 * cell + 3)
+            } else {
+                Vec2::new(T::ZERO, T::ZERO)
+            };
+            let closure = front + next - back - rung;
+            self.rest.as_mut()[cell] = [closure.x, closure.y];
+            rung = next;
+        }
+    }
+
+    fn rest_vector(&self, member: usize) -> Vec2<T> {
+        let m = &self.members.as_ref()[member];
+        let mut sum = vec2_of(m.rigid_start) + vec2_of(m.rigid_end);
+        for node in m.nodes() {
+            sum += vec2_of(self.direction.as_ref()[node]) * self.weight.as_ref()[node];
+        }
+        sum
+    }
+
+    /// Adds a member's share to the magnitude that each diagonal entry of the condensed system has at rest, from its
+    /// bending stiffness EI/L (N·mm) and length L (mm): 4 EI/L at a joint, L³/(12 EI) at a closure. Enough to tell a
+    /// vanishing pivot from a small one.
+    pub(crate) fn add_scale(&mut self, index: usize, stiffness: f64, length: f64) {
+        let member = self.members.as_ref()[index];
+        let scale = self.scale.as_mut();
+        let joint = T::of(4.0 * stiffness);
+        if member.start != CLAMPED {
+            scale[usize::from(member.start)] += joint;
+        }
+        scale[usize::from(member.end)] += joint;
+        let flexibility = if stiffness > 0.0 { T::of(length * length / (12.0 * stiffness)) } else { T::ZERO };
+        let cell = index / 4;
+        for offset in 0..2 {
+            scale[PER_CELL * cell + offset] += flexibility;
+            if index % 4 >= 2 {
+                scale[PER_CELL * (cell + 1) + offset] += flexibility;
+            }
+        }
+    }
+}
+
+#[inline]
+pub(crate) fn vec2_of<T: Real>(v: [T; 2]) -> Vec2<T> {
+    Vec2::new(v[0], v[1])
+}
+
+/// What changes from solve to solve: angles, stretches, multipliers and the touching samples.
+pub struct State<T: Real, S: Size> {
+    /// Change of orientation θ at each node, rad; joint angles are repeated at every member that meets there.
+    pub(crate) angle: S::Nodes<T>,
+    /// Stretch s of each member (0 for inextensible ones).
+    pub(crate) stretch: S::Members<T>,
+    /// Internal force λ_k of each closure, N.
+    pub(crate) lambda: S::Cells<[T; 2]>,
+    /// Touching samples in order along the beam.
+    pub(crate) touching: S::Contacts<u16>,
+    /// Their multipliers μ, N.
+    pub(crate) multiplier: S::Contacts<T>,
+    pub(crate) touching_count: usize,
+}
+
+impl<T: Real, S: Size> State<T, S> {
+    /// The undeformed, untouched finger.
+    pub const EMPTY: Self = Self {
+        angle: <S::Nodes<T> as Storage<T>>::EMPTY,
+        stretch: <S::Members<T> as Storage<T>>::EMPTY,
+        lambda: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        touching: <S::Contacts<u16> as Storage<u16>>::EMPTY,
+        multiplier: <S::Contacts<T> as Storage<T>>::EMPTY,
+        touching_count: 0,
+    };
+
+    /// Makes room for a ladder; false if there is none.
+    pub(crate) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
+        self.angle.fit(ladder.node_count)
+            && self.stretch.fit(4 * ladder.cells)
+            && self.lambda.fit(ladder.cells)
+            && self.touching.fit(S::CONTACTS)
+            && self.multiplier.fit(S::CONTACTS)
+    }
+
+    /// Back to the undeformed, untouched finger.
+    pub(crate) fn rest(&mut self) {
+        self.angle.as_mut().fill(T::ZERO);
+        self.stretch.as_mut().fill(T::ZERO);
+        self.lambda.as_mut().fill([T::ZERO; 2]);
+        self.touching_count = 0;
+    }
+
+    /// Takes another state of the same ladder.
+    pub(crate) fn copy_from(&mut self, other: &Self, ladder: &Ladder<T, S>) {
+        let (n, m, c) = (ladder.node_count, 4 * ladder.cells, ladder.cells);
+        self.angle.as_mut()[..n].copy_from_slice(&other.angle.as_ref()[..n]);
+        self.stretch.as_mut()[..m].copy_from_slice(&other.stretch.as_ref()[..m]);
+        self.lambda.as_mut()[..c].copy_from_slice(&other.lambda.as_ref()[..c]);
+        let t = other.touching_count;
+        self.touching.as_mut()[..t].copy_from_slice(&other.touching.as_ref()[..t]);
+        self.multiplier.as_mut()[..t].copy_from_slice(&other.multiplier.as_ref()[..t]);
+        self.touching_count = t;
+    }
+
+    /// Elastic energy V of bending and stretch, N·mm.
+    pub(crate) fn energy(&self, ladder: &Ladder<T, S>) -> T {
+        let (angle, coupling) = (self.angle.as_ref(), ladder.coupling.as_ref());
+        let mut twice = T::ZERO;
+        for (index, member) in ladder.members.as_ref()[..ladder.member_count()].iter().enumerate() {
+            let nodes = member.nodes();
+            for node in nodes.clone() {
+                for ahead in 1..=2 {
+                    if node + ahead < nodes.end {
+                        let bend = angle[node + ahead] - angle[node];
+                        twice -= coupling[node][ahead - 1] * bend * bend;
+                    }
+                }
+            }
+            let stretch = self.stretch.as_ref()[index];
+            twice += member.axial * stretch * stretch;
+        }
+        T::of(0.5) * twice
+    }
+}
+
+/// Direction at a node turned by its angle.
+#[inline]
+pub(crate) fn turned<T: Real>(direction: [T; 2], cosine: T, sine: T) -> [T; 2] {
+    [cosine * direction[0] - sine * direction[1], sine * direction[0] + cosine * direction[1]]
+}

@@ -1,0 +1,270 @@
+//! The active set on the dense border: μ ≥ 0, w = D Δμ − b ≥ 0, one of them zero for every row.
+//!
+//! D is symmetric and may be legitimately indefinite where contacts stabilise the structure, so it is factorised as
+//! L B Lᵀ with 1×1 and 2×2 pivots and complete pivoting (Bunch & Parlett, SIAM J. Numer. Anal. 8, 1971); the signs in B
+//! are the inertia that the stability test needs.
+
+use crate::real::Real;
+
+/// Bunch and Parlett's (1 + √17)/8: below this ratio of the largest diagonal to the largest entry a 2×2 pivot is taken.
+const ALPHA: f64 = 0.640_388_203_202_208_4;
+/// Marks the first of two rows of a 2×2 pivot in the pivot order.
+const PAIR: u16 = 0x8000;
+
+/// Exchanges rows and columns i and j of a symmetric matrix in full storage.
+fn exchange<T: Real>(a: &mut [T], n: usize, stride: usize, i: usize, j: usize) {
+    if i == j {
+        return;
+    }
+    for k in 0..n {
+        a.swap(i * stride + k, j * stride + k);
+    }
+    for k in 0..n {
+        a.swap(k * stride + i, k * stride + j);
+    }
+}
+
+/// Factorises the leading n×n block in place; returns the number of negative eigenvalues.
+///
+/// A pivot that vanishes beside the largest entry met is replaced by a small positive one.
+pub(crate) fn factorise<T: Real>(a: &mut [T], n: usize, stride: usize, order: &mut [u16]) -> usize {
+    let mut negative = 0;
+    let mut largest = T::ZERO;
+    for i in 0..n {
+        order[i] = i as u16;
+        for j in 0..n {
+            largest = largest.max(a[i * stride + j].abs());
+        }
+    }
+    let least = (largest * T::EPSILON).max(T::of(1e-30));
+    let mut k = 0;
+    while k < n {
+        let (mut r, mut diagonal) = (k, T::ZERO);
+        let (mut p, mut q, mut off) = (k, k, T::ZERO);
+        for i in k..n {
+            if a[i * stride + i].abs() > diagonal {
+                (r, diagonal) = (i, a[i * stride + i].abs());
+            }
+            for j in k..i {
+                if a[i * stride + j].abs() > off {
+                    (p, q, off) = (i, j, a[i * stride + j].abs());
+                }
+            }
+        }
+        if diagonal >= T::of(ALPHA) * off {
+            exchange(a, n, stride, k, r);
+            order.swap(k, r);
+            let mut pivot = a[k * stride + k];
+            if pivot.abs() < least {
+                pivot = least;
+            }
+            negative += usize::from(pivot < T::ZERO);
+            a[k * stride + k] = pivot;
+            let inverse = T::one() / pivot;
+            for i in k + 1..n {
+                let l = a[i * stride + k] * inverse;
+                for j in k + 1..=i {
+                    // The upper triangle still holds the undivided column.
+                    let v = a[i * stride + j] - l * a[k * stride + j];
+                    a[i * stride + j] = v;
+                    a[j * stride + i] = v;
+                }
+                a[i * stride + k] = l;
+            }
+            k += 1;
+        } else {
+            exchange(a, n, stride, k, q);
+            order.swap(k, q);
+            // The exchange may have moved row p.
+            let p = if p == k { q } else { p };
+            exchange(a, n, stride, k + 1, p);
+            order.swap(k + 1, p);
+            let (d, e, f) = (a[k * stride + k], a[(k + 1) * stride + k], a[(k + 1) * stride + k + 1]);
+            // |e| is the largest entry and both diagonals are smaller than ALPHA |e|: the determinant is negative.
+            let inverse = T::one() / (d * f - e * e);
+            negative += 1;
+            for i in k + 2..n {
+                let (u, v) = (a[i * stride + k], a[i * stride + k + 1]);
+                let (l, m) = ((u * f - v * e) * inverse, (v * d - u * e) * inverse);
+                for j in k + 2..=i {
+                    let w = a[i * stride + j] - l * a[k * stride + j] - m * a[(k + 1) * stride + j];
+                    a[i * stride + j] = w;
+                    a[j * stride + i] = w;
+                }
+                a[i * stride + k] = l;
+                a[i * stride + k + 1] = m;
+            }
+            order[k] |= PAIR;
+            k += 2;
+        }
+    }
+    negative
+}
+
+/// Solves with the factors; `x` is in and out, `y` is scratch.
+pub(crate) fn solve<T: Real>(a: &[T], n: usize, stride: usize, order: &[u16], x: &mut [T], y: &mut [T]) {
+    for i in 0..n {
+        y[i] = x[usize::from(order[i] & !PAIR)];
+    }
+    let mut k = 0;
+    while k < n {
+        let pair = order[k] & PAIR != 0;
+        let width = if pair { 2 } else { 1 };
+        for i in k + width..n {
+            for c in k..k + width {
+                let l = a[i * stride + c];
+                y[i] -= l * y[c];
+            }
+        }
+        k += width;
+    }
+    let mut k = 0;
+    while k < n {
+        if order[k] & PAIR != 0 {
+            let (d, e, f) = (a[k * stride + k], a[(k + 1) * stride + k], a[(k + 1) * stride + k + 1]);
+            let inverse = T::one() / (d * f - e * e);
+            let (u, v) = (y[k], y[k + 1]);
+            y[k] = (u * f - v * e) * inverse;
+            y[k + 1] = (v * d - u * e) * inverse;
+            k += 2;
+        } else {
+            y[k] /= a[k * stride + k];
+            k += 1;
+        }
+    }
+    for k in (0..n).rev() {
+        // Within a pair there is no multiplier: L's block is the identity.
+        let first = if k > 0 && order[k - 1] & PAIR != 0 { k + 1 } else { k + 1 + usize::from(order[k] & PAIR != 0) };
+        for i in first..n {
+            let l = a[i * stride + k];
+            y[k] -= l * y[i];
+        }
+    }
+    for i in 0..n {
+        x[usize::from(order[i] & !PAIR)] = y[i];
+    }
+}
+
+/// The border's linear complementarity problem and the room to solve it.
+pub(crate) struct Problem<'a, T> {
+    /// D, `stride` entries per row.
+    pub flexibility: &'a [T],
+    pub stride: usize,
+    /// Right-hand side b.
+    pub rhs: &'a [T],
+    /// Present multipliers μ, N.
+    pub multiplier: &'a dyn Fn(usize) -> T,
+    /// Gap below which a row that does not touch is taken in, mm.
+    pub tolerance: T,
+    pub factored: &'a mut [T],
+    pub order: &'a mut [u16],
+    pub scratch: &'a mut [T],
+}
+
+/// How the active set came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Settled {
+    /// False if the set still changed when the passes ran out.
+    pub settled: bool,
+    /// Negative eigenvalues of D on the active set.
+    pub negative: usize,
+}
+
+/// Finds the active rows (in and out, warm-started) and the steps Δμ of all rows.
+pub(crate) fn settle<T: Real>(
+    problem: &mut Problem<'_, T>,
+    count: usize,
+    active: &mut [bool],
+    delta: &mut [T],
+) -> Settled {
+    let stride = problem.stride;
+    let limit = 4 * count + 8;
+    let mut outcome = Settled { settled: false, negative: 0 };
+    let mut listed = 0;
+    for pass in 0..limit {
+        // Rows that do not touch give up their multiplier.
+        listed = 0;
+        for j in 0..count {
+            if active[j] {
+                listed += 1;
+            } else {
+                delta[j] = -(problem.multiplier)(j);
+            }
+        }
+        let mut i = 0;
+        for j in (0..count).filter(|&j| active[j]) {
+            let row = &problem.flexibility[j * stride..j * stride + count];
+            let mut value = problem.rhs[j];
+            let mut k = 0;
+            for m in 0..count {
+                if active[m] {
+                    problem.factored[i * stride + k] = row[m];
+                    k += 1;
+                } else if delta[m] != T::ZERO {
+                    value -= row[m] * delta[m];
+                }
+            }
+            problem.scratch[i] = value;
+            i += 1;
+        }
+        outcome.negative = factorise(problem.factored, listed, stride, problem.order);
+        let (x, y) = problem.scratch.split_at_mut(listed);
+        if y.len() < listed {
+            return Settled { settled: false, negative: 0 };
+        }
+        solve(problem.factored, listed, stride, problem.order, x, y);
+        let mut i = 0;
+        for j in 0..count {
+            if active[j] {
+                delta[j] = problem.scratch[i];
+                i += 1;
+            }
+        }
+        // Drop pulling rows: all at once first, later the worst one only, so that the set cannot cycle for long.
+        let mut worst: Option<(usize, T)> = None;
+        let mut dropped = false;
+        for j in (0..count).filter(|&j| active[j]) {
+            let total = (problem.multiplier)(j) + delta[j];
+            if total < T::ZERO && worst.is_none_or(|(_, least)| total < least) {
+                worst = Some((j, total));
+            }
+        }
+        if let Some((worst, _)) = worst {
+            if pass < count / 2 + 1 {
+                for j in 0..count {
+                    if active[j] && (problem.multiplier)(j) + delta[j] < T::ZERO {
+                        active[j] = false;
+                        dropped = true;
+                    }
+                }
+            } else {
+                active[worst] = false;
+                dropped = true;
+            }
+        }
+        if dropped {
+            continue;
+        }
+        // Take in the most violated gap.
+        let mut worst: Option<(usize, T)> = None;
+        for j in (0..count).filter(|&j| !active[j]) {
+            let row = &problem.flexibility[j * stride..j * stride + count];
+            let mut gap = -problem.rhs[j];
+            for m in 0..count {
+                gap += row[m] * delta[m];
+            }
+            if gap < -problem.tolerance && worst.is_none_or(|(_, least)| gap < least) {
+                worst = Some((j, gap));
+            }
+        }
+        match worst {
+            Some((j, _)) => active[j] = true,
+            None => {
+                outcome.settled = true;
+                return outcome;
+            }
+        }
+    }
+    let _ = listed;
+    outcome
+}

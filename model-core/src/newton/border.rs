@@ -1,0 +1,207 @@
+//! The border: contact rows g_j + ε_c μ_j = 0 against joints, λ and each other.
+
+use super::Workspace;
+use super::banded::{self, force_terms};
+use super::condense::solve_interior;
+use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
+use crate::real::Real;
+use crate::size::{Blank, Size};
+
+/// A row's entries with its own span, after condensation and before the stretch is eliminated from them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Own<T> {
+    /// With the span's force.
+    pub x: [T; 2],
+    /// With the span's stretch.
+    pub s: T,
+}
+
+impl<T: Real> Blank for Own<T> {
+    const BLANK: Self = Self { x: [T::ZERO; 2], s: T::ZERO };
+}
+
+#[inline]
+fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// Entry −w n·e′ of a row at a node of its span, before the stretch factor.
+#[inline]
+fn weight_at<T: Real, S: Size>(ladder: &Ladder<T, S>, sample: usize, node: usize) -> T {
+    let sample = &ladder.samples.as_ref()[sample];
+    let first = usize::from(sample.node);
+    if node < first {
+        ladder.weight.as_ref()[node]
+    } else {
+        sample.weights.get(node - first).copied().unwrap_or(T::ZERO)
+    }
+}
+
+/// Fills columns Q, the right-hand sides of the rows and −Z, all condensed.
+pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+    let n = ladder.unknowns();
+    let count = work.row_count;
+    let samples = ladder.samples.as_ref();
+    let mut span_start = 0;
+    for j in 0..count {
+        let row = work.rows.as_ref()[j];
+        let sample_index = usize::from(row.sample);
+        let sample = samples[sample_index];
+        let cell = usize::from(sample.cell);
+        let normal = row.normal;
+        if j > 0 && samples[usize::from(work.rows.as_ref()[j - 1].sample)].cell != sample.cell {
+            span_start = j;
+        }
+        let index = 4 * cell;
+        let member = ladder.members.as_ref()[index];
+        let nodes = member.nodes();
+        let interior = usize::from(member.interior);
+        let sigma = T::one() + state.stretch.as_ref()[index];
+        let e = work.e.as_ref();
+        // Raw entries on the span: −σ w n·e′ with e′ = (−e_y, e_x).
+        let cross = |node: usize| normal[1] * e[node][0] - normal[0] * e[node][1];
+        let z = &mut work.delta.as_mut()[nodes.clone()];
+        let mut along = T::ZERO;
+        let reach = usize::from(sample.node) + 2;
+        let mut ends = [T::ZERO; 2];
+        for node in nodes.clone() {
+            let w = if node <= reach { weight_at(ladder, sample_index, node) } else { T::ZERO };
+            let local = node - nodes.start;
+            along += w * dot(normal, e[node]);
+            let raw = -(sigma * w * cross(node));
+            if local == 0 {
+                ends[0] = raw;
+            } else if local == interior + 1 {
+                ends[1] = raw;
+            } else {
+                z[local] = raw;
+            }
+        }
+        let m = &work.members.as_ref()[index];
+        let c = &m.condensed;
+        let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
+        ends[0] -= turn(m.rigid_start);
+        ends[1] -= sample.rigid * turn(m.rigid_end);
+        solve_interior(&work.factor.as_ref()[nodes.clone()], z, interior, T::ZERO);
+        // Eliminate the interior: entries with a, b, force, stretch, gradient.
+        let coupling = &ladder.coupling.as_ref()[nodes.clone()];
+        let (mut a, mut b) = (ends[0], ends[1]);
+        if interior >= 1 {
+            a -= coupling[0][0] * z[1];
+            b -= coupling[interior][0] * z[interior];
+        }
+        if interior >= 2 {
+            a -= coupling[0][1] * z[2];
+            b -= coupling[interior - 1][1] * z[interior - 1];
+        }
+        let weight = &ladder.weight.as_ref()[nodes.clone()];
+        let (push, gradient) = (&work.push.as_ref()[nodes.clone()], &work.gradient.as_ref()[nodes.clone()]);
+        let mut own = Own { x: [T::ZERO; 2], s: -along };
+        let mut residual = T::ZERO;
+        for i in 1..=interior {
+            let v = sigma * weight[i] * z[i];
+            own.x[0] += v * e[nodes.start + i][1];
+            own.x[1] -= v * e[nodes.start + i][0];
+            own.s -= push[i] * z[i];
+            residual -= gradient[i] * z[i];
+        }
+        let s = own.s * c.s_inverse;
+        a -= s * c.sa;
+        b -= s * c.sb;
+        residual -= s * c.sr;
+        let force = [own.x[0] - s * c.sx[0], own.x[1] - s * c.sx[1]];
+
+        // Rows on the same span, this one included.
+        for k in span_start..=j {
+            let other = work.rows.as_ref()[k];
+            let other_sample = usize::from(other.sample);
+            let mut sum = T::ZERO;
+            let reach = usize::from(samples[other_sample].node) + 2;
+            for i in 1..=interior {
+                let node = nodes.start + i;
+                if node > reach {
+                    break;
+                }
+                let w = weight_at(ladder, other_sample, node);
+                sum += w * (other.normal[1] * e[node][0] - other.normal[0] * e[node][1]) * z[i];
+            }
+            // −c′ᵀz with c′ = −σ w n·e′, then the stretch.
+            let mut value = sigma * sum;
+            let other_s = if k == j { own.s } else { work.own.as_ref()[k].s };
+            value -= s * other_s;
+            work.flexibility.as_mut()[j * S::CONTACTS + k] = -value;
+        }
+        // Rows on lower spans see this one through their own span's force.
+        for k in 0..span_start {
+            let below = work.own.as_ref()[k];
+            let lower = 4 * usize::from(samples[usize::from(work.rows.as_ref()[k].sample)].cell);
+            let lower = &work.members.as_ref()[lower].condensed;
+            let s = below.s * lower.s_inverse;
+            let force = [below.x[0] - s * lower.sx[0], below.x[1] - s * lower.sx[1]];
+            work.flexibility.as_mut()[j * S::CONTACTS + k] = dot(force, normal);
+        }
+        let start = j * n;
+        let column = &mut work.columns.as_mut()[start..start + n];
+        column.fill(T::ZERO);
+        if member.start != CLAMPED {
+            column[usize::from(member.start)] += a;
+        }
+        column[usize::from(member.end)] += b;
+        column[PER_CELL * cell] += force[0];
+        column[PER_CELL * cell + 1] += force[1];
+        // Spans below: the row pulls at their force.
+        for lower in 0..cell {
+            let member = &ladder.members.as_ref()[4 * lower];
+            let c = &work.members.as_ref()[4 * lower].condensed;
+            let (terms, _) = force_terms::<T>(4 * lower);
+            let u = terms[0].0;
+            let xn = [c.xx * normal[0] + c.xy * normal[1], c.xy * normal[0] + c.yy * normal[1]];
+            if member.start != CLAMPED {
+                column[usize::from(member.start)] -= dot(c.ax, normal);
+            }
+            column[usize::from(member.end)] -= dot(c.bx, normal);
+            column[u] -= xn[0];
+            column[u + 1] -= xn[1];
+            residual -= dot(c.rx, normal);
+            // Z: nᵀ XX n′ for every row at or below this one that lies above span `lower`.
+            for k in 0..=j {
+                let other = work.rows.as_ref()[k];
+                if usize::from(samples[usize::from(other.sample)].cell) > lower {
+                    work.flexibility.as_mut()[j * S::CONTACTS + k] -= dot(xn, other.normal);
+                }
+            }
+        }
+        work.flexibility.as_mut()[j * S::CONTACTS + j] += ladder.softness;
+        work.own.as_mut()[j] = own;
+        work.row_rhs.as_mut()[j] = -row.gap - ladder.softness * row.multiplier + residual;
+    }
+}
+
+/// Forward-substitutes the columns and completes D and the right-hand sides:
+/// D = −Z + Qᵀ KKT⁻¹ Q, b = r_μ − Qᵀ KKT⁻¹ r with `rhs` = −r already forward-substituted.
+pub(crate) fn complete<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
+    let n = ladder.unknowns();
+    let band = &work.band.as_ref()[..n];
+    let columns = work.columns.as_mut();
+    for j in 0..work.row_count {
+        banded::forward(band, &mut columns[j * n..(j + 1) * n]);
+    }
+    for j in 0..work.row_count {
+        let own = &columns[j * n..(j + 1) * n];
+        let mut value = T::ZERO;
+        for u in 0..n {
+            value += own[u] * band[u][banded::BAND] * work.rhs.as_ref()[u];
+        }
+        work.row_rhs.as_mut()[j] += value;
+        for k in 0..=j {
+            let other = &columns[k * n..(k + 1) * n];
+            let mut sum = T::ZERO;
+            for u in 0..n {
+                sum += own[u] * band[u][banded::BAND] * other[u];
+            }
+            let entry = work.flexibility.as_ref()[j * S::CONTACTS + k] + sum;
+            work.flexibility.as_mut()[j * S::CONTACTS + k] = entry;
+            work.flexibility.as_mut()[k * S::CONTACTS + j] = entry;
+        }
+    }
+}

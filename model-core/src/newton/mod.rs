@@ -1,0 +1,177 @@
+//! One Newton step for the ladder in contact, cost linear in elements and lamellae:
+//! [`residual`] → [`condense`] each member onto its joints and force → [`banded`] KKT in joints and λ →
+//! [`border`] by the contact rows → [`active_set`] on the dense border → increments.
+
+pub(crate) mod active_set;
+pub(crate) mod banded;
+pub(crate) mod border;
+pub(crate) mod condense;
+pub(crate) mod residual;
+pub(crate) mod step;
+
+use crate::contact::Row;
+use crate::ladder::{Ladder, PER_CELL, State};
+use crate::real::Real;
+use crate::size::{Blank, Size, Storage};
+use banded::BAND;
+
+/// Which second derivative the step uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Hessian {
+    /// The energy's plus the exact geometric stiffness of links and contacts.
+    ///
+    /// The default: the geometric stiffness is diagonal, so it costs next to nothing, and without it a compressed beam
+    /// looks as stiff as a stretched one.
+    #[default]
+    Newton,
+    /// The energy's alone (Gauss–Newton): always positive definite, so no stability test is possible.
+    GaussNewton,
+}
+
+/// A member while a step is made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MemberWork<T> {
+    /// Σ lᵢ eᵢ, mm.
+    pub chord: [T; 2],
+    /// Rigid parts, turned, mm.
+    pub rigid_start: [T; 2],
+    pub rigid_end: [T; 2],
+    /// Force f that multiplies the member's end-to-end vector in the Lagrangian, N.
+    pub force: [T; 2],
+    /// Force that turns the rigid end, N (less than `force` where a contact acts on it).
+    pub end_force: [T; 2],
+    /// Gradient with respect to the stretch, N·mm.
+    pub stretch_gradient: T,
+    /// Condensed Hessian.
+    pub condensed: condense::Condensed<T>,
+}
+
+impl<T: Real> Blank for MemberWork<T> {
+    const BLANK: Self = Self {
+        chord: [T::ZERO; 2],
+        rigid_start: [T::ZERO; 2],
+        rigid_end: [T::ZERO; 2],
+        force: [T::ZERO; 2],
+        end_force: [T::ZERO; 2],
+        stretch_gradient: T::ZERO,
+        condensed: condense::Condensed::ZERO,
+    };
+}
+
+/// Room for one step. Nothing in it outlives a solve.
+pub struct Workspace<T: Real, S: Size> {
+    /// Direction e(β+θ) at each node.
+    pub(crate) e: S::Nodes<[T; 2]>,
+    /// v·e′: moment of the node's force about it, before the stretch factor, N·mm.
+    pub(crate) push: S::Nodes<T>,
+    /// Gradient of the Lagrangian at each node, N·mm.
+    pub(crate) gradient: S::Nodes<T>,
+    /// v·e: geometric softening of a node, before the stretch factor, N·mm.
+    pub(crate) curvature: S::Nodes<T>,
+    /// Factorised interior: inverse pivot and the two multipliers towards the next nodes.
+    pub(crate) factor: S::Nodes<[T; 3]>,
+    /// Interior solutions: contact columns while the border is built, then the step's increments Δθ, rad.
+    pub(crate) delta: S::Nodes<T>,
+    pub(crate) members: S::Members<MemberWork<T>>,
+    /// Step in the stretches.
+    pub(crate) stretch_delta: S::Members<T>,
+    /// Position of each front span's start, mm.
+    pub(crate) start: S::Cells<[T; 2]>,
+    /// Σ μ n of the contacts on higher spans, N.
+    pub(crate) above: S::Cells<[T; 2]>,
+    /// Closure errors, mm.
+    pub(crate) closure: S::Cells<[T; 2]>,
+    /// Cosine and sine of the joint angles.
+    pub(crate) turn: S::Unknowns<[T; 2]>,
+    /// Lower band of the condensed KKT matrix, then its factors; the last entry of a row is the diagonal.
+    pub(crate) band: S::Unknowns<[T; BAND + 1]>,
+    /// Right-hand side, then the step in joint angles and λ.
+    pub(crate) rhs: S::Unknowns<T>,
+    /// Contact rows: touching samples and those near the object, in order along the beam.
+    pub(crate) rows: S::Contacts<Row<T>>,
+    pub(crate) row_count: usize,
+    /// Columns Q of the contact rows, then L⁻¹Q; one run of unknowns per row.
+    pub(crate) columns: S::Rows<T>,
+    /// Own-span entries of each row.
+    pub(crate) own: S::Contacts<border::Own<T>>,
+    /// D = −Z + Qᵀ KKT⁻¹ Q, mm/N, row by row; symmetric.
+    pub(crate) flexibility: S::Pairs<T>,
+    /// Factor of D on the active set.
+    pub(crate) factored: S::Pairs<T>,
+    pub(crate) order: S::Contacts<u16>,
+    pub(crate) active: S::Contacts<bool>,
+    /// Right-hand side of the rows, then their step Δμ, N.
+    pub(crate) row_rhs: S::Contacts<T>,
+    pub(crate) row_delta: S::Contacts<T>,
+    pub(crate) scratch: S::Contacts<T>,
+}
+
+impl<T: Real, S: Size> Workspace<T, S> {
+    /// Room before anything was fitted.
+    pub const EMPTY: Self = Self {
+        e: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        push: <S::Nodes<T> as Storage<T>>::EMPTY,
+        gradient: <S::Nodes<T> as Storage<T>>::EMPTY,
+        curvature: <S::Nodes<T> as Storage<T>>::EMPTY,
+        factor: <S::Nodes<[T; 3]> as Storage<[T; 3]>>::EMPTY,
+        delta: <S::Nodes<T> as Storage<T>>::EMPTY,
+        members: <S::Members<MemberWork<T>> as Storage<MemberWork<T>>>::EMPTY,
+        stretch_delta: <S::Members<T> as Storage<T>>::EMPTY,
+        start: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        above: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        closure: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        turn: <S::Unknowns<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        band: <S::Unknowns<[T; BAND + 1]> as Storage<[T; BAND + 1]>>::EMPTY,
+        rhs: <S::Unknowns<T> as Storage<T>>::EMPTY,
+        rows: <S::Contacts<Row<T>> as Storage<Row<T>>>::EMPTY,
+        row_count: 0,
+        columns: <S::Rows<T> as Storage<T>>::EMPTY,
+        own: <S::Contacts<border::Own<T>> as Storage<border::Own<T>>>::EMPTY,
+        flexibility: <S::Pairs<T> as Storage<T>>::EMPTY,
+        factored: <S::Pairs<T> as Storage<T>>::EMPTY,
+        order: <S::Contacts<u16> as Storage<u16>>::EMPTY,
+        active: <S::Contacts<bool> as Storage<bool>>::EMPTY,
+        row_rhs: <S::Contacts<T> as Storage<T>>::EMPTY,
+        row_delta: <S::Contacts<T> as Storage<T>>::EMPTY,
+        scratch: <S::Contacts<T> as Storage<T>>::EMPTY,
+    };
+
+    /// Makes room for a ladder; false if there is none.
+    pub(crate) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
+        let (nodes, members, cells) = (ladder.node_count, 4 * ladder.cells, ladder.cells);
+        let (unknowns, rows) = (PER_CELL * cells, S::CONTACTS);
+        self.e.fit(nodes)
+            && self.push.fit(nodes)
+            && self.gradient.fit(nodes)
+            && self.curvature.fit(nodes)
+            && self.factor.fit(nodes)
+            && self.delta.fit(nodes)
+            && self.members.fit(members)
+            && self.stretch_delta.fit(members)
+            && self.start.fit(cells)
+            && self.above.fit(cells)
+            && self.closure.fit(cells)
+            && self.turn.fit(unknowns)
+            && self.band.fit(unknowns)
+            && self.rhs.fit(unknowns)
+            && self.rows.fit(rows)
+            && self.columns.fit(rows * unknowns)
+            && self.own.fit(rows)
+            && self.flexibility.fit(rows * rows)
+            && self.factored.fit(rows * rows)
+            && self.order.fit(rows)
+            && self.active.fit(rows)
+            && self.row_rhs.fit(rows)
+            && self.row_delta.fit(rows)
+            && self.scratch.fit(rows)
+    }
+
+    /// Position of a state's front tip (deformed), finger frame, mm; needs the kinematics.
+    pub(crate) fn tip(&self, ladder: &Ladder<T, S>, state: &State<T, S>) -> [T; 2] {
+        let cell = ladder.cells - 1;
+        let start = self.start.as_ref()[cell];
+        let d = residual::end_to_end(&self.members.as_ref()[4 * cell], state.stretch.as_ref()[4 * cell]);
+        [start[0] + d[0], start[1] + d[1]]
+    }
+}

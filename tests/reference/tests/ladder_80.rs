@@ -1,0 +1,50 @@
+//! Every row of `ladder-80.csv`: the paper's discrete model, computed independently.
+
+use model_core::discretise::{Discretisation, Physics, Sampling, Scheme};
+use model_core::equilibrium::Follower;
+use model_core::object::{Motion, ObjectDesign};
+use model_core::size::Paper;
+use model_core::status::Status;
+use reference_tests::{ladder_80, ladder_rows};
+
+fn discretisation(scheme: &str) -> Discretisation {
+    match scheme {
+        "paper-170-20-nodes" => Discretisation::full(Scheme::Paper, Physics::Paper),
+        "trapezoid-170-20-nodes" => Discretisation::full(Scheme::Trapezoid, Physics::Paper),
+        "SIMPSON 2/3/1 H4 eps1e-3" => Discretisation::reduced(Physics::Paper),
+        "SIMPSON 2/3/1 node" => {
+            Discretisation { sampling: Sampling::Nodes, softness: 0.0, ..Discretisation::reduced(Physics::Paper) }
+        }
+        other => panic!("unknown scheme {other}"),
+    }
+}
+
+#[test]
+fn every_row_is_reproduced() {
+    let design = ladder_80();
+    let mut follower = Box::new(Follower::<f64, Paper>::EMPTY);
+    let rows = ladder_rows();
+    assert_eq!(rows.len(), 24);
+    for row in rows {
+        follower.configure(&design, &discretisation(&row.scheme)).expect("the reference finger is valid");
+        let object = ObjectDesign::Circle { centre: row.centre, radius: row.radius };
+        follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+        assert!(follower.start(0.0));
+        let outcome = follower.follow(row.angle.to_radians());
+        let name = format!("{} {} {}°", row.scheme, row.case, row.angle);
+        println!("{name}: {outcome:?} force {:?} energy {}", follower.force_finger(), follower.energy());
+        assert_eq!(outcome.status, Status::Converged, "{name}");
+        let force = row.force_finger[0].hypot(row.force_finger[1]);
+        let close = |found: f64, expected: f64, allowed: f64, what: &str| {
+            assert!((found - expected).abs() <= allowed, "{name}: {what} is {found}, expected {expected}");
+        };
+        for i in 0..2 {
+            close(follower.force_finger()[i], row.force_finger[i], 1e-7 * force, "force in the finger frame");
+            close(follower.force_world()[i], row.force_world[i], 1e-7 * force, "force in the world frame");
+            close(follower.tip()[i], row.tip[i], 1e-6, "tip");
+        }
+        close(follower.energy(), row.energy, 1e-7 * row.energy, "energy");
+        close(follower.motor_torque(), row.torque, 1e-7 * row.torque, "torque");
+        assert_eq!(follower.contacts().count(), row.active_contacts, "{name}: active contacts");
+    }
+}
