@@ -1,2 +1,66 @@
-//! Repository commands.
-fn main() {}
+//! Repository commands: `cargo xtask COMMAND`, from anywhere in the repository.
+
+mod command;
+mod cross;
+mod firmware;
+mod logging;
+mod on_target;
+mod paths;
+mod qemu;
+mod setup;
+mod suite;
+
+use anyhow::{Context, Result, bail};
+use std::path::Path;
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+usage: cargo xtask COMMAND
+
+  setup [--fea]          install or build what is missing: QEMU, cross target, Python packages for the tests
+  test                   every check and test: PC, target (in QEMU), system
+  firmware BOARD         build one board's image and print its sections (boards: mps2)
+  qemu-run ELF           run an image in QEMU: its tests if it holds any, else the program with its log
+  demo [--seconds N] [--live]
+  bench [--json FILE]
+  fuzz [--seconds N]";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match dispatch(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dispatch(arguments: &[&str]) -> Result<()> {
+    match arguments {
+        [] | ["help" | "--help" | "-h"] => {
+            println!("{USAGE}");
+            Ok(())
+        }
+        ["setup"] => setup::run(setup::Parts::Everything),
+        ["setup", "--fea"] => setup::run(setup::Parts::EverythingAndFea),
+        ["test"] => suite::run(),
+        ["firmware", board] => firmware::run(board),
+        ["qemu-run", elf] => qemu_run(Path::new(elf)),
+        [command @ ("demo" | "bench" | "fuzz"), ..] => {
+            bail!("`cargo xtask {command}` is not available yet")
+        }
+        _ => bail!("`{}` is not a command\n\n{USAGE}", arguments.join(" ")),
+    }
+}
+
+fn qemu_run(elf: &Path) -> Result<()> {
+    let bytes =
+        std::fs::read(elf).with_context(|| format!("cannot read the image {}", elf.display()))?;
+    if on_target::holds_tests(&bytes)? {
+        on_target::run(elf)
+    } else {
+        qemu::run_with_log(elf)
+    }
+}

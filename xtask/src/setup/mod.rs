@@ -1,0 +1,70 @@
+//! `cargo xtask setup`: finds, installs or builds what the other commands need. One line per part; under a second when nothing is missing.
+
+mod apt;
+mod cross_target;
+mod python;
+
+use crate::command::{find, output};
+use crate::paths;
+use anyhow::{Context, Result, bail};
+use apt::Otherwise;
+use std::fs::{self, File};
+use std::process::Command;
+
+/// What is wanted.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Parts {
+    /// To build firmware and run it: QEMU and the cross target.
+    Firmware,
+    /// And the Python packages that the protocol tests compare against.
+    Everything,
+    /// And CalculiX.
+    EverythingAndFea,
+}
+
+/// Provides the parts; every part is tried, then whatever is missing is one error.
+pub fn run(parts: Parts) -> Result<()> {
+    fs::create_dir_all(paths::target()).context("cannot create the target folder")?;
+    // Two commands may be started at once; the second waits and finds everything there.
+    let lock = File::create(paths::target().join("setup.lock"))?;
+    lock.lock().context("cannot lock the set-up")?;
+
+    type Part = (&'static str, fn() -> Result<String>);
+    let mut wanted: Vec<Part> = vec![("QEMU", qemu), ("cross target", cross_target::provide)];
+    if parts != Parts::Firmware {
+        wanted.push(("Python packages", python::provide));
+    }
+    if parts == Parts::EverythingAndFea {
+        wanted.push(("CalculiX", calculix));
+    }
+    let mut missing = Vec::new();
+    for (name, provide) in wanted {
+        match provide() {
+            Ok(found) => println!("{name}: {found}"),
+            Err(error) => missing.push(format!("{name}: {error:#}")),
+        }
+    }
+    if !missing.is_empty() {
+        bail!("the set-up is incomplete\n{}", missing.join("\n"));
+    }
+    Ok(())
+}
+
+fn qemu() -> Result<String> {
+    const PROGRAM: &str = "qemu-system-arm";
+    if find(PROGRAM).is_none() {
+        println!("QEMU: installing qemu-system-arm");
+        apt::install(&[PROGRAM], Otherwise::Backports)?;
+    }
+    let version = output(Command::new(PROGRAM).arg("--version"))?;
+    Ok(version.lines().next().unwrap_or_default().to_owned())
+}
+
+fn calculix() -> Result<String> {
+    if find("ccx").is_none() {
+        println!("CalculiX: installing calculix-ccx");
+        apt::install(&["calculix-ccx"], Otherwise::Fail)?;
+    }
+    let ccx = find("ccx").context("calculix-ccx is installed, but `ccx` is not in PATH")?;
+    Ok(ccx.display().to_string())
+}

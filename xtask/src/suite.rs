@@ -1,0 +1,102 @@
+//! `cargo xtask test`: every check and test, the cheap ones first.
+
+use crate::command::{headline, run as run_command};
+use crate::cross::{Cross, TRIPLE};
+use crate::{firmware, on_target, paths, setup};
+use anyhow::{Context, Result};
+use std::env;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// Stops at the first step that fails.
+pub fn run() -> Result<()> {
+    headline("set-up");
+    setup::run(setup::Parts::Everything)?;
+    let cross = Cross::find()?;
+
+    headline("formatting");
+    run_command(cargo("fmt").args(["--all", "--check"]))?;
+    run_command(
+        cargo("fmt")
+            .args(["--all", "--check"])
+            .current_dir(paths::boards()),
+    )?;
+
+    headline("clippy");
+    run_command(cargo("clippy").args([
+        "--quiet",
+        "--workspace",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ]))?;
+    headline("clippy, boards");
+    run_command(cross.cargo("clippy").args([
+        "--quiet",
+        "--release",
+        "--workspace",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ]))?;
+
+    headline("tests on this PC");
+    run_command(cargo("test").args(["--workspace", "--exclude", "system-tests"]))?;
+
+    headline("tests on the target, in QEMU");
+    on_target::run(&build_on_target(&cross)?)?;
+
+    headline("boards");
+    for board in firmware::BOARDS {
+        firmware::run(board)?;
+    }
+
+    headline("system tests: firmware, servo and host together");
+    run_command(
+        cargo("test")
+            .args(["--package", "system-tests"])
+            .env("FRE_FIRMWARE_ELF", firmware::build("mps2")?),
+    )
+}
+
+/// The cargo that runs this program, for the PC, at the repository's root.
+fn cargo(subcommand: &str) -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command
+        .arg(subcommand)
+        .current_dir(paths::root())
+        .env("FRE_PYTHON", paths::python());
+    command
+}
+
+/// Builds the test image; returns the ELF's path, whose name has a hash that only cargo knows.
+fn build_on_target(cross: &Cross) -> Result<PathBuf> {
+    let mut build = cross.cargo("test");
+    build.args([
+        "--quiet",
+        "--release",
+        "--package",
+        "on-target",
+        "--lib",
+        "--no-run",
+        "--message-format=json-render-diagnostics",
+    ]);
+    let messages = build
+        .stderr(std::process::Stdio::inherit())
+        .output()
+        .with_context(|| format!("cannot start `{}`", crate::command::line(&build)))?;
+    if !messages.status.success() {
+        anyhow::bail!(
+            "`{}` failed: {}",
+            crate::command::line(&build),
+            messages.status
+        );
+    }
+    String::from_utf8_lossy(&messages.stdout)
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+        .find_map(|message| message["executable"].as_str().map(PathBuf::from))
+        .with_context(|| format!("cargo named no test image for {TRIPLE}"))
+}
