@@ -1,0 +1,52 @@
+//! Board support for QEMU's `mps2-an500`: a Cortex-M7 at 25 MHz with two UARTs in use.
+//!
+//! ```ignore
+//! #[embassy_executor::main(executor = "mps2::Executor", entry = "cortex_m_rt::entry")]
+//! async fn main(spawner: embassy_executor::Spawner) {
+//!     let board = mps2::init();
+//!     // board.bus: the Dynamixel bus (UART 0, QEMU's first -serial); board.link: the host (UART 1, the second)
+//! }
+//! ```
+//!
+//! It brings embassy's clock (microseconds), its executor, a defmt logger and the panic handler, both over semihosting.
+//! All `unsafe` code of the image is here.
+
+#![no_std]
+
+pub mod cycles;
+mod end;
+mod executor;
+mod interrupts;
+mod log;
+mod registers;
+pub mod stack;
+mod time_driver;
+mod uart;
+
+pub use end::{Exit, exit};
+pub use executor::Executor;
+pub use time_driver::skip_to_wraparound;
+pub use uart::{TRANSMIT_RING, Uart, UartRx, UartTx};
+
+/// Rate of both UARTs after [`init`].
+pub const DEFAULT_BAUD: u32 = 1_000_000;
+
+/// The board's devices.
+pub struct Board {
+    /// UART 0, the Dynamixel bus.
+    pub bus: Uart,
+    /// UART 1, the link to the host.
+    pub link: Uart,
+}
+
+/// Starts clocks, interrupts and UARTs. Call it once, first.
+pub fn init() -> Board {
+    cycles::start();
+    time_driver::start();
+    let board = Board {
+        bus: uart::BUS.start(DEFAULT_BAUD),
+        link: uart::LINK.start(DEFAULT_BAUD),
+    };
+    interrupts::enable();
+    board
+}

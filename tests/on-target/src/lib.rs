@@ -1,0 +1,9 @@
+//! Tests that run on the microcontroller, in QEMU, each in a machine of its own.
+//!
+//! One module per part of the firmware. The runner (`cargo xtask test`, or `cargo xtask qemu-run ELF`) connects the board's two UARTs
+//! to each other.
+
+#![cfg_attr(test, no_std, no_main)]
+
+#[cfg(test)]
+mod board;
