@@ -248,6 +248,9 @@ impl<T: Real, S: Size> Follower<T, S> {
                     let done = self.advance(to, budget, &mut outcome);
                     if let Some(status) = done {
                         outcome.status = status;
+                        if !status.is_trustworthy() {
+                            self.show_accepted();
+                        }
                         return outcome;
                     }
                 }
@@ -310,6 +313,13 @@ impl<T: Real, S: Size> Follower<T, S> {
         }
         self.accepted.copy_from(&self.state, &self.ladder);
         self.at = at;
+    }
+
+    /// Brings the workspace, which results are read from, back to the accepted state.
+    fn show_accepted(&mut self) {
+        self.state.copy_from(&self.accepted, &self.ladder);
+        let object = self.object.displaced(&self.motion.world_to_finger(self.at));
+        (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
     }
 
     fn standing(&self) -> Status {

@@ -5,6 +5,7 @@ pub mod contact;
 pub mod design;
 pub mod discretise;
 pub mod equilibrium;
+pub mod estimator;
 pub mod ladder;
 pub mod newton;
 pub mod object;

@@ -1,0 +1,197 @@
+//! Motor angle in, contact force out, once per tick of a control loop, in bounded time.
+//!
+//! The estimator keeps the equilibrium of the last tick and follows it to the new angle with at most
+//! [`EstimatorSettings::budget`] Newton iterations. When that is not enough, or when the solver does not vouch for the
+//! result, the estimate repeats the last trustworthy numbers with a status that is not trustworthy and an age above zero,
+//! and the next tick goes on from where this one stopped.
+
+use crate::design::Design;
+use crate::discretise::{Discretisation, DiscretiseError};
+use crate::equilibrium::{Follower, Settings};
+use crate::object::{Motion, ObjectDesign, ObjectError};
+use crate::real::Real;
+use crate::size::Size;
+use crate::status::Status;
+
+/// Bounds of an estimator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EstimatorSettings {
+    /// Newton iterations allowed per tick; default 8.
+    pub budget: u32,
+    /// Motor angles outside this range (rad) are answered with `out-of-range`; default ±90°.
+    pub range: [f64; 2],
+}
+
+impl EstimatorSettings {
+    /// The defaults.
+    pub const DEFAULT: Self = Self { budget: 8, range: [-core::f64::consts::FRAC_PI_2, core::f64::consts::FRAC_PI_2] };
+}
+
+impl Default for EstimatorSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What the estimator says at one tick. Angles in rad, lengths in mm, forces in N, torques in N·mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Estimate {
+    /// Whether the numbers below may be used.
+    pub status: Status,
+    /// Motor angle the estimate was asked for.
+    pub motor_angle: f32,
+    /// Force of the finger on the object, world frame.
+    pub force: [f32; 2],
+    /// Centre of the contact (mean of the touching surface points, weighted by force), world frame; zero without contact.
+    pub contact_centre: [f32; 2],
+    /// Arc length of the front beam between the outermost touching samples.
+    pub contact_extent: f32,
+    /// Torque the contact demands of the motor, positive when it must push to close.
+    pub torque: f32,
+    /// Smallest distance between finger and object; negative by the contact's softness (at most a few µm) when touching.
+    pub distance: f32,
+    /// Newton iterations spent in this tick: the cost.
+    pub iterations: u16,
+    /// Largest gradient component left, N·mm.
+    pub residual: f32,
+    /// Ticks since the last trustworthy estimate; 0 for a trustworthy one.
+    pub age: u32,
+}
+
+impl Estimate {
+    /// Magnitude of the force, N.
+    pub fn force_magnitude(&self) -> f32 {
+        libm::sqrtf(self.force[0] * self.force[0] + self.force[1] * self.force[1])
+    }
+
+    const NONE: Self = Self {
+        status: Status::OutOfRange,
+        motor_angle: 0.0,
+        force: [0.0; 2],
+        contact_centre: [0.0; 2],
+        contact_extent: 0.0,
+        torque: 0.0,
+        distance: 0.0,
+        iterations: 0,
+        residual: 0.0,
+        age: 0,
+    };
+}
+
+/// Estimates the contact force of one finger on one object from the motor angle.
+pub struct Estimator<T: Real, S: Size> {
+    follower: Follower<T, S>,
+    settings: EstimatorSettings,
+    last: Estimate,
+    object: Option<ObjectDesign>,
+    motion: Motion,
+    configured: bool,
+    placed: bool,
+}
+
+impl<T: Real, S: Size> Estimator<T, S> {
+    /// An estimator without finger and object: every estimate is `out-of-range`.
+    pub const EMPTY: Self = Self {
+        follower: Follower::EMPTY,
+        settings: EstimatorSettings::DEFAULT,
+        last: Estimate::NONE,
+        object: None,
+        motion: Motion::Rotating { axis: [0.0; 2] },
+        configured: false,
+        placed: false,
+    };
+
+    /// Takes a finger (rotated about its motor axis); the state starts anew, the object stays.
+    ///
+    /// # Errors
+    /// What the discretisation refuses; the estimator then has no finger.
+    pub fn configure(&mut self, design: &Design, how: &Discretisation) -> Result<(), DiscretiseError> {
+        self.configured = false;
+        self.follower.configure(design, how)?;
+        self.configured = true;
+        self.motion = Motion::Rotating { axis: design.motor_axis };
+        if let Some(object) = self.object {
+            self.follower.set_object(object, self.motion);
+        }
+        self.placed = false;
+        Ok(())
+    }
+
+    /// Takes an object; the state starts anew.
+    ///
+    /// # Errors
+    /// What is wrong with the object; the old one then stays.
+    pub fn set_object(&mut self, object: ObjectDesign) -> Result<(), ObjectError> {
+        object.validate()?;
+        self.object = Some(object);
+        if self.configured {
+            self.follower.set_object(object, self.motion);
+        }
+        self.placed = false;
+        Ok(())
+    }
+
+    /// Changes the bounds of the estimator and how its solver follows.
+    pub fn set_settings(&mut self, settings: EstimatorSettings, solver: Settings) {
+        self.settings = settings;
+        self.follower.set_settings(solver);
+    }
+
+    /// The solver behind the estimate: deformed shape and contacts of the last followed equilibrium.
+    pub fn follower(&self) -> &Follower<T, S> {
+        &self.follower
+    }
+
+    /// Estimates at a measured motor angle, rad.
+    pub fn update(&mut self, motor_angle: f64) -> Estimate {
+        let [least, most] = self.settings.range;
+        let mut estimate = self.last;
+        estimate.motor_angle = motor_angle as f32;
+        estimate.iterations = 0;
+        if !self.configured || self.object.is_none() || !(least..=most).contains(&motor_angle) {
+            estimate.status = Status::OutOfRange;
+        } else if !self.placed && !self.follower.start(motor_angle) {
+            estimate.status = Status::OutOfRange;
+        } else {
+            self.placed = true;
+            let outcome = self.follower.follow_within(motor_angle, self.settings.budget);
+            estimate.status = outcome.status;
+            estimate.iterations = outcome.iterations.min(u32::from(u16::MAX)) as u16;
+            estimate.residual = outcome.gradient as f32;
+            if outcome.status.is_trustworthy() {
+                self.read(&mut estimate);
+            }
+        }
+        estimate.age = if estimate.status.is_trustworthy() { 0 } else { self.last.age.saturating_add(1) };
+        self.last = estimate;
+        estimate
+    }
+
+    fn read(&self, estimate: &mut Estimate) {
+        let single = |v: [T; 2]| v.map(|x| x.to_f64() as f32);
+        estimate.force = single(self.follower.force_world());
+        estimate.torque = self.follower.motor_torque().to_f64() as f32;
+        estimate.distance = self.follower.distance().to_f64() as f32;
+        let mut centre = [T::ZERO; 2];
+        let mut total = T::ZERO;
+        let mut first = None;
+        let mut last = T::ZERO;
+        for contact in self.follower.contacts() {
+            centre[0] += contact.force * contact.position[0];
+            centre[1] += contact.force * contact.position[1];
+            total += contact.force;
+            first = first.or(Some(contact.arc));
+            last = contact.arc;
+        }
+        estimate.contact_centre = [0.0; 2];
+        estimate.contact_extent = 0.0;
+        if let Some(first) = first
+            && total > T::ZERO
+        {
+            estimate.contact_centre = single(self.follower.to_world([centre[0] / total, centre[1] / total]));
+            estimate.contact_extent = (last - first).to_f64() as f32;
+        }
+    }
+}
