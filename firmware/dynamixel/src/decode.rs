@@ -192,11 +192,18 @@ impl<const N: usize> Decoder<N> {
 
     fn drop_front(&mut self, count: usize) {
         let count = count.min(self.held);
-        if count > 0 {
-            self.buffer.copy_within(count..self.held, 0);
-            self.held -= count;
-            self.searched = 0;
+        if count == 0 {
+            return;
         }
+        // By hand: the compiler does not see that `copy_within` cannot panic here. Mostly nothing is left to be moved.
+        for from in count..self.held {
+            let byte = self.buffer.get(from).copied().unwrap_or_default();
+            if let Some(place) = self.buffer.get_mut(from - count) {
+                *place = byte;
+            }
+        }
+        self.held -= count;
+        self.searched = 0;
     }
 
     fn skip(&mut self, count: usize) {
