@@ -11,9 +11,7 @@ pub fn headline(text: &str) {
 
 /// Runs a command on the terminal; anything but exit status 0 is an error that shows it.
 pub fn run(command: &mut Command) -> Result<()> {
-    let status = command
-        .status()
-        .with_context(|| format!("cannot start `{}`", line(command)))?;
+    let status = command.status().with_context(|| format!("cannot start `{}`", line(command)))?;
     if !status.success() {
         bail!("`{}` failed: {status}", line(command));
     }
@@ -37,10 +35,7 @@ pub fn output(command: &mut Command) -> Result<String> {
 
 /// Runs a command silently, whatever its exit status.
 pub fn capture(command: &mut Command) -> Result<Output> {
-    command
-        .stdin(Stdio::null())
-        .output()
-        .with_context(|| format!("cannot start `{}`", line(command)))
+    command.stdin(Stdio::null()).output().with_context(|| format!("cannot start `{}`", line(command)))
 }
 
 /// Whether a command runs and ends with exit status 0.
@@ -54,19 +49,11 @@ pub fn line(command: &Command) -> String {
     for (name, value) in command.get_envs() {
         // PATH is long and says nothing about the fault; cleared variables are noise.
         if let (Some(value), true) = (value, name != "PATH") {
-            words.push(format!(
-                "{}={}",
-                name.display(),
-                quoted(&value.display().to_string())
-            ));
+            words.push(format!("{}={}", name.display(), quoted(&value.display().to_string())));
         }
     }
     words.push(quoted(&command.get_program().display().to_string()));
-    words.extend(
-        command
-            .get_args()
-            .map(|word| quoted(&word.display().to_string())),
-    );
+    words.extend(command.get_args().map(|word| quoted(&word.display().to_string())));
     words.join(" ")
 }
 
@@ -82,15 +69,12 @@ fn quoted(word: &str) -> String {
 /// Where `PATH` finds a program.
 pub fn find(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
-    std::env::split_paths(&path)
-        .map(|folder| folder.join(program))
-        .find(|candidate| is_executable(candidate))
+    std::env::split_paths(&path).map(|folder| folder.join(program)).find(|candidate| is_executable(candidate))
 }
 
 fn is_executable(path: &Path) -> bool {
     use std::os::unix::fs::PermissionsExt;
-    path.metadata()
-        .is_ok_and(|meta| meta.is_file() && meta.permissions().mode() & 0o111 != 0)
+    path.metadata().is_ok_and(|meta| meta.is_file() && meta.permissions().mode() & 0o111 != 0)
 }
 
 /// Whether this process may install system packages.

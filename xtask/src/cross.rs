@@ -59,8 +59,7 @@ impl Cross {
         let mut command = match self {
             Self::Active => {
                 // The cargo that runs us, and by PATH or RUSTUP_TOOLCHAIN the rustc that belongs to it.
-                let mut command =
-                    Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+                let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
                 clear_inherited(&mut command);
                 command
             }
@@ -103,10 +102,7 @@ pub fn debian_sysroot() -> PathBuf {
 pub fn debian_stamp(sysroot: &Path) -> Option<String> {
     let stamp = std::fs::read_to_string(sysroot.join("rustc.txt")).ok()?;
     let now = debian_rustc()?;
-    let linker = sysroot
-        .join("lib/rustlib")
-        .join(host_of(&now)?)
-        .join("bin/rust-lld");
+    let linker = sysroot.join("lib/rustlib").join(host_of(&now)?).join("bin/rust-lld");
     (stamp == now && has_target(sysroot) && linker.exists()).then_some(now)
 }
 
@@ -122,26 +118,21 @@ pub fn host_of(version: &str) -> Option<&str> {
 
 /// Where cargo keeps the sources of dependencies.
 fn cargo_home() -> Option<PathBuf> {
-    env::var_os("CARGO_HOME")
-        .map(PathBuf::from)
-        .or_else(|| Some(PathBuf::from(env::var_os("HOME")?).join(".cargo")))
+    env::var_os("CARGO_HOME").map(PathBuf::from).or_else(|| Some(PathBuf::from(env::var_os("HOME")?).join(".cargo")))
 }
 
 /// The active toolchain's sysroot.
 pub fn active_sysroot() -> Result<PathBuf> {
-    let path =
-        output(Command::new("rustc").args(["--print", "sysroot"])).context("no Rust compiler")?;
+    let path = output(Command::new("rustc").args(["--print", "sysroot"])).context("no Rust compiler")?;
     Ok(PathBuf::from(path.trim()))
 }
 
 /// Whether a sysroot has `core` for the target.
 pub fn has_target(sysroot: &Path) -> bool {
     let folder = sysroot.join("lib/rustlib").join(TRIPLE).join("lib");
-    folder.read_dir().is_ok_and(|entries| {
-        entries
-            .flatten()
-            .any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
-    })
+    folder
+        .read_dir()
+        .is_ok_and(|entries| entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-")))
 }
 
 /// Removes what the outer cargo sets for its children; what the user configures (home, network, terminal) stays.

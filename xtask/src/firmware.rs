@@ -22,21 +22,11 @@ pub fn run(board: &str) -> Result<()> {
 /// Builds a board's image; returns the ELF's path.
 pub fn build(board: &str) -> Result<PathBuf> {
     if !BOARDS.contains(&board) {
-        bail!(
-            "`{board}` is not a board; the boards are: {}",
-            BOARDS.join(", ")
-        );
+        bail!("`{board}` is not a board; the boards are: {}", BOARDS.join(", "));
     }
     let cross = Cross::find()?;
-    run_command(
-        cross
-            .cargo("build")
-            .args(["--quiet", "--release", "--package", board, "--bins"]),
-    )?;
-    Ok(paths::boards_target()
-        .join(TRIPLE)
-        .join("release")
-        .join(format!("gripper-{board}")))
+    run_command(cross.cargo("build").args(["--quiet", "--release", "--package", board, "--bins"]))?;
+    Ok(paths::boards_target().join(TRIPLE).join("release").join(format!("gripper-{board}")))
 }
 
 fn print_sections(image: &[u8]) -> Result<()> {
@@ -49,12 +39,7 @@ fn print_sections(image: &[u8]) -> Result<()> {
         if sh_flags & u64::from(elf::SHF_ALLOC) == 0 || section.size() == 0 {
             continue;
         }
-        println!(
-            "{:<14} {:>8} bytes at {:#010x}",
-            section.name()?,
-            section.size(),
-            section.address()
-        );
+        println!("{:<14} {:>8} bytes at {:#010x}", section.name()?, section.size(), section.address());
         let zeros = section.kind() == SectionKind::UninitializedData;
         let writable = sh_flags & u64::from(elf::SHF_WRITE) != 0;
         flash += if zeros { 0 } else { section.size() };

@@ -56,11 +56,6 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
 }
 
 fn qemu_run(elf: &Path) -> Result<()> {
-    let bytes =
-        std::fs::read(elf).with_context(|| format!("cannot read the image {}", elf.display()))?;
-    if on_target::holds_tests(&bytes)? {
-        on_target::run(elf)
-    } else {
-        qemu::run_with_log(elf)
-    }
+    let bytes = std::fs::read(elf).with_context(|| format!("cannot read the image {}", elf.display()))?;
+    if on_target::holds_tests(&bytes)? { on_target::run(elf) } else { qemu::run_with_log(elf) }
 }

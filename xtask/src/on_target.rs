@@ -58,13 +58,8 @@ pub fn run(elf: &Path) -> Result<()> {
                         println!("test {} ... ignored", test.name);
                         continue;
                     }
-                    let failure =
-                        run_one(elf, test, &log).unwrap_or_else(|error| Some(format!("{error:#}")));
-                    println!(
-                        "test {} ... {}",
-                        test.name,
-                        if failure.is_some() { "FAILED" } else { "ok" }
-                    );
+                    let failure = run_one(elf, test, &log).unwrap_or_else(|error| Some(format!("{error:#}")));
+                    println!("test {} ... {}", test.name, if failure.is_some() { "FAILED" } else { "ok" });
                     if let (Some(failure), Ok(mut failures)) = (failure, failures.lock()) {
                         failures.push((&test.name, failure));
                     }
@@ -72,9 +67,7 @@ pub fn run(elf: &Path) -> Result<()> {
             });
         }
     });
-    let mut failures = failures
-        .into_inner()
-        .map_err(|_| anyhow::anyhow!("the runner itself failed"))?;
+    let mut failures = failures.into_inner().map_err(|_| anyhow::anyhow!("the runner itself failed"))?;
     failures.sort();
     if !failures.is_empty() {
         println!("\nfailures:");
@@ -98,47 +91,28 @@ pub fn run(elf: &Path) -> Result<()> {
 /// The tests of an ELF file, by name.
 fn list(elf: &[u8]) -> Result<Vec<Test>> {
     let file = object::File::parse(elf).context("not an ELF file")?;
-    let section = file
-        .section_by_name(".embedded_test")
-        .context("no section `.embedded_test`")?;
+    let section = file.section_by_name(".embedded_test").context("no section `.embedded_test`")?;
     let mut tests = Vec::new();
-    for symbol in file
-        .symbols()
-        .filter(|symbol| symbol.section_index() == Some(section.index()))
-    {
+    for symbol in file.symbols().filter(|symbol| symbol.section_index() == Some(section.index())) {
         let name = symbol.name()?;
         if !name.starts_with('{') {
             continue; // the protocol's version
         }
-        let description: serde_json::Value = serde_json::from_str(name)
-            .with_context(|| format!("`{name}` does not describe a test"))?;
-        let words = section
-            .data_range(symbol.address(), 12)?
-            .with_context(|| format!("`{name}` has no value"))?;
-        let word = |index: usize| {
-            words[4 * index..][..4]
-                .iter()
-                .rev()
-                .fold(0, |value, byte| value << 8 | u32::from(*byte))
-        };
+        let description: serde_json::Value =
+            serde_json::from_str(name).with_context(|| format!("`{name}` does not describe a test"))?;
+        let words = section.data_range(symbol.address(), 12)?.with_context(|| format!("`{name}` has no value"))?;
+        let word =
+            |index: usize| words[4 * index..][..4].iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
         let [entry, path, length] = [word(0), word(1), word(2)];
-        let path =
-            text(&file, path, length).with_context(|| format!("`{name}` has no module path"))?;
-        let module = path
-            .split_once("::")
-            .map_or("", |(_, module)| module)
-            .trim_end_matches("::tests");
-        let function = description["name"]
-            .as_str()
-            .context("a test without a name")?;
+        let path = text(&file, path, length).with_context(|| format!("`{name}` has no module path"))?;
+        let module = path.split_once("::").map_or("", |(_, module)| module).trim_end_matches("::tests");
+        let function = description["name"].as_str().context("a test without a name")?;
         tests.push(Test {
             name: format!("{module}::{function}"),
             entry,
             ignored: description["ignored"].as_bool().unwrap_or(false),
             should_panic: description["should_panic"].as_bool().unwrap_or(false),
-            timeout: description["timeout"]
-                .as_u64()
-                .map_or(DEFAULT_TIMEOUT, Duration::from_secs),
+            timeout: description["timeout"].as_u64().map_or(DEFAULT_TIMEOUT, Duration::from_secs),
         });
     }
     tests.sort_by(|a, b| a.name.cmp(&b.name));
@@ -147,12 +121,7 @@ fn list(elf: &[u8]) -> Result<Vec<Test>> {
 
 /// A string in the image's read-only data.
 fn text(file: &object::File, address: u32, length: u32) -> Option<String> {
-    let bytes = file.sections().find_map(|section| {
-        section
-            .data_range(address.into(), length.into())
-            .ok()
-            .flatten()
-    })?;
+    let bytes = file.sections().find_map(|section| section.data_range(address.into(), length.into()).ok().flatten())?;
     String::from_utf8(bytes.to_vec()).ok()
 }
 
@@ -163,12 +132,7 @@ fn run_one(elf: &Path, test: &Test, log: &Log) -> Result<Option<String>> {
     let socket = format!("fre-on-target-{}-{}", std::process::id(), test.entry);
     for (id, role) in [("a", ",server=on,wait=off"), ("b", "")] {
         let description = format!("socket,id={id},abstract=on,path={socket}{role}");
-        command.args([
-            "-chardev",
-            &description,
-            "-serial",
-            &format!("chardev:{id}"),
-        ]);
+        command.args(["-chardev", &description, "-serial", &format!("chardev:{id}")]);
     }
     let mut qemu = command
         .args(SPEED)
@@ -181,10 +145,7 @@ fn run_one(elf: &Path, test: &Test, log: &Log) -> Result<Option<String>> {
     let stdout = thread::spawn(move || read_all(stdout));
     let stderr = thread::spawn(move || read_all(stderr));
     let status = wait(&mut qemu, test.timeout)?;
-    let (stdout, stderr) = (
-        stdout.join().unwrap_or_default(),
-        stderr.join().unwrap_or_default(),
-    );
+    let (stdout, stderr) = (stdout.join().unwrap_or_default(), stderr.join().unwrap_or_default());
 
     let verdict = match status.map(|status| (status.code(), status)) {
         None => format!("no end after {} s", test.timeout.as_secs()),

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 /// The repository's root.
 pub fn root() -> PathBuf {
     // Cargo tells the running program where the manifest is now; the compiled-in path serves a copied binary.
-    let manifest = std::env::var_os("CARGO_MANIFEST_DIR")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")), PathBuf::from);
+    let manifest =
+        std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")), PathBuf::from);
     manifest.parent().map(PathBuf::from).unwrap_or(manifest)
 }
 

@@ -16,14 +16,7 @@ pub fn machine(elf: &Path, program_arguments: &[&str]) -> Command {
     }
     let mut command = Command::new("qemu-system-arm");
     command
-        .args([
-            "-machine",
-            "mps2-an500",
-            "-display",
-            "none",
-            "-monitor",
-            "none",
-        ])
+        .args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none"])
         .args(["-semihosting-config", &semihosting])
         .arg("-kernel")
         .arg(elf);
@@ -41,21 +34,11 @@ pub fn run_with_log(elf: &Path) -> Result<()> {
     for name in ["bus", "link"] {
         let socket = folder.join(name);
         println!("{}", socket.display());
-        let description = format!(
-            "socket,id={name},path={},server=on,wait=off",
-            socket.display()
-        );
-        command.args([
-            "-chardev",
-            &description,
-            "-serial",
-            &format!("chardev:{name}"),
-        ]);
+        let description = format!("socket,id={name},path={},server=on,wait=off", socket.display());
+        command.args(["-chardev", &description, "-serial", &format!("chardev:{name}")]);
     }
-    let mut qemu = command
-        .stdout(Stdio::piped())
-        .spawn()
-        .with_context(|| format!("cannot start `{}`", line(&command)))?;
+    let mut qemu =
+        command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start `{}`", line(&command)))?;
     if let Some(output) = qemu.stdout.take() {
         log.print(output)?;
     }

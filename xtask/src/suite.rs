@@ -16,21 +16,10 @@ pub fn run() -> Result<()> {
 
     headline("formatting");
     run_command(cargo("fmt").args(["--all", "--check"]))?;
-    run_command(
-        cargo("fmt")
-            .args(["--all", "--check"])
-            .current_dir(paths::boards()),
-    )?;
+    run_command(cargo("fmt").args(["--all", "--check"]).current_dir(paths::boards()))?;
 
     headline("clippy");
-    run_command(cargo("clippy").args([
-        "--quiet",
-        "--workspace",
-        "--all-targets",
-        "--",
-        "-D",
-        "warnings",
-    ]))?;
+    run_command(cargo("clippy").args(["--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     headline("clippy, boards");
     run_command(cross.cargo("clippy").args([
         "--quiet",
@@ -54,20 +43,13 @@ pub fn run() -> Result<()> {
     }
 
     headline("system tests: firmware, servo and host together");
-    run_command(
-        cargo("test")
-            .args(["--package", "system-tests"])
-            .env("FRE_FIRMWARE_ELF", firmware::build("mps2")?),
-    )
+    run_command(cargo("test").args(["--package", "system-tests"]).env("FRE_FIRMWARE_ELF", firmware::build("mps2")?))
 }
 
 /// The cargo that runs this program, for the PC, at the repository's root.
 fn cargo(subcommand: &str) -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command
-        .arg(subcommand)
-        .current_dir(paths::root())
-        .env("FRE_PYTHON", paths::python());
+    command.arg(subcommand).current_dir(paths::root()).env("FRE_PYTHON", paths::python());
     command
 }
 
@@ -88,11 +70,7 @@ fn build_on_target(cross: &Cross) -> Result<PathBuf> {
         .output()
         .with_context(|| format!("cannot start `{}`", crate::command::line(&build)))?;
     if !messages.status.success() {
-        anyhow::bail!(
-            "`{}` failed: {}",
-            crate::command::line(&build),
-            messages.status
-        );
+        anyhow::bail!("`{}` failed: {}", crate::command::line(&build), messages.status);
     }
     String::from_utf8_lossy(&messages.stdout)
         .lines()

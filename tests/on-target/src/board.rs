@@ -29,10 +29,7 @@ mod tests {
     fn double_precision_is_ieee() {
         let (a, b) = (black_box(0.1_f64), black_box(0.2_f64));
         assert_eq!((a + b).to_bits(), 0x3fd3_3333_3333_3334);
-        assert_eq!(
-            black_box(2.0_f64) / black_box(3.0_f64),
-            0.666_666_666_666_666_6
-        );
+        assert_eq!(black_box(2.0_f64) / black_box(3.0_f64), 0.666_666_666_666_666_6);
     }
 
     /// The clock never goes back, and agrees with the independent 25 MHz counter.
@@ -47,10 +44,7 @@ mod tests {
         }
         let micros = (last - start).as_micros();
         let by_cycles = u64::from(cycles::now().wrapping_sub(cycles_start)) / 25;
-        assert!(
-            by_cycles.abs_diff(micros) <= 5,
-            "{micros} µs by the clock, {by_cycles} by cycles"
-        );
+        assert!(by_cycles.abs_diff(micros) <= 5, "{micros} µs by the clock, {by_cycles} by cycles");
     }
 
     /// An alarm comes after its time, and little after.
@@ -61,10 +55,7 @@ mod tests {
             Timer::after_micros(micros).await;
             let late = (start.elapsed().as_micros()).checked_sub(micros);
             // QEMU may wake a sleeping machine late by what the PC is busy with.
-            assert!(
-                late.is_some_and(|late| late < 20_000),
-                "{micros} µs: {late:?} late"
-            );
+            assert!(late.is_some_and(|late| late < 20_000), "{micros} µs: {late:?} late");
         }
     }
 
@@ -203,10 +194,7 @@ mod tests {
         let ratio = f64::from(ten) / f64::from(one);
         assert!((9.9..10.1).contains(&ratio), "{one} and {ten} ticks");
         // Between 2 and 10 instructions a turn, whatever the compiler made of it.
-        assert!(
-            (20_000..100_000).contains(&one),
-            "{one} ticks for 100,000 turns"
-        );
+        assert!((20_000..100_000).contains(&one), "{one} ticks for 100,000 turns");
     }
 
     /// An array of 8 KB on the stack is seen, and only when it is there.

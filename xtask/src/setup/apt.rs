@@ -16,10 +16,7 @@ pub enum Otherwise {
 
 /// Installs packages, or says which command would.
 pub fn install(packages: &[&str], otherwise: Otherwise) -> Result<()> {
-    let command_line = format!(
-        "apt-get install --no-install-recommends --no-remove {}",
-        packages.join(" ")
-    );
+    let command_line = format!("apt-get install --no-install-recommends --no-remove {}", packages.join(" "));
     if find("apt-get").is_none() {
         bail!(
             "missing: {}. This machine has no apt-get: install what corresponds to these Debian packages",
@@ -33,13 +30,7 @@ pub fn install(packages: &[&str], otherwise: Otherwise) -> Result<()> {
         );
     }
     output(&mut apt(&["update", "-qq"]))?;
-    let plain = [
-        "install",
-        "--yes",
-        "--quiet=2",
-        "--no-install-recommends",
-        "--no-remove",
-    ];
+    let plain = ["install", "--yes", "--quiet=2", "--no-install-recommends", "--no-remove"];
     let mut simulation = apt(&plain);
     simulation.arg("--simulate").args(packages);
     if succeeds(&mut simulation) {
@@ -48,10 +39,7 @@ pub fn install(packages: &[&str], otherwise: Otherwise) -> Result<()> {
     if otherwise == Otherwise::Backports
         && let Some(codename) = debian_codename()
     {
-        println!(
-            "  {} would displace installed packages; taking the {codename}-backports version",
-            packages.join(" ")
-        );
+        println!("  {} would displace installed packages; taking the {codename}-backports version", packages.join(" "));
         return from_backports(&codename, &plain, packages);
     }
     run(apt(&plain).args(packages)) // for apt's own words on why not
@@ -59,10 +47,7 @@ pub fn install(packages: &[&str], otherwise: Otherwise) -> Result<()> {
 
 fn apt(arguments: &[&str]) -> Command {
     let mut command = Command::new("apt-get");
-    command
-        .env("DEBIAN_FRONTEND", "noninteractive")
-        .args(["-o", "DPkg::Lock::Timeout=300"])
-        .args(arguments);
+    command.env("DEBIAN_FRONTEND", "noninteractive").args(["-o", "DPkg::Lock::Timeout=300"]).args(arguments);
     command
 }
 
@@ -96,30 +81,19 @@ fn from_backports(codename: &str, plain: &[&str], packages: &[&str]) -> Result<(
         ),
     )?;
     let own_sources = |arguments: &[&str]| {
-        let mut command = apt(&[
-            "-o",
-            "APT::Sandbox::User=root",
-            "-o",
-            "Dir::Etc::sourceparts=-",
-        ]);
+        let mut command = apt(&["-o", "APT::Sandbox::User=root", "-o", "Dir::Etc::sourceparts=-"]);
         for (option, path) in [
             ("Dir::Etc::sourcelist", sources.clone()),
             ("Dir::State::lists", folder.join("lists")),
             ("Dir::Cache::archives", folder.join("archives")),
         ] {
-            command
-                .arg("-o")
-                .arg(format!("{option}={}", path.display()));
+            command.arg("-o").arg(format!("{option}={}", path.display()));
         }
         command.args(arguments);
         command
     };
     run_quietly(&mut own_sources(&["update", "-qq"]))?;
     let suite = format!("{codename}-backports");
-    run_quietly(
-        own_sources(plain)
-            .args(["--target-release", &suite])
-            .args(packages),
-    )?;
+    run_quietly(own_sources(plain).args(["--target-release", &suite]).args(packages))?;
     fs::remove_dir_all(&folder).context("cannot remove the package lists")
 }

@@ -43,9 +43,7 @@ fn fetch_or_build() -> Result<()> {
 }
 
 fn debian_complete() -> bool {
-    ["/usr/bin/rustc", "/usr/bin/cargo", "/usr/bin/cargo-clippy"]
-        .iter()
-        .all(|program| Path::new(program).exists())
+    ["/usr/bin/rustc", "/usr/bin/cargo", "/usr/bin/cargo-clippy"].iter().all(|program| Path::new(program).exists())
         && library_source().is_some_and(|source| source.exists())
 }
 
@@ -62,8 +60,7 @@ fn build_sysroot() -> Result<()> {
     for folder in [&sysroot, &work, &paths::boards_target()] {
         // The boards' folder too: what was built against another `core` does not link with this one.
         if folder.exists() {
-            fs::remove_dir_all(folder)
-                .with_context(|| format!("cannot remove {}", folder.display()))?;
+            fs::remove_dir_all(folder).with_context(|| format!("cannot remove {}", folder.display()))?;
         }
     }
     fs::create_dir_all(work.join("src"))?;
@@ -78,14 +75,7 @@ fn build_sysroot() -> Result<()> {
         .current_dir(&work)
         .env("RUSTC_BOOTSTRAP", "1")
         .env("RUSTFLAGS", "-Cembed-bitcode=yes")
-        .args([
-            "build",
-            "--quiet",
-            "--release",
-            "-Zbuild-std=core,alloc",
-            "--target",
-            TRIPLE,
-        ])
+        .args(["build", "--quiet", "--release", "-Zbuild-std=core,alloc", "--target", TRIPLE])
         .arg("--target-dir")
         .arg(work.join("target"));
     output(&mut build)?;
@@ -94,12 +84,9 @@ fn build_sysroot() -> Result<()> {
     fs::create_dir_all(&libraries)?;
     let built = work.join("target").join(TRIPLE).join("release/deps");
     for name in ["libcore-", "liballoc-", "libcompiler_builtins-"] {
-        let library = find_in(&built, name, "rlib")
-            .with_context(|| format!("`{}` made no {name}*.rlib", line(&build)))?;
-        fs::copy(
-            &library,
-            libraries.join(library.file_name().unwrap_or(OsStr::new(name))),
-        )?;
+        let library =
+            find_in(&built, name, "rlib").with_context(|| format!("`{}` made no {name}*.rlib", line(&build)))?;
+        fs::copy(&library, libraries.join(library.file_name().unwrap_or(OsStr::new(name))))?;
     }
     link_lld(&sysroot)?;
     let rustc = cross::debian_rustc().context("Debian's rustc does not run")?;
@@ -122,20 +109,12 @@ fn link_lld(sysroot: &Path) -> Result<()> {
         }
         lld = find("ld.lld").context("lld is installed, but `ld.lld` is not in PATH")?;
     }
-    std::os::unix::fs::symlink(&lld, bin.join("rust-lld"))
-        .context("cannot link rust-lld into the sysroot")
+    std::os::unix::fs::symlink(&lld, bin.join("rust-lld")).context("cannot link rust-lld into the sysroot")
 }
 
 fn find_in(folder: &Path, prefix: &str, extension: &str) -> Option<PathBuf> {
-    folder
-        .read_dir()
-        .ok()?
-        .flatten()
-        .map(|entry| entry.path())
-        .find(|path| {
-            path.extension().is_some_and(|found| found == extension)
-                && path
-                    .file_name()
-                    .is_some_and(|name| name.to_string_lossy().starts_with(prefix))
-        })
+    folder.read_dir().ok()?.flatten().map(|entry| entry.path()).find(|path| {
+        path.extension().is_some_and(|found| found == extension)
+            && path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(prefix))
+    })
 }

@@ -21,22 +21,13 @@ pub fn provide() -> Result<String> {
             fs::remove_dir_all(&folder).context("cannot remove the old target/python")?;
         }
         // Debian splits pip's bootstrap from python3.
-        if find("python3").is_none()
-            || !succeeds(Command::new("python3").args(["-c", "import ensurepip, venv"]))
-        {
+        if find("python3").is_none() || !succeeds(Command::new("python3").args(["-c", "import ensurepip, venv"])) {
             apt::install(&["python3", "python3-venv"], Otherwise::Fail)?;
         }
         output(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
         output(
             Command::new(paths::python())
-                .args([
-                    "-m",
-                    "pip",
-                    "install",
-                    "--quiet",
-                    "--disable-pip-version-check",
-                    "--no-input",
-                ])
+                .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input"])
                 .args(REQUIREMENTS),
         )?;
         fs::write(&stamp, &wanted)?;

@@ -16,9 +16,7 @@ impl Executor {
     /// An executor without tasks. There is one, made once.
     #[allow(clippy::new_without_default)]
     pub fn new() -> Self {
-        Self {
-            inner: raw::Executor::new(core::ptr::null_mut()),
-        }
+        Self { inner: raw::Executor::new(core::ptr::null_mut()) }
     }
 
     /// Starts the first tasks by `init` and runs for ever.

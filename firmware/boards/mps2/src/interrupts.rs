@@ -18,13 +18,9 @@ unsafe impl InterruptNumber for Number {
 
 /// Lets the board's interrupts through.
 pub(crate) fn enable() {
-    for number in [
-        interrupt::UART0_RX,
-        interrupt::UART0_TX,
-        interrupt::UART1_RX,
-        interrupt::UART1_TX,
-        interrupt::TIMER0,
-    ] {
+    for number in
+        [interrupt::UART0_RX, interrupt::UART0_TX, interrupt::UART1_RX, interrupt::UART1_TX, interrupt::TIMER0]
+    {
         // SAFETY: the handlers below use critical sections; no critical section of ours works by masking single interrupts.
         unsafe { NVIC::unmask(Number(number)) };
     }
@@ -48,10 +44,6 @@ unsafe fn DefaultHandler(number: i16) {
 // SAFETY: ends the program.
 #[exception]
 unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
-    defmt::error!(
-        "hard fault at {=u32:#010x}, called from {=u32:#010x}",
-        frame.pc(),
-        frame.lr()
-    );
+    defmt::error!("hard fault at {=u32:#010x}, called from {=u32:#010x}", frame.pc(), frame.lr());
     crate::exit(crate::Exit::Fault)
 }

@@ -43,10 +43,7 @@ pub struct Board {
 pub fn init() -> Board {
     cycles::start();
     time_driver::start();
-    let board = Board {
-        bus: uart::BUS.start(DEFAULT_BAUD),
-        link: uart::LINK.start(DEFAULT_BAUD),
-    };
+    let board = Board { bus: uart::BUS.start(DEFAULT_BAUD), link: uart::LINK.start(DEFAULT_BAUD) };
     interrupts::enable();
     board
 }

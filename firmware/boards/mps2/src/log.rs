@@ -47,13 +47,7 @@ pub(crate) fn is_busy() -> bool {
 
 impl Inner {
     fn frame(&mut self, work: impl FnOnce(&mut defmt::Encoder, &mut dyn FnMut(&[u8]))) {
-        let Self {
-            encoder,
-            buffer,
-            used,
-            output,
-            ..
-        } = self;
+        let Self { encoder, buffer, used, output, .. } = self;
         work(encoder, &mut |bytes| {
             for byte in bytes {
                 if *used == BUFFER {
@@ -82,10 +76,7 @@ unsafe impl defmt::Logger for Log {
     fn acquire() {
         // SAFETY: left in `release`, which defmt calls once for each `acquire`.
         let restore = unsafe { critical_section::acquire() };
-        assert!(
-            !FRAME.taken.swap(true, Ordering::Relaxed),
-            "a log frame inside of a log frame"
-        );
+        assert!(!FRAME.taken.swap(true, Ordering::Relaxed), "a log frame inside of a log frame");
         // SAFETY: in the critical section, and `taken` was not set.
         let inner = unsafe { &mut *FRAME.inner.get() };
         inner.restore = restore;

@@ -28,11 +28,7 @@ impl Clock {
         let cell = self.last.borrow(cs);
         let (last, wraps) = cell.get();
         let count = fpga::COUNTER.read();
-        let wraps = if count < last {
-            wraps.wrapping_add(1)
-        } else {
-            wraps
-        };
+        let wraps = if count < last { wraps.wrapping_add(1) } else { wraps };
         cell.set((count, wraps));
         u64::from(wraps) << 32 | u64::from(count)
     }

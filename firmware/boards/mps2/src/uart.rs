@@ -41,26 +41,20 @@ struct Rings {
 
 type SharedRings = Mutex<RefCell<Rings>>;
 
-const EMPTY: SharedRings = Mutex::new(RefCell::new(Rings {
-    receive: Deque::new(),
-    transmit: Deque::new(),
-}));
+const fn empty() -> SharedRings {
+    Mutex::new(RefCell::new(Rings { receive: Deque::new(), transmit: Deque::new() }))
+}
 
 // Apart from the lines, so that they start as zeros and take no room in the image.
-static BUS_RINGS: SharedRings = EMPTY;
-static LINK_RINGS: SharedRings = EMPTY;
+static BUS_RINGS: SharedRings = empty();
+static LINK_RINGS: SharedRings = empty();
 
 pub(crate) static BUS: Line = Line::new(UART0, &BUS_RINGS);
 pub(crate) static LINK: Line = Line::new(UART1, &LINK_RINGS);
 
 impl Line {
     const fn new(registers: UartRegisters, rings: &'static SharedRings) -> Self {
-        Self {
-            registers,
-            rings,
-            received: AtomicWaker::new(),
-            sent: AtomicWaker::new(),
-        }
+        Self { registers, rings, received: AtomicWaker::new(), sent: AtomicWaker::new() }
     }
 
     /// Switches the UART on and gives out its two halves.
@@ -68,10 +62,7 @@ impl Line {
         let mut tx = UartTx { line: self };
         tx.set_baud(baud);
         self.registers.control.write(ALL_ON);
-        Uart {
-            tx,
-            rx: UartRx { line: self },
-        }
+        Uart { tx, rx: UartRx { line: self } }
     }
 
     fn with_rings<R>(&self, work: impl FnOnce(&mut Rings) -> R) -> R {
@@ -137,10 +128,7 @@ impl Line {
         let mut given = 0;
         for chunk in bytes.chunks(CHUNK) {
             let moved = self.with_rings(|rings| {
-                let moved = chunk
-                    .iter()
-                    .take_while(|byte| rings.transmit.push_back(**byte).is_ok())
-                    .count();
+                let moved = chunk.iter().take_while(|byte| rings.transmit.push_back(**byte).is_ok()).count();
                 self.push(rings);
                 moved
             });
@@ -189,8 +177,7 @@ impl UartTx {
 
     /// Bytes that [`Write::write`] would take at once.
     pub fn space(&self) -> usize {
-        self.line
-            .with_rings(|rings| TRANSMIT_RING - rings.transmit.len())
+        self.line.with_rings(|rings| TRANSMIT_RING - rings.transmit.len())
     }
 
     /// Queues the whole of `bytes`, or nothing if they do not fit now; returns whether it did. Never waits.
@@ -249,14 +236,10 @@ impl Write for UartTx {
     async fn flush(&mut self) -> Result<(), Infallible> {
         poll_fn(|context| {
             self.line.sent.register(context.waker());
-            let empty = self.line.with_rings(|rings| {
-                rings.transmit.is_empty() && self.line.registers.state.read() & TX_FULL == 0
-            });
-            if empty {
-                Poll::Ready(Ok(()))
-            } else {
-                Poll::Pending
-            }
+            let empty = self
+                .line
+                .with_rings(|rings| rings.transmit.is_empty() && self.line.registers.state.read() & TX_FULL == 0);
+            if empty { Poll::Ready(Ok(())) } else { Poll::Pending }
         })
         .await
     }

@@ -10,10 +10,7 @@ use mps2::Uart;
 #[embassy_executor::main(executor = "mps2::Executor", entry = "cortex_m_rt::entry")]
 async fn main(spawner: Spawner) {
     let board = mps2::init();
-    defmt::info!(
-        "gripper on mps2-an500, version {=str}",
-        env!("CARGO_PKG_VERSION")
-    );
+    defmt::info!("gripper on mps2-an500, version {=str}", env!("CARGO_PKG_VERSION"));
     match echo(board.link, "link") {
         Ok(task) => spawner.spawn(task),
         Err(_) => defmt::error!("no room for the link's task"),
