@@ -3,7 +3,8 @@
 //! One module per part of the firmware. The runner (`cargo xtask test`, or `cargo xtask qemu-run ELF`) connects the board's two UARTs
 //! to each other.
 
-#![cfg_attr(test, no_std, no_main)]
+#![no_std]
+#![cfg_attr(test, no_main)]
 
 #[cfg(test)]
 mod board;
