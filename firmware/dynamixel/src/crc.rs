@@ -13,11 +13,7 @@ const TABLE: [u16; 16] = {
         let mut value = (index as u16) << 12;
         let mut bit = 0;
         while bit < 4 {
-            value = if value & 0x8000 != 0 {
-                (value << 1) ^ POLYNOMIAL
-            } else {
-                value << 1
-            };
+            value = if value & 0x8000 != 0 { (value << 1) ^ POLYNOMIAL } else { value << 1 };
             bit += 1;
         }
         table[index] = value;
@@ -30,9 +26,7 @@ const TABLE: [u16; 16] = {
 ///
 /// A packet's CRC covers everything from the header to the last stuffed parameter.
 pub fn update(crc: u16, bytes: &[u8]) -> u16 {
-    bytes.iter().fold(crc, |crc, &byte| {
-        nibble(nibble(crc, byte >> 4), byte & 0x0F)
-    })
+    bytes.iter().fold(crc, |crc, &byte| nibble(nibble(crc, byte >> 4), byte & 0x0F))
 }
 
 fn nibble(crc: u16, nibble: u8) -> u16 {
@@ -53,11 +47,7 @@ mod tests {
         for &byte in bytes {
             crc ^= u16::from(byte) << 8;
             for _ in 0..8 {
-                crc = if crc & 0x8000 != 0 {
-                    (crc << 1) ^ POLYNOMIAL
-                } else {
-                    crc << 1
-                };
+                crc = if crc & 0x8000 != 0 { (crc << 1) ^ POLYNOMIAL } else { crc << 1 };
             }
         }
         crc

@@ -50,33 +50,15 @@ pub enum DecodeError {
 impl fmt::Display for DecodeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            DecodeError::Crc {
-                id,
-                code,
-                computed,
-                received,
-            } => write!(
-                f,
-                "CRC {received:#06x} received, {computed:#06x} computed (id {id}, instruction {code:#04x})"
-            ),
+            DecodeError::Crc { id, code, computed, received } => {
+                write!(f, "CRC {received:#06x} received, {computed:#06x} computed (id {id}, instruction {code:#04x})")
+            }
             DecodeError::Id { id } => write!(f, "id {id}, allowed are 0 to 252 and 254"),
-            DecodeError::Length {
-                id,
-                length,
-                longest,
-            } => {
+            DecodeError::Length { id, length, longest } => {
                 write!(f, "length {length}, allowed are 3 to {longest} (id {id})")
             }
-            DecodeError::Interrupted {
-                id,
-                length,
-                received,
-            } => {
-                write!(
-                    f,
-                    "a new header after {received} of {} bytes (id {id})",
-                    PREFIX_LENGTH + usize::from(*length)
-                )
+            DecodeError::Interrupted { id, length, received } => {
+                write!(f, "a new header after {received} of {} bytes (id {id})", PREFIX_LENGTH + usize::from(*length))
             }
         }
     }
@@ -121,13 +103,7 @@ impl<const N: usize> Decoder<N> {
         const {
             assert!(N >= 16 && N <= 32_768, "a decoder holds 16 to 32768 bytes");
         }
-        Decoder {
-            buffer: [0; N],
-            held: 0,
-            finished: 0,
-            searched: 0,
-            skipped: 0,
-        }
+        Decoder { buffer: [0; N], held: 0, finished: 0, searched: 0, skipped: 0 }
     }
 
     /// Takes bytes from the front of `input` until a packet or an error is complete.
@@ -152,14 +128,8 @@ impl<const N: usize> Decoder<N> {
                     self.finished = total;
                     let end = self.unstuff(total);
                     let body = self.buffer.get(PREFIX_LENGTH..end).unwrap_or_default();
-                    let (code, parameters) = body
-                        .split_first()
-                        .map_or((0, body), |(&code, rest)| (code, rest));
-                    return Some(Ok(Packet {
-                        id,
-                        code,
-                        parameters,
-                    }));
+                    let (code, parameters) = body.split_first().map_or((0, body), |(&code, rest)| (code, rest));
+                    return Some(Ok(Packet { id, code, parameters }));
                 }
             }
         }
@@ -216,9 +186,7 @@ impl<const N: usize> Decoder<N> {
         let held = self.buffer.get(..self.held).unwrap_or_default();
         let begins = |at: &usize| {
             let rest = held.get(*at..).unwrap_or_default();
-            rest.iter()
-                .zip(HEADER)
-                .all(|(&byte, header)| byte == header)
+            rest.iter().zip(HEADER).all(|(&byte, header)| byte == header)
         };
         let start = (0..self.held).find(begins).unwrap_or(self.held);
         if start > 0 {
@@ -239,27 +207,15 @@ impl<const N: usize> Decoder<N> {
         };
         if length < 3 || total > N {
             let longest = (N - PREFIX_LENGTH) as u16;
-            return Verdict::Broken(DecodeError::Length {
-                id,
-                length,
-                longest,
-            });
+            return Verdict::Broken(DecodeError::Length { id, length, longest });
         }
         // Stuffing keeps the header out of a packet's body; only the CRC, which is not stuffed, can complete one.
         let unstuffed = body.get(..usize::from(length) - 1).unwrap_or(body);
         let from = self.searched.saturating_sub(HEADER.len() - 1);
-        let found = unstuffed
-            .get(from..)
-            .unwrap_or_default()
-            .windows(HEADER.len())
-            .position(|four| four == HEADER);
+        let found = unstuffed.get(from..).unwrap_or_default().windows(HEADER.len()).position(|four| four == HEADER);
         if let Some(at) = found {
             let received = PREFIX_LENGTH + from + at;
-            return Verdict::Broken(DecodeError::Interrupted {
-                id,
-                length,
-                received,
-            });
+            return Verdict::Broken(DecodeError::Interrupted { id, length, received });
         }
         self.searched = unstuffed.len();
         let Some(([covered @ .., crc_low, crc_high], _)) = held.split_at_checked(total) else {
@@ -269,12 +225,7 @@ impl<const N: usize> Decoder<N> {
         let computed = crc::update(0, covered);
         if received != computed {
             let code = body.first().copied().unwrap_or(0);
-            return Verdict::Broken(DecodeError::Crc {
-                id,
-                code,
-                computed,
-                received,
-            });
+            return Verdict::Broken(DecodeError::Crc { id, code, computed, received });
         }
         Verdict::Whole { id: address, total }
     }

@@ -163,11 +163,7 @@ impl<const N: usize> Device<N> {
                 reply: [0; N],
                 data: [0; N],
                 turn: None,
-                registered: Registered {
-                    address: 0,
-                    length: 0,
-                    bytes: [0; N],
-                },
+                registered: Registered { address: 0, length: 0, bytes: [0; N] },
             },
         }
     }
@@ -196,10 +192,7 @@ impl<const N: usize> Device<N> {
                 break answer;
             }
         };
-        Some(Reply {
-            bytes: self.state.reply.get(..length).unwrap_or_default(),
-            delay_us,
-        })
+        Some(Reply { bytes: self.state.reply.get(..length).unwrap_or_default(), delay_us })
     }
 
     /// Forgets an incomplete packet. To be called after a pause on the line, if the port can tell: otherwise a byte lost
@@ -239,11 +232,7 @@ impl<const N: usize> State<N> {
     }
 
     /// An instruction to this device alone.
-    fn own(
-        &mut self,
-        packet: Packet<'_>,
-        table: &mut impl ControlTable,
-    ) -> Result<usize, StatusError> {
+    fn own(&mut self, packet: Packet<'_>, table: &mut impl ControlTable) -> Result<usize, StatusError> {
         let parameters = packet.parameters;
         match packet.instruction().ok_or(StatusError::Instruction)? {
             Instruction::Ping => Ok(self.identity(table)),
@@ -251,11 +240,7 @@ impl<const N: usize> State<N> {
                 let &[a, b, c, d] = parameters else {
                     return Err(StatusError::DataLength);
                 };
-                self.read(
-                    u16::from_le_bytes([a, b]),
-                    u16::from_le_bytes([c, d]),
-                    table,
-                )
+                self.read(u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]), table)
             }
             Instruction::Write => {
                 let (address, bytes) = addressed(parameters)?;
@@ -263,11 +248,7 @@ impl<const N: usize> State<N> {
             }
             Instruction::RegWrite => {
                 let (address, bytes) = addressed(parameters)?;
-                let place = self
-                    .registered
-                    .bytes
-                    .get_mut(..bytes.len())
-                    .ok_or(StatusError::DataLength)?;
+                let place = self.registered.bytes.get_mut(..bytes.len()).ok_or(StatusError::DataLength)?;
                 place.copy_from_slice(bytes);
                 self.registered.address = address;
                 self.registered.length = bytes.len();
@@ -322,9 +303,7 @@ impl<const N: usize> State<N> {
             }
             Some(Instruction::BulkRead) => {
                 let entries = parameters.chunks_exact(5).filter_map(|entry| match *entry {
-                    [id, a, b, c, d] => {
-                        Some((id, u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])))
-                    }
+                    [id, a, b, c, d] => Some((id, u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]))),
                     _ => None,
                 });
                 return self.take_turn(entries, me, table);
@@ -333,14 +312,9 @@ impl<const N: usize> State<N> {
                 let &[a, b, c, d, ref entries @ ..] = parameters else {
                     return Outcome::Silent;
                 };
-                let (address, length) = (
-                    u16::from_le_bytes([a, b]),
-                    usize::from(u16::from_le_bytes([c, d])),
-                );
+                let (address, length) = (u16::from_le_bytes([a, b]), usize::from(u16::from_le_bytes([c, d])));
                 if length > 0 {
-                    let entries = entries
-                        .chunks_exact(length + 1)
-                        .filter_map(|entry| entry.split_first());
+                    let entries = entries.chunks_exact(length + 1).filter_map(|entry| entry.split_first());
                     for (_, bytes) in entries.filter(|&(&id, _)| id == me.get()) {
                         let _ = table.write(address, bytes);
                     }
@@ -377,11 +351,7 @@ impl<const N: usize> State<N> {
                 return match before {
                     None => Outcome::Answer(self.read(address, length, table)),
                     Some(after) => {
-                        self.turn = Some(Turn {
-                            after,
-                            address,
-                            length,
-                        });
+                        self.turn = Some(Turn { after, address, length });
                         Outcome::Silent
                     }
                 };
@@ -400,12 +370,7 @@ impl<const N: usize> State<N> {
         identity.len()
     }
 
-    fn read(
-        &mut self,
-        address: u16,
-        length: u16,
-        table: &mut impl ControlTable,
-    ) -> Result<usize, StatusError> {
+    fn read(&mut self, address: u16, length: u16, table: &mut impl ControlTable) -> Result<usize, StatusError> {
         let length = usize::from(length);
         if length == 0 || length > Device::<N>::LONGEST_READ {
             return Err(StatusError::DataLength);
@@ -425,24 +390,10 @@ impl<const N: usize> State<N> {
     }
 
     /// Writes the status packet; gives its delay and length, or nothing where the device stays silent.
-    fn answer(
-        &mut self,
-        code: u8,
-        outcome: Outcome,
-        manner: Manner,
-        alert: bool,
-    ) -> Option<(u32, usize)> {
-        let Manner {
-            me,
-            status_return,
-            return_delay_us,
-        } = manner;
+    fn answer(&mut self, code: u8, outcome: Outcome, manner: Manner, alert: bool) -> Option<(u32, usize)> {
+        let Manner { me, status_return, return_delay_us } = manner;
         // An answer in turn follows a status packet; what is answered is the read it belongs to.
-        let code = if code == Instruction::Status.code() {
-            Instruction::SyncRead.code()
-        } else {
-            code
-        };
+        let code = if code == Instruction::Status.code() { Instruction::SyncRead.code() } else { code };
         let (result, slot) = match outcome {
             Outcome::Silent => return None,
             Outcome::Answer(result) => (result, 0),
@@ -453,23 +404,15 @@ impl<const N: usize> State<N> {
         }
         let length = result.unwrap_or(0);
         let data = self.data.get(..length).unwrap_or_default();
-        let bytes = Encoder::status(&mut self.reply, me, alert, result.err())
-            .bytes(data)
-            .finish()
-            .ok()?;
-        Some((
-            return_delay_us.saturating_add(slot * BROADCAST_PING_SLOT_US),
-            bytes.len(),
-        ))
+        let bytes = Encoder::status(&mut self.reply, me, alert, result.err()).bytes(data).finish().ok()?;
+        Some((return_delay_us.saturating_add(slot * BROADCAST_PING_SLOT_US), bytes.len()))
     }
 }
 
 /// Address and bytes of a write.
 fn addressed(parameters: &[u8]) -> Result<(u16, &[u8]), StatusError> {
     match parameters {
-        [low, high, bytes @ ..] if !bytes.is_empty() => {
-            Ok((u16::from_le_bytes([*low, *high]), bytes))
-        }
+        [low, high, bytes @ ..] if !bytes.is_empty() => Ok((u16::from_le_bytes([*low, *high]), bytes)),
         _ => Err(StatusError::DataLength),
     }
 }

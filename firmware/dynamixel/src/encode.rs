@@ -27,10 +27,7 @@ impl fmt::Display for EncodeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             EncodeError::BufferTooSmall { needed, capacity } => {
-                write!(
-                    f,
-                    "the packet takes {needed} bytes, the buffer has {capacity}"
-                )
+                write!(f, "the packet takes {needed} bytes, the buffer has {capacity}")
             }
             EncodeError::TooLong { length } => write!(f, "packet length {length}, at most 65535"),
         }
@@ -68,11 +65,7 @@ impl<'a> Encoder<'a> {
 
     /// Begins a packet with an instruction code that Protocol 2.0 need not define.
     pub fn with_code(buffer: &'a mut [u8], id: Id, code: u8) -> Self {
-        let mut encoder = Encoder {
-            buffer,
-            at: 0,
-            tail: 0,
-        };
+        let mut encoder = Encoder { buffer, at: 0, tail: 0 };
         for byte in HEADER {
             encoder.put(byte);
         }
@@ -111,10 +104,7 @@ impl<'a> Encoder<'a> {
         let capacity = self.buffer.len();
         let field = u16::try_from(length).map_err(|_| EncodeError::TooLong { length })?;
         let too_small = EncodeError::BufferTooSmall { needed, capacity };
-        self.buffer
-            .get_mut(5..PREFIX_LENGTH)
-            .ok_or(too_small)?
-            .copy_from_slice(&field.to_le_bytes());
+        self.buffer.get_mut(5..PREFIX_LENGTH).ok_or(too_small)?.copy_from_slice(&field.to_le_bytes());
         let crc = crc::update(0, self.buffer.get(..self.at).ok_or(too_small)?);
         for byte in crc.to_le_bytes() {
             self.put(byte);
@@ -138,9 +128,7 @@ pub fn encode<'a>(
     instruction: Instruction,
     parameters: &[u8],
 ) -> Result<&'a [u8], EncodeError> {
-    Encoder::new(buffer, id, instruction)
-        .bytes(parameters)
-        .finish()
+    Encoder::new(buffer, id, instruction).bytes(parameters).finish()
 }
 
 #[cfg(test)]
@@ -156,16 +144,10 @@ mod tests {
         let cases: [(&[u8], &[u8]); 6] = [
             (&[0xFF, 0xFF, 0xFD], &[0xFF, 0xFF, 0xFD, 0xFD]),
             (&[0xFF, 0xFF, 0xFD, 0xFD], &[0xFF, 0xFF, 0xFD, 0xFD, 0xFD]),
-            (
-                &[0xFF, 0xFF, 0xFF, 0xFD, 1],
-                &[0xFF, 0xFF, 0xFF, 0xFD, 0xFD, 1],
-            ),
+            (&[0xFF, 0xFF, 0xFF, 0xFD, 1], &[0xFF, 0xFF, 0xFF, 0xFD, 0xFD, 1]),
             (&[0xFF, 0xFD, 0xFF, 0xFD], &[0xFF, 0xFD, 0xFF, 0xFD]),
             (&[0xFF, 0xFF], &[0xFF, 0xFF]),
-            (
-                &[0xFF, 0xFF, 0xFD, 0xFF, 0xFF, 0xFD, 0],
-                &[0xFF, 0xFF, 0xFD, 0xFD, 0xFF, 0xFF, 0xFD, 0xFD, 0],
-            ),
+            (&[0xFF, 0xFF, 0xFD, 0xFF, 0xFF, 0xFD, 0], &[0xFF, 0xFF, 0xFD, 0xFD, 0xFF, 0xFF, 0xFD, 0xFD, 0]),
         ];
         for (plain, stuffed) in cases {
             let mut buffer = [0; 32];
@@ -178,10 +160,7 @@ mod tests {
     #[test]
     fn the_instruction_belongs_to_the_pattern() {
         let mut buffer = [0; 32];
-        let packet = Encoder::with_code(&mut buffer, one(), 0xFF)
-            .bytes(&[0xFF, 0xFD])
-            .finish()
-            .unwrap();
+        let packet = Encoder::with_code(&mut buffer, one(), 0xFF).bytes(&[0xFF, 0xFD]).finish().unwrap();
         assert_eq!(packet[7..packet.len() - 2], [0xFF, 0xFF, 0xFD, 0xFD]);
     }
 
@@ -189,19 +168,8 @@ mod tests {
     fn a_short_buffer_says_how_much_is_needed() {
         for capacity in 0..13 {
             let mut buffer = [0; 13];
-            let result = encode(
-                &mut buffer[..capacity],
-                one(),
-                Instruction::Write,
-                &[1, 2, 3],
-            );
-            assert_eq!(
-                result,
-                Err(EncodeError::BufferTooSmall {
-                    needed: 13,
-                    capacity
-                })
-            );
+            let result = encode(&mut buffer[..capacity], one(), Instruction::Write, &[1, 2, 3]);
+            assert_eq!(result, Err(EncodeError::BufferTooSmall { needed: 13, capacity }));
         }
         assert!(encode(&mut [0; 13], one(), Instruction::Write, &[1, 2, 3]).is_ok());
     }

@@ -84,17 +84,11 @@ pub fn check() -> Result<(), &'static str> {
     for example in &EXAMPLES {
         let id = Id::from_field(example.id).ok_or(example.name)?;
         let mut buffer = [0; 64];
-        let encoded = Encoder::new(&mut buffer, id, example.instruction)
-            .bytes(example.parameters)
-            .finish();
+        let encoded = Encoder::new(&mut buffer, id, example.instruction).bytes(example.parameters).finish();
         if encoded != Ok(example.bytes) {
             return Err(example.name);
         }
-        let expected = Packet {
-            id,
-            code: example.instruction.code(),
-            parameters: example.parameters,
-        };
+        let expected = Packet { id, code: example.instruction.code(), parameters: example.parameters };
         let mut bytes = example.bytes;
         if decoder.feed(&mut bytes) != Some(Ok(expected)) || !bytes.is_empty() {
             return Err(example.name);

@@ -109,43 +109,15 @@ impl<T: Value> Register<T> {
     /// A register that the master may read only.
     pub const fn read(address: u16, signed: bool, area: Area, default: i64) -> Self {
         let access = Access::Read;
-        let item = Item {
-            address,
-            length: T::LENGTH,
-            signed,
-            access,
-            area,
-            default,
-            min: i64::MIN,
-            max: i64::MAX,
-        };
-        Register {
-            item,
-            value: PhantomData,
-        }
+        let item = Item { address, length: T::LENGTH, signed, access, area, default, min: i64::MIN, max: i64::MAX };
+        Register { item, value: PhantomData }
     }
 
     /// A register that the master may write, with the values it takes.
-    pub const fn write(
-        address: u16,
-        signed: bool,
-        area: Area,
-        default: i64,
-        min: i64,
-        max: i64,
-    ) -> Self {
+    pub const fn write(address: u16, signed: bool, area: Area, default: i64, min: i64, max: i64) -> Self {
         let access = Access::ReadWrite;
         Register {
-            item: Item {
-                address,
-                length: T::LENGTH,
-                signed,
-                access,
-                area,
-                default,
-                min,
-                max,
-            },
+            item: Item { address, length: T::LENGTH, signed, access, area, default, min, max },
             value: PhantomData,
         }
     }
@@ -170,14 +142,8 @@ pub fn check_read(items: &[Item], address: u16, length: usize) -> Result<(), Sta
     if length == 0 {
         return Err(StatusError::DataLength);
     }
-    let last = u16::try_from(length - 1)
-        .ok()
-        .and_then(|more| address.checked_add(more))
-        .ok_or(StatusError::Access)?;
-    find(items, address)
-        .and(find(items, last))
-        .map(|_| ())
-        .ok_or(StatusError::Access)
+    let last = u16::try_from(length - 1).ok().and_then(|more| address.checked_add(more)).ok_or(StatusError::Access)?;
+    find(items, address).and(find(items, last)).map(|_| ()).ok_or(StatusError::Access)
 }
 
 /// One item's part of a write.
@@ -214,22 +180,12 @@ pub fn writes<'a>(
     })
 }
 
-fn part<'a>(
-    items: &[Item],
-    locked: bool,
-    address: u16,
-    data: &'a [u8],
-) -> Result<Part<'a>, StatusError> {
+fn part<'a>(items: &[Item], locked: bool, address: u16, data: &'a [u8]) -> Result<Part<'a>, StatusError> {
     let item = *find(items, address).ok_or(StatusError::Access)?;
-    if item.address != address
-        || item.access == Access::Read
-        || (locked && item.area == Area::Eeprom)
-    {
+    if item.address != address || item.access == Access::Read || (locked && item.area == Area::Eeprom) {
         return Err(StatusError::Access);
     }
-    let bytes = data
-        .get(..usize::from(item.length))
-        .ok_or(StatusError::DataLength)?;
+    let bytes = data.get(..usize::from(item.length)).ok_or(StatusError::DataLength)?;
     let value = item.decode(bytes).ok_or(StatusError::DataLength)?;
     if value < item.min || value > item.max {
         return Err(StatusError::DataRange);
@@ -259,10 +215,7 @@ mod tests {
         let parts: Result<[Option<i64>; 4], _> = {
             let mut values = [None; 4];
             let mut error = None;
-            for (slot, part) in values
-                .iter_mut()
-                .zip(writes(&xm430::ITEMS, false, 108, &data))
-            {
+            for (slot, part) in values.iter_mut().zip(writes(&xm430::ITEMS, false, 108, &data)) {
                 match part {
                     Ok(part) => *slot = Some(part.value),
                     Err(e) => error = Some(e),
@@ -281,38 +234,20 @@ mod tests {
     fn refusals_are_those_of_the_manual() {
         assert_eq!(first_error(false, 64, &[1]), None);
         assert_eq!(first_error(false, 64, &[2]), Some(StatusError::DataRange));
-        assert_eq!(
-            first_error(false, 116, &[0, 8]),
-            Some(StatusError::DataLength)
-        );
-        assert_eq!(
-            first_error(false, 117, &[0, 8, 0, 0]),
-            Some(StatusError::Access)
-        );
-        assert_eq!(
-            first_error(false, 132, &[0, 8, 0, 0]),
-            Some(StatusError::Access)
-        );
+        assert_eq!(first_error(false, 116, &[0, 8]), Some(StatusError::DataLength));
+        assert_eq!(first_error(false, 117, &[0, 8, 0, 0]), Some(StatusError::Access));
+        assert_eq!(first_error(false, 132, &[0, 8, 0, 0]), Some(StatusError::Access));
         assert_eq!(first_error(false, 700, &[0]), Some(StatusError::Access));
         assert_eq!(first_error(false, 9, &[10]), None);
         assert_eq!(first_error(true, 9, &[10]), Some(StatusError::Access));
-        assert_eq!(
-            first_error(false, 65_535, &[0, 0]),
-            Some(StatusError::Access)
-        );
+        assert_eq!(first_error(false, 65_535, &[0, 0]), Some(StatusError::Access));
     }
 
     #[test]
     fn reads_may_cover_gaps_but_not_leave_the_table() {
         assert_eq!(check_read(&xm430::ITEMS, 126, 10), Ok(()));
-        assert_eq!(
-            check_read(&xm430::ITEMS, 132, 0),
-            Err(StatusError::DataLength)
-        );
+        assert_eq!(check_read(&xm430::ITEMS, 132, 0), Err(StatusError::DataLength));
         assert_eq!(check_read(&xm430::ITEMS, 146, 2), Err(StatusError::Access));
-        assert_eq!(
-            check_read(&xm430::ITEMS, 65_535, 4),
-            Err(StatusError::Access)
-        );
+        assert_eq!(check_read(&xm430::ITEMS, 65_535, 4), Err(StatusError::Access));
     }
 }

@@ -15,13 +15,7 @@
 #![no_std]
 #![cfg_attr(
     not(test),
-    deny(
-        clippy::indexing_slicing,
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::panic,
-        clippy::unreachable
-    )
+    deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable)
 )]
 
 pub mod crc;
@@ -41,6 +35,6 @@ pub use encode::{EncodeError, Encoder, encode};
 pub use item::{Access, Area, Item, Part, Register, Value, check_read, find, writes};
 pub use master::{Answer, Error, Identity, Master, SyncAnswer, Timing};
 pub use packet::{
-    HEADER, Id, Instruction, Packet, Status, StatusError, StatusReturn, longest_packet_length,
-    packet_length, status_length,
+    HEADER, Id, Instruction, Packet, Status, StatusError, StatusReturn, longest_packet_length, packet_length,
+    status_length,
 };

@@ -53,21 +53,13 @@ impl Id {
 
     /// A packet's address field: a device's number or the broadcast's.
     pub(crate) const fn from_field(byte: u8) -> Option<Id> {
-        if byte == Id::BROADCAST.0 {
-            Some(Id::BROADCAST)
-        } else {
-            Id::new(byte)
-        }
+        if byte == Id::BROADCAST.0 { Some(Id::BROADCAST) } else { Id::new(byte) }
     }
 }
 
 impl fmt::Display for Id {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.is_broadcast() {
-            f.write_str("broadcast")
-        } else {
-            write!(f, "{}", self.0)
-        }
+        if self.is_broadcast() { f.write_str("broadcast") } else { write!(f, "{}", self.0) }
     }
 }
 
@@ -138,9 +130,7 @@ impl Instruction {
 
     /// The instruction with this code, or nothing if Protocol 2.0 has none.
     pub fn from_code(code: u8) -> Option<Instruction> {
-        Instruction::ALL
-            .into_iter()
-            .find(|instruction| instruction.code() == code)
+        Instruction::ALL.into_iter().find(|instruction| instruction.code() == code)
     }
 }
 
@@ -241,12 +231,7 @@ impl<'a> Packet<'a> {
             return None;
         }
         let (&error, parameters) = self.parameters.split_first()?;
-        Some(Status {
-            id: self.id,
-            alert: error & ALERT != 0,
-            error: StatusError::from_code(error),
-            parameters,
-        })
+        Some(Status { id: self.id, alert: error & ALERT != 0, error: StatusError::from_code(error), parameters })
     }
 }
 
@@ -323,10 +308,7 @@ mod tests {
         let known = (0..=255).filter_map(Instruction::from_code).count();
         assert_eq!(known, Instruction::ALL.len());
         for instruction in Instruction::ALL {
-            assert_eq!(
-                Instruction::from_code(instruction.code()),
-                Some(instruction)
-            );
+            assert_eq!(Instruction::from_code(instruction.code()), Some(instruction));
         }
     }
 
@@ -335,54 +317,18 @@ mod tests {
         assert_eq!(StatusError::from_code(0), None);
         assert_eq!(StatusError::from_code(ALERT), None);
         for code in 1..=127 {
-            assert_eq!(
-                StatusError::from_code(code).map(StatusError::code),
-                Some(code)
-            );
-            assert_eq!(
-                StatusError::from_code(code | ALERT).map(StatusError::code),
-                Some(code)
-            );
+            assert_eq!(StatusError::from_code(code).map(StatusError::code), Some(code));
+            assert_eq!(StatusError::from_code(code | ALERT).map(StatusError::code), Some(code));
         }
     }
 
     #[test]
     fn an_instruction_is_no_status() {
         let id = Id::new(1).unwrap();
-        assert_eq!(
-            Packet {
-                id,
-                code: 0x01,
-                parameters: &[0]
-            }
-            .status(),
-            None
-        );
-        assert_eq!(
-            Packet {
-                id,
-                code: 0x55,
-                parameters: &[]
-            }
-            .status(),
-            None
-        );
-        assert_eq!(
-            Packet {
-                id: Id::BROADCAST,
-                code: 0x55,
-                parameters: &[0]
-            }
-            .status(),
-            None
-        );
-        let status = Packet {
-            id,
-            code: 0x55,
-            parameters: &[0x87, 3],
-        }
-        .status()
-        .unwrap();
+        assert_eq!(Packet { id, code: 0x01, parameters: &[0] }.status(), None);
+        assert_eq!(Packet { id, code: 0x55, parameters: &[] }.status(), None);
+        assert_eq!(Packet { id: Id::BROADCAST, code: 0x55, parameters: &[0] }.status(), None);
+        let status = Packet { id, code: 0x55, parameters: &[0x87, 3] }.status().unwrap();
         assert!(status.alert);
         assert_eq!(status.error, Some(StatusError::Access));
         assert_eq!(status.parameters, [3]);

@@ -25,9 +25,7 @@ pub const RETURN_DELAY_US_PER_UNIT: u32 = 2;
 pub const POSITION_CONTROL: u8 = 3;
 
 /// Bits per second by the value of [`BAUD_RATE`].
-pub const BAUD_RATES: [u32; 8] = [
-    9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000,
-];
+pub const BAUD_RATES: [u32; 8] = [9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
 
 /// Bits per second of a value of [`BAUD_RATE`], or nothing above 7.
 pub fn bits_per_second(code: u8) -> Option<u32> {
@@ -36,10 +34,7 @@ pub fn bits_per_second(code: u8) -> Option<u32> {
 
 /// The value of [`BAUD_RATE`] for this many bits per second, or nothing if the servo cannot run at it.
 pub fn baud_code(bits_per_second: u32) -> Option<u8> {
-    BAUD_RATES
-        .iter()
-        .position(|&rate| rate == bits_per_second)
-        .map(|code| code as u8)
+    BAUD_RATES.iter().position(|&rate| rate == bits_per_second).map(|code| code as u8)
 }
 
 /// Which model: 1020.
@@ -63,8 +58,7 @@ pub const SECONDARY_ID: Register<u8> = Register::write(12, false, Eeprom, 255, 0
 /// Protocol of the bus.
 pub const PROTOCOL_TYPE: Register<u8> = Register::write(13, false, Eeprom, 2, 1, 22);
 /// Added to the measured position, counts.
-pub const HOMING_OFFSET: Register<i32> =
-    Register::write(20, true, Eeprom, 0, -1_044_479, 1_044_479);
+pub const HOMING_OFFSET: Register<i32> = Register::write(20, true, Eeprom, 0, -1_044_479, 1_044_479);
 /// Speed above which [`MOVING`] is 1, 0.229 rev/min.
 pub const MOVING_THRESHOLD: Register<u32> = Register::write(24, false, Eeprom, 10, 0, 1023);
 /// Temperature at which the servo shuts down, °C.
@@ -148,7 +142,7 @@ pub const PRESENT_INPUT_VOLTAGE: Register<u16> = Register::read(144, false, Ram,
 pub const PRESENT_TEMPERATURE: Register<u8> = Register::read(146, false, Ram, 0);
 
 /// Every item above, in the order of the addresses.
-pub const ITEMS: [Item; 51] = [
+pub static ITEMS: [Item; 51] = [
     MODEL_NUMBER.item,
     MODEL_INFORMATION.item,
     FIRMWARE_VERSION.item,
@@ -216,10 +210,7 @@ mod tests {
     #[test]
     fn defaults_lie_in_their_ranges() {
         for item in ITEMS {
-            assert!(
-                item.min <= item.default && item.default <= item.max,
-                "{item:?}"
-            );
+            assert!(item.min <= item.default && item.default <= item.max, "{item:?}");
             assert!(matches!(item.length, 1 | 2 | 4), "{item:?}");
         }
     }

@@ -27,11 +27,7 @@ impl Source {
 
     /// Half of the bytes come from what headers and stuffing are made of.
     fn byte(&mut self) -> u8 {
-        if self.below(2) == 0 {
-            [0xFF, 0xFF, 0xFD, 0x00][self.below(4)]
-        } else {
-            self.0.next_u32() as u8
-        }
+        if self.below(2) == 0 { [0xFF, 0xFF, 0xFD, 0x00][self.below(4)] } else { self.0.next_u32() as u8 }
     }
 
     fn bytes(&mut self, most: usize) -> Vec<u8> {
@@ -39,34 +35,18 @@ impl Source {
     }
 
     fn packet(&mut self, most: usize) -> Whole {
-        let id = if self.below(10) == 0 {
-            254
-        } else {
-            self.below(253) as u8
-        };
-        Whole {
-            id,
-            code: self.byte(),
-            parameters: self.bytes(most),
-        }
+        let id = if self.below(10) == 0 { 254 } else { self.below(253) as u8 };
+        Whole { id, code: self.byte(), parameters: self.bytes(most) }
     }
 }
 
 fn id(id: u8) -> Id {
-    if id == 254 {
-        Id::BROADCAST
-    } else {
-        Id::new(id).unwrap()
-    }
+    if id == 254 { Id::BROADCAST } else { Id::new(id).unwrap() }
 }
 
 fn ours(packet: &Whole) -> Vec<u8> {
     let mut buffer = [0; LONGEST];
-    Encoder::with_code(&mut buffer, id(packet.id), packet.code)
-        .bytes(&packet.parameters)
-        .finish()
-        .unwrap()
-        .to_vec()
+    Encoder::with_code(&mut buffer, id(packet.id), packet.code).bytes(&packet.parameters).finish().unwrap().to_vec()
 }
 
 /// The manual's "processing order of transmission", step by step, CRC by polynomial division.
@@ -80,21 +60,10 @@ fn manual(packet: &Whole) -> Vec<u8> {
         }
     }
     let length = stuffed.len() as u16 + 2;
-    let mut bytes = vec![
-        0xFF,
-        0xFF,
-        0xFD,
-        0x00,
-        packet.id,
-        length as u8,
-        (length >> 8) as u8,
-    ];
+    let mut bytes = vec![0xFF, 0xFF, 0xFD, 0x00, packet.id, length as u8, (length >> 8) as u8];
     bytes.extend(stuffed);
     let mut remainder = 0u32;
-    for bit in bytes
-        .iter()
-        .flat_map(|byte| (0..8).rev().map(move |bit| byte >> bit & 1))
-    {
+    for bit in bytes.iter().flat_map(|byte| (0..8).rev().map(move |bit| byte >> bit & 1)) {
         remainder ^= u32::from(bit) << 15;
         remainder <<= 1;
         if remainder & 0x1_0000 != 0 {
@@ -105,10 +74,7 @@ fn manual(packet: &Whole) -> Vec<u8> {
     bytes
 }
 
-fn decode<const N: usize>(
-    decoder: &mut Decoder<N>,
-    mut bytes: &[u8],
-) -> Vec<Result<Whole, DecodeError>> {
+fn decode<const N: usize>(decoder: &mut Decoder<N>, mut bytes: &[u8]) -> Vec<Result<Whole, DecodeError>> {
     let mut events = Vec::new();
     while let Some(event) = decoder.feed(&mut bytes) {
         events.push(event.map(|packet| Whole {
@@ -126,9 +92,7 @@ fn round_trip_in_any_pieces() {
     let mut source = Source::new(1);
     let mut decoder = Decoder::<LONGEST>::new();
     for _ in 0..20_000 {
-        let packets: Vec<Whole> = (0..1 + source.below(3))
-            .map(|_| source.packet(60))
-            .collect();
+        let packets: Vec<Whole> = (0..1 + source.below(3)).map(|_| source.packet(60)).collect();
         let mut bytes = Vec::new();
         for packet in &packets {
             let encoded = ours(packet);
@@ -152,35 +116,13 @@ fn round_trip_in_any_pieces() {
 fn every_length_up_to_the_capacity() {
     let mut decoder = Decoder::<128>::new();
     for length in 0..=118 {
-        let packet = Whole {
-            id: 3,
-            code: 0x03,
-            parameters: vec![0xAA; length],
-        };
+        let packet = Whole { id: 3, code: 0x03, parameters: vec![0xAA; length] };
         assert_eq!(decode(&mut decoder, &ours(&packet)), [Ok(packet)]);
     }
-    let long = Whole {
-        id: 3,
-        code: 0x03,
-        parameters: vec![0xAA; 119],
-    };
-    let next = Whole {
-        id: 4,
-        code: 0x01,
-        parameters: vec![],
-    };
+    let long = Whole { id: 3, code: 0x03, parameters: vec![0xAA; 119] };
+    let next = Whole { id: 4, code: 0x01, parameters: vec![] };
     let events = decode(&mut decoder, &[ours(&long), ours(&next)].concat());
-    assert_eq!(
-        events,
-        [
-            Err(DecodeError::Length {
-                id: 3,
-                length: 122,
-                longest: 121
-            }),
-            Ok(next)
-        ]
-    );
+    assert_eq!(events, [Err(DecodeError::Length { id: 3, length: 122, longest: 121 }), Ok(next)]);
 }
 
 /// Every beginning of a packet, followed by another: the second is there as soon as its last byte is.
@@ -195,16 +137,11 @@ fn a_truncated_packet_does_not_cost_the_next() {
             let events = decode(&mut Decoder::<LONGEST>::new(), &bytes);
             // A lost last byte can be replaced by the next header's 0xFF, which then lacks it.
             let completed = kept + 1 == encoded.len() && encoded[kept] == 0xFF;
-            let completed =
-                completed || (kept + 2 == encoded.len() && encoded[kept..] == [0xFF, 0xFF]);
+            let completed = completed || (kept + 2 == encoded.len() && encoded[kept..] == [0xFF, 0xFF]);
             if completed {
                 assert_eq!(events, [Ok(first.clone())]);
             } else {
-                assert_eq!(
-                    events.last(),
-                    Some(&Ok(second.clone())),
-                    "{kept} of {encoded:02X?}"
-                );
+                assert_eq!(events.last(), Some(&Ok(second.clone())), "{kept} of {encoded:02X?}");
                 assert!(events[..events.len() - 1].iter().all(Result::is_err));
             }
         }
@@ -222,44 +159,15 @@ fn errors_say_what_was_received() {
     for length in [0, 1, 2, 58, 0xFFFF] {
         let [low, high] = u16::to_le_bytes(length);
         let events = decode(&mut decoder, &[&header[..], &[9, low, high]].concat());
-        assert_eq!(
-            events,
-            [Err(DecodeError::Length {
-                id: 9,
-                length,
-                longest: 57
-            })]
-        );
+        assert_eq!(events, [Err(DecodeError::Length { id: 9, length, longest: 57 })]);
     }
-    let ping = encode(
-        &mut [0; 16],
-        Id::new(1).unwrap(),
-        dynamixel::Instruction::Ping,
-        &[],
-    )
-    .unwrap()
-    .to_vec();
-    let events = decode(
-        &mut decoder,
-        &[&header[..], &[9, 20, 0, 2, 0], &ping].concat(),
-    );
-    assert_eq!(
-        events[0],
-        Err(DecodeError::Interrupted {
-            id: 9,
-            length: 20,
-            received: 9
-        })
-    );
+    let ping = encode(&mut [0; 16], Id::new(1).unwrap(), dynamixel::Instruction::Ping, &[]).unwrap().to_vec();
+    let events = decode(&mut decoder, &[&header[..], &[9, 20, 0, 2, 0], &ping].concat());
+    assert_eq!(events[0], Err(DecodeError::Interrupted { id: 9, length: 20, received: 9 }));
     assert!(matches!(events[1..], [Ok(_)]));
     let mut damaged = ping.clone();
     damaged[9] ^= 1;
-    let crc = DecodeError::Crc {
-        id: 1,
-        code: 1,
-        computed: 0x4E19,
-        received: 0x4F19,
-    };
+    let crc = DecodeError::Crc { id: 1, code: 1, computed: 0x4E19, received: 0x4F19 };
     assert_eq!(decode(&mut decoder, &damaged), [Err(crc)]);
 }
 
@@ -298,10 +206,7 @@ fn flipped_bits_are_never_accepted_and_cost_one_packet() {
             continue;
         }
         let bytes = [encoded.as_slice(), &ours(&second), &[0; LONGEST]].concat();
-        let found: Vec<Whole> = decode(&mut Decoder::<LONGEST>::new(), &bytes)
-            .into_iter()
-            .flatten()
-            .collect();
+        let found: Vec<Whole> = decode(&mut Decoder::<LONGEST>::new(), &bytes).into_iter().flatten().collect();
         lost += usize::from(!found.contains(&second));
         accepted += found.iter().filter(|packet| **packet != second).count();
     }
@@ -332,9 +237,7 @@ fn arbitrary_damage_is_rejected_as_far_as_a_crc_can() {
             }
         }
         encoded.extend([0; LONGEST]);
-        let found = decode(&mut Decoder::<LONGEST>::new(), &encoded)
-            .into_iter()
-            .flatten();
+        let found = decode(&mut Decoder::<LONGEST>::new(), &encoded).into_iter().flatten();
         accepted += found.filter(|packet| *packet != first).count();
     }
     assert!(accepted <= 4, "{accepted}");

@@ -3,8 +3,7 @@
 mod servo;
 
 use dynamixel::{
-    BROADCAST_PING_SLOT_US, Decoder, Device, Encoder, Id, Instruction, ResetScope, StatusError,
-    encode, examples, xm430,
+    BROADCAST_PING_SLOT_US, Decoder, Device, Encoder, Id, Instruction, ResetScope, StatusError, encode, examples, xm430,
 };
 use servo::Servo;
 
@@ -19,34 +18,18 @@ fn hear(device: &mut Device<128>, servo: &mut Servo, mut bytes: &[u8]) -> Vec<An
         let packet = decoder.feed(&mut rest).unwrap().unwrap();
         assert!(rest.is_empty());
         let status = packet.status().unwrap();
-        answers.push((
-            reply.delay_us,
-            status.id.get(),
-            status.alert,
-            status.error,
-            status.parameters.to_vec(),
-        ));
+        answers.push((reply.delay_us, status.id.get(), status.alert, status.error, status.parameters.to_vec()));
     }
     answers
 }
 
 fn instruction(id: u8, instruction: Instruction, parameters: &[u8]) -> Vec<u8> {
-    let id = if id == 254 {
-        Id::BROADCAST
-    } else {
-        Id::new(id).unwrap()
-    };
-    encode(&mut [0; 256], id, instruction, parameters)
-        .unwrap()
-        .to_vec()
+    let id = if id == 254 { Id::BROADCAST } else { Id::new(id).unwrap() };
+    encode(&mut [0; 256], id, instruction, parameters).unwrap().to_vec()
 }
 
 fn status(id: u8) -> Vec<u8> {
-    Encoder::status(&mut [0; 32], Id::new(id).unwrap(), false, None)
-        .bytes(&[1, 2])
-        .finish()
-        .unwrap()
-        .to_vec()
+    Encoder::status(&mut [0; 32], Id::new(id).unwrap(), false, None).bytes(&[1, 2]).finish().unwrap().to_vec()
 }
 
 /// The answer of device 1 without delay or alert.
@@ -55,11 +38,7 @@ fn said(error: Option<StatusError>, data: &[u8]) -> Vec<Answer> {
 }
 
 fn example(name: &str) -> &'static [u8] {
-    examples::EXAMPLES
-        .iter()
-        .find(|example| example.name == name)
-        .unwrap()
-        .bytes
+    examples::EXAMPLES.iter().find(|example| example.name == name).unwrap().bytes
 }
 
 #[test]
@@ -72,30 +51,19 @@ fn the_published_dialogues() {
     first.put(xm430::PRESENT_INPUT_VOLTAGE, 119);
     let dialogues = [
         ("ping", "ping of 1: status"),
-        (
-            "read of present position",
-            "read of present position: status, 166",
-        ),
+        ("read of present position", "read of present position: status, 166"),
         ("write of goal position, 512", "write: status"),
         ("reg write of goal velocity, 200", "write: status"),
         ("action", "write: status"),
         ("factory reset except id", "write: status"),
         ("reboot", "write: status"),
         ("clear of the turns", "write: status"),
-        (
-            "sync read of present position",
-            "read of present position: status, 166",
-        ),
-        (
-            "bulk read of voltage and temperature",
-            "bulk read: status of 1, 11.9 V",
-        ),
+        ("sync read of present position", "read of present position: status, 166"),
+        ("bulk read of voltage and temperature", "bulk read: status of 1, 11.9 V"),
     ];
     for (question, answer) in dialogues {
         let mut bytes = example(question);
-        let reply = device
-            .hear(&mut bytes, &mut first)
-            .map(|reply| reply.bytes.to_vec());
+        let reply = device.hear(&mut bytes, &mut first).map(|reply| reply.bytes.to_vec());
         assert_eq!(reply.as_deref(), Some(example(answer)), "{question}");
         assert!(bytes.is_empty());
     }
@@ -111,18 +79,9 @@ fn the_published_dialogues() {
     second.put(xm430::PRESENT_TEMPERATURE, 36);
     let dialogues: [(&[&str], &str); 3] = [
         (&["broadcast ping"], "broadcast ping: status of 2"),
+        (&["sync read of present position", "read of present position: status, 166"], "sync read: status of 2, 2079"),
         (
-            &[
-                "sync read of present position",
-                "read of present position: status, 166",
-            ],
-            "sync read: status of 2, 2079",
-        ),
-        (
-            &[
-                "bulk read of voltage and temperature",
-                "bulk read: status of 1, 11.9 V",
-            ],
+            &["bulk read of voltage and temperature", "bulk read: status of 1, 11.9 V"],
             "bulk read: status of 2, 36 degrees",
         ),
     ];
@@ -130,33 +89,20 @@ fn the_published_dialogues() {
         let mut reply = None;
         for (at, name) in heard.iter().enumerate() {
             assert_eq!(reply, None, "before {at} of {heard:?}");
-            reply = device
-                .hear(&mut example(name), &mut second)
-                .map(|reply| reply.bytes.to_vec());
+            reply = device.hear(&mut example(name), &mut second).map(|reply| reply.bytes.to_vec());
         }
         assert_eq!(reply.as_deref(), Some(example(answer)), "{heard:?}");
     }
-    for (question, servo, expected) in [
-        ("sync write of goal position, 150 and 170", &mut first, 150),
-        ("", &mut second, 170),
-    ] {
-        let name = if question.is_empty() {
-            "sync write of goal position, 150 and 170"
-        } else {
-            question
-        };
+    for (question, servo, expected) in
+        [("sync write of goal position, 150 and 170", &mut first, 150), ("", &mut second, 170)]
+    {
+        let name = if question.is_empty() { "sync write of goal position, 150 and 170" } else { question };
         assert_eq!(device.hear(&mut example(name), servo), None);
         assert_eq!(servo.value(xm430::GOAL_POSITION), expected);
     }
     second.put(xm430::TEMPERATURE_LIMIT, 70);
     for servo in [&mut first, &mut second] {
-        assert_eq!(
-            device.hear(
-                &mut example("bulk write of voltage and temperature limits"),
-                servo
-            ),
-            None
-        );
+        assert_eq!(device.hear(&mut example("bulk write of voltage and temperature limits"), servo), None);
     }
     assert_eq!(first.value(xm430::MAX_VOLTAGE_LIMIT), 160);
     assert_eq!(second.value(xm430::TEMPERATURE_LIMIT), 80);
@@ -165,81 +111,30 @@ fn the_published_dialogues() {
 #[test]
 fn refusals() {
     let (mut device, mut servo) = (Device::new(), Servo::new(1));
-    let mut ask =
-        |code, parameters: &[u8]| hear(&mut device, &mut servo, &instruction(1, code, parameters));
-    use Instruction::{
-        Action, Clear, ControlTableBackup, FactoryReset, FastSyncRead, Read, SyncRead, Write,
-    };
-    assert_eq!(
-        ask(Write, &[116, 0, 0, 8]),
-        said(Some(StatusError::DataLength), &[])
-    );
-    assert_eq!(
-        ask(Write, &[116, 0]),
-        said(Some(StatusError::DataLength), &[])
-    );
+    let mut ask = |code, parameters: &[u8]| hear(&mut device, &mut servo, &instruction(1, code, parameters));
+    use Instruction::{Action, Clear, ControlTableBackup, FactoryReset, FastSyncRead, Read, SyncRead, Write};
+    assert_eq!(ask(Write, &[116, 0, 0, 8]), said(Some(StatusError::DataLength), &[]));
+    assert_eq!(ask(Write, &[116, 0]), said(Some(StatusError::DataLength), &[]));
     assert_eq!(ask(Write, &[116]), said(Some(StatusError::DataLength), &[]));
-    assert_eq!(
-        ask(Write, &[132, 0, 1, 0, 0, 0]),
-        said(Some(StatusError::Access), &[])
-    );
-    assert_eq!(
-        ask(Write, &[0xE8, 3, 1]),
-        said(Some(StatusError::Access), &[])
-    );
-    assert_eq!(
-        ask(Write, &[64, 0, 2]),
-        said(Some(StatusError::DataRange), &[])
-    );
-    assert_eq!(
-        ask(Write, &[116, 0, 0x88, 0x13, 0, 0]),
-        said(Some(StatusError::DataLimit), &[])
-    );
-    assert_eq!(
-        ask(Read, &[132, 0, 4]),
-        said(Some(StatusError::DataLength), &[])
-    );
-    assert_eq!(
-        ask(Read, &[132, 0, 0, 0]),
-        said(Some(StatusError::DataLength), &[])
-    );
-    assert_eq!(
-        ask(Read, &[132, 0, 0xFF, 0xFF]),
-        said(Some(StatusError::DataLength), &[])
-    );
-    assert_eq!(
-        ask(Read, &[0xE8, 3, 4, 0]),
-        said(Some(StatusError::Access), &[])
-    );
+    assert_eq!(ask(Write, &[132, 0, 1, 0, 0, 0]), said(Some(StatusError::Access), &[]));
+    assert_eq!(ask(Write, &[0xE8, 3, 1]), said(Some(StatusError::Access), &[]));
+    assert_eq!(ask(Write, &[64, 0, 2]), said(Some(StatusError::DataRange), &[]));
+    assert_eq!(ask(Write, &[116, 0, 0x88, 0x13, 0, 0]), said(Some(StatusError::DataLimit), &[]));
+    assert_eq!(ask(Read, &[132, 0, 4]), said(Some(StatusError::DataLength), &[]));
+    assert_eq!(ask(Read, &[132, 0, 0, 0]), said(Some(StatusError::DataLength), &[]));
+    assert_eq!(ask(Read, &[132, 0, 0xFF, 0xFF]), said(Some(StatusError::DataLength), &[]));
+    assert_eq!(ask(Read, &[0xE8, 3, 4, 0]), said(Some(StatusError::Access), &[]));
     assert_eq!(ask(Action, &[]), said(Some(StatusError::Instruction), &[]));
-    assert_eq!(
-        ask(FactoryReset, &[3]),
-        said(Some(StatusError::DataRange), &[])
-    );
-    assert_eq!(
-        ask(Clear, &[1, 2, 3, 4, 5]),
-        said(Some(StatusError::DataRange), &[])
-    );
+    assert_eq!(ask(FactoryReset, &[3]), said(Some(StatusError::DataRange), &[]));
+    assert_eq!(ask(Clear, &[1, 2, 3, 4, 5]), said(Some(StatusError::DataRange), &[]));
     for undefined in [SyncRead, FastSyncRead, ControlTableBackup] {
-        assert_eq!(
-            ask(undefined, &[]),
-            said(Some(StatusError::Instruction), &[])
-        );
+        assert_eq!(ask(undefined, &[]), said(Some(StatusError::Instruction), &[]));
     }
-    let unknown = Encoder::with_code(&mut [0; 32], Id::new(1).unwrap(), 0x77)
-        .finish()
-        .unwrap()
-        .to_vec();
-    assert_eq!(
-        hear(&mut device, &mut servo, &unknown),
-        said(Some(StatusError::Instruction), &[])
-    );
+    let unknown = Encoder::with_code(&mut [0; 32], Id::new(1).unwrap(), 0x77).finish().unwrap().to_vec();
+    assert_eq!(hear(&mut device, &mut servo, &unknown), said(Some(StatusError::Instruction), &[]));
     servo.put(xm430::TORQUE_ENABLE, 1);
     let locked = instruction(1, Instruction::Write, &[9, 0, 0]);
-    assert_eq!(
-        hear(&mut device, &mut servo, &locked),
-        said(Some(StatusError::Access), &[])
-    );
+    assert_eq!(hear(&mut device, &mut servo, &locked), said(Some(StatusError::Access), &[]));
     assert_eq!(servo.value(xm430::GOAL_POSITION), 0);
 }
 
@@ -248,24 +143,14 @@ fn damage_is_reported_by_the_device_addressed() {
     let (mut device, mut servo) = (Device::new(), Servo::new(1));
     let mut damaged = instruction(1, Instruction::Write, &[64, 0, 1]);
     damaged[10] ^= 0x40;
-    assert_eq!(
-        hear(&mut device, &mut servo, &damaged),
-        said(Some(StatusError::Crc), &[])
-    );
+    assert_eq!(hear(&mut device, &mut servo, &damaged), said(Some(StatusError::Crc), &[]));
     assert_eq!(servo.value(xm430::TORQUE_ENABLE), 0);
     damaged[4] = 2;
     assert_eq!(hear(&mut device, &mut servo, &damaged), []);
     let mut own = status(1);
     own[9] ^= 1;
     assert_eq!(hear(&mut device, &mut servo, &own), []);
-    assert_eq!(
-        hear(
-            &mut device,
-            &mut servo,
-            &instruction(1, Instruction::Write, &[64, 0, 1])
-        ),
-        said(None, &[])
-    );
+    assert_eq!(hear(&mut device, &mut servo, &instruction(1, Instruction::Write, &[64, 0, 1])), said(None, &[]));
     assert_eq!(servo.value(xm430::TORQUE_ENABLE), 1);
 }
 
@@ -279,20 +164,10 @@ fn alert_delay_and_level() {
     let write = instruction(4, Instruction::Write, &[65, 0, 1]);
     let broadcast = instruction(254, Instruction::Ping, &[]);
     let identity = vec![0xFC, 0x03, 45];
-    assert_eq!(
-        hear(&mut device, &mut servo, &write),
-        [(200, 4, true, None, vec![])]
-    );
+    assert_eq!(hear(&mut device, &mut servo, &write), [(200, 4, true, None, vec![])]);
     let slot = 200 + 4 * BROADCAST_PING_SLOT_US;
-    assert_eq!(
-        hear(&mut device, &mut servo, &broadcast),
-        [(slot, 4, true, None, identity.clone())]
-    );
-    let sync = [
-        instruction(254, Instruction::SyncRead, &[122, 0, 1, 0, 9, 4]),
-        status(9),
-    ]
-    .concat();
+    assert_eq!(hear(&mut device, &mut servo, &broadcast), [(slot, 4, true, None, identity.clone())]);
+    let sync = [instruction(254, Instruction::SyncRead, &[122, 0, 1, 0, 9, 4]), status(9)].concat();
     for (level, answers) in [(2, 4), (1, 3), (0, 1)] {
         servo.put(xm430::STATUS_RETURN_LEVEL, level);
         let all = [&ping[..], &read, &sync, &write].concat();
@@ -312,39 +187,19 @@ fn a_new_address_holds_after_the_answer() {
     let (mut device, mut servo) = (Device::new(), Servo::new(1));
     let rename = instruction(1, Instruction::Write, &[7, 0, 5]);
     assert_eq!(hear(&mut device, &mut servo, &rename), said(None, &[]));
-    assert_eq!(
-        hear(
-            &mut device,
-            &mut servo,
-            &instruction(1, Instruction::Ping, &[])
-        ),
-        []
-    );
-    assert_eq!(
-        hear(
-            &mut device,
-            &mut servo,
-            &instruction(5, Instruction::Ping, &[])
-        )[0]
-        .1,
-        5
-    );
+    assert_eq!(hear(&mut device, &mut servo, &instruction(1, Instruction::Ping, &[])), []);
+    assert_eq!(hear(&mut device, &mut servo, &instruction(5, Instruction::Ping, &[]))[0].1, 5);
 }
 
 #[test]
 fn broadcasts_are_carried_out_in_silence() {
     let (mut device, mut servo) = (Device::new(), Servo::new(1));
-    let mut tell = |code, parameters: &[u8]| {
-        hear(&mut device, &mut servo, &instruction(254, code, parameters))
-    };
+    let mut tell = |code, parameters: &[u8]| hear(&mut device, &mut servo, &instruction(254, code, parameters));
     assert_eq!(tell(Instruction::Write, &[65, 0, 1]), []);
     assert_eq!(tell(Instruction::Read, &[65, 0, 1, 0]), []);
     assert_eq!(tell(Instruction::Reboot, &[]), []);
     assert_eq!(tell(Instruction::Write, &[132, 0, 1, 0, 0, 0]), []);
-    assert_eq!(
-        tell(Instruction::SyncWrite, &[116, 0, 4, 0, 1, 9, 0, 0]),
-        []
-    );
+    assert_eq!(tell(Instruction::SyncWrite, &[116, 0, 4, 0, 1, 9, 0, 0]), []);
     assert_eq!(tell(Instruction::SyncWrite, &[116, 0, 0, 0, 1]), []);
     assert_eq!(tell(Instruction::SyncWrite, &[116, 0]), []);
     assert_eq!(tell(Instruction::BulkWrite, &[1, 116, 0, 4, 0, 9]), []);
@@ -368,45 +223,21 @@ fn turns_are_kept_and_forgotten() {
     assert_eq!(hear(&mut device, &mut servo, &status(5)), []);
     // Another instruction ends the waiting.
     assert_eq!(hear(&mut device, &mut servo, &read), []);
-    assert_eq!(
-        hear(
-            &mut device,
-            &mut servo,
-            &instruction(9, Instruction::Ping, &[])
-        ),
-        []
-    );
+    assert_eq!(hear(&mut device, &mut servo, &instruction(9, Instruction::Ping, &[])), []);
     assert_eq!(hear(&mut device, &mut servo, &status(5)), []);
     // What cannot be read is refused in its turn.
     let beyond = instruction(254, Instruction::SyncRead, &[0xE8, 3, 1, 0, 5, 3]);
     assert_eq!(hear(&mut device, &mut servo, &beyond), []);
-    assert_eq!(
-        hear(&mut device, &mut servo, &status(5)),
-        [(0, 3, false, Some(StatusError::Access), vec![])]
-    );
+    assert_eq!(hear(&mut device, &mut servo, &status(5)), [(0, 3, false, Some(StatusError::Access), vec![])]);
 }
 
 #[test]
 fn a_registered_write_waits_for_its_action() {
     let (mut device, mut servo) = (Device::new(), Servo::new(1));
-    assert_eq!(
-        hear(
-            &mut device,
-            &mut servo,
-            &instruction(1, Instruction::RegWrite, &[65, 0, 1])
-        ),
-        said(None, &[])
-    );
+    assert_eq!(hear(&mut device, &mut servo, &instruction(1, Instruction::RegWrite, &[65, 0, 1])), said(None, &[]));
     assert_eq!(servo.value(xm430::LED), 0);
     assert_eq!(servo.value(xm430::REGISTERED_INSTRUCTION), 1);
-    assert_eq!(
-        hear(
-            &mut device,
-            &mut servo,
-            &instruction(254, Instruction::Action, &[])
-        ),
-        []
-    );
+    assert_eq!(hear(&mut device, &mut servo, &instruction(254, Instruction::Action, &[])), []);
     assert_eq!(servo.value(xm430::LED), 1);
     assert_eq!(servo.value(xm430::REGISTERED_INSTRUCTION), 0);
 }
@@ -425,8 +256,5 @@ fn the_longest_read_fits_whatever_the_bytes_are() {
     let read = instruction(1, Instruction::Read, &[52, 0, longest as u8, 0]);
     assert_eq!(hear(&mut device, &mut servo, &read)[0].4, expected);
     let more = instruction(1, Instruction::Read, &[52, 0, longest as u8 + 1, 0]);
-    assert_eq!(
-        hear(&mut device, &mut servo, &more)[0].3,
-        Some(StatusError::DataLength)
-    );
+    assert_eq!(hear(&mut device, &mut servo, &more)[0].3, Some(StatusError::DataLength));
 }

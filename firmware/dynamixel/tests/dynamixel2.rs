@@ -37,11 +37,7 @@ fn with_servos(talk: impl FnOnce(&mut Theirs)) -> (Vec<Servo>, Vec<u8>) {
 /// What our encoder makes of the same instructions, and the ping that ends every talk.
 fn ours(packets: &[(u8, Instruction, &[u8])]) -> Vec<u8> {
     let mut bytes = Vec::new();
-    for &(id, instruction, parameters) in
-        packets
-            .iter()
-            .chain(&[(1, Instruction::Ping, &[] as &[u8])])
-    {
+    for &(id, instruction, parameters) in packets.iter().chain(&[(1, Instruction::Ping, &[] as &[u8])]) {
         let id = Id::new(id).unwrap_or(Id::BROADCAST);
         bytes.extend_from_slice(encode(&mut [0; 512], id, instruction, parameters).unwrap());
     }
@@ -52,15 +48,7 @@ fn ours(packets: &[(u8, Instruction, &[u8])]) -> Vec<u8> {
 fn ping_read_write() {
     let (servos, heard) = with_servos(|bus| {
         let answer = bus.ping(2).unwrap();
-        assert_eq!(
-            (
-                answer.motor_id,
-                answer.alert,
-                answer.data.model,
-                answer.data.firmware
-            ),
-            (2, false, 1020, 45)
-        );
+        assert_eq!((answer.motor_id, answer.alert, answer.data.model, answer.data.firmware), (2, false, 1020, 45));
         assert_eq!(bus.read_u8(1, 146).unwrap().data, 36);
         assert_eq!(bus.read_u16(1, 144).unwrap().data, 119);
         assert_eq!(bus.read_u32(2, 132).unwrap().data, -2_079i32 as u32);
@@ -68,13 +56,7 @@ fn ping_read_write() {
         bus.write_u32(2, 116, 512).unwrap();
         bus.write_u8(1, 65, 1).unwrap();
     });
-    assert_eq!(
-        (
-            servos[1].value(xm430::GOAL_POSITION),
-            servos[0].value(xm430::LED)
-        ),
-        (512, 1)
-    );
+    assert_eq!((servos[1].value(xm430::GOAL_POSITION), servos[0].value(xm430::LED)), (512, 1));
     assert_eq!(
         heard,
         ours(&[
@@ -93,30 +75,15 @@ fn ping_read_write() {
 fn several_devices() {
     let (servos, heard) = with_servos(|bus| {
         let answers = bus.sync_read_u32(&[2, 1], 132).unwrap();
-        let answers: Vec<_> = answers
-            .iter()
-            .map(|answer| (answer.motor_id, answer.data as i32))
-            .collect();
+        let answers: Vec<_> = answers.iter().map(|answer| (answer.motor_id, answer.data as i32)).collect();
         assert_eq!(answers, [(2, -2_079), (1, 166)]);
-        let goals = [(1, 150u32), (2, 170)].map(|(motor_id, goal)| SyncWriteData {
-            motor_id,
-            data: goal.to_le_bytes(),
-        });
+        let goals =
+            [(1, 150u32), (2, 170)].map(|(motor_id, goal)| SyncWriteData { motor_id, data: goal.to_le_bytes() });
         bus.sync_write(116, 4, &goals).unwrap();
-        let answers = bus
-            .bulk_read(&[BulkReadData {
-                motor_id: 2,
-                address: 144,
-                count: 2,
-            }])
-            .unwrap();
+        let answers = bus.bulk_read(&[BulkReadData { motor_id: 2, address: 144, count: 2 }]).unwrap();
         assert_eq!(answers[0].data, [119, 0]);
         let limits = [(1, 32, vec![160, 0]), (2, 31, vec![75])];
-        let limits = limits.map(|(motor_id, address, data)| BulkWriteData {
-            motor_id,
-            address,
-            data,
-        });
+        let limits = limits.map(|(motor_id, address, data)| BulkWriteData { motor_id, address, data });
         bus.bulk_write(&limits).unwrap();
     });
     assert_eq!(servos[0].value(xm430::GOAL_POSITION), 150);
@@ -126,17 +93,9 @@ fn several_devices() {
         heard,
         ours(&[
             (254, Instruction::SyncRead, &[132, 0, 4, 0, 2, 1]),
-            (
-                254,
-                Instruction::SyncWrite,
-                &[116, 0, 4, 0, 1, 150, 0, 0, 0, 2, 170, 0, 0, 0]
-            ),
+            (254, Instruction::SyncWrite, &[116, 0, 4, 0, 1, 150, 0, 0, 0, 2, 170, 0, 0, 0]),
             (254, Instruction::BulkRead, &[2, 144, 0, 2, 0]),
-            (
-                254,
-                Instruction::BulkWrite,
-                &[1, 32, 0, 2, 0, 160, 0, 2, 31, 0, 1, 0, 75]
-            ),
+            (254, Instruction::BulkWrite, &[1, 32, 0, 2, 0, 160, 0, 2, 31, 0, 1, 0, 75]),
         ])
     );
 }
@@ -147,14 +106,10 @@ fn everything_else() {
         bus.reg_write_u32(1, 116, 300).unwrap();
         bus.action(1).unwrap();
         bus.reboot(2).unwrap();
-        bus.factory_reset(2, FactoryResetKind::KeepIdAndBaudRate)
-            .unwrap();
+        bus.factory_reset(2, FactoryResetKind::KeepIdAndBaudRate).unwrap();
         bus.clear_revolution_counter(2).unwrap();
         let found = bus.scan().unwrap();
-        let found: Vec<u8> = found
-            .into_iter()
-            .map(|answer| answer.unwrap().motor_id)
-            .collect();
+        let found: Vec<u8> = found.into_iter().map(|answer| answer.unwrap().motor_id).collect();
         assert_eq!(found, [1, 2]);
     });
     assert_eq!(servos[0].value(xm430::GOAL_POSITION), 300);
@@ -197,9 +152,7 @@ fn stuffing_agrees() {
     let (_, heard) = with_servos(|bus| {
         for _ in 0..500 {
             let pool = [0xFF, 0xFF, 0xFD, 0xFD, 0x00, 0x55];
-            let data: Vec<u8> = (0..8)
-                .map(|_| pool[random.next_u32() as usize % pool.len()])
-                .collect();
+            let data: Vec<u8> = (0..8).map(|_| pool[random.next_u32() as usize % pool.len()]).collect();
             if data.windows(4).any(|four| four == [0xFF, 0xFF, 0xFF, 0xFD]) {
                 continue;
             }
@@ -209,10 +162,7 @@ fn stuffing_agrees() {
         }
     });
     assert!(writes.len() > 300);
-    let expected: Vec<_> = writes
-        .iter()
-        .map(|write| (1, Instruction::Write, write.as_slice()))
-        .collect();
+    let expected: Vec<_> = writes.iter().map(|write| (1, Instruction::Write, write.as_slice())).collect();
     assert_eq!(heard, ours(&expected));
 
     let mut servo = Servo::new(1);
@@ -225,15 +175,6 @@ fn stuffing_agrees() {
         let mut theirs = Bus::open(&line.path, 1_000_000).unwrap();
         assert_eq!(theirs.read(1, 76, 60).unwrap().data, data);
         let (_, heard) = line.end();
-        assert_eq!(
-            heard,
-            encode(
-                &mut [0; 64],
-                Id::new(1).unwrap(),
-                Instruction::Read,
-                &[76, 0, 60, 0]
-            )
-            .unwrap()
-        );
+        assert_eq!(heard, encode(&mut [0; 64], Id::new(1).unwrap(), Instruction::Read, &[76, 0, 60, 0]).unwrap());
     }
 }

@@ -5,16 +5,13 @@ mod servo;
 
 use bus::{Bus, Clock};
 use dynamixel::{
-    Answer, DecodeError, Encoder, Error, Id, Identity, Instruction, Master, StatusError,
-    SyncAnswer, Timing, encode, xm430,
+    Answer, DecodeError, Encoder, Error, Id, Identity, Instruction, Master, StatusError, SyncAnswer, Timing, encode,
+    xm430,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-const TIMING: Timing = Timing {
-    latency_us: 1_000,
-    ..Timing::at(1_000_000)
-};
+const TIMING: Timing = Timing { latency_us: 1_000, ..Timing::at(1_000_000) };
 
 fn id(id: u8) -> Id {
     Id::new(id).unwrap()
@@ -25,19 +22,12 @@ fn master(bus: &Bus) -> Master<Bus, Clock> {
 }
 
 fn plain<T>(value: T) -> Answer<T> {
-    Answer {
-        value,
-        alert: false,
-    }
+    Answer { value, alert: false }
 }
 
 /// A status packet as device `from` would send it.
 fn status(from: u8, data: &[u8]) -> Vec<u8> {
-    Encoder::status(&mut [0; 64], id(from), false, None)
-        .bytes(data)
-        .finish()
-        .unwrap()
-        .to_vec()
+    Encoder::status(&mut [0; 64], id(from), false, None).bytes(data).finish().unwrap().to_vec()
 }
 
 #[test]
@@ -51,35 +41,17 @@ fn asks_and_is_answered() {
     });
     let mut master = master(&bus);
     bus.run(async {
-        let identity = Identity {
-            model: 1020,
-            firmware: 45,
-        };
+        let identity = Identity { model: 1020, firmware: 45 };
         assert_eq!(master.ping(id(2)).await, Ok(plain(identity)));
-        assert_eq!(
-            master.get(id(2), xm430::PRESENT_POSITION).await,
-            Ok(plain(-5_000))
-        );
-        assert_eq!(
-            master.get(id(2), xm430::PRESENT_CURRENT).await,
-            Ok(plain(-12))
-        );
+        assert_eq!(master.get(id(2), xm430::PRESENT_POSITION).await, Ok(plain(-5_000)));
+        assert_eq!(master.get(id(2), xm430::PRESENT_CURRENT).await, Ok(plain(-12)));
         assert_eq!(master.read_i32(id(2), 132).await, Ok(plain(-5_000)));
-        assert_eq!(
-            master.read_u32(id(2), 132).await,
-            Ok(plain(-5_000i32 as u32))
-        );
+        assert_eq!(master.read_u32(id(2), 132).await, Ok(plain(-5_000i32 as u32)));
         assert_eq!(master.read_i16(id(2), 126).await, Ok(plain(-12)));
         assert_eq!(master.read_u16(id(2), 144).await, Ok(plain(121)));
         assert_eq!(master.read_u8(id(2), 9).await, Ok(plain(250)));
-        assert_eq!(
-            master.set(id(2), xm430::GOAL_POSITION, 2_048).await,
-            Ok(plain(()))
-        );
-        assert_eq!(
-            master.get(id(2), xm430::GOAL_POSITION).await,
-            Ok(plain(2_048))
-        );
+        assert_eq!(master.set(id(2), xm430::GOAL_POSITION, 2_048).await, Ok(plain(())));
+        assert_eq!(master.get(id(2), xm430::GOAL_POSITION).await, Ok(plain(2_048)));
         assert_eq!(master.get(id(1), xm430::GOAL_POSITION).await, Ok(plain(0)));
         let mut several = [0; 10];
         assert_eq!(master.read(id(2), 126, &mut several).await, Ok(plain(())));
@@ -93,14 +65,8 @@ fn asks_and_is_answered() {
 fn data_that_looks_like_a_header_passes() {
     let bus = Bus::new(&[1]);
     bus.servo(0, |servo| {
-        servo.put(
-            xm430::PRESENT_POSITION,
-            i32::from_le_bytes([0xFF, 0xFF, 0xFD, 0x00]),
-        );
-        servo.put(
-            xm430::PRESENT_VELOCITY,
-            i32::from_le_bytes([0xFF, 0xFF, 0xFD, 0xFF]),
-        );
+        servo.put(xm430::PRESENT_POSITION, i32::from_le_bytes([0xFF, 0xFF, 0xFD, 0x00]));
+        servo.put(xm430::PRESENT_VELOCITY, i32::from_le_bytes([0xFF, 0xFF, 0xFD, 0xFF]));
     });
     let mut master = master(&bus);
     let mut bytes = [0; 8];
@@ -117,27 +83,16 @@ fn several_devices_at_once() {
     let mut master = master(&bus);
     let mut devices = [7, 3, 1].map(|n| SyncAnswer::<_, 4>::new(id(n)));
     assert_eq!(bus.run(master.sync_read(132, &mut devices)), Ok(()));
-    let positions = devices.map(|device| {
-        device
-            .result
-            .unwrap()
-            .map(|answer| i32::from_le_bytes(answer.value))
-    });
+    let positions = devices.map(|device| device.result.unwrap().map(|answer| i32::from_le_bytes(answer.value)));
     assert_eq!(positions, [Ok(2_079), Ok(-3), Ok(100)]);
 
     let goals = [(id(1), 150u32.to_le_bytes()), (id(3), 170u32.to_le_bytes())];
     assert_eq!(bus.run(master.sync_write(116, &goals)), Ok(()));
-    assert_eq!(
-        bus.run(master.write(Id::BROADCAST, 65, &[1])),
-        Ok(plain(()))
-    );
+    assert_eq!(bus.run(master.write(Id::BROADCAST, 65, &[1])), Ok(plain(())));
     bus.rest(1_000);
     let goals = [0, 1, 2].map(|index| bus.servo(index, |servo| servo.value(xm430::GOAL_POSITION)));
     assert_eq!(goals, [150, 0, 170]);
-    assert_eq!(
-        [0, 1, 2].map(|index| bus.servo(index, |servo| servo.value(xm430::LED))),
-        [1, 1, 1]
-    );
+    assert_eq!([0, 1, 2].map(|index| bus.servo(index, |servo| servo.value(xm430::LED))), [1, 1, 1]);
 }
 
 #[test]
@@ -147,9 +102,7 @@ fn a_silent_device_costs_the_deadline_and_no_more() {
     assert!(bus.run(master.ping(id(1))).is_ok());
     let start = bus.now_us();
     let result = bus.run(master.get(id(9), xm430::PRESENT_POSITION));
-    let Err(Error::Timeout { id: who, waited_us }) = result else {
-        panic!("{result:?}")
-    };
+    let Err(Error::Timeout { id: who, waited_us }) = result else { panic!("{result:?}") };
     assert_eq!(who, id(9));
     // Question 14 bytes, answer at most 17 (stuffed), 10 us each, and the latency.
     assert_eq!(waited_us, 310 + TIMING.latency_us);
@@ -168,11 +121,7 @@ fn silence_in_the_middle_of_a_sync_read() {
     assert!(matches!(devices[2].result, Some(Err(Error::Timeout { id: who, .. })) if who == id(3)));
     let mut devices = [1, 3].map(|n| SyncAnswer::<_, 4>::new(id(n)));
     assert_eq!(bus.run(master.sync_read(132, &mut devices)), Ok(()));
-    assert!(
-        devices
-            .iter()
-            .all(|device| matches!(device.result, Some(Ok(_))))
-    );
+    assert!(devices.iter().all(|device| matches!(device.result, Some(Ok(_)))));
 }
 
 #[test]
@@ -181,19 +130,10 @@ fn another_device_answers() {
     let mut master = master(&bus);
     bus.tamper(|_| vec![(0, status(2, &[0; 4]))]);
     let result = bus.run(master.get(id(1), xm430::PRESENT_POSITION));
-    assert_eq!(
-        result,
-        Err(Error::WrongId {
-            expected: id(1),
-            received: id(2)
-        })
-    );
+    assert_eq!(result, Err(Error::WrongId { expected: id(1), received: id(2) }));
     // Followed by the right answer, it is passed over.
     bus.tamper(|answer| vec![(0, status(2, &[9; 4])), (150, answer.to_vec())]);
-    assert_eq!(
-        bus.run(master.get(id(1), xm430::PRESENT_POSITION)),
-        Ok(plain(0))
-    );
+    assert_eq!(bus.run(master.get(id(1), xm430::PRESENT_POSITION)), Ok(plain(0)));
 }
 
 #[test]
@@ -206,123 +146,58 @@ fn damaged_and_truncated_answers() {
         vec![(0, bytes)]
     });
     let result = bus.run(master.get(id(1), xm430::PRESENT_POSITION));
-    assert!(
-        matches!(
-            result,
-            Err(Error::Damaged(DecodeError::Crc {
-                id: 1,
-                code: 0x55,
-                ..
-            }))
-        ),
-        "{result:?}"
-    );
+    assert!(matches!(result, Err(Error::Damaged(DecodeError::Crc { id: 1, code: 0x55, .. }))), "{result:?}");
 
     for kept in 1..15 {
         bus.tamper(move |answer| vec![(0, answer[..kept].to_vec())]);
         let result = bus.run(master.get(id(1), xm430::PRESENT_POSITION));
-        assert_eq!(
-            result,
-            Err(Error::Truncated {
-                id: id(1),
-                received: kept
-            })
-        );
+        assert_eq!(result, Err(Error::Truncated { id: id(1), received: kept }));
     }
 
     // Garbage before the answer, and the tail of another packet.
-    bus.tamper(|answer| {
-        vec![(
-            0,
-            [&[0xFF, 0xFD, 3, 0xFF, 0xFF, 0xFD, 0x00, 1], answer].concat(),
-        )]
-    });
-    assert_eq!(
-        bus.run(master.get(id(1), xm430::PRESENT_POSITION)),
-        Ok(plain(0))
-    );
+    bus.tamper(|answer| vec![(0, [&[0xFF, 0xFD, 3, 0xFF, 0xFF, 0xFD, 0x00, 1], answer].concat())]);
+    assert_eq!(bus.run(master.get(id(1), xm430::PRESENT_POSITION)), Ok(plain(0)));
 }
 
 #[test]
 fn refusals_carry_their_reason() {
     let bus = Bus::new(&[1]);
     let mut master = master(&bus);
-    let refused = |error| {
-        Err(Error::Refused {
-            id: id(1),
-            error,
-            alert: false,
-        })
-    };
+    let refused = |error| Err(Error::Refused { id: id(1), error, alert: false });
     bus.run(async {
-        assert_eq!(
-            master.write(id(1), 132, &[0; 4]).await,
-            refused(StatusError::Access)
-        );
-        assert_eq!(
-            master.write(id(1), 116, &[0; 2]).await,
-            refused(StatusError::DataLength)
-        );
-        assert_eq!(
-            master.set(id(1), xm430::TORQUE_ENABLE, 2).await,
-            refused(StatusError::DataRange)
-        );
-        assert_eq!(
-            master.set(id(1), xm430::GOAL_POSITION, 5_000).await,
-            refused(StatusError::DataLimit)
-        );
-        assert_eq!(
-            master.read(id(1), 1_000, &mut [0]).await,
-            refused(StatusError::Access)
-        );
+        assert_eq!(master.write(id(1), 132, &[0; 4]).await, refused(StatusError::Access));
+        assert_eq!(master.write(id(1), 116, &[0; 2]).await, refused(StatusError::DataLength));
+        assert_eq!(master.set(id(1), xm430::TORQUE_ENABLE, 2).await, refused(StatusError::DataRange));
+        assert_eq!(master.set(id(1), xm430::GOAL_POSITION, 5_000).await, refused(StatusError::DataLimit));
+        assert_eq!(master.read(id(1), 1_000, &mut [0]).await, refused(StatusError::Access));
     });
     for code in 1..=127 {
         bus.tamper(move |_| {
             let error = StatusError::from_code(code);
-            vec![(
-                0,
-                Encoder::status(&mut [0; 64], id(1), true, error)
-                    .finish()
-                    .unwrap()
-                    .to_vec(),
-            )]
+            vec![(0, Encoder::status(&mut [0; 64], id(1), true, error).finish().unwrap().to_vec())]
         });
         let error = StatusError::from_code(code).unwrap();
         let result = bus.run(master.get(id(1), xm430::MOVING));
-        assert_eq!(
-            result,
-            Err(Error::Refused {
-                id: id(1),
-                error,
-                alert: true
-            })
-        );
+        assert_eq!(result, Err(Error::Refused { id: id(1), error, alert: true }));
     }
     bus.servo(0, |servo| servo.put(xm430::HARDWARE_ERROR_STATUS, 0x20));
     let answer = bus.run(master.get(id(1), xm430::HARDWARE_ERROR_STATUS));
-    assert_eq!(
-        answer,
-        Ok(Answer {
-            value: 0x20,
-            alert: true
-        })
-    );
+    assert_eq!(answer, Ok(Answer { value: 0x20, alert: true }));
 }
 
 #[test]
 fn an_answer_of_the_wrong_length() {
     let bus = Bus::new(&[1]);
     let mut master = master(&bus);
-    bus.tamper(|_| vec![(0, status(1, &[1, 2]))]);
-    let result = bus.run(master.get(id(1), xm430::PRESENT_POSITION));
-    assert_eq!(
-        result,
-        Err(Error::Length {
-            id: id(1),
-            expected: 4,
-            received: 2
-        })
-    );
+    for received in [0, 2, 3, 5, 9] {
+        bus.tamper(move |_| vec![(0, status(1, &vec![7; received]))]);
+        let result = bus.run(master.get(id(1), xm430::PRESENT_POSITION));
+        assert_eq!(result, Err(Error::Length { id: id(1), expected: 4, received }));
+        bus.tamper(move |_| vec![(0, status(1, &vec![7; received]))]);
+        let mut devices = [SyncAnswer::<_, 4>::new(id(1))];
+        assert_eq!(bus.run(master.sync_read(132, &mut devices)), Ok(()));
+        assert_eq!(devices[0].result, Some(Err(Error::Length { id: id(1), expected: 4, received })));
+    }
 }
 
 /// However late the first answer comes, within the deadline and the silence waited for after it, the second question
@@ -350,10 +225,7 @@ fn what_arrived_between_two_questions_is_discarded() {
     assert!(bus.run(master.ping(id(1))).is_ok());
     bus.inject(&status(1, &[9, 9, 9, 9]));
     bus.inject(&[0xFF, 0xFF, 0xFD, 0x00, 1, 90]);
-    assert_eq!(
-        bus.run(master.get(id(1), xm430::PRESENT_POSITION)),
-        Ok(plain(0))
-    );
+    assert_eq!(bus.run(master.get(id(1), xm430::PRESENT_POSITION)), Ok(plain(0)));
 }
 
 #[test]
@@ -361,25 +233,12 @@ fn the_echo_of_the_question_is_no_answer() {
     let bus = Bus::new(&[1, 2]);
     bus.0.borrow_mut().echo = true;
     let mut master = master(&bus);
-    assert_eq!(
-        bus.run(master.set(id(2), xm430::GOAL_POSITION, 77)),
-        Ok(plain(()))
-    );
-    assert_eq!(
-        bus.run(master.get(id(2), xm430::GOAL_POSITION)),
-        Ok(plain(77))
-    );
+    assert_eq!(bus.run(master.set(id(2), xm430::GOAL_POSITION, 77)), Ok(plain(())));
+    assert_eq!(bus.run(master.get(id(2), xm430::GOAL_POSITION)), Ok(plain(77)));
     let mut devices = [2, 1].map(|n| SyncAnswer::<_, 4>::new(id(n)));
     assert_eq!(bus.run(master.sync_read(116, &mut devices)), Ok(()));
-    assert!(
-        devices
-            .iter()
-            .all(|device| matches!(device.result, Some(Ok(_))))
-    );
-    assert!(matches!(
-        bus.run(master.ping(id(5))),
-        Err(Error::Timeout { .. })
-    ));
+    assert!(devices.iter().all(|device| matches!(device.result, Some(Ok(_)))));
+    assert!(matches!(bus.run(master.ping(id(5))), Err(Error::Timeout { .. })));
 }
 
 #[test]
@@ -389,15 +248,9 @@ fn endless_chatter_ends() {
     assert!(bus.run(master.ping(id(1))).is_ok());
     bus.tamper(|_| vec![(0, vec![0x55; 100_000])]);
     let result = bus.run(master.get(id(1), xm430::PRESENT_POSITION));
-    assert!(
-        matches!(result, Err(Error::Babble { bytes: 90..200 })),
-        "{result:?}"
-    );
+    assert!(matches!(result, Err(Error::Babble { bytes: 90..200 })), "{result:?}");
     let result = bus.run(master.ping(id(1)));
-    assert!(
-        matches!(result, Err(Error::Babble { bytes: 512..600 })),
-        "{result:?}"
-    );
+    assert!(matches!(result, Err(Error::Babble { bytes: 512..600 })), "{result:?}");
     bus.rest(1_000_000);
     // What the port has kept of the chatter in its own buffer still has to go.
     let tries = (0..300).find(|_| bus.run(master.ping(id(1))).is_ok());
@@ -409,23 +262,11 @@ fn what_cannot_be_asked() {
     let bus = Bus::new(&[1]);
     let mut master = master(&bus);
     assert_eq!(bus.run(master.ping(Id::BROADCAST)), Err(Error::Broadcast));
-    assert_eq!(
-        bus.run(master.read(Id::BROADCAST, 0, &mut [0; 2])),
-        Err(Error::Broadcast)
-    );
+    assert_eq!(bus.run(master.read(Id::BROADCAST, 0, &mut [0; 2])), Err(Error::Broadcast));
     let mut devices = [SyncAnswer::<_, 4>::new(Id::BROADCAST)];
-    assert_eq!(
-        bus.run(master.sync_read(0, &mut devices)),
-        Err(Error::Broadcast)
-    );
-    assert!(matches!(
-        bus.run(master.read(id(1), 0, &mut [0; 120])),
-        Err(Error::TooLong(_))
-    ));
-    assert!(matches!(
-        bus.run(master.write(id(1), 0, &[0; 120])),
-        Err(Error::TooLong(_))
-    ));
+    assert_eq!(bus.run(master.sync_read(0, &mut devices)), Err(Error::Broadcast));
+    assert!(matches!(bus.run(master.read(id(1), 0, &mut [0; 120])), Err(Error::TooLong(_))));
+    assert!(matches!(bus.run(master.write(id(1), 0, &[0; 120])), Err(Error::TooLong(_))));
     assert_eq!(bus.servo(0, |servo| servo.reads), 0);
 }
 
@@ -434,15 +275,9 @@ fn a_device_that_answers_reads_only() {
     let bus = Bus::new(&[1]);
     bus.servo(0, |servo| servo.put(xm430::STATUS_RETURN_LEVEL, 1));
     let mut master = master(&bus);
-    assert!(matches!(
-        bus.run(master.set(id(1), xm430::LED, 1)),
-        Err(Error::Timeout { .. })
-    ));
+    assert!(matches!(bus.run(master.set(id(1), xm430::LED, 1)), Err(Error::Timeout { .. })));
     let status_return = dynamixel::StatusReturn::Read;
-    master.set_timing(Timing {
-        status_return,
-        ..TIMING
-    });
+    master.set_timing(Timing { status_return, ..TIMING });
     assert_eq!(bus.run(master.set(id(1), xm430::LED, 0)), Ok(plain(())));
     assert_eq!(bus.run(master.get(id(1), xm430::LED)), Ok(plain(0)));
 }
@@ -468,15 +303,9 @@ fn random_damage_gives_the_truth_or_an_error() {
             Err(_) => wrong += 1,
         }
         bus.0.borrow_mut().tamper.clear();
-        assert!(
-            bus.run(master.ping(id(2))).is_ok(),
-            "round {round}, damage {kind}"
-        );
+        assert!(bus.run(master.ping(id(2))).is_ok(), "round {round}, damage {kind}");
     }
-    assert!(
-        right > 1_000 && wrong > 1_000,
-        "{right} right, {wrong} wrong"
-    );
+    assert!(right > 1_000 && wrong > 1_000, "{right} right, {wrong} wrong");
 }
 
 fn damage(answer: &[u8], kind: u32, seed: u64) -> Vec<(u64, Vec<u8>)> {
@@ -511,13 +340,8 @@ fn an_instruction_of_another_master_is_no_answer() {
     let bus = Bus::new(&[1]);
     let mut master = master(&bus);
     bus.tamper(|answer| {
-        let ping = encode(&mut [0; 16], id(1), Instruction::Ping, &[])
-            .unwrap()
-            .to_vec();
+        let ping = encode(&mut [0; 16], id(1), Instruction::Ping, &[]).unwrap().to_vec();
         vec![(0, ping), (200, answer.to_vec())]
     });
-    assert_eq!(
-        bus.run(master.get(id(1), xm430::PRESENT_POSITION)),
-        Ok(plain(0))
-    );
+    assert_eq!(bus.run(master.get(id(1), xm430::PRESENT_POSITION)), Ok(plain(0)));
 }

@@ -15,9 +15,7 @@ use servo::Servo;
 fn python() -> PathBuf {
     let default = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python");
     let python = std::env::var_os("FRE_PYTHON").map_or(default, PathBuf::from);
-    let sdk = Command::new(&python)
-        .args(["-c", "import dynamixel_sdk"])
-        .output();
+    let sdk = Command::new(&python).args(["-c", "import dynamixel_sdk"]).output();
     assert!(
         sdk.is_ok_and(|run| run.status.success()),
         "{} has no dynamixel_sdk: run `cargo xtask setup`, or name another Python in FRE_PYTHON",
@@ -34,34 +32,18 @@ fn run(baud_rate: u32) -> (BTreeMap<String, String>, Vec<Servo>) {
     servos[0].put(xm430::PRESENT_INPUT_VOLTAGE, 119);
     servos[0].put(xm430::PRESENT_TEMPERATURE, 36);
     servos[1].put(xm430::PRESENT_TEMPERATURE, 41);
-    servos[0].put(
-        xm430::PRESENT_VELOCITY,
-        i32::from_le_bytes([0xFF, 0xFF, 0xFD, 0x01]),
-    );
+    servos[0].put(xm430::PRESENT_VELOCITY, i32::from_le_bytes([0xFF, 0xFF, 0xFD, 0x01]));
     // The second servo reports a hardware error.
     servos[1].put(xm430::HARDWARE_ERROR_STATUS, 0x04);
     let line = Line::new(servos);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/robotis_sdk.py");
-    let output = Command::new(python())
-        .arg(script)
-        .arg(&line.path)
-        .arg(baud_rate.to_string())
-        .output()
-        .unwrap();
+    let output = Command::new(python()).arg(script).arg(&line.path).arg(baud_rate.to_string()).output().unwrap();
     let (servos, _) = line.end();
     let text = String::from_utf8(output.stdout).unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        output.status.success(),
-        "the script failed:\n{text}{errors}"
-    );
+    assert!(output.status.success(), "the script failed:\n{text}{errors}");
     let facts = text.lines().filter_map(|line| line.split_once(' '));
-    (
-        facts
-            .map(|(name, fact)| (name.to_owned(), fact.to_owned()))
-            .collect(),
-        servos,
-    )
+    (facts.map(|(name, fact)| (name.to_owned(), fact.to_owned())).collect(), servos)
 }
 
 /// Facts are value, communication result (0 success, -3001 no answer), status error byte.
@@ -69,17 +51,8 @@ fn check(baud_rate: u32) {
     let (facts, servos) = run(baud_rate);
     let stuffed = [76, 0, 255, 255, 253, 0, 255, 255, 255, 253];
     let mut buffer = [0; 64];
-    let stuffed = encode(
-        &mut buffer,
-        Id::new(2).unwrap(),
-        Instruction::Write,
-        &stuffed,
-    )
-    .unwrap();
-    let stuffed: String = stuffed[..stuffed.len() - 2]
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    let stuffed = encode(&mut buffer, Id::new(2).unwrap(), Instruction::Write, &stuffed).unwrap();
+    let stuffed: String = stuffed[..stuffed.len() - 2].iter().map(|byte| format!("{byte:02x}")).collect();
     let expected = [
         ("ping", "1020 0 128"),
         ("read1", "36 0 0"),
@@ -110,9 +83,7 @@ fn check(baud_rate: u32) {
         ("limit", "0 6"),
         ("broadcast-ping", "0 [(1, [1020, 45]), (2, [1020, 45])]"),
     ];
-    let expected: BTreeMap<_, _> = expected
-        .map(|(name, fact)| (name.to_owned(), fact.to_owned()))
-        .into();
+    let expected: BTreeMap<_, _> = expected.map(|(name, fact)| (name.to_owned(), fact.to_owned())).into();
     assert_eq!(facts, expected);
     assert_eq!(servos[0].value(xm430::GOAL_POSITION), 512);
     assert_eq!(servos[0].value(xm430::CURRENT_LIMIT), 500);

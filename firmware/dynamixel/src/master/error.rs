@@ -81,15 +81,8 @@ impl<E: fmt::Debug> fmt::Display for Error<E> {
             Error::WrongId { expected, received } => {
                 write!(f, "asked {expected}, {received} answered")
             }
-            Error::Length {
-                id,
-                expected,
-                received,
-            } => {
-                write!(
-                    f,
-                    "{id} answered with {received} parameter bytes instead of {expected}"
-                )
+            Error::Length { id, expected, received } => {
+                write!(f, "{id} answered with {received} parameter bytes instead of {expected}")
             }
             Error::Refused { id, error, .. } => write!(f, "{id} refused: {error}"),
             Error::Babble { bytes } => write!(f, "{bytes} bytes on the bus that are no answer"),

@@ -44,10 +44,7 @@ pub(super) async fn hear<U: Read, T, const N: usize>(
                         inbox.start = inbox.end - bytes.len();
                         return Ok(answer);
                     }
-                    Error::WrongId {
-                        expected: id,
-                        received: status.id,
-                    }
+                    Error::WrongId { expected: id, received: status.id }
                 }
                 // An instruction: the wiring's echo.
                 Ok(None) => continue,
@@ -60,9 +57,7 @@ pub(super) async fn hear<U: Read, T, const N: usize>(
         if listening.received > listening.budget {
             return Err(match listening.fault.take() {
                 Some(Error::Port(error)) => Error::Port(error),
-                _ => Error::Babble {
-                    bytes: listening.received,
-                },
+                _ => Error::Babble { bytes: listening.received },
             });
         }
         match port.read(&mut inbox.bytes).await {
@@ -83,31 +78,18 @@ pub(super) async fn hear<U: Read, T, const N: usize>(
 impl<E> Listening<E> {
     /// Twice what echo and answers take, and one chunk: room for noise, and an end to it.
     pub(super) fn new(bytes: usize) -> Self {
-        Listening {
-            fault: None,
-            budget: bytes.saturating_mul(2).saturating_add(CHUNK),
-            received: 0,
-        }
+        Listening { fault: None, budget: bytes.saturating_mul(2).saturating_add(CHUNK), received: 0 }
     }
 }
 
 /// The answer's parameters, if it is one and has the right length; gives the alert.
 pub(super) fn copy<E>(status: &Status<'_>, into: &mut [u8]) -> Result<bool, Error<E>> {
-    let Status {
-        id,
-        alert,
-        error,
-        parameters,
-    } = *status;
+    let Status { id, alert, error, parameters } = *status;
     if let Some(error) = error {
         return Err(Error::Refused { id, error, alert });
     }
     if parameters.len() != into.len() {
-        return Err(Error::Length {
-            id,
-            expected: into.len(),
-            received: parameters.len(),
-        });
+        return Err(Error::Length { id, expected: into.len(), received: parameters.len() });
     }
     into.copy_from_slice(parameters);
     Ok(alert)

@@ -34,26 +34,14 @@ pub struct Timing {
 impl Timing {
     /// Timing at `baud_rate` for devices with factory settings: 500 µs return delay and 1500 µs for port and scheduler.
     pub const fn at(baud_rate: u32) -> Self {
-        Timing {
-            baud_rate,
-            latency_us: 2_000,
-            status_return: StatusReturn::All,
-        }
+        Timing { baud_rate, latency_us: 2_000, status_return: StatusReturn::All }
     }
 
     /// Microseconds that `bytes` take on the wire, rounded up.
     pub const fn wire_us(&self, bytes: usize) -> u32 {
-        let rate = if self.baud_rate == 0 {
-            1
-        } else {
-            self.baud_rate as u64
-        };
-        let us = (bytes as u64 * 10_000_000).div_ceil(rate);
-        if us > u32::MAX as u64 {
-            u32::MAX
-        } else {
-            us as u32
-        }
+        let rate = if self.baud_rate == 0 { 1 } else { self.baud_rate as u64 };
+        let us = (bytes as u64).saturating_mul(10_000_000).div_ceil(rate);
+        if us > u32::MAX as u64 { u32::MAX } else { us as u32 }
     }
 }
 
@@ -126,11 +114,7 @@ where
             timing,
             decoder: Decoder::new(),
             transmit: [0; N],
-            inbox: Inbox {
-                bytes: [0; CHUNK],
-                start: 0,
-                end: 0,
-            },
+            inbox: Inbox { bytes: [0; CHUNK], start: 0, end: 0 },
             // Who knows what was on the bus before.
             unsettled: true,
         }
@@ -161,66 +145,34 @@ where
         let mut identity = [0; 3];
         let alert = self.ask(id, Instruction::Ping, &[], &mut identity).await?;
         let [low, high, firmware] = identity;
-        Ok(Answer {
-            value: Identity {
-                model: u16::from_le_bytes([low, high]),
-                firmware,
-            },
-            alert,
-        })
+        Ok(Answer { value: Identity { model: u16::from_le_bytes([low, high]), firmware }, alert })
     }
 
     /// Reads the bytes from `address` on, as many as `bytes` holds.
-    pub async fn read(
-        &mut self,
-        id: Id,
-        address: u16,
-        bytes: &mut [u8],
-    ) -> Result<Answer<()>, Error<U::Error>> {
+    pub async fn read(&mut self, id: Id, address: u16, bytes: &mut [u8]) -> Result<Answer<()>, Error<U::Error>> {
         let length = parameter_length(bytes.len())?;
         let [a, b] = address.to_le_bytes();
         let [c, d] = length.to_le_bytes();
-        let alert = self
-            .ask(id, Instruction::Read, &[&[a, b, c, d]], bytes)
-            .await?;
+        let alert = self.ask(id, Instruction::Read, &[&[a, b, c, d]], bytes).await?;
         Ok(Answer { value: (), alert })
     }
 
     /// Writes bytes from `address` on. A broadcast is not answered; its alert is always false.
-    pub async fn write(
-        &mut self,
-        id: Id,
-        address: u16,
-        bytes: &[u8],
-    ) -> Result<Answer<()>, Error<U::Error>> {
+    pub async fn write(&mut self, id: Id, address: u16, bytes: &[u8]) -> Result<Answer<()>, Error<U::Error>> {
         let address = address.to_le_bytes();
         if id.is_broadcast() || !self.timing.status_return.answers(Instruction::Write.code()) {
-            self.tell(id, Instruction::Write, &[&address, bytes])
-                .await?;
-            return Ok(Answer {
-                value: (),
-                alert: false,
-            });
+            self.tell(id, Instruction::Write, &[&address, bytes]).await?;
+            return Ok(Answer { value: (), alert: false });
         }
-        let alert = self
-            .ask(id, Instruction::Write, &[&address, bytes], &mut [])
-            .await?;
+        let alert = self.ask(id, Instruction::Write, &[&address, bytes], &mut []).await?;
         Ok(Answer { value: (), alert })
     }
 
     /// Restarts a device. It does not answer further instructions for a while.
     pub async fn reboot(&mut self, id: Id) -> Result<Answer<()>, Error<U::Error>> {
-        if id.is_broadcast()
-            || !self
-                .timing
-                .status_return
-                .answers(Instruction::Reboot.code())
-        {
+        if id.is_broadcast() || !self.timing.status_return.answers(Instruction::Reboot.code()) {
             self.tell(id, Instruction::Reboot, &[]).await?;
-            return Ok(Answer {
-                value: (),
-                alert: false,
-            });
+            return Ok(Answer { value: (), alert: false });
         }
         let alert = self.ask(id, Instruction::Reboot, &[], &mut []).await?;
         Ok(Answer { value: (), alert })
@@ -237,8 +189,7 @@ where
     ) -> Result<(), Error<U::Error>> {
         let [a, b] = address.to_le_bytes();
         let [c, d] = parameter_length(L)?.to_le_bytes();
-        let mut encoder = Encoder::new(&mut self.transmit, Id::BROADCAST, Instruction::SyncRead)
-            .bytes(&[a, b, c, d]);
+        let mut encoder = Encoder::new(&mut self.transmit, Id::BROADCAST, Instruction::SyncRead).bytes(&[a, b, c, d]);
         for device in devices.iter_mut() {
             if device.id.is_broadcast() {
                 return Err(Error::Broadcast);
@@ -253,19 +204,10 @@ where
         let answer = longest_packet_length(L + 1);
         let mut listening = Listening::new(sent + devices.len().saturating_mul(answer));
         // The question's time counts towards the first answer only.
-        let mut wait = self
-            .timing
-            .wire_us(sent + answer)
-            .saturating_add(self.timing.latency_us);
-        while let Some(waiting) = devices
-            .iter()
-            .find(|device| device.result.is_none())
-            .map(|device| device.id)
-        {
+        let mut wait = self.timing.wire_us(sent + answer).saturating_add(self.timing.latency_us);
+        while let Some(waiting) = devices.iter().find(|device| device.result.is_none()).map(|device| device.id) {
             let accept = |status: &Status<'_>| {
-                let device = devices
-                    .iter_mut()
-                    .find(|device| device.result.is_none() && device.id == status.id)?;
+                let device = devices.iter_mut().find(|device| device.result.is_none() && device.id == status.id)?;
                 let mut value = [0; L];
                 device.result = Some(copy(status, &mut value).map(|alert| Answer { value, alert }));
                 Some(())
@@ -273,22 +215,14 @@ where
             if let Err(error) = self.listen(waiting, wait, &mut listening, accept).await {
                 let mut error = Some(error);
                 for device in devices.iter_mut().filter(|device| device.result.is_none()) {
-                    let silence = Error::Timeout {
-                        id: device.id,
-                        waited_us: wait,
-                    };
+                    let silence = Error::Timeout { id: device.id, waited_us: wait };
                     device.result = Some(Err(error.take().unwrap_or(silence)));
                 }
                 break;
             }
-            wait = self
-                .timing
-                .wire_us(answer)
-                .saturating_add(self.timing.latency_us);
+            wait = self.timing.wire_us(answer).saturating_add(self.timing.latency_us);
         }
-        self.unsettled |= devices
-            .iter()
-            .any(|device| !matches!(device.result, Some(Ok(_))));
+        self.unsettled |= devices.iter().any(|device| !matches!(device.result, Some(Ok(_))));
         Ok(())
     }
 
@@ -300,8 +234,7 @@ where
     ) -> Result<(), Error<U::Error>> {
         let [a, b] = address.to_le_bytes();
         let [c, d] = parameter_length(L)?.to_le_bytes();
-        let mut encoder = Encoder::new(&mut self.transmit, Id::BROADCAST, Instruction::SyncWrite)
-            .bytes(&[a, b, c, d]);
+        let mut encoder = Encoder::new(&mut self.transmit, Id::BROADCAST, Instruction::SyncWrite).bytes(&[a, b, c, d]);
         for (id, bytes) in devices {
             encoder = encoder.byte(id.get()).bytes(bytes);
         }
@@ -324,10 +257,7 @@ where
         let sent = self.prepare(id, instruction, parts)?;
         self.send(sent).await?;
         let longest = longest_packet_length(answer.len() + 1);
-        let wait = self
-            .timing
-            .wire_us(sent + longest)
-            .saturating_add(self.timing.latency_us);
+        let wait = self.timing.wire_us(sent + longest).saturating_add(self.timing.latency_us);
         let mut listening = Listening::new(sent + longest);
         let accept = |status: &Status<'_>| (status.id == id).then(|| copy(status, answer));
         let result = self.listen(id, wait, &mut listening, accept).await;
@@ -337,27 +267,14 @@ where
     }
 
     /// One instruction that nobody answers.
-    async fn tell(
-        &mut self,
-        id: Id,
-        instruction: Instruction,
-        parts: &[&[u8]],
-    ) -> Result<(), Error<U::Error>> {
+    async fn tell(&mut self, id: Id, instruction: Instruction, parts: &[&[u8]]) -> Result<(), Error<U::Error>> {
         let sent = self.prepare(id, instruction, parts)?;
         self.send(sent).await
     }
 
-    fn prepare(
-        &mut self,
-        id: Id,
-        instruction: Instruction,
-        parts: &[&[u8]],
-    ) -> Result<usize, Error<U::Error>> {
+    fn prepare(&mut self, id: Id, instruction: Instruction, parts: &[&[u8]]) -> Result<usize, Error<U::Error>> {
         let encoder = Encoder::new(&mut self.transmit, id, instruction);
-        let packet = parts
-            .iter()
-            .fold(encoder, |encoder, part| encoder.bytes(part))
-            .finish();
+        let packet = parts.iter().fold(encoder, |encoder, part| encoder.bytes(part)).finish();
         packet.map(<[u8]>::len).map_err(Error::TooLong)
     }
 
@@ -365,10 +282,7 @@ where
     fn expect_to_fit(&self, parameters: usize) -> Result<(), Error<U::Error>> {
         let needed = longest_packet_length(parameters + 1);
         if needed > N {
-            return Err(Error::TooLong(EncodeError::BufferTooSmall {
-                needed,
-                capacity: N,
-            }));
+            return Err(Error::TooLong(EncodeError::BufferTooSmall { needed, capacity: N }));
         }
         Ok(())
     }
@@ -376,13 +290,7 @@ where
     /// Makes the line quiet and sends the first `length` bytes prepared.
     async fn send(&mut self, length: usize) -> Result<(), Error<U::Error>> {
         self.discard().await?;
-        let Master {
-            port,
-            delay,
-            timing,
-            transmit,
-            ..
-        } = self;
+        let Master { port, delay, timing, transmit, .. } = self;
         let limit = timing.wire_us(length).saturating_add(timing.latency_us);
         let transmission = async {
             let mut rest = transmit.get(..length).unwrap_or_default();
@@ -451,35 +359,19 @@ where
         listening: &mut Listening<U::Error>,
         accept: impl FnMut(&Status<'_>) -> Option<T>,
     ) -> Result<T, Error<U::Error>> {
-        let Master {
-            port,
-            delay,
-            decoder,
-            inbox,
-            ..
-        } = self;
+        let Master { port, delay, decoder, inbox, .. } = self;
         let hearing = hear(port, decoder, inbox, id, listening, accept);
         match select(hearing, delay.delay_us(wait_us)).await {
             Either::First(result) => result,
             Either::Second(()) => Err(match listening.fault.take() {
                 Some(fault) => fault,
-                None if decoder.pending() > 0 => Error::Truncated {
-                    id,
-                    received: decoder.pending(),
-                },
-                None => Error::Timeout {
-                    id,
-                    waited_us: wait_us,
-                },
+                None if decoder.pending() > 0 => Error::Truncated { id, received: decoder.pending() },
+                None => Error::Timeout { id, waited_us: wait_us },
             }),
         }
     }
 }
 
 fn parameter_length<E>(bytes: usize) -> Result<u16, Error<E>> {
-    u16::try_from(bytes).map_err(|_| {
-        Error::TooLong(EncodeError::TooLong {
-            length: packet_length(bytes),
-        })
-    })
+    u16::try_from(bytes).map_err(|_| Error::TooLong(EncodeError::TooLong { length: packet_length(bytes) }))
 }

@@ -13,18 +13,11 @@ where
     D: DelayNs,
 {
     /// Reads a number.
-    pub async fn read_value<T: Value>(
-        &mut self,
-        id: Id,
-        address: u16,
-    ) -> Result<Answer<T>, Error<U::Error>> {
+    pub async fn read_value<T: Value>(&mut self, id: Id, address: u16) -> Result<Answer<T>, Error<U::Error>> {
         let mut bytes = [0; 4];
         let part = bytes.get_mut(..usize::from(T::LENGTH)).unwrap_or_default();
         let Answer { alert, .. } = self.read(id, address, part).await?;
-        Ok(Answer {
-            value: T::from_bytes(bytes),
-            alert,
-        })
+        Ok(Answer { value: T::from_bytes(bytes), alert })
     }
 
     /// Writes a number.
@@ -35,20 +28,11 @@ where
         value: T,
     ) -> Result<Answer<()>, Error<U::Error>> {
         let bytes = value.to_bytes();
-        self.write(
-            id,
-            address,
-            bytes.get(..usize::from(T::LENGTH)).unwrap_or_default(),
-        )
-        .await
+        self.write(id, address, bytes.get(..usize::from(T::LENGTH)).unwrap_or_default()).await
     }
 
     /// Reads a register, as in `master.get(id, xm430::PRESENT_POSITION)`.
-    pub async fn get<T: Value>(
-        &mut self,
-        id: Id,
-        register: Register<T>,
-    ) -> Result<Answer<T>, Error<U::Error>> {
+    pub async fn get<T: Value>(&mut self, id: Id, register: Register<T>) -> Result<Answer<T>, Error<U::Error>> {
         self.read_value(id, register.address()).await
     }
 

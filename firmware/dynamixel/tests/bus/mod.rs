@@ -49,10 +49,7 @@ impl Bus {
             now_us: 0,
             byte_us: 10,
             echo: false,
-            servos: ids
-                .iter()
-                .map(|&id| (Device::new(), Servo::new(id)))
-                .collect(),
+            servos: ids.iter().map(|&id| (Device::new(), Servo::new(id))).collect(),
             tamper: VecDeque::new(),
             sent_until_us: 0,
             events: BTreeMap::new(),
@@ -97,11 +94,7 @@ impl Bus {
             let mut world = self.0.borrow_mut();
             let event = world.events.keys().next().map(|&(at, _)| at);
             let timer = world.timers.iter().copied().min();
-            let next = [event, timer]
-                .into_iter()
-                .flatten()
-                .min()
-                .expect("the future waits for nothing");
+            let next = [event, timer].into_iter().flatten().min().expect("the future waits for nothing");
             world.run_until(next);
         }
     }
@@ -122,22 +115,12 @@ impl World {
                 self.schedule(at, Event::Arrived(byte));
             }
         }
-        self.schedule(
-            at,
-            Event::Spoken {
-                by,
-                bytes: bytes.to_vec(),
-            },
-        );
+        self.schedule(at, Event::Spoken { by, bytes: bytes.to_vec() });
         at
     }
 
     fn run_until(&mut self, until_us: u64) {
-        while let Some(entry) = self
-            .events
-            .first_entry()
-            .filter(|entry| entry.key().0 <= until_us)
-        {
+        while let Some(entry) = self.events.first_entry().filter(|entry| entry.key().0 <= until_us) {
             let ((at, _), event) = entry.remove_entry();
             self.now_us = self.now_us.max(at);
             match event {
@@ -208,11 +191,7 @@ impl Write for Bus {
     async fn flush(&mut self) -> Result<(), Infallible> {
         poll_fn(|_| {
             let world = self.0.borrow();
-            if world.now_us >= world.sent_until_us {
-                Poll::Ready(Ok(()))
-            } else {
-                Poll::Pending
-            }
+            if world.now_us >= world.sent_until_us { Poll::Ready(Ok(())) } else { Poll::Pending }
         })
         .await
     }

@@ -29,22 +29,11 @@ pub struct Line {
 
 impl Line {
     pub fn new(servos: Vec<Servo>) -> Self {
-        let controller =
-            openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+        let controller = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
         grantpt(&controller).unwrap();
         unlockpt(&controller).unwrap();
-        let path = PathBuf::from(
-            ptsname(&controller, Vec::new())
-                .unwrap()
-                .into_string()
-                .unwrap(),
-        );
-        let peer = open(
-            &path,
-            OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
-            Mode::empty(),
-        )
-        .unwrap();
+        let path = PathBuf::from(ptsname(&controller, Vec::new()).unwrap().into_string().unwrap());
+        let peer = open(&path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).unwrap();
         // Raw before anyone else opens it: otherwise the line editor echoes, and swallows bytes such as 0x03 and 0x11.
         let mut settings = tcgetattr(&peer).unwrap();
         settings.make_raw();
@@ -54,12 +43,7 @@ impl Line {
             let stop = stop.clone();
             move || serve(File::from(controller), servos, &stop)
         });
-        Line {
-            path,
-            _peer: peer,
-            stop,
-            thread,
-        }
+        Line { path, _peer: peer, stop, thread }
     }
 
     /// Ends the service; gives the servos back and every byte that was heard.
@@ -70,17 +54,11 @@ impl Line {
 }
 
 fn serve(mut port: File, servos: Vec<Servo>, stop: &AtomicBool) -> (Vec<Servo>, Vec<u8>) {
-    let mut servos: Vec<(Device<256>, Servo)> = servos
-        .into_iter()
-        .map(|servo| (Device::new(), servo))
-        .collect();
+    let mut servos: Vec<(Device<256>, Servo)> = servos.into_iter().map(|servo| (Device::new(), servo)).collect();
     let mut heard = Vec::new();
     let mut chunk = [0; 256];
     while !stop.load(Ordering::Relaxed) {
-        let wait = Timespec {
-            tv_sec: 0,
-            tv_nsec: 5_000_000,
-        };
+        let wait = Timespec { tv_sec: 0, tv_nsec: 5_000_000 };
         if poll(&mut [PollFd::new(&port, PollFlags::IN)], Some(&wait)).unwrap() == 0 {
             continue;
         }
@@ -95,18 +73,10 @@ fn serve(mut port: File, servos: Vec<Servo>, stop: &AtomicBool) -> (Vec<Servo>, 
             if by.is_some() {
                 port.write_all(&bytes).unwrap();
             }
-            for (index, (device, servo)) in servos
-                .iter_mut()
-                .enumerate()
-                .filter(|&(index, _)| Some(index) != by)
-            {
+            for (index, (device, servo)) in servos.iter_mut().enumerate().filter(|&(index, _)| Some(index) != by) {
                 let mut rest = bytes.as_slice();
                 while let Some(reply) = device.hear(&mut rest, servo) {
-                    spoken.push((
-                        at_us + u64::from(reply.delay_us),
-                        Some(index),
-                        reply.bytes.to_vec(),
-                    ));
+                    spoken.push((at_us + u64::from(reply.delay_us), Some(index), reply.bytes.to_vec()));
                 }
             }
         }

@@ -1,9 +1,6 @@
 //! A control table with the items of the XM430-W350 and no motor: what is written can be read.
 
-use dynamixel::{
-    ControlTable, Id, Register, ResetScope, StatusError, StatusReturn, Value, check_read, writes,
-    xm430,
-};
+use dynamixel::{ControlTable, Id, Register, ResetScope, StatusError, StatusReturn, Value, check_read, writes, xm430};
 
 /// The table, byte by byte.
 #[derive(Clone)]
@@ -17,13 +14,7 @@ pub struct Servo {
 
 impl Servo {
     pub fn new(id: u8) -> Self {
-        let mut servo = Servo {
-            memory: [0; 147],
-            reads: 0,
-            reboots: 0,
-            clears: 0,
-            resets: Vec::new(),
-        };
+        let mut servo = Servo { memory: [0; 147], reads: 0, reboots: 0, clears: 0, resets: Vec::new() };
         for item in xm430::ITEMS {
             let bytes = item.default.to_le_bytes();
             let (from, length) = (usize::from(item.address), usize::from(item.length));
@@ -44,8 +35,7 @@ impl Servo {
     pub fn value<T: Value>(&self, register: Register<T>) -> T {
         let from = usize::from(register.address());
         let mut bytes = [0; 4];
-        bytes[..usize::from(T::LENGTH)]
-            .copy_from_slice(&self.memory[from..from + usize::from(T::LENGTH)]);
+        bytes[..usize::from(T::LENGTH)].copy_from_slice(&self.memory[from..from + usize::from(T::LENGTH)]);
         T::from_bytes(bytes)
     }
 }
