@@ -13,6 +13,7 @@ pub const MAX_KNOTS: usize = 8;
 /// A quantity along the finger: constant, or linear between knots and constant beyond the first and last.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Profile {
     /// Pairs (position, value), positions strictly increasing; one pair describes a constant.
     pub knots: Vec<[f64; 2], MAX_KNOTS>,
@@ -46,6 +47,7 @@ impl Profile {
 /// The material of beams and hinges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Material {
     /// Young's modulus E, MPa.
     pub youngs_modulus: f64,
@@ -56,6 +58,7 @@ pub struct Material {
 /// How much a wide beam is stiffened because its cross-section cannot curl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum PlaneStrain {
     /// Plane stress: EI as it is.
     Stress,
@@ -69,6 +72,7 @@ pub enum PlaneStrain {
 /// One of the two flexible beams: a straight rod from its base to the tip.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Beam {
     /// Centreline's start, clamped to the base lamella, mm.
     pub base: [f64; 2],
@@ -107,6 +111,7 @@ impl Beam {
 /// Where the lamellae are joined to the beams, base to tip.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Attachments {
     /// The same height (finger-frame y, mm) on both beams.
     Heights(Vec<f64, MAX_LAMELLAE>),
@@ -137,6 +142,7 @@ impl Attachments {
 /// The rigid lamellae.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Lamellae {
     /// Where they are joined to the beams.
     pub attachments: Attachments,
@@ -147,6 +153,7 @@ pub struct Lamellae {
 /// What joins a lamella to a beam.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum HingeKind {
     /// A thin flexible neck: a Cosserat rod.
     #[default]
@@ -160,6 +167,7 @@ pub enum HingeKind {
 /// What a hinge's length is measured from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum HingeFrom {
     /// The beam's centreline (the paper's).
     #[default]
@@ -171,6 +179,7 @@ pub enum HingeFrom {
 /// The flexible hinges between lamellae and beams.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Hinge {
     /// Flexible, pinned or welded.
     pub kind: HingeKind,
@@ -193,6 +202,7 @@ impl Hinge {
 /// A Fin-Ray finger.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Design {
     /// Width perpendicular to the plane against height, mm.
     pub width: Profile,
@@ -216,6 +226,8 @@ pub struct Design {
 
 /// Places in a [`Design`], named as in a case file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Field {
     /// `width_mm`
     Width,
@@ -286,6 +298,8 @@ impl Field {
 
 /// Why a [`Design`] is refused. Values are in mm, MPa or pure numbers, as the design's.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum DesignError {
     /// A number is infinite or NaN.
     NotFinite {

@@ -12,6 +12,7 @@ use crate::size::{Size, Storage};
 /// How a member of N elements is discretised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Scheme {
     /// The paper's: rigid elements, springs EI/ℓe between neighbours and from the first element to the start joint; the
     /// last element is rigid with the end joint. First order.
@@ -26,6 +27,7 @@ pub enum Scheme {
 /// Which physics the members have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Physics {
     /// The paper's: inextensible, hinges from the centrelines, no rigid tip, plane stress.
     Paper,
@@ -37,6 +39,7 @@ pub enum Physics {
 /// Number of elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Elements {
     /// So many per beam, spread over its spans by largest remainder of their lengths (at least one each, ties to the
     /// tip), and so many per hinge.
@@ -69,6 +72,7 @@ impl Elements {
 /// Where the gap to the object is checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Sampling {
     /// At element ends, the base excluded, joints and tip included.
     Nodes,
@@ -79,6 +83,7 @@ pub enum Sampling {
 /// How a design becomes a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Discretisation {
     /// Scheme of the members.
     pub scheme: Scheme,
@@ -117,6 +122,8 @@ impl Discretisation {
 
 /// Why a design could not be discretised.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum DiscretiseError {
     /// The design itself is at fault.
     Design(DesignError),

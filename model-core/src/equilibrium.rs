@@ -75,12 +75,22 @@ enum Phase<T> {
     Following,
     /// Minimising the energy past a fold.
     Folding { target: T, shift: T, spent: u32 },
-    /// No branch was found past a fold.
+    /// The branch ended at the accepted equilibrium and no other was found beyond; the way back is open.
+    Ended { forward: bool },
+    /// There is no accepted equilibrium.
     Lost,
 }
 
 /// Iterations of the fold handler before it gives up.
 const FOLD_ITERATIONS: u32 = 300;
+/// Steps past the end of a branch at which the fold handler looks for another: this part of the largest step, then four
+/// times as far, up to the largest step.
+const FOLD_STEP: f64 = 0.0625;
+/// Shift it begins with, relative to the stiffness at rest.
+const FOLD_SHIFT: f64 = 0.01;
+/// Residuals below which the fold handler tries Newton's method alone, N·mm and mm.
+const POLISH_GRADIENT: f64 = 5.0;
+const POLISH_LENGTH: f64 = 0.02;
 /// A solution past the end of a branch that differs by less than this angle is the same branch, rad.
 const SAME_BRANCH: f64 = 0.03;
 
@@ -236,6 +246,14 @@ impl<T: Real, S: Size> Follower<T, S> {
                     self.rest();
                     self.at = to;
                 }
+                Phase::Ended { forward } => {
+                    if (to > self.at) == forward {
+                        outcome.status = Status::Folded;
+                        self.show_accepted();
+                        return outcome;
+                    }
+                    self.phase = Phase::Following;
+                }
                 Phase::Folding { target, shift, spent } => {
                     let left = budget.saturating_sub(outcome.iterations);
                     if left == 0 {
@@ -286,9 +304,6 @@ impl<T: Real, S: Size> Follower<T, S> {
             return reaches.then(|| self.standing());
         }
         self.state.copy_from(&self.accepted, &self.ladder);
-        if attempt.status == Status::ContactCapacity {
-            return Some(Status::ContactCapacity);
-        }
         let half = size.min(remaining.abs()) * T::of(0.5);
         let out_of_budget = attempt.status == Status::MaxIterations && left < self.settings.max_iterations;
         if half >= self.max_step() * T::of(self.settings.min_step) {
@@ -297,8 +312,14 @@ impl<T: Real, S: Size> Follower<T, S> {
             // Without the geometric stiffness neither stability nor a fold can be told.
             self.step = self.max_step();
             return Some(attempt.status);
+        } else if attempt.status == Status::ContactCapacity {
+            self.step = self.max_step();
+            return Some(Status::ContactCapacity);
         } else if !out_of_budget {
-            self.phase = Phase::Folding { target, shift: T::of(0.01), spent: 0 };
+            // Just past the end the energy's slope is too faint to follow: go a small step further.
+            let past = self.max_step() * T::of(FOLD_STEP);
+            let target = if remaining > T::ZERO { self.at + past } else { self.at - past };
+            self.phase = Phase::Folding { target, shift: T::of(FOLD_SHIFT), spent: 0 };
         }
         (outcome.iterations >= budget).then_some(Status::MaxIterations)
     }
@@ -374,12 +395,25 @@ impl<T: Real, S: Size> Follower<T, S> {
             } else {
                 stalled += 1;
                 if stalled > 6 && size < T::of(100.0) {
-                    attempt.status = Status::Stagnated;
+                    attempt.status = if sweep.overflow { Status::ContactCapacity } else { Status::Stagnated };
                     return attempt;
                 }
             }
             let inertia = step::solve(&self.ladder, &self.state, &mut self.work, self.settings.hessian, T::ZERO);
             attempt.inertia = Some(inertia);
+            #[cfg(feature = "trace")]
+            std::println!(
+                "  {} at {:.6}° g {:.2e} l {:.2e} near {:.2e} rows {} touching {} {:?} part {:?}",
+                attempt.iterations,
+                coordinate.to_f64().to_degrees(),
+                residual.gradient.to_f64(),
+                residual.length.to_f64(),
+                sweep.nearest_free.to_f64(),
+                self.work.row_count,
+                self.state.touching_count,
+                inertia,
+                step::clip(&self.ladder, &self.work)
+            );
             attempt.iterations += 1;
             let part = step::clip(&self.ladder, &self.work);
             step::apply(&self.ladder, &mut self.state, &self.work, part);
@@ -404,7 +438,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         let margin = T::of(5.0 * self.settings.margin);
         let tolerance = T::TOLERANCE;
         let (mut shift, mut spent) = (shift, spent);
-        let mut used = 0;
+        let (mut used, mut polishes) = (0, 6);
         loop {
             let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
             self.sweep = sweep;
@@ -413,7 +447,13 @@ impl<T: Real, S: Size> Follower<T, S> {
             let settled = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
             if spent >= FOLD_ITERATIONS || !residual.gradient.is_finite() {
                 self.state.copy_from(&self.accepted, &self.ladder);
-                self.phase = Phase::Lost;
+                let further = (target - self.at) * T::of(4.0);
+                self.phase = if further.abs() <= self.max_step() {
+                    Phase::Folding { target: self.at + further, shift: T::of(FOLD_SHIFT), spent: 0 }
+                } else {
+                    self.step = self.max_step();
+                    Phase::Ended { forward: further > T::ZERO }
+                };
                 return;
             }
             if used >= budget {
@@ -423,6 +463,16 @@ impl<T: Real, S: Size> Follower<T, S> {
             used += 1;
             spent += 1;
             outcome.iterations += 1;
+            // The merit is blind near a solution (its closures curve): Newton's method decides there.
+            let near = residual.gradient < T::of(POLISH_GRADIENT) && residual.length < T::of(POLISH_LENGTH);
+            if near && !settled && shift < T::of(0.1) && polishes > 0 {
+                polishes -= 1;
+                let attempt = self.newton(target, budget.saturating_sub(used).min(12));
+                used += attempt.iterations;
+                spent += attempt.iterations;
+                outcome.iterations += attempt.iterations;
+                continue;
+            }
             if settled {
                 let inertia = step::solve(&self.ladder, &self.state, &mut self.work, Hessian::Newton, T::ZERO);
                 if inertia.is_stable() {
@@ -468,7 +518,7 @@ impl<T: Real, S: Size> Follower<T, S> {
                     break;
                 }
                 step::advance_geometry(&self.ladder, &mut self.state, &self.work, -part);
-                part = part * T::of(0.5);
+                part *= T::of(0.5);
             }
             if better {
                 step::advance_multipliers(&self.ladder, &mut self.state, &self.work, part);

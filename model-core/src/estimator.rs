@@ -36,6 +36,7 @@ impl Default for EstimatorSettings {
 /// What the estimator says at one tick. Angles in rad, lengths in mm, forces in N, torques in N·mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Estimate {
     /// Whether the numbers below may be used.
@@ -150,12 +151,11 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let mut estimate = self.last;
         estimate.motor_angle = motor_angle as f32;
         estimate.iterations = 0;
-        if !self.configured || self.object.is_none() || !(least..=most).contains(&motor_angle) {
-            estimate.status = Status::OutOfRange;
-        } else if !self.placed && !self.follower.start(motor_angle) {
+        let ready = self.configured && self.object.is_some() && (least..=most).contains(&motor_angle);
+        self.placed = ready && (self.placed || self.follower.start(motor_angle));
+        if !self.placed {
             estimate.status = Status::OutOfRange;
         } else {
-            self.placed = true;
             let outcome = self.follower.follow_within(motor_angle, self.settings.budget);
             estimate.status = outcome.status;
             estimate.iterations = outcome.iterations.min(u32::from(u16::MAX)) as u16;

@@ -1,5 +1,7 @@
 //! Discrete Cosserat-rod model of a Fin-Ray finger.
 #![no_std]
+#[cfg(feature = "trace")]
+extern crate std;
 
 pub mod contact;
 pub mod design;

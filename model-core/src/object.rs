@@ -82,6 +82,7 @@ impl<T: Real> Displacement<T> {
 /// How the finger's base moves in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Motion {
     /// A motor turns the base about the axis M (mm, world = finger frame at angle 0); positive angles (rad) turn
     /// clockwise, towards +x, and close the finger.
@@ -118,6 +119,7 @@ impl Motion {
 /// What a person says about an object: the description that files and messages carry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum ObjectDesign {
     /// A circular cylinder.
     Circle {

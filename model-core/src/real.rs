@@ -137,7 +137,7 @@ impl Real for f32 {
 fn sin_cos_f32(angle: f32) -> (f32, f32) {
     const TWO_OVER_PI: f32 = core::f32::consts::FRAC_2_PI;
     // The first two parts of π/2 have trailing zero bits, so that their products with small integers are exact.
-    const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_512_969_970_703e-4, 7.549_79e-8];
+    const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
     let scaled = angle * TWO_OVER_PI;
     // Truncation saturates on huge angles and maps NaN to 0: no branch can panic.
     let quadrant = (if scaled >= 0.0 { scaled + 0.5 } else { scaled - 0.5 }) as i32;

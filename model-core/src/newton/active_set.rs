@@ -158,7 +158,9 @@ pub(crate) struct Problem<'a, T> {
     pub tolerance: T,
     pub factored: &'a mut [T],
     pub order: &'a mut [u16],
+    /// Solution on the active set.
     pub scratch: &'a mut [T],
+    pub spare: &'a mut [T],
 }
 
 /// How the active set came out.
@@ -171,6 +173,11 @@ pub(crate) struct Settled {
 }
 
 /// Finds the active rows (in and out, warm-started) and the steps Δμ of all rows.
+///
+/// A primal active-set method: from feasible multipliers, go towards the solution on the present set, but only as far as
+/// no multiplier turns negative; rows that reach zero leave, then the most violated gap comes in. On a positive definite
+/// D every pass lowers ½ μᵀDμ − cᵀμ, so no set returns; on an indefinite one the passes are bounded and rows that would
+/// have to pull at once are left out.
 pub(crate) fn settle<T: Real>(
     problem: &mut Problem<'_, T>,
     count: usize,
@@ -178,72 +185,60 @@ pub(crate) fn settle<T: Real>(
     delta: &mut [T],
 ) -> Settled {
     let stride = problem.stride;
-    let limit = 4 * count + 8;
     let mut outcome = Settled { settled: false, negative: 0 };
-    let mut listed = 0;
-    for pass in 0..limit {
-        // Rows that do not touch give up their multiplier.
-        listed = 0;
+    for j in 0..count {
+        delta[j] = if active[j] { T::ZERO } else { -(problem.multiplier)(j) };
+    }
+    let mut newest = None;
+    let mut refused = false;
+    for _ in 0..4 * count + 8 {
+        outcome.negative = solve_on(problem, count, active, delta);
+        // How far towards it the multipliers stay non-negative.
+        let mut part = T::one();
+        let mut i = 0;
         for j in 0..count {
             if active[j] {
-                listed += 1;
-            } else {
-                delta[j] = -(problem.multiplier)(j);
-            }
-        }
-        let mut i = 0;
-        for j in (0..count).filter(|&j| active[j]) {
-            let row = &problem.flexibility[j * stride..j * stride + count];
-            let mut value = problem.rhs[j];
-            let mut k = 0;
-            for m in 0..count {
-                if active[m] {
-                    problem.factored[i * stride + k] = row[m];
-                    k += 1;
-                } else if delta[m] != T::ZERO {
-                    value -= row[m] * delta[m];
+                let (now, then) = ((problem.multiplier)(j) + delta[j], (problem.multiplier)(j) + problem.scratch[i]);
+                if then < T::ZERO {
+                    part = part.min(if now > T::ZERO { now / (now - then) } else { T::ZERO });
                 }
-            }
-            problem.scratch[i] = value;
-            i += 1;
-        }
-        outcome.negative = factorise(problem.factored, listed, stride, problem.order);
-        let (x, y) = problem.scratch.split_at_mut(listed);
-        if y.len() < listed {
-            return Settled { settled: false, negative: 0 };
-        }
-        solve(problem.factored, listed, stride, problem.order, x, y);
-        let mut i = 0;
-        for j in 0..count {
-            if active[j] {
-                delta[j] = problem.scratch[i];
                 i += 1;
             }
         }
-        // Drop pulling rows: all at once first, later the worst one only, so that the set cannot cycle for long.
-        let mut worst: Option<(usize, T)> = None;
         let mut dropped = false;
-        for j in (0..count).filter(|&j| active[j]) {
-            let total = (problem.multiplier)(j) + delta[j];
-            if total < T::ZERO && worst.is_none_or(|(_, least)| total < least) {
-                worst = Some((j, total));
-            }
-        }
-        if let Some((worst, _)) = worst {
-            if pass < count / 2 + 1 {
-                for j in 0..count {
-                    if active[j] && (problem.multiplier)(j) + delta[j] < T::ZERO {
-                        active[j] = false;
-                        dropped = true;
-                    }
+        let mut i = 0;
+        for j in 0..count {
+            if active[j] {
+                let multiplier = (problem.multiplier)(j);
+                let target = problem.scratch[i];
+                i += 1;
+                let now = multiplier + delta[j];
+                delta[j] = if part == T::one() { target } else { delta[j] + part * (target - delta[j]) };
+                let limits = part < T::one()
+                    && multiplier + target < T::ZERO
+                    && multiplier + delta[j] <= now.abs() * T::of(4.0) * T::EPSILON;
+                if limits {
+                    delta[j] = -multiplier;
+                    active[j] = false;
+                    dropped = true;
+                    refused |= newest == Some(j) && part == T::ZERO;
                 }
-            } else {
-                active[worst] = false;
-                dropped = true;
             }
         }
-        if dropped {
+        if dropped && !refused {
             continue;
+        }
+        if refused {
+            // The row that just came in would have to pull: leave the set as it was before.
+            outcome.negative = solve_on(problem, count, active, delta);
+            let mut i = 0;
+            for j in 0..count {
+                if active[j] {
+                    delta[j] = problem.scratch[i];
+                    i += 1;
+                }
+            }
+            return outcome;
         }
         // Take in the most violated gap.
         let mut worst: Option<(usize, T)> = None;
@@ -257,14 +252,37 @@ pub(crate) fn settle<T: Real>(
                 worst = Some((j, gap));
             }
         }
-        match worst {
-            Some((j, _)) => active[j] = true,
-            None => {
-                outcome.settled = true;
-                return outcome;
+        let Some((j, _)) = worst else {
+            outcome.settled = true;
+            return outcome;
+        };
+        active[j] = true;
+        newest = Some(j);
+    }
+    outcome
+}
+
+/// Solves for the steps of the active rows (in order, into `scratch`), the others keeping theirs; returns the number of
+/// negative eigenvalues of D on the active set.
+fn solve_on<T: Real>(problem: &mut Problem<'_, T>, count: usize, active: &[bool], delta: &[T]) -> usize {
+    let stride = problem.stride;
+    let mut listed = 0;
+    for j in (0..count).filter(|&j| active[j]) {
+        let row = &problem.flexibility[j * stride..j * stride + count];
+        let mut value = problem.rhs[j];
+        let mut k = 0;
+        for m in 0..count {
+            if active[m] {
+                problem.factored[listed * stride + k] = row[m];
+                k += 1;
+            } else if delta[m] != T::ZERO {
+                value -= row[m] * delta[m];
             }
         }
+        problem.scratch[listed] = value;
+        listed += 1;
     }
-    let _ = listed;
-    outcome
+    let negative = factorise(problem.factored, listed, stride, problem.order);
+    solve(problem.factored, listed, stride, problem.order, problem.scratch, problem.spare);
+    negative
 }

@@ -105,6 +105,7 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) row_rhs: S::Contacts<T>,
     pub(crate) row_delta: S::Contacts<T>,
     pub(crate) scratch: S::Contacts<T>,
+    pub(crate) spare: S::Contacts<T>,
 }
 
 impl<T: Real, S: Size> Workspace<T, S> {
@@ -135,6 +136,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         row_rhs: <S::Contacts<T> as Storage<T>>::EMPTY,
         row_delta: <S::Contacts<T> as Storage<T>>::EMPTY,
         scratch: <S::Contacts<T> as Storage<T>>::EMPTY,
+        spare: <S::Contacts<T> as Storage<T>>::EMPTY,
     };
 
     /// Makes room for a ladder; false if there is none.
@@ -165,6 +167,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
             && self.row_rhs.fit(rows)
             && self.row_delta.fit(rows)
             && self.scratch.fit(rows)
+            && self.spare.fit(rows)
     }
 
     /// Position of a state's front tip (deformed), finger frame, mm; needs the kinematics.

@@ -85,6 +85,7 @@ pub(crate) fn solve<T: Real, S: Size>(
             factored: work.factored.as_mut(),
             order: work.order.as_mut(),
             scratch: work.scratch.as_mut(),
+            spare: work.spare.as_mut(),
         },
         count,
         work.active.as_mut(),
