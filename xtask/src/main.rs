@@ -2,6 +2,7 @@
 
 mod command;
 mod cross;
+mod crossing;
 mod firmware;
 mod logging;
 mod on_target;

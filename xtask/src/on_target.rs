@@ -3,6 +3,7 @@
 //! The tests are listed in the ELF's section `.embedded_test`: each is a symbol whose *name* is a JSON object and whose value is
 //! the entry function's address and the module path. The machine gets `run_addr ADDRESS` as its semihosting command line.
 
+use crate::crossing::Crossing;
 use crate::logging::Log;
 use crate::qemu;
 use anyhow::{Context, Result, bail};
@@ -128,12 +129,8 @@ fn text(file: &object::File, address: u32, length: u32) -> Option<String> {
 /// Runs one test in a machine of its own; `Some` says what went wrong.
 fn run_one(elf: &Path, test: &Test, log: &Log) -> Result<Option<String>> {
     let mut command = qemu::machine(elf, &["run_addr", &test.entry.to_string()]);
-    // The two UARTs face each other, through a socket that has a name but no file.
-    let socket = format!("fre-on-target-{}-{}", std::process::id(), test.entry);
-    for (id, role) in [("a", ",server=on,wait=off"), ("b", "")] {
-        let description = format!("socket,id={id},abstract=on,path={socket}{role}");
-        command.args(["-chardev", &description, "-serial", &format!("chardev:{id}")]);
-    }
+    let mut crossing = Crossing::new(format!("fre-on-target-{}-{}", std::process::id(), test.entry))?;
+    crossing.connect(&mut command);
     let mut qemu = command
         .args(SPEED)
         .stdin(Stdio::null())
@@ -144,7 +141,7 @@ fn run_one(elf: &Path, test: &Test, log: &Log) -> Result<Option<String>> {
     let (stdout, stderr) = (qemu.stdout.take(), qemu.stderr.take());
     let stdout = thread::spawn(move || read_all(stdout));
     let stderr = thread::spawn(move || read_all(stderr));
-    let status = wait(&mut qemu, test.timeout)?;
+    let status = wait(&mut qemu, &mut crossing, test.timeout)?;
     let (stdout, stderr) = (stdout.join().unwrap_or_default(), stderr.join().unwrap_or_default());
 
     let verdict = match status.map(|status| (status.code(), status)) {
@@ -172,9 +169,10 @@ fn read_all(source: Option<impl Read>) -> Vec<u8> {
 }
 
 /// The exit status, or `None` after the time is up; the process has ended either way.
-fn wait(child: &mut Child, timeout: Duration) -> Result<Option<ExitStatus>> {
+fn wait(child: &mut Child, crossing: &mut Crossing, timeout: Duration) -> Result<Option<ExitStatus>> {
     let deadline = Instant::now() + timeout;
     loop {
+        crossing.attend()?;
         if let Some(status) = child.try_wait()? {
             return Ok(Some(status));
         }
