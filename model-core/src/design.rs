@@ -226,8 +226,6 @@ pub struct Design {
 
 /// Places in a [`Design`], named as in a case file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Field {
     /// `width_mm`
     Width,
@@ -298,8 +296,6 @@ impl Field {
 
 /// Why a [`Design`] is refused. Values are in mm, MPa or pure numbers, as the design's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum DesignError {
     /// A number is infinite or NaN.
     NotFinite {
@@ -635,4 +631,96 @@ fn ascending(field: Field, values: &[f64], above: f64, below: f64) -> Result<(),
         previous = value;
     }
     Ok(())
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// The finger of the reference data `ladder-80.csv`.
+    pub(crate) fn ladder_80() -> Design {
+        let beam = |base| Beam { base, tip: [0.0, 80.0], thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
+        let mut design = Design {
+            width: Profile::constant(20.0),
+            plane_strain: PlaneStrain::Stress,
+            material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48 },
+            front: beam([0.0, 0.0]),
+            back: beam([-28.0, 0.0]),
+            lamellae: Lamellae { attachments: Attachments::Heights(Vec::new()), thickness: 3.0 },
+            hinge: Hinge {
+                kind: HingeKind::Flexible,
+                length: Vec::from_iter([2.5]),
+                thickness: 0.8,
+                from: HingeFrom::Centreline,
+            },
+            rigid_above: None,
+            motor_axis: [-14.0, -20.0],
+        };
+        set_heights(&mut design, 7);
+        design
+    }
+
+    /// So many lamellae, evenly spaced (9 mm apart for seven, otherwise up to a height of 55 mm).
+    pub(crate) fn set_heights(design: &mut Design, count: usize) {
+        let pitch = if count == 7 { 9.0 } else { 55.0 / count.max(1) as f64 };
+        design.lamellae.attachments = Attachments::Heights((1..=count).map(|k| pitch * k as f64).collect());
+    }
+
+    #[test]
+    fn every_reason_for_rejection_names_its_field() {
+        let reject = |change: &dyn Fn(&mut Design)| {
+            let mut design = ladder_80();
+            change(&mut design);
+            design.validate().expect_err("must be refused")
+        };
+        let message = |change: &dyn Fn(&mut Design)| std::format!("{}", reject(change));
+        type Change<'a> = (&'a str, &'a dyn Fn(&mut Design));
+        let cases: &[Change<'_>] = &[
+            ("width_mm", &|d| d.width = Profile::constant(-1.0)),
+            ("width_mm", &|d| d.width.knots.clear()),
+            ("material.youngs_modulus_pa", &|d| d.material.youngs_modulus = f64::NAN),
+            ("material.youngs_modulus_pa", &|d| d.material.youngs_modulus = 0.0),
+            ("material.poissons_ratio", &|d| d.material.poissons_ratio = 0.5),
+            ("front.base_mm", &|d| d.front.base[0] = f64::INFINITY),
+            ("front.tip_mm", &|d| d.front.tip[1] = 0.0),
+            ("front.thickness_mm", &|d| d.front.thickness = Profile::constant(-2.0)),
+            ("front.stiffness_factor", &|d| d.front.stiffness_factor = 0.0),
+            ("back.base_mm", &|d| d.back.base = [5.0, 0.0]),
+            ("back.tip_mm", &|d| d.back.tip = [-40.0, 80.0]),
+            ("back.thickness_mm", &|d| d.back.thickness = Profile::constant(f64::NAN)),
+            ("back.stiffness_factor", &|d| d.back.stiffness_factor = -1.0),
+            ("lamellae.heights_mm", &|d| d.lamellae.attachments = Attachments::Heights(Vec::from_iter([90.0]))),
+            ("lamellae.heights_mm", &|d| d.lamellae.attachments = Attachments::Heights(Vec::from_iter([20.0, 10.0]))),
+            ("lamellae.heights_mm", &|d| d.lamellae.attachments = Attachments::Heights(Vec::from_iter([f64::NAN]))),
+            ("lamellae.front_arc_mm", &|d| {
+                d.lamellae.attachments =
+                    Attachments::Arcs { front: Vec::from_iter([-1.0]), back: Vec::from_iter([9.0]) };
+            }),
+            ("lamellae.back_arc_mm", &|d| {
+                d.lamellae.attachments =
+                    Attachments::Arcs { front: Vec::from_iter([9.0]), back: Vec::from_iter([99.0]) };
+            }),
+            ("lamellae.back_arc_mm", &|d| {
+                d.lamellae.attachments = Attachments::Arcs { front: Vec::from_iter([9.0]), back: Vec::new() };
+            }),
+            ("lamellae.thickness_mm", &|d| d.lamellae.thickness = 0.0),
+            ("hinge.length_mm", &|d| d.hinge.length.clear()),
+            ("hinge.length_mm", &|d| d.hinge.length = Vec::from_iter([-2.5])),
+            ("hinge.length_mm", &|d| d.hinge.length = Vec::from_iter([15.0])),
+            ("hinge.thickness_mm", &|d| d.hinge.thickness = -0.8),
+            ("tip.rigid_above_mm", &|d| d.rigid_above = Some(-3.0)),
+            ("motor.axis_mm", &|d| d.motor_axis[1] = f64::NAN),
+        ];
+        for (key, change) in cases {
+            let text = message(change);
+            assert!(text.contains(key), "{text:?} does not name {key}");
+        }
+        assert_eq!(ladder_80().validate(), Ok(()));
+    }
+
+    #[test]
+    fn a_profile_is_linear_between_its_knots() {
+        let profile = Profile { knots: Vec::from_iter([[10.0, 2.0], [20.0, 4.0]]) };
+        assert_eq!([0.0, 10.0, 15.0, 20.0, 99.0].map(|x| profile.at(x)), [2.0, 2.0, 3.0, 4.0, 4.0]);
+    }
 }

@@ -122,8 +122,6 @@ impl Discretisation {
 
 /// Why a design could not be discretised.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum DiscretiseError {
     /// The design itself is at fault.
     Design(DesignError),
