@@ -1,3 +1,9 @@
 //! The library behind the `fre` command: cases, solving, pictures.
 
 pub mod case;
+pub mod cli;
+pub mod draw;
+pub mod heap;
+pub mod report;
+pub mod run;
+pub mod shape;

@@ -1,5 +1,5 @@
 //! The `fre` command.
 
 fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+    host::cli::run()
 }

@@ -17,29 +17,13 @@ fn the_presets_are_those_of_the_references() {
     let ladder = preset("ladder-80").unwrap().unwrap().design;
     assert_eq!(
         ladder.lamellae.attachments,
-        Attachments::Heights(
-            [9.0, 18.0, 27.0, 36.0, 45.0, 54.0, 63.0]
-                .into_iter()
-                .collect()
-        )
+        Attachments::Heights([9.0, 18.0, 27.0, 36.0, 45.0, 54.0, 63.0].into_iter().collect())
     );
-    assert_eq!(
-        (
-            ladder.material.youngs_modulus,
-            ladder.material.poissons_ratio
-        ),
-        (49.5, 0.48)
-    );
-    assert_eq!(
-        (ladder.hinge.from, ladder.plane_strain),
-        (HingeFrom::Centreline, PlaneStrain::Stress)
-    );
+    assert_eq!((ladder.material.youngs_modulus, ladder.material.poissons_ratio), (49.5, 0.48));
+    assert_eq!((ladder.hinge.from, ladder.plane_strain), (HingeFrom::Centreline, PlaneStrain::Stress));
     assert_eq!(ladder.motor_axis, [-14.0, -20.0]);
     let fea = preset("fea-80").unwrap().unwrap().design;
-    assert_eq!(
-        (fea.hinge.from, fea.plane_strain),
-        (HingeFrom::Face, PlaneStrain::Stress)
-    );
+    assert_eq!((fea.hinge.from, fea.plane_strain), (HingeFrom::Face, PlaneStrain::Stress));
     assert_eq!(fea.hinge.length.as_slice(), [2.5, 2.5, 2.5, 2.5, 2.5, 1.97]);
     // The wedge begins where the inner faces meet: front face x = −1, back face offset by 1 mm along its normal.
     let slope: f64 = 28.0 / 80.0;
@@ -55,19 +39,8 @@ fn units_are_converted_once() {
          motion.motor_angles_deg = [18.0, 90]\n",
     )
     .unwrap();
-    assert_eq!(
-        case.object,
-        ObjectDesign::Circle {
-            centre: [31.0, 45.0],
-            radius: 30.0
-        }
-    );
-    assert_eq!(
-        case.path.motion,
-        Motion::Rotating {
-            axis: [-14.0, -20.0]
-        }
-    );
+    assert_eq!(case.object, ObjectDesign::Circle { centre: [31.0, 45.0], radius: 30.0 });
+    assert_eq!(case.path.motion, Motion::Rotating { axis: [-14.0, -20.0] });
     assert_eq!(case.path.places, [18.0, 90.0]);
     assert_eq!(case.path.coordinate(180.0), std::f64::consts::PI);
 }
@@ -100,12 +73,7 @@ fn a_finger_without_lamellae_hinges_or_motor_can_be_translated() {
     assert_eq!(design.plane_strain, PlaneStrain::Auto);
     assert_eq!(design.front.stiffness_factor, 1.5);
     assert!((design.material.youngs_modulus - 213_000.0).abs() < 1e-6);
-    assert_eq!(
-        case.path.motion,
-        Motion::Translating {
-            direction: [-1.0, 0.0]
-        }
-    );
+    assert_eq!(case.path.motion, Motion::Translating { direction: [-1.0, 0.0] });
     assert_eq!(case.path.coordinate(5.0), 5.0);
 }
 

@@ -21,34 +21,21 @@ impl Source {
     pub(super) fn read(path: &std::path::Path) -> Result<Self, CaseError> {
         use std::io::Read as _;
         let name = path.display().to_string();
-        let unreadable = |error: std::io::Error| CaseError::Unreadable {
-            file: name.clone(),
-            reason: error.to_string(),
-        };
+        let unreadable =
+            |error: std::io::Error| CaseError::Unreadable { file: name.clone(), reason: error.to_string() };
         let file = std::fs::File::open(path).map_err(unreadable)?;
         // Devices and pipes have no length to trust, so the reading itself is bounded.
         let mut bytes = Vec::new();
-        file.take(MAX_BYTES + 1)
-            .read_to_end(&mut bytes)
-            .map_err(unreadable)?;
+        file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
         if bytes.len() as u64 > MAX_BYTES {
-            let length = std::fs::metadata(path)
-                .map_or(0, |data| data.len())
-                .max(bytes.len() as u64);
-            return Err(CaseError::TooLarge {
-                file: name,
-                bytes: length,
-                max: MAX_BYTES,
-            });
+            let length = std::fs::metadata(path).map_or(0, |data| data.len()).max(bytes.len() as u64);
+            return Err(CaseError::TooLarge { file: name, bytes: length, max: MAX_BYTES });
         }
         match String::from_utf8(bytes) {
             Ok(text) => Ok(Self { name, text }),
             Err(error) => {
                 let valid = error.utf8_error().valid_up_to();
-                let line = 1 + error.as_bytes()[..valid]
-                    .iter()
-                    .filter(|&&byte| byte == b'\n')
-                    .count();
+                let line = 1 + error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count();
                 Err(CaseError::NotText { file: name, line })
             }
         }
@@ -64,18 +51,12 @@ impl Source {
     }
 
     fn line(&self, offset: usize) -> usize {
-        let before = self
-            .text
-            .as_bytes()
-            .get(..offset)
-            .unwrap_or(self.text.as_bytes());
+        let before = self.text.as_bytes().get(..offset).unwrap_or(self.text.as_bytes());
         1 + before.iter().filter(|&&byte| byte == b'\n').count()
     }
 
     fn piece(&self, span: &Range<usize>) -> Option<&str> {
-        self.text
-            .get(span.clone())
-            .filter(|piece| !piece.is_empty())
+        self.text.get(span.clone()).filter(|piece| !piece.is_empty())
     }
 }
 
@@ -92,12 +73,7 @@ pub(super) struct Table<'d> {
 impl<'d> Table<'d> {
     /// The root of a file.
     pub(super) fn root(source: &'d Source, entries: &'d DeTable<'d>) -> Self {
-        Self {
-            source,
-            path: String::new(),
-            line: 1,
-            entries,
-        }
+        Self { source, path: String::new(), line: 1, entries }
     }
 
     /// True if the key is present.
@@ -107,18 +83,12 @@ impl<'d> Table<'d> {
 
     /// Refuses keys other than these; the first one in the file's order is named.
     pub(super) fn only(self, allowed: &[&'static str]) -> Result<Self, CaseError> {
-        let unknown = self
-            .entries
-            .keys()
-            .filter(|key| !allowed.contains(&key.get_ref().as_ref()));
+        let unknown = self.entries.keys().filter(|key| !allowed.contains(&key.get_ref().as_ref()));
         match unknown.min_by_key(|key| key.span().start) {
             None => Ok(self),
             Some(key) => {
                 let line = self.source.line(key.span().start);
-                let value = self
-                    .entries
-                    .get(key.get_ref().as_ref())
-                    .filter(|value| !value.get_ref().is_table());
+                let value = self.entries.get(key.get_ref().as_ref()).filter(|value| !value.get_ref().is_table());
                 let piece = value.and_then(|value| self.source.piece(&value.span()));
                 let name = self.dotted(key.get_ref());
                 Err(CaseError::UnknownKey {
@@ -133,17 +103,8 @@ impl<'d> Table<'d> {
     pub(super) fn get(&self, key: &'static str) -> Option<Value<'d>> {
         let (name, item) = self.entries.get_key_value(key)?;
         // A table's own span may be empty (dotted keys): its key says where it begins.
-        let line = self.source.line(if item.get_ref().is_table() {
-            name.span().start
-        } else {
-            item.span().start
-        });
-        Some(Value {
-            source: self.source,
-            key: self.dotted(key),
-            line,
-            item,
-        })
+        let line = self.source.line(if item.get_ref().is_table() { name.span().start } else { item.span().start });
+        Some(Value { source: self.source, key: self.dotted(key), line, item })
     }
 
     /// The value of a key that must be present.
@@ -176,17 +137,8 @@ impl<'d> Table<'d> {
         let mut keys = dotted.split('.').peekable();
         while let Some(key) = keys.next() {
             let (name, item) = table.entries.get_key_value(key)?;
-            let start = if item.get_ref().is_table() {
-                name.span().start
-            } else {
-                item.span().start
-            };
-            let value = Value {
-                source: table.source,
-                key: table.dotted(key),
-                line: table.source.line(start),
-                item,
-            };
+            let start = if item.get_ref().is_table() { name.span().start } else { item.span().start };
+            let value = Value { source: table.source, key: table.dotted(key), line: table.source.line(start), item };
             if keys.peek().is_none() {
                 return Some(value);
             }
@@ -196,11 +148,7 @@ impl<'d> Table<'d> {
     }
 
     fn dotted(&self, key: &str) -> String {
-        if self.path.is_empty() {
-            key.to_owned()
-        } else {
-            format!("{}.{key}", self.path)
-        }
+        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 }
 
@@ -216,18 +164,11 @@ pub(super) struct Value<'d> {
 impl<'d> Value<'d> {
     /// The error of this value, with a reason that says what is allowed.
     pub(super) fn refuse(&self, reason: impl Into<String>) -> CaseError {
-        CaseError::Refused {
-            place: self.place(),
-            reason: reason.into(),
-        }
+        CaseError::Refused { place: self.place(), reason: reason.into() }
     }
 
     fn place(&self) -> Place {
-        let piece = if self.item.get_ref().is_table() {
-            None
-        } else {
-            self.source.piece(&self.item.span())
-        };
+        let piece = if self.item.get_ref().is_table() { None } else { self.source.piece(&self.item.span()) };
         Place::new(&self.source.name, self.line, &self.key, piece)
     }
 
@@ -241,22 +182,15 @@ impl<'d> Value<'d> {
             DeValue::Array(_) => "an array",
             DeValue::Table(_) => "a table",
         };
-        CaseError::WrongType {
-            place: self.place(),
-            found,
-            expected: expected.to_owned(),
-        }
+        CaseError::WrongType { place: self.place(), found, expected: expected.to_owned() }
     }
 
     /// A table.
     pub(super) fn table(&self) -> Result<Table<'d>, CaseError> {
         match self.item.get_ref() {
-            DeValue::Table(entries) => Ok(Table {
-                source: self.source,
-                path: self.key.clone(),
-                line: self.line,
-                entries,
-            }),
+            DeValue::Table(entries) => {
+                Ok(Table { source: self.source, path: self.key.clone(), line: self.line, entries })
+            }
             _ => Err(self.wrong("a table")),
         }
     }
@@ -268,19 +202,12 @@ impl<'d> Value<'d> {
 
     /// A text.
     pub(super) fn text(&self) -> Result<&'d str, CaseError> {
-        self.item
-            .get_ref()
-            .as_str()
-            .ok_or_else(|| self.wrong("a text"))
+        self.item.get_ref().as_str().ok_or_else(|| self.wrong("a text"))
     }
 
     /// One of several words.
     pub(super) fn choice<X: Copy>(&self, words: &[(&'static str, X)]) -> Result<X, CaseError> {
-        let allowed = words
-            .iter()
-            .map(|(word, _)| format!("\"{word}\""))
-            .collect::<Vec<_>>()
-            .join(", ");
+        let allowed = words.iter().map(|(word, _)| format!("\"{word}\"")).collect::<Vec<_>>().join(", ");
         let Some(text) = self.item.get_ref().as_str() else {
             return Err(self.wrong(&format!("one of {allowed}")));
         };
@@ -299,12 +226,8 @@ impl<'d> Value<'d> {
     pub(super) fn number(&self) -> Result<f64, CaseError> {
         let number = match self.item.get_ref() {
             DeValue::Float(float) => float.as_str().parse::<f64>().ok(),
-            DeValue::Integer(integer) if integer.radix() == 10 => {
-                integer.as_str().parse::<f64>().ok()
-            }
-            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
-                .ok()
-                .map(|i| i as f64),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse::<f64>().ok(),
+            DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64),
             _ => return Err(self.wrong("a number")),
         };
         match number {
@@ -319,10 +242,7 @@ impl<'d> Value<'d> {
             return Err(self.wrong(expected));
         };
         if array.len() > max {
-            return Err(self.refuse(format!(
-                "has {} entries; at most {max} are allowed",
-                array.len()
-            )));
+            return Err(self.refuse(format!("has {} entries; at most {max} are allowed", array.len())));
         }
         let entry = |(index, item): (usize, &'d Spanned<DeValue<'d>>)| Value {
             source: self.source,
@@ -335,10 +255,7 @@ impl<'d> Value<'d> {
 
     /// An array of finite numbers.
     pub(super) fn numbers(&self, max: usize) -> Result<Vec<f64>, CaseError> {
-        self.entries("an array of numbers", max)?
-            .iter()
-            .map(Value::number)
-            .collect()
+        self.entries("an array of numbers", max)?.iter().map(Value::number).collect()
     }
 
     /// A pair of finite numbers.
@@ -349,10 +266,7 @@ impl<'d> Value<'d> {
         let numbers = self.numbers(array.len())?;
         match numbers[..] {
             [first, second] => Ok([first, second]),
-            _ => Err(self.refuse(format!(
-                "has {} entries; needed is {expected}",
-                numbers.len()
-            ))),
+            _ => Err(self.refuse(format!("has {} entries; needed is {expected}", numbers.len()))),
         }
     }
 
@@ -363,11 +277,7 @@ impl<'d> Value<'d> {
 
     fn search(&self, number: f64) -> Option<Value<'d>> {
         if self.is_array() {
-            return self
-                .entries("", usize::MAX)
-                .ok()?
-                .iter()
-                .find_map(|entry| entry.search(number));
+            return self.entries("", usize::MAX).ok()?.iter().find_map(|entry| entry.search(number));
         }
         (self.number().ok()?.to_bits() == number.to_bits()).then(|| self.clone())
     }

@@ -104,12 +104,7 @@ impl Place {
                 line.chars().take(LONGEST_VALUE).chain(['…']).collect()
             }
         });
-        Self {
-            file: file.to_owned(),
-            line,
-            key: key.to_owned(),
-            value,
-        }
+        Self { file: file.to_owned(), line, key: key.to_owned(), value }
     }
 }
 
@@ -139,10 +134,7 @@ impl CaseError {
     /// Key at fault with its tables, where there is one.
     pub fn key(&self) -> Option<&str> {
         match self {
-            Self::Unreadable { .. }
-            | Self::TooLarge { .. }
-            | Self::NotText { .. }
-            | Self::Syntax { .. } => None,
+            Self::Unreadable { .. } | Self::TooLarge { .. } | Self::NotText { .. } | Self::Syntax { .. } => None,
             Self::UnknownKey { place, .. }
             | Self::Missing { place, .. }
             | Self::WrongType { place, .. }

@@ -1,8 +1,8 @@
 //! The `[finger]` table: a design in the solver's units.
 
 use model_core::design::{
-    Attachments, Beam, Design, DesignError, Field, Hinge, HingeFrom, HingeKind, Lamellae,
-    MAX_KNOTS, MAX_LAMELLAE, Material, PlaneStrain, Profile,
+    Attachments, Beam, Design, DesignError, Field, Hinge, HingeFrom, HingeKind, Lamellae, MAX_KNOTS, MAX_LAMELLAE,
+    Material, PlaneStrain, Profile,
 };
 
 use super::document::{Table, Value};
@@ -44,21 +44,12 @@ pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
     let motor = match table.get("motor") {
         Some(motor) => {
             let motor = motor.table()?.only(&["axis_mm"])?;
-            Some(
-                motor
-                    .need("axis_mm", "the motor axis, [x, y] in mm")?
-                    .pair("[x, y] in mm")?,
-            )
+            Some(motor.need("axis_mm", "the motor axis, [x, y] in mm")?.pair("[x, y] in mm")?)
         }
         None => None,
     };
     let rigid_above = match table.get("tip") {
-        Some(tip) => tip
-            .table()?
-            .only(&["rigid_above_mm"])?
-            .get("rigid_above_mm")
-            .map(|v| v.number())
-            .transpose()?,
+        Some(tip) => tip.table()?.only(&["rigid_above_mm"])?.get("rigid_above_mm").map(|v| v.number()).transpose()?,
         None => None,
     };
     let plane_strain = match table.get("plane_strain") {
@@ -70,10 +61,7 @@ pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
         None => PlaneStrain::Auto,
     };
     let design = Design {
-        width: profile(&table.need(
-            "width_mm",
-            "a number of mm, or a taper [[height_mm, width_mm], …]",
-        )?)?,
+        width: profile(&table.need("width_mm", "a number of mm, or a taper [[height_mm, width_mm], …]")?)?,
         plane_strain,
         material: material(&table)?,
         front: beam(&table, "front")?,
@@ -84,78 +72,42 @@ pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
         motor_axis: motor.unwrap_or([0.0, 0.0]),
     };
     design.validate().map_err(|error| explain(&table, error))?;
-    Ok(Finger {
-        name,
-        design,
-        has_motor: motor.is_some(),
-    })
+    Ok(Finger { name, design, has_motor: motor.is_some() })
 }
 
 fn material(finger: &Table<'_>) -> Result<Material, CaseError> {
-    let table = finger
-        .need(
-            "material",
-            "a table with youngs_modulus_pa and poissons_ratio",
-        )?
-        .table()?;
+    let table = finger.need("material", "a table with youngs_modulus_pa and poissons_ratio")?.table()?;
     let table = table.only(&["youngs_modulus_pa", "poissons_ratio"])?;
     Ok(Material {
-        youngs_modulus: table
-            .need("youngs_modulus_pa", "a number of Pa")?
-            .number()?
-            / PA_PER_MPA,
-        poissons_ratio: table
-            .need("poissons_ratio", "a number from 0 to 0.499")?
-            .number()?,
+        youngs_modulus: table.need("youngs_modulus_pa", "a number of Pa")?.number()? / PA_PER_MPA,
+        poissons_ratio: table.need("poissons_ratio", "a number from 0 to 0.499")?.number()?,
     })
 }
 
 fn beam(finger: &Table<'_>, key: &'static str) -> Result<Beam, CaseError> {
-    let table = finger
-        .need(key, "a table with base_mm, tip_mm and thickness_mm")?
-        .table()?;
+    let table = finger.need(key, "a table with base_mm, tip_mm and thickness_mm")?.table()?;
     let table = table.only(&["base_mm", "tip_mm", "thickness_mm", "stiffness_factor"])?;
     let point = |key, what| table.need(key, what)?.pair("[x, y] in mm");
     Ok(Beam {
         base: point("base_mm", "the start of the centreline, [x, y] in mm")?,
         tip: point("tip_mm", "the end of the centreline, [x, y] in mm")?,
-        thickness: profile(&table.need(
-            "thickness_mm",
-            "a number of mm, or a taper [[arc_mm, thickness_mm], …]",
-        )?)?,
-        stiffness_factor: table
-            .get("stiffness_factor")
-            .map_or(Ok(1.0), |value| value.number())?,
+        thickness: profile(&table.need("thickness_mm", "a number of mm, or a taper [[arc_mm, thickness_mm], …]")?)?,
+        stiffness_factor: table.get("stiffness_factor").map_or(Ok(1.0), |value| value.number())?,
     })
 }
 
 fn lamellae(finger: &Table<'_>) -> Result<Lamellae, CaseError> {
-    let none = Lamellae {
-        attachments: Attachments::Heights(heapless::Vec::new()),
-        thickness: 1.0,
-    };
+    let none = Lamellae { attachments: Attachments::Heights(heapless::Vec::new()), thickness: 1.0 };
     let Some(value) = finger.get("lamellae") else {
         return Ok(none);
     };
-    let table =
-        value
-            .table()?
-            .only(&["heights_mm", "front_arc_mm", "back_arc_mm", "thickness_mm"])?;
-    let attachments = match (
-        table.get("heights_mm"),
-        table.get("front_arc_mm"),
-        table.get("back_arc_mm"),
-    ) {
+    let table = value.table()?.only(&["heights_mm", "front_arc_mm", "back_arc_mm", "thickness_mm"])?;
+    let attachments = match (table.get("heights_mm"), table.get("front_arc_mm"), table.get("back_arc_mm")) {
         (Some(heights), None, None) => Attachments::Heights(bounded(&heights)?),
-        (None, Some(front), Some(back)) => Attachments::Arcs {
-            front: bounded(&front)?,
-            back: bounded(&back)?,
-        },
+        (None, Some(front), Some(back)) => Attachments::Arcs { front: bounded(&front)?, back: bounded(&back)? },
         (Some(_), _, _) => {
-            return Err(table.refuse(
-                "heights_mm",
-                "cannot stand beside front_arc_mm or back_arc_mm; allowed is one or the other",
-            ));
+            return Err(table
+                .refuse("heights_mm", "cannot stand beside front_arc_mm or back_arc_mm; allowed is one or the other"));
         }
         (None, Some(_), None) => {
             return Err(table.missing("back_arc_mm", "an array of mm beside front_arc_mm"));
@@ -164,43 +116,29 @@ fn lamellae(finger: &Table<'_>) -> Result<Lamellae, CaseError> {
             return Err(table.missing("front_arc_mm", "an array of mm beside back_arc_mm"));
         }
         (None, None, None) => {
-            return Err(table.missing(
-                "heights_mm",
-                "an array of mm, or front_arc_mm and back_arc_mm",
-            ));
+            return Err(table.missing("heights_mm", "an array of mm, or front_arc_mm and back_arc_mm"));
         }
     };
     if attachments.is_empty() {
         return Ok(none);
     }
-    Ok(Lamellae {
-        attachments,
-        thickness: table.need("thickness_mm", "a number of mm")?.number()?,
-    })
+    Ok(Lamellae { attachments, thickness: table.need("thickness_mm", "a number of mm")?.number()? })
 }
 
 fn hinge(finger: &Table<'_>, needed: bool) -> Result<Hinge, CaseError> {
     let value = match finger.get("hinge") {
         Some(value) => value,
         None if needed => {
-            return Err(finger.missing(
-                "hinge",
-                "a table with length_mm and thickness_mm, or kind = \"pinned\" or \"welded\"",
-            ));
+            return Err(
+                finger.missing("hinge", "a table with length_mm and thickness_mm, or kind = \"pinned\" or \"welded\"")
+            );
         }
         None => {
             let (kind, from) = (HingeKind::Welded, HingeFrom::Centreline);
-            return Ok(Hinge {
-                kind,
-                length: heapless::Vec::new(),
-                thickness: 1.0,
-                from,
-            });
+            return Ok(Hinge { kind, length: heapless::Vec::new(), thickness: 1.0, from });
         }
     };
-    let table = value
-        .table()?
-        .only(&["kind", "length_mm", "thickness_mm", "from"])?;
+    let table = value.table()?.only(&["kind", "length_mm", "thickness_mm", "from"])?;
     let kind = match table.get("kind") {
         Some(word) => word.choice(&[
             ("flexible", HingeKind::Flexible),
@@ -210,10 +148,7 @@ fn hinge(finger: &Table<'_>, needed: bool) -> Result<Hinge, CaseError> {
         None => HingeKind::Flexible,
     };
     let from = match table.get("from") {
-        Some(word) => word.choice(&[
-            ("centreline", HingeFrom::Centreline),
-            ("face", HingeFrom::Face),
-        ])?,
+        Some(word) => word.choice(&[("centreline", HingeFrom::Centreline), ("face", HingeFrom::Face)])?,
         None => HingeFrom::Centreline,
     };
     let flexible = needed && kind == HingeKind::Flexible;
@@ -230,23 +165,14 @@ fn hinge(finger: &Table<'_>, needed: bool) -> Result<Hinge, CaseError> {
         None if flexible => return Err(table.missing("thickness_mm", "a number of mm")),
         None => 1.0,
     };
-    Ok(Hinge {
-        kind,
-        length,
-        thickness,
-        from,
-    })
+    Ok(Hinge { kind, length, thickness, from })
 }
 
 /// A list with at most one entry per lamella.
 fn bounded(value: &Value<'_>) -> Result<heapless::Vec<f64, MAX_LAMELLAE>, CaseError> {
     let numbers = value.numbers(MAX_LAMELLAE)?;
-    heapless::Vec::from_slice(&numbers).map_err(|_| {
-        value.refuse(format!(
-            "has {} entries; at most {MAX_LAMELLAE} are allowed",
-            numbers.len()
-        ))
-    })
+    heapless::Vec::from_slice(&numbers)
+        .map_err(|_| value.refuse(format!("has {} entries; at most {MAX_LAMELLAE} are allowed", numbers.len())))
 }
 
 /// A number, or an array of pairs.
@@ -257,9 +183,7 @@ fn profile(value: &Value<'_>) -> Result<Profile, CaseError> {
     let mut knots = heapless::Vec::new();
     for entry in value.entries("an array of pairs", MAX_KNOTS)? {
         let full = |_| value.refuse(format!("at most {MAX_KNOTS} pairs are allowed"));
-        knots
-            .push(entry.pair("a pair [position_mm, value_mm]")?)
-            .map_err(full)?;
+        knots.push(entry.pair("a pair [position_mm, value_mm]")?).map_err(full)?;
     }
     if knots.is_empty() {
         return Err(value.refuse("is empty; needed is at least one pair [position_mm, value_mm]"));
@@ -274,9 +198,7 @@ fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
         None => table.refuse(field.key(), reason),
     };
     let entry = |field: Field, index: usize, reason: String| {
-        let entries = table
-            .find(field.key())
-            .and_then(|value| value.entries("", usize::MAX).ok());
+        let entries = table.find(field.key()).and_then(|value| value.entries("", usize::MAX).ok());
         match entries.as_ref().and_then(|entries| entries.get(index)) {
             Some(value) => value.refuse(reason),
             None => table.refuse(field.key(), reason),
@@ -288,9 +210,12 @@ fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
             Field::YoungsModulus.key(),
             format!("allowed is {:e} to {:e} Pa", min * PA_PER_MPA, max * PA_PER_MPA),
         ),
-        DesignError::OutOfRange { field: field @ (Field::PoissonsRatio | Field::FrontStiffness | Field::BackStiffness), min, max, .. } => {
-            table.refuse(field.key(), format!("allowed is {min} to {max}"))
-        }
+        DesignError::OutOfRange {
+            field: field @ (Field::PoissonsRatio | Field::FrontStiffness | Field::BackStiffness),
+            min,
+            max,
+            ..
+        } => table.refuse(field.key(), format!("allowed is {min} to {max}")),
         DesignError::OutOfRange { field, value, min, max } => {
             number(field, value, format!("allowed is {} to {} mm", rounded(min), rounded(max)))
         }
@@ -299,12 +224,13 @@ fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
         }
         DesignError::BeamNotUpright { field, rise } => table.refuse(
             field.key(),
-            format!("is {} mm above the beam's base; needed is at least 1 mm and more than a tenth of the beam's length", rounded(rise)),
+            format!(
+                "is {} mm above the beam's base; needed is at least 1 mm and more than a tenth of the beam's length",
+                rounded(rise)
+            ),
         ),
-        DesignError::BackNotBehindFront { back_x, front_x } => table.refuse(
-            Field::BackBase.key(),
-            format!("x is {back_x}; it must be less than the front beam's {front_x}"),
-        ),
+        DesignError::BackNotBehindFront { back_x, front_x } => table
+            .refuse(Field::BackBase.key(), format!("x is {back_x}; it must be less than the front beam's {front_x}")),
         DesignError::TipsApart { distance, max } => table.refuse(
             Field::BackTip.key(),
             format!("lies {} mm from front.tip_mm; allowed is up to {} mm", rounded(distance), rounded(max)),
@@ -316,7 +242,11 @@ fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
         DesignError::LamellaOutsideBeam { field, lamella, above, below, .. } => entry(
             field,
             lamella,
-            format!("lies outside the flexible beam; allowed is more than {} and less than {} mm", rounded(above), rounded(below)),
+            format!(
+                "lies outside the flexible beam; allowed is more than {} and less than {} mm",
+                rounded(above),
+                rounded(below)
+            ),
         ),
         DesignError::LamellaOrder { field, lamella, previous, .. } => {
             entry(field, lamella, format!("must be larger than its predecessor {previous}"))

@@ -47,34 +47,19 @@ impl Case {
     /// # Errors
     /// The first thing in it that cannot be used.
     pub fn parse(name: &str, text: &str) -> Result<Self, CaseError> {
-        Self::from_source(
-            &Source {
-                name: name.to_owned(),
-                text: text.to_owned(),
-            },
-            None,
-        )
+        Self::from_source(&Source { name: name.to_owned(), text: text.to_owned() }, None)
     }
 
     fn from_source(source: &Source, folder: Option<&Path>) -> Result<Self, CaseError> {
         let tree = source.parse()?;
         let root = Table::root(source, tree.get_ref()).only(&["finger", "object", "motion"])?;
-        let value = root.need(
-            "finger",
-            "a table [finger], a finger file or \"preset:NAME\"",
-        )?;
+        let value = root.need("finger", "a table [finger], a finger file or \"preset:NAME\"")?;
         let finger = if value.is_text() {
             let text = value.text()?;
             match text.strip_prefix("preset:") {
                 Some(name) => preset(name).ok_or_else(|| {
-                    let names: Vec<String> = PRESETS
-                        .iter()
-                        .map(|name| format!("\"preset:{name}\""))
-                        .collect();
-                    value.refuse(format!(
-                        "there is no such preset; allowed is {}",
-                        names.join(", ")
-                    ))
+                    let names: Vec<String> = PRESETS.iter().map(|name| format!("\"preset:{name}\"")).collect();
+                    value.refuse(format!("there is no such preset; allowed is {}", names.join(", ")))
                 })??,
                 None => {
                     let file = folder.unwrap_or(Path::new("")).join(text);
@@ -91,11 +76,7 @@ impl Case {
         };
         let object = object::read(&root)?;
         let path = motion::read(&root, &finger)?;
-        Ok(Self {
-            finger,
-            object,
-            path,
-        })
+        Ok(Self { finger, object, path })
     }
 }
 
@@ -105,10 +86,7 @@ impl Case {
 /// # Errors
 /// The first thing in it that cannot be used.
 pub fn read_finger(path: &Path) -> Result<Finger, CaseError> {
-    let name = path.file_stem().map_or_else(
-        || "finger".into(),
-        |stem| stem.to_string_lossy().into_owned(),
-    );
+    let name = path.file_stem().map_or_else(|| "finger".into(), |stem| stem.to_string_lossy().into_owned());
     finger_from_source(&Source::read(path)?, &name)
 }
 

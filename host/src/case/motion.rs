@@ -25,12 +25,7 @@ pub struct Path {
 impl Path {
     /// A rotation about the finger's motor axis by angles in degrees.
     pub fn rotating(finger: &Finger, angles_deg: Vec<f64>) -> Self {
-        Self {
-            motion: Motion::Rotating {
-                axis: finger.design.motor_axis,
-            },
-            places: angles_deg,
-        }
+        Self { motion: Motion::Rotating { axis: finger.design.motor_axis }, places: angles_deg }
     }
 
     /// The solver's coordinate (rad or mm) of a place in the file's unit (degrees or mm).
@@ -44,12 +39,7 @@ impl Path {
 
 /// Reads and validates the motion.
 pub(super) fn read(root: &Table<'_>, finger: &Finger) -> Result<Path, CaseError> {
-    let table = root
-        .need(
-            "motion",
-            "a table with motor_angles_deg, or with direction and distances_mm",
-        )?
-        .table()?;
+    let table = root.need("motion", "a table with motor_angles_deg, or with direction and distances_mm")?.table()?;
     let table = table.only(&["motor_angles_deg", "direction", "distances_mm"])?;
     let list = |key, unit: &str, limit: f64| {
         let value = table.need(key, &format!("an array of {unit}"))?;
@@ -70,42 +60,27 @@ pub(super) fn read(root: &Table<'_>, finger: &Finger) -> Result<Path, CaseError>
     if table.has("motor_angles_deg") {
         for key in ["direction", "distances_mm"] {
             if table.has(key) {
-                return Err(table.refuse(
-                    key,
-                    "cannot stand beside motor_angles_deg; allowed is one motion or the other",
-                ));
+                return Err(
+                    table.refuse(key, "cannot stand beside motor_angles_deg; allowed is one motion or the other")
+                );
             }
         }
         if !finger.has_motor {
-            return Err(table.refuse(
-                "motor_angles_deg",
-                "the finger has no motor; needed is motor.axis_mm in the finger",
-            ));
+            return Err(
+                table.refuse("motor_angles_deg", "the finger has no motor; needed is motor.axis_mm in the finger")
+            );
         }
-        return Ok(Path::rotating(
-            finger,
-            list("motor_angles_deg", "degrees", MAX_ANGLE)?,
-        ));
+        return Ok(Path::rotating(finger, list("motor_angles_deg", "degrees", MAX_ANGLE)?));
     }
     if !table.has("direction") && !table.has("distances_mm") {
-        return Err(table.missing(
-            "motor_angles_deg",
-            "an array of degrees; or direction and distances_mm",
-        ));
+        return Err(table.missing("motor_angles_deg", "an array of degrees; or direction and distances_mm"));
     }
     let value = table.need("direction", "[x, y], the direction in which the base moves")?;
     let [x, y] = value.pair("[x, y], the direction in which the base moves")?;
     let length = x.hypot(y);
     if !(1e-6..=1e6).contains(&length) {
-        return Err(value.refuse(
-            "has no length to speak of; allowed is a length of 1e-6 to 1e6 (it is scaled to 1)",
-        ));
+        return Err(value.refuse("has no length to speak of; allowed is a length of 1e-6 to 1e6 (it is scaled to 1)"));
     }
     let places = list("distances_mm", "mm", MAX_DISTANCE)?;
-    Ok(Path {
-        motion: Motion::Translating {
-            direction: [x / length, y / length],
-        },
-        places,
-    })
+    Ok(Path { motion: Motion::Translating { direction: [x / length, y / length] }, places })
 }

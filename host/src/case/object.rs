@@ -15,9 +15,7 @@ enum Shape {
 
 /// Reads and validates the object.
 pub(super) fn read(root: &Table<'_>) -> Result<ObjectDesign, CaseError> {
-    let table = root
-        .need("object", "a table with shape, radius_mm and centre_mm")?
-        .table()?;
+    let table = root.need("object", "a table with shape, radius_mm and centre_mm")?.table()?;
     let word = table.need("shape", "\"circle\"")?;
     let shape = word.choice(&[
         ("circle", Shape::Circle),
@@ -31,23 +29,14 @@ pub(super) fn read(root: &Table<'_>) -> Result<ObjectDesign, CaseError> {
     let table = table.only(&["shape", "radius_mm", "centre_mm"])?;
     let object = ObjectDesign::Circle {
         radius: table.need("radius_mm", "a number of mm")?.number()?,
-        centre: table
-            .need("centre_mm", "[x, y] in mm, world frame")?
-            .pair("[x, y] in mm")?,
+        centre: table.need("centre_mm", "[x, y] in mm, world frame")?.pair("[x, y] in mm")?,
     };
-    object.validate().map_err(
-        |ObjectError::OutOfRange {
-             key,
-             value,
-             min,
-             max,
-         }| {
-            let reason = format!("allowed is {min} to {max} mm");
-            match table.find(key) {
-                Some(found) => found.entry_holding(value).refuse(reason),
-                None => table.refuse(key, reason),
-            }
-        },
-    )?;
+    object.validate().map_err(|ObjectError::OutOfRange { key, value, min, max }| {
+        let reason = format!("allowed is {min} to {max} mm");
+        match table.find(key) {
+            Some(found) => found.entry_holding(value).refuse(reason),
+            None => table.refuse(key, reason),
+        }
+    })?;
     Ok(object)
 }

@@ -18,9 +18,6 @@ pub fn preset(name: &str) -> Option<Result<Finger, CaseError>> {
         "dhas-80" => include_str!("presets/dhas-80.toml"),
         _ => return None,
     };
-    let source = Source {
-        name: format!("preset:{name}"),
-        text: text.to_owned(),
-    };
+    let source = Source { name: format!("preset:{name}"), text: text.to_owned() };
     Some(super::finger_from_source(&source, name))
 }

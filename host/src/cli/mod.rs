@@ -1,0 +1,48 @@
+//! The commands of `fre`, one file each: its arguments and its `run`.
+
+mod options;
+mod solve;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Bad input: the message on standard error says what and where.
+pub const BAD_INPUT: u8 = 1;
+/// Some angle has no trustworthy solution.
+pub const UNTRUSTWORTHY: u8 = 2;
+
+/// Contact force and shape of a Fin-Ray finger from its motor angle.
+#[derive(Debug, Parser)]
+#[command(name = "fre", version, about)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Solve(solve::Args),
+}
+
+/// Reads the command line and runs the command.
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are no errors; everything else is bad input.
+            let code = if error.use_stderr() { ExitCode::from(BAD_INPUT) } else { ExitCode::SUCCESS };
+            let _ = error.print();
+            return code;
+        }
+    };
+    match cli.command {
+        Command::Solve(args) => solve::run(&args),
+    }
+}
+
+/// Says on standard error what was wrong with the input.
+fn bad_input(error: &dyn std::fmt::Display) -> ExitCode {
+    eprintln!("fre: {error}");
+    ExitCode::from(BAD_INPUT)
+}

@@ -1,0 +1,336 @@
+//! Charts: several series over one axis, in one or more panels above each other (for example force, and below it the
+//! difference to a reference).
+
+use super::axis::Scale;
+use super::font::Fonts;
+use super::palette::Ink;
+use super::scene::{Anchor, Item, Path, Rect, Scene, Stroke, Text};
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// A solid line.
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// A dot at every point.
+    Dots,
+    /// A thin line with a dot at every point.
+    LineAndDots,
+}
+
+/// A series of points. A point that is not finite interrupts the line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Name in the legend; series of the same name share an entry.
+    pub name: String,
+    /// Colour number ([`Ink::Series`]).
+    pub colour: u8,
+    /// How it is drawn.
+    pub style: Style,
+    /// Points in the axes' units.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// A remark in a panel.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Mark {
+    /// A vertical line: an event at a place, such as a snap-through.
+    At {
+        /// Place on the horizontal axis.
+        x: f64,
+        /// What happens there.
+        words: String,
+    },
+    /// A ring around a point, such as a solution on another branch.
+    Ring {
+        /// The point.
+        at: [f64; 2],
+        /// What it is.
+        words: String,
+    },
+    /// A band between two values, such as a bound that is asked for.
+    Band {
+        /// Lower value.
+        low: f64,
+        /// Upper value.
+        high: f64,
+        /// What it is.
+        words: String,
+    },
+}
+
+/// One set of axes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Panel {
+    /// Title of the vertical axis with its unit; `*…*` is italic, `_{…}` a subscript.
+    pub y_title: String,
+    /// Range of the vertical axis; chosen from the points if none.
+    pub y_range: Option<[f64; 2]>,
+    /// Share of the height relative to the other panels; 0 counts as 1.
+    pub share: f64,
+    /// The series, the lowest first.
+    pub series: Vec<Series>,
+    /// Remarks.
+    pub marks: Vec<Mark>,
+}
+
+/// A chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// What it shows.
+    pub title: String,
+    /// Under which conditions.
+    pub subtitle: String,
+    /// Title of the horizontal axis with its unit.
+    pub x_title: String,
+    /// Range of the horizontal axis; that of the points if none.
+    pub x_range: Option<[f64; 2]>,
+    /// The panels, top to bottom.
+    pub panels: Vec<Panel>,
+    /// Width, px.
+    pub width: f64,
+    /// Height, px.
+    pub height: f64,
+}
+
+const TEXT: f64 = 13.0;
+const MARGIN: f64 = 14.0;
+const PANEL_GAP: f64 = 18.0;
+const TICK: f64 = 5.0;
+
+impl Chart {
+    /// An empty chart of a size that suits a page's column.
+    pub fn new(title: impl Into<String>, subtitle: impl Into<String>, x_title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            subtitle: subtitle.into(),
+            x_title: x_title.into(),
+            x_range: None,
+            panels: Vec::new(),
+            width: 680.0,
+            height: 460.0,
+        }
+    }
+
+    /// The picture.
+    pub fn scene(&self) -> Scene {
+        let fonts = Fonts::new();
+        let mut scene = Scene::new(self.width, self.height, format!("{}. {}", self.title, self.subtitle));
+        let top = self.headings(&mut scene, &fonts);
+        let bottom = self.height - MARGIN - 2.9 * TEXT;
+        let gaps = PANEL_GAP * self.panels.len().saturating_sub(1) as f64;
+        let share = |panel: &Panel| if panel.share > 0.0 { panel.share } else { 1.0 };
+        let shares: f64 = self.panels.iter().map(share).sum();
+        let unit = (bottom - top - gaps) / shares.max(1e-9);
+
+        let scales: Vec<Scale> = self.panels.iter().map(|panel| vertical(panel, unit * share(panel))).collect();
+        let label = |words: String| Text::new([0.0, 0.0], TEXT, words);
+        let widest = scales
+            .iter()
+            .flat_map(|scale| scale.ticks.iter().map(|&tick| fonts.width(&label(scale.words(tick)))))
+            .fold(0.0, f64::max);
+        let left = MARGIN + 1.5 * TEXT + widest + TICK + 6.0;
+        let right = self.width - MARGIN - 10.0;
+        let x = self.horizontal(right - left);
+
+        let mut y = top;
+        for (index, (panel, scale)) in self.panels.iter().zip(&scales).enumerate() {
+            let frame = Rect { left, right, top: y, bottom: y + unit * share(panel) };
+            let last = index + 1 == self.panels.len();
+            PanelView { panel, frame, x: &x, y: scale, fonts: &fonts }.draw(&mut scene, last);
+            y = frame.bottom + PANEL_GAP;
+        }
+        scene.text(
+            Text::new([0.5 * (left + right), self.height - MARGIN], TEXT, self.x_title.clone()).anchor(Anchor::Middle),
+        );
+        scene
+    }
+
+    /// Title, subtitle and legend; returns where the panels may begin.
+    fn headings(&self, scene: &mut Scene, fonts: &Fonts) -> f64 {
+        let mut y = MARGIN + 12.0;
+        scene.text(Text::new([MARGIN, y], 16.0, self.title.clone()).bold());
+        if !self.subtitle.is_empty() {
+            y += 19.0;
+            scene.text(Text::new([MARGIN, y], TEXT, self.subtitle.clone()).ink(Ink::Muted));
+        }
+        let mut seen: Vec<&str> = Vec::new();
+        let (mut x, mut row) = (MARGIN, y + 24.0);
+        for series in self.panels.iter().flat_map(|panel| &panel.series) {
+            if series.name.is_empty() || seen.contains(&series.name.as_str()) {
+                continue;
+            }
+            seen.push(&series.name);
+            let text = Text::new([0.0, 0.0], TEXT, series.name.clone());
+            let width = 34.0 + fonts.width(&text) + 20.0;
+            if x > MARGIN && x + width > self.width - MARGIN + 20.0 {
+                (x, row) = (MARGIN, row + 19.0);
+            }
+            let middle = row - 0.34 * TEXT;
+            let key: Vec<[f64; 2]> = match series.style {
+                Style::Dots => vec![[x + 13.0, middle]],
+                Style::LineAndDots => vec![[x + 2.0, middle], [x + 24.0, middle]],
+                Style::Line | Style::Dashed => vec![[x, middle], [x + 26.0, middle]],
+            };
+            draw_series(scene, series, &key);
+            scene.text(Text { at: [x + 34.0, row], ..text });
+            x += width;
+        }
+        if seen.is_empty() { y + 18.0 } else { row + 18.0 }
+    }
+
+    fn horizontal(&self, width: f64) -> Scale {
+        let points = self.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.points);
+        let [low, high] = self.x_range.unwrap_or_else(|| extent(points.map(|p| p[0])));
+        Scale::covering(low, high, width / 75.0, false)
+    }
+}
+
+/// Smallest and largest of the finite values.
+fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values
+        .filter(|value| value.is_finite())
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
+}
+
+fn vertical(panel: &Panel, height: f64) -> Scale {
+    let count = (height / 36.0).max(2.0);
+    if let Some([low, high]) = panel.y_range {
+        return Scale::covering(low, high, count, false);
+    }
+    let points = panel.series.iter().flat_map(|series| series.points.iter().map(|p| p[1]));
+    let bands = panel.marks.iter().flat_map(|mark| match mark {
+        Mark::Band { low, high, .. } => vec![*low, *high],
+        _ => Vec::new(),
+    });
+    let [low, high] = extent(points.chain(bands));
+    // An axis that nearly reaches zero shows it.
+    let low = if low > 0.0 && low < 0.4 * high { 0.0 } else { low };
+    Scale::covering(low, high, count, true)
+}
+
+/// A panel with its frame and scales.
+struct PanelView<'p> {
+    panel: &'p Panel,
+    frame: Rect,
+    x: &'p Scale,
+    y: &'p Scale,
+    fonts: &'p Fonts,
+}
+
+impl PanelView<'_> {
+    fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let Rect { left, top, right, bottom } = self.frame;
+        [left + (right - left) * self.x.part(x), bottom - (bottom - top) * self.y.part(y)]
+    }
+
+    fn draw(&self, scene: &mut Scene, with_x_labels: bool) {
+        let Rect { left, top, right, bottom } = self.frame;
+        self.bands(scene);
+        for &tick in &self.y.ticks {
+            let y = self.at([0.0, tick])[1];
+            let ink = if tick == 0.0 && self.y.low < 0.0 { Ink::Ghost } else { Ink::Faint };
+            scene.line(Path::lines([[left, y], [right, y]]), Stroke::new(ink, 1.0));
+            scene.line(Path::lines([[left - TICK, y], [left, y]]), Stroke::new(Ink::Main, 1.0));
+            let label = Text::new([left - TICK - 4.0, y + 0.35 * TEXT], TEXT, self.y.words(tick));
+            scene.text(label.anchor(Anchor::End));
+        }
+        for &tick in &self.x.ticks {
+            let x = self.at([tick, 0.0])[0];
+            scene.line(Path::lines([[x, bottom], [x, bottom + TICK]]), Stroke::new(Ink::Main, 1.0));
+            if with_x_labels {
+                let label = Text::new([x, bottom + TICK + 1.15 * TEXT], TEXT, self.x.words(tick));
+                scene.text(label.anchor(Anchor::Middle));
+            }
+        }
+        let title = Text::new([MARGIN + 0.8 * TEXT, 0.5 * (top + bottom)], TEXT, self.panel.y_title.clone());
+        scene.text(Text { upright: true, ..title.anchor(Anchor::Middle) });
+
+        scene.items.push(Item::Clip(Rect {
+            left: left - 4.0,
+            right: right + 4.0,
+            top: top - 4.0,
+            bottom: bottom + 4.0,
+        }));
+        for series in &self.panel.series {
+            for run in series.points.split(|p| !(p[0].is_finite() && p[1].is_finite())) {
+                let run: Vec<[f64; 2]> = run.iter().map(|&p| self.at(p)).collect();
+                draw_series(scene, series, &run);
+            }
+        }
+        scene.items.push(Item::Unclip);
+        scene.line(Path::lines([[left, top], [left, bottom], [right, bottom]]), Stroke::new(Ink::Main, 1.2));
+        self.marks(scene);
+    }
+
+    fn bands(&self, scene: &mut Scene) {
+        for mark in &self.panel.marks {
+            if let Mark::Band { low, high, words } = mark {
+                let [a, b] = [self.at([self.x.low, *high]), self.at([self.x.high, *low])];
+                scene.fill(Path::rectangle(Rect { left: a[0], top: a[1], right: b[0], bottom: b[1] }), Ink::Faint, 0.6);
+                let text = Text::new([b[0], a[1] - 4.0], 0.92 * TEXT, words.clone());
+                scene.text(text.ink(Ink::Muted).anchor(Anchor::End));
+            }
+        }
+    }
+
+    fn marks(&self, scene: &mut Scene) {
+        let Rect { left, top, right, bottom } = self.frame;
+        let size = 0.92 * TEXT;
+        for mark in &self.panel.marks {
+            match mark {
+                Mark::At { x, words } => {
+                    let x = self.at([*x, 0.0])[0];
+                    if !(left - 0.5..=right + 0.5).contains(&x) {
+                        continue;
+                    }
+                    scene.line(Path::lines([[x, top], [x, bottom]]), Stroke::new(Ink::Muted, 1.0).dashed(3.0, 3.0));
+                    let text = Text::new([x + 5.0, top + size], size, words.clone()).ink(Ink::Muted).halo();
+                    let fits = x + 5.0 + self.fonts.width(&text) <= right + 8.0;
+                    scene.text(if fits {
+                        text
+                    } else {
+                        Text { at: [x - 5.0, top + size], ..text }.anchor(Anchor::End)
+                    });
+                }
+                Mark::Ring { at, words } => {
+                    let [x, y] = self.at(*at);
+                    if !(x.is_finite() && y.is_finite()) {
+                        continue;
+                    }
+                    scene.line(Path::circle([x, y], 6.5), Stroke::new(Ink::Force, 1.6));
+                    let text = Text::new([x + 10.0, y - 8.0], size, words.clone()).ink(Ink::Force).halo();
+                    let fits = x + 10.0 + self.fonts.width(&text) <= right + 8.0;
+                    scene.text(if fits { text } else { Text { at: [x - 10.0, y - 8.0], ..text }.anchor(Anchor::End) });
+                }
+                Mark::Band { .. } => {}
+            }
+        }
+    }
+}
+
+fn draw_series(scene: &mut Scene, series: &Series, points: &[[f64; 2]]) {
+    let ink = Ink::Series(series.colour);
+    if points.len() > 1 {
+        let stroke = match series.style {
+            Style::Line => Some(Stroke::new(ink, 2.0).round()),
+            Style::Dashed => Some(Stroke::new(ink, 1.8).dashed(6.0, 4.0)),
+            Style::LineAndDots => Some(Stroke::new(ink, 1.2).round()),
+            Style::Dots => None,
+        };
+        if let Some(stroke) = stroke {
+            scene.line(Path::lines(points.iter().copied()), stroke);
+        }
+    }
+    let dots: &[[f64; 2]] = match series.style {
+        Style::Dots | Style::LineAndDots => points,
+        // A single point of a line would be invisible.
+        Style::Line | Style::Dashed if points.len() == 1 => points,
+        Style::Line | Style::Dashed => &[],
+    };
+    let radius = if dots.len() > 150 { 1.6 } else { 3.0 };
+    for &dot in dots {
+        scene.fill(Path::circle(dot, radius), ink, 1.0);
+    }
+}

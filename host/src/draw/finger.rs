@@ -1,0 +1,411 @@
+//! The picture of a deformed finger on its object, in the world frame.
+
+use model_core::design::{Design, HingeKind, Profile};
+use model_core::object::{Motion, ObjectDesign};
+
+use super::font::Fonts;
+use super::palette::Ink;
+use super::scene::{Anchor, Item, Path, Rect, Scene, Step, Stroke, Text};
+use crate::shape::Shape;
+
+/// What the picture shows.
+#[derive(Clone, Debug)]
+pub struct FingerPicture<'a> {
+    /// Title.
+    pub title: String,
+    /// Conditions, in a line below the title.
+    pub subtitle: String,
+    /// The finger as it was designed.
+    pub design: &'a Design,
+    /// How its base moves.
+    pub motion: Motion,
+    /// Where along the motion it stands (rad or mm).
+    pub coordinate: f64,
+    /// The object.
+    pub object: ObjectDesign,
+    /// The deformed finger.
+    pub shape: &'a Shape,
+    /// Net force of the finger on the object, world frame, N; none if it is not known.
+    pub force: Option<[f64; 2]>,
+}
+
+const WIDTH: f64 = 680.0;
+const HIGHEST: f64 = 640.0;
+const MARGIN: f64 = 14.0;
+const TEXT: f64 = 13.0;
+/// Height of the row with the scales, px.
+const FOOT: f64 = 44.0;
+/// Length that the net force's arrow has at most, px.
+const LONGEST_ARROW: f64 = 120.0;
+/// Thickness of the base lamella in the picture, mm.
+const BASE: f64 = 4.0;
+
+impl FingerPicture<'_> {
+    /// The picture.
+    pub fn scene(&self) -> Scene {
+        let fonts = Fonts::new();
+        let mut scene = Scene::new(WIDTH, HIGHEST, format!("{}. {}", self.title, self.subtitle));
+        let top = self.headings(&mut scene, &fonts);
+        let ghost = Shape::undeformed(self.design);
+        let view = self.view(&ghost, top);
+        scene.height = view.area.bottom + FOOT + MARGIN;
+
+        scene.items.push(Item::Clip(view.area));
+        self.draw_object(&mut scene, &view);
+        self.draw_arm(&mut scene, &view);
+        self.draw_ghost(&mut scene, &view, &ghost);
+        self.draw_finger(&mut scene, &view);
+        self.draw_base(&mut scene, &view);
+        scene.items.push(Item::Unclip);
+        self.draw_motion(&mut scene, &view);
+        self.draw_forces(&mut scene, &view, &fonts);
+        view.scale_bar(&mut scene);
+        scene
+    }
+
+    fn headings(&self, scene: &mut Scene, fonts: &Fonts) -> f64 {
+        let mut y = MARGIN + 12.0;
+        scene.text(Text::new([MARGIN, y], 16.0, self.title.clone()).bold());
+        if !self.subtitle.is_empty() {
+            y += 19.0;
+            scene.text(Text::new([MARGIN, y], TEXT, self.subtitle.clone()).ink(Ink::Muted));
+        }
+        y += 24.0;
+        let mut x = MARGIN;
+        let middle = y - 0.34 * TEXT;
+        let swatch = |x: f64| Path::lines([[x, middle], [x + 24.0, middle]]);
+        let keys = [
+            ("front beam", Stroke::new(Ink::Front, 7.0)),
+            ("back beam", Stroke::new(Ink::Back, 7.0)),
+            ("lamella, hinges", Stroke::new(Ink::Lamella, 7.0)),
+            ("undeformed", Stroke::new(Ink::Ghost, 1.2).dashed(4.0, 3.0)),
+        ];
+        for (words, stroke) in keys {
+            scene.line(swatch(x), stroke);
+            let text = Text::new([x + 31.0, y], TEXT, words);
+            let width = fonts.width(&text);
+            scene.text(text);
+            x += 31.0 + width + 20.0;
+        }
+        scene.arrow([x, middle], [x + 26.0, middle], Ink::Force, 2.4);
+        scene.text(Text::new([x + 33.0, y], TEXT, "force on the object"));
+        y + 14.0
+    }
+
+    /// Position in the world of a point of the finger, mm.
+    fn world(&self, p: [f64; 2]) -> [f64; 2] {
+        match self.motion {
+            Motion::Rotating { axis } => {
+                let (sin, cos) = self.coordinate.sin_cos();
+                let [x, y] = [p[0] - axis[0], p[1] - axis[1]];
+                [axis[0] + cos * x + sin * y, axis[1] - sin * x + cos * y]
+            }
+            Motion::Translating { direction } => {
+                [p[0] + direction[0] * self.coordinate, p[1] + direction[1] * self.coordinate]
+            }
+        }
+    }
+
+    fn view(&self, ghost: &Shape, top: f64) -> View {
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        let mut include = |[x, y]: [f64; 2], reach: f64| {
+            if x.is_finite() && y.is_finite() {
+                low = [low[0].min(x - reach), low[1].min(y - reach)];
+                high = [high[0].max(x + reach), high[1].max(y + reach)];
+            }
+        };
+        for &p in ghost.front.iter().chain(&ghost.back).chain(&self.shape.front).chain(&self.shape.back) {
+            include(self.world(p), 4.0);
+        }
+        include(self.world([self.design.front.base[0], self.design.front.base[1] - BASE]), 4.0);
+        include(self.world([self.design.back.base[0], self.design.back.base[1] - BASE]), 4.0);
+        if let Motion::Rotating { axis } = self.motion {
+            include(axis, 7.0);
+        }
+        let ObjectDesign::Circle { centre, radius } = self.object;
+        // A large object is cut off: the finger is what the picture is about.
+        let length = self.design.front.length();
+        if radius <= 0.6 * length {
+            include(centre, radius + 3.0);
+        } else {
+            let foot = self.world(self.design.front.point(0.5 * length));
+            let towards = unit([centre[0] - foot[0], centre[1] - foot[1]]);
+            include([foot[0] + 0.5 * length * towards[0], foot[1] + 0.5 * length * towards[1]], 0.0);
+        }
+        let (wide, tall) = (high[0] - low[0], high[1] - low[1]);
+        let scale = ((WIDTH - 2.0 * MARGIN) / wide).min((HIGHEST - top - FOOT - MARGIN) / tall);
+        let left = 0.5 * (WIDTH - scale * wide);
+        let area = Rect { left: MARGIN, right: WIDTH - MARGIN, top, bottom: top + scale * tall };
+        View { scale, origin: [left - scale * low[0], top + scale * high[1]], area }
+    }
+
+    fn draw_object(&self, scene: &mut Scene, view: &View) {
+        let ObjectDesign::Circle { centre, radius } = self.object;
+        let middle = view.at(centre);
+        scene.area(Path::circle(middle, view.scale * radius), Ink::Object, 1.0, Stroke::new(Ink::ObjectEdge, 1.4));
+        let cross = 5.0;
+        for [dx, dy] in [[cross, 0.0], [0.0, cross]] {
+            let line = Path::lines([[middle[0] - dx, middle[1] - dy], [middle[0] + dx, middle[1] + dy]]);
+            scene.line(line, Stroke::new(Ink::ObjectEdge, 1.0));
+        }
+        let words = format!("object Ø{} mm", short(2.0 * radius, 1));
+        let below = (0.62 * view.scale * radius).min(90.0);
+        let text = Text::new([middle[0], middle[1] + below], TEXT, words).ink(Ink::Muted);
+        scene.text(text.anchor(Anchor::Middle));
+    }
+
+    /// The arm from the motor to the base lamella.
+    fn draw_arm(&self, scene: &mut Scene, view: &View) {
+        let Motion::Rotating { axis } = self.motion else { return };
+        let [front, back] = [self.design.front.base, self.design.back.base];
+        let middle = [0.5 * (front[0] + back[0]), 0.5 * (front[1] + back[1]) - 0.5 * BASE];
+        let arm = Path::lines([view.at(axis), view.at(self.world(middle))]);
+        scene.line(arm, Stroke::new(Ink::Faint, 7.0 * view.scale).round());
+    }
+
+    /// The base lamella, over the beams' ends.
+    fn draw_base(&self, scene: &mut Scene, view: &View) {
+        let [front, back] = [self.design.front.base, self.design.back.base];
+        let side = 2.0;
+        let corners = [
+            [back[0] - side, back[1]],
+            [front[0] + side, front[1]],
+            [front[0] + side, front[1] - BASE],
+            [back[0] - side, back[1] - BASE],
+        ];
+        let block = Path::polygon(corners.map(|p| view.at(self.world(p))));
+        scene.area(block, Ink::Ghost, 1.0, Stroke::new(Ink::Ghost, 1.0).round());
+    }
+
+    fn draw_ghost(&self, scene: &mut Scene, view: &View, ghost: &Shape) {
+        let stroke = Stroke::new(Ink::Ghost, 1.2).dashed(4.0, 3.0);
+        for line in [&ghost.front, &ghost.back] {
+            scene.line(Path::lines(line.iter().map(|&p| view.at(self.world(p)))), stroke);
+        }
+        for bar in &ghost.lamellae {
+            scene.line(Path::lines(bar.map(|p| view.at(self.world(p)))), Stroke::new(Ink::Ghost, 0.8).dashed(2.0, 3.0));
+        }
+    }
+
+    fn draw_finger(&self, scene: &mut Scene, view: &View) {
+        let design = self.design;
+        let flexible = design.hinge.kind == HingeKind::Flexible;
+        for (lamella, bar) in self.shape.lamellae.iter().enumerate() {
+            let arcs = design.attachment_arcs(lamella);
+            let ends = [(&self.shape.front, &design.front, arcs[0]), (&self.shape.back, &design.back, arcs[1])];
+            let [p, q] = bar.map(|p| view.at(self.world(p)));
+            let along = unit([q[0] - p[0], q[1] - p[1]]);
+            if flexible {
+                for (side, (line, beam, arc)) in ends.into_iter().enumerate() {
+                    let Some((point, tangent)) = along_line(line, arc) else { continue };
+                    // The hinge leaves the beam in the direction it had, turned with the beam.
+                    let turn = tangent[1].atan2(tangent[0]) - beam.direction()[1].atan2(beam.direction()[0]);
+                    let rest = self.rest_direction(lamella);
+                    let (sin, cos) = turn.sin_cos();
+                    let turned = [cos * rest[0] - sin * rest[1], sin * rest[0] + cos * rest[1]];
+                    let sign = if side == 0 { 1.0 } else { -1.0 };
+                    let from = view.at(self.world(point));
+                    let tip = self.world([point[0] + turned[0], point[1] + turned[1]]);
+                    let leave = unit([view.at(tip)[0] - from[0], view.at(tip)[1] - from[1]]);
+                    let to = if side == 0 { p } else { q };
+                    let reach = sign * (to[0] - from[0]).hypot(to[1] - from[1]) / 3.0;
+                    let neck = Path(vec![
+                        Step::Move(from),
+                        Step::Cubic(
+                            [from[0] + reach * leave[0], from[1] + reach * leave[1]],
+                            [to[0] - reach * along[0], to[1] - reach * along[1]],
+                            to,
+                        ),
+                    ]);
+                    scene.line(neck, Stroke::new(Ink::Lamella, (view.scale * design.hinge.thickness).max(1.5)).round());
+                }
+            }
+            let half = 0.5 * design.lamellae.thickness * view.scale;
+            let corner = |[x, y]: [f64; 2], side: f64| [x - side * half * along[1], y + side * half * along[0]];
+            let body = [corner(p, 1.0), corner(q, 1.0), corner(q, -1.0), corner(p, -1.0)];
+            scene.area(Path::polygon(body), Ink::Lamella, 1.0, Stroke::new(Ink::Lamella, 1.0).round());
+            if !flexible {
+                for end in [p, q] {
+                    scene.area(Path::circle(end, 3.0), Ink::Paper, 1.0, Stroke::new(Ink::Back, 1.4));
+                }
+            }
+        }
+        self.draw_beam(scene, view, &self.shape.back, &design.back.thickness, Ink::Back);
+        self.draw_beam(scene, view, &self.shape.front, &design.front.thickness, Ink::Front);
+    }
+
+    fn rest_direction(&self, lamella: usize) -> [f64; 2] {
+        let arcs = self.design.attachment_arcs(lamella);
+        let (p, q) = (self.design.front.point(arcs[0]), self.design.back.point(arcs[1]));
+        unit([q[0] - p[0], q[1] - p[1]])
+    }
+
+    fn draw_beam(&self, scene: &mut Scene, view: &View, line: &[[f64; 2]], thickness: &Profile, ink: Ink) {
+        if line.len() < 2 {
+            return;
+        }
+        let mut arc = 0.0;
+        let mut sides = [Vec::with_capacity(line.len()), Vec::with_capacity(line.len())];
+        for (i, &p) in line.iter().enumerate() {
+            let (before, after) = (line[i.saturating_sub(1)], line[(i + 1).min(line.len() - 1)]);
+            if i > 0 {
+                arc += (p[0] - before[0]).hypot(p[1] - before[1]);
+            }
+            let e = unit([after[0] - before[0], after[1] - before[1]]);
+            let half = 0.5 * thickness.at(arc);
+            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                sides[side].push(view.at(self.world([p[0] - sign * half * e[1], p[1] + sign * half * e[0]])));
+            }
+        }
+        // The beam reaches into the base, which is drawn over it, and ends round: both beams' ends make one tip.
+        let foot = unit([line[1][0] - line[0][0], line[1][1] - line[0][1]]);
+        let root = |side: f64| {
+            let half = 0.5 * side * thickness.at(0.0);
+            [line[0][0] - BASE * 0.5 * foot[0] - half * foot[1], line[0][1] - BASE * 0.5 * foot[1] + half * foot[0]]
+        };
+        let roots = [1.0, -1.0].map(|side| view.at(self.world(root(side))));
+        if let Some(&tip) = line.last() {
+            scene.fill(Path::circle(view.at(self.world(tip)), 0.5 * view.scale * thickness.at(arc)), ink, 1.0);
+        }
+        sides[1].reverse();
+        let mut outline = Path::lines([roots[0]]);
+        outline.0.extend(sides[0].first().map(|&p| Step::Line(p)));
+        outline.extend_smooth(&sides[0]);
+        outline.0.extend(sides[1].first().map(|&p| Step::Line(p)));
+        outline.extend_smooth(&sides[1]);
+        outline.0.push(Step::Line(roots[1]));
+        scene.area(outline.closed(), ink, 1.0, Stroke::new(ink, 0.6).round());
+    }
+
+    /// The motor with its angle, or the distance travelled.
+    fn draw_motion(&self, scene: &mut Scene, view: &View) {
+        match self.motion {
+            Motion::Rotating { axis } => {
+                let m = view.at(axis);
+                let reach = 15.0 * view.scale;
+                let angle = self.coordinate;
+                let up = [m[0], m[1] - reach];
+                let turned = [m[0] + reach * angle.sin(), m[1] - reach * angle.cos()];
+                scene.line(Path::lines([m, up]), Stroke::new(Ink::Muted, 1.0).dashed(3.0, 3.0));
+                scene.line(Path::lines([m, turned]), Stroke::new(Ink::Muted, 1.0));
+                let quarter = std::f64::consts::FRAC_PI_2;
+                let arc = Path::arc(m, 0.8 * reach, -quarter, angle - quarter);
+                scene.line(arc, Stroke::new(Ink::Muted, 1.2));
+                scene.area(Path::circle(m, 5.0), Ink::Paper, 1.0, Stroke::new(Ink::Main, 1.6));
+                scene.fill(Path::circle(m, 1.6), Ink::Main, 1.0);
+                let words = format!("*α* = {}°", short(angle.to_degrees(), 2));
+                scene.text(Text::new([m[0] + 12.0, m[1] + 5.0], TEXT, words).halo());
+            }
+            Motion::Translating { direction } => {
+                let base = self.world(self.design.back.base);
+                let from = view.at([base[0], base[1] - 2.0 * BASE]);
+                let to = [from[0] + 46.0 * direction[0], from[1] - 46.0 * direction[1]];
+                scene.arrow(from, to, Ink::Main, 1.4);
+                let words = format!("*d* = {} mm", short(self.coordinate, 2));
+                scene.text(Text::new([from[0], from[1] + 1.6 * TEXT], TEXT, words).halo());
+            }
+        }
+    }
+
+    fn draw_forces(&self, scene: &mut Scene, view: &View, fonts: &Fonts) {
+        let Some(force) = self.force else { return };
+        let magnitude = force[0].hypot(force[1]);
+        let sum: f64 = self.shape.contacts.iter().map(|contact| contact.force).sum();
+        if !(magnitude.is_finite() && magnitude > 0.0 && sum > 0.0) {
+            return;
+        }
+        let scale = LONGEST_ARROW / magnitude;
+        let mut centre = [0.0, 0.0];
+        for contact in &self.shape.contacts {
+            let (p, n) = (self.world(contact.position), self.world_direction(contact.normal));
+            let part = contact.force / sum;
+            centre = [centre[0] + part * p[0], centre[1] + part * p[1]];
+            let from = view.at(p);
+            let to = [from[0] - scale * contact.force * n[0], from[1] + scale * contact.force * n[1]];
+            if self.shape.contacts.len() > 1 {
+                scene.arrow(from, to, Ink::Series(4), 1.3);
+            }
+        }
+        let from = view.at(centre);
+        let to = [from[0] + scale * force[0], from[1] - scale * force[1]];
+        scene.arrow(from, to, Ink::Force, 2.6);
+        let text = Text::new([0.0, 0.0], 15.0, format!("*F* = {} N", short(magnitude, 2)));
+        let side = if to[0] >= from[0] { 8.0 } else { -8.0 - fonts.width(&text) };
+        scene.text(Text { at: [to[0] + side, to[1] + 0.35 * TEXT], ..text }.ink(Ink::Force).halo());
+
+        let round = round_below(80.0 / scale);
+        let length = scale * round;
+        let right = view.area.right - 20.0;
+        let y = view.area.bottom + 0.5 * FOOT;
+        scene.arrow([right - length, y], [right, y], Ink::Force, 2.6);
+        let words = format!("{} N", short(round, 3));
+        scene.text(Text::new([right - 0.5 * length, y + 1.4 * TEXT], TEXT, words).anchor(Anchor::Middle));
+    }
+
+    fn world_direction(&self, v: [f64; 2]) -> [f64; 2] {
+        let (origin, tip) = (self.world([0.0, 0.0]), self.world(v));
+        [tip[0] - origin[0], tip[1] - origin[1]]
+    }
+}
+
+/// From mm in the world to the picture.
+struct View {
+    /// Pixels per mm.
+    scale: f64,
+    /// Where the world's origin lies.
+    origin: [f64; 2],
+    area: Rect,
+}
+
+impl View {
+    fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.origin[0] + self.scale * x, self.origin[1] - self.scale * y]
+    }
+
+    fn scale_bar(&self, scene: &mut Scene) {
+        let round = round_below(110.0 / self.scale);
+        let (left, y) = (self.area.left + 20.0, self.area.bottom + 0.5 * FOOT);
+        let right = left + self.scale * round;
+        scene.line(Path::lines([[left, y], [right, y]]), Stroke::new(Ink::Main, 2.0));
+        for x in [left, right] {
+            scene.line(Path::lines([[x, y - 4.0], [x, y + 4.0]]), Stroke::new(Ink::Main, 2.0));
+        }
+        let words = format!("{} mm", short(round, 3));
+        scene.text(Text::new([0.5 * (left + right), y + 1.4 * TEXT], TEXT, words).anchor(Anchor::Middle));
+    }
+}
+
+fn unit([x, y]: [f64; 2]) -> [f64; 2] {
+    let length = x.hypot(y);
+    if length > 0.0 { [x / length, y / length] } else { [0.0, 0.0] }
+}
+
+/// Point and unit tangent of a polyline at an arc length.
+fn along_line(line: &[[f64; 2]], arc: f64) -> Option<([f64; 2], [f64; 2])> {
+    let mut passed = 0.0;
+    for pair in line.windows(2) {
+        let [a, b] = [pair[0], pair[1]];
+        let step = [b[0] - a[0], b[1] - a[1]];
+        let length = step[0].hypot(step[1]);
+        if passed + length >= arc - 1e-9 && length > 0.0 {
+            let part = ((arc - passed) / length).clamp(0.0, 1.0);
+            return Some(([a[0] + part * step[0], a[1] + part * step[1]], unit(step)));
+        }
+        passed += length;
+    }
+    None
+}
+
+/// The largest of 1, 2, 5 times a power of ten that is not more.
+fn round_below(most: f64) -> f64 {
+    let power = 10_f64.powf(most.max(1e-9).log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|factor| factor * power).find(|&value| value <= most).unwrap_or(power)
+}
+
+/// At most so many decimals, without trailing zeros, with a true minus sign.
+fn short(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    text.replace('-', "−")
+}

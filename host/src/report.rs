@@ -1,0 +1,203 @@
+//! Results as text, JSON, CSV and pictures.
+
+use std::fmt::Write as _;
+
+use model_core::object::{Motion, ObjectDesign};
+use model_core::status::Status;
+
+use crate::case::Case;
+use crate::draw::{Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
+use crate::run::Solution;
+
+/// The results as the JSON of the contract.
+///
+/// # Errors
+/// None for results of the solver.
+pub fn json(solutions: &[Solution]) -> Result<String, serde_json::Error> {
+    let mut text = serde_json::to_string_pretty(solutions)?;
+    text.push('\n');
+    Ok(text)
+}
+
+/// One line per angle; every name carries its unit. Numbers that are not known are empty.
+pub fn csv(solutions: &[Solution]) -> String {
+    let distances = solutions.first().is_some_and(|solution| solution.distance_mm.is_some());
+    let place = if distances { "distance_mm" } else { "motor_angle_deg" };
+    let mut out = format!(
+        "status,{place},force_x_n,force_y_n,force_n,force_finger_frame_x_n,force_finger_frame_y_n,motor_torque_nmm,\
+         energy_nmm,tip_x_mm,tip_y_mm,contacts,iterations,steps,elapsed_us,scheme,elements_per_beam,\
+         elements_per_hinge,unknowns,physics,precision\n"
+    );
+    let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+    let vector =
+        |value: Option<[f64; 2]>| format!("{},{}", number(value.map(|[x, _]| x)), number(value.map(|[_, y]| y)));
+    for solution in solutions {
+        let model = &solution.model;
+        let precision = match model.precision {
+            crate::run::Precision::F32 => "f32",
+            crate::run::Precision::F64 => "f64",
+        };
+        // Writing into a String cannot fail.
+        let _ = writeln!(
+            out,
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{precision}",
+            solution.status,
+            solution.place(),
+            vector(solution.force_n),
+            number(solution.force_magnitude_n),
+            vector(solution.force_finger_frame_n),
+            number(solution.motor_torque_nmm),
+            number(solution.energy_nmm),
+            vector(solution.tip_mm),
+            solution.contacts.len(),
+            solution.iterations,
+            solution.steps,
+            solution.elapsed_us,
+            model.scheme,
+            model.elements_per_beam,
+            model.elements_per_hinge,
+            model.unknowns,
+            model.physics,
+        );
+    }
+    out
+}
+
+/// A table for people.
+pub fn text(case: &Case, solutions: &[Solution]) -> String {
+    let mut out = String::new();
+    let _ = writeln!(out, "{}", headline(case));
+    if let Some(solution) = solutions.first() {
+        let _ = writeln!(out, "{}, {} unknowns", model_words(solution), solution.model.unknowns);
+    }
+    out.push('\n');
+    let (place, torque) = match case.path.motion {
+        Motion::Rotating { .. } => (["angle", "°"], ["torque", "N·mm"]),
+        Motion::Translating { .. } => (["distance", "mm"], ["drive", "N"]),
+    };
+    let columns = [
+        place,
+        ["status", ""],
+        ["force", "N"],
+        ["fx", "N"],
+        ["fy", "N"],
+        torque,
+        ["energy", "N·mm"],
+        ["tip x", "mm"],
+        ["tip y", "mm"],
+        ["contacts", ""],
+        ["iterations", ""],
+        ["time", "ms"],
+    ];
+    let number = |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |v| format!("{v:.decimals$}"));
+    let rows: Vec<[String; 12]> = solutions
+        .iter()
+        .map(|s| {
+            [
+                format!("{:.3}", s.place()),
+                s.status.to_string(),
+                number(s.force_magnitude_n, 4),
+                number(s.force_n.map(|f| f[0]), 4),
+                number(s.force_n.map(|f| f[1]), 4),
+                number(s.motor_torque_nmm, 2),
+                number(s.energy_nmm, 3),
+                number(s.tip_mm.map(|p| p[0]), 3),
+                number(s.tip_mm.map(|p| p[1]), 3),
+                s.contacts.len().to_string(),
+                s.iterations.to_string(),
+                format!("{:.2}", s.elapsed_us / 1000.0),
+            ]
+        })
+        .collect();
+    let width = |column: usize| {
+        let cells = rows.iter().map(|row| row[column].chars().count());
+        let heads = columns[column].iter().map(|word| word.chars().count());
+        cells.chain(heads).max().unwrap_or(0)
+    };
+    let mut line = |cells: [&str; 12]| {
+        let mut text = String::new();
+        for (column, cell) in cells.into_iter().enumerate() {
+            let width = width(column);
+            // Words stand to the left, numbers to the right.
+            let _ = if column == 1 { write!(text, "{cell:<width$}  ") } else { write!(text, "{cell:>width$}  ") };
+        }
+        let _ = writeln!(out, "{}", text.trim_end());
+    };
+    line(columns.map(|[name, _]| name));
+    line(columns.map(|[_, unit]| unit));
+    for row in &rows {
+        line(std::array::from_fn(|column| row[column].as_str()));
+    }
+    out
+}
+
+/// The finger at the last trustworthy place and, if there are several, the force over the places; none without any.
+pub fn picture(case: &Case, solutions: &[Solution]) -> Option<Scene> {
+    let solution = solutions.iter().rfind(|solution| solution.status.is_trustworthy())?;
+    let shape = solution.shape();
+    let finger = FingerPicture {
+        title: headline(case),
+        subtitle: model_words(solution),
+        design: &case.finger.design,
+        motion: case.path.motion,
+        coordinate: case.path.coordinate(solution.place()),
+        object: case.object,
+        shape: &shape,
+        force: solution.force_n,
+    }
+    .scene();
+    if solutions.len() < 2 {
+        return Some(finger);
+    }
+    Some(finger.above(&force_chart(case, solutions).scene()))
+}
+
+/// The force over the places of a case.
+fn force_chart(case: &Case, solutions: &[Solution]) -> Chart {
+    let (title, x_title) = match case.path.motion {
+        Motion::Rotating { .. } => ("Contact force over motor angle", "motor angle *α* (°)"),
+        Motion::Translating { .. } => ("Contact force over distance", "distance *d* (mm)"),
+    };
+    let component = |pick: &dyn Fn(&Solution) -> Option<f64>| {
+        solutions.iter().map(|s| [s.place(), pick(s).unwrap_or(f64::NAN)]).collect::<Vec<_>>()
+    };
+    let series = |name: &str, colour, points| Series { name: name.into(), colour, style: Style::LineAndDots, points };
+    let mut marks = Vec::new();
+    let mut before = Status::NoContact;
+    for solution in solutions {
+        if solution.status != before && !matches!(solution.status, Status::Converged | Status::NoContact) {
+            marks.push(Mark::At { x: solution.place(), words: solution.status.to_string() });
+        }
+        before = solution.status;
+    }
+    let mut chart = Chart::new(title, "force of the finger on the object, world frame", x_title);
+    chart.height = 380.0;
+    chart.panels = vec![Panel {
+        y_title: "force (N)".into(),
+        series: vec![
+            series("magnitude |*F*|", 0, component(&|s| s.force_magnitude_n)),
+            series("*F*_{x}", 1, component(&|s| s.force_n.map(|f| f[0]))),
+            series("*F*_{y}", 2, component(&|s| s.force_n.map(|f| f[1]))),
+        ],
+        marks,
+        ..Panel::default()
+    }];
+    chart
+}
+
+fn headline(case: &Case) -> String {
+    let ObjectDesign::Circle { centre, radius } = case.object;
+    format!("{} on a cylinder Ø{} mm at ({}, {}) mm", case.finger.name, 2.0 * radius, centre[0], centre[1])
+}
+
+fn model_words(solution: &Solution) -> String {
+    let model = &solution.model;
+    let precision = match model.precision {
+        crate::run::Precision::F32 => "f32",
+        crate::run::Precision::F64 => "f64",
+    };
+    format!(
+        "scheme {} {}/{}, physics {}, {precision}",
+        model.scheme, model.elements_per_beam, model.elements_per_hinge, model.physics
+    )
+}

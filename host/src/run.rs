@@ -1,0 +1,248 @@
+//! Runs a case: one equilibrium per place of its motion, reached by continuation from no contact.
+
+use std::time::Instant;
+
+use model_core::discretise::{Discretisation, DiscretiseError, Elements, Physics, Scheme};
+use model_core::equilibrium::{Follower, Settings};
+use model_core::newton::Hessian;
+use model_core::object::Motion;
+use model_core::real::Real;
+use model_core::status::Status;
+use serde::{Deserialize, Serialize};
+
+use crate::case::Case;
+use crate::heap::Host;
+use crate::shape::{Contact, Shape};
+
+/// Floating-point precision of the solver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Single, as on the microcontroller.
+    F32,
+    /// Double.
+    #[default]
+    F64,
+}
+
+/// How a case is solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Scheme, elements, samples, softness and physics.
+    pub discretisation: Discretisation,
+    /// Second derivative of the Newton step.
+    pub hessian: Hessian,
+    /// Precision.
+    pub precision: Precision,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            discretisation: Discretisation::fine(Physics::Extended),
+            hessian: Hessian::default(),
+            precision: Precision::default(),
+        }
+    }
+}
+
+/// The model that made a result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// `paper`, `trapezoid` or `simpson`.
+    pub scheme: String,
+    /// Elements of each beam.
+    pub elements_per_beam: u32,
+    /// Elements of each hinge.
+    pub elements_per_hinge: u32,
+    /// Angles and stretches.
+    pub unknowns: usize,
+    /// `paper` or `extended`.
+    pub physics: String,
+    /// Precision.
+    pub precision: Precision,
+}
+
+/// Largest strains (bending plus stretch, at the outer fibre).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MaxStrain {
+    /// In the front beam.
+    pub front: f64,
+    /// In the back beam.
+    pub back: f64,
+    /// In the hinges.
+    pub hinge: f64,
+}
+
+/// Derivatives of the force on the object, world frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sensitivity {
+    /// To the motor angle, N per degree.
+    pub force_per_deg_n: [f64; 2],
+}
+
+/// The result at one place of a motion. Without a trustworthy status the numbers are absent and the lists empty.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Solution {
+    /// Whether the numbers may be used.
+    pub status: Status,
+    /// Motor angle, degrees; absent for a translated base.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor_angle_deg: Option<f64>,
+    /// Distance, mm, of a translated base.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance_mm: Option<f64>,
+    /// Force on the object, world frame, N.
+    pub force_n: Option<[f64; 2]>,
+    /// Its magnitude, N.
+    pub force_magnitude_n: Option<f64>,
+    /// Force on the object, finger frame, N.
+    pub force_finger_frame_n: Option<[f64; 2]>,
+    /// Torque that the contact demands of the motor, N·mm, positive when it must push to close. For a translated base:
+    /// the force against its motion, N.
+    pub motor_torque_nmm: Option<f64>,
+    /// Elastic energy, N·mm.
+    pub energy_nmm: Option<f64>,
+    /// Tip of the front beam, finger frame, mm.
+    pub tip_mm: Option<[f64; 2]>,
+    /// Front centreline, base to tip, finger frame, mm.
+    pub front_mm: Vec<[f64; 2]>,
+    /// Back centreline, base to tip, finger frame, mm.
+    pub back_mm: Vec<[f64; 2]>,
+    /// Ends of the lamellae (front, back), base to tip, finger frame, mm.
+    pub lamellae_mm: Vec<[[f64; 2]; 2]>,
+    /// Touching samples, base to tip, finger frame.
+    pub contacts: Vec<Contact>,
+    /// Largest strains; `null` while the solver does not offer them.
+    pub max_strain: Option<MaxStrain>,
+    /// Derivatives; `null` while the solver does not offer them.
+    pub sensitivity: Option<Sensitivity>,
+    /// Newton iterations spent since the previous place.
+    pub iterations: u32,
+    /// Steps of the coordinate since the previous place.
+    pub steps: u32,
+    /// Time since the previous place, µs.
+    pub elapsed_us: f64,
+    /// The model.
+    pub model: Model,
+}
+
+impl Solution {
+    /// The motor angle in degrees or the distance in mm.
+    pub fn place(&self) -> f64 {
+        self.motor_angle_deg.or(self.distance_mm).unwrap_or(0.0)
+    }
+
+    /// The deformed finger.
+    pub fn shape(&self) -> Shape {
+        Shape {
+            front: self.front_mm.clone(),
+            back: self.back_mm.clone(),
+            lamellae: self.lamellae_mm.clone(),
+            contacts: self.contacts.clone(),
+        }
+    }
+}
+
+/// Solves a case: one result per place, in the case's order. The path begins without contact and leads through the
+/// places one after the other, so results after a turn of the motion belong to the way back.
+///
+/// # Errors
+/// If the finger cannot be discretised as asked.
+pub fn solve(case: &Case, options: &Options) -> Result<Vec<Solution>, DiscretiseError> {
+    match options.precision {
+        Precision::F32 => solve_in::<f32>(case, options),
+        Precision::F64 => solve_in::<f64>(case, options),
+    }
+}
+
+fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, DiscretiseError> {
+    let mut follower = Follower::<T, Host>::EMPTY;
+    follower.configure(&case.finger.design, &options.discretisation)?;
+    follower.set_settings(settings(options.hessian));
+    follower.set_object(case.object, case.path.motion);
+    let model = model(case, options, follower.unknowns());
+    if let Some(&first) = case.path.places.first() {
+        // A start that is not free of contact shows in the status of every place.
+        follower.start(case.path.coordinate(first));
+    }
+    let at = |&place: &f64| {
+        let begin = Instant::now();
+        let outcome = follower.follow(case.path.coordinate(place));
+        let elapsed_us = begin.elapsed().as_secs_f64() * 1e6;
+        let (angle, distance) = match case.path.motion {
+            Motion::Rotating { .. } => (Some(place), None),
+            Motion::Translating { .. } => (None, Some(place)),
+        };
+        let known = outcome.status.is_trustworthy();
+        let shape = if known { Shape::of(&follower) } else { Shape::default() };
+        let number = |value: T| known.then(|| value.to_f64());
+        let vector = |value: [T; 2]| known.then(|| value.map(T::to_f64));
+        let force = vector(follower.force_world());
+        Solution {
+            status: outcome.status,
+            motor_angle_deg: angle,
+            distance_mm: distance,
+            force_n: force,
+            force_magnitude_n: force.map(|[x, y]| x.hypot(y)),
+            force_finger_frame_n: vector(follower.force_finger()),
+            motor_torque_nmm: number(follower.motor_torque()),
+            energy_nmm: number(follower.energy()),
+            tip_mm: vector(follower.tip()),
+            front_mm: shape.front,
+            back_mm: shape.back,
+            lamellae_mm: shape.lamellae,
+            contacts: shape.contacts,
+            max_strain: None,
+            sensitivity: None,
+            iterations: outcome.iterations,
+            steps: outcome.steps,
+            elapsed_us: (elapsed_us * 10.0).round() / 10.0,
+            model: model.clone(),
+        }
+    };
+    Ok(case.path.places.iter().map(at).collect())
+}
+
+/// Settings of the follower for a kind of second derivative.
+fn settings(hessian: Hessian) -> Settings {
+    match hessian {
+        Hessian::Newton => Settings::default(),
+        // It converges linearly: about sixty iterations where Newton's method needs two.
+        Hessian::GaussNewton => Settings { hessian, max_iterations: 500, ..Settings::default() },
+    }
+}
+
+fn model(case: &Case, options: &Options, unknowns: usize) -> Model {
+    let how = &options.discretisation;
+    let lamellae = case.finger.design.lamella_count() as u32;
+    let (beam, hinge) = match how.elements {
+        Elements::PerBeam { beam, hinge } => (u32::from(beam), hinge),
+        Elements::PerSpan { span, tip_span, hinge } => (lamellae * u32::from(span) + u32::from(tip_span), hinge),
+    };
+    Model {
+        scheme: scheme_word(how.scheme).to_owned(),
+        elements_per_beam: beam,
+        elements_per_hinge: u32::from(hinge),
+        unknowns,
+        physics: physics_word(how.physics).to_owned(),
+        precision: options.precision,
+    }
+}
+
+/// The word for a scheme in files and options.
+pub fn scheme_word(scheme: Scheme) -> &'static str {
+    match scheme {
+        Scheme::Paper => "paper",
+        Scheme::Trapezoid => "trapezoid",
+        Scheme::Simpson => "simpson",
+    }
+}
+
+/// The word for a physics in files and options.
+pub fn physics_word(physics: Physics) -> &'static str {
+    match physics {
+        Physics::Paper => "paper",
+        Physics::Extended => "extended",
+    }
+}

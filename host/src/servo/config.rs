@@ -1,0 +1,156 @@
+//! What a simulated servo is like.
+
+use std::sync::Arc;
+
+use dynamixel::{Id, xm430};
+
+use super::load::Load;
+
+/// What makes the servo's time pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clock {
+    /// The time of the caller, which for `fre servo` is the wall's. Answers obey the return delay.
+    Wall,
+    /// Every read of Present Position is one period later than the one before, at whatever speed the machine runs.
+    /// Answers come at once.
+    Requests {
+        /// Microseconds between two such reads.
+        period_us: u32,
+    },
+}
+
+/// What a simulated servo is like. [`Config::default`] is a servo as it comes from the factory, without play and noise.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Address on the bus.
+    pub id: u8,
+    /// Bits per second: one of [`xm430::BAUD_RATES`]; factory 57,600.
+    pub baud_rate: u32,
+    /// Return delay, µs: an even number up to 508; factory 500.
+    pub return_delay_us: u32,
+    /// Whether answers also take the time that question and answer take on the wire at the baud rate. Wall clock only.
+    pub wire_time: bool,
+    /// What makes time pass.
+    pub clock: Clock,
+    /// Present Position at which the finger's motor angle α is 0; default 2048.
+    pub zero_count: u16,
+    /// Whether greater positions close the finger (greater α); default true.
+    pub closing_up: bool,
+    /// Motor angle at power-on, degrees; default 2° before the first contact, or 0 if there is none.
+    pub start_deg: Option<f64>,
+    /// Play between the encoder and the finger, degrees, 0 to 5. ROBOTIS gives 0.25° for this family.
+    pub backlash_deg: f64,
+    /// Standard deviation of Present Current, mA, 0 to 1000.
+    pub noise_ma: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+    /// What the finger asks of the servo.
+    pub load: Arc<Load>,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            id: 1,
+            baud_rate: 57_600,
+            return_delay_us: 500,
+            wire_time: false,
+            clock: Clock::Wall,
+            zero_count: 2048,
+            closing_up: true,
+            start_deg: None,
+            backlash_deg: 0.0,
+            noise_ma: 0.0,
+            seed: 0,
+            load: Arc::new(Load::none()),
+        }
+    }
+}
+
+/// Why a servo cannot be like that.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ConfigError {
+    /// The address.
+    #[error("the address is {0}; allowed is 0 to 252")]
+    Id(u8),
+    /// The baud rate.
+    #[error("the baud rate is {0}; the servo knows 9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000 and 4500000")]
+    BaudRate(u32),
+    /// The return delay.
+    #[error("the return delay is {0} µs; allowed are even numbers from 0 to 508")]
+    ReturnDelay(u32),
+    /// The period of the requests.
+    #[error("the period of the requests is {0} µs; allowed is 1 to 1000000")]
+    Period(u32),
+    /// The position at which the motor angle is 0.
+    #[error("the zero position is {0}; allowed is 0 to 4095")]
+    Zero(u16),
+    /// Another number.
+    #[error("{what} is {value} {unit}; allowed is {min} to {max}")]
+    OutOfRange {
+        /// Which.
+        what: &'static str,
+        /// The number.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// Least.
+        min: f64,
+        /// Greatest.
+        max: f64,
+    },
+}
+
+/// Counts per radian.
+pub(super) const COUNTS_PER_RADIAN: f64 = 4096.0 / std::f64::consts::TAU;
+
+impl Config {
+    /// The position (counts, not rounded) at a motor angle α, rad.
+    pub fn counts(&self, angle: f64) -> f64 {
+        let counts = angle * COUNTS_PER_RADIAN;
+        f64::from(self.zero_count) + if self.closing_up { counts } else { -counts }
+    }
+
+    /// The motor angle α (rad) at a position in counts.
+    pub fn angle(&self, counts: f64) -> f64 {
+        let angle = (counts - f64::from(self.zero_count)) / COUNTS_PER_RADIAN;
+        if self.closing_up { angle } else { -angle }
+    }
+
+    /// The position at power-on, counts: a whole number.
+    pub(super) fn start(&self) -> f64 {
+        let angle = match self.start_deg {
+            Some(degrees) => degrees.to_radians(),
+            None => self.load.first_contact().map_or(0.0, |angle| angle - 2f64.to_radians()),
+        };
+        self.counts(angle).round()
+    }
+
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        Id::new(self.id).ok_or(ConfigError::Id(self.id))?;
+        xm430::baud_code(self.baud_rate).ok_or(ConfigError::BaudRate(self.baud_rate))?;
+        let delay = self.return_delay_us;
+        if delay % xm430::RETURN_DELAY_US_PER_UNIT != 0 || delay > 254 * xm430::RETURN_DELAY_US_PER_UNIT {
+            return Err(ConfigError::ReturnDelay(delay));
+        }
+        if let Clock::Requests { period_us } = self.clock
+            && !(1..=1_000_000).contains(&period_us)
+        {
+            return Err(ConfigError::Period(period_us));
+        }
+        if self.zero_count >= xm430::COUNTS_PER_REVOLUTION {
+            return Err(ConfigError::Zero(self.zero_count));
+        }
+        let within = |what, value: f64, unit, min, max| {
+            if (min..=max).contains(&value) {
+                Ok(())
+            } else {
+                Err(ConfigError::OutOfRange { what, value, unit, min, max })
+            }
+        };
+        within("the backlash", self.backlash_deg, "°", 0.0, 5.0)?;
+        within("the noise", self.noise_ma, "mA", 0.0, 1000.0)?;
+        within("the angle at power-on", self.start_deg.unwrap_or(0.0), "°", -180.0, 180.0)?;
+        within("the position at power-on", self.start(), "counts", 0.0, 4095.0)
+    }
+}

@@ -1,0 +1,99 @@
+//! The deformed finger as plain numbers, as results, pictures and recordings carry it.
+
+use model_core::design::{Design, HingeFrom, HingeKind};
+use model_core::equilibrium::Follower;
+use model_core::real::Real;
+use model_core::size::Size;
+
+/// A contact force on one sample of the front beam.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Contact {
+    /// Arc length along the front beam, mm.
+    #[serde(rename = "arc_mm")]
+    pub arc: f64,
+    /// Point of the front beam's surface, finger frame, mm.
+    #[serde(rename = "position_mm")]
+    pub position: [f64; 2],
+    /// Unit normal out of the object, towards the finger; finger frame.
+    pub normal: [f64; 2],
+    /// Magnitude, N: the object pushes the finger along the normal, the finger the object against it.
+    #[serde(rename = "force_n")]
+    pub force: f64,
+}
+
+/// A deformed finger in its own frame, mm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shape {
+    /// Front centreline, base to tip.
+    pub front: Vec<[f64; 2]>,
+    /// Back centreline, base to tip.
+    pub back: Vec<[f64; 2]>,
+    /// Ends of every lamella's rigid bar, front end first, base to tip.
+    pub lamellae: Vec<[[f64; 2]; 2]>,
+    /// Samples that touch the object.
+    pub contacts: Vec<Contact>,
+}
+
+impl Shape {
+    /// What a follower stands at.
+    pub fn of<T: Real, S: Size>(follower: &Follower<T, S>) -> Self {
+        let point = |p: [T; 2]| p.map(T::to_f64);
+        let contact = |c: model_core::contact::Contact<T>| Contact {
+            arc: c.arc.to_f64(),
+            position: point(c.position),
+            normal: point(c.normal),
+            force: c.force.to_f64(),
+        };
+        Self {
+            front: follower.front().map(point).collect(),
+            back: follower.back().map(point).collect(),
+            lamellae: follower.lamellae().map(|bar| bar.map(point)).collect(),
+            contacts: follower.contacts().map(contact).collect(),
+        }
+    }
+
+    /// The undeformed finger.
+    pub fn undeformed(design: &Design) -> Self {
+        let line = |beam: &model_core::design::Beam| {
+            (0..=40).map(|i| beam.point(beam.length() * f64::from(i) / 40.0)).collect::<Vec<_>>()
+        };
+        let bar = |lamella| {
+            let arcs = design.attachment_arcs(lamella);
+            let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
+            let width = design.lamella_width(lamella);
+            let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width];
+            let inset = insets(design, lamella);
+            [
+                [p[0] + inset[0] * along[0], p[1] + inset[0] * along[1]],
+                [q[0] - inset[1] * along[0], q[1] - inset[1] * along[1]],
+            ]
+        };
+        Self {
+            front: line(&design.front),
+            back: line(&design.back),
+            lamellae: (0..design.lamella_count()).map(bar).collect(),
+            contacts: Vec::new(),
+        }
+    }
+}
+
+/// Distances (front, back), mm, from the centrelines to the ends of lamella k's bar as it is built.
+pub fn insets(design: &Design, lamella: usize) -> [f64; 2] {
+    if design.hinge.kind != HingeKind::Flexible {
+        return [0.0, 0.0];
+    }
+    let length = design.hinge.length_of(lamella);
+    if design.hinge.from == HingeFrom::Centreline {
+        return [length, length];
+    }
+    let arcs = design.attachment_arcs(lamella);
+    let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
+    let width = design.lamella_width(lamella);
+    let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width];
+    let reach = |beam: &model_core::design::Beam, arc: f64| {
+        let e = beam.direction();
+        let sine = (e[0] * along[1] - e[1] * along[0]).abs().max(0.1);
+        length + 0.5 * beam.thickness.at(arc) / sine
+    };
+    [reach(&design.front, arcs[0]), reach(&design.back, arcs[1])]
+}
