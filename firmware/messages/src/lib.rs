@@ -1,1 +1,68 @@
-//! messages
+//! What gripper and host say to each other.
+//!
+//! Requests (the host asks, the gripper answers once) and topics (the gripper tells, unasked) are
+//! [postcard-rpc](https://docs.rs/postcard-rpc) definitions: a message is a header (key and sequence number) and the
+//! [postcard](https://docs.rs/postcard) encoding of its type. The key hashes path and type, so two programs built from
+//! different definitions do not misread each other: the request is refused as unknown, the topic is ignored.
+//!
+//! [`frame`] carries a message over a stream of bytes: COBS between zeros, with a CRC-32.
+//!
+//! Units: mm, N, N·mm, rad, µs; the design, the object and the estimate are `model_core`'s own types.
+#![no_std]
+#![cfg_attr(
+    not(test),
+    deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable)
+)]
+
+pub mod frame;
+mod request;
+mod topic;
+
+pub use request::{
+    CloseTo, Counters, Direction, Finger, Outcome, Refusal, Settings, SettingsField, TEXT, Text, Version,
+};
+pub use topic::{CONTACTS, Contact, Event, LAMELLAE, Notice, POINTS, Report, Shape};
+
+use model_core::object::ObjectDesign;
+use postcard_rpc::{TopicDirection, endpoints, topics};
+
+/// Version of what messages mean. (Their layout is told apart by the keys.)
+pub const PROTOCOL_VERSION: u16 = 1;
+
+/// What may be in the gripper's memory.
+pub type MaybeObject = Option<ObjectDesign>;
+/// What may be in the gripper's memory.
+pub type MaybeFinger = Option<Finger>;
+
+endpoints! {
+    list = ENDPOINTS;
+    | EndpointTy  | RequestTy    | ResponseTy  | Path           |
+    | ----------  | ---------    | ----------  | ----           |
+    | GetVersion  | ()           | Version     | "version"      |
+    | GetObject   | ()           | MaybeObject | "object/get"   |
+    | SetObject   | ObjectDesign | Outcome     | "object/set"   |
+    | GetFinger   | ()           | MaybeFinger | "finger/get"   |
+    | SetFinger   | Finger       | Outcome     | "finger/set"   |
+    | GetSettings | ()           | Settings    | "settings/get" |
+    | SetSettings | Settings     | Outcome     | "settings/set" |
+    | Open        | ()           | Outcome     | "open"         |
+    | Close       | CloseTo      | Outcome     | "close"        |
+    | GetCounters | ()           | Counters    | "counters"     |
+}
+
+topics! {
+    list = TOPICS_IN;
+    direction = TopicDirection::ToServer;
+    | TopicTy | MessageTy | Path |
+    | ------- | --------- | ---- |
+}
+
+topics! {
+    list = TOPICS_OUT;
+    direction = TopicDirection::ToClient;
+    | TopicTy       | MessageTy | Path       |
+    | -------       | --------- | ----       |
+    | EstimateTopic | Report    | "estimate" |
+    | ShapeTopic    | Shape     | "shape"    |
+    | EventTopic    | Notice    | "event"    |
+}

@@ -1,0 +1,124 @@
+//! What the gripper tells unasked.
+
+use heapless::Vec;
+use model_core::estimator::Estimate;
+use model_core::status::Status;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Most points of a beam in a [`Shape`].
+pub const POINTS: usize = 64;
+/// Most lamellae in a [`Shape`].
+pub const LAMELLAE: usize = model_core::design::MAX_LAMELLAE;
+/// Most contact points in a [`Shape`].
+pub const CONTACTS: usize = 16;
+
+/// One tick of the control loop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Report {
+    /// Counts every report made, sent or not: a gap is what was dropped. Wraps.
+    pub sequence: u32,
+    /// When the servo's position was asked for, µs since the start.
+    pub time_us: u64,
+    /// The force and what qualifies it. `stale`: no position came from the servo in this tick; the numbers are old.
+    pub estimate: Estimate,
+    /// Where the motor is being led at this tick, rad.
+    pub goal: f32,
+    /// The servo's Present Position, counts.
+    pub position: i32,
+    /// The servo's Present Current, mA; positive drives towards greater counts.
+    pub current: f32,
+    /// What the estimate took, in ticks of the clock that [`crate::Version::cost_hz`] tells.
+    pub cost: u32,
+}
+
+/// A contact point of a [`Shape`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Contact {
+    /// Point of the beam's surface, finger frame, mm.
+    pub position: [f32; 2],
+    /// Force on the object, finger frame, N.
+    pub force: [f32; 2],
+}
+
+/// The deformed finger behind one report. Finger frame, mm, base to tip; beams are thinned to [`POINTS`], their ends kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Shape {
+    /// The report it belongs to.
+    pub sequence: u32,
+    /// That report's status.
+    pub status: Status,
+    /// Motor angle of the equilibrium shown, rad.
+    pub motor_angle: f32,
+    /// Centreline of the front beam.
+    pub front: Vec<[f32; 2], POINTS>,
+    /// Centreline of the back beam.
+    pub back: Vec<[f32; 2], POINTS>,
+    /// Ends of the lamellae at the front.
+    pub lamella_front: Vec<[f32; 2], LAMELLAE>,
+    /// Ends of the lamellae at the back.
+    pub lamella_back: Vec<[f32; 2], LAMELLAE>,
+    /// Touching samples.
+    pub contacts: Vec<Contact, CONTACTS>,
+}
+
+/// Something that happened.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Notice {
+    /// When, µs since the start.
+    pub time_us: u64,
+    /// What.
+    pub event: Event,
+}
+
+/// What can happen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Event {
+    /// The servo answers and holds its position.
+    ServoReady {
+        /// Model number, 1020 for the XM430-W350.
+        model: u16,
+        /// Version of its firmware.
+        firmware: u8,
+        /// Bits per second on the bus.
+        baud: u32,
+    },
+    /// The control loop's rate; below the one wanted if the bus is too slow for it.
+    Rate {
+        /// Ticks per second from now on.
+        hz: f32,
+        /// Ticks per second that the settings ask for.
+        wanted_hz: f32,
+    },
+    /// The loop does not keep its rate, or (`hz` ≥ 95 % of `chosen_hz`) keeps it again.
+    RateReached {
+        /// Ticks of the last second.
+        hz: f32,
+        /// Ticks per second it should have been.
+        chosen_hz: f32,
+    },
+    /// The servo has stopped answering; estimates are stale from here on.
+    ServoLost,
+    /// The servo reports hardware errors, one bit each as in its Hardware Error Status; 0: no more.
+    ServoAlert {
+        /// The bits.
+        hardware_error: u8,
+    },
+    /// The servo refused a goal position.
+    GoalRefused {
+        /// The goal, counts.
+        position: i32,
+        /// The protocol's error code.
+        error: u8,
+    },
+    /// The model was set up anew and starts from rest.
+    ModelReady {
+        /// What setting up took, in ticks of the cost clock.
+        cost: u32,
+    },
+}

@@ -1,0 +1,118 @@
+//! The largest of every message fits a frame, and comes back as it was.
+
+use heapless::Vec;
+use messages::{CONTACTS, Contact, Finger, LAMELLAE, POINTS, Report, Shape, frame};
+use model_core::design::{
+    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, MAX_KNOTS, MAX_LAMELLAE, Material, PlaneStrain,
+    Profile,
+};
+use model_core::discretise::{Discretisation, Physics};
+use model_core::estimator::Estimate;
+use model_core::status::Status;
+use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
+use postcard_rpc::{Endpoint, Key};
+use serde::{Serialize, de::DeserializeOwned};
+
+fn full<X: Clone, const N: usize>(value: X) -> Vec<X, N> {
+    core::iter::repeat_n(value, N).collect()
+}
+
+/// Sends a message through a frame; returns its length and what arrived.
+fn through<T: Serialize + DeserializeOwned>(body: &T) -> (usize, T) {
+    let key = VarKey::Key8(messages::GetFinger::RESP_KEY);
+    let header = VarHeader { key, seq_no: VarSeq::Seq4(u32::MAX) };
+    let (mut scratch, mut line) = ([0; frame::MESSAGE], [0; frame::FRAME]);
+    let message = frame::message(&header, body, &mut scratch).unwrap();
+    let mut bytes = frame::encode(message, &mut line).unwrap();
+    let length = bytes.len();
+    let mut decoder: frame::Decoder = frame::Decoder::new();
+    let message = decoder.feed(&mut bytes).unwrap().unwrap();
+    let (heard, body) = VarHeader::take_from_slice(message).unwrap();
+    assert_eq!(heard, header);
+    (length, postcard_rpc::postcard::from_bytes(body).unwrap())
+}
+
+#[test]
+fn the_largest_finger_fits() {
+    let profile = || Profile { knots: full::<_, MAX_KNOTS>([f64::MIN, f64::MAX]) };
+    let beam = || Beam { base: [1.5; 2], tip: [-2.5; 2], thickness: profile(), stiffness_factor: 0.1 };
+    let design = Design {
+        width: profile(),
+        plane_strain: PlaneStrain::Auto,
+        material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48 },
+        front: beam(),
+        back: beam(),
+        lamellae: Lamellae {
+            attachments: Attachments::Arcs { front: full::<_, MAX_LAMELLAE>(0.1), back: full::<_, MAX_LAMELLAE>(0.2) },
+            thickness: 3.0,
+        },
+        hinge: Hinge {
+            kind: HingeKind::Welded,
+            length: full::<_, MAX_LAMELLAE>(2.5),
+            thickness: 0.8,
+            from: HingeFrom::Face,
+        },
+        rigid_above: Some(70.0),
+        motor_axis: [-14.0, -20.0],
+    };
+    let finger = Some(Finger { design, how: Discretisation::reduced(Physics::Paper) });
+    let (length, back) = through(&finger);
+    assert_eq!(back, finger);
+    assert!(length <= 1024, "{length} bytes");
+}
+
+#[test]
+fn the_largest_shape_fits() {
+    let contact = Contact { position: [1.0, 2.0], force: [-3.0, 0.5] };
+    let shape = Shape {
+        sequence: u32::MAX,
+        status: Status::Stale,
+        motor_angle: 0.2,
+        front: full::<_, POINTS>([1.0; 2]),
+        back: full::<_, POINTS>([2.0; 2]),
+        lamella_front: full::<_, LAMELLAE>([3.0; 2]),
+        lamella_back: full::<_, LAMELLAE>([4.0; 2]),
+        contacts: full::<_, CONTACTS>(contact),
+    };
+    assert_eq!(through(&shape).1, shape);
+}
+
+#[test]
+fn a_report_is_small() {
+    let estimate = Estimate {
+        status: Status::Tracking,
+        motor_angle: 0.2,
+        force: [12.5, -3.25],
+        contact_centre: [1.0, 60.0],
+        contact_extent: 4.0,
+        torque: 900.0,
+        distance: -0.001,
+        iterations: 65_535,
+        residual: 1e-4,
+        age: u32::MAX,
+    };
+    let report = Report {
+        sequence: u32::MAX,
+        time_us: u64::MAX,
+        estimate,
+        goal: 0.3,
+        position: i32::MIN,
+        current: -12.0,
+        cost: u32::MAX,
+    };
+    let (length, back) = through(&report);
+    assert_eq!(back, report);
+    // 500 of them a second leave half of a 1-Mbaud line.
+    assert!(length <= 100, "{length} bytes");
+}
+
+/// Requests, answers and topics are told apart by four bytes.
+#[test]
+fn keys_do_not_collide() {
+    let endpoints = messages::ENDPOINTS.endpoints;
+    let questions: std::vec::Vec<Key> = endpoints.iter().map(|(_, question, _)| *question).collect();
+    let told = endpoints.iter().map(|(_, _, answer)| *answer);
+    let told: std::vec::Vec<Key> = told.chain(messages::TOPICS_OUT.topics.iter().map(|(_, key)| *key)).collect();
+    assert!(postcard_rpc::server::min_key_needed(&[&questions]) <= 4);
+    assert!(postcard_rpc::server::min_key_needed(&[&told]) <= 4);
+}
