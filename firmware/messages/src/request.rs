@@ -8,7 +8,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Longest [`Text`], bytes.
-pub const TEXT: usize = 160;
+pub const TEXT: usize = 104;
 
 /// A sentence for people.
 pub type Text = String<TEXT>;
