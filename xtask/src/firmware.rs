@@ -8,25 +8,39 @@ use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
 use std::path::PathBuf;
 
 /// Packages of `firmware/boards`; the image of each is called `gripper-BOARD`.
-pub const BOARDS: &[&str] = &["mps2"];
+pub const BOARDS: &[&str] = &[SIMULATED];
+/// The one that QEMU runs.
+pub const SIMULATED: &str = "mps2";
 
-/// Builds and prints.
+/// Provides what is missing, builds and prints.
 pub fn run(board: &str) -> Result<()> {
+    check(board)?;
     setup::run(setup::Parts::Firmware)?;
+    show(board).map(drop)
+}
+
+/// Builds a board's image and prints its sections; returns the ELF's path.
+pub fn show(board: &str) -> Result<PathBuf> {
     headline(&format!("image for {board}"));
     let image = build(board)?;
     println!("{}", image.display());
-    print_sections(&std::fs::read(&image).context("cannot read the image")?)
+    print_sections(&std::fs::read(&image).context("cannot read the image")?)?;
+    Ok(image)
 }
 
 /// Builds a board's image; returns the ELF's path.
-pub fn build(board: &str) -> Result<PathBuf> {
-    if !BOARDS.contains(&board) {
-        bail!("`{board}` is not a board; the boards are: {}", BOARDS.join(", "));
-    }
+fn build(board: &str) -> Result<PathBuf> {
+    check(board)?;
     let cross = Cross::find()?;
     run_command(cross.cargo("build").args(["--quiet", "--release", "--package", board, "--bins"]))?;
     Ok(paths::boards_target().join(TRIPLE).join("release").join(format!("gripper-{board}")))
+}
+
+fn check(board: &str) -> Result<()> {
+    if !BOARDS.contains(&board) {
+        bail!("`{board}` is not a board; the boards are: {}", BOARDS.join(", "));
+    }
+    Ok(())
 }
 
 fn print_sections(image: &[u8]) -> Result<()> {

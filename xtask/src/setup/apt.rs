@@ -29,6 +29,7 @@ pub fn install(packages: &[&str], otherwise: Otherwise) -> Result<()> {
             packages.join(", ")
         );
     }
+    println!("installing {} from Debian", packages.join(" "));
     output(&mut apt(&["update", "-qq"]))?;
     let plain = ["install", "--yes", "--quiet=2", "--no-install-recommends", "--no-remove"];
     let mut simulation = apt(&plain);

@@ -35,7 +35,6 @@ fn fetch_or_build() -> Result<()> {
         return run(Command::new("rustup").args(["target", "add", TRIPLE]));
     }
     if !debian_complete() {
-        println!("cross target: installing {}", DEBIAN_PACKAGES.join(" "));
         apt::install(DEBIAN_PACKAGES, Otherwise::Fail)?;
     }
     println!("cross target: building core and alloc for {TRIPLE} (about 40 s, once)");
@@ -104,7 +103,6 @@ fn link_lld(sysroot: &Path) -> Result<()> {
     let mut lld = cross::active_sysroot()?.join(&relative).join("rust-lld");
     if !lld.exists() {
         if find("ld.lld").is_none() {
-            println!("cross target: installing lld");
             apt::install(&["lld"], Otherwise::Fail)?;
         }
         lld = find("ld.lld").context("lld is installed, but `ld.lld` is not in PATH")?;

@@ -53,7 +53,6 @@ pub fn run(parts: Parts) -> Result<()> {
 fn qemu() -> Result<String> {
     const PROGRAM: &str = "qemu-system-arm";
     if find(PROGRAM).is_none() {
-        println!("QEMU: installing qemu-system-arm");
         apt::install(&[PROGRAM], Otherwise::Backports)?;
     }
     let version = output(Command::new(PROGRAM).arg("--version"))?;
@@ -62,7 +61,6 @@ fn qemu() -> Result<String> {
 
 fn calculix() -> Result<String> {
     if find("ccx").is_none() {
-        println!("CalculiX: installing calculix-ccx");
         apt::install(&["calculix-ccx"], Otherwise::Fail)?;
     }
     let ccx = find("ccx").context("calculix-ccx is installed, but `ccx` is not in PATH")?;
