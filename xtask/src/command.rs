@@ -81,3 +81,25 @@ fn is_executable(path: &Path) -> bool {
 pub fn is_root() -> bool {
     output(Command::new("id").arg("-u")).is_ok_and(|id| id.trim() == "0")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_command_is_shown_as_one_would_type_it() {
+        let mut command = Command::new("sh");
+        command.env("COLOUR", "dark blue").args(["-c", "exit 3", "it's"]);
+        let shown = "COLOUR='dark blue' sh -c 'exit 3' 'it'\\''s'";
+        assert_eq!(line(&command), shown);
+        let error = run(&mut command).unwrap_err().to_string();
+        assert!(error.contains(shown) && error.contains("exit status: 3"), "{error}");
+    }
+
+    #[test]
+    fn a_program_that_is_not_there_is_an_error() {
+        let error = run(&mut Command::new("no-such-program")).unwrap_err();
+        assert!(error.to_string().contains("cannot start `no-such-program`"), "{error}");
+        assert!(find("no-such-program").is_none());
+    }
+}

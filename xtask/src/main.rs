@@ -12,6 +12,7 @@ mod setup;
 mod suite;
 
 use anyhow::{Context, Result, bail};
+use logging::Log;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -22,6 +23,7 @@ usage: cargo xtask COMMAND
   test                   every check and test: PC, target (in QEMU), system
   firmware BOARD         build one board's image and print its sections (boards: mps2)
   qemu-run ELF           run an image in QEMU: its tests if it holds any, else the program with its log
+  decode ELF             turn an image's log, on standard input, into text
   demo [--seconds N] [--live]
   bench [--json FILE]
   fuzz [--seconds N]";
@@ -49,6 +51,7 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
         ["test"] => suite::run(),
         ["firmware", board] => firmware::run(board),
         ["qemu-run", elf] => qemu_run(Path::new(elf)),
+        ["decode", elf] => Log::of(&read_image(Path::new(elf))?)?.print(std::io::stdin()),
         [command @ ("demo" | "bench" | "fuzz"), ..] => {
             bail!("`cargo xtask {command}` is not available yet")
         }
@@ -57,6 +60,9 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
 }
 
 fn qemu_run(elf: &Path) -> Result<()> {
-    let bytes = std::fs::read(elf).with_context(|| format!("cannot read the image {}", elf.display()))?;
-    if on_target::holds_tests(&bytes)? { on_target::run(elf) } else { qemu::run_with_log(elf) }
+    if on_target::holds_tests(&read_image(elf)?)? { on_target::run(elf) } else { qemu::run_with_log(elf) }
+}
+
+fn read_image(elf: &Path) -> Result<Vec<u8>> {
+    std::fs::read(elf).with_context(|| format!("cannot read the image {}", elf.display()))
 }

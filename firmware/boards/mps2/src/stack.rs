@@ -12,7 +12,8 @@ unsafe extern "C" {
     static _stack_end: u32;
 }
 
-/// Runs `work` and returns what it returns and the bytes of stack it took, at most [`WINDOW_BYTES`], interrupts included.
+/// Runs `work` and returns what it returns and the bytes of stack it took, interrupts included: at least 256 (not resolved below),
+/// at most [`WINDOW_BYTES`].
 #[inline(never)]
 pub fn peak_of<R>(work: impl FnOnce() -> R) -> (R, usize) {
     let (bottom, top) = critical_section::with(|_| paint());
