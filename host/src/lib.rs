@@ -6,4 +6,5 @@ pub mod draw;
 pub mod heap;
 pub mod report;
 pub mod run;
+pub mod servo;
 pub mod shape;

@@ -1,6 +1,7 @@
 //! The commands of `fre`, one file each: its arguments and its `run`.
 
 mod options;
+mod servo;
 mod solve;
 
 use std::process::ExitCode;
@@ -22,6 +23,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Servo(servo::Args),
     Solve(solve::Args),
 }
 
@@ -37,6 +39,7 @@ pub fn run() -> ExitCode {
         }
     };
     match cli.command {
+        Command::Servo(args) => servo::run(&args),
         Command::Solve(args) => solve::run(&args),
     }
 }

@@ -74,7 +74,9 @@ pub enum ConfigError {
     #[error("the address is {0}; allowed is 0 to 252")]
     Id(u8),
     /// The baud rate.
-    #[error("the baud rate is {0}; the servo knows 9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000 and 4500000")]
+    #[error(
+        "the baud rate is {0}; the servo knows 9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000 and 4500000"
+    )]
     BaudRate(u32),
     /// The return delay.
     #[error("the return delay is {0} µs; allowed are even numbers from 0 to 508")]

@@ -8,10 +8,14 @@ use std::f64::consts::PI;
 
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, DiscretiseError, Physics, Scheme};
-use model_core::equilibrium::Follower;
+use model_core::equilibrium::{Follower, Settings};
+use model_core::newton::Hessian;
 use model_core::object::{Motion, ObjectDesign};
-use model_core::size::Paper;
+use model_core::real::Real;
 use model_core::status::Status;
+
+use crate::heap::Host;
+use crate::run::{Options, Precision};
 
 /// Distance of two nodes of the table, rad: half a count of the servo.
 const PITCH: f64 = PI / 4096.0;
@@ -32,16 +36,15 @@ pub enum LoadError {
     #[error("the finger touches the object at every angle from -180° to 0°: it has nowhere to start from")]
     NoRoom,
     /// The range of angles is empty.
-    #[error("the table's highest angle is {highest_deg}°; allowed is from {lowest_deg}° (where the open finger is) to 180°")]
+    #[error(
+        "the table's highest angle is {highest_deg}°; allowed is from {lowest_deg}° (where the open finger is) to 180°"
+    )]
     Range {
         /// What was asked for.
         highest_deg: f64,
         /// Where nothing touches yet.
         lowest_deg: f64,
     },
-    /// The thread that computes could not be started, or ended early.
-    #[error("the table could not be computed: {0}")]
-    Computation(String),
 }
 
 /// The contact at one angle.
@@ -101,29 +104,23 @@ impl Load {
         Self::default()
     }
 
-    /// The model of the reference: `paper` at 170/20.
-    pub const REFERENCE: Discretisation = Discretisation::full(Scheme::Paper, Physics::Paper);
+    /// The model of the reference: the paper's scheme and physics at 170/20.
+    pub const REFERENCE: Options = Options {
+        discretisation: Discretisation::full(Scheme::Paper, Physics::Paper),
+        hessian: Hessian::Newton,
+        precision: Precision::F64,
+    };
 
     /// Of a finger that its motor turns against an object, up to an angle in degrees (or until the torque is more than
     /// the servo can give).
     ///
     /// # Errors
     /// A model that cannot be made, or no angle without contact.
-    pub fn of(design: &Design, object: ObjectDesign, how: Discretisation, highest_deg: f64) -> Result<Self, LoadError> {
-        let design = design.clone();
-        // The model is large and begins on the stack.
-        std::thread::Builder::new()
-            .name("load".into())
-            .stack_size(16 << 20)
-            .spawn(move || {
-                let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
-                follower.configure(&design, &how).map_err(LoadError::Discretise)?;
-                follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
-                explore(&mut follower, highest_deg)
-            })
-            .map_err(|error| LoadError::Computation(error.to_string()))?
-            .join()
-            .map_err(|_| LoadError::Computation("the solver stopped; please report the case".into()))?
+    pub fn of(design: &Design, object: ObjectDesign, options: &Options, highest_deg: f64) -> Result<Self, LoadError> {
+        match options.precision {
+            Precision::F64 => explore::<f64>(design, object, options, highest_deg),
+            Precision::F32 => explore::<f32>(design, object, options, highest_deg),
+        }
     }
 
     /// The contact at a finger angle, rad; the branch changes where the finger snaps.
@@ -196,24 +193,34 @@ impl Branch {
 }
 
 /// The contact at a node, if the model can be followed there.
-fn visit(follower: &mut Follower<f64, Paper>, index: i64) -> Option<Contact> {
+fn visit<T: Real>(follower: &mut Follower<T, Host>, index: i64) -> Option<Contact> {
     let status = follower.follow(index as f64 * PITCH).status;
     status.is_trustworthy().then(|| Contact {
-        torque: follower.motor_torque(),
-        force: follower.force_world(),
+        torque: follower.motor_torque().to_f64(),
+        force: follower.force_world().map(Real::to_f64),
         status,
     })
 }
 
 /// Closes from the open finger; gives the first node.
-fn open(follower: &mut Follower<f64, Paper>) -> Result<i64, LoadError> {
+fn open<T: Real>(follower: &mut Follower<T, Host>) -> Result<i64, LoadError> {
     if !follower.start(0.0) {
         return Err(LoadError::NoRoom);
     }
     Ok((follower.coordinate() / PITCH).floor() as i64)
 }
 
-fn explore(follower: &mut Follower<f64, Paper>, highest_deg: f64) -> Result<Load, LoadError> {
+fn explore<T: Real>(
+    design: &Design,
+    object: ObjectDesign,
+    options: &Options,
+    highest_deg: f64,
+) -> Result<Load, LoadError> {
+    let mut follower: Follower<T, Host> = Follower::EMPTY;
+    let follower = &mut follower;
+    follower.configure(design, &options.discretisation).map_err(LoadError::Discretise)?;
+    follower.set_settings(Settings { hessian: options.hessian, ..Settings::DEFAULT });
+    follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
     let first = open(follower)?;
     let range = LoadError::Range { highest_deg, lowest_deg: (first as f64 * PITCH).to_degrees() };
     if !(highest_deg <= 180.0) {
@@ -233,7 +240,7 @@ fn explore(follower: &mut Follower<f64, Paper>, highest_deg: f64) -> Result<Load
 }
 
 /// Follows upwards; every snap begins a branch.
-fn close(follower: &mut Follower<f64, Paper>, first: i64, last: i64, branches: &mut Vec<Branch>) {
+fn close<T: Real>(follower: &mut Follower<T, Host>, first: i64, last: i64, branches: &mut Vec<Branch>) {
     for index in first..=last {
         let Some(node) = visit(follower, index) else {
             break;
@@ -252,7 +259,11 @@ fn close(follower: &mut Follower<f64, Paper>, first: i64, last: i64, branches: &
 }
 
 /// Extends a branch downwards from its first node to where the finger snaps back, and so on down to a known branch.
-fn descend(follower: &mut Follower<f64, Paper>, from: usize, branches: &mut Vec<Branch>) -> Result<(), LoadError> {
+fn descend<T: Real>(
+    follower: &mut Follower<T, Host>,
+    from: usize,
+    branches: &mut Vec<Branch>,
+) -> Result<(), LoadError> {
     let top = branches[from].first;
     let bottom = open(follower)?;
     // The same way up, in the same steps, leads to the same state.

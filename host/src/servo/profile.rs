@@ -90,7 +90,11 @@ impl Profile {
         if acceleration <= 0.0 {
             let distance = goal - start;
             let cruise = Piece { duration: distance.abs() / top, speed: top.copysign(distance), acceleration: 0.0 };
-            return Self { kind: Kind::Rectangular, pieces: [cruise, Piece::default(), Piece::default(), Piece::default()], ..rest };
+            return Self {
+                kind: Kind::Rectangular,
+                pieces: [cruise, Piece::default(), Piece::default(), Piece::default()],
+                ..rest
+            };
         }
         // Stop first if the goal is behind, or too near to stop in time.
         let stopping = speed * speed / (2.0 * acceleration);

@@ -1,0 +1,211 @@
+//! The simulated servo: a Dynamixel XM430-W350-T that turns a finger against an object.
+//!
+//! - [`Servo`] takes the bytes heard on a bus and gives the answers: no thread, no port, no clock of its own.
+//! - [`Load`] is what the finger asks of it, from the model at full resolution.
+//! - [`Hub`] is a bus: every party (a pseudo-terminal, sockets, servos) hears all others. [`Hub::servo`] gives a
+//!   [`Handle`] that tells the truth about the servo and makes it fail on purpose.
+//!
+//! The protocol is `dynamixel`'s; here are the control table, the position profile and the physics.
+
+mod config;
+mod fault;
+mod hub;
+mod load;
+mod motor;
+mod port;
+mod profile;
+mod table;
+
+use std::sync::Arc;
+
+use dynamixel::{Device, xm430};
+use model_core::status::Status;
+
+pub use config::{Clock, Config, ConfigError};
+pub use fault::Fault;
+pub use hub::{Handle, Hub, Running};
+pub use load::{Contact, Load, LoadError, OnBranch};
+pub use motor::{FREE_SPEED, FRICTION, STALL_TORQUE, TORQUE_CONSTANT};
+pub use port::PortError;
+pub use profile::{ACCELERATION_UNIT, Kind, Limits, Profile, SPEED_UNIT};
+
+use fault::Faults;
+use table::Xm430;
+
+/// Longest packet in either direction, bytes.
+const LONGEST: usize = 512;
+/// A pause after which an incomplete packet is forgotten, µs. Long, because a simulated master can be slow.
+const PAUSE_US: u64 = 100_000;
+
+/// An answer on its way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// The status packet.
+    pub bytes: Vec<u8>,
+    /// Microseconds from the end of the question to the answer; 0 with [`Clock::Requests`].
+    pub delay_us: u32,
+}
+
+/// What is true of a servo, which its registers show rounded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// The servo's time, µs since power-on.
+    pub time_us: u64,
+    /// Present Position as it would be read now, counts.
+    pub count: i32,
+    /// Motor angle α by the encoder, rad, not rounded.
+    pub motor_angle: f64,
+    /// Angle of the finger, rad: within the play of the motor angle.
+    pub finger_angle: f64,
+    /// Force of the finger on the object at that angle, world frame, N, by the model of [`Load`].
+    pub force: [f64; 2],
+    /// Torque that the contact demands of the motor, N·mm, likewise.
+    pub torque: f64,
+    /// Status of force and torque.
+    pub status: Status,
+}
+
+/// Counters of a servo.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Bytes heard.
+    pub heard: u64,
+    /// Answers given, those that a fault suppressed included.
+    pub answers: u64,
+    /// Reads of Present Position.
+    pub position_reads: u64,
+    /// Answers that a fault changed or suppressed.
+    pub faults: u64,
+}
+
+/// A simulated servo. See the [module](self).
+#[derive(Debug)]
+pub struct Servo {
+    config: Config,
+    device: Device<LONGEST>,
+    table: Xm430,
+    faults: Faults,
+    statistics: Statistics,
+    heard_us: u64,
+}
+
+impl Servo {
+    /// A servo that has just been powered on.
+    ///
+    /// # Errors
+    /// The first thing in the configuration that no XM430 can have.
+    pub fn new(config: Config) -> Result<Self, ConfigError> {
+        let table = Xm430::new(&config)?;
+        Ok(Self {
+            config,
+            device: Device::new(),
+            table,
+            faults: Faults::default(),
+            statistics: Statistics::default(),
+            heard_us: 0,
+        })
+    }
+
+    /// What the servo is like.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Lets the time of the caller pass: `now_us` since the servo was made. Nothing with [`Clock::Requests`].
+    pub fn advance(&mut self, now_us: u64) {
+        if self.config.clock == Clock::Wall {
+            self.table.advance(now_us);
+        }
+    }
+
+    /// Takes bytes that were on the bus at `now_us` and gives the answers to them. Other devices' answers belong to them,
+    /// the servo's own do not matter.
+    pub fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Vec<Answer> {
+        self.advance(now_us);
+        if now_us.saturating_sub(self.heard_us) > PAUSE_US {
+            self.device.reset();
+        }
+        self.heard_us = now_us;
+        self.statistics.heard += bytes.len() as u64;
+        if now_us < self.faults.silent_until_us {
+            self.device.reset();
+            return Vec::new();
+        }
+        let mut answers = Vec::new();
+        let mut rest = bytes;
+        let mut asked = rest.len();
+        loop {
+            // The rate at which a question was asked is that of its answer, even if it changes the rate.
+            let byte_us = self.byte_us();
+            let Some(reply) = self.device.hear(&mut rest, &mut self.table) else {
+                break;
+            };
+            let wire = byte_us * (asked - rest.len() + reply.bytes.len()) as f64;
+            asked = rest.len();
+            let delay_us = match self.config.clock {
+                Clock::Wall => reply.delay_us.saturating_add(wire as u32),
+                Clock::Requests { .. } => 0,
+            };
+            self.statistics.answers += 1;
+            if let Some((bytes, delay_us)) = self.faults.apply(reply.bytes.to_vec(), delay_us) {
+                answers.push(Answer { bytes, delay_us });
+            }
+        }
+        answers
+    }
+
+    /// Microseconds of one byte on the wire; 0 if they do not count.
+    fn byte_us(&self) -> f64 {
+        if !self.config.wire_time {
+            return 0.0;
+        }
+        let code = self.table.get(xm430::BAUD_RATE);
+        xm430::bits_per_second(code).map_or(0.0, |rate| 1e7 / f64::from(rate))
+    }
+
+    /// What is true now.
+    pub fn truth(&self) -> Truth {
+        let motor = &self.table.motor;
+        Truth {
+            time_us: self.table.now_us,
+            count: self.table.present_position(),
+            motor_angle: motor.angle(motor.position),
+            finger_angle: motor.angle(motor.finger),
+            force: motor.contact.force,
+            torque: motor.contact.torque,
+            status: motor.contact.status,
+        }
+    }
+
+    /// What has happened so far.
+    pub fn statistics(&self) -> Statistics {
+        Statistics { position_reads: self.table.position_reads, faults: self.faults.done, ..self.statistics }
+    }
+
+    /// The finger's load.
+    pub fn load(&self) -> &Arc<Load> {
+        &self.config.load
+    }
+
+    /// What becomes of the answers to come, one each, behind those said before.
+    pub fn inject(&mut self, faults: impl IntoIterator<Item = Fault>) {
+        self.faults.queue.extend(faults);
+    }
+
+    /// Makes the servo deaf and dumb until a time in µs since it was made; `u64::MAX` for good, 0 ends it.
+    pub fn silence(&mut self, until_us: u64) {
+        self.faults.silent_until_us = until_us;
+    }
+
+    /// Sets bits of Hardware Error Status; those that Shutdown names turn the torque off.
+    pub fn fail(&mut self, bits: u8) {
+        self.table.fail(bits);
+    }
+
+    /// Cuts the power for a moment: RAM is lost, the torque is off.
+    pub fn reset(&mut self) {
+        self.device = Device::new();
+        // Never refused: only a bus can be told that a device does not know the instruction.
+        let _ = dynamixel::ControlTable::reboot(&mut self.table);
+    }
+}
