@@ -235,7 +235,7 @@ pub struct Counters {
     pub ticks: u32,
     /// Ticks in which a position came from the servo and an estimate was made.
     pub estimates: u32,
-    /// Ticks that began late.
+    /// Ticks that began more than half a period late.
     pub late_ticks: u32,
     /// Ticks of the last full second.
     pub rate_hz: f32,

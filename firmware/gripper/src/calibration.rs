@@ -1,0 +1,81 @@
+//! Between the servo's counts and the motor angle.
+
+use core::f64::consts::TAU;
+use dynamixel::xm430::COUNTS_PER_REVOLUTION;
+use messages::{Direction, Settings};
+
+/// Linear relation of counts and angle: angle = (counts − zero) · 2π / 4096 / gear ratio, reversed if so mounted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    zero: f64,
+    counts_per_radian: f64,
+}
+
+impl Calibration {
+    /// The relation that valid settings describe.
+    pub fn new(settings: &Settings) -> Self {
+        let sign = match settings.direction {
+            Direction::Same => 1.0,
+            Direction::Reversed => -1.0,
+        };
+        Self {
+            zero: f64::from(settings.zero),
+            counts_per_radian: sign * f64::from(settings.gear_ratio) * f64::from(COUNTS_PER_REVOLUTION) / TAU,
+        }
+    }
+
+    /// Motor angle at a position of the servo, rad.
+    pub fn angle(&self, position: i32) -> f64 {
+        (f64::from(position) - self.zero) / self.counts_per_radian
+    }
+
+    /// The servo's position nearest to a motor angle (rad), counts.
+    pub fn position(&self, angle: f64) -> i32 {
+        let counts = self.zero + angle * self.counts_per_radian;
+        // Half away from zero; casts saturate.
+        (if counts < 0.0 { counts - 0.5 } else { counts + 0.5 }) as i32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MIDDLE: Settings = Settings::DEFAULT;
+
+    #[test]
+    fn a_quarter_turn_is_1024_counts() {
+        let calibration = Calibration::new(&MIDDLE);
+        assert_eq!(calibration.position(0.0), 2048);
+        assert_eq!(calibration.position(TAU / 4.0), 3072);
+        assert!((calibration.angle(1024) + TAU / 4.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn direction_and_gear_ratio_count() {
+        let settings = Settings { direction: Direction::Reversed, gear_ratio: 2.5, zero: 100.5, ..MIDDLE };
+        let calibration = Calibration::new(&settings);
+        // A tenth of the finger's turn is a quarter of the servo's.
+        assert_eq!(calibration.position(TAU / 10.0), 101 - 1024);
+        assert!((calibration.angle(100) - 0.5 / (2.5 * 4096.0) * TAU).abs() < 1e-15);
+    }
+
+    #[test]
+    fn counts_come_back() {
+        for direction in [Direction::Same, Direction::Reversed] {
+            for gear_ratio in [0.01, 1.0, 3.7, 100.0] {
+                let calibration = Calibration::new(&Settings { direction, gear_ratio, zero: -17.25, ..MIDDLE });
+                for position in [-1_044_479, -4096, -1, 0, 1, 2048, 4095, 1_044_479] {
+                    assert_eq!(calibration.position(calibration.angle(position)), position);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn absurd_angles_do_not_wrap() {
+        let calibration = Calibration::new(&MIDDLE);
+        assert_eq!(calibration.position(1e30), i32::MAX);
+        assert_eq!(calibration.position(-1e30), i32::MIN);
+    }
+}

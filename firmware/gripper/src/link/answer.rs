@@ -1,0 +1,179 @@
+//! The answering task: what the host asks, and what is said.
+
+use embassy_time::{Duration, Instant, Timer, with_deadline};
+use embedded_io_async::Read;
+use heapless::String;
+use messages::{
+    Close, CloseTo, Counters, ENDPOINTS, Finger, GetCounters, GetFinger, GetObject, GetSettings, GetVersion,
+    MaybeFinger, MaybeObject, Open, Outcome, PROTOCOL_VERSION, Refusal, SetFinger, SetObject, SetSettings, Settings,
+    TOPICS_IN, TOPICS_OUT, Version, frame,
+};
+use model_core::object::ObjectDesign;
+use postcard_rpc::define_dispatch;
+use postcard_rpc::header::{VarHeader, VarKeyKind};
+use postcard_rpc::server::{Dispatch, Server, WireSpawn};
+
+use super::wire::{Answers, Requests};
+use crate::board::Board;
+use crate::shared::{Command, Order, Shared};
+
+/// How long the control task may take to obey.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Answers the host for ever.
+pub async fn answer<B: Board, R: Read>(shared: &'static Shared, port: R) -> ! {
+    let mut buffer = [0; frame::MESSAGE];
+    let mut requests = Requests::new(shared, port);
+    let version = Version {
+        protocol: PROTOCOL_VERSION,
+        firmware: short(env!("CARGO_PKG_VERSION")),
+        board: short(B::NAME),
+        cost_hz: B::COST_HZ,
+    };
+    let mut ticket = 0;
+    loop {
+        let app = Gripper::new(Context { shared, version: version.clone(), ticket }, NoTasks);
+        let key = app.min_key_len();
+        let mut server = Server::new(Answers(shared), &mut requests, &mut buffer[..], app, key);
+        // Ends when the port closes or fails; it may come back.
+        let _ = server.run().await;
+        ticket += 0x1_0000;
+        Timer::after_millis(100).await;
+    }
+}
+
+fn short(words: &str) -> String<16> {
+    let mut short = String::new();
+    for letter in words.chars() {
+        if short.push(letter).is_err() {
+            break;
+        }
+    }
+    short
+}
+
+/// What the answers are made of.
+pub struct Context {
+    shared: &'static Shared,
+    version: Version,
+    ticket: u32,
+}
+
+impl Context {
+    /// Has the control task obey.
+    async fn order(&mut self, command: Command) -> Outcome {
+        self.ticket = self.ticket.wrapping_add(1);
+        let ticket = self.ticket;
+        let deadline = Instant::now() + PATIENCE;
+        let obeyed = async {
+            self.shared.orders.send(Order { ticket, command }).await;
+            loop {
+                // An outcome that comes after its deadline is not the next one's.
+                let (about, outcome) = self.shared.outcome.wait().await;
+                if about == ticket {
+                    return outcome;
+                }
+            }
+        };
+        with_deadline(deadline, obeyed).await.unwrap_or(Err(Refusal::Busy))
+    }
+}
+
+fn get_version(context: &mut Context, _: VarHeader, (): ()) -> Version {
+    context.version.clone()
+}
+
+fn get_object(context: &mut Context, _: VarHeader, (): ()) -> MaybeObject {
+    context.shared.setup(|setup| setup.object)
+}
+
+async fn set_object(context: &mut Context, _: VarHeader, object: ObjectDesign) -> Outcome {
+    context.order(Command::Object(object)).await
+}
+
+fn get_finger(context: &mut Context, _: VarHeader, (): ()) -> MaybeFinger {
+    context.shared.setup(|setup| setup.finger.clone())
+}
+
+async fn set_finger(context: &mut Context, _: VarHeader, finger: Finger) -> Outcome {
+    context.order(Command::Finger(finger)).await
+}
+
+fn get_settings(context: &mut Context, _: VarHeader, (): ()) -> Settings {
+    context.shared.setup(|setup| setup.settings)
+}
+
+async fn set_settings(context: &mut Context, _: VarHeader, settings: Settings) -> Outcome {
+    context.order(Command::Settings(settings)).await
+}
+
+async fn open(context: &mut Context, _: VarHeader, (): ()) -> Outcome {
+    context.order(Command::Open).await
+}
+
+async fn close(context: &mut Context, _: VarHeader, to: CloseTo) -> Outcome {
+    context.order(Command::Close(to)).await
+}
+
+fn get_counters(context: &mut Context, _: VarHeader, (): ()) -> Counters {
+    context.shared.counters()
+}
+
+/// No request needs a task of its own.
+#[derive(Clone)]
+pub struct NoTasks;
+
+impl WireSpawn for NoTasks {
+    type Error = core::convert::Infallible;
+    type Info = ();
+    fn info(&self) -> &() {
+        &()
+    }
+}
+
+#[allow(dead_code)]
+fn spawn(_: &NoTasks, _: ()) -> Result<(), core::convert::Infallible> {
+    Ok(())
+}
+
+define_dispatch! {
+    app: Gripper;
+    spawn_fn: spawn;
+    tx_impl: Answers;
+    spawn_impl: NoTasks;
+    context: Context;
+
+    endpoints: {
+        list: ENDPOINTS;
+
+        | EndpointTy  | kind     | handler      |
+        | ----------  | ----     | -------      |
+        | GetVersion  | blocking | get_version  |
+        | GetObject   | blocking | get_object   |
+        | SetObject   | async    | set_object   |
+        | GetFinger   | blocking | get_finger   |
+        | SetFinger   | async    | set_finger   |
+        | GetSettings | blocking | get_settings |
+        | SetSettings | async    | set_settings |
+        | Open        | async    | open         |
+        | Close       | async    | close        |
+        | GetCounters | blocking | get_counters |
+    };
+    topics_in: {
+        list: TOPICS_IN;
+
+        | TopicTy | kind | handler |
+        | ------- | ---- | ------- |
+    };
+    topics_out: {
+        list: TOPICS_OUT;
+    };
+}
+
+/// Bytes of a key that tell all messages apart.
+pub(super) const KEY: VarKeyKind = match sizer::NEEDED_SZ {
+    1 => VarKeyKind::Key1,
+    2 => VarKeyKind::Key2,
+    4 => VarKeyKind::Key4,
+    _ => VarKeyKind::Key8,
+};

@@ -1,0 +1,54 @@
+//! The writing task: answers first, then events, reports, shapes.
+
+use embassy_futures::select::{Either4, select4};
+use embassy_time::Timer;
+use embedded_io_async::Write;
+use messages::frame::FrameError;
+use messages::{EstimateTopic, EventTopic, ShapeTopic};
+use postcard_rpc::Topic;
+use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
+
+use super::answer::KEY;
+use super::wire::framed;
+use crate::shared::{Frame, Shared};
+
+/// Writes to the link for ever, and waits for it as long as it takes.
+pub async fn send<W: Write>(shared: &'static Shared, mut port: W) -> ! {
+    let mut events: u16 = 0;
+    loop {
+        let next = select4(
+            shared.answers.receive(),
+            shared.notices.receive(),
+            shared.reports.receive(),
+            shared.shapes.receive(),
+        )
+        .await;
+        let frame = match next {
+            Either4::First(answer) => Ok(answer),
+            Either4::Second(notice) => {
+                events = events.wrapping_add(1);
+                topic::<EventTopic>(events, &notice)
+            }
+            Either4::Third(report) => topic::<EstimateTopic>(report.sequence as u16, &report),
+            Either4::Fourth(shape) => topic::<ShapeTopic>(shape.sequence as u16, &shape),
+        };
+        match frame {
+            Ok(frame) => {
+                if port.write_all(&frame).await.is_err() {
+                    // A port that fails at once must not take the processor.
+                    Timer::after_millis(10).await;
+                }
+            }
+            Err(_) => shared.add(|counters| &mut counters.link_oversize),
+        }
+    }
+}
+
+fn topic<T: Topic>(sequence: u16, message: &T::Message) -> Result<Frame, FrameError>
+where
+    T::Message: serde::Serialize,
+{
+    let mut key = VarKey::Key8(T::TOPIC_KEY);
+    key.shrink_to(KEY);
+    framed(&VarHeader { key, seq_no: VarSeq::Seq2(sequence) }, message)
+}

@@ -1,0 +1,58 @@
+//! The deformed finger, thinned for the link.
+
+use heapless::Vec;
+use messages::{Contact, Shape};
+use model_core::equilibrium::Follower;
+use model_core::real::Real;
+use model_core::size::Size;
+use model_core::status::Status;
+
+/// What the model shows at present.
+pub(crate) fn shape<T: Real, S: Size>(follower: &Follower<T, S>, sequence: u32, status: Status) -> Shape {
+    let single = |point: [T; 2]| point.map(|x| x.to_f64() as f32);
+    let contact = |contact: model_core::contact::Contact<T>| {
+        let pushed = contact.normal.map(|n| (-contact.force * n).to_f64() as f32);
+        Contact { position: single(contact.position), force: pushed }
+    };
+    Shape {
+        sequence,
+        status,
+        motor_angle: follower.coordinate() as f32,
+        front: thinned(follower.front().count(), follower.front().map(single)),
+        back: thinned(follower.back().count(), follower.back().map(single)),
+        lamella_front: first(follower.lamellae().map(|[front, _]| single(front))),
+        lamella_back: first(follower.lamellae().map(|[_, back]| single(back))),
+        contacts: first(follower.contacts().map(contact)),
+    }
+}
+
+/// As many as fit.
+fn first<X, const N: usize>(items: impl Iterator<Item = X>) -> Vec<X, N> {
+    items.take(N).collect()
+}
+
+/// First, last, and so many evenly between that all fit.
+fn thinned<X, const N: usize>(count: usize, items: impl Iterator<Item = X>) -> Vec<X, N> {
+    let (gaps, room) = (count.saturating_sub(1).max(1), N.saturating_sub(1));
+    let kept = |&(index, _): &(usize, X)| {
+        count <= N || index == 0 || index * room / gaps != index.saturating_sub(1) * room / gaps
+    };
+    first(items.enumerate().filter(kept).map(|(_, item)| item))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thinning_keeps_the_ends_and_fills_the_room() {
+        for count in 0..500 {
+            let kept: Vec<usize, 64> = thinned(count, 0..count);
+            assert_eq!(kept.len(), count.min(64));
+            assert_eq!(kept.first().copied(), (count > 0).then_some(0));
+            assert_eq!(kept.last().copied(), count.checked_sub(1));
+            let widest = kept.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
+            assert!(widest <= count.div_ceil(63), "{count}: {widest}");
+        }
+    }
+}

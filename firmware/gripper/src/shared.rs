@@ -1,0 +1,156 @@
+//! What the tasks have in common: queues, what is set, what was counted.
+
+use core::cell::RefCell;
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex as Raw;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use heapless::Vec;
+use messages::{CloseTo, Counters, Event, Finger, Notice, Outcome, Report, Settings, Shape, frame};
+use model_core::object::ObjectDesign;
+
+/// Reports that wait for the link: an eighth of a second at 500 Hz.
+const REPORTS: usize = 64;
+/// Shapes that wait for the link.
+const SHAPES: usize = 2;
+/// Events that wait for the link.
+const NOTICES: usize = 16;
+/// Requests that wait for the control task.
+const COMMANDS: usize = 2;
+
+/// A framed message.
+pub(crate) type Frame = Vec<u8, { frame::FRAME }>;
+
+/// What the control task is asked for.
+#[derive(Clone, Debug)]
+// One or two exist; a box would need a heap.
+#[allow(clippy::large_enum_variant)]
+pub(crate) enum Command {
+    Finger(Finger),
+    Object(ObjectDesign),
+    Settings(Settings),
+    Open,
+    Close(CloseTo),
+}
+
+/// A command and the number by which its outcome is known.
+pub(crate) struct Order {
+    pub(crate) ticket: u32,
+    pub(crate) command: Command,
+}
+
+/// What is set.
+#[derive(Clone, Debug)]
+pub(crate) struct Setup {
+    pub(crate) settings: Settings,
+    pub(crate) finger: Option<Finger>,
+    pub(crate) object: Option<ObjectDesign>,
+}
+
+/// What the gripper's tasks have in common. One per gripper, in a static.
+pub struct Shared {
+    pub(crate) reports: Channel<Raw, Report, REPORTS>,
+    pub(crate) shapes: Channel<Raw, Shape, SHAPES>,
+    pub(crate) notices: Channel<Raw, Notice, NOTICES>,
+    pub(crate) answers: Channel<Raw, Frame, 1>,
+    pub(crate) orders: Channel<Raw, Order, COMMANDS>,
+    pub(crate) outcome: Signal<Raw, (u32, Outcome)>,
+    setup: Mutex<Raw, RefCell<Setup>>,
+    counters: Mutex<Raw, RefCell<Counters>>,
+}
+
+impl Default for Shared {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Shared {
+    /// Empty queues, default settings, no finger, no object.
+    pub const fn new() -> Self {
+        Self {
+            reports: Channel::new(),
+            shapes: Channel::new(),
+            notices: Channel::new(),
+            answers: Channel::new(),
+            orders: Channel::new(),
+            outcome: Signal::new(),
+            setup: Mutex::new(RefCell::new(Setup { settings: Settings::DEFAULT, finger: None, object: None })),
+            counters: Mutex::new(RefCell::new(Counters {
+                uptime_us: 0,
+                ticks: 0,
+                estimates: 0,
+                late_ticks: 0,
+                rate_hz: 0.0,
+                chosen_hz: 0.0,
+                dropped_reports: 0,
+                dropped_shapes: 0,
+                dropped_events: 0,
+                bus_timeouts: 0,
+                bus_damaged: 0,
+                bus_refused: 0,
+                bus_other: 0,
+                servo_losses: 0,
+                link_frames: 0,
+                link_damaged: 0,
+                link_oversize: 0,
+            })),
+        }
+    }
+
+    /// What was counted, up to now.
+    pub fn counters(&self) -> Counters {
+        Counters { uptime_us: now_us(), ..self.counters.lock(|counters| *counters.borrow()) }
+    }
+
+    /// Counts something.
+    pub(crate) fn count(&self, change: impl FnOnce(&mut Counters)) {
+        self.counters.lock(|counters| change(&mut counters.borrow_mut()));
+    }
+
+    /// Adds one.
+    pub(crate) fn add(&self, which: impl FnOnce(&mut Counters) -> &mut u32) {
+        self.count(|counters| {
+            let counter = which(counters);
+            *counter = counter.wrapping_add(1);
+        });
+    }
+
+    /// Looks at what is set.
+    pub(crate) fn setup<R>(&self, look: impl FnOnce(&Setup) -> R) -> R {
+        self.setup.lock(|setup| look(&setup.borrow()))
+    }
+
+    /// Remembers what is set.
+    pub(crate) fn set(&self, change: impl FnOnce(&mut Setup)) {
+        self.setup.lock(|setup| change(&mut setup.borrow_mut()));
+    }
+
+    /// Tells the host, if the link keeps up.
+    pub(crate) fn report(&self, report: Report) {
+        if self.reports.try_send(report).is_err() {
+            self.add(|counters| &mut counters.dropped_reports);
+        }
+    }
+
+    /// Shows the host the finger, if the link keeps up; the shape is made only then.
+    pub(crate) fn show(&self, shape: impl FnOnce() -> Shape) {
+        if self.shapes.is_full() || self.shapes.try_send(shape()).is_err() {
+            self.add(|counters| &mut counters.dropped_shapes);
+        }
+    }
+
+    /// Tells host and log that something happened.
+    pub(crate) fn tell(&self, event: Event) {
+        log!(info, "{}", event);
+        if self.notices.try_send(Notice { time_us: now_us(), event }).is_err() {
+            self.add(|counters| &mut counters.dropped_events);
+        }
+    }
+}
+
+/// Time since the start, µs.
+pub(crate) fn now_us() -> u64 {
+    embassy_time::Instant::now().as_micros()
+}
