@@ -1,79 +1,70 @@
-//! Draws one picture of each kind from made-up numbers: `cargo run -p host --example pictures -- FOLDER`.
+//! Draws a finger and a chart with a difference panel: `cargo run -p host --release --example pictures -- FOLDER`.
+//!
+//! The chart compares the microcontroller's model with the full-resolution ones over a closing motion.
 
-use host::case::preset;
-use host::draw::{self, Chart, FingerPicture, Mark, Panel, Series, Style};
-use host::shape::{Contact, Shape};
-use model_core::object::{Motion, ObjectDesign};
+use std::path::PathBuf;
+
+use host::case::Case;
+use host::draw::{self, Chart, Mark, Panel, Series, Style, Theme};
+use host::report;
+use host::run::{self, Options, Precision, Solution};
+use model_core::discretise::{Discretisation, Physics, Scheme};
+
+const CASE: &str = r#"
+finger = "preset:ladder-80"
+object = { shape = "circle", radius_mm = 40.0, centre_mm = [41.0, 45.0] }
+motion.motor_angles_deg = [
+    0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5,
+    6.0, 6.5, 7.0, 7.5, 8.0, 8.5, 9.0, 9.5, 10.0, 10.5, 11.0,
+]
+"#;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let folder = std::env::args().nth(1).map_or_else(std::env::temp_dir, std::path::PathBuf::from);
-    let finger = preset("fea-80").ok_or("the preset is missing")??;
-    let design = &finger.design;
-    // A bump pushed into the front beam; the back beam follows less.
-    let push =
-        |[x, y]: [f64; 2], part: f64| [x - part * 9.0 * (y / 60.0).powi(2) * (-((y - 55.0) / 45.0).powi(2)).exp(), y];
-    let mut shape = Shape::undeformed(design);
-    shape.front.iter_mut().for_each(|p| *p = push(*p, 1.0));
-    shape.back.iter_mut().for_each(|p| *p = push(*p, 0.9));
-    shape.lamellae.iter_mut().for_each(|[p, q]| (*p, *q) = (push(*p, 1.0), push(*q, 0.9)));
-    let angle = 10.0_f64.to_radians();
-    shape.contacts = (0..5)
-        .map(|i| {
-            let arc = 44.0 + 2.3 * f64::from(i);
-            let position = push([0.0, arc], 1.0);
-            let tilt = -0.03 * f64::from(i - 2) + 0.05;
-            Contact {
-                arc,
-                position,
-                normal: [-tilt.cos(), -tilt.sin()],
-                force: 4.0 - 0.6 * f64::from((i - 2) * (i - 2)),
-            }
-        })
-        .collect();
-    let picture = FingerPicture {
-        title: "Finger fea-80 on a cylinder of 80 mm".into(),
-        subtitle: "simpson 17/1, extended physics, *α* = 10°, made-up numbers".into(),
-        design,
-        motion: Motion::Rotating { axis: design.motor_axis },
-        coordinate: angle,
-        object: ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 },
-        shape: &shape,
-        force: Some([13.6, -1.9]),
-    };
-    for ending in ["svg", "png"] {
-        draw::write(&picture.scene(), &folder.join(format!("finger.{ending}")))?;
-    }
+    let folder = std::env::args().nth(1).map_or_else(std::env::temp_dir, PathBuf::from);
+    let case = Case::parse("pictures.toml", CASE)?;
+    let solve =
+        |discretisation, precision| run::solve(&case, &Options { discretisation, precision, ..Options::default() });
+    let target = solve(Discretisation::reduced(Physics::Paper), Precision::F32)?;
+    let trapezoid = solve(Discretisation::full(Scheme::Trapezoid, Physics::Paper), Precision::F64)?;
+    let paper = solve(Discretisation::full(Scheme::Paper, Physics::Paper), Precision::F64)?;
 
-    let angles: Vec<f64> = (0..=110).map(|i| 0.1 * f64::from(i)).collect();
-    let force = |a: f64| 0.12 * a.powf(2.05);
-    let line = |name: &str, colour, style, value: &dyn Fn(f64) -> f64| Series {
+    let finger = report::picture(&case, &target[22..]).ok_or("nothing to draw")?;
+    let chart = chart(&target, &trapezoid, &paper).scene();
+    for (name, scene) in [("finger", finger), ("chart", chart)] {
+        draw::write(&scene, &folder.join(format!("{name}.svg")))?;
+        draw::write(&scene, &folder.join(format!("{name}.png")))?;
+        std::fs::write(folder.join(format!("{name}-dark.png")), draw::png(&scene, 2.0, Theme::Dark)?)?;
+    }
+    Ok(())
+}
+
+fn chart(target: &[Solution], trapezoid: &[Solution], paper: &[Solution]) -> Chart {
+    let force = |solution: &Solution| solution.force_magnitude_n.unwrap_or(f64::NAN);
+    let series = |name: &str, colour, style, of: &[Solution]| Series {
         name: name.into(),
         colour,
         style,
-        points: angles.iter().map(|&a| [a, value(a)]).collect(),
+        points: of.iter().map(|solution| [solution.place(), force(solution)]).collect(),
+    };
+    let difference = |name: &str, colour, to: &[Solution]| Series {
+        name: name.into(),
+        colour,
+        style: Style::LineAndDots,
+        points: target.iter().zip(to).map(|(t, r)| [t.place(), force(t) - force(r)]).collect(),
     };
     let mut chart = Chart::new(
-        "Contact force while closing on an 80 mm cylinder",
-        "finger ladder-80, object at Mid height; target: simpson 17/1 in f32",
+        "Contact force while closing on a cylinder Ø80 mm",
+        "finger ladder-80, cylinder at Mid height, physics paper",
         "motor angle *α* (°)",
     );
     chart.panels = vec![
         Panel {
             y_title: "force |*F*| (N)".into(),
-            share: 2.2,
+            share: 2.0,
             series: vec![
-                line("reference, trapezoid 170/20", 0, Style::Line, &force),
-                line("reference, paper 170/20", 2, Style::Dashed, &|a| 1.03 * force(a)),
-                Series {
-                    name: "target".into(),
-                    colour: 1,
-                    style: Style::Dots,
-                    points: angles.iter().step_by(5).map(|&a| [a, 1.004 * force(a)]).collect(),
-                },
-            ],
-            marks: vec![
-                Mark::At { x: 8.3, words: "snap-through".into() },
-                Mark::Ring { at: [9.5, force(9.5)], words: "other branch".into() },
+                series("trapezoid 170/20, f64", 0, Style::Line, trapezoid),
+                series("paper 170/20, f64", 2, Style::Dashed, paper),
+                series("microcontroller's model: simpson 17/1, f32", 1, Style::Dots, target),
             ],
             ..Panel::default()
         },
@@ -81,15 +72,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             y_title: "difference (N)".into(),
             share: 1.0,
             series: vec![
-                line("to trapezoid", 0, Style::Line, &|a| 0.004 * force(a) * (3.0 * a).sin()),
-                line("to paper", 2, Style::Dashed, &|a| -0.03 * force(a)),
+                difference("difference to trapezoid", 0, trapezoid),
+                difference("difference to paper", 2, paper),
             ],
-            marks: vec![Mark::Band { low: -0.1, high: 0.1, words: "1 %".into() }],
+            marks: vec![Mark::Band { low: -0.05, high: 0.05, words: "±0.05 N".into() }],
             ..Panel::default()
         },
     ];
-    for ending in ["svg", "png"] {
-        draw::write(&chart.scene(), &folder.join(format!("chart.{ending}")))?;
-    }
-    Ok(())
+    chart
 }

@@ -33,7 +33,19 @@ impl Scale {
 
     /// A tick's words, with a true minus sign.
     pub(super) fn words(&self, tick: f64) -> String {
-        format!("{tick:.*}", self.decimals).replace('-', "−")
+        // Beyond seven digits a power of ten reads better.
+        let most = self.low.abs().max(self.high.abs());
+        let words = if most >= 1e7 || self.decimals > 6 {
+            let text = format!("{tick:.3e}");
+            match text.split_once('e') {
+                Some((digits, "0")) => digits.trim_end_matches('0').trim_end_matches('.').to_owned(),
+                Some((digits, power)) => format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.')),
+                None => text,
+            }
+        } else {
+            format!("{tick:.*}", self.decimals)
+        };
+        words.replace('-', "−")
     }
 
     /// Where a value lies, 0 at the low end and 1 at the high end.
@@ -63,6 +75,16 @@ mod tests {
             ["−0.04", "−0.02", "0.00", "0.02", "0.04", "0.06"]
         );
         assert_eq!((scale.part(-0.04), scale.part(0.06)), (0.0, 1.0));
+    }
+
+    #[test]
+    fn very_large_and_small_ticks_are_short() {
+        let words = |low, high| {
+            let scale = Scale::covering(low, high, 2.0, true);
+            scale.ticks.iter().map(|&tick| scale.words(tick)).collect::<Vec<_>>()
+        };
+        assert_eq!(words(-1e300, 1e300), ["−1e300", "0", "1e300"]);
+        assert_eq!(words(0.0, 4e-8), ["0", "2e−8", "4e−8"]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 use super::axis::Scale;
 use super::font::Fonts;
+use super::heading::{self, MARGIN, Sample, TEXT};
 use super::palette::Ink;
 use super::scene::{Anchor, Item, Path, Rect, Scene, Stroke, Text};
 
@@ -94,8 +95,6 @@ pub struct Chart {
     pub height: f64,
 }
 
-const TEXT: f64 = 13.0;
-const MARGIN: f64 = 14.0;
 const PANEL_GAP: f64 = 18.0;
 const TICK: f64 = 5.0;
 
@@ -147,37 +146,20 @@ impl Chart {
         scene
     }
 
-    /// Title, subtitle and legend; returns where the panels may begin.
     fn headings(&self, scene: &mut Scene, fonts: &Fonts) -> f64 {
-        let mut y = MARGIN + 12.0;
-        scene.text(Text::new([MARGIN, y], 16.0, self.title.clone()).bold());
-        if !self.subtitle.is_empty() {
-            y += 19.0;
-            scene.text(Text::new([MARGIN, y], TEXT, self.subtitle.clone()).ink(Ink::Muted));
-        }
-        let mut seen: Vec<&str> = Vec::new();
-        let (mut x, mut row) = (MARGIN, y + 24.0);
+        let mut legend: Vec<(&str, Sample)> = Vec::new();
         for series in self.panels.iter().flat_map(|panel| &panel.series) {
-            if series.name.is_empty() || seen.contains(&series.name.as_str()) {
+            if series.name.is_empty() || legend.iter().any(|(name, _)| *name == series.name) {
                 continue;
             }
-            seen.push(&series.name);
-            let text = Text::new([0.0, 0.0], TEXT, series.name.clone());
-            let width = 34.0 + fonts.width(&text) + 20.0;
-            if x > MARGIN && x + width > self.width - MARGIN + 20.0 {
-                (x, row) = (MARGIN, row + 19.0);
-            }
-            let middle = row - 0.34 * TEXT;
-            let key: Vec<[f64; 2]> = match series.style {
-                Style::Dots => vec![[x + 13.0, middle]],
-                Style::LineAndDots => vec![[x + 2.0, middle], [x + 24.0, middle]],
-                Style::Line | Style::Dashed => vec![[x, middle], [x + 26.0, middle]],
+            let sample = match series.stroke() {
+                None => Sample::Dot(Ink::Series(series.colour)),
+                Some(stroke) if series.style == Style::LineAndDots => Sample::LineAndDots(stroke),
+                Some(stroke) => Sample::Line(stroke),
             };
-            draw_series(scene, series, &key);
-            scene.text(Text { at: [x + 34.0, row], ..text });
-            x += width;
+            legend.push((&series.name, sample));
         }
-        if seen.is_empty() { y + 18.0 } else { row + 18.0 }
+        heading::draw(scene, fonts, [&self.title, &self.subtitle], &legend)
     }
 
     fn horizontal(&self, width: f64) -> Scale {
@@ -310,27 +292,29 @@ impl PanelView<'_> {
     }
 }
 
-fn draw_series(scene: &mut Scene, series: &Series, points: &[[f64; 2]]) {
-    let ink = Ink::Series(series.colour);
-    if points.len() > 1 {
-        let stroke = match series.style {
+impl Series {
+    fn stroke(&self) -> Option<Stroke> {
+        let ink = Ink::Series(self.colour);
+        match self.style {
             Style::Line => Some(Stroke::new(ink, 2.0).round()),
             Style::Dashed => Some(Stroke::new(ink, 1.8).dashed(6.0, 4.0)),
             Style::LineAndDots => Some(Stroke::new(ink, 1.2).round()),
             Style::Dots => None,
-        };
-        if let Some(stroke) = stroke {
-            scene.line(Path::lines(points.iter().copied()), stroke);
         }
     }
-    let dots: &[[f64; 2]] = match series.style {
-        Style::Dots | Style::LineAndDots => points,
-        // A single point of a line would be invisible.
-        Style::Line | Style::Dashed if points.len() == 1 => points,
-        Style::Line | Style::Dashed => &[],
-    };
-    let radius = if dots.len() > 150 { 1.6 } else { 3.0 };
-    for &dot in dots {
-        scene.fill(Path::circle(dot, radius), ink, 1.0);
+}
+
+/// Draws a run of points, already placed in the picture.
+fn draw_series(scene: &mut Scene, series: &Series, points: &[[f64; 2]]) {
+    if let (Some(stroke), true) = (series.stroke(), points.len() > 1) {
+        scene.line(Path::lines(points.iter().copied()), stroke);
+    }
+    let dotted = matches!(series.style, Style::Dots | Style::LineAndDots);
+    // A single point of a line would be invisible.
+    if dotted || points.len() == 1 {
+        let radius = if points.len() > 150 { 1.6 } else { 3.0 };
+        for &point in points {
+            scene.fill(Path::circle(point, radius), Ink::Series(series.colour), 1.0);
+        }
     }
 }

@@ -4,6 +4,7 @@ use model_core::design::{Design, HingeKind, Profile};
 use model_core::object::{Motion, ObjectDesign};
 
 use super::font::Fonts;
+use super::heading::{self, MARGIN, Sample, TEXT};
 use super::palette::Ink;
 use super::scene::{Anchor, Item, Path, Rect, Scene, Step, Stroke, Text};
 use crate::shape::Shape;
@@ -31,8 +32,6 @@ pub struct FingerPicture<'a> {
 
 const WIDTH: f64 = 680.0;
 const HIGHEST: f64 = 640.0;
-const MARGIN: f64 = 14.0;
-const TEXT: f64 = 13.0;
 /// Height of the row with the scales, px.
 const FOOT: f64 = 44.0;
 /// Length that the net force's arrow has at most, px.
@@ -64,32 +63,19 @@ impl FingerPicture<'_> {
     }
 
     fn headings(&self, scene: &mut Scene, fonts: &Fonts) -> f64 {
-        let mut y = MARGIN + 12.0;
-        scene.text(Text::new([MARGIN, y], 16.0, self.title.clone()).bold());
-        if !self.subtitle.is_empty() {
-            y += 19.0;
-            scene.text(Text::new([MARGIN, y], TEXT, self.subtitle.clone()).ink(Ink::Muted));
-        }
-        y += 24.0;
-        let mut x = MARGIN;
-        let middle = y - 0.34 * TEXT;
-        let swatch = |x: f64| Path::lines([[x, middle], [x + 24.0, middle]]);
-        let keys = [
-            ("front beam", Stroke::new(Ink::Front, 7.0)),
-            ("back beam", Stroke::new(Ink::Back, 7.0)),
-            ("lamella, hinges", Stroke::new(Ink::Lamella, 7.0)),
-            ("undeformed", Stroke::new(Ink::Ghost, 1.2).dashed(4.0, 3.0)),
+        let mut legend = vec![
+            ("front beam", Sample::Line(Stroke::new(Ink::Front, 7.0))),
+            ("back beam", Sample::Line(Stroke::new(Ink::Back, 7.0))),
+            ("undeformed", Sample::Line(ghost_stroke())),
         ];
-        for (words, stroke) in keys {
-            scene.line(swatch(x), stroke);
-            let text = Text::new([x + 31.0, y], TEXT, words);
-            let width = fonts.width(&text);
-            scene.text(text);
-            x += 31.0 + width + 20.0;
+        if !self.shape.lamellae.is_empty() {
+            legend.insert(2, ("lamellae", Sample::Line(Stroke::new(Ink::Lamella, 7.0))));
         }
-        scene.arrow([x, middle], [x + 26.0, middle], Ink::Force, 2.4);
-        scene.text(Text::new([x + 33.0, y], TEXT, "force on the object"));
-        y + 14.0
+        if self.force.is_some() && !self.shape.contacts.is_empty() {
+            legend.push(("contact forces", Sample::Arrow(Ink::Series(4), 1.3)));
+            legend.push(("net force", Sample::Arrow(Ink::Force, 2.6)));
+        }
+        heading::draw(scene, fonts, [&self.title, &self.subtitle], &legend)
     }
 
     /// Position in the world of a point of the finger, mm.
@@ -179,7 +165,7 @@ impl FingerPicture<'_> {
     }
 
     fn draw_ghost(&self, scene: &mut Scene, view: &View, ghost: &Shape) {
-        let stroke = Stroke::new(Ink::Ghost, 1.2).dashed(4.0, 3.0);
+        let stroke = ghost_stroke();
         for line in [&ghost.front, &ghost.back] {
             scene.line(Path::lines(line.iter().map(|&p| view.at(self.world(p)))), stroke);
         }
@@ -311,23 +297,22 @@ impl FingerPicture<'_> {
     fn draw_forces(&self, scene: &mut Scene, view: &View, fonts: &Fonts) {
         let Some(force) = self.force else { return };
         let magnitude = force[0].hypot(force[1]);
-        let sum: f64 = self.shape.contacts.iter().map(|contact| contact.force).sum();
-        if !(magnitude.is_finite() && magnitude > 0.0 && sum > 0.0) {
+        if !(magnitude.is_finite() && magnitude > 0.0) {
             return;
         }
         let scale = LONGEST_ARROW / magnitude;
-        let mut centre = [0.0, 0.0];
         for contact in &self.shape.contacts {
             let (p, n) = (self.world(contact.position), self.world_direction(contact.normal));
-            let part = contact.force / sum;
-            centre = [centre[0] + part * p[0], centre[1] + part * p[1]];
             let from = view.at(p);
             let to = [from[0] - scale * contact.force * n[0], from[1] + scale * contact.force * n[1]];
             if self.shape.contacts.len() > 1 {
                 scene.arrow(from, to, Ink::Series(4), 1.3);
             }
         }
-        let from = view.at(centre);
+        // Without friction every part points at the circle's centre, and so does their sum.
+        let ObjectDesign::Circle { centre, radius } = self.object;
+        let reach = radius / magnitude;
+        let from = view.at([centre[0] - reach * force[0], centre[1] - reach * force[1]]);
         let to = [from[0] + scale * force[0], from[1] - scale * force[1]];
         scene.arrow(from, to, Ink::Force, 2.6);
         let text = Text::new([0.0, 0.0], 15.0, format!("*F* = {} N", short(magnitude, 2)));
@@ -347,6 +332,10 @@ impl FingerPicture<'_> {
         let (origin, tip) = (self.world([0.0, 0.0]), self.world(v));
         [tip[0] - origin[0], tip[1] - origin[1]]
     }
+}
+
+fn ghost_stroke() -> Stroke {
+    Stroke::new(Ink::Ghost, 1.2).dashed(4.0, 3.0)
 }
 
 /// From mm in the world to the picture.

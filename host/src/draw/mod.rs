@@ -4,6 +4,7 @@ mod axis;
 mod chart;
 mod finger;
 mod font;
+mod heading;
 mod palette;
 mod png;
 mod scene;

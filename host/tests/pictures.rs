@@ -1,0 +1,165 @@
+//! Pictures are well-formed, show what they should, and survive odd input.
+
+use host::case::preset;
+use host::draw::{self, Chart, FingerPicture, Ink, Mark, Panel, Scene, Series, Style, Theme};
+use host::shape::{Contact, Shape};
+use model_core::object::{Motion, ObjectDesign};
+
+fn finger(title: &str, motion: Motion, coordinate: f64, force: f64) -> Scene {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let mut shape = Shape::undeformed(&design);
+    if force > 0.0 {
+        shape.contacts = vec![Contact { arc: 45.0, position: [1.0, 45.0], normal: [-1.0, 0.0], force }];
+    }
+    let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+    FingerPicture {
+        title: title.into(),
+        subtitle: "a test".into(),
+        design: &design,
+        motion,
+        coordinate,
+        object,
+        shape: &shape,
+        force: Some([force, 0.0]),
+    }
+    .scene()
+}
+
+const TURNING: Motion = Motion::Rotating { axis: [-14.0, -20.0] };
+
+fn chart(points: Vec<[f64; 2]>) -> Scene {
+    let mut chart = Chart::new("title", "subtitle", "x");
+    for style in [Style::Line, Style::Dashed, Style::Dots, Style::LineAndDots] {
+        chart.panels.push(Panel {
+            y_title: "*F*_{x} (N)".into(),
+            series: vec![Series { name: format!("{style:?}"), colour: 9, style, points: points.clone() }],
+            marks: vec![
+                Mark::At { x: 1.0, words: "here".into() },
+                Mark::Ring { at: [1.0, f64::NAN], words: "nowhere".into() },
+                Mark::Band { low: 0.0, high: 1.0, words: "band".into() },
+            ],
+            ..Panel::default()
+        });
+    }
+    chart.scene()
+}
+
+/// Parses the picture; every coordinate must be a finite number.
+fn texts(scene: &Scene) -> Vec<String> {
+    let svg = draw::svg(scene);
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    let tree = roxmltree::Document::parse(&svg).unwrap();
+    let text = |node: roxmltree::Node| {
+        node.descendants().filter(|n| n.is_text()).filter_map(|n| n.text().map(str::to_owned)).collect::<String>()
+    };
+    let nodes = tree.descendants().filter(|node| node.has_tag_name("text"));
+    for node in nodes.clone() {
+        let at = |key| node.attribute(key).unwrap().parse::<f64>().unwrap();
+        assert!((0.0..=scene.width).contains(&at("x")) && (0.0..=scene.height).contains(&at("y")), "{node:?}");
+    }
+    nodes.map(text).collect()
+}
+
+/// Share of the picture's pixels that have exactly an ink's colour.
+fn share(png: &[u8], ink: Ink) -> f64 {
+    let map = tiny_skia::Pixmap::decode_png(png).unwrap();
+    let [r, g, b] = ink.colours().0;
+    let count = map.pixels().iter().filter(|p| [p.red(), p.green(), p.blue()] == [r, g, b]).count();
+    count as f64 / map.pixels().len() as f64
+}
+
+#[test]
+fn the_finger_shows_its_parts_and_its_force() {
+    let scene = finger("A <finger> & \"more\"", TURNING, 0.1, 12.345);
+    let words = texts(&scene);
+    for expected in ["A <finger> & \"more\"", "front beam", "net force", "F = 12.35 N", "α = 5.73°", "20 mm", "5 N"] {
+        assert!(words.iter().any(|word| word == expected), "{expected} is not among {words:?}");
+    }
+    let png = draw::png(&scene, 1.0, Theme::Light).unwrap();
+    // Areas of beams and lamellae at this scale: about 80 × 2 mm each of some 130 × 110 mm.
+    for (ink, least, most) in [
+        (Ink::Front, 0.004, 0.03),
+        (Ink::Back, 0.004, 0.03),
+        (Ink::Lamella, 0.004, 0.05),
+        (Ink::Force, 0.0004, 0.01),
+        (Ink::Object, 0.1, 0.5),
+        (Ink::Paper, 0.4, 0.9),
+    ] {
+        let share = share(&png, ink);
+        assert!((least..most).contains(&share), "{ink:?} covers {share}");
+    }
+}
+
+#[test]
+fn a_picture_needs_no_font_of_the_system() {
+    let scene = finger("title", TURNING, 0.0, 0.0);
+    let mut blank = scene.clone();
+    blank.items.clear();
+    let dark = |scene: &Scene| share(&draw::png(scene, 1.0, Theme::Light).unwrap(), Ink::Main);
+    assert_eq!(dark(&blank), 0.0);
+    assert!(dark(&scene) > 0.001, "letters are missing");
+}
+
+#[test]
+fn both_themes_are_in_the_svg_and_on_request_in_the_png() {
+    let scene = finger("title", TURNING, 0.0, 1.0);
+    let svg = draw::svg(&scene);
+    assert!(svg.contains("prefers-color-scheme:dark") && svg.contains(".f-front{fill:#0072b2}"));
+    let [light, dark] = [Theme::Light, Theme::Dark].map(|theme| draw::png(&scene, 1.0, theme).unwrap());
+    assert!(share(&light, Ink::Paper) > 0.4 && share(&dark, Ink::Paper) < 0.01);
+}
+
+#[test]
+fn a_translated_finger_and_a_free_one_are_drawn() {
+    let sliding = texts(&finger("title", Motion::Translating { direction: [1.0, 0.0] }, 12.0, 3.0));
+    assert!(sliding.iter().any(|word| word == "d = 12 mm"), "{sliding:?}");
+    let free = texts(&finger("title", TURNING, -0.2, 0.0));
+    assert!(free.iter().any(|word| word == "α = −11.46°"), "{free:?}");
+    assert!(!free.iter().any(|word| word.starts_with("F =")), "{free:?}");
+}
+
+#[test]
+fn charts_survive_odd_points() {
+    let nan = f64::NAN;
+    for points in [
+        vec![],
+        vec![[0.0, 0.0]],
+        vec![[nan, 1.0], [1.0, nan]],
+        vec![[0.0, 1e-30], [1.0, 2e-30]],
+        vec![[0.0, -1e300], [1.0, 1e300]],
+        vec![[0.0, 5.0], [1.0, nan], [2.0, 5.0], [3.0, f64::INFINITY]],
+        (0..1000).map(|i| [f64::from(i), f64::from(i).sin()]).collect(),
+    ] {
+        let scene = chart(points.clone());
+        let words = texts(&scene);
+        assert!(words.iter().any(|word| word == "Fx (N)"), "{words:?}");
+        draw::png(&scene, 1.0, Theme::Light).unwrap_or_else(|error| panic!("{points:?}: {error}"));
+    }
+}
+
+#[test]
+fn a_gap_in_the_points_is_a_gap_in_the_line() {
+    let line = |middle: f64| {
+        let points = vec![[0.0, 1.0], [1.0, 1.0], [2.0, middle], [3.0, 1.0], [4.0, 1.0]];
+        draw::svg(&chart(points)).matches(r#"<path class="s-series2" fill="none" stroke-width="2""#).count()
+    };
+    // The legend's sample, and one run of points or two.
+    assert_eq!((line(1.0), line(f64::NAN)), (2, 3));
+}
+
+#[test]
+fn a_picture_file_has_the_format_of_its_ending() {
+    let folder = std::env::temp_dir().join(format!("fre-pictures-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let scene = chart(vec![[0.0, 0.0], [1.0, 1.0]]);
+    draw::write(&scene, &folder.join("a.svg")).unwrap();
+    draw::write(&scene, &folder.join("a.PNG")).unwrap();
+    assert!(std::fs::read(folder.join("a.svg")).unwrap().starts_with(b"<svg"));
+    assert!(std::fs::read(folder.join("a.PNG")).unwrap().starts_with(b"\x89PNG"));
+    for (file, words) in [("a.pdf", ".svg or .png"), ("a", ".svg or .png"), ("no/such/a.svg", "cannot be written")] {
+        let message = draw::write(&scene, &folder.join(file)).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(draw::png(&scene, 1e6, Theme::Light).is_err() && draw::png(&scene, 0.0, Theme::Light).is_err());
+}

@@ -1,0 +1,261 @@
+//! `fre solve` from the outside: outputs, exit statuses, messages.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use host::run::Solution;
+use serde_json::Value;
+
+/// A folder of its own for each test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("fre-solve-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn case(&self, height: f64, angles: &str) -> PathBuf {
+        self.file(&format!(
+            "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, {height}]\n\
+             [motion]\nmotor_angles_deg = {angles}\n"
+        ))
+    }
+
+    fn file(&self, text: &str) -> PathBuf {
+        let path = self.0.join("case.toml");
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn fre(case: &Path, options: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fre")).arg("solve").arg(case).args(options.split_whitespace()).output().unwrap()
+}
+
+fn words(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn solutions(case: &Path, options: &str) -> Vec<Solution> {
+    let output = fre(case, &format!("{options} --format json"));
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn the_full_resolution_agrees_with_the_reference_row() {
+    let folder = Folder::new("row");
+    let case = folder.case(60.0, "[6.0, 12.0]");
+    let solved = solutions(&case, "--physics paper --scheme paper --elements paper");
+    let [first, second] = &solved[..] else { panic!("two angles were asked for") };
+    let near = |found: Option<f64>, expected: f64, tolerance: f64| {
+        let found = found.unwrap();
+        assert!((found - expected).abs() < tolerance, "{found} is not {expected}");
+    };
+    // ladder-80.csv, paper-170-20-nodes, R40-High.
+    near(first.force_magnitude_n, 25.838158, 1e-6);
+    near(first.force_n.map(|f| f[1]), -8.9419252699, 1e-6);
+    near(first.force_finger_frame_n.map(|f| f[0]), 25.0434300995, 1e-6);
+    near(first.energy_nmm, 123.3038302839, 1e-5);
+    near(first.motor_torque_nmm, 2431.129258, 1e-4);
+    near(second.tip_mm.map(|p| p[0]), -17.1049345295, 1e-6);
+    near(second.force_magnitude_n, 32.275953, 1e-6);
+    assert_eq!((first.contacts.len(), second.contacts.len()), (3, 3));
+    assert_eq!(first.model.unknowns, 612);
+}
+
+#[test]
+fn json_has_the_contract_s_keys_in_its_order() {
+    let folder = Folder::new("json");
+    let output = fre(&folder.case(45.0, "[0, 4.0]"), "--format json --elements reduced");
+    let text = words(&output.stdout);
+    let order = [
+        "status",
+        "motor_angle_deg",
+        "force_n",
+        "force_magnitude_n",
+        "force_finger_frame_n",
+        "motor_torque_nmm",
+        "energy_nmm",
+        "tip_mm",
+        "front_mm",
+        "back_mm",
+        "lamellae_mm",
+        "contacts",
+        "max_strain",
+        "sensitivity",
+        "iterations",
+        "steps",
+        "elapsed_us",
+        "model",
+    ];
+    let places: Vec<usize> = order.iter().map(|key| text.find(&format!("\"{key}\"")).unwrap()).collect();
+    assert!(places.is_sorted(), "{places:?}");
+    let value: Value = serde_json::from_str(&text).unwrap();
+    let results = value.as_array().unwrap();
+    assert_eq!(results[0]["status"], "no-contact");
+    assert_eq!(results[0]["force_n"], serde_json::json!([0.0, 0.0]));
+    let touching = &results[1];
+    assert_eq!(touching.as_object().unwrap().len(), order.len());
+    assert_eq!((&touching["status"], &touching["motor_angle_deg"]), (&"converged".into(), &4.0.into()));
+    assert_eq!(
+        touching["model"],
+        serde_json::json!({ "scheme": "simpson", "elements_per_beam": 17, "elements_per_hinge": 1,
+            "unknowns": touching["model"]["unknowns"], "physics": "extended", "precision": "f64" })
+    );
+    assert_eq!(touching["lamellae_mm"].as_array().unwrap().len(), 7);
+    assert_eq!(touching["front_mm"][0], serde_json::json!([0.0, 0.0]));
+    // The contacts add up to the force, and the force points into the object.
+    let contacts = touching["contacts"].as_array().unwrap();
+    let sum: f64 = contacts.iter().map(|c| -c["force_n"].as_f64().unwrap() * c["normal"][0].as_f64().unwrap()).sum();
+    assert!((sum - touching["force_finger_frame_n"][0].as_f64().unwrap()).abs() < 1e-9 && sum > 1.0);
+    for key in ["arc_mm", "position_mm", "normal", "force_n"] {
+        assert!(!contacts[0][key].is_null(), "{key}");
+    }
+}
+
+#[test]
+fn csv_and_text_say_the_same() {
+    let folder = Folder::new("csv");
+    let case = folder.case(45.0, "[2, 6]");
+    let csv = words(&fre(&case, "--format csv").stdout);
+    let mut lines = csv.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    assert_eq!(header[..5], ["status", "motor_angle_deg", "force_x_n", "force_y_n", "force_n"]);
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert!(rows.len() == 2 && rows.iter().all(|row| row.len() == header.len()), "{csv}");
+    let text = words(&fre(&case, "").stdout);
+    let force: f64 = rows[1][4].parse().unwrap();
+    assert!(text.contains(&format!("{force:.4}")), "{text}");
+    assert!(text.contains("N·mm") && text.contains("converged"), "{text}");
+}
+
+#[test]
+fn every_option_reaches_the_model() {
+    let folder = Folder::new("options");
+    let case = folder.case(60.0, "[8.0]");
+    let force = |options: &str| {
+        let solution = solutions(&case, options).remove(0);
+        (solution.force_magnitude_n.unwrap(), solution.model)
+    };
+    let (fine, model) = force("");
+    assert_eq!((model.scheme.as_str(), model.elements_per_beam, model.elements_per_hinge), ("simpson", 32, 2));
+    assert_eq!(model.physics, "extended");
+    let near = |value: f64, share: f64| assert!((value / fine - 1.0).abs() < share && value != fine, "{value} {fine}");
+    near(force("--precision f32").0, 1e-4);
+    near(force("--elements reduced").0, 0.05);
+    near(force("--elements 60/5").0, 0.02);
+    near(force("--samples 8").0, 0.02);
+    near(force("--softness-mm-per-n 0.01").0, 0.05);
+    let (paper, model) = force("--physics paper --scheme trapezoid --elements 48/4");
+    assert!(paper > 1.2 * fine, "inextensible beams are stiffer at High: {paper} {fine}");
+    assert_eq!((model.scheme.as_str(), model.elements_per_beam, model.physics.as_str()), ("trapezoid", 48, "paper"));
+}
+
+#[test]
+fn gauss_newton_finds_the_same_solution_in_more_iterations() {
+    let folder = Folder::new("hessian");
+    let case = folder.case(25.0, "[2.0, 4.0]");
+    let newton = solutions(&case, "--physics paper --elements reduced");
+    let gauss = solutions(&case, "--physics paper --elements reduced --hessian gauss-newton");
+    let count = |of: &[Solution]| of.iter().map(|s| s.iterations).sum::<u32>();
+    assert!(2 * count(&gauss) > 3 * count(&newton), "{} {}", count(&gauss), count(&newton));
+    for (a, b) in newton.iter().zip(&gauss) {
+        assert!((a.force_magnitude_n.unwrap() - b.force_magnitude_n.unwrap()).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn a_translated_base_reports_distances() {
+    let folder = Folder::new("distance");
+    let case = folder.file(
+        "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 20, centre_mm = [30, 50] }\n\
+         motion = { direction = [1, 0], distances_mm = [5, 10, 12] }\n",
+    );
+    let output = fre(&case, "--format json");
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(value[1]["distance_mm"], 10.0);
+    assert!(value[1].get("motor_angle_deg").is_none());
+    assert_eq!(value[0]["status"], "no-contact");
+    assert!(value[2]["force_n"][0].as_f64().unwrap() > 0.1, "{value}");
+    assert!(words(&fre(&case, "--format csv").stdout).starts_with("status,distance_mm,"));
+}
+
+#[test]
+fn an_angle_without_a_solution_is_status_2_and_has_no_numbers() {
+    let folder = Folder::new("folded");
+    // The cylinder surrounds the motor axis and the finger: no angle is free of contact.
+    let case = folder.file(
+        "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 200, centre_mm = [-14, -20] }\n\
+         motion.motor_angles_deg = [0, 5]\n",
+    );
+    let output = fre(&case, "--format json");
+    assert_eq!(output.status.code(), Some(2));
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(value.as_array().unwrap().len(), 2);
+    assert_eq!(value[0]["status"], "folded");
+    assert!(value[0]["force_n"].is_null() && value[0]["contacts"].as_array().unwrap().is_empty());
+    let csv = words(&fre(&case, "--format csv").stdout);
+    assert!(csv.lines().nth(1).unwrap().starts_with("folded,0,,,,"), "{csv}");
+    assert!(words(&fre(&case, "").stdout).contains('–'));
+}
+
+#[test]
+fn plots_are_written_and_bad_endings_refused_before_solving() {
+    let folder = Folder::new("plot");
+    let case = folder.case(45.0, "[2, 6, 10]");
+    for (name, start) in [("a.svg", &b"<svg"[..]), ("a.png", b"\x89PNG")] {
+        let file = folder.0.join(name);
+        let output = fre(&case, &format!("--plot {}", file.display()));
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
+        assert!(std::fs::read(&file).unwrap().starts_with(start));
+    }
+    let output = fre(&case, "--plot a.jpg");
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0));
+    assert!(words(&output.stderr).contains("a.jpg: a picture's file ends in .svg or .png"));
+}
+
+#[test]
+fn bad_input_is_status_1_with_a_message() {
+    let folder = Folder::new("bad");
+    let case = folder.case(45.0, "[2]");
+    for (options, message) in [
+        ("--elements 3", "B/H"),
+        ("--elements 3/0", "1 to 2000"),
+        ("--elements 3/1", "elements is 3; at least 8"),
+        ("--elements many", "reduced"),
+        ("--scheme euler", "trapezoid"),
+        ("--samples 0", "samples is 0"),
+        ("--samples 4 --scheme paper", "samples"),
+        ("--samples 1000", "1000"),
+        ("--softness-mm-per-n nan", "softness"),
+        ("--softness-mm-per-n=-1", "softness"),
+        ("--precision f16", "f32"),
+        ("--format xml", "json"),
+        ("--verbose", "--verbose"),
+    ] {
+        let output = fre(&case, options);
+        let said = words(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{options}: {said}");
+        assert!(said.contains(message) && output.stdout.is_empty(), "{options}: {said}");
+    }
+    let output = fre(&folder.0.join("absent.toml"), "");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(words(&output.stderr).contains("absent.toml: cannot be read"));
+    let bad = folder.file("finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = -1\n");
+    let said = words(&fre(&bad, "").stderr);
+    assert!(said.contains("case.toml:2: object.centre_mm: is missing"), "{said}");
+    let no_command = Command::new(env!("CARGO_BIN_EXE_fre")).output().unwrap();
+    assert_eq!(no_command.status.code(), Some(1));
+    let help = Command::new(env!("CARGO_BIN_EXE_fre")).args(["solve", "--help"]).output().unwrap();
+    assert_eq!(help.status.code(), Some(0));
+    assert!(words(&help.stdout).contains("--softness-mm-per-n"));
+}
