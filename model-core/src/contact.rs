@@ -51,12 +51,23 @@ pub(crate) struct Row<T> {
     pub gap: T,
     /// Normal out of the object.
     pub normal: [T; 2],
+    /// Curvature of the object's level line there, 1/mm.
+    pub curvature: T,
+    /// Softness ε_c of the row, mm/N.
+    pub softness: T,
     /// Multiplier μ, N; 0 for a row that is near but does not touch.
     pub multiplier: T,
 }
 
 impl<T: Real> Blank for Row<T> {
-    const BLANK: Self = Self { sample: 0, gap: T::ZERO, normal: [T::ZERO; 2], multiplier: T::ZERO };
+    const BLANK: Self = Self {
+        sample: 0,
+        gap: T::ZERO,
+        normal: [T::ZERO; 2],
+        curvature: T::ZERO,
+        softness: T::ZERO,
+        multiplier: T::ZERO,
+    };
 }
 
 /// Gap of a sample's surface point to the object.

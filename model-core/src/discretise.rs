@@ -251,6 +251,8 @@ struct Rod<'a> {
     direction: [f64; 2],
     /// Bending stiffness EI (N·mm²) against the position along the rod, 0 … 1.
     bending: &'a dyn Fn(f64) -> f64,
+    /// Thickness, mm, against the same position.
+    thickness: &'a dyn Fn(f64) -> f64,
     /// EA (N) of the rod; none for an inextensible one.
     axial: Option<f64>,
     rigid_start: [f64; 2],
@@ -283,11 +285,13 @@ fn write_rod<T: Real, S: Size>(
         *entry = T::of(entry.to_f64() + value);
     };
     let bending = |element: f64| (rod.bending)(element / n as f64);
+    let fibre = |element: f64, length: f64| T::of(0.5 * (rod.thickness)(element / n as f64) / length);
     match scheme {
         Scheme::Paper => {
             for element in 0..n {
                 weight(element + 1, h);
                 ladder.coupling.as_mut()[first + element][0] = T::of(-bending(element as f64) / h);
+                ladder.fibre.as_mut()[first + element] = fibre(element as f64, h);
             }
         }
         Scheme::Trapezoid => {
@@ -297,6 +301,7 @@ fn write_rod<T: Real, S: Size>(
             for spring in 0..=n {
                 let length = if spring == 0 || spring == n { 0.5 * h } else { h };
                 ladder.coupling.as_mut()[first + spring][0] = T::of(-bending(spring as f64) / length);
+                ladder.fibre.as_mut()[first + spring] = fibre(spring as f64, length);
             }
         }
         Scheme::Simpson => {
@@ -310,6 +315,7 @@ fn write_rod<T: Real, S: Size>(
                 ladder.weight.as_mut()[first + node + 2] = T::of(h / 6.0);
                 ladder.coupling.as_mut()[first + node] = [T::of(-8.0 * c), T::of(c)];
                 ladder.coupling.as_mut()[first + node + 1] = [T::of(-8.0 * c), T::ZERO];
+                ladder.fibre.as_mut()[first + node..first + node + 2].fill(fibre(element as f64 + 0.5, h));
             }
         }
     }
@@ -380,6 +386,7 @@ pub fn discretise<T: Real, S: Size>(
     let cells = lamellae + 1;
     ladder.reset(cells).then_some(()).ok_or(DiscretiseError::Capacity)?;
     ladder.softness = T::of(how.softness);
+    ladder.quadratic = how.scheme == Scheme::Simpson;
     ladder.welded = design.hinge.kind == HingeKind::Welded;
 
     let ends = design.flexible_ends();
@@ -409,6 +416,7 @@ pub fn discretise<T: Real, S: Size>(
                 let (w, t) = section(at);
                 e_modulus * beam.stiffness_factor * w * t * t * t / 12.0 * plate_factor(design, w, t)
             };
+            let thickness = |at: f64| section(at).1;
             let (w, t) = section(0.5);
             let tip = if cell == lamellae { rigid_tip(design, side, ends) } else { [0.0; 2] };
             let rod = Rod {
@@ -416,6 +424,7 @@ pub fn discretise<T: Real, S: Size>(
                 length: to - from,
                 direction: beam.direction(),
                 bending: &bending,
+                thickness: &thickness,
                 axial: extended.then_some(e_modulus * beam.stiffness_factor * w * t),
                 rigid_start: [0.0; 2],
                 rigid_end: tip,
@@ -507,11 +516,13 @@ fn write_hinges<T: Real, S: Size>(
         let stiffness = design.material.youngs_modulus * w * t * t * t / 12.0 * plate_factor(design, w, t);
         let axial = (how.physics == Physics::Extended).then_some(design.material.youngs_modulus * w * t);
         let bending = |_: f64| stiffness;
+        let thickness = |_: f64| t;
         let rod = |rigid_start, rigid_end| Rod {
             elements,
             length,
             direction: along,
             bending: &bending,
+            thickness: &thickness,
             axial,
             rigid_start,
             rigid_end,

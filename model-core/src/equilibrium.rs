@@ -15,6 +15,7 @@ use crate::newton::step::{self, Inertia};
 use crate::newton::{Hessian, Workspace};
 use crate::object::{Circle, Displacement, Motion, Object, ObjectDesign};
 use crate::real::{Real, Vec2, cross, vec2};
+use crate::sensitivity::Parts;
 use crate::size::Size;
 use crate::status::Status;
 
@@ -101,8 +102,9 @@ pub struct Follower<T: Real, S: Size> {
     accepted: State<T, S>,
     work: Workspace<T, S>,
     settings: Settings,
-    object: Circle<T>,
-    motion: Motion,
+    pub(crate) object: Circle<T>,
+    pub(crate) motion: Motion,
+    youngs_modulus: T,
     /// Coordinate of the accepted state.
     at: T,
     step: T,
@@ -129,11 +131,12 @@ impl<T: Real, S: Size> Follower<T, S> {
         settings: Settings::DEFAULT,
         object: Circle { centre: Vec2::new(T::ZERO, T::ZERO), radius: T::ZERO },
         motion: Motion::Rotating { axis: [0.0; 2] },
+        youngs_modulus: T::ZERO,
         at: T::ZERO,
         step: T::ZERO,
         phase: Phase::Lost,
         snapped: false,
-        sweep: Sweep { nearest: T::ZERO, nearest_free: T::ZERO, overflow: false, crowded: false },
+        sweep: Sweep { nearest: T::ZERO, normal: [T::ZERO; 2], nearest_free: T::ZERO, overflow: false, crowded: false },
     };
 
     /// Takes a finger; the motion becomes the rotation about its motor axis, the finger is at rest.
@@ -152,6 +155,7 @@ impl<T: Real, S: Size> Follower<T, S> {
             return made.and(Err(DiscretiseError::Capacity));
         }
         self.motion = Motion::Rotating { axis: design.motor_axis };
+        self.youngs_modulus = T::of(design.material.youngs_modulus);
         self.rest();
         Ok(())
     }
@@ -182,14 +186,24 @@ impl<T: Real, S: Size> Follower<T, S> {
         residual::kinematics(&self.ladder, &self.state, &mut self.work);
     }
 
+    /// Puts a dead load (finger frame, N) on the front beam where lamella `lamella` is joined (from 0; any larger number
+    /// is the tip), from the next [`Self::follow`] on; [`Self::rest`] takes it away.
+    ///
+    /// For tests of the model and for stiffness figures; increase it in steps, as the load itself is not followed.
+    pub fn set_dead_load(&mut self, lamella: usize, load: [f64; 2]) {
+        self.state.load = load.map(T::of);
+        self.state.load_cell = lamella.min(self.ladder.cells.saturating_sub(1));
+        (self.accepted.load, self.accepted.load_cell) = (self.state.load, self.state.load_cell);
+    }
+
     /// Puts the undeformed finger where the following of a motion to `first` can begin: at the largest coordinate not
-    /// above `first` at which nothing touches, searched back over a half turn (or 500 mm).
+    /// above `first` at which the object lies clear in front of the finger, searched back over a half turn (or 500 mm).
     ///
     /// Returns false, and leaves the follower lost, if there is none.
     pub fn start(&mut self, first: f64) -> bool {
         self.rest();
+        self.phase = Phase::Lost;
         if self.ladder.cells == 0 || !first.is_finite() {
-            self.phase = Phase::Lost;
             return false;
         }
         let (pace, reach) = match self.motion {
@@ -198,19 +212,24 @@ impl<T: Real, S: Size> Follower<T, S> {
         };
         let mut coordinate = first;
         while first - coordinate <= reach {
-            self.at = T::of(coordinate);
-            if self.rest_distance(self.at) >= T::ZERO {
+            if self.is_clear(T::of(coordinate)) {
+                self.at = T::of(coordinate);
+                self.phase = Phase::Following;
                 return true;
             }
             coordinate -= pace;
         }
-        self.phase = Phase::Lost;
         false
     }
 
-    fn rest_distance(&mut self, coordinate: T) -> T {
+    /// The finger at rest neither touches the object nor has passed it: the object lies on the front beam's outer side.
+    fn is_clear(&mut self, coordinate: T) -> bool {
+        self.state.rest();
         let object = self.object.displaced(&self.motion.world_to_finger(coordinate));
-        step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO).1.nearest
+        let (_, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
+        let [x, y] = self.ladder.direction.as_ref()[0];
+        let towards = sweep.normal[0] * y - sweep.normal[1] * x;
+        sweep.nearest >= T::ZERO && towards <= T::of(0.3)
     }
 
     fn max_step(&self) -> T {
@@ -238,9 +257,8 @@ impl<T: Real, S: Size> Follower<T, S> {
             match self.phase {
                 Phase::Lost => {
                     // An open hand is a new beginning.
-                    self.state.rest();
-                    if self.rest_distance(to) < T::ZERO {
-                        outcome.status = Status::Folded;
+                    if !self.is_clear(to) {
+                        outcome.status = Status::OutOfRange;
                         return outcome;
                     }
                     self.rest();
@@ -325,7 +343,7 @@ impl<T: Real, S: Size> Follower<T, S> {
     }
 
     fn accept(&mut self, at: T) {
-        if self.state.touching_count == 0 {
+        if self.state.touching_count == 0 && self.state.load == [T::ZERO; 2] {
             // Nothing touches: the rest position exactly, whatever the iterations left behind.
             self.state.rest();
             self.snapped = false;
@@ -337,7 +355,7 @@ impl<T: Real, S: Size> Follower<T, S> {
     }
 
     /// Brings the workspace, which results are read from, back to the accepted state.
-    fn show_accepted(&mut self) {
+    pub(crate) fn show_accepted(&mut self) {
         self.state.copy_from(&self.accepted, &self.ladder);
         let object = self.object.displaced(&self.motion.world_to_finger(self.at));
         (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
@@ -401,19 +419,6 @@ impl<T: Real, S: Size> Follower<T, S> {
             }
             let inertia = step::solve(&self.ladder, &self.state, &mut self.work, self.settings.hessian, T::ZERO);
             attempt.inertia = Some(inertia);
-            #[cfg(feature = "trace")]
-            std::println!(
-                "  {} at {:.6}° g {:.2e} l {:.2e} near {:.2e} rows {} touching {} {:?} part {:?}",
-                attempt.iterations,
-                coordinate.to_f64().to_degrees(),
-                residual.gradient.to_f64(),
-                residual.length.to_f64(),
-                sweep.nearest_free.to_f64(),
-                self.work.row_count,
-                self.state.touching_count,
-                inertia,
-                step::clip(&self.ladder, &self.work)
-            );
             attempt.iterations += 1;
             let part = step::clip(&self.ladder, &self.work);
             step::apply(&self.ladder, &mut self.state, &self.work, part);
@@ -564,6 +569,18 @@ impl<T: Real, S: Size> Follower<T, S> {
         self.ladder.angles() + stretches
     }
 
+    pub(crate) fn has_equilibrium(&self) -> bool {
+        self.ladder.cells > 0 && self.phase == Phase::Following
+    }
+
+    pub(crate) fn youngs_modulus(&self) -> T {
+        self.youngs_modulus
+    }
+
+    pub(crate) fn parts(&mut self) -> Parts<'_, T, S> {
+        Parts { ladder: &self.ladder, state: &self.state, work: &mut self.work }
+    }
+
     fn members(&self) -> usize {
         if self.ladder.cells == 0 { 0 } else { self.ladder.member_count() }
     }
@@ -578,7 +595,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         self.sweep.nearest
     }
 
-    fn displacement(&self) -> Displacement<T> {
+    pub(crate) fn displacement(&self) -> Displacement<T> {
         self.motion.world_to_finger(self.at)
     }
 
@@ -626,6 +643,31 @@ impl<T: Real, S: Size> Follower<T, S> {
         self.state.energy(&self.ladder)
     }
 
+    /// Largest strain at an outer fibre (bending plus stretch) of front beam, back beam and hinges, dimensionless.
+    pub fn max_strain(&self) -> [T; 3] {
+        let mut most = [T::ZERO; 3];
+        let (angle, fibre) = (self.state.angle.as_ref(), self.ladder.fibre.as_ref());
+        for index in 0..self.members() {
+            let part = (index % 4).min(2);
+            let nodes = self.ladder.members.as_ref()[index].nodes();
+            let stretch = self.state.stretch.as_ref()[index].abs();
+            most[part] = most[part].max(stretch);
+            for node in nodes.start..nodes.end - 1 {
+                let step = angle[node + 1] - angle[node];
+                let bend = if self.ladder.quadratic && nodes.len() > 2 {
+                    // θ′h of the quadratic at the element's start and end (even nodes are ends).
+                    let first = node - (node - nodes.start) % 2;
+                    let (a, b) = (angle[first + 1] - angle[first], angle[first + 2] - angle[first + 1]);
+                    (T::of(3.0) * a - b).abs().max((T::of(3.0) * b - a).abs())
+                } else {
+                    step.abs()
+                };
+                most[part] = most[part].max(fibre[node] * bend + stretch);
+            }
+        }
+        most
+    }
+
     /// Deformed tip of the front beam, finger frame, mm.
     pub fn tip(&self) -> [T; 2] {
         self.work.tip(&self.ladder, &self.state)
@@ -649,42 +691,63 @@ impl<T: Real, S: Size> Follower<T, S> {
         })
     }
 
-    /// Deformed centreline of the front beam, finger frame, mm, base to tip: the ends of its links.
+    /// Deformed centreline of the front beam, finger frame, mm, base to tip: the ends of its links, or the ends and
+    /// middles of its quadratic elements.
     pub fn front(&self) -> impl Iterator<Item = [T; 2]> + '_ {
         self.centreline(0)
     }
 
-    /// Deformed centreline of the back beam, finger frame, mm, base to tip.
+    /// Deformed centreline of the back beam, finger frame, mm, base to tip; as [`Self::front`].
     pub fn back(&self) -> impl Iterator<Item = [T; 2]> + '_ {
         self.centreline(1)
     }
 
     fn centreline(&self, side: usize) -> impl Iterator<Item = [T; 2]> + '_ {
-        let mut point = self.ladder.base;
+        let mut base = self.ladder.base;
         if side == 1 {
-            point[0] += self.ladder.base_rung[0];
-            point[1] += self.ladder.base_rung[1];
+            base[0] += self.ladder.base_rung[0];
+            base[1] += self.ladder.base_rung[1];
         }
-        let base = core::iter::once(point);
-        base.chain((0..self.ladder.cells).flat_map(move |cell| {
+        let mut end = base;
+        let spans = (0..self.ladder.cells).flat_map(move |cell| {
             let index = 4 * cell + side;
-            let member = &self.ladder.members.as_ref()[index];
             let work = &self.work.members.as_ref()[index];
-            let sigma = T::one() + self.state.stretch.as_ref()[index];
-            let nodes = member.nodes();
-            let start = point;
+            let nodes = self.ladder.members.as_ref()[index].nodes();
+            let start = end;
             let d = residual::end_to_end(work, self.state.stretch.as_ref()[index]);
-            point = [start[0] + d[0], start[1] + d[1]];
-            let mut along = [T::ZERO; 2];
-            let flexible = nodes.map(move |node| {
-                let w = sigma * self.ladder.weight.as_ref()[node];
-                let e = self.work.e.as_ref()[node];
-                along = [along[0] + w * e[0], along[1] + w * e[1]];
-                (w > T::ZERO, [start[0] + along[0], start[1] + along[1]])
-            });
+            end = [start[0] + d[0], start[1] + d[1]];
             let rigid = work.rigid_end[0] != T::ZERO || work.rigid_end[1] != T::ZERO;
-            flexible.chain(core::iter::once((rigid, point))).filter(|(moves, _)| *moves).map(|(_, p)| p)
-        }))
+            let mut at = start;
+            let links = (nodes.start + 1..nodes.end).filter_map(move |node| self.link(index, node, &mut at));
+            links.chain(rigid.then_some(end))
+        });
+        core::iter::once(base).chain(spans)
+    }
+
+    /// The point of a member's centreline that belongs to a node after the first; `at` is the last link's or element's
+    /// end and moves on.
+    fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
+        let sigma = T::one() + self.state.stretch.as_ref()[index];
+        let (e, weight) = (self.work.e.as_ref(), self.ladder.weight.as_ref());
+        let nodes = self.ladder.members.as_ref()[index].nodes();
+        if !self.ladder.quadratic || nodes.len() < 3 {
+            let w = sigma * weight[node];
+            *at = [at[0] + w * e[node][0], at[1] + w * e[node][1]];
+            return (w > T::ZERO).then_some(*at);
+        }
+        let local = node - nodes.start;
+        let middle = if local % 2 == 1 { node } else { node - 1 };
+        // Simpson's weight of the middle is 4h/6.
+        let h = sigma * weight[middle] * T::of(1.5);
+        let (a, m, b) = (e[middle - 1], e[middle], e[middle + 1]);
+        let sixth = h * T::of(1.0 / 6.0);
+        let chord = [0, 1].map(|i| sixth * (a[i] + T::of(4.0) * m[i] + b[i]));
+        if local % 2 == 1 {
+            // The cubic Hermite curve at ξ = 1/2.
+            return Some([0, 1].map(|i| at[i] + T::of(0.5) * chord[i] + T::of(0.125) * h * (a[i] - b[i])));
+        }
+        *at = [at[0] + chord[0], at[1] + chord[1]];
+        Some(*at)
     }
 
     /// Ends of the rigid lamellae (front, back), finger frame, mm, base to tip.

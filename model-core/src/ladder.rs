@@ -60,6 +60,8 @@ pub struct Ladder<T: Real, S: Size> {
     pub(crate) sample_count: usize,
     /// Contact softness ε_c, mm/N.
     pub(crate) softness: T,
+    /// Nodes are the ends and middles of quadratic elements, not links.
+    pub(crate) quadratic: bool,
     /// The lamellae turn with the beams: the three angles at a lamella are one, the back beam's.
     pub(crate) welded: bool,
     /// Weight lᵢ of a node's direction in its member's end-to-end vector, mm.
@@ -68,6 +70,8 @@ pub struct Ladder<T: Real, S: Size> {
     pub(crate) direction: S::Nodes<[T; 2]>,
     /// Entries of the energy matrix K towards the next node and the one after, N·mm; K's rows sum to zero.
     pub(crate) coupling: S::Nodes<[T; 2]>,
+    /// Half the thickness over the length of the spring or element that begins at a node: strain per bend.
+    pub(crate) fibre: S::Nodes<T>,
     /// Front span, back span, front hinge, back hinge of each cell; the tip cell has no hinges.
     pub(crate) members: S::Members<Member<T>>,
     pub(crate) samples: S::Samples<Sample<T>>,
@@ -88,10 +92,12 @@ impl<T: Real, S: Size> Ladder<T, S> {
         node_count: 0,
         sample_count: 0,
         softness: T::ZERO,
+        quadratic: false,
         welded: false,
         weight: <S::Nodes<T> as Storage<T>>::EMPTY,
         direction: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         coupling: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        fibre: <S::Nodes<T> as Storage<T>>::EMPTY,
         members: <S::Members<Member<T>> as Storage<Member<T>>>::EMPTY,
         samples: <S::Samples<Sample<T>> as Storage<Sample<T>>>::EMPTY,
         rest: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
@@ -118,7 +124,7 @@ impl<T: Real, S: Size> Ladder<T, S> {
 
     /// Makes room for nodes; false if there is none.
     pub(crate) fn fit_nodes(&mut self, count: usize) -> bool {
-        self.weight.fit(count) && self.direction.fit(count) && self.coupling.fit(count)
+        self.weight.fit(count) && self.direction.fit(count) && self.coupling.fit(count) && self.fibre.fit(count)
     }
 
     /// Unknown of a joint: slot 2 is the front beam's angle at a lamella, 3 the lamella's, 4 the back beam's; the tip has
@@ -216,6 +222,9 @@ pub struct State<T: Real, S: Size> {
     pub(crate) stretch: S::Members<T>,
     /// Internal force λ_k of each closure, N.
     pub(crate) lambda: S::Cells<[T; 2]>,
+    /// Dead load on the front beam, finger frame, N, and the cell at whose upper end it acts.
+    pub(crate) load: [T; 2],
+    pub(crate) load_cell: usize,
     /// Touching samples in order along the beam.
     pub(crate) touching: S::Contacts<u16>,
     /// Their multipliers μ, N.
@@ -229,6 +238,8 @@ impl<T: Real, S: Size> State<T, S> {
         angle: <S::Nodes<T> as Storage<T>>::EMPTY,
         stretch: <S::Members<T> as Storage<T>>::EMPTY,
         lambda: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        load: [T::ZERO; 2],
+        load_cell: 0,
         touching: <S::Contacts<u16> as Storage<u16>>::EMPTY,
         multiplier: <S::Contacts<T> as Storage<T>>::EMPTY,
         touching_count: 0,
@@ -248,6 +259,7 @@ impl<T: Real, S: Size> State<T, S> {
         self.angle.as_mut().fill(T::ZERO);
         self.stretch.as_mut().fill(T::ZERO);
         self.lambda.as_mut().fill([T::ZERO; 2]);
+        self.load = [T::ZERO; 2];
         self.touching_count = 0;
     }
 
@@ -261,6 +273,7 @@ impl<T: Real, S: Size> State<T, S> {
         self.touching.as_mut()[..t].copy_from_slice(&other.touching.as_ref()[..t]);
         self.multiplier.as_mut()[..t].copy_from_slice(&other.multiplier.as_ref()[..t]);
         self.touching_count = t;
+        (self.load, self.load_cell) = (other.load, other.load_cell);
     }
 
     /// Elastic energy V of bending and stretch, N·mm.

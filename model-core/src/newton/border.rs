@@ -171,9 +171,9 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T,
                 }
             }
         }
-        work.flexibility.as_mut()[j * S::CONTACTS + j] += ladder.softness;
+        work.flexibility.as_mut()[j * S::CONTACTS + j] += row.softness;
         work.own.as_mut()[j] = own;
-        work.row_rhs.as_mut()[j] = -row.gap - ladder.softness * row.multiplier + residual;
+        work.row_rhs.as_mut()[j] = -row.gap - row.softness * row.multiplier + residual;
     }
 }
 

@@ -8,6 +8,8 @@ pub(crate) mod border;
 pub(crate) mod condense;
 pub(crate) mod residual;
 pub(crate) mod step;
+#[cfg(test)]
+mod tests;
 
 use crate::contact::Row;
 use crate::ladder::{Ladder, PER_CELL, State};

@@ -22,6 +22,8 @@ pub(crate) struct Residual<T> {
 pub(crate) struct Sweep<T> {
     /// Smallest gap of all samples, mm.
     pub nearest: T,
+    /// Normal there, out of the object.
+    pub normal: [T; 2],
     /// Smallest gap of the samples that did not touch before, mm.
     pub nearest_free: T,
     /// Some sample that penetrates found no room among the rows.
@@ -113,7 +115,8 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     let (starts, members) = (work.start.as_ref(), work.members.as_ref());
     let rows = work.rows.as_mut();
     let mut count = 0;
-    let mut found = Sweep { nearest: T::of(1e9), nearest_free: T::of(1e9), overflow: false, crowded: false };
+    let far = T::of(1e9);
+    let mut found = Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, crowded: false };
     let mut touching = 0;
     let mut cell = usize::MAX;
     let mut node = 0;
@@ -137,7 +140,10 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
         let sigma = T::one() + state.stretch.as_ref()[4 * cell];
         let position = vec2_of(starts[cell]) + local * sigma + vec2_of(members[4 * cell].rigid_end) * sample.rigid;
         let gap = sample_gap(object, sample, position);
-        found.nearest = found.nearest.min(gap.distance);
+        if gap.distance < found.nearest {
+            found.nearest = gap.distance;
+            found.normal = [gap.normal.x, gap.normal.y];
+        }
         let multiplier = if touching < state.touching_count && usize::from(state.touching.as_ref()[touching]) == index {
             touching += 1;
             Some(state.multiplier.as_ref()[touching - 1])
@@ -159,6 +165,8 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
             sample: index as u16,
             gap: gap.distance,
             normal: [gap.normal.x, gap.normal.y],
+            curvature: gap.curvature,
+            softness: ladder.softness,
             multiplier: multiplier.unwrap_or(T::ZERO),
         };
         count += 1;
@@ -167,13 +175,17 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     found
 }
 
-/// Forces through the members: front λ_k − Σ μ n above, back −λ_k, rung λ_k − λ_{k+1}.
+/// Forces through the members: front λ_k − load − Σ μ n above, back −λ_k, rung λ_k − λ_{k+1}.
 fn forces<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
     let samples = ladder.samples.as_ref();
     let mut sum = [T::ZERO; 2];
     let mut row = work.row_count;
     let lambda = state.lambda.as_ref();
     for cell in (0..ladder.cells).rev() {
+        if cell == state.load_cell {
+            // A dead load acts like a contact just above this span.
+            sum = [sum[0] + state.load[0], sum[1] + state.load[1]];
+        }
         work.above.as_mut()[cell] = sum;
         let (l, members) = (lambda[cell], work.members.as_mut());
         let front = [l[0] - sum[0], l[1] - sum[1]];

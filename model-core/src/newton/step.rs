@@ -49,15 +49,13 @@ pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     (residual::gradient(ladder, state, work, &sweep), sweep)
 }
 
-/// Factorises at the evaluated state and finds the increments (kept in the workspace).
-pub(crate) fn solve<T: Real, S: Size>(
+/// Condenses, factorises and borders at the evaluated state; returns the number of negative pivots.
+pub(crate) fn factorise<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
-    hessian: Hessian,
-    shift: T,
-) -> Inertia {
-    let diagonal = Diagonal { curvature: if hessian == Hessian::Newton { T::one() } else { T::ZERO }, shift };
+    diagonal: Diagonal<T>,
+) -> usize {
     let n = ladder.unknowns();
     let mut negative = 0;
     for index in 0..ladder.member_count() {
@@ -68,7 +66,19 @@ pub(crate) fn solve<T: Real, S: Size>(
     negative += banded::factorise(&mut work.band.as_mut()[..n], &ladder.scale.as_ref()[..n]);
     banded::forward(&work.band.as_ref()[..n], &mut work.rhs.as_mut()[..n]);
     border::complete(ladder, work);
+    negative
+}
 
+/// Factorises at the evaluated state, settles the active set and finds the increments (kept in the workspace).
+pub(crate) fn solve<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    state: &State<T, S>,
+    work: &mut Workspace<T, S>,
+    hessian: Hessian,
+    shift: T,
+) -> Inertia {
+    let curvature = if hessian == Hessian::Newton { T::one() } else { T::ZERO };
+    let negative = factorise(ladder, state, work, Diagonal { curvature, shift });
     let count = work.row_count;
     let rows = work.rows.as_ref();
     for j in 0..count {
@@ -91,7 +101,18 @@ pub(crate) fn solve<T: Real, S: Size>(
         work.active.as_mut(),
         work.row_delta.as_mut(),
     );
-    for j in 0..count {
+    increments(ladder, state, work);
+    Inertia {
+        excess: negative as isize - 2 * ladder.cells as isize,
+        border: settled.negative,
+        settled: settled.settled,
+    }
+}
+
+/// Increments of all unknowns from those of the contact rows.
+pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+    let n = ladder.unknowns();
+    for j in 0..work.row_count {
         let delta = work.row_delta.as_ref()[j];
         if delta != T::ZERO {
             let column = &work.columns.as_ref()[j * n..(j + 1) * n];
@@ -102,11 +123,6 @@ pub(crate) fn solve<T: Real, S: Size>(
     }
     banded::backward(&work.band.as_ref()[..n], &mut work.rhs.as_mut()[..n]);
     recover(ladder, state, work);
-    Inertia {
-        excess: negative as isize - 2 * ladder.cells as isize,
-        border: settled.negative,
-        settled: settled.settled,
-    }
 }
 
 /// Increments of the stretches and of all interior angles from those of joints, λ and μ.
