@@ -56,7 +56,7 @@ mod tests {
         let settings = Settings { direction: Direction::Reversed, gear_ratio: 2.5, zero: 100.5, ..MIDDLE };
         let calibration = Calibration::new(&settings);
         // A tenth of the finger's turn is a quarter of the servo's.
-        assert_eq!(calibration.position(TAU / 10.0), 101 - 1024);
+        assert_eq!(calibration.position(TAU / 10.0), 100 - 1024);
         assert!((calibration.angle(100) - 0.5 / (2.5 * 4096.0) * TAU).abs() < 1e-15);
     }
 
