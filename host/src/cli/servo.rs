@@ -71,9 +71,9 @@ pub struct Args {
     /// Motor angle at power-on [default: 2° before the first contact]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     start_deg: Option<f64>,
-    /// Highest motor angle of the load's table
-    #[arg(long, value_name = "DEG", default_value_t = 30.0, allow_negative_numbers = true)]
-    highest_deg: f64,
+    /// Highest motor angle of the load's table [default: 5° above the case's highest]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    highest_deg: Option<f64>,
     /// Play between encoder and finger, 0 to 5; 0.25 for this servo family
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     backlash_deg: f64,
@@ -155,7 +155,9 @@ fn load(args: &Args) -> Result<Load, String> {
             file.display()
         ));
     }
-    Load::of(&case.finger.design, case.object, &args.model.options(), args.highest_deg).map_err(|error| match error {
+    let asked = case.path.places.iter().copied().fold(0.0, f64::max);
+    let highest = args.highest_deg.unwrap_or(asked + 5.0);
+    Load::of(&case.finger.design, case.object, &args.model.options(), highest).map_err(|error| match error {
         LoadError::Range { .. } => format!("--highest-deg: {error}"),
         _ => format!("{}: {error}", file.display()),
     })

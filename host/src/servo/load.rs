@@ -23,6 +23,9 @@ const PITCH: f64 = PI / 4096.0;
 const MOST_TORQUE: f64 = 5_000.0;
 /// Two branches are the same where torque and force differ by less than this, N·mm and N.
 const SAME: [f64; 2] = [0.05, 1e-3];
+/// A step of the table is a jump if torque departs from the line through the two nodes before it by more than this,
+/// N·mm, and this share of it. (The solver's status says that the finger has snapped, not when.)
+const JUMP: [f64; 2] = [5.0, 0.02];
 /// Branches that are explored.
 const MOST_BRANCHES: usize = 16;
 
@@ -54,7 +57,7 @@ pub struct Contact {
     pub torque: f64,
     /// Force of the finger on the object, world frame, N.
     pub force: [f64; 2],
-    /// `no-contact`, `converged`, `snapped` for the first angle of a branch, `out-of-range` beyond the table.
+    /// `no-contact`, `converged`, `snapped` on a branch that the finger has snapped to, `out-of-range` beyond the table.
     pub status: Status,
 }
 
@@ -192,6 +195,18 @@ impl Branch {
     }
 }
 
+/// Whether the finger has snapped on the way to a node from those before it, the nearest first.
+fn jumps<'a>(mut before: impl Iterator<Item = &'a Contact>, node: &Contact) -> bool {
+    let (Some(near), Some(far)) = (before.next(), before.next()) else {
+        return false;
+    };
+    if node.status != Status::Snapped {
+        return false;
+    }
+    let bend = (node.torque - 2.0 * near.torque + far.torque).abs();
+    near.status != Status::Snapped || bend > JUMP[0] + JUMP[1] * near.torque.abs()
+}
+
 /// The contact at a node, if the model can be followed there.
 fn visit<T: Real>(follower: &mut Follower<T, Host>, index: i64) -> Option<Contact> {
     let status = follower.follow(index as f64 * PITCH).status;
@@ -246,7 +261,8 @@ fn close<T: Real>(follower: &mut Follower<T, Host>, first: i64, last: i64, branc
             break;
         };
         let count = branches.len();
-        if node.status == Status::Snapped && index > first && count < MOST_BRANCHES {
+        let nodes = &branches[count - 1].nodes;
+        if jumps(nodes.iter().rev(), &node) && count < MOST_BRANCHES {
             branches[count - 1].above = Some(count);
             branches.push(Branch { first: index, nodes: vec![node], below: None, above: None });
         } else {
@@ -282,7 +298,7 @@ fn descend<T: Real>(
             branches[at].below = Some(joined);
             break;
         }
-        if node.status == Status::Snapped && branches.len() < MOST_BRANCHES {
+        if jumps(branches[at].nodes.iter(), &node) && branches.len() < MOST_BRANCHES {
             // A branch that closing does not meet. What is above it is not known.
             let new = branches.len();
             branches[at].below = Some(new);

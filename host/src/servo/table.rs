@@ -157,6 +157,19 @@ impl Xm430 {
 
     /// Lets time pass, up to `until_us` after power-on.
     pub(super) fn advance(&mut self, until_us: u64) {
+        let watchdog = self.get(xm430::BUS_WATCHDOG);
+        if self.torque_on() && watchdog > 0 {
+            let bark_us = self.touched_us + watchdog as u64 * WATCHDOG_US;
+            if bark_us < until_us {
+                self.go_on(bark_us);
+                self.put(xm430::BUS_WATCHDOG, -1);
+                self.hold();
+            }
+        }
+        self.go_on(until_us);
+    }
+
+    fn go_on(&mut self, until_us: u64) {
         if until_us <= self.now_us {
             return;
         }
@@ -165,11 +178,6 @@ impl Xm430 {
         self.now_us = until_us;
         if self.motor.overloaded > OVERLOAD_AFTER {
             self.fail(OVERLOAD);
-        }
-        let watchdog = self.get(xm430::BUS_WATCHDOG);
-        if self.torque_on() && watchdog > 0 && self.now_us - self.touched_us > watchdog as u64 * WATCHDOG_US {
-            self.put(xm430::BUS_WATCHDOG, -1);
-            self.hold();
         }
     }
 
