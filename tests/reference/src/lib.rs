@@ -1,9 +1,13 @@
-//! The reference data of `tests/reference` and the fingers they were made with.
+//! The reference data of `tests/reference` and the fingers they were made with, for the tests on the PC and on the target.
+
+#![no_std]
 
 use heapless::Vec;
 use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, PlaneStrain, Profile,
 };
+use model_core::discretise::{Discretisation, Physics, Sampling, Scheme};
+use model_core::object::ObjectDesign;
 
 /// The finger of `ladder-80.csv`: 80 mm front beam, seven lamellae at heights 9k, hinges from the centrelines.
 pub fn ladder_80() -> Design {
@@ -30,12 +34,12 @@ pub fn ladder_80() -> Design {
 }
 
 /// A row of `ladder-80.csv`; column names as in the file, units in mm, N, degrees.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct LadderRow {
     /// `paper-170-20-nodes`, `trapezoid-170-20-nodes`, `SIMPSON 2/3/1 H4 eps1e-3` or `SIMPSON 2/3/1 node`.
-    pub scheme: String,
+    pub scheme: &'static str,
     /// Name of the case.
-    pub case: String,
+    pub case: &'static str,
     /// Radius of the circle.
     pub radius: f64,
     /// Its centre, world frame.
@@ -56,32 +60,60 @@ pub struct LadderRow {
     pub torque: f64,
 }
 
+impl LadderRow {
+    /// The discretisation that the row was computed with.
+    ///
+    /// # Panics
+    /// On an unknown scheme: the data are part of the tests.
+    pub fn discretisation(&self) -> Discretisation {
+        match self.scheme {
+            "paper-170-20-nodes" => Discretisation::full(Scheme::Paper, Physics::Paper),
+            "trapezoid-170-20-nodes" => Discretisation::full(Scheme::Trapezoid, Physics::Paper),
+            "SIMPSON 2/3/1 H4 eps1e-3" => Discretisation::reduced(Physics::Paper),
+            "SIMPSON 2/3/1 node" => {
+                Discretisation { sampling: Sampling::Nodes, softness: 0.0, ..Discretisation::reduced(Physics::Paper) }
+            }
+            other => panic!("unknown scheme {other}"),
+        }
+    }
+
+    /// The object.
+    pub fn object(&self) -> ObjectDesign {
+        ObjectDesign::Circle { centre: self.centre, radius: self.radius }
+    }
+}
+
 /// The rows of `ladder-80.csv`.
 ///
 /// # Panics
 /// On a malformed file: the data are part of the tests.
-pub fn ladder_rows() -> std::vec::Vec<LadderRow> {
-    let text = include_str!("../ladder-80.csv");
-    let mut lines = text.lines();
+pub fn ladder_rows() -> impl Iterator<Item = LadderRow> {
+    let mut lines = include_str!("../ladder-80.csv").lines();
     let header = lines.next().expect("ladder-80.csv has a header");
     assert!(header.starts_with("scheme,case,radius_mm,centre_x_mm"), "unexpected header {header}");
-    lines
-        .map(|line| {
-            let field: std::vec::Vec<&str> = line.split(',').collect();
-            let number = |i: usize| -> f64 { field[i].parse().unwrap_or_else(|_| panic!("column {i} of {line}")) };
-            LadderRow {
-                scheme: field[0].to_string(),
-                case: field[1].to_string(),
-                radius: number(2),
-                centre: [number(3), number(4)],
-                angle: number(5),
-                force_finger: [number(6), number(7)],
-                force_world: [number(8), number(9)],
-                energy: number(11),
-                tip: [number(12), number(13)],
-                active_contacts: number(14) as usize,
-                torque: number(15),
-            }
-        })
-        .collect()
+    lines.map(|line| {
+        let field = |column: usize| line.split(',').nth(column).expect("a column");
+        let number = |column: usize| -> f64 { field(column).parse().expect("a number") };
+        LadderRow {
+            scheme: field(0),
+            case: field(1),
+            radius: number(2),
+            centre: [number(3), number(4)],
+            angle: number(5),
+            force_finger: [number(6), number(7)],
+            force_world: [number(8), number(9)],
+            energy: number(11),
+            tip: [number(12), number(13)],
+            active_contacts: number(14) as usize,
+            torque: number(15),
+        }
+    })
+}
+
+/// Radians per count of a Dynamixel position sensor.
+pub const COUNT: f64 = core::f64::consts::TAU / 4096.0;
+
+/// The circle of 80 mm diameter at one of the contact heights 30 (Low), 45 (Mid) and 60 mm (High), touching at 0.
+pub fn circle_80(height: f64) -> ObjectDesign {
+    ObjectDesign::Circle { centre: [41.0, height], radius: 40.0 }
 }
