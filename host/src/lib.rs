@@ -4,6 +4,7 @@ pub mod case;
 pub mod cli;
 pub mod draw;
 pub mod heap;
+pub mod link;
 pub mod report;
 pub mod run;
 pub mod servo;

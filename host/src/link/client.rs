@@ -1,0 +1,382 @@
+//! The client: one thread hears, any thread asks.
+
+use std::collections::HashMap;
+use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError, channel, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
+use messages::{
+    Close, CloseTo, Counters, EstimateTopic, EventTopic, Finger, GetCounters, GetFinger, GetObject, GetSettings,
+    GetVersion, Notice, Open, Report, SetFinger, SetObject, SetSettings, Settings, Shape, ShapeTopic, Version,
+};
+use model_core::object::ObjectDesign;
+use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
+use postcard_rpc::standard_icd::{ERROR_KEY, WireError};
+use postcard_rpc::{Endpoint, Topic, postcard};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::port::Port;
+use super::{Address, LinkError};
+
+/// Messages that wait for a listener: 8 s at 500 Hz.
+const WAITING: usize = 4096;
+/// How long an answer is waited for if nothing else is said.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How often the reading thread looks whether it is still wanted.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// A leap of the sequence number by this much is a new beginning, not a loss: half an hour at 500 Hz.
+const RESTART: u32 = 1 << 20;
+
+/// What the gripper tells unasked.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant)]
+pub enum Told {
+    /// A tick of its control loop.
+    Report(Report),
+    /// The deformed finger.
+    Shape(Shape),
+    /// Something that happened.
+    Event(Notice),
+}
+
+/// What was heard so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Sound frames.
+    pub frames: u64,
+    /// Damaged ones.
+    pub damaged: u64,
+    /// Sound ones that nobody expected: other definitions than ours, or answers after their time.
+    pub unexpected: u64,
+    /// Reports missing between those that came, by their sequence numbers.
+    pub missing_reports: u64,
+    /// Messages that a listener had no room for.
+    pub unheard: u64,
+}
+
+#[derive(Debug, Default)]
+struct Counts {
+    frames: AtomicU64,
+    damaged: AtomicU64,
+    unexpected: AtomicU64,
+    missing_reports: AtomicU64,
+    unheard: AtomicU64,
+}
+
+/// Answer of the gripper: its key and body.
+type Answer = (VarKey, Vec<u8>);
+
+#[derive(Debug, Default)]
+struct Heard {
+    pending: Mutex<HashMap<u32, Sender<Answer>>>,
+    listeners: Mutex<Vec<SyncSender<Told>>>,
+    counts: Counts,
+    stop: AtomicBool,
+    closed: AtomicBool,
+}
+
+/// A connection to a gripper; closed when dropped.
+#[derive(Debug)]
+pub struct Link {
+    writer: Mutex<Port>,
+    heard: Arc<Heard>,
+    sequence: AtomicU32,
+    reader: Option<JoinHandle<()>>,
+    patience: Duration,
+}
+
+/// The lock, also if another thread stopped while it held it.
+fn lock<X>(mutex: &Mutex<X>) -> MutexGuard<'_, X> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Link {
+    /// Connects.
+    ///
+    /// # Errors
+    /// Nobody is there.
+    pub fn open(address: &Address) -> Result<Self, LinkError> {
+        Self::over(Port::open(address)?)
+    }
+
+    /// Connects as soon as somebody is there.
+    ///
+    /// # Errors
+    /// Nobody was there in time.
+    pub fn open_within(address: &Address, longest: Duration) -> Result<Self, LinkError> {
+        let end = Instant::now() + longest;
+        loop {
+            match Self::open(address) {
+                Err(LinkError::Open { .. }) if Instant::now() < end => std::thread::sleep(GLANCE),
+                result => return result,
+            }
+        }
+    }
+
+    /// Speaks over a socket that is connected already.
+    ///
+    /// # Errors
+    /// The system has no more threads or sockets.
+    pub fn over_stream(stream: UnixStream) -> Result<Self, LinkError> {
+        Self::over(Port::unix(stream).map_err(LinkError::Start)?)
+    }
+
+    fn over(writer: Port) -> Result<Self, LinkError> {
+        let mut reader = writer.try_clone().map_err(LinkError::Start)?;
+        let heard = Arc::<Heard>::default();
+        let for_thread = heard.clone();
+        let thread = std::thread::Builder::new().name("link".into());
+        let thread = thread.spawn(move || for_thread.hear(&mut reader)).map_err(LinkError::Start)?;
+        Ok(Self {
+            writer: Mutex::new(writer),
+            heard,
+            sequence: AtomicU32::new(1),
+            reader: Some(thread),
+            patience: PATIENCE,
+        })
+    }
+
+    /// Changes how long answers are waited for; 5 s at first.
+    pub fn set_patience(&mut self, patience: Duration) {
+        self.patience = patience;
+    }
+
+    /// Everything that the gripper tells from now on. Ends with the link.
+    pub fn listen(&self) -> Receiver<Told> {
+        let (sender, receiver) = sync_channel(WAITING);
+        let mut listeners = lock(&self.heard.listeners);
+        if !self.heard.closed.load(Ordering::Acquire) {
+            listeners.push(sender);
+        }
+        receiver
+    }
+
+    /// What was heard so far.
+    pub fn statistics(&self) -> Statistics {
+        let Counts { frames, damaged, unexpected, missing_reports, unheard } = &self.heard.counts;
+        let now = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        Statistics {
+            frames: now(frames),
+            damaged: now(damaged),
+            unexpected: now(unexpected),
+            missing_reports: now(missing_reports),
+            unheard: now(unheard),
+        }
+    }
+
+    /// Whether the other end is gone.
+    pub fn is_closed(&self) -> bool {
+        self.heard.closed.load(Ordering::Acquire)
+    }
+
+    /// Writes bytes as they are: noise, for tests.
+    ///
+    /// # Errors
+    /// The port's.
+    pub fn send_raw(&self, bytes: &[u8]) -> Result<(), LinkError> {
+        lock(&self.writer).send(bytes).map_err(LinkError::Send)
+    }
+
+    /// Asks, and waits for the answer.
+    ///
+    /// # Errors
+    /// No answer, or one that says that the request was not understood.
+    pub fn ask<E: Endpoint>(&self, request: &E::Request) -> Result<E::Response, LinkError>
+    where
+        E::Request: Serialize,
+        E::Response: DeserializeOwned,
+    {
+        let path = E::PATH;
+        let number = self.sequence.fetch_add(1, Ordering::Relaxed);
+        let header = VarHeader { key: VarKey::Key8(E::REQ_KEY), seq_no: VarSeq::Seq4(number) };
+        let (mut scratch, mut frame) = (vec![0; MESSAGE], vec![0; FRAME]);
+        let message = message(&header, request, &mut scratch).map_err(|_| LinkError::TooLong)?;
+        let frame = encode(message, &mut frame).map_err(|_| LinkError::TooLong)?;
+        let (sender, receiver) = channel();
+        lock(&self.heard.pending).insert(number, sender);
+        let sent = if self.is_closed() { Err(LinkError::Closed) } else { self.send_raw(frame) };
+        let answer = sent.and_then(|()| {
+            receiver.recv_timeout(self.patience).map_err(|error| match error {
+                RecvTimeoutError::Timeout => LinkError::Timeout { path, waited: self.patience },
+                RecvTimeoutError::Disconnected => LinkError::Closed,
+            })
+        });
+        lock(&self.heard.pending).remove(&number);
+        let (key, body) = answer?;
+        if key == VarKey::Key8(E::RESP_KEY) {
+            return postcard::from_bytes(&body).map_err(|_| LinkError::Answer { path });
+        }
+        match postcard::from_bytes::<WireError>(&body) {
+            Ok(error) if key == VarKey::Key8(ERROR_KEY) => Err(LinkError::Wire { path, error }),
+            _ => Err(LinkError::Answer { path }),
+        }
+    }
+}
+
+/// The gripper's requests.
+impl Link {
+    /// Who answers.
+    ///
+    /// # Errors
+    /// As [`Link::ask`], as with all that follow.
+    pub fn version(&self) -> Result<Version, LinkError> {
+        self.ask::<GetVersion>(&())
+    }
+
+    /// The object in its memory.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn object(&self) -> Result<Option<ObjectDesign>, LinkError> {
+        self.ask::<GetObject>(&())
+    }
+
+    /// Gives it an object; the estimate starts anew.
+    ///
+    /// # Errors
+    /// As [`Link::ask`], and what is wrong with the object.
+    pub fn set_object(&self, object: ObjectDesign) -> Result<(), LinkError> {
+        Ok(self.ask::<SetObject>(&object)??)
+    }
+
+    /// The finger in its memory.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn finger(&self) -> Result<Option<Finger>, LinkError> {
+        self.ask::<GetFinger>(&())
+    }
+
+    /// Gives it a finger; the estimate starts anew.
+    ///
+    /// # Errors
+    /// As [`Link::ask`], and what is wrong with the finger or its discretisation.
+    pub fn set_finger(&self, finger: &Finger) -> Result<(), LinkError> {
+        Ok(self.ask::<SetFinger>(finger)??)
+    }
+
+    /// Its settings.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn settings(&self) -> Result<Settings, LinkError> {
+        self.ask::<GetSettings>(&())
+    }
+
+    /// Changes its settings.
+    ///
+    /// # Errors
+    /// As [`Link::ask`], and the first value that is not allowed.
+    pub fn set_settings(&self, settings: &Settings) -> Result<(), LinkError> {
+        Ok(self.ask::<SetSettings>(settings)??)
+    }
+
+    /// Opens to the settings' open angle.
+    ///
+    /// # Errors
+    /// As [`Link::ask`]; no servo.
+    pub fn open_finger(&self) -> Result<(), LinkError> {
+        Ok(self.ask::<Open>(&())??)
+    }
+
+    /// Closes to a motor angle (rad) with a speed (rad/s; `None`: the settings' own). Returns when it begins.
+    ///
+    /// # Errors
+    /// As [`Link::ask`]; no servo; an angle or speed out of range.
+    pub fn close(&self, angle: f32, speed: Option<f32>) -> Result<(), LinkError> {
+        Ok(self.ask::<Close>(&CloseTo { angle, speed })??)
+    }
+
+    /// What it has counted.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn counters(&self) -> Result<Counters, LinkError> {
+        self.ask::<GetCounters>(&())
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        self.heard.stop.store(true, Ordering::Release);
+        if let Some(reader) = self.reader.take() {
+            let _ = reader.join();
+        }
+    }
+}
+
+impl Heard {
+    /// Reads until the other end is gone or nobody wants it any more.
+    fn hear(&self, port: &mut Port) {
+        let mut decoder = Box::new(Decoder::<FRAME>::new());
+        let mut chunk = [0; 4096];
+        let mut last = None;
+        while !self.stop.load(Ordering::Acquire) {
+            let count = match port.receive(&mut chunk, GLANCE) {
+                Ok(None) => continue,
+                Ok(Some(0)) | Err(_) => break,
+                Ok(Some(count)) => count,
+            };
+            let mut bytes = &chunk[..count];
+            while let Some(event) = decoder.feed(&mut bytes) {
+                match event {
+                    Ok(message) => self.message(message, &mut last),
+                    Err(_) => self.add(|counts| &counts.damaged, 1),
+                }
+            }
+        }
+        self.closed.store(true, Ordering::Release);
+        // Whoever still waits is told by the end of the channel.
+        lock(&self.listeners).clear();
+        lock(&self.pending).clear();
+    }
+
+    fn add(&self, which: impl Fn(&Counts) -> &AtomicU64, number: u64) {
+        which(&self.counts).fetch_add(number, Ordering::Relaxed);
+    }
+
+    fn message(&self, message: &[u8], last: &mut Option<u32>) {
+        self.add(|counts| &counts.frames, 1);
+        let understood = VarHeader::take_from_slice(message).and_then(|(header, body)| {
+            let is = |key| header.key == VarKey::Key8(key);
+            if is(EstimateTopic::TOPIC_KEY) {
+                let report: Report = postcard::from_bytes(body).ok()?;
+                let expected = last.replace(report.sequence).map(|last| last.wrapping_add(1));
+                let missing = expected.map_or(0, |expected| report.sequence.wrapping_sub(expected));
+                // A gripper that starts again counts anew.
+                let missing = if missing < RESTART { missing } else { 0 };
+                self.add(|counts| &counts.missing_reports, u64::from(missing));
+                self.spread(&Told::Report(report));
+            } else if is(ShapeTopic::TOPIC_KEY) {
+                self.spread(&Told::Shape(postcard::from_bytes(body).ok()?));
+            } else if is(EventTopic::TOPIC_KEY) {
+                self.spread(&Told::Event(postcard::from_bytes(body).ok()?));
+            } else {
+                let sender = lock(&self.pending).remove(&header.seq_no.into())?;
+                // Who asked may have given up.
+                let _ = sender.send((header.key, body.to_vec()));
+            }
+            Some(())
+        });
+        if understood.is_none() {
+            self.add(|counts| &counts.unexpected, 1);
+        }
+    }
+
+    fn spread(&self, told: &Told) {
+        lock(&self.listeners).retain(|listener| match listener.try_send(told.clone()) {
+            Ok(()) => true,
+            Err(TrySendError::Full(_)) => {
+                self.add(|counts| &counts.unheard, 1);
+                true
+            }
+            Err(TrySendError::Disconnected(_)) => false,
+        });
+    }
+}

@@ -1,0 +1,28 @@
+//! The link to a gripper: its estimates as a stream, its requests as functions.
+//!
+//! ```no_run
+//! use host::link::{Address, Link, Told};
+//! # fn main() -> Result<(), host::link::LinkError> {
+//! let link = Link::open(&"unix:link".parse::<Address>()?)?;
+//! let told = link.listen();
+//! link.close(0.19, None)?;
+//! for told in told {
+//!     if let Told::Report(report) = told {
+//!         println!("{:.2} N {}", report.estimate.force_magnitude(), report.estimate.status);
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! One thread reads. A listener that does not keep up loses the newest messages, which is counted; the gripper and other
+//! listeners do not notice. A damaged frame costs itself only.
+
+mod address;
+mod client;
+mod error;
+mod port;
+
+pub use address::{Address, BadAddress};
+pub use client::{Link, Statistics, Told};
+pub use error::LinkError;
