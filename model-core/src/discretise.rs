@@ -98,7 +98,7 @@ pub struct Discretisation {
 }
 
 impl Discretisation {
-    /// The microcontroller's default: `simpson`, reduced, 4 samples per element, ε_c = 1e-3 mm/N.
+    /// The microcontroller's resolution: `simpson`, reduced, 4 samples per element, ε_c = 1e-3 mm/N.
     pub const fn reduced(physics: Physics) -> Self {
         Self {
             scheme: Scheme::Simpson,
@@ -107,6 +107,15 @@ impl Discretisation {
             softness: 1e-3,
             physics,
         }
+    }
+
+    /// The estimator's on the microcontroller: as [`Self::reduced`], 5 samples per element.
+    ///
+    /// The force ripples as samples come into and out of contact. Largest difference from `trapezoid` 170/20 on an 80 mm
+    /// circle at High, as a vector, in shares of max(1.5 %, 0.05 N): 4 samples 1.13, 5 samples 0.91, 6 samples 0.66
+    /// (test `closing_and_opening`).
+    pub const fn estimator(physics: Physics) -> Self {
+        Self { sampling: Sampling::PerElement(5), ..Self::reduced(physics) }
     }
 
     /// The PC's default: as [`Self::reduced`], 4 elements per span and 2 per hinge.

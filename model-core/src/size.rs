@@ -83,8 +83,8 @@ macro_rules! fixed_size {
 
 fixed_size!(
     /// The microcontroller's: `simpson`, 2 elements per span, 3 in the tip span, 1 per hinge, up to 12 lamellae and
-    /// 4 samples per element.
-    Reduced, cells 13, nodes 208, samples 112, contacts 24
+    /// 5 samples per element.
+    Reduced, cells 13, nodes 208, samples 136, contacts 24
 );
 fixed_size!(
     /// The paper's resolution: 170 elements per beam and 20 per hinge, up to 12 lamellae, contact at nodes.
