@@ -1,6 +1,7 @@
 //! The simulated servo as its master sees it, in memory.
 
 mod servo_bus;
+mod servo_case;
 
 use std::f64::consts::TAU;
 
@@ -9,7 +10,8 @@ use host::servo::{
     ACCELERATION_UNIT, Clock, Config, ConfigError, FREE_SPEED, FRICTION, Fault, SPEED_UNIT, Servo, TORQUE_CONSTANT,
 };
 use model_core::status::Status;
-use servo_bus::{Bus, id, load, mid, run};
+use servo_bus::{Bus, run};
+use servo_case::{id, load};
 
 fn requests() -> Config {
     Config { clock: Clock::Requests { period_us: 2000 }, ..Config::default() }
@@ -165,7 +167,7 @@ fn several_servos_are_read_and_written_at_once() {
 
 #[test]
 fn with_the_requests_clock_the_same_questions_get_the_same_bytes() {
-    let load = mid();
+    let load = load([41.0, 45.0], 13.0);
     let stream = |seed| {
         let mut bus = Bus::new([Config { load: load.clone(), noise_ma: 5.0, backlash_deg: 0.25, seed, ..requests() }]);
         set_out(&mut bus, 2170);
@@ -186,7 +188,7 @@ fn with_the_requests_clock_the_same_questions_get_the_same_bytes() {
 
 #[test]
 fn the_current_is_that_of_contact_and_friction() {
-    let mut bus = Bus::new([Config { load: mid(), ..requests() }]);
+    let mut bus = Bus::new([Config { load: load([41.0, 45.0], 13.0), ..requests() }]);
     let units = |torque: f64| (torque / TORQUE_CONSTANT * 1000.0 / 2.69).round() as i16;
     assert_eq!(bus.get(xm430::PRESENT_CURRENT), 0);
     // Without contact: friction only.
@@ -232,7 +234,7 @@ fn the_noise_has_the_spread_asked_for() {
 #[test]
 fn the_finger_lags_by_half_the_play() {
     let half = 0.25f64.to_radians() / 2.0;
-    let mut bus = Bus::new([Config { load: mid(), backlash_deg: 0.25, ..requests() }]);
+    let mut bus = Bus::new([Config { load: load([41.0, 45.0], 13.0), backlash_deg: 0.25, ..requests() }]);
     let lag = |bus: &Bus| {
         let truth = bus.servo(|servo| servo.truth());
         (truth.motor_angle - truth.finger_angle, truth)
@@ -263,7 +265,8 @@ fn the_finger_lags_by_half_the_play() {
 
 #[test]
 fn counts_can_fall_as_the_finger_closes() {
-    let mut bus = Bus::new([Config { load: mid(), closing_up: false, backlash_deg: 0.25, ..requests() }]);
+    let mut bus =
+        Bus::new([Config { load: load([41.0, 45.0], 13.0), closing_up: false, backlash_deg: 0.25, ..requests() }]);
     set_out(&mut bus, 2048 - 100);
     assert_eq!(arrive(&mut bus), 1948);
     let truth = bus.servo(|servo| servo.truth());
@@ -274,7 +277,7 @@ fn counts_can_fall_as_the_finger_closes() {
 
 #[test]
 fn a_current_limit_stops_the_finger() {
-    let mut bus = Bus::new([Config { load: mid(), ..requests() }]);
+    let mut bus = Bus::new([Config { load: load([41.0, 45.0], 13.0), ..requests() }]);
     bus.set(xm430::OPERATING_MODE, 5);
     bus.set(xm430::GOAL_CURRENT, 372);
     set_out(&mut bus, 2048 + 125);

@@ -6,15 +6,14 @@ use std::convert::Infallible;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::rc::Rc;
-use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
 
-use dynamixel::{Answer, Error, Id, Master, Register, StatusError, Timing, Value};
+use dynamixel::{Answer, Error, Master, Register, StatusError, Timing, Value};
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{ErrorType, Read, Write};
-use host::case::preset;
-use host::servo::{Config, Load, Servo};
-use model_core::object::ObjectDesign;
+use host::servo::{Config, Servo};
+
+use crate::servo_case::id;
 
 pub struct World {
     pub servos: Vec<Servo>,
@@ -99,21 +98,6 @@ impl Bus {
             Err(other) => panic!("{other:?}"),
         }
     }
-}
-
-pub fn id(id: u8) -> Id {
-    Id::new(id).unwrap()
-}
-
-/// The Ø80 object at mid height, up to 13°.
-pub fn mid() -> Arc<Load> {
-    load([41.0, 45.0], 13.0)
-}
-
-pub fn load(centre: [f64; 2], highest_deg: f64) -> Arc<Load> {
-    let design = preset("ladder-80").unwrap().unwrap().design;
-    let object = ObjectDesign::Circle { centre, radius: 40.0 };
-    Arc::new(Load::of(&design, object, &Load::REFERENCE, highest_deg).unwrap())
 }
 
 impl ErrorType for Wire {
