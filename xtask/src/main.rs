@@ -20,7 +20,7 @@ const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
   setup [--fea]          install or build what is missing: QEMU, cross target, Python packages for the tests
-  test                   every check and test: PC, target (in QEMU), system
+  test [PART ...]        every check and test, or these parts of it: format, clippy, pc, target (in QEMU), system
   firmware BOARD         build one board's image and print its sections (boards: mps2)
   qemu-run ELF           run an image in QEMU: its tests if it holds any, else the program with its log
   decode ELF             turn an image's log, on standard input, into text
@@ -48,7 +48,7 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
         }
         ["setup"] => setup::run(setup::Parts::Everything),
         ["setup", "--fea"] => setup::run(setup::Parts::EverythingAndFea),
-        ["test"] => suite::run(),
+        ["test", parts @ ..] => suite::run(parts),
         ["firmware", board] => firmware::run(board),
         ["qemu-run", elf] => qemu_run(Path::new(elf)),
         ["decode", elf] => Log::of(&read_image(Path::new(elf))?)?.print(std::io::stdin()),

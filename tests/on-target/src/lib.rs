@@ -8,3 +8,8 @@
 
 #[cfg(test)]
 mod board;
+#[cfg(test)]
+mod codec;
+#[cfg(test)]
+mod model;
+mod sweep;

@@ -1,0 +1,127 @@
+//! The model on the target: the reference rows, the sweep that must equal the PC's, and the solver's hard cases.
+
+#[embedded_test::tests(executor = mps2::Executor::new())]
+mod tests {
+    use crate::sweep::{self, closing_and_opening};
+    use model_core::design::{Design, DesignError, Profile};
+    use model_core::discretise::{Discretisation, DiscretiseError, Physics};
+    use model_core::equilibrium::Follower;
+    use model_core::estimator::Estimator;
+    use model_core::object::Motion;
+    use model_core::real::Real;
+    use model_core::size::{Paper, Reduced, Size};
+    use model_core::status::Status;
+    use mps2::Board;
+    use reference_tests::{LadderRow, ladder_80, ladder_rows};
+    use static_cell::ConstStaticCell;
+
+    include!(concat!(env!("OUT_DIR"), "/on_the_pc.rs"));
+
+    static ESTIMATOR: ConstStaticCell<Estimator<f32, Reduced>> = ConstStaticCell::new(Estimator::EMPTY);
+    static FULL: ConstStaticCell<Follower<f32, Paper>> = ConstStaticCell::new(Follower::EMPTY);
+    static REDUCED: ConstStaticCell<Follower<f32, Reduced>> = ConstStaticCell::new(Follower::EMPTY);
+    static DOUBLE: ConstStaticCell<Follower<f64, Reduced>> = ConstStaticCell::new(Follower::EMPTY);
+
+    #[init]
+    fn init() -> Board {
+        mps2::init()
+    }
+
+    /// Solves a row of `ladder-80.csv` and checks force and tip.
+    fn check<T: Real, S: Size>(follower: &mut Follower<T, S>, row: &LadderRow, force_within: f64, tip_within: f64) {
+        let design = ladder_80();
+        assert!(follower.configure(&design, &row.discretisation()).is_ok());
+        follower.set_object(row.object(), Motion::Rotating { axis: design.motor_axis });
+        assert!(follower.start(0.0));
+        let outcome = follower.follow(row.angle.to_radians());
+        assert!(outcome.status == Status::Converged, "{} {}: {}", row.scheme, row.case, outcome.status);
+        for i in 0..2 {
+            let off = follower.force_world()[i].to_f64() - row.force_world[i];
+            assert!(off.abs() < force_within, "{} {}: force off by {off} N", row.scheme, row.case);
+            let off = follower.tip()[i].to_f64() - row.tip[i];
+            assert!(off.abs() < tip_within, "{} {}: tip off by {off} mm", row.scheme, row.case);
+        }
+        // Neighbouring nodes without softness share a force in many ways: single precision may pick another set.
+        let contacts = follower.contacts().count();
+        let exact = row.scheme.starts_with("SIMPSON");
+        let allowed = if exact { 0 } else { 4 };
+        assert!(contacts.abs_diff(row.active_contacts) <= allowed, "{} {}: {contacts} contacts", row.scheme, row.case);
+    }
+
+    #[test]
+    fn reduced_rows_in_single_precision(_board: Board) {
+        let follower = REDUCED.take();
+        let rows = ladder_rows().filter(|row| row.scheme.starts_with("SIMPSON"));
+        assert!(rows.map(|row| check(follower, &row, 2e-3, 2e-4)).count() == 12);
+    }
+
+    #[test]
+    fn full_resolution_rows_in_single_precision(_board: Board) {
+        let follower = FULL.take();
+        let rows = ladder_rows().filter(|row| row.scheme.ends_with("170-20-nodes"));
+        assert!(rows.map(|row| check(follower, &row, 1e-2, 1e-3)).count() == 12);
+    }
+
+    #[test]
+    #[timeout(120)]
+    fn reduced_rows_in_double_precision(_board: Board) {
+        let follower = DOUBLE.take();
+        let rows = ladder_rows().filter(|row| row.scheme.starts_with("SIMPSON") && row.case == "R40-Mid");
+        assert!(rows.map(|row| check(follower, &row, 1e-7, 1e-7)).count() == 2);
+    }
+
+    #[test]
+    #[timeout(120)]
+    fn closing_and_opening_equals_the_pc_bit_for_bit(_board: Board) {
+        let estimator = ESTIMATOR.take();
+        let mut expected = ON_THE_PC.iter();
+        for physics in [Physics::Paper, Physics::Extended] {
+            for height in sweep::HEIGHTS {
+                let mut digest = sweep::DIGEST;
+                let lost = closing_and_opening(estimator, physics, height, |numbers| {
+                    digest = numbers.into_iter().fold(digest, sweep::mix);
+                });
+                assert!(lost == 0, "{height} mm: {lost} ticks without a trustworthy estimate");
+                assert!(expected.next() == Some(&(digest, lost)), "{height} mm: not the PC's result");
+            }
+        }
+    }
+
+    #[test]
+    fn refusals_and_honest_statuses(_board: Board) {
+        let estimator = ESTIMATOR.take();
+        assert!(estimator.update(0.1).status == Status::OutOfRange, "no finger yet");
+        let refused = |change: &dyn Fn(&mut Design)| {
+            let mut design = ladder_80();
+            change(&mut design);
+            REDUCED_DISCRETISATION.with(&design)
+        };
+        assert!(refused(&|d| d.front.thickness = Profile::constant(-1.0)));
+        assert!(refused(&|d| d.material.youngs_modulus = f64::NAN));
+        assert!(refused(&|d| d.hinge.length.clear()));
+        assert!(estimator.configure(&ladder_80(), &Discretisation::reduced(Physics::Paper)).is_ok());
+        assert!(estimator.update(0.1).status == Status::OutOfRange, "no object yet");
+        assert!(estimator.set_object(reference_tests::circle_80(45.0)).is_ok());
+        assert!(estimator.update(-0.1).status == Status::NoContact);
+        assert!(estimator.update(f64::NAN).status == Status::OutOfRange);
+        assert!(estimator.update(3.0).status == Status::OutOfRange);
+        // A jump of 10° cannot be followed in one tick's iterations: the estimate says so, and catches up.
+        let jumped = estimator.update(0.17);
+        assert!(!jumped.status.is_trustworthy() && jumped.age > 0);
+        let mut ticks = 0;
+        while !estimator.update(0.17).status.is_trustworthy() {
+            ticks += 1;
+            assert!(ticks < 50, "never caught up");
+        }
+    }
+
+    /// A design is refused with an error of its own.
+    struct Refused;
+    const REDUCED_DISCRETISATION: Refused = Refused;
+    impl Refused {
+        fn with(&self, design: &Design) -> bool {
+            let error: Result<(), DesignError> = design.validate();
+            error.is_err_and(|error| DiscretiseError::from(error) != DiscretiseError::Capacity)
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! A closing and opening finger as the target estimates it: shared by the build on the PC and the test on the target.
+
+use model_core::discretise::{Discretisation, Physics};
+use model_core::estimator::Estimator;
+use model_core::size::Reduced;
+
+/// Contact heights of the 80 mm circle: Low, Mid, High.
+pub const HEIGHTS: [f64; 3] = [30.0, 45.0, 60.0];
+/// Largest motor angle, counts.
+pub const CLOSED: i32 = 125;
+
+/// Calls `each` with (force x, force y, torque) of every tick, closing and opening one count at a time; returns the number of
+/// ticks without a trustworthy estimate.
+pub fn closing_and_opening(
+    estimator: &mut Estimator<f32, Reduced>,
+    physics: Physics,
+    height: f64,
+    mut each: impl FnMut([f32; 3]),
+) -> usize {
+    let configured = estimator.configure(&reference_tests::ladder_80(), &Discretisation::estimator(physics)).is_ok();
+    let placed = estimator.set_object(reference_tests::circle_80(height)).is_ok();
+    let mut lost = usize::from(!(configured && placed));
+    for count in (-3..=CLOSED).chain((-3..CLOSED).rev()) {
+        let estimate = estimator.update(f64::from(count) * reference_tests::COUNT);
+        lost += usize::from(!estimate.status.is_trustworthy());
+        each([estimate.force[0], estimate.force[1], estimate.torque]);
+    }
+    lost
+}
+
+/// Mixes a number's bits into a digest (FNV-1a).
+pub fn mix(digest: u64, number: f32) -> u64 {
+    number.to_bits().to_le_bytes().iter().fold(digest, |d, &byte| (d ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+/// Where a digest begins.
+pub const DIGEST: u64 = 0xcbf2_9ce4_8422_2325;
