@@ -201,7 +201,6 @@ impl<T: Real, S: Size> Follower<T, S> {
     ///
     /// Returns false, and leaves the follower lost, if there is none.
     pub fn start(&mut self, first: f64) -> bool {
-        self.rest();
         self.phase = Phase::Lost;
         if self.ladder.cells == 0 || !first.is_finite() {
             return false;
@@ -212,14 +211,25 @@ impl<T: Real, S: Size> Follower<T, S> {
         };
         let mut coordinate = first;
         while first - coordinate <= reach {
-            if self.is_clear(T::of(coordinate)) {
-                self.at = T::of(coordinate);
-                self.phase = Phase::Following;
+            if self.begin(coordinate) {
                 return true;
             }
             coordinate -= pace;
         }
         false
+    }
+
+    /// Puts the undeformed finger at a coordinate if the object lies clear in front of it there; otherwise the follower is
+    /// lost. One evaluation of the gaps.
+    pub fn begin(&mut self, coordinate: f64) -> bool {
+        self.rest();
+        self.phase = Phase::Lost;
+        let clear = self.ladder.cells > 0 && self.is_clear(T::of(coordinate));
+        if clear {
+            self.at = T::of(coordinate);
+            self.phase = Phase::Following;
+        }
+        clear
     }
 
     /// The finger at rest neither touches the object nor has passed it: the object lies on the front beam's outer side.

@@ -3,7 +3,8 @@
 //! The estimator keeps the equilibrium of the last tick and follows it to the new angle with at most
 //! [`EstimatorSettings::budget`] Newton iterations. When that is not enough, or when the solver does not vouch for the
 //! result, the estimate repeats the last trustworthy numbers with a status that is not trustworthy and an age above zero,
-//! and the next tick goes on from where this one stopped.
+//! and the next tick goes on from where this one stopped. An object set while the finger is on it is approached anew from
+//! the open finger, over as many ticks as that takes.
 
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError};
@@ -89,8 +90,16 @@ pub struct Estimator<T: Real, S: Size> {
     object: Option<ObjectDesign>,
     motion: Motion,
     configured: bool,
+    /// The follower stands at an equilibrium.
     placed: bool,
+    /// How far back from the measured angle a beginning has been looked for, rad.
+    searched: f64,
 }
+
+/// Angles at which a beginning is looked for in one tick.
+const CHECKS_PER_TICK: u32 = 8;
+/// Their distance, rad.
+const SEARCH_PACE: f64 = core::f64::consts::PI / 180.0;
 
 impl<T: Real, S: Size> Estimator<T, S> {
     /// An estimator without finger and object: every estimate is `out-of-range`.
@@ -102,6 +111,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         motion: Motion::Rotating { axis: [0.0; 2] },
         configured: false,
         placed: false,
+        searched: 0.0,
     };
 
     /// Takes a finger (rotated about its motor axis); the state starts anew, the object stays.
@@ -116,7 +126,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if let Some(object) = self.object {
             self.follower.set_object(object, self.motion);
         }
-        self.placed = false;
+        (self.placed, self.searched) = (false, 0.0);
         Ok(())
     }
 
@@ -130,7 +140,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if self.configured {
             self.follower.set_object(object, self.motion);
         }
-        self.placed = false;
+        (self.placed, self.searched) = (false, 0.0);
         Ok(())
     }
 
@@ -152,9 +162,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
         estimate.motor_angle = motor_angle as f32;
         estimate.iterations = 0;
         let ready = self.configured && self.object.is_some() && (least..=most).contains(&motor_angle);
-        self.placed = ready && (self.placed || self.follower.start(motor_angle));
-        if !self.placed {
+        if !ready {
             estimate.status = Status::OutOfRange;
+        } else if !self.placed && !self.place(motor_angle) {
+            estimate.status = if self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
         } else {
             let outcome = self.follower.follow_within(motor_angle, self.settings.budget);
             estimate.status = outcome.status;
@@ -167,6 +178,24 @@ impl<T: Real, S: Size> Estimator<T, S> {
         estimate.age = if estimate.status.is_trustworthy() { 0 } else { self.last.age.saturating_add(1) };
         self.last = estimate;
         estimate
+    }
+
+    /// Looks for an angle, from the measured one back, at which the open finger can begin; a bounded number per tick.
+    fn place(&mut self, motor_angle: f64) -> bool {
+        for _ in 0..CHECKS_PER_TICK {
+            let angle = motor_angle - self.searched;
+            if angle < self.settings.range[0] {
+                // Nowhere: say so once, then look again.
+                self.searched = 0.0;
+                return false;
+            }
+            if self.follower.begin(angle) {
+                (self.placed, self.searched) = (true, 0.0);
+                return true;
+            }
+            self.searched += SEARCH_PACE;
+        }
+        false
     }
 
     fn read(&self, estimate: &mut Estimate) {

@@ -1,0 +1,125 @@
+//! What the solver costs on this PC, and the forces that the target's are compared with. `cargo xtask bench` reads its lines:
+//!
+//!     time MODEL PHYSICS PRECISION WARM_US COLD_US
+//!     force MODEL SAMPLES PHYSICS COUNT FX_F64 FY_F64 FX_F32_BITS FY_F32_BITS      over the sweep, in its order
+//!
+//! Ladder-80, cylinder of 80 mm at Mid height. Warm: one count of the servo's sensor (360°/4096), median over the ticks in contact
+//! of closing to 11° and opening again. Cold: from no contact to 11° by continuation in steps of 1°, median of the repetitions.
+
+use std::time::{Duration, Instant};
+
+use model_core::discretise::{Discretisation, Physics, Sampling, Scheme};
+use model_core::equilibrium::{Follower, Settings};
+use model_core::object::Motion;
+use model_core::real::Real;
+use model_core::size::{Paper, Reduced, Size};
+use reference_tests::{COUNT, circle_80, ladder_80};
+
+const HEIGHT: f64 = 45.0;
+const LAST_DEG: f64 = 11.0;
+const LAST_COUNT: i32 = LAST_DEG as i32 * 4096 / 360;
+const SWEEPS: usize = 5;
+const COLD_SOLVES: usize = 31;
+const BOTH: [(Physics, &str); 2] = [(Physics::Paper, "paper"), (Physics::Extended, "extended")];
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    for (physics, word) in BOTH {
+        times::<Reduced>("simpson-17-1", Discretisation::reduced(physics), word)?;
+        times::<Paper>("fine", Discretisation::fine(physics), word)?;
+        times::<Paper>("paper-170-20", Discretisation::full(Scheme::Paper, physics), word)?;
+        times::<Paper>("trapezoid-170-20", Discretisation::full(Scheme::Trapezoid, physics), word)?;
+    }
+    for (physics, word) in BOTH {
+        for samples in [2, 4] {
+            let how = Discretisation { sampling: Sampling::PerElement(samples), ..Discretisation::reduced(physics) };
+            forces::<Reduced>("simpson-17-1", samples, how, word)?;
+        }
+        forces::<Paper>("paper-170-20", 1, Discretisation::full(Scheme::Paper, physics), word)?;
+    }
+    Ok(())
+}
+
+/// A follower with the finger and the object, at rest.
+fn ready<T: Real, S: Size>(how: &Discretisation) -> Result<Box<Follower<T, S>>, Box<dyn std::error::Error>> {
+    let mut follower = Box::new(Follower::EMPTY);
+    let design = ladder_80();
+    follower.configure(&design, how)?;
+    follower.set_settings(Settings::DEFAULT);
+    follower.set_object(circle_80(HEIGHT), Motion::Rotating { axis: design.motor_axis });
+    Ok(follower)
+}
+
+/// Counts of closing and opening.
+fn counts() -> impl Iterator<Item = i32> {
+    (0..=LAST_COUNT).chain((0..LAST_COUNT).rev())
+}
+
+fn times<S: Size>(model: &str, how: Discretisation, physics: &str) -> Result<(), Box<dyn std::error::Error>> {
+    time::<f64, S>(model, &how, physics, "f64")?;
+    time::<f32, S>(model, &how, physics, "f32")
+}
+
+fn time<T: Real, S: Size>(
+    model: &str,
+    how: &Discretisation,
+    physics: &str,
+    precision: &str,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let mut follower = ready::<T, S>(how)?;
+    let mut warm = Vec::new();
+    for _ in 0..SWEEPS {
+        follower.start(0.0);
+        for count in counts() {
+            let clock = Instant::now();
+            let outcome = follower.follow(f64::from(count) * COUNT);
+            let spent = clock.elapsed();
+            if !outcome.status.is_trustworthy() {
+                return Err(format!("{model}, {physics}, {precision}: {} at count {count}", outcome.status).into());
+            }
+            if follower.touching() > 0 {
+                warm.push(spent);
+            }
+        }
+    }
+    let mut cold = Vec::new();
+    for _ in 0..COLD_SOLVES {
+        let clock = Instant::now();
+        follower.start(0.0);
+        let outcome = follower.follow(LAST_DEG.to_radians());
+        cold.push(clock.elapsed());
+        if !outcome.status.is_trustworthy() {
+            return Err(format!("{model}, {physics}, {precision}: {} at {LAST_DEG}°", outcome.status).into());
+        }
+    }
+    println!("time {model} {physics} {precision} {:.3} {:.3}", median_us(&mut warm), median_us(&mut cold));
+    Ok(())
+}
+
+fn median_us(times: &mut [Duration]) -> f64 {
+    times.sort();
+    times.get(times.len() / 2).map_or(f64::NAN, |time| time.as_secs_f64() * 1e6)
+}
+
+fn forces<S: Size>(
+    model: &str,
+    samples: u8,
+    how: Discretisation,
+    physics: &str,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let mut exact = ready::<f64, S>(&how)?;
+    let mut single = ready::<f32, S>(&how)?;
+    exact.start(0.0);
+    single.start(0.0);
+    for count in counts() {
+        let angle = f64::from(count) * COUNT;
+        let outcome = exact.follow(angle);
+        if !outcome.status.is_trustworthy() {
+            return Err(format!("{model}, {physics}: {} at count {count}", outcome.status).into());
+        }
+        single.follow(angle);
+        let [x, y] = exact.force_world();
+        let [bits_x, bits_y] = single.force_world().map(f32::to_bits);
+        println!("force {model} {samples} {physics} {count} {x:e} {y:e} {bits_x} {bits_y}");
+    }
+    Ok(())
+}
