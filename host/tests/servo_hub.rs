@@ -28,10 +28,9 @@ fn answer(port: &mut (impl Read + ?Sized)) -> Option<Vec<u8>> {
     let mut byte = [0];
     loop {
         port.read_exact(&mut byte).ok()?;
-        if let Some(packet) = decoder.feed(&mut byte.as_slice()) {
-            if let Some(status) = packet.ok()?.status() {
-                return Some(status.parameters.to_vec());
-            }
+        let Some(packet) = decoder.feed(&mut byte.as_slice()) else { continue };
+        if let Some(status) = packet.ok()?.status() {
+            return Some(status.parameters.to_vec());
         }
     }
 }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::ValueEnum;
+use model_core::discretise::DiscretiseError;
 use model_core::object::Motion;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
@@ -159,6 +160,8 @@ fn load(args: &Args) -> Result<Load, String> {
     let highest = args.highest_deg.unwrap_or(asked + 5.0);
     Load::of(&case.finger.design, case.object, &args.model.options(), highest).map_err(|error| match error {
         LoadError::Range { .. } => format!("--highest-deg: {error}"),
+        LoadError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", file.display()),
+        LoadError::Discretise(error) => format!("--{error}"),
         _ => format!("{}: {error}", file.display()),
     })
 }

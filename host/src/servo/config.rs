@@ -132,7 +132,7 @@ impl Config {
         Id::new(self.id).ok_or(ConfigError::Id(self.id))?;
         xm430::baud_code(self.baud_rate).ok_or(ConfigError::BaudRate(self.baud_rate))?;
         let delay = self.return_delay_us;
-        if delay % xm430::RETURN_DELAY_US_PER_UNIT != 0 || delay > 254 * xm430::RETURN_DELAY_US_PER_UNIT {
+        if !delay.is_multiple_of(xm430::RETURN_DELAY_US_PER_UNIT) || delay > 254 * xm430::RETURN_DELAY_US_PER_UNIT {
             return Err(ConfigError::ReturnDelay(delay));
         }
         if let Clock::Requests { period_us } = self.clock

@@ -1,8 +1,9 @@
 //! What the finger asks of the servo: the contact's torque and force over the finger's angle.
 //!
 //! The model is solved once, at every half count of the range, before the servo answers its first packet; an answer then
-//! costs a look-up. The finger can snap through with hysteresis, so there is one table per branch: a branch that ends
-//! leads to another one, upwards and downwards.
+//! costs a look-up. Whole counts without play lie on nodes; between two nodes the straight line is up to 0.04 N off for
+//! the reference model, whose contact moves from node to node. The finger can snap through with hysteresis, so there is
+//! one table per branch: a branch that ends leads to another one, upwards and downwards.
 
 use std::f64::consts::PI;
 
@@ -33,7 +34,7 @@ const MOST_BRANCHES: usize = 16;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LoadError {
     /// The finger cannot be discretised so.
-    #[error("the finger cannot be discretised: {0:?}")]
+    #[error("the finger cannot be discretised: {0}")]
     Discretise(DiscretiseError),
     /// The object is in the way of the open finger too.
     #[error("the finger touches the object at every angle from -180° to 0°: it has nowhere to start from")]
@@ -234,11 +235,16 @@ fn explore<T: Real>(
     let mut follower: Follower<T, Host> = Follower::EMPTY;
     let follower = &mut follower;
     follower.configure(design, &options.discretisation).map_err(LoadError::Discretise)?;
-    follower.set_settings(Settings { hessian: options.hessian, ..Settings::DEFAULT });
+    let settings = match options.hessian {
+        Hessian::Newton => Settings::DEFAULT,
+        // It converges linearly.
+        Hessian::GaussNewton => Settings { hessian: options.hessian, max_iterations: 500, ..Settings::DEFAULT },
+    };
+    follower.set_settings(settings);
     follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
     let first = open(follower)?;
     let range = LoadError::Range { highest_deg, lowest_deg: (first as f64 * PITCH).to_degrees() };
-    if !(highest_deg <= 180.0) {
+    if highest_deg.is_nan() || highest_deg > 180.0 {
         return Err(range);
     }
     let last = (highest_deg.to_radians() / PITCH).ceil() as i64;

@@ -109,16 +109,17 @@ impl Motor {
 
     /// Lets time pass while the trajectory goes on; `since` seconds of it have passed before.
     pub fn run(&mut self, profile: &Profile, since: f64, seconds: f64, drive: Drive) {
-        let mut passed = 0.0;
-        while passed < seconds {
-            if self.is_still(profile, since + passed, drive) {
+        // Equal steps: a remainder of rounding would be a step in which every speed is infinite.
+        let steps = (seconds / STEP).ceil().max(1.0);
+        let step = seconds / steps;
+        for passed in 0..steps as u64 {
+            if self.is_still(profile, since + passed as f64 * step, drive) {
                 self.speed = 0.0;
                 self.overloaded = 0.0;
                 return;
             }
-            let step = STEP.min(seconds - passed);
-            passed += step;
-            self.step(profile.after(since + passed).0, step, drive);
+            let target = profile.after(since + (passed + 1) as f64 * step).0;
+            self.step(target, step, drive);
         }
     }
 
