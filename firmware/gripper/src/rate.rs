@@ -11,7 +11,9 @@ const STEP_US: u64 = 100;
 /// Length of the meter's window.
 const SECOND_US: u64 = 1_000_000;
 /// Part of the rate below which it counts as missed.
-const KEPT: f32 = 0.95;
+const MISSED: f32 = 0.95;
+/// Part of the rate above which it counts as kept again.
+const KEPT: f32 = 0.98;
 
 /// Period of the control loop, µs: the one wanted, or what the bus needs for a tick and a tenth of that.
 pub fn period_us(wanted_hz: u16, baud: u32, return_delay_us: u32) -> u64 {
@@ -52,7 +54,7 @@ impl Meter {
             return None;
         }
         let hz = self.ticks as f32 * (SECOND_US as f32 / elapsed as f32);
-        let missed = hz < KEPT * chosen_hz;
+        let missed = hz < chosen_hz * if self.missed { KEPT } else { MISSED };
         let turned = missed != self.missed;
         *self = Self { since_us: now_us, ticks: 0, missed };
         Some(Second { hz, turned })

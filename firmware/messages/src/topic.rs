@@ -95,7 +95,7 @@ pub enum Event {
         /// Ticks per second that the settings ask for.
         wanted_hz: f32,
     },
-    /// The loop does not keep its rate, or (`hz` ≥ 95 % of `chosen_hz`) keeps it again.
+    /// The loop does not keep its rate (`hz` below 95 % of `chosen_hz`), or keeps it again (98 %).
     RateReached {
         /// Ticks of the last second.
         hz: f32,

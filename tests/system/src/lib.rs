@@ -1,1 +1,17 @@
-//! system-tests
+//! A gripper on the PC: its firmware in QEMU, its servo simulated, its link a unix socket.
+//!
+//! ```no_run
+//! use system_tests::Machine;
+//! let machine = Machine::boot(Machine::servo());
+//! let link = machine.link();
+//! link.set_finger(&system_tests::finger()).unwrap();
+//! link.set_object(system_tests::OBJECT).unwrap();
+//! ```
+//!
+//! The firmware's ELF is named by the environment variable `FRE_FIRMWARE_ELF`; `cargo xtask test` builds it and sets it.
+
+mod machine;
+mod watch;
+
+pub use machine::{Machine, OBJECT, finger};
+pub use watch::Watch;

@@ -1,0 +1,113 @@
+//! Boots the firmware in QEMU with a simulated servo on its bus.
+
+use std::fs::File;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+use host::case::preset;
+use host::link::{Address, Link};
+use host::servo::{Clock, Config, Handle, Hub, Load, Running, Servo};
+use messages::Finger;
+use model_core::discretise::{Discretisation, Physics};
+use model_core::object::ObjectDesign;
+use tempfile::TempDir;
+
+/// How long QEMU may take to open its sockets.
+const BOOT: Duration = Duration::from_secs(20);
+/// Machines share the processors with their tests: one at a time.
+static TURN: Mutex<()> = Mutex::new(());
+
+/// Ø80 at Mid height, world frame, mm.
+pub const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+
+/// The preset `ladder-80` as the microcontroller models it.
+pub fn finger() -> Finger {
+    let finger = preset("ladder-80").expect("a preset").expect("a sound one");
+    Finger { design: finger.design, how: Discretisation::reduced(Physics::Paper) }
+}
+
+/// What the finger asks of the servo: the paper's model at full resolution, on [`OBJECT`].
+fn load() -> Arc<Load> {
+    static LOAD: OnceLock<Arc<Load>> = OnceLock::new();
+    let load = || Load::of(&finger().design, OBJECT, &Load::REFERENCE, 14.0).expect("a load");
+    LOAD.get_or_init(|| Arc::new(load())).clone()
+}
+
+/// A gripper that runs until this is dropped.
+pub struct Machine {
+    qemu: Child,
+    /// The servo: the truth, and faults on purpose.
+    pub servo: Handle,
+    _bus: Running,
+    folder: TempDir,
+    _turn: MutexGuard<'static, ()>,
+}
+
+impl Machine {
+    /// A servo at 1 Mbaud whose time passes by the reads of its position, 2 ms each; it starts at −1°.
+    pub fn servo() -> Config {
+        Config {
+            baud_rate: 1_000_000,
+            clock: Clock::Requests { period_us: 2_000 },
+            start_deg: Some(-1.0),
+            load: load(),
+            ..Config::default()
+        }
+    }
+
+    /// Boots with such a servo.
+    pub fn boot(servo: Config) -> Self {
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(elf) = std::env::var_os("FRE_FIRMWARE_ELF").map(PathBuf::from) else {
+            panic!("FRE_FIRMWARE_ELF does not name the firmware's ELF: run these tests by `cargo xtask test`");
+        };
+        assert!(elf.is_file(), "{} is no file: run `cargo xtask firmware mps2`", elf.display());
+        let folder = tempfile::tempdir().expect("a folder for the sockets");
+        let mut command = Command::new("qemu-system-arm");
+        command.args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none"]);
+        command.args(["-semihosting-config", "enable=on,target=native"]);
+        for name in ["bus", "link"] {
+            let socket = folder.path().join(name);
+            let socket = format!("socket,id={name},path={},server=on,wait=off", socket.display());
+            command.args(["-chardev", &socket, "-serial", &format!("chardev:{name}")]);
+        }
+        let log = File::create(folder.path().join("log")).expect("a file for the log");
+        let qemu = command.arg("-kernel").arg(&elf).stdin(Stdio::null()).stdout(log).spawn();
+        let qemu = qemu.unwrap_or_else(|error| panic!("qemu-system-arm: {error}; `cargo xtask setup` installs it"));
+        let mut hub = Hub::new();
+        let end = Instant::now() + BOOT;
+        while let Err(error) = hub.connect_unix(&folder.path().join("bus")) {
+            assert!(Instant::now() < end, "QEMU does not open its bus: {error}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let servo = hub.servo(Servo::new(servo).expect("a servo"));
+        let bus = hub.spawn().expect("a bus");
+        Self { qemu, servo, _bus: bus, folder, _turn: turn }
+    }
+
+    /// Where the link's socket is.
+    pub fn address(&self) -> Address {
+        Address::Unix(self.folder.path().join("link"))
+    }
+
+    /// A connection to the gripper. The board has one socket: drop it before the next.
+    pub fn link(&self) -> Link {
+        Link::open_within(&self.address(), BOOT).expect("a link")
+    }
+}
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            // `cargo xtask` decodes it.
+            let kept = std::env::temp_dir().join("gripper-mps2.log");
+            if std::fs::copy(self.folder.path().join("log"), &kept).is_ok() {
+                eprintln!("the firmware's log (defmt frames) is in {}", kept.display());
+            }
+        }
+        let _ = self.qemu.kill();
+        let _ = self.qemu.wait();
+    }
+}
