@@ -1,5 +1,6 @@
 //! The commands of `fre`, one file each: its arguments and its `run`.
 
+mod monitor;
 mod options;
 mod servo;
 mod solve;
@@ -23,6 +24,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Monitor(monitor::Args),
     Servo(servo::Args),
     Solve(solve::Args),
 }
@@ -39,6 +41,7 @@ pub fn run() -> ExitCode {
         }
     };
     match cli.command {
+        Command::Monitor(args) => monitor::run(&args),
         Command::Servo(args) => servo::run(&args),
         Command::Solve(args) => solve::run(&args),
     }
