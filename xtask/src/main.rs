@@ -1,5 +1,6 @@
 //! Repository commands: `cargo xtask COMMAND`, from anywhere in the repository.
 
+mod bench;
 mod command;
 mod cross;
 mod crossing;
@@ -49,10 +50,11 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
         ["setup"] => setup::run(setup::Parts::Everything),
         ["setup", "--fea"] => setup::run(setup::Parts::EverythingAndFea),
         ["test", parts @ ..] => suite::run(parts),
+        ["bench", rest @ ..] => bench::run(rest),
         ["firmware", board] => firmware::run(board),
         ["qemu-run", elf] => qemu_run(Path::new(elf)),
         ["decode", elf] => Log::of(&read_image(Path::new(elf))?)?.print(std::io::stdin()),
-        [command @ ("demo" | "bench" | "fuzz"), ..] => {
+        [command @ ("demo" | "fuzz"), ..] => {
             bail!("`cargo xtask {command}` is not available yet")
         }
         _ => bail!("`{}` is not a command\n\n{USAGE}", arguments.join(" ")),

@@ -1,0 +1,19 @@
+//! Cost of the paper's full resolution, `paper` 170/20, on the target.
+
+#![no_std]
+#![no_main]
+
+mod sweep;
+
+use model_core::discretise::{Discretisation, Scheme};
+use model_core::equilibrium::Follower;
+use model_core::size::Paper;
+use static_cell::ConstStaticCell;
+
+static FOLLOWER: ConstStaticCell<Follower<f32, Paper>> = ConstStaticCell::new(Follower::EMPTY);
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let _board = mps2::init();
+    sweep::run(FOLLOWER.take(), &[(1, |physics| Discretisation::full(Scheme::Paper, physics))])
+}

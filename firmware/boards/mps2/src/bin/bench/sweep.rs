@@ -1,0 +1,117 @@
+//! The measured sweep: an object closed in on from touch to 11° and let go again, and a record of every tick.
+
+use model_core::discretise::{Discretisation, DiscretiseError, Physics};
+use model_core::equilibrium::{Follower, Settings};
+use model_core::newton::Hessian;
+use model_core::object::Motion;
+use model_core::size::Size;
+use mps2::{Exit, cycles, stack};
+use reference_tests::{COUNT, circle_80, ladder_80};
+use static_cell::ConstStaticCell;
+
+/// Height of the object, mm: Mid.
+const HEIGHT: f64 = 45.0;
+/// The last motor angle, degrees.
+const LAST_DEG: i32 = 11;
+/// The last motor angle in whole counts.
+const LAST_COUNT: i32 = LAST_DEG * 4096 / 360;
+/// Newton iterations allowed per tick. Newton's method needs 2 or 3; Gauss–Newton, where it fails, would go on for ever.
+const BUDGET: u32 = 100;
+
+/// What one tick cost and gave.
+#[derive(Clone, Copy)]
+struct Tick {
+    position: i32,
+    clock: u32,
+    iterations: u32,
+    trusted: bool,
+    touching: bool,
+    force: [f32; 2],
+}
+
+const TICKS: usize = 2 * LAST_COUNT as usize + 1;
+const BLANK: Tick = Tick { position: 0, clock: 0, iterations: 0, trusted: false, touching: false, force: [0.0; 2] };
+
+static RECORD: ConstStaticCell<[Tick; TICKS]> = ConstStaticCell::new([BLANK; TICKS]);
+
+/// Runs every case and ends QEMU.
+pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[(u8, fn(Physics) -> Discretisation)]) -> ! {
+    let record = RECORD.take();
+    let ram = core::mem::size_of::<Follower<f32, S>>();
+    for (samples, discretisation) in models {
+        for (physics, physics_word) in [(Physics::Paper, "paper"), (Physics::Extended, "extended")] {
+            for (hessian, hessian_word) in [(Hessian::Newton, "newton"), (Hessian::GaussNewton, "gauss-newton")] {
+                let how = discretisation(physics);
+                let settings = Settings { hessian, max_iterations: BUDGET, ..Settings::DEFAULT };
+                for (step, step_word, last) in
+                    [(COUNT, "count", LAST_COUNT), (core::f64::consts::PI / 180.0, "degree", LAST_DEG)]
+                {
+                    let (result, peak) = stack::peak_of(|| sweep(follower, &how, settings, step, last, record));
+                    let ticks = match result {
+                        Ok(ticks) => ticks,
+                        Err(_) => {
+                            defmt::println!("refused: the model does not fit");
+                            mps2::exit(Exit::Failure)
+                        }
+                    };
+                    defmt::println!(
+                        "run {=u8} {=str} {=str} converged {=str} {=usize} {=usize}",
+                        *samples,
+                        physics_word,
+                        hessian_word,
+                        step_word,
+                        ram,
+                        peak
+                    );
+                    for tick in ticks {
+                        defmt::println!(
+                            "tick {=i32} {=u32} {=u32} {=u8} {=u8} {=u32} {=u32}",
+                            tick.position,
+                            tick.clock,
+                            tick.iterations,
+                            tick.trusted as u8,
+                            tick.touching as u8,
+                            tick.force[0].to_bits(),
+                            tick.force[1].to_bits()
+                        );
+                    }
+                }
+            }
+        }
+    }
+    defmt::println!("end");
+    mps2::exit(Exit::Success)
+}
+
+/// From touch to the last position and back, a step at a time; nothing is logged meanwhile.
+// Not inlined: its own frame belongs to the stack that is measured.
+#[inline(never)]
+fn sweep<'a, S: Size>(
+    follower: &mut Follower<f32, S>,
+    how: &Discretisation,
+    settings: Settings,
+    step: f64,
+    last: i32,
+    record: &'a mut [Tick],
+) -> Result<&'a [Tick], DiscretiseError> {
+    let design = ladder_80();
+    follower.configure(&design, how)?;
+    follower.set_settings(settings);
+    follower.set_object(circle_80(HEIGHT), Motion::Rotating { axis: design.motor_axis });
+    follower.start(0.0);
+    let mut used = 0;
+    for (entry, position) in record.iter_mut().zip((0..=last).chain((0..last).rev())) {
+        let angle = f64::from(position) * step;
+        let (outcome, clock) = cycles::of(|| follower.follow_within(angle, BUDGET));
+        *entry = Tick {
+            position,
+            clock,
+            iterations: outcome.iterations,
+            trusted: outcome.status.is_trustworthy(),
+            touching: follower.touching() > 0,
+            force: follower.force_world(),
+        };
+        used += 1;
+    }
+    Ok(record.get(..used).unwrap_or_default())
+}

@@ -1,0 +1,94 @@
+//! The figures as a person reads them.
+
+use super::pc::Time;
+use super::target::Row;
+use std::fmt::Write;
+
+/// The target's table, instructions in thousands.
+pub fn target(rows: &[Row]) -> String {
+    let mut text = format!(
+        "ladder-80, cylinder of 80 mm at Mid height, 0 → 11 → 0°, ticks in contact; instructions in thousands, f32\n\
+         {:<13} {:>7} {:<9} {:<13} {:<13} {:>6} {:>6} {:>11} {:>15} {:>15} {:>8} {:>8} {:>6} {:>9}\n",
+        "model",
+        "samples",
+        "physics",
+        "hessian",
+        "mode",
+        "ticks",
+        "failed",
+        "iterations",
+        "a count",
+        "a degree",
+        "flash",
+        "RAM",
+        "stack",
+        "error, N"
+    );
+    for row in rows {
+        let spread = |of: super::target::Spread| format!("{:.0} / {:.0}", of.mean / 1e3, of.max / 1e3);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{:<13} {:>7} {:<9} {:<13} {:<13} {:>6} {:>6} {:>11} {:>15} {:>15} {:>8} {:>8} {:>6} {:>9.1e}",
+            row.model.name,
+            row.model.samples,
+            row.model.physics,
+            row.hessian,
+            row.mode,
+            row.ticks,
+            row.failed_ticks,
+            format!("{:.2} / {:.0}", row.iterations_per_count.mean, row.iterations_per_count.max),
+            spread(row.per_count),
+            spread(row.per_degree),
+            row.flash_bytes,
+            row.static_ram_bytes,
+            row.stack_peak_bytes,
+            row.force_error_n,
+        );
+    }
+    text.push_str("mean / max; error: largest distance to the f64 solution of the same model\n");
+    let compared: Vec<usize> = rows.iter().filter_map(|row| row.differs_from_pc).collect();
+    let different: usize = compared.iter().sum();
+    let _ = writeln!(
+        text,
+        "forces of {} sweeps compared bit for bit with f32 on this PC: {different} ticks differ",
+        compared.len()
+    );
+    text
+}
+
+/// The PC's table.
+pub fn pc(times: &[Time]) -> String {
+    let mut text =
+        format!("{:<17} {:<9} {:<9} {:>12} {:>16}\n", "model", "physics", "precision", "a count, µs", "0 to 11°, µs");
+    for time in times {
+        let _ = writeln!(
+            text,
+            "{:<17} {:<9} {:<9} {:>12.1} {:>16.1}",
+            time.model, time.physics, time.precision, time.warm_us, time.cold_us
+        );
+    }
+    text.push_str(&ratios(times));
+    text
+}
+
+/// How much the reduced model saves against the paper's resolution, times of the same run.
+fn ratios(times: &[Time]) -> String {
+    let mut text = String::new();
+    for full in times.iter().filter(|time| time.model == "paper-170-20") {
+        let reduced = times.iter().find(|time| {
+            time.model == "simpson-17-1" && (&time.physics, &time.precision) == (&full.physics, &full.precision)
+        });
+        if let Some(reduced) = reduced {
+            let _ = writeln!(
+                text,
+                "{}, {}: paper-170-20 takes {:.1} times as long as simpson-17-1 warm, {:.1} times cold",
+                full.physics,
+                full.precision,
+                full.warm_us / reduced.warm_us,
+                full.cold_us / reduced.cold_us
+            );
+        }
+    }
+    text
+}

@@ -1,0 +1,314 @@
+//! The part that runs on the target: instructions counted by QEMU, stack by painting, flash as the difference to an image without
+//! a model.
+
+use super::pc::{Force, Model, number};
+use crate::cross::Cross;
+use crate::logging::Log;
+use crate::{command, qemu};
+use anyhow::{Context, Result, bail};
+use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::thread;
+
+/// The rate of QEMU's clock: with `shift=6` an instruction takes 64 ns and a tick of the 25 MHz counter 40 ns.
+const ICOUNT: &str = "shift=6,sleep=off";
+const INSTRUCTIONS_PER_TICK: f64 = 0.625;
+/// Image and what it measures.
+const MODELS: [(&str, &str); 2] = [("bench-reduced", "simpson-17-1"), ("bench-paper", "paper-170-20")];
+const EMPTY: &str = "bench-empty";
+
+/// The images, built alike.
+pub struct Images {
+    folder: PathBuf,
+    /// What cargo says of the profile.
+    pub opt_level: String,
+}
+
+/// Mean and largest of a count.
+#[derive(Clone, Copy, Default)]
+pub struct Spread {
+    pub mean: f64,
+    pub max: f64,
+}
+
+impl Spread {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (mut sum, mut max, mut count) = (0.0, 0.0_f64, 0);
+        for value in values {
+            sum += value;
+            max = max.max(value);
+            count += 1;
+        }
+        Self { mean: if count == 0 { 0.0 } else { sum / f64::from(count) }, max }
+    }
+}
+
+/// A line of the target's table.
+pub struct Row {
+    pub model: Model,
+    pub mode: String,
+    pub hessian: String,
+    /// Ticks in contact.
+    pub ticks: usize,
+    pub failed_ticks: usize,
+    pub per_count: Spread,
+    pub per_degree: Spread,
+    pub iterations_per_count: Spread,
+    pub flash_bytes: u64,
+    pub static_ram_bytes: u64,
+    pub stack_peak_bytes: u64,
+    /// Largest difference to the double-precision solution of the same discretisation over the ticks that did not fail, N.
+    pub force_error_n: f64,
+    /// Ticks whose force is not, bit for bit, the PC's in single precision. Known for the mode the PC ran.
+    pub differs_from_pc: Option<usize>,
+}
+
+/// Builds the images in one go.
+pub fn build(cross: &Cross) -> Result<Images> {
+    let mut build = cross.cargo("build");
+    build.args(["--quiet", "--release", "--package", "mps2", "--features", "bench"]);
+    for image in MODELS.iter().map(|(image, _)| *image).chain([EMPTY]) {
+        build.args(["--bin", image]);
+    }
+    build.arg("--message-format=json-render-diagnostics").stderr(Stdio::inherit());
+    let messages = build.output().with_context(|| format!("cannot start `{}`", command::line(&build)))?;
+    if !messages.status.success() {
+        bail!("`{}` failed: {}", command::line(&build), messages.status);
+    }
+    String::from_utf8_lossy(&messages.stdout)
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+        .find_map(|message| {
+            let folder = Path::new(message["executable"].as_str()?).parent()?.to_owned();
+            Some(Images { folder, opt_level: message["profile"]["opt_level"].as_str()?.to_owned() })
+        })
+        .context("cargo named no image")
+}
+
+/// Runs the images, side by side, and makes the table.
+pub fn measure(images: &Images, forces: &HashMap<Model, Vec<Force>>) -> Result<Vec<Row>> {
+    let empty = flash(&images.folder.join(EMPTY))?;
+    let logs = thread::scope(|scope| {
+        let runs = MODELS.map(|(image, _)| {
+            let elf = images.folder.join(image);
+            scope.spawn(move || run(&elf))
+        });
+        runs.map(|run| run.join().unwrap_or_else(|_| bail!("the runner itself failed")))
+    });
+    let mut rows = Vec::new();
+    for ((image, model), log) in MODELS.iter().zip(logs) {
+        let log = log.with_context(|| format!("image {image}"))?;
+        let flash = flash(&images.folder.join(image))?.saturating_sub(empty);
+        rows.extend(table(model, flash, &runs(&log)?, forces)?);
+    }
+    Ok(rows)
+}
+
+/// Runs an image to its end; the lines of its log.
+fn run(elf: &Path) -> Result<Vec<String>> {
+    let mut qemu = qemu::machine(elf, &[]);
+    qemu.args(["-icount", ICOUNT, "-serial", "none"]).stdin(Stdio::null());
+    let done = qemu.output().with_context(|| format!("cannot start `{}`", command::line(&qemu)))?;
+    let bytes = std::fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
+    let lines = Log::of(&bytes)?.lines(&done.stdout)?;
+    if !done.status.success() {
+        let said = lines.last().map_or("", String::as_str);
+        bail!("ended with {}: {said}{}", done.status, String::from_utf8_lossy(&done.stderr));
+    }
+    Ok(lines)
+}
+
+/// Bytes that an image takes in flash.
+fn flash(elf: &Path) -> Result<u64> {
+    let bytes = std::fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
+    let file = object::File::parse(&*bytes).context("the image is not an ELF file")?;
+    let in_flash = |section: &object::Section| {
+        let SectionFlags::Elf { sh_flags } = section.flags() else { return false };
+        sh_flags & u64::from(elf::SHF_ALLOC) != 0 && section.kind() != SectionKind::UninitializedData
+    };
+    Ok(file.sections().filter(in_flash).map(|section| section.size()).sum())
+}
+
+/// One sweep of the target.
+struct Run {
+    samples: u8,
+    physics: String,
+    hessian: String,
+    mode: String,
+    /// `count` or `degree`.
+    step: String,
+    ram: u64,
+    stack: u64,
+    ticks: Vec<Tick>,
+}
+
+struct Tick {
+    position: i32,
+    clock: u32,
+    iterations: u32,
+    trusted: bool,
+    touching: bool,
+    force: [u32; 2],
+}
+
+impl Tick {
+    /// In contact. A failed tick is one: without contact nothing can fail.
+    fn counts(&self) -> bool {
+        self.touching || !self.trusted
+    }
+
+    fn instructions(&self) -> f64 {
+        f64::from(self.clock) * INSTRUCTIONS_PER_TICK
+    }
+}
+
+/// Reads the target's log: `run` lines, each followed by its `tick` lines, and `end`.
+fn runs(log: &[String]) -> Result<Vec<Run>> {
+    let mut runs: Vec<Run> = Vec::new();
+    for line in log {
+        // The log's time stamp comes first.
+        let words: Vec<&str> = line.split_whitespace().skip(1).collect();
+        match (words.as_slice(), runs.last_mut()) {
+            (["run", samples, physics, hessian, mode, step, ram, stack], _) => runs.push(Run {
+                samples: number(samples)?,
+                physics: (*physics).to_owned(),
+                hessian: (*hessian).to_owned(),
+                mode: (*mode).to_owned(),
+                step: (*step).to_owned(),
+                ram: number(ram)?,
+                stack: number(stack)?,
+                ticks: Vec::new(),
+            }),
+            (["tick", position, clock, iterations, trusted, touching, x, y], Some(run)) => run.ticks.push(Tick {
+                position: number(position)?,
+                clock: number(clock)?,
+                iterations: number(iterations)?,
+                trusted: number::<u8>(trusted)? != 0,
+                touching: number::<u8>(touching)? != 0,
+                force: [number(x)?, number(y)?],
+            }),
+            (["end"], _) => return Ok(runs),
+            _ => bail!("the target printed `{line}`"),
+        }
+    }
+    bail!("the target's log has no end")
+}
+
+/// Joins the sweeps by counts and by degrees.
+fn table(model: &str, flash_bytes: u64, runs: &[Run], forces: &HashMap<Model, Vec<Force>>) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for run in runs.iter().filter(|run| run.step == "count") {
+        let same = |other: &&Run| {
+            other.step == "degree"
+                && (other.samples, &other.physics, &other.hessian, &other.mode)
+                    == (run.samples, &run.physics, &run.hessian, &run.mode)
+        };
+        let degrees = runs.iter().find(same).context("a sweep by counts without one by degrees")?;
+        let model = Model { name: model.to_owned(), samples: run.samples, physics: run.physics.clone() };
+        let forces = forces.get(&model).with_context(|| format!("no forces from the PC for {}", model.name))?;
+        let contact = || run.ticks.iter().filter(|tick| tick.counts());
+        let newton = run.hessian == "newton" && run.mode == "converged";
+        rows.push(Row {
+            mode: run.mode.clone(),
+            hessian: run.hessian.clone(),
+            ticks: contact().count(),
+            failed_ticks: contact().filter(|tick| !tick.trusted).count(),
+            per_count: Spread::of(contact().map(Tick::instructions)),
+            per_degree: Spread::of(degrees.ticks.iter().filter(|tick| tick.counts()).map(Tick::instructions)),
+            iterations_per_count: Spread::of(contact().map(|tick| f64::from(tick.iterations))),
+            flash_bytes,
+            static_ram_bytes: run.ram,
+            stack_peak_bytes: run.stack.max(degrees.stack),
+            force_error_n: error(&run.ticks, forces)?,
+            differs_from_pc: newton
+                .then(|| run.ticks.iter().zip(forces).filter(|(tick, pc)| tick.force != pc.single).count()),
+            model,
+        });
+    }
+    Ok(rows)
+}
+
+/// Largest distance between the target's forces and the double-precision ones, N.
+fn error(ticks: &[Tick], forces: &[Force]) -> Result<f64> {
+    let mut most = 0.0_f64;
+    if ticks.len() != forces.len() {
+        bail!("{} ticks on the target, {} on the PC", ticks.len(), forces.len());
+    }
+    for (tick, exact) in ticks.iter().zip(forces) {
+        if tick.position != exact.position {
+            bail!("the sweeps of target and PC differ");
+        }
+        if tick.trusted {
+            let [x, y] = tick.force.map(|bits| f64::from(f32::from_bits(bits)));
+            let distance = (x - exact.double[0]).hypot(y - exact.double[1]);
+            // `max` would drop a NaN.
+            if !distance.is_finite() {
+                bail!("the target's force at count {} is not finite", tick.position);
+            }
+            most = most.max(distance);
+        }
+    }
+    Ok(most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn log(lines: &[&str]) -> Vec<String> {
+        lines.iter().map(|line| format!("0.000001 {line}")).collect()
+    }
+
+    fn forces() -> HashMap<Model, Vec<Force>> {
+        let model = Model { name: "m".into(), samples: 4, physics: "paper".into() };
+        let force =
+            |position, double: [f64; 2]| Force { position, double, single: double.map(|x| (x as f32).to_bits()) };
+        HashMap::from([(model, vec![force(0, [0.0, 0.0]), force(1, [1.0, 0.0]), force(0, [0.5, 0.0])])])
+    }
+
+    /// Forces 0, 1.25 (bits 1067450368) and, failed, 8 (1090519040).
+    const LINES: [&str; 7] = [
+        "run 4 paper newton converged count 1000 200",
+        "tick 0 1000 0 1 0 0 0",
+        "tick 1 1600 2 1 1 1067450368 0",
+        "tick 0 3200 8 0 0 1090519040 0",
+        "run 4 paper newton converged degree 1000 300",
+        "tick 0 8000 4 1 1 0 0",
+        "end",
+    ];
+
+    #[test]
+    fn sweeps_become_a_row() {
+        let rows = table("m", 7, &runs(&log(&LINES)).unwrap(), &forces()).unwrap();
+        let [row] = rows.as_slice() else { panic!("{} rows", rows.len()) };
+        assert_eq!(
+            (row.ticks, row.failed_ticks),
+            (2, 1),
+            "the tick without contact does not count, the failed one does"
+        );
+        assert_eq!((row.per_count.mean, row.per_count.max), (1500.0, 2000.0));
+        assert_eq!(row.per_degree.mean, 5000.0);
+        assert_eq!((row.iterations_per_count.mean, row.iterations_per_count.max), (5.0, 8.0));
+        assert_eq!((row.flash_bytes, row.static_ram_bytes, row.stack_peak_bytes), (7, 1000, 300));
+        assert_eq!(row.force_error_n, 0.25, "the failed tick's force is not judged");
+        assert_eq!(row.differs_from_pc, Some(2));
+    }
+
+    #[test]
+    fn a_log_that_breaks_off_is_an_error() {
+        assert!(runs(&log(&LINES[..6])).is_err());
+        assert!(runs(&log(&["tick 0 1 0 1 0 0 0"])).is_err(), "a tick before its run");
+        assert!(runs(&log(&["(a malformed log frame)"])).is_err());
+    }
+
+    #[test]
+    fn another_sweep_or_no_number_is_an_error() {
+        let mut lines = LINES;
+        lines[2] = "tick 2 1600 2 1 1 1067450368 0";
+        assert!(table("m", 7, &runs(&log(&lines)).unwrap(), &forces()).is_err());
+        lines[2] = "tick 1 1600 2 1 1 2143289344 0"; // NaN
+        assert!(table("m", 7, &runs(&log(&lines)).unwrap(), &forces()).is_err());
+    }
+}
