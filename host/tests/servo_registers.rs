@@ -10,8 +10,8 @@ use host::servo::{
     ACCELERATION_UNIT, Clock, Config, ConfigError, FREE_SPEED, FRICTION, Fault, SPEED_UNIT, Servo, TORQUE_CONSTANT,
 };
 use model_core::status::Status;
-use servo_bus::{Bus, run};
-use servo_case::{id, load};
+use servo_bus::{Bus, id, run};
+use servo_case::load;
 
 fn requests() -> Config {
     Config { clock: Clock::Requests { period_us: 2000 }, ..Config::default() }

@@ -8,12 +8,10 @@ use std::pin::pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
-use dynamixel::{Answer, Error, Master, Register, StatusError, Timing, Value};
+use dynamixel::{Answer, Error, Id, Master, Register, StatusError, Timing, Value};
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{ErrorType, Read, Write};
 use host::servo::{Config, Servo};
-
-use crate::servo_case::id;
 
 pub struct World {
     pub servos: Vec<Servo>,
@@ -98,6 +96,10 @@ impl Bus {
             Err(other) => panic!("{other:?}"),
         }
     }
+}
+
+pub fn id(id: u8) -> Id {
+    Id::new(id).unwrap()
 }
 
 impl ErrorType for Wire {

@@ -2,14 +2,9 @@
 
 use std::sync::Arc;
 
-use dynamixel::Id;
 use host::case::preset;
 use host::servo::Load;
 use model_core::object::ObjectDesign;
-
-pub fn id(id: u8) -> Id {
-    Id::new(id).unwrap()
-}
 
 /// The object there, up to an angle. At mid height its centre is (41, 45) mm.
 pub fn load(centre: [f64; 2], highest_deg: f64) -> Arc<Load> {
