@@ -303,17 +303,36 @@ impl Scene {
     /// This picture with another one below it.
     pub fn above(mut self, other: &Self) -> Self {
         let down = self.height;
-        let shift = |[x, y]: [f64; 2]| [x, y + down];
         self.width = self.width.max(other.width);
         self.height += other.height;
+        self.take(other, [0.0, down]);
+        self
+    }
+
+    /// This picture with another one to the right of it.
+    pub fn beside(mut self, other: &Self) -> Self {
+        let right = self.width;
+        self.width += other.width;
+        self.height = self.height.max(other.height);
+        self.take(other, [right, 0.0]);
+        self
+    }
+
+    /// Adds all of another picture, moved.
+    fn take(&mut self, other: &Self, by: [f64; 2]) {
+        let shift = |[x, y]: [f64; 2]| [x + by[0], y + by[1]];
         self.description = format!("{} {}", self.description, other.description);
         self.items.extend(other.items.iter().cloned().map(|item| match item {
             Item::Path(path, fill, stroke) => Item::Path(path.mapped(shift), fill, stroke),
             Item::Text(text) => Item::Text(Text { at: shift(text.at), ..text }),
-            Item::Clip(r) => Item::Clip(Rect { top: r.top + down, bottom: r.bottom + down, ..r }),
+            Item::Clip(r) => Item::Clip(Rect {
+                left: r.left + by[0],
+                right: r.right + by[0],
+                top: r.top + by[1],
+                bottom: r.bottom + by[1],
+            }),
             Item::Unclip => Item::Unclip,
         }));
-        self
     }
 
     /// Adds a filled area.
