@@ -59,6 +59,11 @@ impl Machine {
 
     /// Boots with such a servo.
     pub fn boot(servo: Config) -> Self {
+        Self::boot_with(servo, &[])
+    }
+
+    /// Boots with further arguments for QEMU, as `-icount shift=2` to tell costs in instructions (a tenth of them).
+    pub fn boot_with(servo: Config, arguments: &[&str]) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(elf) = std::env::var_os("FRE_FIRMWARE_ELF").map(PathBuf::from) else {
             panic!("FRE_FIRMWARE_ELF does not name the firmware's ELF: run these tests by `cargo xtask test`");
@@ -73,6 +78,7 @@ impl Machine {
             let socket = format!("socket,id={name},path={},server=on,wait=off", socket.display());
             command.args(["-chardev", &socket, "-serial", &format!("chardev:{name}")]);
         }
+        command.args(arguments);
         let log = File::create(folder.path().join("log")).expect("a file for the log");
         let qemu = command.arg("-kernel").arg(&elf).stdin(Stdio::null()).stdout(log).spawn();
         let qemu = qemu.unwrap_or_else(|error| panic!("qemu-system-arm: {error}; `cargo xtask setup` installs it"));
