@@ -21,46 +21,54 @@ pub fn json(solutions: &[Solution]) -> Result<String, serde_json::Error> {
 
 /// One line per angle; every name carries its unit. Numbers that are not known are empty.
 pub fn csv(solutions: &[Solution]) -> String {
-    let distances = solutions.first().is_some_and(|solution| solution.distance_mm.is_some());
-    let place = if distances { "distance_mm" } else { "motor_angle_deg" };
-    let mut out = format!(
-        "status,{place},force_x_n,force_y_n,force_n,force_finger_frame_x_n,force_finger_frame_y_n,motor_torque_nmm,\
-         energy_nmm,tip_x_mm,tip_y_mm,contacts,iterations,steps,elapsed_us,scheme,elements_per_beam,\
-         elements_per_hinge,unknowns,physics,precision\n"
-    );
-    let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
-    let vector =
-        |value: Option<[f64; 2]>| format!("{},{}", number(value.map(|[x, _]| x)), number(value.map(|[_, y]| y)));
-    for solution in solutions {
-        let model = &solution.model;
-        let precision = match model.precision {
-            crate::run::Precision::F32 => "f32",
-            crate::run::Precision::F64 => "f64",
-        };
-        // Writing into a String cannot fail.
-        let _ = writeln!(
-            out,
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{precision}",
-            solution.status,
-            solution.place(),
-            vector(solution.force_n),
-            number(solution.force_magnitude_n),
-            vector(solution.force_finger_frame_n),
-            number(solution.motor_torque_nmm),
-            number(solution.energy_nmm),
-            vector(solution.tip_mm),
-            solution.contacts.len(),
-            solution.iterations,
-            solution.steps,
-            solution.elapsed_us,
-            model.scheme,
-            model.elements_per_beam,
-            model.elements_per_hinge,
-            model.unknowns,
-            model.physics,
-        );
+    let mut out = String::new();
+    for (index, solution) in solutions.iter().enumerate() {
+        let fields = fields(solution);
+        if index == 0 {
+            out.push_str(&fields.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(","));
+            out.push('\n');
+        }
+        out.push_str(&fields.into_iter().map(|(_, value)| value).collect::<Vec<_>>().join(","));
+        out.push('\n');
     }
     out
+}
+
+/// A result's CSV columns with their values. New columns are added at the end only.
+fn fields(solution: &Solution) -> Vec<(&'static str, String)> {
+    let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+    let part = |value: Option<[f64; 2]>, i: usize| number(value.map(|v| v[i]));
+    let model = &solution.model;
+    let rotating = solution.distance_mm.is_none();
+    let slope = solution.sensitivity.and_then(|s| s.force_per_deg_n.or(s.force_per_mm_n));
+    vec![
+        ("status", solution.status.to_string()),
+        (if rotating { "motor_angle_deg" } else { "distance_mm" }, solution.place().to_string()),
+        ("force_x_n", part(solution.force_n, 0)),
+        ("force_y_n", part(solution.force_n, 1)),
+        ("force_n", number(solution.force_magnitude_n)),
+        ("force_finger_frame_x_n", part(solution.force_finger_frame_n, 0)),
+        ("force_finger_frame_y_n", part(solution.force_finger_frame_n, 1)),
+        ("motor_torque_nmm", number(solution.motor_torque_nmm)),
+        ("energy_nmm", number(solution.energy_nmm)),
+        ("tip_x_mm", part(solution.tip_mm, 0)),
+        ("tip_y_mm", part(solution.tip_mm, 1)),
+        ("contacts", solution.contacts.len().to_string()),
+        ("iterations", solution.iterations.to_string()),
+        ("steps", solution.steps.to_string()),
+        ("elapsed_us", solution.elapsed_us.to_string()),
+        ("scheme", model.scheme.clone()),
+        ("elements_per_beam", model.elements_per_beam.to_string()),
+        ("elements_per_hinge", model.elements_per_hinge.to_string()),
+        ("unknowns", model.unknowns.to_string()),
+        ("physics", model.physics.clone()),
+        ("precision", model.precision.word().to_owned()),
+        ("max_strain_front", number(solution.max_strain.map(|e| e.front))),
+        ("max_strain_back", number(solution.max_strain.map(|e| e.back))),
+        ("max_strain_hinge", number(solution.max_strain.map(|e| e.hinge))),
+        (if rotating { "force_x_per_deg_n" } else { "force_x_per_mm_n" }, part(slope, 0)),
+        (if rotating { "force_y_per_deg_n" } else { "force_y_per_mm_n" }, part(slope, 1)),
+    ]
 }
 
 /// A table for people.
@@ -85,12 +93,13 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
         ["energy", "N·mm"],
         ["tip x", "mm"],
         ["tip y", "mm"],
+        ["strain", "%"],
         ["contacts", ""],
         ["iterations", ""],
         ["time", "ms"],
     ];
     let number = |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |v| format!("{v:.decimals$}"));
-    let rows: Vec<[String; 12]> = solutions
+    let rows: Vec<[String; 13]> = solutions
         .iter()
         .map(|s| {
             [
@@ -103,6 +112,7 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
                 number(s.energy_nmm, 3),
                 number(s.tip_mm.map(|p| p[0]), 3),
                 number(s.tip_mm.map(|p| p[1]), 3),
+                number(s.max_strain.map(|e| 100.0 * e.front.max(e.back).max(e.hinge)), 2),
                 s.contacts.len().to_string(),
                 s.iterations.to_string(),
                 format!("{:.2}", s.elapsed_us / 1000.0),
@@ -114,7 +124,7 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
         let heads = columns[column].iter().map(|word| word.chars().count());
         cells.chain(heads).max().unwrap_or(0)
     };
-    let mut line = |cells: [&str; 12]| {
+    let mut line = |cells: [&str; 13]| {
         let mut text = String::new();
         for (column, cell) in cells.into_iter().enumerate() {
             let width = width(column);
@@ -192,12 +202,12 @@ fn headline(case: &Case) -> String {
 
 fn model_words(solution: &Solution) -> String {
     let model = &solution.model;
-    let precision = match model.precision {
-        crate::run::Precision::F32 => "f32",
-        crate::run::Precision::F64 => "f64",
-    };
     format!(
-        "scheme {} {}/{}, physics {}, {precision}",
-        model.scheme, model.elements_per_beam, model.elements_per_hinge, model.physics
+        "scheme {} {}/{}, physics {}, {}",
+        model.scheme,
+        model.elements_per_beam,
+        model.elements_per_hinge,
+        model.physics,
+        model.precision.word()
     )
 }

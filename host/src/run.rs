@@ -14,6 +14,9 @@ use crate::case::Case;
 use crate::heap::Host;
 use crate::shape::{Contact, Shape};
 
+/// Newton iterations allowed between two places: several times what a motion with a snap-through takes.
+const MOST_ITERATIONS: u32 = 10_000;
+
 /// Floating-point precision of the solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -23,6 +26,16 @@ pub enum Precision {
     /// Double.
     #[default]
     F64,
+}
+
+impl Precision {
+    /// The word in files and options.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
 }
 
 /// How a case is solved.
@@ -74,11 +87,19 @@ pub struct MaxStrain {
     pub hinge: f64,
 }
 
-/// Derivatives of the force on the object, world frame.
+/// Derivatives of the force on the object, world frame, the touching samples staying the same.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivity {
-    /// To the motor angle, N per degree.
-    pub force_per_deg_n: [f64; 2],
+    /// To the motor angle, N per degree; absent for a translated base.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_per_deg_n: Option<[f64; 2]>,
+    /// To the distance, N per mm, of a translated base.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_per_mm_n: Option<[f64; 2]>,
+    /// To the x and the y of the object's centre, N per mm.
+    pub force_per_centre_mm_n: [[f64; 2]; 2],
+    /// To the object's radius, N per mm.
+    pub force_per_radius_mm_n: [f64; 2],
 }
 
 /// The result at one place of a motion. Without a trustworthy status the numbers are absent and the lists empty.
@@ -113,9 +134,9 @@ pub struct Solution {
     pub lamellae_mm: Vec<[[f64; 2]; 2]>,
     /// Touching samples, base to tip, finger frame.
     pub contacts: Vec<Contact>,
-    /// Largest strains; `null` while the solver does not offer them.
+    /// Largest strains.
     pub max_strain: Option<MaxStrain>,
-    /// Derivatives; `null` while the solver does not offer them.
+    /// Derivatives; `null` if more samples touch than the solver has room for.
     pub sensitivity: Option<Sensitivity>,
     /// Newton iterations spent since the previous place.
     pub iterations: u32,
@@ -168,7 +189,7 @@ fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, Di
     }
     let at = |&place: &f64| {
         let begin = Instant::now();
-        let outcome = follower.follow(case.path.coordinate(place));
+        let outcome = follower.follow_within(case.path.coordinate(place), MOST_ITERATIONS);
         let elapsed_us = begin.elapsed().as_secs_f64() * 1e6;
         let (angle, distance) = match case.path.motion {
             Motion::Rotating { .. } => (Some(place), None),
@@ -176,8 +197,9 @@ fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, Di
         };
         let known = outcome.status.is_trustworthy();
         let shape = if known { Shape::of(&follower) } else { Shape::default() };
-        let number = |value: T| known.then(|| value.to_f64());
-        let vector = |value: [T; 2]| known.then(|| value.map(T::to_f64));
+        // Adding zero turns −0 into 0.
+        let number = |value: T| known.then(|| value.to_f64() + 0.0);
+        let vector = |value: [T; 2]| known.then(|| value.map(|x| x.to_f64() + 0.0));
         let force = vector(follower.force_world());
         Solution {
             status: outcome.status,
@@ -193,8 +215,8 @@ fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, Di
             back_mm: shape.back,
             lamellae_mm: shape.lamellae,
             contacts: shape.contacts,
-            max_strain: None,
-            sensitivity: None,
+            max_strain: known.then(|| max_strain(&follower)),
+            sensitivity: if known { sensitivity(&mut follower, case) } else { None },
             iterations: outcome.iterations,
             steps: outcome.steps,
             elapsed_us: (elapsed_us * 10.0).round() / 10.0,
@@ -202,6 +224,25 @@ fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, Di
         }
     };
     Ok(case.path.places.iter().map(at).collect())
+}
+
+fn max_strain<T: Real>(follower: &Follower<T, Host>) -> MaxStrain {
+    let [front, back, hinge] = follower.max_strain().map(T::to_f64);
+    MaxStrain { front, back, hinge }
+}
+
+fn sensitivity<T: Real>(follower: &mut Follower<T, Host>, case: &Case) -> Option<Sensitivity> {
+    let found = follower.sensitivity()?;
+    let vector = |v: [T; 2]| v.map(T::to_f64);
+    let coordinate = vector(found.coordinate);
+    let per_degree = coordinate.map(|per_radian| per_radian * 1_f64.to_radians());
+    let rotating = matches!(case.path.motion, Motion::Rotating { .. });
+    Some(Sensitivity {
+        force_per_deg_n: rotating.then_some(per_degree),
+        force_per_mm_n: (!rotating).then_some(coordinate),
+        force_per_centre_mm_n: found.centre.map(vector),
+        force_per_radius_mm_n: vector(found.radius),
+    })
 }
 
 /// Settings of the follower for a kind of second derivative.

@@ -129,7 +129,11 @@ fn csv_and_text_say_the_same() {
     let csv = words(&fre(&case, "--format csv").stdout);
     let mut lines = csv.lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
-    assert_eq!(header[..5], ["status", "motor_angle_deg", "force_x_n", "force_y_n", "force_n"]);
+    let expected = "status,motor_angle_deg,force_x_n,force_y_n,force_n,force_finger_frame_x_n,force_finger_frame_y_n,\
+        motor_torque_nmm,energy_nmm,tip_x_mm,tip_y_mm,contacts,iterations,steps,elapsed_us,scheme,elements_per_beam,\
+        elements_per_hinge,unknowns,physics,precision,max_strain_front,max_strain_back,max_strain_hinge,\
+        force_x_per_deg_n,force_y_per_deg_n";
+    assert_eq!(header, expected.split(',').collect::<Vec<_>>(), "the header is stable: add at its end only");
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert!(rows.len() == 2 && rows.iter().all(|row| row.len() == header.len()), "{csv}");
     let text = words(&fre(&case, "").stdout);
@@ -161,6 +165,23 @@ fn every_option_reaches_the_model() {
 }
 
 #[test]
+fn the_sensitivity_is_the_slope_of_the_force() {
+    let folder = Folder::new("slope");
+    let solved = solutions(&folder.case(60.0, "[7.999, 8.0, 8.001]"), "");
+    let [before, here, after] = &solved[..] else { panic!("three angles were asked for") };
+    let slope = here.sensitivity.unwrap().force_per_deg_n.unwrap();
+    for i in 0..2 {
+        let difference = (after.force_n.unwrap()[i] - before.force_n.unwrap()[i]) / 0.002;
+        assert!((slope[i] - difference).abs() < 1e-3 * difference.abs(), "{slope:?} {difference}");
+    }
+    // A finger pushed by a larger object, or by one nearer, pushes back harder.
+    let sensitivity = here.sensitivity.unwrap();
+    assert!(sensitivity.force_per_radius_mm_n[0] > 0.0 && sensitivity.force_per_centre_mm_n[0][0] < 0.0);
+    let strain = here.max_strain.unwrap();
+    assert!(strain.front > 0.001 && strain.back > 0.001 && strain.hinge < 0.5, "{strain:?}");
+}
+
+#[test]
 fn gauss_newton_finds_the_same_solution_in_more_iterations() {
     let folder = Folder::new("hessian");
     let case = folder.case(25.0, "[2.0, 4.0]");
@@ -183,6 +204,8 @@ fn a_translated_base_reports_distances() {
     let output = fre(&case, "--format json");
     let value: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(value[1]["distance_mm"], 10.0);
+    assert!(value[2]["sensitivity"]["force_per_mm_n"][0].as_f64().unwrap() > 0.0, "{value}");
+    assert!(value[2]["sensitivity"].get("force_per_deg_n").is_none());
     assert!(value[1].get("motor_angle_deg").is_none());
     assert_eq!(value[0]["status"], "no-contact");
     assert!(value[2]["force_n"][0].as_f64().unwrap() > 0.1, "{value}");
@@ -201,11 +224,28 @@ fn an_angle_without_a_solution_is_status_2_and_has_no_numbers() {
     assert_eq!(output.status.code(), Some(2));
     let value: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(value.as_array().unwrap().len(), 2);
-    assert_eq!(value[0]["status"], "folded");
+    assert_eq!(value[0]["status"], "out-of-range");
     assert!(value[0]["force_n"].is_null() && value[0]["contacts"].as_array().unwrap().is_empty());
     let csv = words(&fre(&case, "--format csv").stdout);
-    assert!(csv.lines().nth(1).unwrap().starts_with("folded,0,,,,"), "{csv}");
+    assert!(csv.lines().nth(1).unwrap().starts_with("out-of-range,0,,,,"), "{csv}");
     assert!(words(&fre(&case, "").stdout).contains('–'));
+}
+
+#[test]
+fn numbers_come_with_a_trustworthy_status_only() {
+    let folder = Folder::new("far");
+    // Far beyond contact: snap-throughs, the finger slips past the cylinder, and must come back through it.
+    let case = folder.case(45.0, "[5, 30, 60, 90, 5]");
+    let output = fre(&case, "--format json");
+    let solved: Vec<Solution> = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(solved.iter().map(Solution::place).collect::<Vec<_>>(), [5.0, 30.0, 60.0, 90.0, 5.0]);
+    let trusted = solved.iter().filter(|solution| solution.status.is_trustworthy()).count();
+    assert_eq!(output.status.code(), Some(if trusted == solved.len() { 0 } else { 2 }));
+    assert!(trusted >= 1 && solved[0].force_magnitude_n.unwrap() > 1.0);
+    for solution in &solved {
+        assert_eq!(solution.force_n.is_some(), solution.status.is_trustworthy(), "{solution:?}");
+        assert_eq!(solution.front_mm.is_empty(), !solution.status.is_trustworthy());
+    }
 }
 
 #[test]

@@ -54,7 +54,7 @@ pub struct ModelArgs {
     /// Contact samples per element of scheme simpson (1 to 16) [default: 4; the other schemes sample at their nodes]
     #[arg(long, value_name = "N")]
     samples: Option<u8>,
-    /// Contact softness [default: 0.001 with samples, 0 with nodes]
+    /// Contact softness ε in gap + ε·force = 0, mm/N, 0 to 1 [default: 0.001 with samples, 0 with nodes]
     #[arg(long, value_name = "X")]
     softness_mm_per_n: Option<f64>,
     /// Physics

@@ -20,14 +20,14 @@ pub struct Args {
     /// The case file
     #[arg(value_name = "CASE.toml")]
     case: PathBuf,
-    #[command(flatten)]
-    model: ModelArgs,
     /// Form of the results on standard output
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
     /// Draws the finger at the last trustworthy angle and, for several angles, the force over the angle
     #[arg(long, value_name = "FILE.svg|FILE.png")]
     plot: Option<PathBuf>,
+    #[command(flatten)]
+    model: ModelArgs,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

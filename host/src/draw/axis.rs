@@ -21,8 +21,9 @@ impl Scale {
         }
         let step = round_step((high - low) / count.max(1.0));
         if round {
-            low = (low / step + 1e-9).floor() * step;
-            high = (high / step - 1e-9).ceil() * step;
+            // Values a hair beyond a tick do not cost a whole step.
+            low = (low / step + 0.03).floor() * step;
+            high = (high / step - 0.03).ceil() * step;
         }
         let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
         // Zero is written as 0, not as −0.
