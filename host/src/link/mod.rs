@@ -22,6 +22,8 @@ mod address;
 mod client;
 mod error;
 mod port;
+#[cfg(test)]
+mod tests;
 
 pub use address::{Address, BadAddress};
 pub use client::{Link, Statistics, Told};
