@@ -183,7 +183,8 @@ impl<T: Real, S: Size> Follower<T, S> {
         self.phase = Phase::Following;
         self.snapped = false;
         self.step = self.max_step();
-        residual::kinematics(&self.ladder, &self.state, &mut self.work);
+        self.work.row_count = 0;
+        residual::potential(&self.ladder, &self.state, &mut self.work);
     }
 
     /// Puts a dead load (finger frame, N) on the front beam where lamella `lamella` is joined (from 0; any larger number
@@ -402,8 +403,7 @@ impl<T: Real, S: Size> Follower<T, S> {
                 attempt.status = Status::Converged;
                 if attempt.inertia.is_some_and(|i| !i.is_stable()) && self.settings.hessian == Hessian::Newton {
                     // The last factorisation was made one step before: judge the solution itself.
-                    attempt.inertia =
-                        Some(step::solve(&self.ladder, &self.state, &mut self.work, Hessian::Newton, T::ZERO));
+                    attempt.inertia = Some(step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO));
                 }
                 return attempt;
             }
@@ -427,7 +427,7 @@ impl<T: Real, S: Size> Follower<T, S> {
                     return attempt;
                 }
             }
-            let inertia = step::solve(&self.ladder, &self.state, &mut self.work, self.settings.hessian, T::ZERO);
+            let inertia = step::solve(&self.ladder, &mut self.work, self.settings.hessian, T::ZERO);
             attempt.inertia = Some(inertia);
             attempt.iterations += 1;
             let part = step::clip(&self.ladder, &self.work);
@@ -437,13 +437,12 @@ impl<T: Real, S: Size> Follower<T, S> {
 
     /// Energy with penalties for open closures and penetration: the merit of the fold handler's line search.
     fn merit(&mut self, object: &Circle<T>, penalty: T) -> T {
-        residual::kinematics(&self.ladder, &self.state, &mut self.work);
-        let energy = self.state.energy(&self.ladder);
+        let energy = residual::potential(&self.ladder, &self.state, &mut self.work);
         let mut open = T::ZERO;
         for closure in &self.work.closure.as_ref()[..self.ladder.cells] {
             open += closure[0].abs() + closure[1].abs();
         }
-        let penetration = residual::penetration(&self.ladder, &self.state, &self.work, object, penalty);
+        let penetration = residual::penetration(&self.ladder, &self.work, object, penalty);
         energy + penalty * open + penetration
     }
 
@@ -489,7 +488,7 @@ impl<T: Real, S: Size> Follower<T, S> {
                 continue;
             }
             if settled {
-                let inertia = step::solve(&self.ladder, &self.state, &mut self.work, Hessian::Newton, T::ZERO);
+                let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
                 if inertia.is_stable() {
                     let moved = self.largest_move();
                     self.snapped |= moved > T::of(SAME_BRANCH);
@@ -504,7 +503,7 @@ impl<T: Real, S: Size> Follower<T, S> {
                 self.nudge();
                 continue;
             }
-            let inertia = step::solve(&self.ladder, &self.state, &mut self.work, Hessian::Newton, shift);
+            let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, shift);
             if !inertia.is_stable() {
                 shift = (shift * T::of(4.0)).max(T::of(1e-4));
                 if shift > T::of(1e6) {
@@ -536,7 +535,7 @@ impl<T: Real, S: Size> Follower<T, S> {
                 part *= T::of(0.5);
             }
             if better {
-                step::advance_multipliers(&self.ladder, &mut self.state, &self.work, part);
+                step::advance_multipliers(&mut self.state, &self.work, part);
                 shift = if shift < T::of(1e-6) { T::ZERO } else { shift * T::of(0.25) };
             } else {
                 let size = (residual.gradient / tolerance.gradient).max(residual.length / tolerance.length);
@@ -573,10 +572,9 @@ impl<T: Real, S: Size> Follower<T, S> {
         self.at.to_f64()
     }
 
-    /// Number of angles, stretches and multipliers the model has.
+    /// Number of angles of the model.
     pub fn unknowns(&self) -> usize {
-        let stretches = self.ladder.members.as_ref()[..self.members()].iter().filter(|m| m.axial > T::ZERO).count();
-        self.ladder.angles() + stretches
+        self.ladder.angles()
     }
 
     pub(crate) fn has_equilibrium(&self) -> bool {
@@ -588,7 +586,7 @@ impl<T: Real, S: Size> Follower<T, S> {
     }
 
     pub(crate) fn parts(&mut self) -> Parts<'_, T, S> {
-        Parts { ladder: &self.ladder, state: &self.state, work: &mut self.work }
+        Parts { ladder: &self.ladder, work: &mut self.work }
     }
 
     fn members(&self) -> usize {
@@ -650,7 +648,8 @@ impl<T: Real, S: Size> Follower<T, S> {
 
     /// Elastic energy V (without the contact term), N·mm.
     pub fn energy(&self) -> T {
-        self.state.energy(&self.ladder)
+        let strained = &self.work.members.as_ref()[..self.members()];
+        strained.iter().fold(self.state.bending_energy(&self.ladder), |sum, m| sum + m.strain_energy)
     }
 
     /// Largest strain at an outer fibre (bending plus stretch) of front beam, back beam and hinges, dimensionless.
@@ -660,8 +659,8 @@ impl<T: Real, S: Size> Follower<T, S> {
         for index in 0..self.members() {
             let part = (index % 4).min(2);
             let nodes = self.ladder.members.as_ref()[index].nodes();
-            let stretch = self.state.stretch.as_ref()[index].abs();
-            most[part] = most[part].max(stretch);
+            let [x, y] = self.work.members.as_ref()[index].force;
+            let [give, _] = self.ladder.members.as_ref()[index].compliance;
             for node in nodes.start..nodes.end - 1 {
                 let step = angle[node + 1] - angle[node];
                 let bend = if self.ladder.quadratic && nodes.len() > 2 {
@@ -672,6 +671,8 @@ impl<T: Real, S: Size> Follower<T, S> {
                 } else {
                     step.abs()
                 };
+                let e = self.work.e.as_ref()[node];
+                let stretch = give * (x * e[0] + y * e[1]).abs();
                 most[part] = most[part].max(fibre[node] * bend + stretch);
             }
         }
@@ -680,7 +681,7 @@ impl<T: Real, S: Size> Follower<T, S> {
 
     /// Deformed tip of the front beam, finger frame, mm.
     pub fn tip(&self) -> [T; 2] {
-        self.work.tip(&self.ladder, &self.state)
+        self.work.tip(&self.ladder)
     }
 
     /// Touching samples, base to tip, finger frame.
@@ -688,7 +689,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         let rows = &self.work.rows.as_ref()[..self.work.row_count];
         rows.iter().filter(|row| row.multiplier > T::ZERO).map(|row| {
             let sample = &self.ladder.samples.as_ref()[usize::from(row.sample)];
-            let centre = residual::sample_position(&self.ladder, &self.state, &self.work, sample);
+            let centre = residual::sample_position(&self.ladder, &self.work, sample);
             Contact {
                 arc: sample.arc,
                 position: [
@@ -724,7 +725,7 @@ impl<T: Real, S: Size> Follower<T, S> {
             let work = &self.work.members.as_ref()[index];
             let nodes = self.ladder.members.as_ref()[index].nodes();
             let start = end;
-            let d = residual::end_to_end(work, self.state.stretch.as_ref()[index]);
+            let d = residual::end_to_end(work);
             end = [start[0] + d[0], start[1] + d[1]];
             let rigid = work.rigid_end[0] != T::ZERO || work.rigid_end[1] != T::ZERO;
             let mut at = start;
@@ -737,18 +738,17 @@ impl<T: Real, S: Size> Follower<T, S> {
     /// The point of a member's centreline that belongs to a node after the first; `at` is the last link's or element's
     /// end and moves on.
     fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
-        let sigma = T::one() + self.state.stretch.as_ref()[index];
-        let (e, weight) = (self.work.e.as_ref(), self.ladder.weight.as_ref());
+        let (e, weight) = (self.work.strained.as_ref(), self.ladder.weight.as_ref());
         let nodes = self.ladder.members.as_ref()[index].nodes();
         if !self.ladder.quadratic || nodes.len() < 3 {
-            let w = sigma * weight[node];
+            let w = weight[node];
             *at = [at[0] + w * e[node][0], at[1] + w * e[node][1]];
             return (w > T::ZERO).then_some(*at);
         }
         let local = node - nodes.start;
         let middle = if local % 2 == 1 { node } else { node - 1 };
         // Simpson's weight of the middle is 4h/6.
-        let h = sigma * weight[middle] * T::of(1.5);
+        let h = weight[middle] * T::of(1.5);
         let (a, m, b) = (e[middle - 1], e[middle], e[middle + 1]);
         let sixth = h * T::of(1.0 / 6.0);
         let chord = [0, 1].map(|i| sixth * (a[i] + T::of(4.0) * m[i] + b[i]));
@@ -765,7 +765,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         (0..self.ladder.cells.saturating_sub(1)).map(move |cell| {
             let start = self.work.start.as_ref()[cell + 1];
             let hinge = |k: usize| &self.work.members.as_ref()[4 * cell + k];
-            let d = residual::end_to_end(hinge(2), self.state.stretch.as_ref()[4 * cell + 2]);
+            let d = residual::end_to_end(hinge(2));
             let from = [start[0] + d[0], start[1] + d[1]];
             let bar = hinge(3).rigid_start;
             [from, [from[0] + bar[0], from[1] + bar[1]]]

@@ -4,6 +4,11 @@
 //! lamella, back beam), the tip has one. Cell k between two lamellae closes when
 //! D^F_k + R_k − D^B_k − R_{k−1} = 0, with D the end-to-end vectors of the front and back span and R = front hinge +
 //! lamella + back hinge; each closure has two multipliers λ_k, the internal force.
+//!
+//! A member's end-to-end vector is D = Σ lᵢ dᵢ + rigid parts. Without stretch and shear dᵢ = eᵢ, the direction of the link.
+//! With them, the force f through the link strains it: dᵢ = eᵢ + (f·eᵢ)/EA·eᵢ + (f·e′ᵢ)/κGA·e′ᵢ for a force that pulls,
+//! which is −f in the Lagrangian's sign. Stretch and shear thus need no unknowns of their own: they are eliminated node by
+//! node, and λ carries their compliance.
 
 use crate::contact::Sample;
 use crate::real::{Real, Vec2};
@@ -29,8 +34,8 @@ pub struct Member<T> {
     pub(crate) rigid_start: [T; 2],
     /// Rigid part that turns with the end joint, undeformed, mm.
     pub(crate) rigid_end: [T; 2],
-    /// EA·L, N·mm: energy ½ EA L s² of the stretch s; 0 for an inextensible member.
-    pub(crate) axial: T,
+    /// 1/EA and 1/κGA, 1/N: stretch and shear per force; 0 for an inextensible, shear-stiff member.
+    pub(crate) compliance: [T; 2],
 }
 
 impl<T> Member<T> {
@@ -49,7 +54,7 @@ impl<T: Real> Blank for Member<T> {
         end: CLAMPED,
         rigid_start: [T::ZERO; 2],
         rigid_end: [T::ZERO; 2],
-        axial: T::ZERO,
+        compliance: [T::ZERO; 2],
     };
 }
 
@@ -218,8 +223,6 @@ pub(crate) fn vec2_of<T: Real>(v: [T; 2]) -> Vec2<T> {
 pub struct State<T: Real, S: Size> {
     /// Change of orientation θ at each node, rad; joint angles are repeated at every member that meets there.
     pub(crate) angle: S::Nodes<T>,
-    /// Stretch s of each member (0 for inextensible ones).
-    pub(crate) stretch: S::Members<T>,
     /// Internal force λ_k of each closure, N.
     pub(crate) lambda: S::Cells<[T; 2]>,
     /// Dead load on the front beam, finger frame, N, and the cell at whose upper end it acts.
@@ -229,6 +232,8 @@ pub struct State<T: Real, S: Size> {
     pub(crate) touching: S::Contacts<u16>,
     /// Their multipliers μ, N.
     pub(crate) multiplier: S::Contacts<T>,
+    /// Their normals when they were last evaluated: what strains the front beam before the gaps are known.
+    pub(crate) normal: S::Contacts<[T; 2]>,
     pub(crate) touching_count: usize,
 }
 
@@ -236,28 +241,27 @@ impl<T: Real, S: Size> State<T, S> {
     /// The undeformed, untouched finger.
     pub const EMPTY: Self = Self {
         angle: <S::Nodes<T> as Storage<T>>::EMPTY,
-        stretch: <S::Members<T> as Storage<T>>::EMPTY,
         lambda: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         load: [T::ZERO; 2],
         load_cell: 0,
         touching: <S::Contacts<u16> as Storage<u16>>::EMPTY,
         multiplier: <S::Contacts<T> as Storage<T>>::EMPTY,
+        normal: <S::Contacts<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         touching_count: 0,
     };
 
     /// Makes room for a ladder; false if there is none.
     pub(crate) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
         self.angle.fit(ladder.node_count)
-            && self.stretch.fit(4 * ladder.cells)
             && self.lambda.fit(ladder.cells)
             && self.touching.fit(S::CONTACTS)
             && self.multiplier.fit(S::CONTACTS)
+            && self.normal.fit(S::CONTACTS)
     }
 
     /// Back to the undeformed, untouched finger.
     pub(crate) fn rest(&mut self) {
         self.angle.as_mut().fill(T::ZERO);
-        self.stretch.as_mut().fill(T::ZERO);
         self.lambda.as_mut().fill([T::ZERO; 2]);
         self.load = [T::ZERO; 2];
         self.touching_count = 0;
@@ -265,22 +269,22 @@ impl<T: Real, S: Size> State<T, S> {
 
     /// Takes another state of the same ladder.
     pub(crate) fn copy_from(&mut self, other: &Self, ladder: &Ladder<T, S>) {
-        let (n, m, c) = (ladder.node_count, 4 * ladder.cells, ladder.cells);
+        let (n, c) = (ladder.node_count, ladder.cells);
         self.angle.as_mut()[..n].copy_from_slice(&other.angle.as_ref()[..n]);
-        self.stretch.as_mut()[..m].copy_from_slice(&other.stretch.as_ref()[..m]);
         self.lambda.as_mut()[..c].copy_from_slice(&other.lambda.as_ref()[..c]);
         let t = other.touching_count;
         self.touching.as_mut()[..t].copy_from_slice(&other.touching.as_ref()[..t]);
         self.multiplier.as_mut()[..t].copy_from_slice(&other.multiplier.as_ref()[..t]);
+        self.normal.as_mut()[..t].copy_from_slice(&other.normal.as_ref()[..t]);
         self.touching_count = t;
         (self.load, self.load_cell) = (other.load, other.load_cell);
     }
 
-    /// Elastic energy V of bending and stretch, N·mm.
-    pub(crate) fn energy(&self, ladder: &Ladder<T, S>) -> T {
+    /// Elastic energy of bending, N·mm.
+    pub(crate) fn bending_energy(&self, ladder: &Ladder<T, S>) -> T {
         let (angle, coupling) = (self.angle.as_ref(), ladder.coupling.as_ref());
         let mut twice = T::ZERO;
-        for (index, member) in ladder.members.as_ref()[..ladder.member_count()].iter().enumerate() {
+        for member in &ladder.members.as_ref()[..ladder.member_count()] {
             let nodes = member.nodes();
             for node in nodes.clone() {
                 for ahead in 1..=2 {
@@ -290,8 +294,6 @@ impl<T: Real, S: Size> State<T, S> {
                     }
                 }
             }
-            let stretch = self.stretch.as_ref()[index];
-            twice += member.axial * stretch * stretch;
         }
         T::of(0.5) * twice
     }

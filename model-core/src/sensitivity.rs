@@ -60,7 +60,7 @@ impl<T: Real, S: Size> Follower<T, S> {
             }
             Motion::Translating { direction } => -vec2::<T>(direction),
         };
-        let Parts { ladder, state, work } = self.parts();
+        let Parts { ladder, work } = self.parts();
         // Two rows per touching sample: gap and turning of the normal.
         let count = work.row_count;
         let mut touching = 0;
@@ -86,7 +86,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         }
         let rows = 2 * touching;
         work.row_count = rows;
-        step::factorise(ladder, state, work, Diagonal { curvature: T::one(), shift: T::ZERO });
+        step::factorise(ladder, work, Diagonal { curvature: T::one(), shift: T::ZERO });
         work.factored.as_mut().copy_from_slice(work.flexibility.as_ref());
         active_set::factorise(work.factored.as_mut(), rows, S::CONTACTS, work.order.as_mut());
 
@@ -130,6 +130,5 @@ impl<T: Real, S: Size> Follower<T, S> {
 /// The follower's parts that a derivative needs.
 pub(crate) struct Parts<'a, T: Real, S: Size> {
     pub ladder: &'a crate::ladder::Ladder<T, S>,
-    pub state: &'a crate::ladder::State<T, S>,
     pub work: &'a mut crate::newton::Workspace<T, S>,
 }

@@ -3,21 +3,19 @@
 use super::Workspace;
 use super::banded::{self, force_terms};
 use super::condense::solve_interior;
-use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
+use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::real::Real;
 use crate::size::{Blank, Size};
 
-/// A row's entries with its own span, after condensation and before the stretch is eliminated from them.
+/// A row's entries with its own span, after condensation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Own<T> {
     /// With the span's force.
     pub x: [T; 2],
-    /// With the span's stretch.
-    pub s: T,
 }
 
 impl<T: Real> Blank for Own<T> {
-    const BLANK: Self = Self { x: [T::ZERO; 2], s: T::ZERO };
+    const BLANK: Self = Self { x: [T::ZERO; 2] };
 }
 
 #[inline]
@@ -25,7 +23,7 @@ fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// Entry −w n·e′ of a row at a node of its span, before the stretch factor.
+/// Weight of a node of its span in a sample's position, mm.
 #[inline]
 fn weight_at<T: Real, S: Size>(ladder: &Ladder<T, S>, sample: usize, node: usize) -> T {
     let sample = &ladder.samples.as_ref()[sample];
@@ -37,8 +35,15 @@ fn weight_at<T: Real, S: Size>(ladder: &Ladder<T, S>, sample: usize, node: usize
     }
 }
 
+/// n·C·m of a node with direction e: how the row m gives way under the row n by stretch and shear.
+#[inline]
+fn give<T: Real>(e: [T; 2], compliance: [T; 2], n: [T; 2], m: [T; 2]) -> T {
+    let cross = |v: [T; 2]| v[1] * e[0] - v[0] * e[1];
+    compliance[0] * dot(e, n) * dot(e, m) + compliance[1] * cross(n) * cross(m)
+}
+
 /// Fills columns Q, the right-hand sides of the rows and −Z, all condensed.
-pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let n = ladder.unknowns();
     let count = work.row_count;
     let samples = ladder.samples.as_ref();
@@ -56,19 +61,17 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T,
         let member = ladder.members.as_ref()[index];
         let nodes = member.nodes();
         let interior = usize::from(member.interior);
-        let sigma = T::one() + state.stretch.as_ref()[index];
-        let e = work.e.as_ref();
-        // Raw entries on the span: −σ w n·e′ with e′ = (−e_y, e_x).
-        let cross = |node: usize| normal[1] * e[node][0] - normal[0] * e[node][1];
+        let (e, turned) = (work.e.as_ref(), work.turned.as_ref());
+        let strains = member.compliance[0] != T::ZERO;
+        // Raw entries on the span: −w n·d′ with the angles, w C n with the force.
         let z = &mut work.delta.as_mut()[nodes.clone()];
-        let mut along = T::ZERO;
+        let mut own = Own { x: [T::ZERO; 2] };
         let reach = usize::from(sample.node) + 2;
         let mut ends = [T::ZERO; 2];
         for node in nodes.clone() {
             let w = if node <= reach { weight_at(ladder, sample_index, node) } else { T::ZERO };
             let local = node - nodes.start;
-            along += w * dot(normal, e[node]);
-            let raw = -(sigma * w * cross(node));
+            let raw = -(w * dot(normal, turned[node]));
             if local == 0 {
                 ends[0] = raw;
             } else if local == interior + 1 {
@@ -76,14 +79,19 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T,
             } else {
                 z[local] = raw;
             }
+            if strains && w != T::ZERO {
+                let along = w * member.compliance[0] * dot(e[node], normal);
+                let across = w * member.compliance[1] * (normal[1] * e[node][0] - normal[0] * e[node][1]);
+                own.x[0] += along * e[node][0] - across * e[node][1];
+                own.x[1] += along * e[node][1] + across * e[node][0];
+            }
         }
         let m = &work.members.as_ref()[index];
-        let c = &m.condensed;
         let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
         ends[0] -= turn(m.rigid_start);
         ends[1] -= sample.rigid * turn(m.rigid_end);
         solve_interior(&work.factor.as_ref()[nodes.clone()], z, interior, T::ZERO);
-        // Eliminate the interior: entries with a, b, force, stretch, gradient.
+        // Eliminate the interior: entries with a, b, force, gradient.
         let coupling = &ladder.coupling.as_ref()[nodes.clone()];
         let (mut a, mut b) = (ends[0], ends[1]);
         if interior >= 1 {
@@ -95,21 +103,15 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T,
             b -= coupling[interior - 1][1] * z[interior - 1];
         }
         let weight = &ladder.weight.as_ref()[nodes.clone()];
-        let (push, gradient) = (&work.push.as_ref()[nodes.clone()], &work.gradient.as_ref()[nodes.clone()]);
-        let mut own = Own { x: [T::ZERO; 2], s: -along };
+        let gradient = &work.gradient.as_ref()[nodes.clone()];
         let mut residual = T::ZERO;
         for i in 1..=interior {
-            let v = sigma * weight[i] * z[i];
-            own.x[0] += v * e[nodes.start + i][1];
-            own.x[1] -= v * e[nodes.start + i][0];
-            own.s -= push[i] * z[i];
+            let v = weight[i] * z[i];
+            own.x[0] -= v * turned[nodes.start + i][0];
+            own.x[1] -= v * turned[nodes.start + i][1];
             residual -= gradient[i] * z[i];
         }
-        let s = own.s * c.s_inverse;
-        a -= s * c.sa;
-        b -= s * c.sb;
-        residual -= s * c.sr;
-        let force = [own.x[0] - s * c.sx[0], own.x[1] - s * c.sx[1]];
+        let force = own.x;
 
         // Rows on the same span, this one included.
         for k in span_start..=j {
@@ -117,28 +119,26 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T,
             let other_sample = usize::from(other.sample);
             let mut sum = T::ZERO;
             let reach = usize::from(samples[other_sample].node) + 2;
-            for i in 1..=interior {
+            for i in 0..nodes.len() {
                 let node = nodes.start + i;
                 if node > reach {
                     break;
                 }
                 let w = weight_at(ladder, other_sample, node);
-                sum += w * (other.normal[1] * e[node][0] - other.normal[0] * e[node][1]) * z[i];
+                if i >= 1 && i <= interior {
+                    sum -= w * dot(other.normal, turned[node]) * z[i];
+                }
+                if strains && weight[i] != T::ZERO {
+                    let share = weight_at(ladder, sample_index, node) / weight[i];
+                    sum += w * share * give(e[node], member.compliance, normal, other.normal);
+                }
             }
-            // −c′ᵀz with c′ = −σ w n·e′, then the stretch.
-            let mut value = sigma * sum;
-            let other_s = if k == j { own.s } else { work.own.as_ref()[k].s };
-            value -= s * other_s;
-            work.flexibility.as_mut()[j * S::CONTACTS + k] = -value;
+            // −Z = c′ᵀ z + Σ w w′/l n·C·n′ with c′ = −w n·d′.
+            work.flexibility.as_mut()[j * S::CONTACTS + k] = sum;
         }
         // Rows on lower spans see this one through their own span's force.
         for k in 0..span_start {
-            let below = work.own.as_ref()[k];
-            let lower = 4 * usize::from(samples[usize::from(work.rows.as_ref()[k].sample)].cell);
-            let lower = &work.members.as_ref()[lower].condensed;
-            let s = below.s * lower.s_inverse;
-            let force = [below.x[0] - s * lower.sx[0], below.x[1] - s * lower.sx[1]];
-            work.flexibility.as_mut()[j * S::CONTACTS + k] = dot(force, normal);
+            work.flexibility.as_mut()[j * S::CONTACTS + k] = dot(work.own.as_ref()[k].x, normal);
         }
         let start = j * n;
         let column = &mut work.columns.as_mut()[start..start + n];

@@ -1,12 +1,11 @@
 //! Condensation of a member's interior onto its start joint a, end joint b and force (x, y).
 //!
-//! The interior block K − σ diag(v·e) has bandwidth 2 (`simpson`) or 1 and is eliminated element by element; the stretch
-//! goes through the elimination as one more column and is then eliminated itself. An interior block may be singular or
-//! indefinite on a healthy branch (the back beam's spans buckle between lamellae): its pivots are bounded away from zero,
+//! The interior block, K less the forces' geometric softening on its diagonal, has bandwidth 2 (`simpson`) or 1 and is
+//! eliminated element by element. An interior block may be singular or indefinite on a healthy branch (the back beam's spans buckle between lamellae): its pivots are bounded away from zero,
 //! which perturbs the step and not the solution, and its negative pivots are counted for the stability test.
 
 use super::{MemberWork, Workspace};
-use crate::ladder::{Ladder, Member};
+use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::Size;
 
@@ -26,12 +25,6 @@ pub(crate) struct Condensed<T> {
     pub ra: T,
     pub rb: T,
     pub rx: [T; 2],
-    /// The stretch's row: inverse pivot (0 for an inextensible member), entries with a, b, x, y, and gradient.
-    pub s_inverse: T,
-    pub sa: T,
-    pub sb: T,
-    pub sx: [T; 2],
-    pub sr: T,
 }
 
 impl<T: Real> Condensed<T> {
@@ -47,11 +40,6 @@ impl<T: Real> Condensed<T> {
         ra: T::ZERO,
         rb: T::ZERO,
         rx: [T::ZERO; 2],
-        s_inverse: T::ZERO,
-        sa: T::ZERO,
-        sb: T::ZERO,
-        sx: [T::ZERO; 2],
-        sr: T::ZERO,
     };
 }
 
@@ -74,46 +62,26 @@ pub(crate) struct Diagonal<T> {
     pub shift: T,
 }
 
+/// Columns of a node: start joint, x and y of the force, gradient.
+const A: usize = 0;
+const X: usize = 1;
+const Y: usize = 2;
+const R: usize = 3;
+
 /// Condenses one member; returns the number of negative pivots.
 pub(crate) fn condense<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
-    stretch: T,
     diagonal: Diagonal<T>,
 ) -> usize {
-    let member = ladder.members.as_ref()[index];
-    if member.axial > T::ZERO {
-        eliminate::<T, S, true>(ladder, work, index, &member, stretch, diagonal)
-    } else {
-        eliminate::<T, S, false>(ladder, work, index, &member, stretch, diagonal)
-    }
-}
-
-/// Raw columns of a node: a, s, x, y, gradient.
-const A: usize = 0;
-const STRETCH: usize = 1;
-const X: usize = 2;
-const Y: usize = 3;
-const R: usize = 4;
-
-fn eliminate<T: Real, S: Size, const EXTENSIBLE: bool>(
-    ladder: &Ladder<T, S>,
-    work: &mut Workspace<T, S>,
-    index: usize,
-    member: &Member<T>,
-    stretch: T,
-    diagonal: Diagonal<T>,
-) -> usize {
+    let member = &ladder.members.as_ref()[index];
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
-    let sigma = T::one() + stretch;
-    let softening = sigma * diagonal.curvature;
     let stiffening = T::one() + diagonal.shift;
     let weight = &ladder.weight.as_ref()[nodes.clone()];
     let coupling = &ladder.coupling.as_ref()[nodes.clone()];
-    let e = &work.e.as_ref()[nodes.clone()];
-    let push = &work.push.as_ref()[nodes.clone()];
+    let turned = &work.turned.as_ref()[nodes.clone()];
     let gradient = &work.gradient.as_ref()[nodes.clone()];
     let curvature = &work.curvature.as_ref()[nodes.clone()];
     let factor = &mut work.factor.as_mut()[nodes];
@@ -131,25 +99,23 @@ fn eliminate<T: Real, S: Size, const EXTENSIBLE: bool>(
         }
         -sum
     };
-    let raw = |i: usize, a: T| {
-        let scaled = sigma * weight[i];
-        [a, if EXTENSIBLE { push[i] } else { zero }, -scaled * e[i][1], scaled * e[i][0], gradient[i]]
-    };
+    let own = |i: usize| springs(i) * stiffening - diagonal.curvature * curvature[i];
+    let raw = |i: usize, a: T| [a, weight[i] * turned[i][0], weight[i] * turned[i][1], gradient[i]];
     let last = interior + 1;
     let mut negative = 0;
     // Border sums: everything with everything but the gradient with itself.
-    let mut aa = springs(0) * stiffening - softening * curvature[0];
-    let (mut a_s, mut ax, mut ay, mut ar) = (zero, zero, zero, zero);
-    let (mut ss, mut sx, mut sy, mut sr) = (zero, zero, zero, zero);
-    let (mut xx, mut xy, mut yy, mut xr, mut yr) = (zero, zero, zero, zero, zero);
+    let mut aa = own(0);
+    let (mut ax, mut ay, mut ar) = (zero, zero, zero);
+    let [mut xx, mut xy, mut yy] = out.give;
+    let (mut xr, mut yr) = (zero, zero);
 
-    let mut pivot = springs(1) * stiffening - softening * curvature[1];
+    let mut pivot = own(1);
     let mut near = coupling[1][0];
     let mut column = raw(1, coupling[0][0]);
     let mut next_pivot = zero;
-    let mut next_column = [zero; 5];
+    let mut next_column = [zero; 4];
     if last >= 2 {
-        next_pivot = springs(2) * stiffening - softening * curvature[2];
+        next_pivot = own(2);
         next_column = raw(2, coupling[0][1]);
     }
     for i in 1..=interior {
@@ -160,7 +126,7 @@ fn eliminate<T: Real, S: Size, const EXTENSIBLE: bool>(
         let (l1, l2) = (near * inverse, far * inverse);
         factor[i] = [inverse, l1, l2];
         let c = column;
-        let scaled = [c[A] * inverse, c[STRETCH] * inverse, c[X] * inverse, c[Y] * inverse];
+        let scaled = [c[A] * inverse, c[X] * inverse, c[Y] * inverse];
         aa -= scaled[A] * c[A];
         ax -= scaled[A] * c[X];
         ay -= scaled[A] * c[Y];
@@ -170,27 +136,17 @@ fn eliminate<T: Real, S: Size, const EXTENSIBLE: bool>(
         yy -= scaled[Y] * c[Y];
         xr -= scaled[X] * c[R];
         yr -= scaled[Y] * c[R];
-        if EXTENSIBLE {
-            a_s -= scaled[A] * c[STRETCH];
-            ss -= scaled[STRETCH] * c[STRETCH];
-            sx -= scaled[STRETCH] * c[X];
-            sy -= scaled[STRETCH] * c[Y];
-            sr -= scaled[STRETCH] * c[R];
-        }
         for k in [A, X, Y, R] {
             column[k] = next_column[k] - l1 * c[k];
-        }
-        if EXTENSIBLE {
-            column[STRETCH] = next_column[STRETCH] - l1 * c[STRETCH];
         }
         pivot = next_pivot - l1 * near;
         if i + 2 <= last {
             near = coupling[i + 1][0] - l1 * far;
-            next_pivot = springs(i + 2) * stiffening - softening * curvature[i + 2];
+            next_pivot = own(i + 2);
             next_column = raw(i + 2, zero);
             if far != zero {
                 next_pivot -= l2 * far;
-                for k in [A, STRETCH, X, Y, R] {
+                for k in [A, X, Y, R] {
                     next_column[k] -= l2 * c[k];
                 }
             }
@@ -199,13 +155,11 @@ fn eliminate<T: Real, S: Size, const EXTENSIBLE: bool>(
     // Now `pivot` and `column` are the end joint's. The joints' own entries:
     let (f, g) = (out.force, out.end_force);
     let (ra, rb) = (out.rigid_start, out.rigid_end);
-    aa -= diagonal.curvature * (f[0] * ra[0] + f[1] * ra[1]);
-    let bb = pivot - diagonal.curvature * (g[0] * rb[0] + g[1] * rb[1]);
     let start = raw(0, zero);
-    let mut c = Condensed {
-        aa,
+    out.condensed = Condensed {
+        aa: aa - diagonal.curvature * (f[0] * ra[0] + f[1] * ra[1]),
         ab: column[A],
-        bb,
+        bb: pivot - diagonal.curvature * (g[0] * rb[0] + g[1] * rb[1]),
         ax: [ax + start[X] - ra[1], ay + start[Y] + ra[0]],
         bx: [column[X] - rb[1], column[Y] + rb[0]],
         xx,
@@ -215,33 +169,7 @@ fn eliminate<T: Real, S: Size, const EXTENSIBLE: bool>(
         ra: ar,
         rb: column[R] - gradient[last],
         rx: [xr, yr],
-        ..Condensed::ZERO
     };
-    if EXTENSIBLE {
-        let (p, is_negative) = bounded(member.axial * stiffening + ss, bound * member.axial);
-        negative += usize::from(is_negative);
-        c.s_inverse = T::one() / p;
-        c.sa = a_s + push[0];
-        c.sb = column[STRETCH];
-        c.sx = [sx + out.chord[0], sy + out.chord[1]];
-        c.sr = sr + out.stretch_gradient;
-        let (a, b) = (c.sa * c.s_inverse, c.sb * c.s_inverse);
-        let x = c.sx.map(|v| v * c.s_inverse);
-        c.aa -= a * c.sa;
-        c.ab -= a * c.sb;
-        c.bb -= b * c.sb;
-        for k in 0..2 {
-            c.ax[k] -= a * c.sx[k];
-            c.bx[k] -= b * c.sx[k];
-            c.rx[k] -= x[k] * c.sr;
-        }
-        c.xx -= x[0] * c.sx[0];
-        c.xy -= x[0] * c.sx[1];
-        c.yy -= x[1] * c.sx[1];
-        c.ra -= a * c.sr;
-        c.rb -= b * c.sr;
-    }
-    out.condensed = c;
     negative
 }
 

@@ -12,7 +12,7 @@ pub(crate) mod step;
 mod tests;
 
 use crate::contact::Row;
-use crate::ladder::{Ladder, PER_CELL, State};
+use crate::ladder::{Ladder, PER_CELL};
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
 use banded::BAND;
@@ -34,7 +34,7 @@ pub enum Hessian {
 /// A member while a step is made.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MemberWork<T> {
-    /// Σ lᵢ eᵢ, mm.
+    /// Σ lᵢ dᵢ, mm.
     pub chord: [T; 2],
     /// Rigid parts, turned, mm.
     pub rigid_start: [T; 2],
@@ -43,8 +43,10 @@ pub(crate) struct MemberWork<T> {
     pub force: [T; 2],
     /// Force that turns the rigid end, N (less than `force` where a contact acts on it).
     pub end_force: [T; 2],
-    /// Gradient with respect to the stretch, N·mm.
-    pub stretch_gradient: T,
+    /// −Σ lᵢ Cᵢ with C = e eᵀ/EA + e′e′ᵀ/κGA: entries xx, xy, yy of the force with itself, mm/N.
+    pub give: [T; 3],
+    /// Energy of stretch and shear, N·mm.
+    pub strain_energy: T,
     /// Condensed Hessian.
     pub condensed: condense::Condensed<T>,
 }
@@ -56,7 +58,8 @@ impl<T: Real> Blank for MemberWork<T> {
         rigid_end: [T::ZERO; 2],
         force: [T::ZERO; 2],
         end_force: [T::ZERO; 2],
-        stretch_gradient: T::ZERO,
+        give: [T::ZERO; 3],
+        strain_energy: T::ZERO,
         condensed: condense::Condensed::ZERO,
     };
 }
@@ -65,19 +68,19 @@ impl<T: Real> Blank for MemberWork<T> {
 pub struct Workspace<T: Real, S: Size> {
     /// Direction e(β+θ) at each node.
     pub(crate) e: S::Nodes<[T; 2]>,
-    /// v·e′: moment of the node's force about it, before the stretch factor, N·mm.
-    pub(crate) push: S::Nodes<T>,
+    /// Strained direction d at each node: its weight times d is the node's part of the end-to-end vector.
+    pub(crate) strained: S::Nodes<[T; 2]>,
+    /// Derivative of d with respect to the node's angle.
+    pub(crate) turned: S::Nodes<[T; 2]>,
     /// Gradient of the Lagrangian at each node, N·mm.
     pub(crate) gradient: S::Nodes<T>,
-    /// v·e: geometric softening of a node, before the stretch factor, N·mm.
+    /// Geometric softening of a node, N·mm: what the force takes from the diagonal of K.
     pub(crate) curvature: S::Nodes<T>,
     /// Factorised interior: inverse pivot and the two multipliers towards the next nodes.
     pub(crate) factor: S::Nodes<[T; 3]>,
     /// Interior solutions: contact columns while the border is built, then the step's increments Δθ, rad.
     pub(crate) delta: S::Nodes<T>,
     pub(crate) members: S::Members<MemberWork<T>>,
-    /// Step in the stretches.
-    pub(crate) stretch_delta: S::Members<T>,
     /// Position of each front span's start, mm.
     pub(crate) start: S::Cells<[T; 2]>,
     /// Σ μ n of the contacts on higher spans, N.
@@ -114,13 +117,13 @@ impl<T: Real, S: Size> Workspace<T, S> {
     /// Room before anything was fitted.
     pub const EMPTY: Self = Self {
         e: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
-        push: <S::Nodes<T> as Storage<T>>::EMPTY,
+        strained: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        turned: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         gradient: <S::Nodes<T> as Storage<T>>::EMPTY,
         curvature: <S::Nodes<T> as Storage<T>>::EMPTY,
         factor: <S::Nodes<[T; 3]> as Storage<[T; 3]>>::EMPTY,
         delta: <S::Nodes<T> as Storage<T>>::EMPTY,
         members: <S::Members<MemberWork<T>> as Storage<MemberWork<T>>>::EMPTY,
-        stretch_delta: <S::Members<T> as Storage<T>>::EMPTY,
         start: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         above: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         closure: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
@@ -146,13 +149,13 @@ impl<T: Real, S: Size> Workspace<T, S> {
         let (nodes, members, cells) = (ladder.node_count, 4 * ladder.cells, ladder.cells);
         let (unknowns, rows) = (PER_CELL * cells, S::CONTACTS);
         self.e.fit(nodes)
-            && self.push.fit(nodes)
+            && self.strained.fit(nodes)
+            && self.turned.fit(nodes)
             && self.gradient.fit(nodes)
             && self.curvature.fit(nodes)
             && self.factor.fit(nodes)
             && self.delta.fit(nodes)
             && self.members.fit(members)
-            && self.stretch_delta.fit(members)
             && self.start.fit(cells)
             && self.above.fit(cells)
             && self.closure.fit(cells)
@@ -172,11 +175,13 @@ impl<T: Real, S: Size> Workspace<T, S> {
             && self.spare.fit(rows)
     }
 
-    /// Position of a state's front tip (deformed), finger frame, mm; needs the kinematics.
-    pub(crate) fn tip(&self, ladder: &Ladder<T, S>, state: &State<T, S>) -> [T; 2] {
-        let cell = ladder.cells - 1;
-        let start = self.start.as_ref()[cell];
-        let d = residual::end_to_end(&self.members.as_ref()[4 * cell], state.stretch.as_ref()[4 * cell]);
-        [start[0] + d[0], start[1] + d[1]]
+    /// Position of the front tip (deformed), finger frame, mm; needs the kinematics.
+    pub(crate) fn tip(&self, ladder: &Ladder<T, S>) -> [T; 2] {
+        let mut tip = ladder.base;
+        for cell in 0..ladder.cells {
+            let d = residual::end_to_end(&self.members.as_ref()[4 * cell]);
+            tip = [tip[0] + d[0], tip[1] + d[1]];
+        }
+        tip
     }
 }

@@ -1,12 +1,12 @@
 //! Kinematics, gaps, forces and the gradient of the Lagrangian
-//! L = V(θ, s) + Σ λ_k·h_k − Σ μ_j g_j − ½ ε_c Σ μ_j².
+//! L = V(θ) + Σ λ_k·h_k(θ, λ, μ) − Σ μ_j g_j − ½ ε_c Σ μ_j², stretch and shear eliminated (see [`crate::ladder`]).
 
 use super::{MemberWork, Workspace};
 use crate::contact::{Row, sample_gap};
 use crate::ladder::{CLAMPED, Ladder, State, turned, vec2_of};
 use crate::object::Object;
 use crate::real::{Real, Vec2};
-use crate::size::Size;
+use crate::size::{Blank, Size};
 
 /// Largest components of what must vanish at an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,18 +32,14 @@ pub(crate) struct Sweep<T> {
     pub crowded: bool,
 }
 
-/// End-to-end vector σ·S + rigid parts of a member, mm.
+/// End-to-end vector Σ l d + rigid parts of a member, mm.
 #[inline]
-pub(crate) fn end_to_end<T: Real>(work: &MemberWork<T>, stretch: T) -> [T; 2] {
-    let sigma = T::one() + stretch;
-    [
-        sigma * work.chord[0] + work.rigid_start[0] + work.rigid_end[0],
-        sigma * work.chord[1] + work.rigid_start[1] + work.rigid_end[1],
-    ]
+pub(crate) fn end_to_end<T: Real>(work: &MemberWork<T>) -> [T; 2] {
+    [work.chord[0] + work.rigid_start[0] + work.rigid_end[0], work.chord[1] + work.rigid_start[1] + work.rigid_end[1]]
 }
 
-/// Directions, chords, closures and the starts of the front spans.
-pub(crate) fn kinematics<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+/// Directions of all links and turned rigid parts.
+pub(crate) fn directions<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
     let angle = state.angle.as_ref();
     let members = &ladder.members.as_ref()[..ladder.member_count()];
     let turn = work.turn.as_mut();
@@ -54,39 +50,40 @@ pub(crate) fn kinematics<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<
             turn[usize::from(member.end)] = [c, s];
         }
     }
-    let (e, weight, direction) = (work.e.as_mut(), ladder.weight.as_ref(), ladder.direction.as_ref());
+    let (e, direction) = (work.e.as_mut(), ladder.direction.as_ref());
     for (member, out) in members.iter().zip(work.members.as_mut()) {
         let nodes = member.nodes();
-        let (first, last) = (nodes.start, nodes.end - 1);
         let start = if member.start == CLAMPED { [T::one(), T::ZERO] } else { turn[usize::from(member.start)] };
         let end = turn[usize::from(member.end)];
-        let mut chord = [T::ZERO; 2];
-        for node in nodes {
-            let [c, s] = if node == first {
-                start
-            } else if node == last {
-                end
-            } else {
-                let (s, c) = angle[node].sin_cos();
-                [c, s]
-            };
-            let v = turned(direction[node], c, s);
-            e[node] = v;
-            chord[0] += weight[node] * v[0];
-            chord[1] += weight[node] * v[1];
+        e[nodes.start] = turned(direction[nodes.start], start[0], start[1]);
+        for node in nodes.start + 1..nodes.end - 1 {
+            let (s, c) = angle[node].sin_cos();
+            e[node] = turned(direction[node], c, s);
         }
-        out.chord = chord;
+        e[nodes.end - 1] = turned(direction[nodes.end - 1], end[0], end[1]);
         out.rigid_start = turned(member.rigid_start, start[0], start[1]);
         out.rigid_end = turned(member.rigid_end, end[0], end[1]);
     }
+}
+
+/// Starts of the front spans from their end-to-end vectors.
+pub(crate) fn starts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let mut position = ladder.base;
-    let mut rung = ladder.base_rung;
-    let vector = |index: usize| end_to_end(&work.members.as_ref()[index], state.stretch.as_ref()[index]);
     for cell in 0..ladder.cells {
         work.start.as_mut()[cell] = position;
-        let (front, back) = (vector(4 * cell), vector(4 * cell + 1));
+        let d = end_to_end(&work.members.as_ref()[4 * cell]);
+        position = [position[0] + d[0], position[1] + d[1]];
+    }
+}
+
+/// Closure errors from the members' end-to-end vectors.
+pub(crate) fn closures<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
+    let mut rung = ladder.base_rung;
+    let members = work.members.as_ref();
+    for cell in 0..ladder.cells {
+        let (front, back) = (end_to_end(&members[4 * cell]), end_to_end(&members[4 * cell + 1]));
         let next = if cell + 1 < ladder.cells {
-            let (f, b) = (vector(4 * cell + 2), vector(4 * cell + 3));
+            let (f, b) = (end_to_end(&members[4 * cell + 2]), end_to_end(&members[4 * cell + 3]));
             [f[0] + b[0], f[1] + b[1]]
         } else {
             [T::ZERO; 2]
@@ -94,10 +91,125 @@ pub(crate) fn kinematics<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<
         let rest = ladder.rest.as_ref()[cell];
         for i in 0..2 {
             work.closure.as_mut()[cell][i] = front[i] - back[i] + (next[i] - rung[i]) - rest[i];
-            position[i] += front[i];
         }
         rung = next;
     }
+}
+
+/// Makes rows of the samples that touched last, with the normals they had: what strains the front beam while its gaps are
+/// not known yet.
+pub(crate) fn recall<T: Real, S: Size>(state: &State<T, S>, work: &mut Workspace<T, S>) {
+    work.row_count = state.touching_count;
+    for (j, row) in work.rows.as_mut()[..state.touching_count].iter_mut().enumerate() {
+        *row = Row {
+            sample: state.touching.as_ref()[j],
+            normal: state.normal.as_ref()[j],
+            multiplier: state.multiplier.as_ref()[j],
+            ..Row::BLANK
+        };
+    }
+}
+
+/// The rows that touch a front span, in order; `from` is where to begin to look.
+#[inline]
+pub(crate) fn own_rows<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    rows: &[Row<T>],
+    index: usize,
+    from: usize,
+) -> core::ops::Range<usize> {
+    let mut end = from;
+    if index % 4 == 0 {
+        let samples = ladder.samples.as_ref();
+        while end < rows.len() && usize::from(samples[usize::from(rows[end].sample)].cell) == index / 4 {
+            end += 1;
+        }
+    }
+    from..end
+}
+
+/// Strains a member: directions d, their derivatives, the force's part of the gradient and of its diagonal, the chord and
+/// the compliance of the force with itself.
+///
+/// With f the force per weight at a node, a = f·e, b = f·e′, k = 1/EA − 1/κGA: ψ = a − ½(a²/EA + b²/κGA), d = ∂ψ/∂f,
+/// and the node adds l ψ to the Lagrangian.
+fn strain<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &mut Workspace<T, S>,
+    index: usize,
+    own: core::ops::Range<usize>,
+) {
+    let member = &ladder.members.as_ref()[index];
+    let nodes = member.nodes();
+    let [stretch, shear] = member.compliance;
+    let rigid = stretch == T::ZERO && shear == T::ZERO;
+    let k = stretch - shear;
+    let (e, weight, samples) = (work.e.as_ref(), ladder.weight.as_ref(), ladder.samples.as_ref());
+    let rows = &work.rows.as_ref()[..work.row_count];
+    let (strained, turned) = (work.strained.as_mut(), work.turned.as_mut());
+    let (gradient, curvature) = (work.gradient.as_mut(), work.curvature.as_mut());
+    let out = &mut work.members.as_mut()[index];
+    let half = T::of(0.5);
+    let mut carried = out.force;
+    let mut next = own.end;
+    let mut chord = [T::ZERO; 2];
+    let mut give = [T::ZERO; 3];
+    let mut energy = T::ZERO;
+    for node in nodes.rev() {
+        // Contacts beyond this node pull the whole of it, those at it a part.
+        while next > own.start && usize::from(samples[usize::from(rows[next - 1].sample)].node) > node {
+            next -= 1;
+            let row = &rows[next];
+            carried = [carried[0] - row.multiplier * row.normal[0], carried[1] - row.multiplier * row.normal[1]];
+        }
+        let ([x, y], w) = (e[node], weight[node]);
+        let mut force = carried;
+        if next > own.start && w != T::ZERO {
+            for row in &rows[own.start..next] {
+                let sample = &samples[usize::from(row.sample)];
+                if let Some(&part) = sample.weights.get(node - usize::from(sample.node)) {
+                    let share = row.multiplier * part / w;
+                    force = [force[0] - share * row.normal[0], force[1] - share * row.normal[1]];
+                }
+            }
+        }
+        let a = force[0] * x + force[1] * y;
+        let b = force[1] * x - force[0] * y;
+        if rigid {
+            strained[node] = [x, y];
+            turned[node] = [-y, x];
+            gradient[node] = w * b;
+            curvature[node] = w * a;
+        } else {
+            let (p, q) = (T::one() - stretch * a, shear * b);
+            strained[node] = [x * p + q * y, y * p - q * x];
+            let (r, t) = (T::one() - k * a, k * b);
+            turned[node] = [-y * r - t * x, x * r - t * y];
+            gradient[node] = w * b * r;
+            curvature[node] = w * (a * r + b * t);
+            give[0] -= w * (stretch * x * x + shear * y * y);
+            give[1] -= w * k * x * y;
+            give[2] -= w * (stretch * y * y + shear * x * x);
+            energy += w * (stretch * a * a + shear * b * b);
+        }
+        chord[0] += w * strained[node][0];
+        chord[1] += w * strained[node][1];
+    }
+    out.chord = chord;
+    out.give = give;
+    out.strain_energy = half * energy;
+}
+
+/// Forces and strained positions of the front spans, so that gaps can be measured.
+pub(crate) fn place_front<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+    forces(ladder, state, work);
+    let mut from = 0;
+    for cell in 0..ladder.cells {
+        let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], 4 * cell, from);
+        from = own.end;
+        strain(ladder, work, 4 * cell, own);
+    }
+    starts(ladder, work);
 }
 
 /// Finds the gaps of all samples and makes the contact rows: samples that touched before and those nearer than `margin`.
@@ -111,7 +223,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     margin: T,
 ) -> Sweep<T> {
     let samples = &ladder.samples.as_ref()[..ladder.sample_count];
-    let (e, weight) = (work.e.as_ref(), ladder.weight.as_ref());
+    let (strained, weight) = (work.strained.as_ref(), ladder.weight.as_ref());
     let (starts, members) = (work.start.as_ref(), work.members.as_ref());
     let rows = work.rows.as_mut();
     let mut count = 0;
@@ -128,17 +240,16 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
             prefix = Vec2::new(T::ZERO, T::ZERO);
         }
         while node < usize::from(sample.node) {
-            prefix += vec2_of(e[node]) * weight[node];
+            prefix += vec2_of(strained[node]) * weight[node];
             node += 1;
         }
         let mut local = prefix;
         for (k, &w) in sample.weights.iter().enumerate() {
             if w != T::ZERO {
-                local += vec2_of(e[node + k]) * w;
+                local += vec2_of(strained[node + k]) * w;
             }
         }
-        let sigma = T::one() + state.stretch.as_ref()[4 * cell];
-        let position = vec2_of(starts[cell]) + local * sigma + vec2_of(members[4 * cell].rigid_end) * sample.rigid;
+        let position = vec2_of(starts[cell]) + local + vec2_of(members[4 * cell].rigid_end) * sample.rigid;
         let gap = sample_gap(object, sample, position);
         if gap.distance < found.nearest {
             found.nearest = gap.distance;
@@ -212,7 +323,7 @@ fn forces<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &m
     }
 }
 
-/// Gradient and geometric softening at every node; returns the largest residuals.
+/// Strains all members, and returns the largest residuals of gradient, closures and gaps.
 pub(crate) fn gradient<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
@@ -220,59 +331,16 @@ pub(crate) fn gradient<T: Real, S: Size>(
     sweep: &Sweep<T>,
 ) -> Residual<T> {
     forces(ladder, state, work);
-    let rows = &work.rows.as_ref()[..work.row_count];
-    let samples = ladder.samples.as_ref();
-    let angle = state.angle.as_ref();
-    let (e, weight, coupling) = (work.e.as_ref(), ladder.weight.as_ref(), ladder.coupling.as_ref());
-    let (push, gradient, curvature) = (work.push.as_mut(), work.gradient.as_mut(), work.curvature.as_mut());
     let mut worst = Residual { gradient: T::ZERO, length: T::ZERO };
-    let joints = work.rhs.as_mut();
-    joints[..ladder.unknowns()].fill(T::ZERO);
-    let mut row_start = 0;
+    work.rhs.as_mut()[..ladder.unknowns()].fill(T::ZERO);
+    let mut from = 0;
     for (index, member) in ladder.members.as_ref()[..ladder.member_count()].iter().enumerate() {
-        let out = &mut work.members.as_mut()[index];
+        let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], index, from);
+        from = own.end;
+        strain(ladder, work, index, own);
+        let (angle, coupling) = (state.angle.as_ref(), ladder.coupling.as_ref());
+        let gradient = work.gradient.as_mut();
         let nodes = member.nodes();
-        let stretch = state.stretch.as_ref()[index];
-        let sigma = T::one() + stretch;
-        let mut row_end = row_start;
-        if index % 4 == 0 {
-            while row_end < rows.len() && usize::from(samples[usize::from(rows[row_end].sample)].cell) == index / 4 {
-                row_end += 1;
-            }
-        }
-        let own = &rows[row_start..row_end];
-        row_start = row_end;
-        let mut force = out.force;
-        let mut next = own.len();
-        for node in nodes.clone().rev() {
-            // Contacts beyond this node pull the whole of it.
-            while next > 0 && usize::from(samples[usize::from(own[next - 1].sample)].node) > node {
-                next -= 1;
-                force[0] -= own[next].multiplier * own[next].normal[0];
-                force[1] -= own[next].multiplier * own[next].normal[1];
-            }
-            let ([x, y], w) = (e[node], weight[node]);
-            push[node] = w * (force[1] * x - force[0] * y);
-            curvature[node] = w * (force[0] * x + force[1] * y);
-        }
-        let mut stretch_gradient = T::ZERO;
-        for row in own {
-            let sample = &samples[usize::from(row.sample)];
-            let node = usize::from(sample.node);
-            let f = [row.multiplier * row.normal[0], row.multiplier * row.normal[1]];
-            for (k, &w) in sample.weights.iter().enumerate() {
-                if w != T::ZERO {
-                    let [x, y] = e[node + k];
-                    push[node + k] -= w * (f[1] * x - f[0] * y);
-                    curvature[node + k] -= w * (f[0] * x + f[1] * y);
-                }
-            }
-        }
-        for node in nodes.clone() {
-            gradient[node] = sigma * push[node];
-            // d(σ v·e)/dσ: what the force does along the member.
-            stretch_gradient += curvature[node];
-        }
         for node in nodes.start..nodes.end - 1 {
             let [near, far] = coupling[node];
             let bend = near * (angle[node + 1] - angle[node]);
@@ -284,14 +352,11 @@ pub(crate) fn gradient<T: Real, S: Size>(
                 gradient[node + 2] -= bend;
             }
         }
-        out.stretch_gradient = T::ZERO;
-        if member.axial > T::ZERO {
-            out.stretch_gradient = member.axial * stretch + stretch_gradient;
-            worst.gradient = worst.gradient.max(out.stretch_gradient.abs());
-        }
         for node in nodes.start + 1..nodes.end - 1 {
             worst.gradient = worst.gradient.max(gradient[node].abs());
         }
+        let out = &work.members.as_ref()[index];
+        let joints = work.rhs.as_mut();
         let (first, last) = (nodes.start, nodes.end - 1);
         if member.start != CLAMPED {
             joints[usize::from(member.start)] +=
@@ -300,6 +365,9 @@ pub(crate) fn gradient<T: Real, S: Size>(
         joints[usize::from(member.end)] +=
             gradient[last] + out.end_force[1] * out.rigid_end[0] - out.end_force[0] * out.rigid_end[1];
     }
+    closures(ladder, work);
+    let joints = work.rhs.as_ref();
+    let rows = &work.rows.as_ref()[..work.row_count];
     // NaN anywhere reaches a closure or a joint; the comparisons alone would drop it.
     let mut total = T::ZERO;
     for cell in 0..ladder.cells {
@@ -328,38 +396,35 @@ pub(crate) fn gradient<T: Real, S: Size>(
 /// Position of a sample, finger frame, mm.
 pub(crate) fn sample_position<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
-    state: &State<T, S>,
     work: &Workspace<T, S>,
     sample: &crate::contact::Sample<T>,
 ) -> Vec2<T> {
     let index = 4 * usize::from(sample.cell);
-    let (e, weight) = (work.e.as_ref(), ladder.weight.as_ref());
+    let (strained, weight) = (work.strained.as_ref(), ladder.weight.as_ref());
     let first = usize::from(sample.node);
     let mut local = Vec2::new(T::ZERO, T::ZERO);
     for node in usize::from(ladder.members.as_ref()[index].first)..first {
-        local += vec2_of(e[node]) * weight[node];
+        local += vec2_of(strained[node]) * weight[node];
     }
     for (k, &w) in sample.weights.iter().enumerate() {
         if w != T::ZERO {
-            local += vec2_of(e[first + k]) * w;
+            local += vec2_of(strained[first + k]) * w;
         }
     }
-    let sigma = T::one() + state.stretch.as_ref()[index];
     let rigid = vec2_of(work.members.as_ref()[index].rigid_end) * sample.rigid;
-    vec2_of(work.start.as_ref()[usize::from(sample.cell)]) + local * sigma + rigid
+    vec2_of(work.start.as_ref()[usize::from(sample.cell)]) + local + rigid
 }
 
 /// Penalty energy of all penetrating samples, N·mm: g²/(2ε_c) with softness, else `penalty`·|g|.
 pub(crate) fn penetration<T: Real, S: Size, O: Object<T>>(
     ladder: &Ladder<T, S>,
-    state: &State<T, S>,
     work: &Workspace<T, S>,
     object: &O,
     penalty: T,
 ) -> T {
     let mut energy = T::ZERO;
     for sample in &ladder.samples.as_ref()[..ladder.sample_count] {
-        let gap = sample_gap(object, sample, sample_position(ladder, state, work, sample)).distance;
+        let gap = sample_gap(object, sample, sample_position(ladder, work, sample)).distance;
         if gap < T::ZERO {
             energy += if ladder.softness > T::ZERO {
                 gap * gap / (ladder.softness + ladder.softness)
@@ -368,5 +433,22 @@ pub(crate) fn penetration<T: Real, S: Size, O: Object<T>>(
             };
         }
     }
+    energy
+}
+
+/// Elastic energy at a state whose rows are those of the last evaluation, N·mm; leaves closures and positions behind.
+pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) -> T {
+    directions(ladder, state, work);
+    forces(ladder, state, work);
+    let mut energy = state.bending_energy(ladder);
+    let mut from = 0;
+    for index in 0..ladder.member_count() {
+        let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], index, from);
+        from = own.end;
+        strain(ladder, work, index, own);
+        energy += work.members.as_ref()[index].strain_energy;
+    }
+    closures(ladder, work);
+    starts(ladder, work);
     energy
 }

@@ -40,7 +40,9 @@ pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
-    residual::kinematics(ladder, state, work);
+    residual::directions(ladder, state, work);
+    residual::recall(state, work);
+    residual::place_front(ladder, state, work);
     let mut sweep = residual::sweep(ladder, state, work, object, margin);
     // Too many near samples: only those that penetrate need rows.
     if sweep.crowded {
@@ -52,17 +54,16 @@ pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
 /// Condenses, factorises and borders at the evaluated state; returns the number of negative pivots.
 pub(crate) fn factorise<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
-    state: &State<T, S>,
     work: &mut Workspace<T, S>,
     diagonal: Diagonal<T>,
 ) -> usize {
     let n = ladder.unknowns();
     let mut negative = 0;
     for index in 0..ladder.member_count() {
-        negative += condense::condense(ladder, work, index, state.stretch.as_ref()[index], diagonal);
+        negative += condense::condense(ladder, work, index, diagonal);
     }
     banded::assemble(ladder, work);
-    border::assemble(ladder, state, work);
+    border::assemble(ladder, work);
     negative += banded::factorise(&mut work.band.as_mut()[..n], &ladder.scale.as_ref()[..n]);
     banded::forward(&work.band.as_ref()[..n], &mut work.rhs.as_mut()[..n]);
     border::complete(ladder, work);
@@ -72,13 +73,12 @@ pub(crate) fn factorise<T: Real, S: Size>(
 /// Factorises at the evaluated state, settles the active set and finds the increments (kept in the workspace).
 pub(crate) fn solve<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
-    state: &State<T, S>,
     work: &mut Workspace<T, S>,
     hessian: Hessian,
     shift: T,
 ) -> Inertia {
     let curvature = if hessian == Hessian::Newton { T::one() } else { T::ZERO };
-    let negative = factorise(ladder, state, work, Diagonal { curvature, shift });
+    let negative = factorise(ladder, work, Diagonal { curvature, shift });
     let count = work.row_count;
     let rows = work.rows.as_ref();
     for j in 0..count {
@@ -101,7 +101,7 @@ pub(crate) fn solve<T: Real, S: Size>(
         work.active.as_mut(),
         work.row_delta.as_mut(),
     );
-    increments(ladder, state, work);
+    increments(ladder, work);
     Inertia {
         excess: negative as isize - 2 * ladder.cells as isize,
         border: settled.negative,
@@ -110,7 +110,7 @@ pub(crate) fn solve<T: Real, S: Size>(
 }
 
 /// Increments of all unknowns from those of the contact rows.
-pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let n = ladder.unknowns();
     for j in 0..work.row_count {
         let delta = work.row_delta.as_ref()[j];
@@ -122,11 +122,11 @@ pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<
         }
     }
     banded::backward(&work.band.as_ref()[..n], &mut work.rhs.as_mut()[..n]);
-    recover(ladder, state, work);
+    recover(ladder, work);
 }
 
 /// Increments of the stretches and of all interior angles from those of joints, λ and μ.
-fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let samples = ladder.samples.as_ref();
     let mut above = [T::ZERO; 2];
     let mut row = work.row_count;
@@ -141,7 +141,7 @@ fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &
         }
         for kind in 0..if cell + 1 == ladder.cells { 2 } else { 4 } {
             let rows = if kind == 0 { row..row_end } else { 0..0 };
-            recover_member(ladder, state, work, 4 * cell + kind, if kind == 0 { above } else { [T::ZERO; 2] }, rows);
+            recover_member(ladder, work, 4 * cell + kind, if kind == 0 { above } else { [T::ZERO; 2] }, rows);
         }
         above[0] += own_force[0];
         above[1] += own_force[1];
@@ -150,7 +150,6 @@ fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &
 
 fn recover_member<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
-    state: &State<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
     above: [T; 2],
@@ -160,7 +159,6 @@ fn recover_member<T: Real, S: Size>(
     let samples = ladder.samples.as_ref();
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
-    let sigma = T::one() + state.stretch.as_ref()[index];
     let joints = work.rhs.as_ref();
     let da = if member.start == CLAMPED { T::ZERO } else { joints[usize::from(member.start)] };
     let db = joints[usize::from(member.end)];
@@ -170,19 +168,8 @@ fn recover_member<T: Real, S: Size>(
         force[0] += sign * joints[u];
         force[1] += sign * joints[u + 1];
     }
-    let c = &work.members.as_ref()[index].condensed;
-    let mut stretch = T::ZERO;
-    if c.s_inverse != T::ZERO {
-        let mut sum = c.sr + c.sa * da + c.sb * db + c.sx[0] * force[0] + c.sx[1] * force[1];
-        for j in rows.clone() {
-            sum += work.own.as_ref()[j].s * work.row_delta.as_ref()[j];
-        }
-        stretch = -sum * c.s_inverse;
-    }
-    work.stretch_delta.as_mut()[index] = stretch;
-
-    let (e, weight, coupling) = (work.e.as_ref(), ladder.weight.as_ref(), ladder.coupling.as_ref());
-    let (gradient, push) = (work.gradient.as_ref(), work.push.as_ref());
+    let (turned, weight, coupling) = (work.turned.as_ref(), ladder.weight.as_ref(), ladder.coupling.as_ref());
+    let gradient = work.gradient.as_ref();
     let z = &mut work.delta.as_mut()[nodes.clone()];
     let mut carried = force;
     let mut next = rows.end;
@@ -198,8 +185,8 @@ fn recover_member<T: Real, S: Size>(
             carried[0] -= delta * row.normal[0];
             carried[1] -= delta * row.normal[1];
         }
-        let ([x, y], w) = (e[node], weight[node]);
-        z[i] = -gradient[node] - stretch * push[node] - sigma * w * (carried[1] * x - carried[0] * y);
+        let [x, y] = turned[node];
+        z[i] = -gradient[node] - weight[node] * (carried[0] * x + carried[1] * y);
     }
     for j in rows {
         let row = &work.rows.as_ref()[j];
@@ -212,8 +199,8 @@ fn recover_member<T: Real, S: Size>(
             let node = usize::from(sample.node) + k;
             let local = node.wrapping_sub(nodes.start);
             if w != T::ZERO && local >= 1 && local <= interior {
-                let [x, y] = e[node];
-                z[local] += sigma * w * delta * (row.normal[1] * x - row.normal[0] * y);
+                let [x, y] = turned[node];
+                z[local] += w * delta * (row.normal[0] * x + row.normal[1] * y);
             }
         }
     }
@@ -240,10 +227,10 @@ pub(crate) fn clip<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, 
 /// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples.
 pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
     advance_geometry(ladder, state, work, part);
-    advance_multipliers(ladder, state, work, part);
+    advance_multipliers(state, work, part);
 }
 
-/// Adds `part` of the increments to angles and stretches.
+/// Adds `part` of the increments to angles and λ.
 pub(crate) fn advance_geometry<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
     state: &mut State<T, S>,
@@ -254,23 +241,14 @@ pub(crate) fn advance_geometry<T: Real, S: Size>(
     for (angle, &delta) in angles.iter_mut().zip(work.delta.as_ref()) {
         *angle += part * delta;
     }
-    let stretches = &mut state.stretch.as_mut()[..ladder.member_count()];
-    for (stretch, &delta) in stretches.iter_mut().zip(work.stretch_delta.as_ref()) {
-        *stretch += part * delta;
-    }
-}
-
-/// Adds `part` of the increments to λ and μ; multipliers that fall to zero leave the touching samples.
-pub(crate) fn advance_multipliers<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
-    state: &mut State<T, S>,
-    work: &Workspace<T, S>,
-    part: T,
-) {
     for (cell, lambda) in state.lambda.as_mut()[..ladder.cells].iter_mut().enumerate() {
         lambda[0] += part * work.rhs.as_ref()[PER_CELL * cell];
         lambda[1] += part * work.rhs.as_ref()[PER_CELL * cell + 1];
     }
+}
+
+/// Adds `part` of the increments to μ; multipliers that fall to zero leave the touching samples.
+pub(crate) fn advance_multipliers<T: Real, S: Size>(state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
     let mut count = 0;
     for j in 0..work.row_count {
         let row = &work.rows.as_ref()[j];
@@ -279,6 +257,7 @@ pub(crate) fn advance_multipliers<T: Real, S: Size>(
         if keeps && multiplier > T::ZERO {
             state.touching.as_mut()[count] = row.sample;
             state.multiplier.as_mut()[count] = multiplier;
+            state.normal.as_mut()[count] = row.normal;
             count += 1;
         }
     }

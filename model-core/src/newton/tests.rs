@@ -59,9 +59,10 @@ fn random_model(random: &mut Random) -> Model {
         *angle = 0.2 * random.signed();
     }
     step::share_joints(&ladder, &mut state);
-    for index in 0..ladder.member_count() {
-        if ladder.members[index].axial > 0.0 {
-            state.stretch[index] = 0.01 * random.signed();
+    if physics == Physics::Extended {
+        // Softer than any real finger, so that stretch and shear are seen.
+        for member in &mut ladder.members[..] {
+            member.compliance = [3e-4 * (1.1 + random.signed()), 1e-3 * (1.1 + random.signed())];
         }
     }
     // Strong forces: many states then have indefinite members.
@@ -90,12 +91,11 @@ fn random_model(random: &mut Random) -> Model {
     (ladder, state, work)
 }
 
-/// Where each unknown lives: interior angles, joint angles, stretches, λ, μ.
+/// Where each unknown lives: interior angles, joint angles, λ, μ.
 #[derive(Clone, Copy, Debug)]
 enum Place {
     Node(usize),
     Joint(u16),
-    Stretch(usize),
     Lambda(usize, usize),
     Row(usize),
 }
@@ -103,14 +103,11 @@ enum Place {
 fn places(ladder: &Ladder<f64, Paper>, rows: usize) -> Vec<Place> {
     let mut places = Vec::new();
     let mut joints = Vec::new();
-    for (index, member) in ladder.members[..ladder.member_count()].iter().enumerate() {
+    for member in &ladder.members[..ladder.member_count()] {
         let nodes = member.nodes();
         places.extend((nodes.start + 1..nodes.end - 1).map(Place::Node));
         if !joints.contains(&member.end) {
             joints.push(member.end);
-        }
-        if member.axial > 0.0 {
-            places.push(Place::Stretch(index));
         }
     }
     places.extend(joints.into_iter().map(Place::Joint));
@@ -138,101 +135,84 @@ fn add(
                 }
             }
         }
-        Place::Stretch(index) => state.stretch[index] += by,
         Place::Lambda(cell, i) => state.lambda[cell][i] += by,
         Place::Row(row) => work.rows[row].multiplier += by,
     }
 }
 
-/// Points of the ladder computed straight from its constants: (front joint positions, closures, sample positions).
-fn geometry(ladder: &Ladder<f64, Paper>, state: &State<f64, Paper>) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
-    let rotated = |v: [f64; 2], a: f64| [a.cos() * v[0] - a.sin() * v[1], a.sin() * v[0] + a.cos() * v[1]];
-    let vector = |index: usize| {
-        let member = &ladder.members[index];
-        let nodes = member.nodes();
-        let a = rotated(member.rigid_start, state.angle[nodes.start]);
-        let b = rotated(member.rigid_end, state.angle[nodes.end - 1]);
-        let mut d = [a[0] + b[0], a[1] + b[1]];
-        for node in nodes {
-            let e = rotated(ladder.direction[node], state.angle[node]);
-            for i in 0..2 {
-                d[i] += (1.0 + state.stretch[index]) * ladder.weight[node] * e[i];
-            }
-        }
-        d
-    };
-    let mut starts = vec![ladder.base];
-    let mut closures = Vec::new();
-    let mut rung = ladder.base_rung;
-    for cell in 0..ladder.cells {
-        let (f, b) = (vector(4 * cell), vector(4 * cell + 1));
-        let mut next = [0.0; 2];
-        if cell + 1 < ladder.cells {
-            for hinge in 2..4 {
-                let d = vector(4 * cell + hinge);
-                next = [next[0] + d[0], next[1] + d[1]];
-            }
-        }
-        closures.push([f[0] + next[0] - b[0] - rung[0], f[1] + next[1] - b[1] - rung[1]]);
-        let last = starts[cell];
-        starts.push([last[0] + f[0], last[1] + f[1]]);
-        rung = next;
-    }
-    (starts, closures)
+fn rotated(v: [f64; 2], a: f64) -> [f64; 2] {
+    [a.cos() * v[0] - a.sin() * v[1], a.sin() * v[0] + a.cos() * v[1]]
 }
 
-fn sample_point(ladder: &Ladder<f64, Paper>, state: &State<f64, Paper>, starts: &[[f64; 2]], index: usize) -> [f64; 2] {
-    let sample = &ladder.samples[index];
-    let member = 4 * usize::from(sample.cell);
-    let rotated = |v: [f64; 2], a: f64| [a.cos() * v[0] - a.sin() * v[1], a.sin() * v[0] + a.cos() * v[1]];
-    let nodes = ladder.members[member].nodes();
-    let end = rotated(ladder.members[member].rigid_end, state.angle[nodes.end - 1]);
-    let mut p = starts[usize::from(sample.cell)];
-    for i in 0..2 {
-        p[i] += sample.rigid * end[i];
-    }
-    let first = usize::from(sample.node);
-    for node in nodes {
-        let w =
-            if node < first { ladder.weight[node] } else { sample.weights.get(node - first).copied().unwrap_or(0.0) };
-        let e = rotated(ladder.direction[node], state.angle[node]);
-        for i in 0..2 {
-            p[i] += (1.0 + state.stretch[member]) * w * e[i];
-        }
-    }
-    p
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
 }
 
-/// L = V + λ·h − μ (g₀ + n·(P − P₀)) − ½ ε μ² − load·P, normals and g₀, P₀ frozen.
+/// L written as a sum over links: with f the force per weight at a node, each adds l (f·e − ½ ((f·e)²/EA + (f·e′)²/κGA)),
+/// each rigid part f·r; the closures' and gaps' constants complete it. Normals, g₀ and P₀ are frozen.
 fn lagrangian(
     ladder: &Ladder<f64, Paper>,
     state: &State<f64, Paper>,
     work: &Workspace<f64, Paper>,
     frozen: &[[f64; 2]],
 ) -> f64 {
-    let (starts, closures) = geometry(ladder, state);
+    let rows = &work.rows[..work.row_count];
+    let sample = |row: &Row<f64>| &ladder.samples[usize::from(row.sample)];
     let mut value = 0.0;
     for (index, member) in ladder.members[..ladder.member_count()].iter().enumerate() {
+        let (cell, kind) = (index / 4, index % 4);
+        let l = state.lambda[cell];
+        let mut force = match kind {
+            0 => l,
+            1 => [-l[0], -l[1]],
+            _ => [l[0] - state.lambda[cell + 1][0], l[1] - state.lambda[cell + 1][1]],
+        };
+        if kind == 0 {
+            for row in rows.iter().filter(|row| usize::from(sample(row).cell) > cell) {
+                force = [force[0] - row.multiplier * row.normal[0], force[1] - row.multiplier * row.normal[1]];
+            }
+            if state.load_cell >= cell {
+                force = [force[0] - state.load[0], force[1] - state.load[1]];
+            }
+        }
         let nodes = member.nodes();
         for i in nodes.clone() {
             for j in i + 1..(i + 3).min(nodes.end) {
                 value -= 0.5 * ladder.coupling[i][j - i - 1] * (state.angle[j] - state.angle[i]).powi(2);
             }
+            let l = ladder.weight[i];
+            if l == 0.0 {
+                continue;
+            }
+            let mut f = force;
+            for row in rows.iter().filter(|row| kind == 0 && usize::from(sample(row).cell) == cell) {
+                let first = usize::from(sample(row).node);
+                let w = if i < first { l } else { sample(row).weights.get(i - first).copied().unwrap_or(0.0) };
+                for k in 0..2 {
+                    f[k] -= row.multiplier * row.normal[k] * w / l;
+                }
+            }
+            let e = rotated(ladder.direction[i], state.angle[i]);
+            let (along, across) = (dot(f, e), dot(f, [-e[1], e[0]]));
+            let [stretch, shear] = member.compliance;
+            value += l * (along - 0.5 * (stretch * along * along + shear * across * across));
         }
-        value += 0.5 * member.axial * state.stretch[index].powi(2);
+        value += dot(force, rotated(member.rigid_start, state.angle[nodes.start]));
+        let end = rotated(member.rigid_end, state.angle[nodes.end - 1]);
+        value += dot(force, end);
+        for row in rows.iter().filter(|row| kind == 0 && usize::from(sample(row).cell) == cell) {
+            value -= sample(row).rigid * row.multiplier * dot(row.normal, end);
+        }
     }
     for cell in 0..ladder.cells {
-        for i in 0..2 {
-            value += state.lambda[cell][i] * (closures[cell][i] - ladder.rest[cell][i]);
-        }
+        value -= dot(state.lambda[cell], ladder.rest[cell]);
     }
-    for (row, at) in work.rows[..work.row_count].iter().zip(frozen) {
-        let p = sample_point(ladder, state, &starts, usize::from(row.sample));
-        let gap = row.gap + row.normal[0] * (p[0] - at[0]) + row.normal[1] * (p[1] - at[1]);
+    value -= dot(state.lambda[0], ladder.base_rung);
+    for (row, at) in rows.iter().zip(frozen) {
+        let gap = row.gap + dot(row.normal, [ladder.base[0] - at[0], ladder.base[1] - at[1]]);
         value -= row.multiplier * gap + 0.5 * ladder.softness * row.multiplier.powi(2);
     }
-    let loaded = starts[state.load_cell + 1];
-    value - state.load[0] * loaded[0] - state.load[1] * loaded[1]
+    value - dot(state.load, ladder.base)
 }
 
 /// Gradient of the frozen Lagrangian as the product computes it.
@@ -243,17 +223,16 @@ fn gradient(
     frozen: &[[f64; 2]],
     places: &[Place],
 ) -> Vec<f64> {
-    residual::kinematics(ladder, state, work);
+    residual::potential(ladder, state, work);
     let sweep = Sweep { nearest: 0.0, normal: [0.0; 2], nearest_free: 0.0, overflow: false, crowded: false };
     residual::gradient(ladder, state, work, &sweep);
     let value = |place: &Place| match *place {
         Place::Node(node) => work.gradient[node],
         Place::Joint(joint) => work.rhs[usize::from(joint)],
-        Place::Stretch(index) => work.members[index].stretch_gradient,
         Place::Lambda(cell, i) => work.closure[cell][i],
         Place::Row(j) => {
             let row = &work.rows[j];
-            let p = residual::sample_position(ladder, state, work, &ladder.samples[usize::from(row.sample)]);
+            let p = residual::sample_position(ladder, work, &ladder.samples[usize::from(row.sample)]);
             let moved = row.normal[0] * (p.x - frozen[j][0]) + row.normal[1] * (p.y - frozen[j][1]);
             -(row.gap + moved) - ladder.softness * row.multiplier
         }
@@ -261,16 +240,9 @@ fn gradient(
     places.iter().map(value).collect()
 }
 
-fn frozen_points(
-    ladder: &Ladder<f64, Paper>,
-    state: &State<f64, Paper>,
-    work: &Workspace<f64, Paper>,
-) -> Vec<[f64; 2]> {
-    let (starts, _) = geometry(ladder, state);
-    work.rows[..work.row_count]
-        .iter()
-        .map(|row| sample_point(ladder, state, &starts, usize::from(row.sample)))
-        .collect()
+/// Where the gaps are measured from: any point does, the rows' constants being random.
+fn frozen_points(work: &Workspace<f64, Paper>) -> Vec<[f64; 2]> {
+    (0..work.row_count).map(|j| [-3.0 - j as f64, 20.0 + 5.0 * j as f64]).collect()
 }
 
 #[test]
@@ -279,7 +251,7 @@ fn the_gradient_is_the_lagrangians_derivative() {
     for _ in 0..40 {
         let (ladder, mut state, mut work) = random_model(&mut random);
         let places = places(&ladder, work.row_count);
-        let frozen = frozen_points(&ladder, &state, &work);
+        let frozen = frozen_points(&work);
         let exact = gradient(&ladder, &state, &mut work, &frozen, &places);
         let size = exact.iter().fold(1.0_f64, |m, g| m.max(g.abs()));
         for (place, exact) in places.iter().zip(exact) {
@@ -330,7 +302,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
     while compared < 1000 {
         let (ladder, mut state, mut work) = random_model(&mut random);
         let places = places(&ladder, work.row_count);
-        let frozen = frozen_points(&ladder, &state, &work);
+        let frozen = frozen_points(&work);
         let matrix = dense(&ladder, &mut state, &mut work, &frozen, &places);
         let eigenvalues = matrix.clone().symmetric_eigenvalues();
         // A state within rounding of a singular matrix has no inertia to agree on.
@@ -341,7 +313,11 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         let dense_negative = eigenvalues.iter().filter(|v| **v < 0.0).count();
 
         let g = gradient(&ladder, &state, &mut work, &frozen, &places);
-        let negative = step::factorise(&ladder, &state, &mut work, Diagonal { curvature: 1.0, shift: 0.0 });
+        // What the sweep would have found.
+        for (j, value) in g[places.len() - work.row_count..].iter().enumerate() {
+            work.rows[j].gap = -value - ladder.softness * work.rows[j].multiplier;
+        }
+        let negative = step::factorise(&ladder, &mut work, Diagonal { curvature: 1.0, shift: 0.0 });
         let rows = work.row_count;
         let mut d: Vec<f64> = work.flexibility.to_vec();
         let mut order = vec![0; rows];
@@ -354,7 +330,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         let mut scratch = vec![0.0; rows];
         active_set::solve(&d, rows, Paper::CONTACTS, &order, &mut row_delta, &mut scratch);
         work.row_delta[..rows].copy_from_slice(&row_delta);
-        step::increments(&ladder, &state, &mut work);
+        step::increments(&ladder, &mut work);
         let Some(exact) = matrix.clone().lu().solve(&-DVector::from_vec(g)) else { continue };
         let size = exact.amax();
         let condition = eigenvalues.amax() / eigenvalues.iter().fold(f64::MAX, |m, v| m.min(v.abs()));
@@ -366,7 +342,6 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
             let found = match *place {
                 Place::Node(node) => work.delta[node],
                 Place::Joint(joint) => work.rhs[usize::from(joint)],
-                Place::Stretch(index) => work.stretch_delta[index],
                 Place::Lambda(cell, i) => work.rhs[5 * cell + i],
                 Place::Row(row) => work.row_delta[row],
             };
