@@ -28,7 +28,12 @@ pub(crate) fn shape<T: Real, S: Size>(follower: &Follower<T, S>, sequence: u32, 
 
 /// As many as fit.
 fn first<X, const N: usize>(items: impl Iterator<Item = X>) -> Vec<X, N> {
-    items.take(N).collect()
+    let mut kept = Vec::new();
+    for item in items.take(N) {
+        // There is room for N.
+        let _ = kept.push(item);
+    }
+    kept
 }
 
 /// First, last, and so many evenly between that all fit.
