@@ -46,6 +46,14 @@ impl Settings {
         min_step: 1.0 / 512.0,
         margin: 0.1,
     };
+    const UNSET: Self = Self {
+        hessian: Hessian::Newton,
+        max_iterations: 0,
+        max_angle_step: 0.0,
+        max_distance_step: 0.0,
+        min_step: 0.0,
+        margin: 0.0,
+    };
 }
 
 impl Default for Settings {
@@ -72,16 +80,20 @@ pub struct Outcome {
 /// What the follower is doing between calls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase<T> {
+    /// There is no accepted equilibrium.
+    Lost,
     /// At an accepted equilibrium.
     Following,
     /// Minimising the energy past a fold.
     Folding { target: T, shift: T, spent: u32 },
     /// The branch ended at the accepted equilibrium and no other was found beyond; the way back is open.
     Ended { forward: bool },
-    /// There is no accepted equilibrium.
-    Lost,
 }
 
+/// Newton iterations of one call of [`Follower::follow`]: a motion over many snaps takes a few thousand.
+pub const FOLLOW_ITERATIONS: u32 = 20_000;
+/// Ends of branches that one call looks beyond. Where two branches end into each other, more would go on for ever.
+const FOLDS: u32 = 24;
 /// Iterations of the fold handler before it gives up.
 const FOLD_ITERATIONS: u32 = 300;
 /// Steps past the end of a branch at which the fold handler looks for another: this part of the largest step, then four
@@ -128,7 +140,8 @@ impl<T: Real, S: Size> Follower<T, S> {
         state: State::EMPTY,
         accepted: State::EMPTY,
         work: Workspace::EMPTY,
-        settings: Settings::DEFAULT,
+        // All zeros, as everything here: [`Self::configure`] puts the defaults in.
+        settings: Settings::UNSET,
         object: Circle { centre: Vec2::new(T::ZERO, T::ZERO), radius: T::ZERO },
         motion: Motion::Rotating { axis: [0.0; 2] },
         youngs_modulus: T::ZERO,
@@ -145,6 +158,9 @@ impl<T: Real, S: Size> Follower<T, S> {
     /// What [`discretise`] refuses; the follower is then empty.
     pub fn configure(&mut self, design: &Design, how: &Discretisation) -> Result<(), DiscretiseError> {
         self.phase = Phase::Lost;
+        if self.settings == Settings::UNSET {
+            self.settings = Settings::DEFAULT;
+        }
         let made = discretise(design, how, &mut self.ladder);
         let fits = made.is_ok()
             && self.state.fit(&self.ladder)
@@ -250,9 +266,9 @@ impl<T: Real, S: Size> Follower<T, S> {
         }
     }
 
-    /// Follows the equilibrium to a coordinate (rad or mm), however many iterations it takes within the settings.
+    /// Follows the equilibrium to a coordinate (rad or mm), with at most [`FOLLOW_ITERATIONS`] Newton iterations.
     pub fn follow(&mut self, to: f64) -> Outcome {
-        self.follow_within(to, u32::MAX)
+        self.follow_within(to, FOLLOW_ITERATIONS)
     }
 
     /// Follows the equilibrium towards a coordinate with at most `budget` Newton iterations.
@@ -264,6 +280,7 @@ impl<T: Real, S: Size> Follower<T, S> {
             return outcome;
         }
         let to = T::of(to);
+        let mut folds = 0;
         loop {
             match self.phase {
                 Phase::Lost => {
@@ -277,8 +294,7 @@ impl<T: Real, S: Size> Follower<T, S> {
                 }
                 Phase::Ended { forward } => {
                     if (to > self.at) == forward {
-                        outcome.status = Status::Folded;
-                        self.show_accepted();
+                        outcome.status = self.or_open_hand(to, Status::Folded);
                         return outcome;
                     }
                     self.phase = Phase::Following;
@@ -289,20 +305,37 @@ impl<T: Real, S: Size> Follower<T, S> {
                         outcome.status = Status::MaxIterations;
                         return outcome;
                     }
+                    folds += u32::from(spent == 0);
+                    if folds > FOLDS {
+                        self.state.copy_from(&self.accepted, &self.ladder);
+                        self.phase = Phase::Ended { forward: target > self.at };
+                        continue;
+                    }
                     self.fold(target, shift, spent, left, &mut outcome);
                 }
                 Phase::Following => {
                     let done = self.advance(to, budget, &mut outcome);
                     if let Some(status) = done {
-                        outcome.status = status;
-                        if !status.is_trustworthy() {
-                            self.show_accepted();
-                        }
+                        let failed = !status.is_trustworthy();
+                        outcome.status = if failed { self.or_open_hand(to, status) } else { status };
                         return outcome;
                     }
                 }
             }
         }
+    }
+
+    /// Where no branch leads on but the object lies clear of the undeformed finger, that is the equilibrium: an open hand
+    /// is always a new beginning. Otherwise the accepted state is shown with the status that says what failed.
+    fn or_open_hand(&mut self, to: T, failed: Status) -> Status {
+        // A budget that ran out says nothing about the branch.
+        if failed != Status::MaxIterations && self.is_clear(to) {
+            self.rest();
+            self.accept(to);
+            return Status::NoContact;
+        }
+        self.show_accepted();
+        failed
     }
 
     /// One step towards `to`; the status if the call ends with it.

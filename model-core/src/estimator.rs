@@ -68,8 +68,8 @@ impl Estimate {
         libm::sqrtf(self.force[0] * self.force[0] + self.force[1] * self.force[1])
     }
 
-    const NONE: Self = Self {
-        status: Status::OutOfRange,
+    const ZERO: Self = Self {
+        status: Status::Converged,
         motor_angle: 0.0,
         force: [0.0; 2],
         contact_centre: [0.0; 2],
@@ -85,7 +85,9 @@ impl Estimate {
 /// Estimates the contact force of one finger on one object from the motor angle.
 pub struct Estimator<T: Real, S: Size> {
     follower: Follower<T, S>,
-    settings: EstimatorSettings,
+    /// None: the defaults.
+    settings: Option<EstimatorSettings>,
+    /// Last trustworthy numbers; the status is set anew every tick.
     last: Estimate,
     object: Option<ObjectDesign>,
     motion: Motion,
@@ -105,8 +107,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// An estimator without finger and object: every estimate is `out-of-range`.
     pub const EMPTY: Self = Self {
         follower: Follower::EMPTY,
-        settings: EstimatorSettings::DEFAULT,
-        last: Estimate::NONE,
+        settings: None,
+        last: Estimate::ZERO,
         object: None,
         motion: Motion::Rotating { axis: [0.0; 2] },
         configured: false,
@@ -146,7 +148,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
 
     /// Changes the bounds of the estimator and how its solver follows.
     pub fn set_settings(&mut self, settings: EstimatorSettings, solver: Settings) {
-        self.settings = settings;
+        self.settings = Some(settings);
         self.follower.set_settings(solver);
     }
 
@@ -157,17 +159,18 @@ impl<T: Real, S: Size> Estimator<T, S> {
 
     /// Estimates at a measured motor angle, rad.
     pub fn update(&mut self, motor_angle: f64) -> Estimate {
-        let [least, most] = self.settings.range;
+        let settings = self.settings.unwrap_or(EstimatorSettings::DEFAULT);
+        let [least, most] = settings.range;
         let mut estimate = self.last;
         estimate.motor_angle = motor_angle as f32;
         estimate.iterations = 0;
         let ready = self.configured && self.object.is_some() && (least..=most).contains(&motor_angle);
         if !ready {
             estimate.status = Status::OutOfRange;
-        } else if !self.placed && !self.place(motor_angle) {
+        } else if !self.placed && !self.place(motor_angle, least) {
             estimate.status = if self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
         } else {
-            let outcome = self.follower.follow_within(motor_angle, self.settings.budget);
+            let outcome = self.follower.follow_within(motor_angle, settings.budget);
             estimate.status = outcome.status;
             estimate.iterations = outcome.iterations.min(u32::from(u16::MAX)) as u16;
             estimate.residual = outcome.gradient as f32;
@@ -181,10 +184,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
     }
 
     /// Looks for an angle, from the measured one back, at which the open finger can begin; a bounded number per tick.
-    fn place(&mut self, motor_angle: f64) -> bool {
+    fn place(&mut self, motor_angle: f64, least: f64) -> bool {
         for _ in 0..CHECKS_PER_TICK {
             let angle = motor_angle - self.searched;
-            if angle < self.settings.range[0] {
+            if angle < least {
                 // Nowhere: say so once, then look again.
                 self.searched = 0.0;
                 return false;

@@ -14,8 +14,9 @@ use crate::contact::Sample;
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size, Storage};
 
-/// Joint index of a beam's clamped base.
-pub(crate) const CLAMPED: u16 = u16::MAX;
+/// Joint index of a beam's clamped base. Unknown 0 is a multiplier, never a joint; and a blank ladder is all zeros, so that a
+/// static one needs no image in flash.
+pub(crate) const CLAMPED: u16 = 0;
 /// Joint angles and multipliers of a cell: λx, λy, front, lamella, back.
 pub(crate) const PER_CELL: usize = 5;
 

@@ -119,7 +119,7 @@ pub(crate) fn own_rows<T: Real, S: Size>(
     from: usize,
 ) -> core::ops::Range<usize> {
     let mut end = from;
-    if index % 4 == 0 {
+    if index.is_multiple_of(4) {
         let samples = ladder.samples.as_ref();
         while end < rows.len() && usize::from(samples[usize::from(rows[end].sample)].cell) == index / 4 {
             end += 1;

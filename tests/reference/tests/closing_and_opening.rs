@@ -43,7 +43,7 @@ fn sweep(height: f64, to: i32, allowed: f64) -> Worst {
         assert!(estimate.status.is_trustworthy(), "{height} mm, count {count}: {estimate:?}");
         iterations += u32::from(estimate.iterations);
         let force = estimate.force.map(f64::from);
-        let mut difference = |other: &mut Follower<f64, Paper>| {
+        let difference = |other: &mut Follower<f64, Paper>| {
             let outcome = other.follow(angle);
             assert!(outcome.status.is_trustworthy(), "{height} mm, count {count}: {outcome:?}");
             let f = other.force_world();
