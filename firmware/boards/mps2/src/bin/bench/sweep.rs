@@ -34,8 +34,11 @@ const BLANK: Tick = Tick { position: 0, clock: 0, iterations: 0, trusted: false,
 
 static RECORD: ConstStaticCell<[Tick; TICKS]> = ConstStaticCell::new([BLANK; TICKS]);
 
+/// Samples per element, and the model with them.
+pub type Model = (u8, fn(Physics) -> Discretisation);
+
 /// Runs every case and ends QEMU.
-pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[(u8, fn(Physics) -> Discretisation)]) -> ! {
+pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[Model]) -> ! {
     let record = RECORD.take();
     let ram = core::mem::size_of::<Follower<f32, S>>();
     for (samples, discretisation) in models {
