@@ -32,7 +32,8 @@ pub struct Settings {
     pub max_distance_step: f64,
     /// A step that fails at this fraction of the largest one has met the end of its branch; default 1/512.
     pub min_step: f64,
-    /// Gap within which a sample takes part in a step before it touches, mm; default 0.1.
+    /// Gap within which a sample takes part in a step before it touches, mm; default 0: those that penetrate. More rows cost
+    /// more and save no iterations, neither at one-count steps nor at 1° steps (*measured*).
     pub margin: f64,
 }
 
@@ -44,7 +45,7 @@ impl Settings {
         max_angle_step: core::f64::consts::PI / 180.0,
         max_distance_step: 1.0,
         min_step: 1.0 / 512.0,
-        margin: 0.1,
+        margin: 0.0,
     };
     const UNSET: Self = Self {
         hessian: Hessian::Newton,
@@ -99,6 +100,8 @@ const FOLD_ITERATIONS: u32 = 300;
 /// Steps past the end of a branch at which the fold handler looks for another: this part of the largest step, then four
 /// times as far, up to the largest step.
 const FOLD_STEP: f64 = 0.0625;
+/// Gap within which samples take part in its steps, which are large, mm.
+const FOLD_MARGIN: f64 = 0.3;
 /// Shift it begins with, relative to the stiffness at rest.
 const FOLD_SHIFT: f64 = 0.01;
 /// Residuals below which the fold handler tries Newton's method alone, N·mm and mm.
@@ -482,7 +485,7 @@ impl<T: Real, S: Size> Follower<T, S> {
     /// Part of the fold handler: shifted Hessian (Levenberg–Marquardt) with a line search on an ℓ1 merit.
     fn fold(&mut self, target: T, shift: T, spent: u32, budget: u32, outcome: &mut Outcome) {
         let object = self.object.displaced(&self.motion.world_to_finger(target));
-        let margin = T::of(5.0 * self.settings.margin);
+        let margin = T::of(FOLD_MARGIN);
         let tolerance = T::TOLERANCE;
         let (mut shift, mut spent) = (shift, spent);
         let (mut used, mut polishes) = (0, 6);

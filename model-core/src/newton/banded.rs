@@ -122,15 +122,16 @@ pub(crate) fn factorise<T: Real>(band: &mut [[T; BAND + 1]], scale: &[T]) -> usi
 /// y = L⁻¹ x in place.
 #[inline]
 pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T]) {
-    let n = band.len().min(x.len());
-    for i in 1..n {
-        let row = &band[i];
-        let reach = BAND.min(i);
-        let mut value = x[i];
-        for k in 1..=reach {
-            value -= row[BAND - k] * x[i - k];
+    // The last values, newest first: registers instead of indices.
+    let mut last = [T::ZERO; BAND];
+    for (row, x) in band.iter().zip(x) {
+        let mut value = *x;
+        for k in 0..BAND {
+            value -= row[BAND - 1 - k] * last[k];
         }
-        x[i] = value;
+        *x = value;
+        last.copy_within(0..BAND - 1, 1);
+        last[0] = value;
     }
 }
 

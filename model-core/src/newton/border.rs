@@ -186,20 +186,15 @@ pub(crate) fn complete<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
     for j in 0..work.row_count {
         banded::forward(band, &mut columns[j * n..(j + 1) * n]);
     }
+    let scaled = &mut work.scaled.as_mut()[..n];
     for j in 0..work.row_count {
-        let own = &columns[j * n..(j + 1) * n];
-        let mut value = T::ZERO;
-        for u in 0..n {
-            value += own[u] * band[u][banded::BAND] * work.rhs.as_ref()[u];
+        for ((scaled, &y), row) in scaled.iter_mut().zip(&columns[j * n..(j + 1) * n]).zip(band) {
+            *scaled = y * row[banded::BAND];
         }
-        work.row_rhs.as_mut()[j] += value;
+        let dot = |other: &[T]| scaled.iter().zip(other).fold(T::ZERO, |sum, (&a, &b)| sum + a * b);
+        work.row_rhs.as_mut()[j] += dot(&work.rhs.as_ref()[..n]);
         for k in 0..=j {
-            let other = &columns[k * n..(k + 1) * n];
-            let mut sum = T::ZERO;
-            for u in 0..n {
-                sum += own[u] * band[u][banded::BAND] * other[u];
-            }
-            let entry = work.flexibility.as_ref()[j * S::CONTACTS + k] + sum;
+            let entry = work.flexibility.as_ref()[j * S::CONTACTS + k] + dot(&columns[k * n..(k + 1) * n]);
             work.flexibility.as_mut()[j * S::CONTACTS + k] = entry;
             work.flexibility.as_mut()[k * S::CONTACTS + j] = entry;
         }

@@ -93,6 +93,8 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) band: S::Unknowns<[T; BAND + 1]>,
     /// Right-hand side, then the step in joint angles and λ.
     pub(crate) rhs: S::Unknowns<T>,
+    /// D⁻¹ L⁻¹ of one column.
+    pub(crate) scaled: S::Unknowns<T>,
     /// Contact rows: touching samples and those near the object, in order along the beam.
     pub(crate) rows: S::Contacts<Row<T>>,
     pub(crate) row_count: usize,
@@ -130,6 +132,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         turn: <S::Unknowns<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         band: <S::Unknowns<[T; BAND + 1]> as Storage<[T; BAND + 1]>>::EMPTY,
         rhs: <S::Unknowns<T> as Storage<T>>::EMPTY,
+        scaled: <S::Unknowns<T> as Storage<T>>::EMPTY,
         rows: <S::Contacts<Row<T>> as Storage<Row<T>>>::EMPTY,
         row_count: 0,
         columns: <S::Rows<T> as Storage<T>>::EMPTY,
@@ -162,6 +165,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
             && self.turn.fit(unknowns)
             && self.band.fit(unknowns)
             && self.rhs.fit(unknowns)
+            && self.scaled.fit(unknowns)
             && self.rows.fit(rows)
             && self.columns.fit(rows * unknowns)
             && self.own.fit(rows)

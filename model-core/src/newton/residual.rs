@@ -205,9 +205,20 @@ pub(crate) fn place_front<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State
     forces(ladder, state, work);
     let mut from = 0;
     for cell in 0..ladder.cells {
-        let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], 4 * cell, from);
-        from = own.end;
-        strain(ladder, work, 4 * cell, own);
+        let member = &ladder.members.as_ref()[4 * cell];
+        if member.compliance == [T::ZERO; 2] {
+            let (e, strained, weight) = (work.e.as_ref(), work.strained.as_mut(), ladder.weight.as_ref());
+            let mut chord = [T::ZERO; 2];
+            for node in member.nodes() {
+                strained[node] = e[node];
+                chord = [chord[0] + weight[node] * e[node][0], chord[1] + weight[node] * e[node][1]];
+            }
+            work.members.as_mut()[4 * cell].chord = chord;
+        } else {
+            let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], 4 * cell, from);
+            from = own.end;
+            strain(ladder, work, 4 * cell, own);
+        }
     }
     starts(ladder, work);
 }
