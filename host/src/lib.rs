@@ -2,6 +2,7 @@
 
 pub mod case;
 pub mod cli;
+pub mod demo;
 pub mod draw;
 pub mod heap;
 pub mod link;

@@ -4,6 +4,7 @@ mod bench;
 mod command;
 mod cross;
 mod crossing;
+mod demo;
 mod firmware;
 mod logging;
 mod on_target;
@@ -26,6 +27,7 @@ usage: cargo xtask COMMAND
   qemu-run ELF           run an image in QEMU: its tests if it holds any, else the program with its log
   decode ELF             turn an image's log, on standard input, into text
   demo [--seconds N] [--live]
+                         the firmware in QEMU beside the full-resolution model: live lines, a table, target/demo/report.html
   bench [--json FILE]
   fuzz [--seconds N]";
 

@@ -1,5 +1,6 @@
 //! The commands of `fre`, one file each: its arguments and its `run`.
 
+mod demo;
 mod monitor;
 mod options;
 mod servo;
@@ -24,6 +25,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(demo::Args),
     Monitor(monitor::Args),
     Servo(servo::Args),
     Solve(solve::Args),
@@ -41,6 +43,7 @@ pub fn run() -> ExitCode {
         }
     };
     match cli.command {
+        Command::Demo(args) => demo::run(args),
         Command::Monitor(args) => monitor::run(&args),
         Command::Servo(args) => servo::run(&args),
         Command::Solve(args) => solve::run(&args),

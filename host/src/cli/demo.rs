@@ -1,0 +1,60 @@
+//! `fre demo`: the firmware in QEMU beside the full-resolution references.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+use super::{UNTRUSTWORTHY, bad_input};
+use crate::demo::{self, Options, Pace};
+
+/// Show the main job: the firmware in QEMU estimates the force of a finger that closes and opens, beside the full-resolution
+/// references on this PC.
+///
+/// `cargo xtask demo` builds the firmware and runs this. Ends by itself, with a table and a report; Ctrl-C ends it earlier.
+/// Exit status: 0 all is well; 1 it did not work; 2 it worked, and the result is not what it should be.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The gripper's firmware for QEMU's mps2-an500
+    #[arg(long, value_name = "ELF")]
+    firmware: PathBuf,
+    /// How long it takes, 4 to 600
+    #[arg(long, value_name = "S", default_value_t = 20.0)]
+    seconds: f64,
+    /// Folder for the report
+    #[arg(long, value_name = "FOLDER", default_value = "target/demo")]
+    report: PathBuf,
+    /// An instruction takes 2^N ns of QEMU's time, 0 to 10, or off: as fast as QEMU can (costs are then wall time)
+    #[arg(long, value_name = "N|off", default_value = "2", value_parser = pace)]
+    icount: Pace,
+}
+
+fn pace(words: &str) -> Result<Pace, String> {
+    match words.parse::<u8>() {
+        Ok(shift @ 0..=10) => Ok(Pace::Counted { shift }),
+        _ if words == "off" => Ok(Pace::Free),
+        _ => Err("allowed is 0 to 10, or off".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> ExitCode {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        if let Err(error) = signal_hook::flag::register(signal, stop.clone()) {
+            return bad_input(&format!("no signals: {error}"));
+        }
+    }
+    let Args { firmware, seconds, report, icount } = args;
+    let mut out = std::io::stdout();
+    let terminal = out.is_terminal();
+    let options = Options { firmware, seconds, folder: report, pace: icount, terminal };
+    match demo::run(&options, &mut out, &stop) {
+        Ok(summary) if summary.faults.is_empty() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::from(UNTRUSTWORTHY),
+        Err(error) => bad_input(&error),
+    }
+}

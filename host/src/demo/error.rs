@@ -1,0 +1,96 @@
+//! Why a demonstration came to nothing.
+
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use model_core::discretise::DiscretiseError;
+
+use crate::case::CaseError;
+use crate::draw::DrawError;
+use crate::link::LinkError;
+use crate::servo::{ConfigError, LoadError, PortError};
+
+/// Why a demonstration came to nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum DemoError {
+    /// The duration.
+    #[error("--seconds is {0}; allowed is 4 to 600")]
+    Seconds(f64),
+    /// The firmware's file.
+    #[error("--firmware: {} is no file; `cargo xtask firmware mps2` builds it", .0.display())]
+    Firmware(PathBuf),
+    /// Somebody wanted it to end.
+    #[error("stopped before the first estimate")]
+    Stopped,
+    /// QEMU is not there or does not start.
+    #[error("qemu-system-arm cannot be started ({0}); `cargo xtask setup` installs it")]
+    NoQemu(#[source] io::Error),
+    /// QEMU has ended although nobody asked it to.
+    #[error("QEMU has ended by itself ({status}); it said:\n{words}")]
+    QemuEnded {
+        /// Its exit status.
+        status: String,
+        /// What it wrote to standard error.
+        words: String,
+    },
+    /// Something did not happen in time.
+    #[error("no {what} within {waited:?}{hint}")]
+    Timeout {
+        /// What was waited for.
+        what: &'static str,
+        /// How long.
+        waited: Duration,
+        /// What is known about the reason.
+        hint: String,
+    },
+    /// A file or folder.
+    #[error("{} cannot be written: {source}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// The system's words.
+        source: io::Error,
+    },
+    /// A thread or socket.
+    #[error("the system gives no thread or socket: {0}")]
+    System(#[source] io::Error),
+    /// The live lines cannot be written.
+    #[error("standard output cannot be written: {0}")]
+    Output(#[source] io::Error),
+    /// The finger.
+    #[error("the preset {0} is missing")]
+    Preset(&'static str),
+    /// The finger's file.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// The finger's model.
+    #[error("a reference cannot be made: {0}")]
+    Model(DiscretiseError),
+    /// The reference finds no place to begin.
+    #[error("a reference cannot begin: the open finger touches the object")]
+    NoRoom,
+    /// The servo's load.
+    #[error("the servo's load: {0}")]
+    Load(#[from] LoadError),
+    /// The servo.
+    #[error("the servo: {0}")]
+    Servo(#[from] ConfigError),
+    /// The bus.
+    #[error("the bus: {0}")]
+    Bus(#[from] PortError),
+    /// The link.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// A picture.
+    #[error(transparent)]
+    Draw(#[from] DrawError),
+}
+
+impl DemoError {
+    /// A file that cannot be written.
+    pub(super) fn file(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::File { path, source }
+    }
+}
