@@ -56,7 +56,8 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
         ["firmware", board] => firmware::run(board),
         ["qemu-run", elf] => qemu_run(Path::new(elf)),
         ["decode", elf] => Log::of(&read_image(Path::new(elf))?)?.print(std::io::stdin()),
-        [command @ ("demo" | "fuzz"), ..] => {
+        ["demo", options @ ..] => demo::run(options),
+        [command @ "fuzz", ..] => {
             bail!("`cargo xtask {command}` is not available yet")
         }
         _ => bail!("`{}` is not a command\n\n{USAGE}", arguments.join(" ")),
