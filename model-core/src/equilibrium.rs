@@ -115,6 +115,10 @@ pub struct Follower<T: Real, S: Size> {
     ladder: Ladder<T, S>,
     state: State<T, S>,
     accepted: State<T, S>,
+    /// The accepted state before that, and its coordinate: what the next step is extrapolated from.
+    previous: State<T, S>,
+    before: T,
+    extrapolates: bool,
     work: Workspace<T, S>,
     settings: Settings,
     pub(crate) object: Circle<T>,
@@ -142,6 +146,9 @@ impl<T: Real, S: Size> Follower<T, S> {
         ladder: Ladder::EMPTY,
         state: State::EMPTY,
         accepted: State::EMPTY,
+        previous: State::EMPTY,
+        before: T::ZERO,
+        extrapolates: false,
         work: Workspace::EMPTY,
         // All zeros, as everything here: [`Self::configure`] puts the defaults in.
         settings: Settings::UNSET,
@@ -168,6 +175,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         let fits = made.is_ok()
             && self.state.fit(&self.ladder)
             && self.accepted.fit(&self.ladder)
+            && self.previous.fit(&self.ladder)
             && self.work.fit(&self.ladder);
         if !fits {
             self.ladder.reset(0);
@@ -199,6 +207,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         }
         self.state.rest();
         self.accepted.rest();
+        self.extrapolates = false;
         self.phase = Phase::Following;
         self.snapped = false;
         self.step = self.max_step();
@@ -357,6 +366,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         if left == 0 && outcome.steps > 0 {
             return Some(Status::MaxIterations);
         }
+        self.extrapolate(target);
         let attempt = self.newton(target, self.settings.max_iterations.min(left));
         outcome.iterations += attempt.iterations;
         outcome.gradient = attempt.residual.gradient.to_f64();
@@ -369,6 +379,7 @@ impl<T: Real, S: Size> Follower<T, S> {
             return reaches.then(|| self.standing());
         }
         self.state.copy_from(&self.accepted, &self.ladder);
+        self.extrapolates = false;
         let half = size.min(remaining.abs()) * T::of(0.5);
         let out_of_budget = attempt.status == Status::MaxIterations && left < self.settings.max_iterations;
         if half >= self.max_step() * T::of(self.settings.min_step) {
@@ -397,8 +408,21 @@ impl<T: Real, S: Size> Follower<T, S> {
             let object = self.object.displaced(&self.motion.world_to_finger(at));
             (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
         }
+        self.previous.copy_from(&self.accepted, &self.ladder);
+        self.before = self.at;
         self.accepted.copy_from(&self.state, &self.ladder);
         self.at = at;
+        // Where contacts come and go the motion has a kink, and there is nothing to go by.
+        self.extrapolates = self.accepted.touches_like(&self.previous) && self.accepted.touching_count > 0;
+    }
+
+    /// Moves the state on to a coordinate along the line through the last two accepted ones, if they touch alike.
+    fn extrapolate(&mut self, target: T) {
+        let (step, last) = (target - self.at, self.at - self.before);
+        if !self.extrapolates || last == T::ZERO || step.abs() > T::of(2.0) * last.abs() {
+            return;
+        }
+        self.state.extrapolate(&self.previous, step / last, &self.ladder);
     }
 
     /// Brings the workspace, which results are read from, back to the accepted state.

@@ -281,6 +281,32 @@ impl<T: Real, S: Size> State<T, S> {
         (self.load, self.load_cell) = (other.load, other.load_cell);
     }
 
+    /// The same samples touch in another state.
+    pub(crate) fn touches_like(&self, other: &Self) -> bool {
+        self.touching_count == other.touching_count
+            && self.touching.as_ref()[..self.touching_count] == other.touching.as_ref()[..self.touching_count]
+    }
+
+    /// Goes on from another state to this one and `part` as far beyond; both touch alike.
+    pub(crate) fn extrapolate(&mut self, from: &Self, part: T, ladder: &Ladder<T, S>) {
+        let beyond = |now: &mut T, then: T| *now += part * (*now - then);
+        let n = ladder.node_count;
+        for (now, &then) in self.angle.as_mut()[..n].iter_mut().zip(from.angle.as_ref()) {
+            beyond(now, then);
+        }
+        for (now, then) in self.lambda.as_mut()[..ladder.cells].iter_mut().zip(from.lambda.as_ref()) {
+            beyond(&mut now[0], then[0]);
+            beyond(&mut now[1], then[1]);
+        }
+        let count = self.touching_count;
+        for (now, &then) in self.multiplier.as_mut()[..count].iter_mut().zip(from.multiplier.as_ref()) {
+            let multiplier = *now;
+            beyond(now, then);
+            // A contact may be about to open: the active set decides that, not this.
+            *now = now.max(T::of(0.01) * multiplier);
+        }
+    }
+
     /// Elastic energy of bending, N·mm.
     pub(crate) fn bending_energy(&self, ladder: &Ladder<T, S>) -> T {
         let (angle, coupling) = (self.angle.as_ref(), ladder.coupling.as_ref());
