@@ -86,30 +86,56 @@ fn a_qemu_that_ends_is_quoted() {
     assert!(begin.elapsed() < Duration::from_secs(15));
 }
 
-/// Stopped while it waits for QEMU: it says so, and QEMU is gone with it.
-#[test]
-fn nothing_is_left_running() {
-    let mut command =
-        command("stopped", Some("#!/bin/sh\necho $$ > \"${0%/*}/pid\"\nexec /bin/sleep 100\n"), &["--seconds", "4"]);
-    let pid = Path::new(env!("CARGO_TARGET_TMPDIR")).join("demo-stopped/pid");
-    let mut fre = command.stderr(std::process::Stdio::piped()).spawn().unwrap();
-    let end = Instant::now() + Duration::from_secs(20);
+/// Ended while it waits for QEMU, with a signal: exit status (none if killed) and words; QEMU must be gone with it.
+fn ended(name: &str, signal: &str) -> (Option<i32>, String) {
+    let script = "#!/bin/sh\necho $$ > \"${0%/*}/pid\"\nexec /bin/sleep 100\n";
+    let mut fre = command(name, Some(script), &["--seconds", "4"]);
+    // A socket's path is short, a checkout's may be long.
+    let sockets = std::env::temp_dir().join(format!("fre-{}-{name}", std::process::id()));
+    fs::create_dir_all(&sockets).unwrap();
+    let mut fre = fre.env("TMPDIR", &sockets).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let pid = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("demo-{name}/pid"));
+    let end = Instant::now() + Duration::from_secs(30);
+    let wait = |what: &str| {
+        assert!(Instant::now() < end, "{what}");
+        std::thread::sleep(Duration::from_millis(20));
+    };
     let number = loop {
         match fs::read_to_string(&pid) {
             Ok(text) if text.ends_with('\n') => break text.trim().to_owned(),
-            _ => assert!(Instant::now() < end, "QEMU was not started"),
+            _ => wait("QEMU was not started"),
         }
-        std::thread::sleep(Duration::from_millis(20));
     };
-    assert!(Path::new("/proc").join(&number).exists());
-    assert!(Command::new("/bin/kill").arg(fre.id().to_string()).status().unwrap().success());
+    // A process that nobody has asked for its end yet is a zombie, and gone.
+    let is_there = || {
+        let stat = fs::read_to_string(Path::new("/proc").join(&number).join("stat")).unwrap_or_default();
+        stat.rsplit(')').next().is_some_and(|rest| !rest.trim().is_empty() && !rest.trim().starts_with('Z'))
+    };
+    assert!(is_there());
+    // What ends QEMU after a kill is started a moment after QEMU.
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(Command::new("/bin/kill").args([signal, &fre.id().to_string()]).status().unwrap().success());
     while fre.try_wait().unwrap().is_none() {
-        assert!(Instant::now() < end, "it does not end");
-        std::thread::sleep(Duration::from_millis(20));
+        wait("it does not end");
     }
-    let (code, words) = failed(&fre.wait_with_output().unwrap());
-    assert!(code == 1 && words.contains("stopped"), "{words}");
-    assert!(!Path::new("/proc").join(&number).exists(), "process {number} is still there");
+    while is_there() {
+        wait("QEMU is still there");
+    }
+    while fs::read_dir(&sockets).unwrap().next().is_some() {
+        wait("the sockets' folder is still there");
+    }
+    fs::remove_dir(&sockets).unwrap();
+    let output = fre.wait_with_output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[test]
+fn nothing_is_left_running() {
+    for signal in ["-TERM", "-INT", "-HUP"] {
+        let (code, words) = ended("stopped", signal);
+        assert!(code == Some(1) && words.contains("stopped"), "{signal}: {code:?} {words}");
+    }
+    assert_eq!(ended("killed", "-KILL").0, None);
 }
 
 const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };

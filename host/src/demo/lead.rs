@@ -7,7 +7,7 @@ pub const OPEN_DEG: f64 = -3.0;
 /// See [`OPEN_DEG`].
 pub const CLOSED_DEG: f64 = 11.0;
 /// Rest at either end, s.
-const REST: f64 = 0.2;
+const REST: f64 = 0.3;
 /// Time left over at the end, s.
 const SPARE: f64 = 0.3;
 /// A closing and opening takes about so long, s, if there is time for several.

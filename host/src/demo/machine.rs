@@ -45,6 +45,8 @@ impl Pace {
 /// A running gripper; ended when dropped.
 pub struct Machine {
     qemu: Child,
+    /// Ends QEMU if this program is killed: a shell that waits for the end of its standard input.
+    heir: Option<Child>,
     /// The servo, from outside.
     pub servo: Handle,
     bus: Running,
@@ -91,7 +93,11 @@ impl Machine {
         command.stdin(Stdio::null()).stdout(create(log)?).stderr(create(&words)?);
         let qemu = command.spawn().map_err(DemoError::NoQemu)?;
         // From here on dropping ends QEMU.
-        let mut machine = Self { qemu, servo, bus, folder };
+        let mut machine = Self { qemu, heir: None, servo, bus, folder };
+        let mut heir = Command::new("/bin/sh");
+        heir.args(["-c", "read _; kill -9 \"$0\"; /bin/rm -r \"$1\"", &machine.qemu.id().to_string()]);
+        heir.arg(&machine.folder.0).process_group(0).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
+        machine.heir = Some(heir.spawn().map_err(DemoError::System)?);
 
         let end = Instant::now() + BOOT;
         let stream = loop {
@@ -160,8 +166,11 @@ impl Machine {
 
 impl Drop for Machine {
     fn drop(&mut self) {
-        let _ = self.qemu.kill();
-        let _ = self.qemu.wait();
+        // The heir first: it must not end another process that has got QEMU's number.
+        for child in self.heir.as_mut().into_iter().chain([&mut self.qemu]) {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
     }
 }
 

@@ -48,6 +48,8 @@ const PRESET: &str = "ladder-80";
 const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
 /// The servo's table reaches so far beyond the closed finger, degrees.
 const MARGIN_DEG: f64 = 3.0;
+/// Ticks per shape: QEMU takes every byte of the link by itself, so that shapes cost more than estimates.
+const SHAPE_EVERY: u16 = 50;
 /// How long the first estimate may take, and any later one.
 const FIRST: Duration = Duration::from_secs(20);
 const SILENCE: Duration = Duration::from_secs(5);
@@ -143,7 +145,7 @@ fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Se
     let mut heard = Heard { told: link.listen(), last: Instant::now() };
     let version = link.version().map_err(|error| machine.blame(error))?;
     let finger = messages::Finger { design: design.clone(), how: Discretisation::estimator(Physics::Paper) };
-    let settings = Settings { open_angle: OPEN_DEG.to_radians() as f32, ..Settings::DEFAULT };
+    let settings = Settings { open_angle: OPEN_DEG.to_radians() as f32, shape_every: SHAPE_EVERY, ..Settings::DEFAULT };
     let told =
         link.set_finger(&finger).and_then(|()| link.set_object(OBJECT)).and_then(|()| link.set_settings(&settings));
     told.map_err(|error| machine.blame(error))?;

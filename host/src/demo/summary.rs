@@ -309,29 +309,26 @@ impl Summary {
         facts.push(("iterations", iterations));
         let [all, moved] = self.costs;
         if self.instructions {
-            let ms = |count: f64| 1e3 * count * CYCLES_PER_INSTRUCTION / CHIP_HZ;
             let words = |cost: Cost| {
-                format!(
-                    "mean {}, max {} instructions ({:.2}, {:.2} ms)",
-                    grouped(cost.mean.round() as u64),
-                    grouped(cost.max.round() as u64),
-                    ms(cost.mean),
-                    ms(cost.max)
-                )
+                let [mean, max] = [cost.mean, cost.max].map(|count| grouped(count.round() as u64));
+                format!("mean {mean}, max {max} instructions")
             };
+            let [mean, max] = [moved.mean, moved.max].map(|count| 1e3 * count * CYCLES_PER_INSTRUCTION / CHIP_HZ);
             facts.push(("cost per tick", words(all)));
-            facts.push(("  new angle", format!("{}, {} ticks in contact", words(moved), n(moved.count))));
+            facts.push(("  new angle", format!("{}, of {} such ticks in contact", words(moved), n(moved.count))));
             facts.push((
-                "",
+                "  on a chip",
                 format!(
-                    "ms: at {:.0} MHz and {CYCLES_PER_INSTRUCTION} cycles per instruction, which is an assumption",
-                    CHIP_HZ / 1e6
+                    "new angle mean {mean:.1} ms, max {max:.1} ms at {:.0} MHz and {CYCLES_PER_INSTRUCTION} cycles per \
+                     instruction (an assumption); the period is {:.1} ms",
+                    CHIP_HZ / 1e6,
+                    1e3 / self.counted.chosen_hz.max(1e-3)
                 ),
             ));
         } else {
             let words = |cost: Cost| format!("mean {:.0}, max {:.0} µs", cost.mean, cost.max);
             facts.push(("cost per tick", format!("{} of this PC's time in QEMU: nothing about a chip", words(all))));
-            facts.push(("  new angle", format!("{}, {} ticks in contact", words(moved), n(moved.count))));
+            facts.push(("  new angle", format!("{}, of {} such ticks in contact", words(moved), n(moved.count))));
         }
         let [trapezoid, paper] = self.reference_ms;
         facts
