@@ -315,7 +315,7 @@ impl FingerPicture<'_> {
         let from = view.at([centre[0] - reach * force[0], centre[1] - reach * force[1]]);
         let to = [from[0] + scale * force[0], from[1] - scale * force[1]];
         scene.arrow(from, to, Ink::Force, 2.6);
-        let text = Text::new([0.0, 0.0], 15.0, format!("*F* = {} N", short(magnitude, 2)));
+        let text = Text::new([0.0, 0.0], 15.0, format!("*F* = {magnitude:.2} N"));
         let side = if to[0] >= from[0] { 8.0 } else { -8.0 - fonts.width(&text) };
         scene.text(Text { at: [to[0] + side, to[1] + 0.35 * TEXT], ..text }.ink(Ink::Force).halo());
 
