@@ -82,7 +82,7 @@ impl Real for f64 {
     }
     #[inline]
     fn abs(self) -> Self {
-        libm::fabs(self)
+        f64::abs(self)
     }
     #[inline]
     fn sqrt(self) -> Self {
@@ -112,7 +112,7 @@ impl Real for f32 {
     }
     #[inline]
     fn abs(self) -> Self {
-        libm::fabsf(self)
+        f32::abs(self)
     }
     #[inline]
     fn sqrt(self) -> Self {

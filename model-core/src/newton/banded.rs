@@ -92,31 +92,47 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
 
 /// Factorises in place; the diagonal becomes the inverse pivots. Returns the number of negative pivots.
 pub(crate) fn factorise<T: Real>(band: &mut [[T; BAND + 1]], scale: &[T]) -> usize {
-    let n = band.len();
     let bound = pivot_bound::<T>();
     let mut negative = 0;
-    for p in 0..n {
-        let least = if scale[p] > T::ZERO { scale[p] } else { T::one() };
-        let (pivot, is_negative) = bounded(band[p][BAND], bound * least);
+    let mut rest = band;
+    let mut scale = scale.iter();
+    while let Some((row, below)) = rest.split_first_mut() {
+        let least = scale.next().map_or(T::one(), |&s| if s > T::ZERO { s } else { T::one() });
+        let (pivot, is_negative) = bounded(row[BAND], bound * least);
         negative += usize::from(is_negative);
         let inverse = T::one() / pivot;
-        band[p][BAND] = inverse;
-        let reach = BAND.min(n - 1 - p);
-        // Column p below the diagonal, and the same divided by the pivot.
-        let mut column = [T::ZERO; BAND + 1];
-        for k in 1..=reach {
-            column[k] = band[p + k][BAND - k];
+        row[BAND] = inverse;
+        // The column below the pivot, zero beyond the last row.
+        let mut column = [T::ZERO; BAND];
+        if let Some(full) = below.first_chunk_mut::<BAND>() {
+            eliminate(full, &mut column, inverse);
+        } else {
+            // The last rows: padded with zeros.
+            let mut padded = [[T::ZERO; BAND + 1]; BAND];
+            let count = below.len();
+            padded[..count].copy_from_slice(below);
+            eliminate(&mut padded, &mut column, inverse);
+            below.copy_from_slice(&padded[..count]);
         }
-        for k in 1..=reach {
-            let multiplier = column[k] * inverse;
-            let row = &mut band[p + k];
-            for m in 1..=k {
-                row[BAND - k + m] -= multiplier * column[m];
-            }
-            row[BAND - k] = multiplier;
-        }
+        rest = below;
     }
     negative
+}
+
+/// Takes a pivot out of the rows below it; their entries in its column become the multipliers.
+#[inline]
+fn eliminate<T: Real>(rows: &mut [[T; BAND + 1]; BAND], column: &mut [T; BAND], inverse: T) {
+    for k in 0..BAND {
+        column[k] = rows[k][BAND - 1 - k];
+    }
+    for k in 0..BAND {
+        let multiplier = column[k] * inverse;
+        // Row k+1 below the pivot meets the columns of the rows from the first below it to itself.
+        for m in 0..=k {
+            rows[k][BAND - k + m] -= multiplier * column[m];
+        }
+        rows[k][BAND - 1 - k] = multiplier;
+    }
 }
 
 /// y = L⁻¹ x in place.
@@ -138,15 +154,16 @@ pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T]) {
 /// x = L⁻ᵀ D⁻¹ y in place.
 #[inline]
 pub(crate) fn backward<T: Real>(band: &[[T; BAND + 1]], y: &mut [T]) {
-    let n = band.len().min(y.len());
-    for i in 0..n {
-        y[i] *= band[i][BAND];
+    for (y, row) in y.iter_mut().zip(band) {
+        *y *= row[BAND];
     }
-    for i in (0..n).rev() {
-        let value = y[i];
-        let row = &band[i];
-        for k in 1..=BAND.min(i) {
-            y[i - k] -= row[BAND - k] * value;
+    let mut rest = y;
+    let mut rows = band.iter().rev();
+    while let (Some((value, above)), Some(row)) = (rest.split_last_mut(), rows.next()) {
+        // A row's multipliers belong to the unknowns just above it; before the first there are none.
+        for (x, &multiplier) in above.iter_mut().rev().zip(row[..BAND].iter().rev()) {
+            *x -= multiplier * *value;
         }
+        rest = above;
     }
 }

@@ -128,12 +128,61 @@ pub(crate) fn own_rows<T: Real, S: Size>(
     from..end
 }
 
-/// Strains a member: directions d, their derivatives, the force's part of the gradient and of its diagonal, the chord and
-/// the compliance of the force with itself.
+/// What a force does to a link or node of weight w and direction e.
 ///
-/// With f the force per weight at a node, a = f·e, b = f·e′, k = 1/EA − 1/κGA: ψ = a − ½(a²/EA + b²/κGA), d = ∂ψ/∂f,
-/// and the node adds l ψ to the Lagrangian.
+/// With f the force per weight, a = f·e, b = f·e′, k = 1/EA − 1/κGA: ψ = a − ½(a²/EA + b²/κGA), d = ∂ψ/∂f, and the node adds
+/// w ψ to the Lagrangian.
+struct Strained<T> {
+    /// Strained direction d and its derivative with respect to the angle.
+    direction: [T; 2],
+    turned: [T; 2],
+    /// First derivative of w ψ with respect to the angle, and the second with its sign changed, N·mm.
+    gradient: T,
+    curvature: T,
+    /// −w C and the energy of stretch and shear, twice.
+    give: [T; 3],
+    energy: T,
+}
+
+#[inline(always)]
+fn strained<T: Real, const RIGID: bool>(e: [T; 2], w: T, force: [T; 2], [stretch, shear]: [T; 2]) -> Strained<T> {
+    let [x, y] = e;
+    let a = force[0] * x + force[1] * y;
+    let b = force[1] * x - force[0] * y;
+    if RIGID {
+        let (give, energy) = ([T::ZERO; 3], T::ZERO);
+        return Strained { direction: e, turned: [-y, x], gradient: w * b, curvature: w * a, give, energy };
+    }
+    let k = stretch - shear;
+    let (p, q) = (T::one() - stretch * a, shear * b);
+    let (r, t) = (T::one() - k * a, k * b);
+    let (xx, yy) = (x * x, y * y);
+    Strained {
+        direction: [x * p + q * y, y * p - q * x],
+        turned: [-y * r - t * x, x * r - t * y],
+        gradient: w * b * r,
+        curvature: w * (a * r + b * t),
+        give: [w * (stretch * xx + shear * yy), w * k * x * y, w * (stretch * yy + shear * xx)],
+        energy: w * (stretch * a * a + shear * b * b),
+    }
+}
+
+/// Strains a member: directions, their derivatives, the force's part of the gradient and of its diagonal, the chord and the
+/// compliance of the force with itself.
 fn strain<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &mut Workspace<T, S>,
+    index: usize,
+    own: core::ops::Range<usize>,
+) {
+    if ladder.members.as_ref()[index].compliance == [T::ZERO; 2] {
+        strain_all::<T, S, true>(ladder, work, index, own);
+    } else {
+        strain_all::<T, S, false>(ladder, work, index, own);
+    }
+}
+
+fn strain_all<T: Real, S: Size, const RIGID: bool>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
@@ -141,63 +190,54 @@ fn strain<T: Real, S: Size>(
 ) {
     let member = &ladder.members.as_ref()[index];
     let nodes = member.nodes();
-    let [stretch, shear] = member.compliance;
-    let rigid = stretch == T::ZERO && shear == T::ZERO;
-    let k = stretch - shear;
-    let (e, weight, samples) = (work.e.as_ref(), ladder.weight.as_ref(), ladder.samples.as_ref());
-    let rows = &work.rows.as_ref()[..work.row_count];
-    let (strained, turned) = (work.strained.as_mut(), work.turned.as_mut());
-    let (gradient, curvature) = (work.gradient.as_mut(), work.curvature.as_mut());
+    let samples = ladder.samples.as_ref();
     let out = &mut work.members.as_mut()[index];
-    let half = T::of(0.5);
+    let rows = &work.rows.as_ref()[..work.row_count];
     let mut carried = out.force;
     let mut next = own.end;
     let mut chord = [T::ZERO; 2];
     let mut give = [T::ZERO; 3];
     let mut energy = T::ZERO;
-    for node in nodes.rev() {
-        // Contacts beyond this node pull the whole of it, those at it a part.
-        while next > own.start && usize::from(samples[usize::from(rows[next - 1].sample)].node) > node {
-            next -= 1;
-            let row = &rows[next];
-            carried = [carried[0] - row.multiplier * row.normal[0], carried[1] - row.multiplier * row.normal[1]];
-        }
-        let ([x, y], w) = (e[node], weight[node]);
+    let input = ladder.weight.as_ref()[nodes.clone()].iter().zip(&work.e.as_ref()[nodes.clone()]);
+    let directions = work.strained.as_mut()[nodes.clone()].iter_mut().zip(&mut work.turned.as_mut()[nodes.clone()]);
+    let slopes = work.gradient.as_mut()[nodes.clone()].iter_mut().zip(&mut work.curvature.as_mut()[nodes.clone()]);
+    let all = nodes.zip(input).zip(directions.zip(slopes));
+    for ((node, (&w, &e)), ((direction, turned), (gradient, curvature))) in all.rev() {
         let mut force = carried;
-        if next > own.start && w != T::ZERO {
-            for row in &rows[own.start..next] {
-                let sample = &samples[usize::from(row.sample)];
-                if let Some(&part) = sample.weights.get(node - usize::from(sample.node)) {
-                    let share = row.multiplier * part / w;
-                    force = [force[0] - share * row.normal[0], force[1] - share * row.normal[1]];
+        if next > own.start {
+            // Contacts beyond this node pull the whole of it, those at it a part.
+            while next > own.start && usize::from(samples[usize::from(rows[next - 1].sample)].node) > node {
+                next -= 1;
+                let row = &rows[next];
+                carried = [carried[0] - row.multiplier * row.normal[0], carried[1] - row.multiplier * row.normal[1]];
+            }
+            force = carried;
+            if w != T::ZERO {
+                for row in &rows[own.start..next] {
+                    let sample = &samples[usize::from(row.sample)];
+                    if let Some(&part) = sample.weights.get(node - usize::from(sample.node)) {
+                        let share = row.multiplier * part / w;
+                        force = [force[0] - share * row.normal[0], force[1] - share * row.normal[1]];
+                    }
                 }
             }
         }
-        let a = force[0] * x + force[1] * y;
-        let b = force[1] * x - force[0] * y;
-        if rigid {
-            strained[node] = [x, y];
-            turned[node] = [-y, x];
-            gradient[node] = w * b;
-            curvature[node] = w * a;
-        } else {
-            let (p, q) = (T::one() - stretch * a, shear * b);
-            strained[node] = [x * p + q * y, y * p - q * x];
-            let (r, t) = (T::one() - k * a, k * b);
-            turned[node] = [-y * r - t * x, x * r - t * y];
-            gradient[node] = w * b * r;
-            curvature[node] = w * (a * r + b * t);
-            give[0] -= w * (stretch * x * x + shear * y * y);
-            give[1] -= w * k * x * y;
-            give[2] -= w * (stretch * y * y + shear * x * x);
-            energy += w * (stretch * a * a + shear * b * b);
+        let node = strained::<T, RIGID>(e, w, force, member.compliance);
+        *direction = node.direction;
+        *turned = node.turned;
+        *gradient = node.gradient;
+        *curvature = node.curvature;
+        chord = [chord[0] + w * node.direction[0], chord[1] + w * node.direction[1]];
+        if !RIGID {
+            for i in 0..3 {
+                give[i] -= node.give[i];
+            }
+            energy += node.energy;
         }
-        chord[0] += w * strained[node][0];
-        chord[1] += w * strained[node][1];
     }
     out.chord = chord;
     out.give = give;
-    out.strain_energy = half * energy;
+    out.strain_energy = T::of(0.5) * energy;
 }
 
 /// Forces and strained positions of the front spans, so that gaps can be measured.
@@ -334,6 +374,38 @@ fn forces<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &m
     }
 }
 
+/// Adds K θ of a member to its gradient, as differences: K's rows sum to zero.
+fn bend<T: Real>(angle: &[T], coupling: &[[T; 2]], gradient: &mut [T], quadratic: bool) {
+    if quadratic && angle.len() > 2 {
+        // Elements of three nodes: start, middle, end.
+        for element in 0..angle.len() / 2 {
+            let at = 2 * element;
+            let (Some(&[a, m, b]), Some(&[[k, far], _, _]), Some([ga, gm, gb])) = (
+                angle.get(at..).and_then(|x| x.first_chunk::<3>()),
+                coupling.get(at..).and_then(|x| x.first_chunk::<3>()),
+                gradient.get_mut(at..).and_then(|x| x.first_chunk_mut::<3>()),
+            ) else {
+                return;
+            };
+            // Both halves of an element are alike.
+            let (first, second, across) = (k * (m - a), k * (b - m), far * (b - a));
+            *ga += first + across;
+            *gm += second - first;
+            *gb -= second + across;
+        }
+        return;
+    }
+    let pairs = angle.windows(2).zip(coupling);
+    for (at, (pair, &[k, _])) in pairs.enumerate() {
+        let (Some([g, h]), &[a, b]) = (gradient.get_mut(at..).and_then(|x| x.first_chunk_mut::<2>()), pair) else {
+            return;
+        };
+        let moment = k * (b - a);
+        *g += moment;
+        *h -= moment;
+    }
+}
+
 /// Strains all members, and returns the largest residuals of gradient, closures and gaps.
 pub(crate) fn gradient<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
@@ -352,19 +424,9 @@ pub(crate) fn gradient<T: Real, S: Size>(
         let (angle, coupling) = (state.angle.as_ref(), ladder.coupling.as_ref());
         let gradient = work.gradient.as_mut();
         let nodes = member.nodes();
-        for node in nodes.start..nodes.end - 1 {
-            let [near, far] = coupling[node];
-            let bend = near * (angle[node + 1] - angle[node]);
-            gradient[node] += bend;
-            gradient[node + 1] -= bend;
-            if far != T::ZERO {
-                let bend = far * (angle[node + 2] - angle[node]);
-                gradient[node] += bend;
-                gradient[node + 2] -= bend;
-            }
-        }
-        for node in nodes.start + 1..nodes.end - 1 {
-            worst.gradient = worst.gradient.max(gradient[node].abs());
+        bend(&angle[nodes.clone()], &coupling[nodes.clone()], &mut gradient[nodes.clone()], ladder.quadratic);
+        for slope in &gradient[nodes.start + 1..nodes.end - 1] {
+            worst.gradient = worst.gradient.max(slope.abs());
         }
         let out = &work.members.as_ref()[index];
         let joints = work.rhs.as_mut();
