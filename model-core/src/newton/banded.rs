@@ -146,8 +146,7 @@ pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T]) {
             value -= row[BAND - 1 - k] * last[k];
         }
         *x = value;
-        last.copy_within(0..BAND - 1, 1);
-        last[0] = value;
+        last = [value, last[0], last[1], last[2], last[3], last[4]];
     }
 }
 
