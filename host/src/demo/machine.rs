@@ -159,8 +159,14 @@ impl Machine {
         let words = fs::read(self.folder.path("words")).unwrap_or_default();
         let words = String::from_utf8_lossy(&words);
         let lines: Vec<&str> = words.trim().lines().collect();
-        let last = &lines[lines.len().saturating_sub(20)..];
-        if last.is_empty() { "nothing".to_owned() } else { last.join("\n") }
+        match lines.as_slice() {
+            [] => "nothing".to_owned(),
+            // Registers, mostly, between what happened and where.
+            all if all.len() > 20 => {
+                format!("{}\n…\n{}", all[..8].join("\n"), all[all.len() - 8..].join("\n"))
+            }
+            all => all.join("\n"),
+        }
     }
 }
 

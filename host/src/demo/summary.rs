@@ -120,6 +120,10 @@ pub struct Summary {
     /// Greatest distance of the front beam from the trapezoid reference's in the shape with the greatest force, mm, and
     /// the motor angle there, degrees.
     pub shape_off: Option<[f64; 2]>,
+    /// Estimates in contact that were compared with trapezoid, and those of them that are not within what is allowed.
+    pub compared: usize,
+    /// See `compared`.
+    pub off: usize,
     /// What is not as it should be; empty if all is well.
     pub faults: Vec<String>,
 }
@@ -170,6 +174,12 @@ impl Summary {
             }),
             greatest_force: fresh().map(Sample::magnitude).fold(0.0, f64::max),
             shape_off: shape_off(seen),
+            compared: differences[0].iter().map(|difference| difference.count).sum(),
+            off: samples
+                .iter()
+                .filter_map(|sample| sample.difference(0))
+                .filter(|[_, percent]| *percent > ALLOWED_PERCENT)
+                .count(),
             faults: Vec::new(),
         };
         let faults = summary.judge(samples);
@@ -179,15 +189,13 @@ impl Summary {
     /// What is not as it should be.
     fn judge(&self, samples: &[Sample]) -> Vec<String> {
         let mut faults = Vec::new();
-        let compared: usize = self.differences[0].iter().map(|difference| difference.count).sum();
+        let Self { compared, off, .. } = *self;
         if compared == 0 {
             faults.push("no estimate in contact could be compared with trapezoid 170/20".to_owned());
         }
         if self.cycles == 0 {
             faults.push("the finger has not closed and opened once".to_owned());
         }
-        let off = samples.iter().filter_map(|sample| sample.difference(0));
-        let off = off.filter(|[_, percent]| *percent > ALLOWED_PERCENT).count();
         if off as f64 > EXCUSED * compared as f64 {
             faults.push(format!(
                 "{off} of {compared} estimates are more than {ALLOWED_PERCENT} % ({} N) off trapezoid 170/20",
@@ -341,14 +349,15 @@ impl Summary {
 
     /// The last words: whether all is well.
     pub fn verdict(&self) -> String {
-        if self.faults.is_empty() {
-            format!(
-                "passed: force on the target within {ALLOWED_PERCENT} % ({} N) of trapezoid 170/20",
-                ALLOWED_PERCENT / 100.0 * FLOOR_N
-            )
-        } else {
-            format!("failed: {}", self.faults.join("; "))
+        if !self.faults.is_empty() {
+            return format!("failed: {}", self.faults.join("; "));
         }
+        format!(
+            "passed: {} of {} estimates in contact are within {ALLOWED_PERCENT} % of trapezoid 170/20 ({} N below {FLOOR_N} N)",
+            grouped((self.compared - self.off) as u64),
+            grouped(self.compared as u64),
+            ALLOWED_PERCENT / 100.0 * FLOOR_N
+        )
     }
 
     /// Table, facts and verdict for a terminal.
