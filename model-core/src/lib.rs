@@ -52,7 +52,7 @@
 //! ```
 //!
 //! Data flow, each module knowing only those above it: [`design`] → [`discretise`] → [`ladder`] (kinematics, energy) →
-//! [`contact`] and [`object`] → [`newton`] (one step) → [`equilibrium`] (continuation, stability, folds) → [`sensitivity`],
+//! [`contact`] and [`object`] → [`newton`] (one step) → [`equilibrium`] (continuation, stability, folds; what can be read off) → [`sensitivity`],
 //! [`estimator`]. Units are mm, N, N·mm, rad, MPa; frames and signs are defined at [`object::Motion`] and
 //! [`equilibrium::Follower`].
 

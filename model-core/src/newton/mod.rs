@@ -1,13 +1,15 @@
 //! One Newton step for the ladder in contact, cost linear in elements and lamellae:
-//! [`residual`] → [`condense`] each member onto its joints and force → [`banded`] KKT in joints and λ →
+//! [`strain`] and [`gaps`] → [`residual`] → [`condense`] each member onto its joints and force → [`banded`] KKT in joints and λ →
 //! [`border`] by the contact rows → [`active_set`] on the dense border → increments.
 
 pub(crate) mod active_set;
 pub(crate) mod banded;
 pub(crate) mod border;
 pub(crate) mod condense;
+pub(crate) mod gaps;
 pub(crate) mod residual;
 pub(crate) mod step;
+pub(crate) mod strain;
 #[cfg(test)]
 mod tests;
 
@@ -183,7 +185,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
     pub(crate) fn tip(&self, ladder: &Ladder<T, S>) -> [T; 2] {
         let mut tip = ladder.base;
         for cell in 0..ladder.cells {
-            let d = residual::end_to_end(&self.members.as_ref()[4 * cell]);
+            let d = strain::end_to_end(&self.members.as_ref()[4 * cell]);
             tip = [tip[0] + d[0], tip[1] + d[1]];
         }
         tip

@@ -4,8 +4,9 @@ use super::active_set::{self, Problem};
 use super::banded::{self, force_terms};
 use super::border;
 use super::condense::{self, Diagonal, solve_interior};
-use super::residual::{self, Residual, Sweep};
-use super::{Hessian, Workspace};
+use super::gaps::{self, Sweep};
+use super::residual::{self, Residual};
+use super::{Hessian, Workspace, strain};
 use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
 use crate::object::Object;
 use crate::real::Real;
@@ -40,13 +41,13 @@ pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
-    residual::directions(ladder, state, work);
-    residual::recall(state, work);
-    residual::place_front(ladder, state, work);
-    let mut sweep = residual::sweep(ladder, state, work, object, margin);
+    strain::directions(ladder, state, work);
+    gaps::recall(state, work);
+    strain::place_front(ladder, state, work);
+    let mut sweep = gaps::sweep(ladder, state, work, object, margin);
     // Too many near samples: only those that penetrate need rows.
     if sweep.crowded {
-        sweep = residual::sweep(ladder, state, work, object, T::ZERO);
+        sweep = gaps::sweep(ladder, state, work, object, T::ZERO);
     }
     (residual::gradient(ladder, state, work, &sweep), sweep)
 }

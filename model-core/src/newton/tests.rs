@@ -8,8 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::condense::Diagonal;
-use super::residual::{self, Sweep};
-use super::{Workspace, active_set, step};
+use super::gaps::{self, Sweep};
+use super::{Workspace, active_set, residual, step};
 use crate::contact::Row;
 use crate::design::{HingeFrom, HingeKind};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, discretise};
@@ -232,7 +232,7 @@ fn gradient(
         Place::Lambda(cell, i) => work.closure[cell][i],
         Place::Row(j) => {
             let row = &work.rows[j];
-            let p = residual::sample_position(ladder, work, &ladder.samples[usize::from(row.sample)]);
+            let p = gaps::sample_position(ladder, work, &ladder.samples[usize::from(row.sample)]);
             let moved = row.normal[0] * (p.x - frozen[j][0]) + row.normal[1] * (p.y - frozen[j][1]);
             -(row.gap + moved) - ladder.softness * row.multiplier
         }

@@ -6,16 +6,17 @@
 //! it is halved. Where even the smallest step fails, the branch has ended: the fold handler then minimises the energy
 //! just past the fold, and what it finds is flagged as a snap.
 
-use crate::contact::Contact;
+mod solution;
+
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
 use crate::ladder::{Ladder, PER_CELL, State};
-use crate::newton::residual::{self, Residual, Sweep};
+use crate::newton::gaps::{self, Sweep};
+use crate::newton::residual::{self, Residual};
 use crate::newton::step::{self, Inertia};
 use crate::newton::{Hessian, Workspace};
-use crate::object::{Circle, Displacement, Motion, Object, ObjectDesign};
-use crate::real::{Real, Vec2, cross, vec2};
-use crate::sensitivity::Parts;
+use crate::object::{Circle, Motion, Object, ObjectDesign};
+use crate::real::{Real, Vec2};
 use crate::size::Size;
 use crate::status::Status;
 
@@ -502,7 +503,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         for closure in &self.work.closure.as_ref()[..self.ladder.cells] {
             open += closure[0].abs() + closure[1].abs();
         }
-        let penetration = residual::penetration(&self.ladder, &self.work, object, penalty);
+        let penetration = gaps::penetration(&self.ladder, &self.work, object, penalty);
         energy + penalty * open + penetration
     }
 
@@ -622,220 +623,5 @@ impl<T: Real, S: Size> Follower<T, S> {
             *angle += sign;
         }
         step::share_joints(&self.ladder, &mut self.state);
-    }
-}
-
-/// What can be read off the last accepted equilibrium.
-impl<T: Real, S: Size> Follower<T, S> {
-    /// Coordinate of the last accepted equilibrium, rad or mm.
-    pub fn coordinate(&self) -> f64 {
-        self.at.to_f64()
-    }
-
-    /// Number of angles of the model.
-    pub fn unknowns(&self) -> usize {
-        self.ladder.angles()
-    }
-
-    pub(crate) fn has_equilibrium(&self) -> bool {
-        self.ladder.cells > 0 && self.phase == Phase::Following
-    }
-
-    pub(crate) fn youngs_modulus(&self) -> T {
-        self.youngs_modulus
-    }
-
-    pub(crate) fn parts(&mut self) -> Parts<'_, T, S> {
-        Parts { ladder: &self.ladder, work: &mut self.work }
-    }
-
-    fn members(&self) -> usize {
-        if self.ladder.cells == 0 { 0 } else { self.ladder.member_count() }
-    }
-
-    /// Number of samples that touch.
-    pub fn touching(&self) -> usize {
-        self.state.touching_count
-    }
-
-    /// Smallest distance to the object over all samples, mm; slightly negative in contact (softness).
-    pub fn distance(&self) -> T {
-        self.sweep.nearest
-    }
-
-    pub(crate) fn displacement(&self) -> Displacement<T> {
-        self.motion.world_to_finger(self.at)
-    }
-
-    /// Force of the finger on the object in the finger frame, N.
-    pub fn force_finger(&self) -> [T; 2] {
-        let mut force = [T::ZERO; 2];
-        for contact in self.contacts() {
-            force[0] -= contact.force * contact.normal[0];
-            force[1] -= contact.force * contact.normal[1];
-        }
-        force
-    }
-
-    /// Force of the finger on the object in the world frame, N.
-    pub fn force_world(&self) -> [T; 2] {
-        let f = self.force_finger();
-        let world = self.displacement().vector_back(Vec2::new(f[0], f[1]));
-        [world.x, world.y]
-    }
-
-    /// Torque that the contact demands of the motor, N·mm: τ = −((C − M) × F)_z, positive when the motor must push to
-    /// close. For a translated base: the force against its motion, N.
-    pub fn motor_torque(&self) -> T {
-        match self.motion {
-            Motion::Rotating { axis } => {
-                let m = vec2::<T>(axis);
-                let mut torque = T::ZERO;
-                for contact in self.contacts() {
-                    let arm = Vec2::new(contact.position[0], contact.position[1]) - m;
-                    let force = Vec2::new(-contact.force * contact.normal[0], -contact.force * contact.normal[1]);
-                    torque -= cross(arm, force);
-                }
-                torque
-            }
-            Motion::Translating { direction } => {
-                let f = self.force_world();
-                let d = vec2::<T>(direction);
-                f[0] * d.x + f[1] * d.y
-            }
-        }
-    }
-
-    /// Elastic energy V (without the contact term), N·mm.
-    pub fn energy(&self) -> T {
-        let strained = &self.work.members.as_ref()[..self.members()];
-        strained.iter().fold(self.state.bending_energy(&self.ladder), |sum, m| sum + m.strain_energy)
-    }
-
-    /// Largest strain at an outer fibre (bending plus stretch) of front beam, back beam and hinges, dimensionless.
-    pub fn max_strain(&self) -> [T; 3] {
-        let mut most = [T::ZERO; 3];
-        let (angle, fibre) = (self.state.angle.as_ref(), self.ladder.fibre.as_ref());
-        for index in 0..self.members() {
-            let part = (index % 4).min(2);
-            let nodes = self.ladder.members.as_ref()[index].nodes();
-            let [x, y] = self.work.members.as_ref()[index].force;
-            let [give, _] = self.ladder.members.as_ref()[index].compliance;
-            for node in nodes.start..nodes.end - 1 {
-                let step = angle[node + 1] - angle[node];
-                let bend = if self.ladder.quadratic && nodes.len() > 2 {
-                    // θ′h of the quadratic at the element's start and end (even nodes are ends).
-                    let first = node - (node - nodes.start) % 2;
-                    let (a, b) = (angle[first + 1] - angle[first], angle[first + 2] - angle[first + 1]);
-                    (T::of(3.0) * a - b).abs().max((T::of(3.0) * b - a).abs())
-                } else {
-                    step.abs()
-                };
-                let e = self.work.e.as_ref()[node];
-                let stretch = give * (x * e[0] + y * e[1]).abs();
-                most[part] = most[part].max(fibre[node] * bend + stretch);
-            }
-        }
-        most
-    }
-
-    /// Deformed tip of the front beam, finger frame, mm.
-    pub fn tip(&self) -> [T; 2] {
-        self.work.tip(&self.ladder)
-    }
-
-    /// Touching samples, base to tip, finger frame.
-    pub fn contacts(&self) -> impl Iterator<Item = Contact<T>> + '_ {
-        let rows = &self.work.rows.as_ref()[..self.work.row_count];
-        rows.iter().filter(|row| row.multiplier > T::ZERO).map(|row| {
-            let sample = &self.ladder.samples.as_ref()[usize::from(row.sample)];
-            let centre = residual::sample_position(&self.ladder, &self.work, sample);
-            Contact {
-                arc: sample.arc,
-                position: [
-                    centre.x - sample.half_thickness * row.normal[0],
-                    centre.y - sample.half_thickness * row.normal[1],
-                ],
-                normal: row.normal,
-                force: row.multiplier,
-            }
-        })
-    }
-
-    /// Deformed centreline of the front beam, finger frame, mm, base to tip: the ends of its links, or the ends and
-    /// middles of its quadratic elements.
-    pub fn front(&self) -> impl Iterator<Item = [T; 2]> + '_ {
-        self.centreline(0)
-    }
-
-    /// Deformed centreline of the back beam, finger frame, mm, base to tip; as [`Self::front`].
-    pub fn back(&self) -> impl Iterator<Item = [T; 2]> + '_ {
-        self.centreline(1)
-    }
-
-    fn centreline(&self, side: usize) -> impl Iterator<Item = [T; 2]> + '_ {
-        let mut base = self.ladder.base;
-        if side == 1 {
-            base[0] += self.ladder.base_rung[0];
-            base[1] += self.ladder.base_rung[1];
-        }
-        let mut end = base;
-        let spans = (0..self.ladder.cells).flat_map(move |cell| {
-            let index = 4 * cell + side;
-            let work = &self.work.members.as_ref()[index];
-            let nodes = self.ladder.members.as_ref()[index].nodes();
-            let start = end;
-            let d = residual::end_to_end(work);
-            end = [start[0] + d[0], start[1] + d[1]];
-            let rigid = work.rigid_end[0] != T::ZERO || work.rigid_end[1] != T::ZERO;
-            let mut at = start;
-            let links = (nodes.start + 1..nodes.end).filter_map(move |node| self.link(index, node, &mut at));
-            links.chain(rigid.then_some(end))
-        });
-        core::iter::once(base).chain(spans)
-    }
-
-    /// The point of a member's centreline that belongs to a node after the first; `at` is the last link's or element's
-    /// end and moves on.
-    fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
-        let (e, weight) = (self.work.strained.as_ref(), self.ladder.weight.as_ref());
-        let nodes = self.ladder.members.as_ref()[index].nodes();
-        if !self.ladder.quadratic || nodes.len() < 3 {
-            let w = weight[node];
-            *at = [at[0] + w * e[node][0], at[1] + w * e[node][1]];
-            return (w > T::ZERO).then_some(*at);
-        }
-        let local = node - nodes.start;
-        let middle = if local % 2 == 1 { node } else { node - 1 };
-        // Simpson's weight of the middle is 4h/6.
-        let h = weight[middle] * T::of(1.5);
-        let (a, m, b) = (e[middle - 1], e[middle], e[middle + 1]);
-        let sixth = h * T::of(1.0 / 6.0);
-        let chord = [0, 1].map(|i| sixth * (a[i] + T::of(4.0) * m[i] + b[i]));
-        if local % 2 == 1 {
-            // The cubic Hermite curve at ξ = 1/2.
-            return Some([0, 1].map(|i| at[i] + T::of(0.5) * chord[i] + T::of(0.125) * h * (a[i] - b[i])));
-        }
-        *at = [at[0] + chord[0], at[1] + chord[1]];
-        Some(*at)
-    }
-
-    /// Ends of the rigid lamellae (front, back), finger frame, mm, base to tip.
-    pub fn lamellae(&self) -> impl Iterator<Item = [[T; 2]; 2]> + '_ {
-        (0..self.ladder.cells.saturating_sub(1)).map(move |cell| {
-            let start = self.work.start.as_ref()[cell + 1];
-            let hinge = |k: usize| &self.work.members.as_ref()[4 * cell + k];
-            let d = residual::end_to_end(hinge(2));
-            let from = [start[0] + d[0], start[1] + d[1]];
-            let bar = hinge(3).rigid_start;
-            [from, [from[0] + bar[0], from[1] + bar[1]]]
-        })
-    }
-
-    /// Turns a finger-frame point into the world frame, mm.
-    pub fn to_world(&self, point: [T; 2]) -> [T; 2] {
-        let d = self.displacement();
-        let p = d.vector_back(Vec2::new(point[0], point[1]) - d.translation);
-        [p.x, p.y]
     }
 }

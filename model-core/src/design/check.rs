@@ -1,0 +1,379 @@
+//! Why a description is refused.
+
+use super::{Attachments, Beam, Design, HingeFrom, HingeKind, Profile};
+use crate::discretise::{BAR_ROOT, face_distances};
+
+/// Places in a [`Design`], named as in a case file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// `width_mm`
+    Width,
+    /// `material.youngs_modulus_pa`
+    YoungsModulus,
+    /// `material.poissons_ratio`
+    PoissonsRatio,
+    /// `front.base_mm`
+    FrontBase,
+    /// `front.tip_mm`
+    FrontTip,
+    /// `front.thickness_mm`
+    FrontThickness,
+    /// `front.stiffness_factor`
+    FrontStiffness,
+    /// `back.base_mm`
+    BackBase,
+    /// `back.tip_mm`
+    BackTip,
+    /// `back.thickness_mm`
+    BackThickness,
+    /// `back.stiffness_factor`
+    BackStiffness,
+    /// `lamellae.heights_mm`
+    Heights,
+    /// `lamellae.front_arc_mm`
+    FrontArcs,
+    /// `lamellae.back_arc_mm`
+    BackArcs,
+    /// `lamellae.thickness_mm`
+    LamellaThickness,
+    /// `hinge.length_mm`
+    HingeLength,
+    /// `hinge.thickness_mm`
+    HingeThickness,
+    /// `tip.rigid_above_mm`
+    RigidAbove,
+    /// `motor.axis_mm`
+    MotorAxis,
+}
+
+impl Field {
+    /// The key in a case file, below `[finger]`.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Width => "width_mm",
+            Self::YoungsModulus => "material.youngs_modulus_pa",
+            Self::PoissonsRatio => "material.poissons_ratio",
+            Self::FrontBase => "front.base_mm",
+            Self::FrontTip => "front.tip_mm",
+            Self::FrontThickness => "front.thickness_mm",
+            Self::FrontStiffness => "front.stiffness_factor",
+            Self::BackBase => "back.base_mm",
+            Self::BackTip => "back.tip_mm",
+            Self::BackThickness => "back.thickness_mm",
+            Self::BackStiffness => "back.stiffness_factor",
+            Self::Heights => "lamellae.heights_mm",
+            Self::FrontArcs => "lamellae.front_arc_mm",
+            Self::BackArcs => "lamellae.back_arc_mm",
+            Self::LamellaThickness => "lamellae.thickness_mm",
+            Self::HingeLength => "hinge.length_mm",
+            Self::HingeThickness => "hinge.thickness_mm",
+            Self::RigidAbove => "tip.rigid_above_mm",
+            Self::MotorAxis => "motor.axis_mm",
+        }
+    }
+}
+
+/// Why a [`Design`] is refused. Values are in mm, MPa or pure numbers, as the design's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DesignError {
+    /// A number is infinite or NaN.
+    NotFinite {
+        /// Where.
+        field: Field,
+        /// The number.
+        value: f64,
+    },
+    /// A number lies outside its range.
+    OutOfRange {
+        /// Where.
+        field: Field,
+        /// The number.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+    },
+    /// A profile has no knots, or its positions do not increase.
+    Profile {
+        /// Where.
+        field: Field,
+        /// Index of the first knot at fault.
+        knot: usize,
+    },
+    /// A beam's tip is not above its base by more than its length's tenth.
+    BeamNotUpright {
+        /// The tip.
+        field: Field,
+        /// Height of the tip above the base, mm.
+        rise: f64,
+    },
+    /// The back beam's base does not lie behind the front beam's (smaller x).
+    BackNotBehindFront {
+        /// x of the back beam's base, mm.
+        back_x: f64,
+        /// x of the front beam's base, mm.
+        front_x: f64,
+    },
+    /// The two tips lie apart by more than a quarter of the front beam's length.
+    TipsApart {
+        /// Distance, mm.
+        distance: f64,
+        /// Largest allowed, mm.
+        max: f64,
+    },
+    /// Front and back beam list different numbers of lamellae.
+    LamellaCount {
+        /// Entries for the front beam.
+        front: usize,
+        /// Entries for the back beam.
+        back: usize,
+    },
+    /// A lamella is not on the beam's flexible part.
+    LamellaOutsideBeam {
+        /// Where.
+        field: Field,
+        /// Index of the lamella, from 0 at the base.
+        lamella: usize,
+        /// Its value in the file's terms (height or arc length), mm.
+        value: f64,
+        /// Must be larger than this, mm.
+        above: f64,
+        /// Must be smaller than this, mm.
+        below: f64,
+    },
+    /// A lamella is not above its predecessor.
+    LamellaOrder {
+        /// Where.
+        field: Field,
+        /// Index of the lamella, from 0 at the base.
+        lamella: usize,
+        /// Its value, mm.
+        value: f64,
+        /// Its predecessor's value, mm.
+        previous: f64,
+    },
+    /// `hinge.length_mm` has neither one entry nor one per lamella.
+    HingeCount {
+        /// Entries found.
+        found: usize,
+        /// Number of lamellae.
+        lamellae: usize,
+    },
+    /// A lamella leaves no room for its hinges.
+    NoRoomForHinges {
+        /// Index of the lamella, from 0 at the base.
+        lamella: usize,
+        /// Distance of the two attachments, mm.
+        width: f64,
+        /// Length the two hinges (and what they start from) need, mm.
+        needed: f64,
+    },
+}
+
+impl core::fmt::Display for DesignError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match *self {
+            Self::NotFinite { field, value } => write!(f, "{} is {value}; a finite number is needed", field.key()),
+            Self::OutOfRange { field, value, min, max } => {
+                write!(f, "{} is {value}; allowed is {min} to {max}", field.key())
+            }
+            Self::Profile { field, knot } => {
+                write!(f, "{}: knot {knot} is missing or not beyond its predecessor", field.key())
+            }
+            Self::BeamNotUpright { field, rise } => {
+                write!(
+                    f,
+                    "{}: the tip is {rise} mm above the base; more than a tenth of the beam is needed",
+                    field.key()
+                )
+            }
+            Self::BackNotBehindFront { back_x, front_x } => {
+                write!(f, "back.base_mm: x is {back_x}; it must be less than the front beam's {front_x}")
+            }
+            Self::TipsApart { distance, max } => {
+                write!(f, "back.tip_mm lies {distance} mm from front.tip_mm; at most {max} mm is allowed")
+            }
+            Self::LamellaCount { front, back } => {
+                write!(
+                    f,
+                    "lamellae.front_arc_mm has {front} entries, lamellae.back_arc_mm has {back}; they must be equal"
+                )
+            }
+            Self::LamellaOutsideBeam { field, lamella, value, above, below } => {
+                write!(
+                    f,
+                    "{}: lamella {lamella} at {value} is outside the flexible beam; allowed is more than {above} and less than {below}",
+                    field.key()
+                )
+            }
+            Self::LamellaOrder { field, lamella, value, previous } => {
+                write!(f, "{}: lamella {lamella} at {value} is not beyond its predecessor at {previous}", field.key())
+            }
+            Self::HingeCount { found, lamellae } => {
+                write!(f, "hinge.length_mm has {found} entries; allowed is one for all or one per lamella ({lamellae})")
+            }
+            Self::NoRoomForHinges { lamella, width, needed } => {
+                write!(
+                    f,
+                    "hinge.length_mm: lamella {lamella} is {width} mm wide, its hinges need more than {needed} mm"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for DesignError {}
+
+fn within(field: Field, value: f64, min: f64, max: f64) -> Result<(), DesignError> {
+    if !value.is_finite() {
+        return Err(DesignError::NotFinite { field, value });
+    }
+    if value < min || value > max {
+        return Err(DesignError::OutOfRange { field, value, min, max });
+    }
+    Ok(())
+}
+
+fn profile(field: Field, profile: &Profile, min: f64, max: f64) -> Result<(), DesignError> {
+    if profile.knots.is_empty() {
+        return Err(DesignError::Profile { field, knot: 0 });
+    }
+    let mut previous = f64::NEG_INFINITY;
+    for (knot, &[position, value]) in profile.knots.iter().enumerate() {
+        if !position.is_finite() {
+            return Err(DesignError::NotFinite { field, value: position });
+        }
+        if position <= previous {
+            return Err(DesignError::Profile { field, knot });
+        }
+        previous = position;
+        within(field, value, min, max)?;
+    }
+    Ok(())
+}
+
+/// Largest length of any part, mm: beyond it the solver's tolerances lose their meaning in single precision.
+const MAX_LENGTH: f64 = 1000.0;
+/// Smallest thickness of a beam or hinge, mm.
+const MIN_THICKNESS: f64 = 0.01;
+
+impl Design {
+    /// Checks everything that the solver takes for granted.
+    ///
+    /// # Errors
+    /// The first [`DesignError`] met, in the order of the struct's fields.
+    pub fn validate(&self) -> Result<(), DesignError> {
+        profile(Field::Width, &self.width, 0.1, MAX_LENGTH)?;
+        within(Field::YoungsModulus, self.material.youngs_modulus, 1e-3, 1e6)?;
+        within(Field::PoissonsRatio, self.material.poissons_ratio, 0.0, 0.499)?;
+        self.validate_beam(
+            &self.front,
+            [Field::FrontBase, Field::FrontTip, Field::FrontThickness, Field::FrontStiffness],
+        )?;
+        self.validate_beam(&self.back, [Field::BackBase, Field::BackTip, Field::BackThickness, Field::BackStiffness])?;
+        if self.back.base[0] >= self.front.base[0] {
+            return Err(DesignError::BackNotBehindFront { back_x: self.back.base[0], front_x: self.front.base[0] });
+        }
+        let distance = libm::hypot(self.front.tip[0] - self.back.tip[0], self.front.tip[1] - self.back.tip[1]);
+        let max = 0.25 * self.front.length();
+        if distance > max {
+            return Err(DesignError::TipsApart { distance, max });
+        }
+        if let Some(height) = self.rigid_above {
+            let min = self.front.base[1].max(self.back.base[1]);
+            within(Field::RigidAbove, height, min + 0.1 * (self.front.tip[1] - min), MAX_LENGTH)?;
+        }
+        self.validate_lamellae()?;
+        for axis in self.motor_axis {
+            within(Field::MotorAxis, axis, -MAX_LENGTH, MAX_LENGTH)?;
+        }
+        Ok(())
+    }
+
+    fn validate_beam(&self, beam: &Beam, [base, tip, thickness, factor]: [Field; 4]) -> Result<(), DesignError> {
+        for (field, point) in [(base, beam.base), (tip, beam.tip)] {
+            for coordinate in point {
+                within(field, coordinate, -MAX_LENGTH, MAX_LENGTH)?;
+            }
+        }
+        let rise = beam.tip[1] - beam.base[1];
+        if rise < 1.0 || rise <= 0.1 * beam.length() {
+            return Err(DesignError::BeamNotUpright { field: tip, rise });
+        }
+        profile(thickness, &beam.thickness, MIN_THICKNESS, 0.5 * beam.length())?;
+        within(factor, beam.stiffness_factor, 1e-3, 1e3)
+    }
+
+    fn validate_lamellae(&self) -> Result<(), DesignError> {
+        let ends = self.flexible_ends();
+        match &self.lamellae.attachments {
+            Attachments::Heights(heights) => {
+                let top = [self.front.point(ends[0])[1], self.back.point(ends[1])[1]];
+                let bottom = self.front.base[1].max(self.back.base[1]);
+                ascending(Field::Heights, heights, bottom, top[0].min(top[1]))?;
+            }
+            Attachments::Arcs { front, back } => {
+                if front.len() != back.len() {
+                    return Err(DesignError::LamellaCount { front: front.len(), back: back.len() });
+                }
+                ascending(Field::FrontArcs, front, 0.0, ends[0])?;
+                ascending(Field::BackArcs, back, 0.0, ends[1])?;
+            }
+        }
+        within(Field::LamellaThickness, self.lamellae.thickness, MIN_THICKNESS, MAX_LENGTH)?;
+        let count = self.lamella_count();
+        if count == 0 {
+            return Ok(());
+        }
+        if self.hinge.kind == HingeKind::Flexible {
+            within(Field::HingeThickness, self.hinge.thickness, MIN_THICKNESS, MAX_LENGTH)?;
+            if self.hinge.length.len() != 1 && self.hinge.length.len() != count {
+                return Err(DesignError::HingeCount { found: self.hinge.length.len(), lamellae: count });
+            }
+            for &length in &self.hinge.length {
+                within(Field::HingeLength, length, 0.01, MAX_LENGTH)?;
+            }
+        }
+        for lamella in 0..count {
+            let width = self.lamella_width(lamella);
+            let needed = self.hinge_room(lamella);
+            if width <= needed || width <= MIN_THICKNESS {
+                return Err(DesignError::NoRoomForHinges { lamella, width, needed });
+            }
+        }
+        Ok(())
+    }
+
+    /// Part of lamella k's width that its hinges and what they start from take up, mm.
+    fn hinge_room(&self, lamella: usize) -> f64 {
+        if self.hinge.kind != HingeKind::Flexible {
+            return 0.0;
+        }
+        let hinges = 2.0 * self.hinge.length_of(lamella);
+        match self.hinge.from {
+            HingeFrom::Centreline => hinges,
+            HingeFrom::Face => {
+                let [front, back] = face_distances(self, lamella);
+                hinges + front + back + 2.0 * BAR_ROOT * self.hinge.thickness
+            }
+        }
+    }
+}
+
+fn ascending(field: Field, values: &[f64], above: f64, below: f64) -> Result<(), DesignError> {
+    let mut previous = above;
+    for (lamella, &value) in values.iter().enumerate() {
+        if !value.is_finite() {
+            return Err(DesignError::NotFinite { field, value });
+        }
+        if value <= above || value >= below {
+            return Err(DesignError::LamellaOutsideBeam { field, lamella, value, above, below });
+        }
+        if value <= previous {
+            return Err(DesignError::LamellaOrder { field, lamella, value, previous });
+        }
+        previous = value;
+    }
+    Ok(())
+}

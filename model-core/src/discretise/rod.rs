@@ -1,0 +1,113 @@
+//! Members: straight rods, and points in place of hinges that are pins or welds.
+
+use super::{DiscretiseError, Scheme};
+use crate::ladder::{CLAMPED, Ladder, Member};
+use crate::real::{Real, vec2};
+use crate::size::Size;
+
+/// A straight flexible rod between two rigid ends, about to become a member.
+pub(super) struct Rod<'a> {
+    pub elements: u16,
+    pub length: f64,
+    pub direction: [f64; 2],
+    /// Bending stiffness EI (N·mm²) against the position along the rod, 0 … 1.
+    pub bending: &'a dyn Fn(f64) -> f64,
+    /// Thickness, mm, against the same position.
+    pub thickness: &'a dyn Fn(f64) -> f64,
+    /// 1/EA and 1/κGA, 1/N.
+    pub compliance: [f64; 2],
+    pub rigid_start: [f64; 2],
+    pub rigid_end: [f64; 2],
+}
+
+/// Writes a member's nodes; returns the number of nodes written.
+pub(super) fn write_rod<T: Real, S: Size>(
+    ladder: &mut Ladder<T, S>,
+    scheme: Scheme,
+    first: usize,
+    rod: &Rod<'_>,
+) -> Result<Member<T>, DiscretiseError> {
+    let n = usize::from(rod.elements);
+    let h = rod.length / n as f64;
+    let interior = match scheme {
+        Scheme::Paper => n - 1,
+        Scheme::Trapezoid => n,
+        Scheme::Simpson => 2 * n - 1,
+    };
+    let count = interior + 2;
+    if first + count > usize::from(u16::MAX) || !ladder.fit_nodes(first + count) {
+        return Err(DiscretiseError::Capacity);
+    }
+    let end = first + count;
+    let direction = vec2::<T>(rod.direction);
+    ladder.direction.as_mut()[first..end].fill([direction.x, direction.y]);
+    let mut weight = |node: usize, value: f64| {
+        let entry = &mut ladder.weight.as_mut()[first + node];
+        *entry = T::of(entry.to_f64() + value);
+    };
+    let bending = |element: f64| (rod.bending)(element / n as f64);
+    let fibre = |element: f64, length: f64| T::of(0.5 * (rod.thickness)(element / n as f64) / length);
+    match scheme {
+        Scheme::Paper => {
+            for element in 0..n {
+                weight(element + 1, h);
+                ladder.coupling.as_mut()[first + element][0] = T::of(-bending(element as f64) / h);
+                ladder.fibre.as_mut()[first + element] = fibre(element as f64, h);
+            }
+        }
+        Scheme::Trapezoid => {
+            for element in 0..n {
+                weight(element + 1, h);
+            }
+            for spring in 0..=n {
+                let length = if spring == 0 || spring == n { 0.5 * h } else { h };
+                ladder.coupling.as_mut()[first + spring][0] = T::of(-bending(spring as f64) / length);
+                ladder.fibre.as_mut()[first + spring] = fibre(spring as f64, length);
+            }
+        }
+        Scheme::Simpson => {
+            // Summed in f64 before rounding: interior ends carry h/6 from both sides.
+            for element in 0..n {
+                let c = bending(element as f64 + 0.5) / (3.0 * h);
+                let node = 2 * element;
+                let shared = if element > 0 { h / 6.0 } else { 0.0 };
+                ladder.weight.as_mut()[first + node] = T::of(shared + h / 6.0);
+                ladder.weight.as_mut()[first + node + 1] = T::of(4.0 * h / 6.0);
+                ladder.weight.as_mut()[first + node + 2] = T::of(h / 6.0);
+                ladder.coupling.as_mut()[first + node] = [T::of(-8.0 * c), T::of(c)];
+                ladder.coupling.as_mut()[first + node + 1] = [T::of(-8.0 * c), T::ZERO];
+                ladder.fibre.as_mut()[first + node..first + node + 2].fill(fibre(element as f64 + 0.5, h));
+            }
+        }
+    }
+    Ok(Member {
+        first: first as u16,
+        interior: interior as u16,
+        start: CLAMPED,
+        end: CLAMPED,
+        rigid_start: rod.rigid_start.map(T::of),
+        rigid_end: rod.rigid_end.map(T::of),
+        compliance: rod.compliance.map(T::of),
+    })
+}
+
+/// Writes a member without length or stiffness (a pin, or the stand-in of a weld).
+pub(super) fn write_point<T: Real, S: Size>(
+    ladder: &mut Ladder<T, S>,
+    first: usize,
+    rigid_start: [f64; 2],
+) -> Result<Member<T>, DiscretiseError> {
+    if !ladder.fit_nodes(first + 2) {
+        return Err(DiscretiseError::Capacity);
+    }
+    ladder.direction.as_mut()[first..first + 2].fill([T::one(), T::ZERO]);
+    Ok(Member {
+        first: first as u16,
+        interior: 0,
+        start: CLAMPED,
+        end: CLAMPED,
+        rigid_start: rigid_start.map(T::of),
+        rigid_end: [T::ZERO; 2],
+        compliance: [T::ZERO; 2],
+    })
+}

@@ -1,0 +1,99 @@
+//! Contact samples of the front beam.
+
+use super::{Discretisation, DiscretiseError, Sampling, Scheme};
+use crate::contact::Sample;
+use crate::design::Design;
+use crate::ladder::Ladder;
+use crate::real::Real;
+use crate::size::{Size, Storage};
+
+/// Places the contact samples along the front beam, base to tip, and on the face of the rigid wedge.
+pub(super) fn write_samples<T: Real, S: Size>(
+    ladder: &mut Ladder<T, S>,
+    design: &Design,
+    how: &Discretisation,
+    counts: &[u16],
+) -> Result<(), DiscretiseError> {
+    let ends = design.flexible_ends();
+    let beam = &design.front;
+    let mut total = 0;
+    let mut push = |ladder: &mut Ladder<T, S>, sample: Sample<T>| {
+        total += 1;
+        let fits = ladder.samples.fit(total);
+        if fits {
+            ladder.samples.as_mut()[total - 1] = sample;
+            ladder.sample_count = total;
+        }
+        fits.then_some(()).ok_or(DiscretiseError::Capacity)
+    };
+    let per_element = match how.sampling {
+        Sampling::Nodes => 1,
+        Sampling::PerElement(n) => usize::from(n),
+    };
+    let cells = counts.len();
+    let mut from = 0.0;
+    for (cell, &count) in counts.iter().enumerate() {
+        let to = if cell + 1 == cells { ends[0] } else { design.attachment_arcs(cell)[0] };
+        let h = (to - from) / f64::from(count);
+        let first = usize::from(ladder.members.as_ref()[4 * cell].first);
+        for element in 0..usize::from(count) {
+            for k in 1..=per_element {
+                let xi = k as f64 / per_element as f64;
+                let arc = from + (element as f64 + xi) * h;
+                let (node, weights) = match how.scheme {
+                    Scheme::Paper | Scheme::Trapezoid => (first + element + 1, [h, 0.0, 0.0]),
+                    Scheme::Simpson => {
+                        let [a, m, b] = hermite_weights(xi, h);
+                        let shared = if element > 0 { h / 6.0 } else { 0.0 };
+                        (first + 2 * element, [shared + a, m, b])
+                    }
+                };
+                push(
+                    ladder,
+                    Sample {
+                        cell: cell as u16,
+                        node: node as u16,
+                        weights: weights.map(T::of),
+                        rigid: T::ZERO,
+                        arc: T::of(arc),
+                        half_thickness: T::of(0.5 * beam.thickness.at(arc)),
+                    },
+                )?;
+            }
+        }
+        from = to;
+    }
+    let wedge = beam.length() - ends[0];
+    if design.rigid_above.is_some() && wedge > 1e-9 {
+        // The wedge is sampled about as densely as the elements below it.
+        let h = (ends[0] - if cells > 1 { design.attachment_arcs(cells - 2)[0] } else { 0.0 })
+            / f64::from(counts[cells - 1]);
+        let pieces = libm::ceil(wedge / h) as usize * per_element;
+        let last = ladder.members.as_ref()[4 * (cells - 1)];
+        for k in 1..=pieces {
+            let part = k as f64 / pieces as f64;
+            let arc = ends[0] + part * wedge;
+            push(
+                ladder,
+                Sample {
+                    cell: (cells - 1) as u16,
+                    node: last.first + last.interior + 2,
+                    weights: [T::ZERO; 3],
+                    rigid: T::of(part),
+                    arc: T::of(arc),
+                    half_thickness: T::of(0.5 * beam.thickness.at(arc)),
+                },
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// Weights of e(a), e(m), e(b) in P(ξ) − P₀ of an element of length h: the cubic Hermite curve through both ends, whose
+/// chord is Simpson's rule h/6·(e(a) + 4 e(m) + e(b)) and whose end tangents are h·e(a) and h·e(b).
+fn hermite_weights(xi: f64, h: f64) -> [f64; 3] {
+    let h01 = xi * xi * (3.0 - 2.0 * xi);
+    let h10 = xi * (1.0 - xi) * (1.0 - xi);
+    let h11 = xi * xi * (xi - 1.0);
+    [h * (h01 / 6.0 + h10), h * h01 * 4.0 / 6.0, h * (h01 / 6.0 + h11)]
+}

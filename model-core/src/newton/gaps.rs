@@ -1,0 +1,154 @@
+//! Gaps of the contact samples, and the rows they make.
+
+use super::Workspace;
+use crate::contact::{Row, Sample, sample_gap};
+use crate::ladder::{Ladder, State, vec2_of};
+use crate::object::Object;
+use crate::real::{Real, Vec2};
+use crate::size::{Blank, Size};
+
+/// What a sweep over the samples found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sweep<T> {
+    /// Smallest gap of all samples, mm.
+    pub nearest: T,
+    /// Normal there, out of the object.
+    pub normal: [T; 2],
+    /// Smallest gap of the samples that did not touch before, mm.
+    pub nearest_free: T,
+    /// Some sample that penetrates found no room among the rows.
+    pub overflow: bool,
+    /// Some sample that is only near found no room.
+    pub crowded: bool,
+}
+
+/// Makes rows of the samples that touched last, with the normals they had: what strains the front beam while its gaps are
+/// not known yet.
+pub(crate) fn recall<T: Real, S: Size>(state: &State<T, S>, work: &mut Workspace<T, S>) {
+    work.row_count = state.touching_count;
+    for (j, row) in work.rows.as_mut()[..state.touching_count].iter_mut().enumerate() {
+        *row = Row {
+            sample: state.touching.as_ref()[j],
+            normal: state.normal.as_ref()[j],
+            multiplier: state.multiplier.as_ref()[j],
+            ..Row::BLANK
+        };
+    }
+}
+
+/// Finds the gaps of all samples and makes the contact rows: samples that touched before and those nearer than `margin`.
+///
+/// A sample that is only near gives way when there is no room; one that touches or penetrates never does silently.
+pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
+    ladder: &Ladder<T, S>,
+    state: &State<T, S>,
+    work: &mut Workspace<T, S>,
+    object: &O,
+    margin: T,
+) -> Sweep<T> {
+    let samples = &ladder.samples.as_ref()[..ladder.sample_count];
+    let (strained, weight) = (work.strained.as_ref(), ladder.weight.as_ref());
+    let (starts, members) = (work.start.as_ref(), work.members.as_ref());
+    let rows = work.rows.as_mut();
+    let mut count = 0;
+    let far = T::of(1e9);
+    let mut found = Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, crowded: false };
+    let mut touching = 0;
+    let mut cell = usize::MAX;
+    let mut node = 0;
+    let mut prefix = Vec2::new(T::ZERO, T::ZERO);
+    for (index, sample) in samples.iter().enumerate() {
+        if cell != usize::from(sample.cell) {
+            cell = usize::from(sample.cell);
+            node = usize::from(ladder.members.as_ref()[4 * cell].first);
+            prefix = Vec2::new(T::ZERO, T::ZERO);
+        }
+        while node < usize::from(sample.node) {
+            prefix += vec2_of(strained[node]) * weight[node];
+            node += 1;
+        }
+        let mut local = prefix;
+        for (k, &w) in sample.weights.iter().enumerate() {
+            if w != T::ZERO {
+                local += vec2_of(strained[node + k]) * w;
+            }
+        }
+        let position = vec2_of(starts[cell]) + local + vec2_of(members[4 * cell].rigid_end) * sample.rigid;
+        let gap = sample_gap(object, sample, position);
+        if gap.distance < found.nearest {
+            found.nearest = gap.distance;
+            found.normal = [gap.normal.x, gap.normal.y];
+        }
+        let multiplier = if touching < state.touching_count && usize::from(state.touching.as_ref()[touching]) == index {
+            touching += 1;
+            Some(state.multiplier.as_ref()[touching - 1])
+        } else {
+            found.nearest_free = found.nearest_free.min(gap.distance);
+            None
+        };
+        if multiplier.is_none() && gap.distance > margin {
+            continue;
+        }
+        // Room is kept for the samples that touch further up the beam.
+        let reserved = state.touching_count - touching;
+        if multiplier.is_none() && count + reserved >= S::CONTACTS {
+            found.overflow |= gap.distance < T::ZERO;
+            found.crowded = true;
+            continue;
+        }
+        rows[count] = Row {
+            sample: index as u16,
+            gap: gap.distance,
+            normal: [gap.normal.x, gap.normal.y],
+            curvature: gap.curvature,
+            softness: ladder.softness,
+            multiplier: multiplier.unwrap_or(T::ZERO),
+        };
+        count += 1;
+    }
+    work.row_count = count;
+    found
+}
+
+/// Position of a sample, finger frame, mm.
+pub(crate) fn sample_position<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &Workspace<T, S>,
+    sample: &Sample<T>,
+) -> Vec2<T> {
+    let index = 4 * usize::from(sample.cell);
+    let (strained, weight) = (work.strained.as_ref(), ladder.weight.as_ref());
+    let first = usize::from(sample.node);
+    let mut local = Vec2::new(T::ZERO, T::ZERO);
+    for node in usize::from(ladder.members.as_ref()[index].first)..first {
+        local += vec2_of(strained[node]) * weight[node];
+    }
+    for (k, &w) in sample.weights.iter().enumerate() {
+        if w != T::ZERO {
+            local += vec2_of(strained[first + k]) * w;
+        }
+    }
+    let rigid = vec2_of(work.members.as_ref()[index].rigid_end) * sample.rigid;
+    vec2_of(work.start.as_ref()[usize::from(sample.cell)]) + local + rigid
+}
+
+/// Penalty energy of all penetrating samples, N·mm: g²/(2ε_c) with softness, else `penalty`·|g|.
+pub(crate) fn penetration<T: Real, S: Size, O: Object<T>>(
+    ladder: &Ladder<T, S>,
+    work: &Workspace<T, S>,
+    object: &O,
+    penalty: T,
+) -> T {
+    let mut energy = T::ZERO;
+    for sample in &ladder.samples.as_ref()[..ladder.sample_count] {
+        let gap = sample_gap(object, sample, sample_position(ladder, work, sample)).distance;
+        if gap < T::ZERO {
+            energy += if ladder.softness > T::ZERO {
+                gap * gap / (ladder.softness + ladder.softness)
+            } else {
+                -penalty * gap
+            };
+        }
+    }
+    energy
+}
