@@ -3,7 +3,7 @@
 //! Unknowns per cell: λx, λy, φ_front, φ_lamella, φ_back; the tip cell has λx, λy, φ_tip. Half-bandwidth 6. The factorisation
 //! is L D Lᵀ without interchanges: symmetric, so the signs of D are the inertia, and the multipliers of a closure come
 //! before the angles they bind, where their pivots are the members' flexibility. A pivot that nearly vanishes is bounded,
-//! as in [`super::condense`].
+//! as in `condense`.
 
 use super::Workspace;
 use super::condense::{bounded, pivot_bound};

@@ -1,6 +1,6 @@
 //! One Newton step for the ladder in contact, cost linear in elements and lamellae:
-//! [`strain`] and [`gaps`] → [`residual`] → [`condense`] each member onto its joints and force → [`banded`] KKT in joints and λ →
-//! [`border`] by the contact rows → [`active_set`] on the dense border → increments.
+//! `strain` and `gaps` → `residual` → `condense` each member onto its joints and force → `banded` KKT in joints and λ →
+//! `border` by the contact rows → `active_set` on the dense border → increments.
 
 pub(crate) mod active_set;
 pub(crate) mod banded;
