@@ -3,8 +3,8 @@
 //! The answer depends on the path (the finger can snap through, with hysteresis), so an equilibrium is always reached by
 //! following the branch in small steps of the motion's coordinate: the motor angle in rad, or the distance in mm of a
 //! translated base. A step counts only if all residuals are within tolerance *and* the equilibrium is stable; otherwise
-//! it is halved. Where even the smallest step fails, the branch has ended: the fold handler then minimises the energy
-//! just past the fold, and what it finds is flagged as a snap.
+//! it is halved. Where even the smallest step fails, the branch has ended: the fold handler then follows the overdamped
+//! motion from there to rest, just past the fold, and what it finds is flagged as a snap.
 
 mod fold;
 mod solution;
@@ -88,7 +88,7 @@ enum Phase<T> {
     Lost,
     /// At an accepted equilibrium.
     Following,
-    /// Minimising the energy past a fold.
+    /// On the way from the end of a branch to rest.
     Folding { target: T, shift: T, spent: u32 },
     /// The branch ended at the accepted equilibrium and no other was found beyond; the way back is open.
     Ended { forward: bool },

@@ -131,24 +131,3 @@ pub(crate) fn sample_position<T: Real, S: Size>(
     let rigid = vec2_of(work.members.as_ref()[index].rigid_end) * sample.rigid;
     vec2_of(work.start.as_ref()[usize::from(sample.cell)]) + local + rigid
 }
-
-/// Penalty energy of all penetrating samples, N·mm: g²/(2ε_c) with softness, else `penalty`·|g|.
-pub(crate) fn penetration<T: Real, S: Size, O: Object<T>>(
-    ladder: &Ladder<T, S>,
-    work: &Workspace<T, S>,
-    object: &O,
-    penalty: T,
-) -> T {
-    let mut energy = T::ZERO;
-    for sample in &ladder.samples.as_ref()[..ladder.sample_count] {
-        let gap = sample_gap(object, sample, sample_position(ladder, work, sample)).distance;
-        if gap < T::ZERO {
-            energy += if ladder.softness > T::ZERO {
-                gap * gap / (ladder.softness + ladder.softness)
-            } else {
-                -penalty * gap
-            };
-        }
-    }
-    energy
-}

@@ -215,29 +215,19 @@ fn recover_member<T: Real, S: Size>(
     solve_interior(&work.factor.as_ref()[nodes], z, interior, db);
 }
 
+/// Largest change of an angle that the increments ask for, rad.
+pub(crate) fn pace<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
+    work.delta.as_ref()[..ladder.node_count].iter().fold(T::ZERO, |most, &delta| most.max(delta.abs()))
+}
+
 /// Factor that keeps the largest change of an angle within the clip.
 pub(crate) fn clip<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
-    let mut largest = T::ZERO;
-    for &delta in &work.delta.as_ref()[..ladder.node_count] {
-        largest = largest.max(delta.abs());
-    }
-    let clip = T::of(CLIP);
+    let (largest, clip) = (pace(ladder, work), T::of(CLIP));
     if largest > clip { clip / largest } else { T::one() }
 }
 
 /// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples.
 pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
-    advance_geometry(ladder, state, work, part);
-    advance_multipliers(state, work, part);
-}
-
-/// Adds `part` of the increments to angles and λ.
-pub(crate) fn advance_geometry<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
-    state: &mut State<T, S>,
-    work: &Workspace<T, S>,
-    part: T,
-) {
     let angles = &mut state.angle.as_mut()[..ladder.node_count];
     for (angle, &delta) in angles.iter_mut().zip(work.delta.as_ref()) {
         *angle += part * delta;
@@ -246,10 +236,6 @@ pub(crate) fn advance_geometry<T: Real, S: Size>(
         lambda[0] += part * work.rhs.as_ref()[PER_CELL * cell];
         lambda[1] += part * work.rhs.as_ref()[PER_CELL * cell + 1];
     }
-}
-
-/// Adds `part` of the increments to μ; multipliers that fall to zero leave the touching samples.
-pub(crate) fn advance_multipliers<T: Real, S: Size>(state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
     let mut count = 0;
     for j in 0..work.row_count {
         let row = &work.rows.as_ref()[j];
@@ -265,7 +251,7 @@ pub(crate) fn advance_multipliers<T: Real, S: Size>(state: &mut State<T, S>, wor
     state.touching_count = count;
 }
 
-/// Makes the joint angles that members repeat agree again (the front beam's, hinges' and back beam's first mention rule).
+/// Makes the joint angles that members repeat agree again: that of the member which ends at the joint counts.
 pub(crate) fn share_joints<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>) {
     let members = &ladder.members.as_ref()[..ladder.member_count()];
     let angle = state.angle.as_mut();
