@@ -4,7 +4,7 @@ use super::Physics;
 use crate::design::{Beam, Design, PlaneStrain};
 
 /// A hinge's flexible length reaches this many hinge thicknesses into the beam. Fitted, with shear, to finite elements at
-/// small forces (`tests/reference/examples/fea.rs`); without shear the neck needs 0.38 and 0.35 to give way as much.
+/// small forces (`tests/reference/tests/fea_80.rs`); without shear the neck needs 0.38 and 0.35 to give way as much.
 pub(crate) const BEAM_ROOT: f64 = 0.35;
 /// A hinge's flexible length reaches this many hinge thicknesses into the lamella (fitted to finite elements).
 pub(crate) const BAR_ROOT: f64 = 0.32;
