@@ -287,7 +287,7 @@ impl<T: Real, S: Size> State<T, S> {
             && self.touching.as_ref()[..self.touching_count] == other.touching.as_ref()[..self.touching_count]
     }
 
-    /// Goes on from another state to this one and `part` as far beyond; both touch alike.
+    /// Goes on from another state to this one and `part` as far beyond. A contact that is new keeps its multiplier.
     pub(crate) fn extrapolate(&mut self, from: &Self, part: T, ladder: &Ladder<T, S>) {
         let beyond = |now: &mut T, then: T| *now += part * (*now - then);
         let n = ladder.node_count;
@@ -298,12 +298,16 @@ impl<T: Real, S: Size> State<T, S> {
             beyond(&mut now[0], then[0]);
             beyond(&mut now[1], then[1]);
         }
+        let mut then = from.touching.as_ref()[..from.touching_count].iter().zip(from.multiplier.as_ref()).peekable();
         let count = self.touching_count;
-        for (now, &then) in self.multiplier.as_mut()[..count].iter_mut().zip(from.multiplier.as_ref()) {
-            let multiplier = *now;
-            beyond(now, then);
-            // A contact may be about to open: the active set decides that, not this.
-            *now = now.max(T::of(0.01) * multiplier);
+        for (sample, now) in self.touching.as_ref()[..count].iter().zip(&mut self.multiplier.as_mut()[..count]) {
+            while then.next_if(|(other, _)| *other < sample).is_some() {}
+            if let Some((_, &multiplier)) = then.next_if(|(other, _)| *other == sample) {
+                // A contact may be about to open: the active set decides that, not this.
+                let least = T::of(0.01) * *now;
+                beyond(now, multiplier);
+                *now = now.max(least);
+            }
         }
     }
 

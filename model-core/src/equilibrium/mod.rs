@@ -400,14 +400,18 @@ impl<T: Real, S: Size> Follower<T, S> {
         self.before = self.at;
         self.accepted.copy_from(&self.state, &self.ladder);
         self.at = at;
-        // Where contacts come and go the motion has a kink, and there is nothing to go by.
-        self.extrapolates = self.accepted.touches_like(&self.previous) && self.accepted.touching_count > 0;
+        self.extrapolates = self.accepted.touching_count > 0 && self.previous.touching_count > 0;
     }
 
-    /// Moves the state on to a coordinate along the line through the last two accepted ones, if they touch alike.
+    /// Moves the state on to a coordinate along the line through the last two accepted ones.
     fn extrapolate(&mut self, target: T) {
         let (step, last) = (target - self.at, self.at - self.before);
         if !self.extrapolates || last == T::ZERO || step.abs() > T::of(2.0) * last.abs() {
+            return;
+        }
+        // Where contacts come and go the motion has a kink: over a large step the line through it leads astray.
+        let large = step.abs() > T::of(0.25) * self.max_step();
+        if large && !self.accepted.touches_like(&self.previous) {
             return;
         }
         self.state.extrapolate(&self.previous, step / last, &self.ladder);

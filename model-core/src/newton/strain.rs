@@ -136,13 +136,15 @@ pub(crate) fn strain<T: Real, S: Size>(
     own: core::ops::Range<usize>,
 ) {
     if ladder.members.as_ref()[index].compliance == [T::ZERO; 2] {
-        strain_all::<T, S, true>(ladder, work, index, own);
+        strain_all::<T, S, true, false>(ladder, work, index, own);
     } else {
-        strain_all::<T, S, false>(ladder, work, index, own);
+        strain_all::<T, S, false, false>(ladder, work, index, own);
     }
 }
 
-fn strain_all<T: Real, S: Size, const RIGID: bool>(
+/// As [`strain`]; with `PLACE` directions and chord only.
+
+fn strain_all<T: Real, S: Size, const RIGID: bool, const PLACE: bool>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
@@ -184,10 +186,13 @@ fn strain_all<T: Real, S: Size, const RIGID: bool>(
         }
         let node = strained::<T, RIGID>(e, w, force, member.compliance);
         *direction = node.direction;
+        chord = [chord[0] + w * node.direction[0], chord[1] + w * node.direction[1]];
+        if PLACE {
+            continue;
+        }
         *turned = node.turned;
         *gradient = node.gradient;
         *curvature = node.curvature;
-        chord = [chord[0] + w * node.direction[0], chord[1] + w * node.direction[1]];
         if !RIGID {
             for i in 0..3 {
                 give[i] -= node.give[i];
@@ -217,7 +222,7 @@ pub(crate) fn place_front<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State
         } else {
             let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], 4 * cell, from);
             from = own.end;
-            strain(ladder, work, 4 * cell, own);
+            strain_all::<T, S, false, true>(ladder, work, 4 * cell, own);
         }
     }
     starts(ladder, work);
