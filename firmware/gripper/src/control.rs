@@ -44,13 +44,17 @@ pub async fn control<B: Board>(shared: &Shared, model: &mut Model, bus: B::Bus) 
             }
         } else {
             let rate = baud.or_else(|| bauds.next()).unwrap_or(1_000_000);
-            let found = core.patiently(servo.bring_up(core.id(), rate)).await;
+            let id = core.id();
+            let found = core.patiently(servo.bring_up(id, rate)).await;
             // Found once, the servo is looked for at its rate first, then at the others.
             baud = None;
             match found {
                 Ok(found) => {
                     baud = Some(rate);
-                    core.found(&found, servo.period_us(core.settings.rate_hz));
+                    // Meanwhile the settings may have named another servo: that one is looked for next.
+                    if core.id() == id {
+                        core.found(&found, servo.period_us(core.settings.rate_hz));
+                    }
                 }
                 Err(error) => core.count::<B::Bus>(&error),
             }
@@ -270,6 +274,10 @@ impl<'a, B: Board> Core<'a, B> {
             Ok(hardware_error) => {
                 self.alert_changed = false;
                 self.shared.tell(Event::ServoAlert { hardware_error: *hardware_error });
+                if *hardware_error == 0 {
+                    // Only a restart clears an error, and it leaves the torque off: the servo is set up anew.
+                    self.health = Health::Absent;
+                }
             }
             Err(error) => self.count::<B::Bus>(error),
         }

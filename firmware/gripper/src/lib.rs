@@ -8,6 +8,8 @@
 //!   counted.
 //! - [`answer`] hears the host's requests.
 //!
+//! A gripper starts without finger and object: every estimate is `out-of-range` until the host has set both.
+//!
 //! A board brings a bus, a link and a clock ([`Board`]) and runs the three as tasks of its executor:
 //!
 //! ```ignore

@@ -121,6 +121,12 @@ fn finger_object_and_settings_are_kept() {
     assert_eq!((version.protocol, version.board.as_str()), (messages::PROTOCOL_VERSION, "mps2"));
     assert_eq!(link.object().unwrap(), None);
     assert_eq!(link.finger().unwrap(), None);
+    // The servo is read, but nothing is claimed about a finger that nobody has described.
+    let mut watch = Watch::new(&link);
+    watch.until_report("position without a finger", SECONDS(20), is_fresh);
+    let report = watch.reports.last().unwrap();
+    assert!(report.estimate.status == Status::OutOfRange && report.estimate.age > 0, "{report:?}");
+    assert_eq!((report.estimate.force, report.estimate.torque), ([0.0; 2], 0.0));
     link.set_finger(&finger()).unwrap();
     assert_eq!(link.finger().unwrap(), Some(finger()));
     link.set_object(OBJECT).unwrap();
@@ -186,6 +192,22 @@ fn a_silent_servo_makes_stale_estimates() {
     watch.until_report("open finger", SECONDS(60), |report| {
         report.estimate.status == Status::NoContact && report.goal == SETTINGS.open_angle
     });
+}
+
+/// A hardware error is told with its bits, and the estimate goes on with the torque off; after a restart, which leaves the
+/// torque off too, the servo is set up anew and obeys.
+#[test]
+fn a_hardware_error_is_told_and_survived() {
+    let machine = Machine::boot(Machine::servo());
+    let (link, mut watch) = ready(&machine);
+    let overload = 0x20;
+    machine.servo.fail(overload);
+    watch.until_event("alert", SECONDS(10), |event| *event == Event::ServoAlert { hardware_error: overload });
+    watch.until_report("estimate in spite of the error", SECONDS(10), |report| report.estimate.age == 0);
+    machine.servo.reset();
+    watch.until_event("end of the alert", SECONDS(10), |event| *event == Event::ServoAlert { hardware_error: 0 });
+    watch.until_event("servo set up anew", SECONDS(20), |event| matches!(event, Event::ServoReady { .. }));
+    close(&link, &mut watch);
 }
 
 /// Damage on the bus costs the answer it hits (and the silence that the master then waits for), not the servo.

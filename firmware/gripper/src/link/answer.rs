@@ -37,7 +37,7 @@ pub async fn answer<B: Board, R: Read>(shared: &'static Shared, port: R) -> ! {
         let mut server = Server::new(Answers(shared), &mut requests, &mut buffer[..], app, key);
         // Ends when the port closes or fails; it may come back.
         let _ = server.run().await;
-        ticket += 0x1_0000;
+        ticket = u32::wrapping_add(ticket, 0x1_0000);
         Timer::after_millis(100).await;
     }
 }
