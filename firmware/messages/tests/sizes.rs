@@ -55,7 +55,7 @@ fn the_largest_finger_fits() {
         rigid_above: Some(70.0),
         motor_axis: [-14.0, -20.0],
     };
-    let finger = Some(Finger { design, how: Discretisation::reduced(Physics::Paper) });
+    let finger = Some(Finger { design, how: Discretisation::estimator(Physics::Paper) });
     let (length, back) = through(&finger);
     assert_eq!(back, finger);
     assert!(length <= 1024, "{length} bytes");

@@ -25,7 +25,7 @@ pub const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], ra
 /// The preset `ladder-80` as the microcontroller models it.
 pub fn finger() -> Finger {
     let finger = preset("ladder-80").expect("a preset").expect("a sound one");
-    Finger { design: finger.design, how: Discretisation::reduced(Physics::Paper) }
+    Finger { design: finger.design, how: Discretisation::estimator(Physics::Paper) }
 }
 
 /// What the finger asks of the servo: the paper's model at full resolution, on [`OBJECT`].
