@@ -38,11 +38,14 @@ fn first<X, const N: usize>(items: impl Iterator<Item = X>) -> Vec<X, N> {
 
 /// First, last, and so many evenly between that all fit.
 fn thinned<X, const N: usize>(count: usize, items: impl Iterator<Item = X>) -> Vec<X, N> {
-    let (gaps, room) = (count.saturating_sub(1).max(1), N.saturating_sub(1));
-    let kept = |&(index, _): &(usize, X)| {
-        count <= N || index == 0 || index * room / gaps != index.saturating_sub(1) * room / gaps
+    let (gaps, room) = (count.saturating_sub(1), N.saturating_sub(1));
+    let mut kept = 0;
+    let keep = |&(index, _): &(usize, X)| {
+        let due = count <= N || index * room >= kept * gaps;
+        kept += usize::from(due);
+        due
     };
-    first(items.enumerate().filter(kept).map(|(_, item)| item))
+    first(items.enumerate().filter(keep).map(|(_, item)| item))
 }
 
 #[cfg(test)]

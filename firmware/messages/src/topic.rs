@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 use model_core::estimator::Estimate;
+use model_core::size::{Reduced, Size};
 use model_core::status::Status;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -10,8 +11,8 @@ use serde::{Deserialize, Serialize};
 pub const POINTS: usize = 64;
 /// Most lamellae in a [`Shape`].
 pub const LAMELLAE: usize = model_core::design::MAX_LAMELLAE;
-/// Most contact points in a [`Shape`].
-pub const CONTACTS: usize = 16;
+/// Most contact points in a [`Shape`]: as many as the microcontroller's model has room for, so that none is left out.
+pub const CONTACTS: usize = <Reduced as Size>::CONTACTS;
 
 /// One tick of the control loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -19,7 +20,7 @@ pub const CONTACTS: usize = 16;
 pub struct Report {
     /// Counts every report made, sent or not: a gap is what was dropped. Wraps.
     pub sequence: u32,
-    /// When the servo's position was asked for, µs since the start.
+    /// When the servo's position came (`stale`: when it was given up for this tick), µs since the start.
     pub time_us: u64,
     /// The force and what qualifies it. `stale`: no position came from the servo in this tick; the numbers are old.
     pub estimate: Estimate,
