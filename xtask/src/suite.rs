@@ -29,10 +29,12 @@ pub fn run(parts: &[&str]) -> Result<()> {
 
     if wanted("clippy") {
         headline("clippy");
-        run_command(cargo("clippy").args(["--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+        // `--all-features`: the boards' clippy does not look at the crates that they share with the PC.
+        let every_target = ["--workspace", "--all-targets", "--all-features"];
+        run_command(cargo("clippy").arg("--quiet").args(every_target).args(["--", "-D", "warnings"]))?;
         headline("clippy, boards");
         // Not `--all-targets`: that makes tests of binaries too, and those need `std`.
-        let every_target = ["--workspace", "--lib", "--bins", "--tests"];
+        let every_target = ["--workspace", "--lib", "--bins", "--tests", "--features", "mps2/bench"];
         run_command(
             cross.cargo("clippy").args(["--quiet", "--release"]).args(every_target).args(["--", "-D", "warnings"]),
         )?;
@@ -61,7 +63,8 @@ pub fn run(parts: &[&str]) -> Result<()> {
 
     headline("system tests: firmware, servo and host together");
     let image = simulated.context("no board runs in QEMU")?;
-    run_command(cargo("test").args(["--package", "system-tests"]).env("FRE_FIRMWARE_ELF", image))
+    // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
+    run_command(cargo("test").args(["--workspace", "--test", "gripper"]).env("FRE_FIRMWARE_ELF", image))
 }
 
 /// The cargo that runs this program, for the PC, at the repository's root.
