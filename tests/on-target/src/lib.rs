@@ -12,4 +12,5 @@ mod board;
 mod codec;
 #[cfg(test)]
 mod model;
+#[cfg(test)]
 mod sweep;
