@@ -77,7 +77,11 @@ impl<U: BusPort> Servo<U> {
         let position = self.master.get(id, xm430::PRESENT_POSITION).await?.value;
         self.master.set(id, xm430::GOAL_POSITION, position).await?;
         if !torque {
-            self.master.set(id, xm430::TORQUE_ENABLE, 1).await?;
+            match self.master.set(id, xm430::TORQUE_ENABLE, 1).await {
+                // After a shutdown the servo can be read, not led, until it is restarted; its alert tells.
+                Ok(_) | Err(dynamixel::Error::Refused { alert: true, .. }) => {}
+                Err(error) => return Err(error),
+            }
         }
         self.written = Some(position);
         Ok(Found { model: identity.model, firmware: identity.firmware, baud, position })

@@ -80,7 +80,7 @@ pub struct Notice {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// The servo answers and holds its position.
+    /// The servo answers, and holds its position unless it has shut down ([`Self::ServoAlert`]).
     ServoReady {
         /// Model number, 1020 for the XM430-W350.
         model: u16,

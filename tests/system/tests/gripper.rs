@@ -204,6 +204,11 @@ fn a_hardware_error_is_told_and_survived() {
     machine.servo.fail(overload);
     watch.until_event("alert", SECONDS(10), |event| *event == Event::ServoAlert { hardware_error: overload });
     watch.until_report("estimate in spite of the error", SECONDS(10), |report| report.estimate.age == 0);
+    // The same for a servo that is found in this state.
+    machine.servo.silence(SECONDS(3600));
+    watch.until_event("loss of the servo", SECONDS(20), |event| *event == Event::ServoLost);
+    machine.servo.speak();
+    watch.until_report("estimate of a servo found so", SECONDS(20), |report| report.estimate.age == 0);
     machine.servo.reset();
     watch.until_event("end of the alert", SECONDS(10), |event| *event == Event::ServoAlert { hardware_error: 0 });
     watch.until_event("servo set up anew", SECONDS(20), |event| matches!(event, Event::ServoReady { .. }));
