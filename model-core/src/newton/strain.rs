@@ -143,7 +143,6 @@ pub(crate) fn strain<T: Real, S: Size>(
 }
 
 /// As [`strain`]; with `PLACE` directions and chord only.
-
 fn strain_all<T: Real, S: Size, const RIGID: bool, const PLACE: bool>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
