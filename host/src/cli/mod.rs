@@ -1,5 +1,6 @@
 //! The commands of `fre`, one file each: its arguments and its `run`.
 
+mod compare;
 mod demo;
 mod monitor;
 mod options;
@@ -25,6 +26,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Compare(compare::Args),
     Demo(demo::Args),
     Monitor(monitor::Args),
     Servo(servo::Args),
@@ -43,6 +45,7 @@ pub fn run() -> ExitCode {
         }
     };
     match cli.command {
+        Command::Compare(args) => compare::run(&args),
         Command::Demo(args) => demo::run(args),
         Command::Monitor(args) => monitor::run(&args),
         Command::Servo(args) => servo::run(&args),

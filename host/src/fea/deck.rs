@@ -1,0 +1,179 @@
+//! The CalculiX input deck: mesh, material, contact, and one step per half a degree (or half a millimetre) of the motion.
+//!
+//! What was learned by measuring: `CPS8R` with a thickness behaves nearly as plane strain, so plane stress is made from
+//! `CPE8R` with E′ = E(1+2ν)/(1+ν)² and ν′ = ν/(1+ν). Contact is surface to surface with a linear penalty; its projection is
+//! frozen within an increment, so the object holds still for two steps before results are read.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use model_core::design::{Design, PlaneStrain};
+
+use super::Plan;
+use super::mesh::{Mesh, Part};
+use super::outline::Point;
+
+/// Largest move of one step: degrees of a rotation, mm of a translation.
+pub const STEP: f64 = 0.5;
+/// Steps for which the object holds still before results are read.
+pub const HOLD_STEPS: usize = 2;
+/// Contact penalty, multiples of Young's modulus per mm.
+const PENALTY: f64 = 2.0;
+/// Depth of the ring of elements that stands for the object, mm.
+const RING: f64 = 2.0;
+/// Half the angle of the ring's arc: more than a finger can wrap around.
+const HALF_ARC: f64 = 1.5;
+
+/// Rigid circle in the finger frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Circle {
+    /// Radius, mm.
+    pub radius: f64,
+    /// Centre at which the finger is not deformed, mm.
+    pub centre: Point,
+    /// Direction from the centre to the finger, rad.
+    pub facing: f64,
+}
+
+/// The deck of a design pressed on a circle as a plan has it.
+pub fn deck(title: &str, design: &Design, plan: &Plan) -> String {
+    let mut text = String::with_capacity(200 * plan.mesh.nodes.len());
+    // Writing to a string cannot fail.
+    let _ = write(&mut text, title, design, plan);
+    text
+}
+
+fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fmt::Result {
+    let Plan { mesh, circle, path, stops, refinement } = plan;
+    writeln!(out, "*HEADING\n{}", title.chars().filter(|c| c.is_ascii_graphic() || *c == ' ').collect::<String>())?;
+    let ring = ring(circle, *refinement);
+    writeln!(out, "*NODE,NSET=NALL")?;
+    for (i, [x, y]) in mesh.nodes.iter().chain(&ring).enumerate() {
+        writeln!(out, "{},{x:.9},{y:.9},0.", i + 1)?;
+    }
+    let width = design.width.at(0.0);
+    let mut groups: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+    for element in 0..mesh.elements.len() {
+        groups.entry((stiffness(design, mesh, element) * 1e4).round() as u64).or_default().push(element);
+    }
+    for (group, (_, members)) in groups.iter().enumerate() {
+        writeln!(out, "*ELEMENT,TYPE=CPE8R,ELSET=E{group}")?;
+        for &element in members {
+            write!(out, "{}", element + 1)?;
+            for node in mesh.elements[element] {
+                write!(out, ",{}", node + 1)?;
+            }
+            writeln!(out)?;
+        }
+    }
+    let (first_node, first_element) = (mesh.nodes.len() + 1, mesh.elements.len() + 1);
+    let arcs = (ring.len() - 3) / 5;
+    writeln!(out, "*ELEMENT,TYPE=CPE8R,ELSET=ERING")?;
+    for i in 0..arcs {
+        // Per element five nodes: outer corner, inner corner, middle of the radial side, outer and inner middle.
+        let [outer, inner, radial, outer_middle, inner_middle] = [0, 1, 2, 3, 4].map(|k| first_node + 5 * i + k);
+        writeln!(
+            out,
+            "{},{outer},{},{},{inner},{outer_middle},{},{inner_middle},{radial}",
+            first_element + i,
+            outer + 5,
+            inner + 5,
+            radial + 5
+        )?;
+    }
+    set(out, "*NSET,NSET=NCLAMP", mesh.clamped.iter().map(|n| n + 1))?;
+    set(out, "*NSET,NSET=NRING", first_node..first_node + ring.len())?;
+    set(out, "*NSET,NSET=NLINES", lines(mesh).map(|n| n + 1))?;
+
+    let youngs_modulus = design.material.youngs_modulus;
+    let nu = design.material.poissons_ratio;
+    let plane_strain = design.plane_strain == PlaneStrain::Strain;
+    for (group, (&key, _)) in groups.iter().enumerate() {
+        let e = youngs_modulus * key as f64 * 1e-4;
+        let (e, nu) = if plane_strain { (e, nu) } else { (e * (1.0 + 2.0 * nu) / (1.0 + nu).powi(2), nu / (1.0 + nu)) };
+        writeln!(out, "*MATERIAL,NAME=M{group}\n*ELASTIC\n{e:.9},{nu:.9}")?;
+        writeln!(out, "*SOLID SECTION,ELSET=E{group},MATERIAL=M{group}\n{width}")?;
+    }
+    writeln!(out, "*SOLID SECTION,ELSET=ERING,MATERIAL=M0\n{width}")?;
+
+    writeln!(out, "*SURFACE,NAME=SFINGER,TYPE=ELEMENT")?;
+    for side in &mesh.contact_face {
+        writeln!(out, "{},S{}", side.element + 1, side.side + 1)?;
+    }
+    writeln!(out, "*SURFACE,NAME=SRING,TYPE=ELEMENT")?;
+    for i in 0..arcs {
+        writeln!(out, "{},S1", first_element + i)?;
+    }
+    writeln!(out, "*SURFACE INTERACTION,NAME=TOUCH\n*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR")?;
+    writeln!(out, "{:.6}", PENALTY * youngs_modulus)?;
+    writeln!(out, "*CONTACT PAIR,INTERACTION=TOUCH,TYPE=SURFACE TO SURFACE\nSFINGER,SRING")?;
+    writeln!(out, "*BOUNDARY\nNCLAMP,1,2")?;
+    for (axis, name) in ["AX", "AY"].into_iter().enumerate() {
+        writeln!(out, "*AMPLITUDE,NAME={name},TIME=TOTAL TIME\n0.,0.")?;
+        for (i, displacement) in path.iter().enumerate() {
+            writeln!(out, "{}.,{:.9}", i + 1, displacement[axis])?;
+        }
+    }
+
+    for (begin, end) in [0].into_iter().chain(stops.iter().copied()).zip(stops.iter().copied()) {
+        writeln!(out, "*STEP,NLGEOM,INC=1000\n*STATIC\n1.,{}.,1e-4,1.", end - begin)?;
+        writeln!(out, "*BOUNDARY,AMPLITUDE=AX\nNRING,1,1,1.\n*BOUNDARY,AMPLITUDE=AY\nNRING,2,2,1.")?;
+        writeln!(out, "*NODE PRINT,NSET=NLINES\nU\n*NODE PRINT,NSET=NRING,TOTALS=ONLY\nRF\n*END STEP")?;
+    }
+    Ok(())
+}
+
+/// Nodes whose displacements are printed: the front line, then the back line.
+pub fn lines(mesh: &Mesh) -> impl Iterator<Item = usize> {
+    mesh.front_line.iter().chain(&mesh.back_line).copied()
+}
+
+/// Factor on Young's modulus of an element: the beam's own, a width that differs from the base's, and the plate's.
+fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
+    let height = mesh.middle(element)[1];
+    let width = design.width.at(height);
+    let (factor, thickness) = match mesh.parts[element] {
+        Part::Front => (design.front.stiffness_factor, design.front.thickness.at(height)),
+        Part::Back => (design.back.stiffness_factor, design.back.thickness.at(height)),
+        Part::Lamella => (1.0, design.hinge.thickness),
+    };
+    let plate = match design.plane_strain {
+        PlaneStrain::Auto => {
+            // As the rods have it: the edges curl over about one thickness each.
+            let strain = 1.0 / (1.0 - design.material.poissons_ratio.powi(2));
+            1.0 + (strain - 1.0) * (1.0 - thickness / width).clamp(0.0, 1.0)
+        }
+        PlaneStrain::Stress | PlaneStrain::Strain => 1.0,
+    };
+    factor * plate * width / design.width.at(0.0)
+}
+
+/// Nodes of the object's ring: five per element and three for the last edge.
+fn ring(circle: &Circle, refinement: usize) -> Vec<Point> {
+    let edge = (0.75 / refinement as f64).min(0.05 * circle.radius);
+    let elements = (2.0 * HALF_ARC * circle.radius / edge).ceil() as usize;
+    let inner = circle.radius - RING.min(0.5 * circle.radius);
+    let at = |radius: f64, step: f64| {
+        let angle = circle.facing + HALF_ARC * (2.0 * step / elements as f64 - 1.0);
+        [circle.centre[0] + radius * angle.cos(), circle.centre[1] + radius * angle.sin()]
+    };
+    let mut nodes = Vec::with_capacity(5 * elements + 3);
+    for i in 0..=elements {
+        let i = i as f64;
+        nodes.extend([at(circle.radius, i), at(inner, i), at(0.5 * (inner + circle.radius), i)]);
+        if (i as usize) < elements {
+            nodes.extend([at(circle.radius, i + 0.5), at(inner, i + 0.5)]);
+        }
+    }
+    nodes
+}
+
+/// A set, sixteen numbers a line.
+fn set(out: &mut String, heading: &str, members: impl Iterator<Item = usize>) -> std::fmt::Result {
+    writeln!(out, "{heading}")?;
+    let members: Vec<String> = members.map(|n| n.to_string()).collect();
+    for line in members.chunks(16) {
+        writeln!(out, "{},", line.join(","))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,293 @@
+//! Finite elements: the same finger as a plane continuum, pressed on the same object by CalculiX (`ccx`).
+//!
+//! The finger is meshed with its real thicknesses, hinge necks, lamella bars and solid tip, in second-order elements; the
+//! object is a rigid circle that moves in the finger frame as the motion tells. Frictionless; St. Venant–Kirchhoff material.
+//! Forces are those on the object.
+
+mod ccx;
+mod deck;
+mod mesh;
+mod outline;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use model_core::design::Design;
+use model_core::object::{Motion, ObjectDesign};
+
+pub use ccx::{Printed, Progress, parse_dat, parse_sta};
+pub use deck::{Circle, HOLD_STEPS, STEP, deck};
+pub use mesh::{Element, Mesh, Part, Side};
+pub use outline::{Faces, Joint, Outline, Point};
+
+use crate::case::Case;
+
+/// Largest refinement: 256 times the elements.
+pub const MAX_REFINEMENT: usize = 16;
+
+/// Name of the files that CalculiX reads and writes.
+const JOB: &str = "finger";
+
+/// Why there are no finite elements.
+#[derive(Debug, thiserror::Error)]
+pub enum FeaError {
+    /// The program is not installed.
+    #[error("CalculiX's `ccx` is not in PATH; `cargo xtask setup --fea` installs it")]
+    NoCalculix,
+    /// The finger has something that is not meshed.
+    #[error("{what} cannot be meshed; allowed is {allowed}")]
+    Unsupported {
+        /// What it is, as a case file has it.
+        what: &'static str,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A part has no room.
+    #[error("lamella {lamella}: {what} is {value:.3} mm; more than 0.001 mm is needed")]
+    NoRoom {
+        /// Index of the lamella, from 0 at the base.
+        lamella: usize,
+        /// Which length.
+        what: &'static str,
+        /// The length, mm.
+        value: f64,
+    },
+    /// The refinement is out of range.
+    #[error("--mesh is {value}; allowed is 1 to {MAX_REFINEMENT}")]
+    Refinement {
+        /// What was asked for.
+        value: usize,
+    },
+    /// The object touches the undeformed finger wherever the motion began.
+    #[error(
+        "the object touches the undeformed finger at every place before the first; a place without contact is needed"
+    )]
+    NoStart,
+    /// A file could not be read or written.
+    #[error("{file}: {source}")]
+    Io {
+        /// The file.
+        file: String,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// CalculiX wrote something unexpected.
+    #[error("CalculiX's .{file}, line {line}: unexpected \"{text}\"")]
+    Output {
+        /// Ending of the file.
+        file: &'static str,
+        /// Line, from 1.
+        line: usize,
+        /// The line.
+        text: String,
+    },
+    /// CalculiX reached no place at all.
+    #[error("CalculiX reached no place; its files are in {folder}{}", .complaint.as_ref().map(|words| format!("; it says: {words}")).unwrap_or_default())]
+    NothingReached {
+        /// Where its files are.
+        folder: String,
+        /// Its first error message.
+        complaint: Option<String>,
+    },
+}
+
+/// The result at one place that CalculiX reached.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// Place, in the case's unit (degrees or mm).
+    pub place: f64,
+    /// Force on the object, finger frame, N.
+    pub force: Point,
+    /// Front centreline, base to tip, finger frame, mm.
+    pub front: Vec<Point>,
+    /// Back centreline up to the solid tip, finger frame, mm.
+    pub back: Vec<Point>,
+}
+
+impl Pose {
+    /// Magnitude of the force, N.
+    pub fn magnitude(&self) -> f64 {
+        self.force[0].hypot(self.force[1])
+    }
+}
+
+/// A finished analysis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Analysis {
+    /// One entry per place of the case, none where CalculiX did not get.
+    pub poses: Vec<Option<Pose>>,
+    /// Elements of the finger.
+    pub elements: usize,
+    /// Nodes of the finger.
+    pub nodes: usize,
+    /// Increments and iterations.
+    pub progress: Progress,
+    /// CalculiX's time, s.
+    pub seconds: f64,
+}
+
+/// A mesh and a path, ready to be written.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// The object at the beginning.
+    pub circle: Circle,
+    /// Displacement of the object at the times 1, 2, …, mm, finger frame.
+    pub path: Vec<Point>,
+    /// Time at which each place has been reached and held.
+    pub stops: Vec<usize>,
+    /// Refinement of the mesh.
+    pub refinement: usize,
+}
+
+impl Plan {
+    /// Meshes a case's finger and divides its motion into steps.
+    ///
+    /// # Errors
+    /// If the finger cannot be meshed, or the motion has no beginning without contact.
+    pub fn of(case: &Case, refinement: usize) -> Result<Self, FeaError> {
+        if !(1..=MAX_REFINEMENT).contains(&refinement) {
+            return Err(FeaError::Refinement { value: refinement });
+        }
+        let design = &case.finger.design;
+        let outline = Outline::of(design)?;
+        let thickness = design.front.thickness.at(0.0).min(design.back.thickness.at(0.0));
+        let mesh = Mesh::finger(&outline, thickness, refinement);
+        let ObjectDesign::Circle { radius, .. } = case.object;
+        let centre_at = |place: f64| object_centre(case, place);
+
+        let begin = start(case, design, radius)?;
+        let origin = centre_at(begin);
+        let mut path = Vec::new();
+        let mut stops = Vec::new();
+        let mut from = begin;
+        for &place in &case.path.places {
+            let moves = ((place - from).abs() / STEP - 1e-9).ceil().max(1.0) as usize;
+            let moving = (1..=moves).map(|i| from + (place - from) * i as f64 / moves as f64);
+            for at in moving.chain([place; HOLD_STEPS]) {
+                path.push(outline::minus(centre_at(at), origin));
+            }
+            stops.push(path.len());
+            from = place;
+        }
+        let facing = outline::minus(nearest_on_front(design, origin).0, origin);
+        let circle = Circle { radius, centre: origin, facing: facing[1].atan2(facing[0]) };
+        Ok(Self { mesh, circle, path, stops, refinement })
+    }
+
+    /// The deck.
+    pub fn deck(&self, case: &Case) -> String {
+        deck(&case.finger.name, &case.finger.design, self)
+    }
+
+    /// Runs CalculiX in a folder, which is made and keeps all its files.
+    ///
+    /// # Errors
+    /// If CalculiX is missing, or reached no place.
+    pub fn run(&self, case: &Case, folder: &Path) -> Result<Analysis, FeaError> {
+        std::fs::create_dir_all(folder)
+            .map_err(|source| FeaError::Io { file: folder.display().to_string(), source })?;
+        let file = |ending: &str| -> PathBuf { folder.join(format!("{JOB}.{ending}")) };
+        // Results of an earlier run must not be taken for this one's.
+        for ending in ["dat", "sta", "frd"] {
+            let _ = std::fs::remove_file(file(ending));
+        }
+        let deck = file("inp");
+        std::fs::write(&deck, self.deck(case))
+            .map_err(|source| FeaError::Io { file: deck.display().to_string(), source })?;
+        let began = Instant::now();
+        ccx::run(folder, JOB)?;
+        let seconds = began.elapsed().as_secs_f64();
+        let printed = parse_dat(&std::fs::read_to_string(file("dat")).unwrap_or_default())?;
+        let progress = parse_sta(&std::fs::read_to_string(file("sta")).unwrap_or_default());
+        let pose = |(&place, step): (&f64, &usize)| self.pose(place, *step, &printed);
+        let poses: Vec<Option<Pose>> = case.path.places.iter().zip(&self.stops).map(pose).collect();
+        if poses.iter().all(Option::is_none) {
+            let complaint = ccx::complaint(folder, JOB);
+            return Err(FeaError::NothingReached { folder: folder.display().to_string(), complaint });
+        }
+        Ok(Analysis { poses, elements: self.mesh.elements.len(), nodes: self.mesh.nodes.len(), progress, seconds })
+    }
+
+    fn pose(&self, place: f64, step: usize, printed: &Printed) -> Option<Pose> {
+        let (moved, reaction) = (printed.displacements.get(&step)?, printed.forces.get(&step)?);
+        let count = self.mesh.front_line.len();
+        if moved.len() != count + self.mesh.back_line.len() {
+            return None;
+        }
+        let line: Vec<Point> = deck::lines(&self.mesh)
+            .zip(moved)
+            .map(|(node, u)| [self.mesh.nodes[node][0] + u[0], self.mesh.nodes[node][1] + u[1]])
+            .collect();
+        // The reaction holds the object against the finger. Adding zero turns −0 into 0.
+        let force = reaction.map(|component| 0.0 - component);
+        Some(Pose { place, force, front: line[..count].to_vec(), back: line[count..].to_vec() })
+    }
+}
+
+/// The object's centre in the finger frame at a place of the motion (degrees or mm), mm.
+pub fn object_centre(case: &Case, place: f64) -> Point {
+    let ObjectDesign::Circle { centre, .. } = case.object;
+    let coordinate = case.path.coordinate(place);
+    match case.path.motion {
+        Motion::Rotating { axis } => {
+            let (sin, cos) = coordinate.sin_cos();
+            let [x, y] = outline::minus(centre, axis);
+            [axis[0] + cos * x - sin * y, axis[1] + sin * x + cos * y]
+        }
+        Motion::Translating { direction } => {
+            [centre[0] - coordinate * direction[0], centre[1] - coordinate * direction[1]]
+        }
+    }
+}
+
+/// The nearest point of the undeformed front beam's outer face, and its distance.
+fn nearest_on_front(design: &Design, p: Point) -> (Point, f64) {
+    let faces = Faces::front(design);
+    let count = 200;
+    let at = |i: usize| faces.outer(faces.length() * i as f64 / count as f64);
+    let mut best = (at(0), f64::INFINITY);
+    for i in 0..count {
+        let (a, b) = (at(i), at(i + 1));
+        let d = outline::minus(b, a);
+        let t = (outline::dot(outline::minus(p, a), d) / outline::dot(d, d)).clamp(0.0, 1.0);
+        let q = [a[0] + t * d[0], a[1] + t * d[1]];
+        let distance = (p[0] - q[0]).hypot(p[1] - q[1]);
+        if distance < best.1 {
+            best = (q, distance);
+        }
+    }
+    best
+}
+
+/// The place where the motion begins: the first place if nothing touches there, else where the undeformed finger, opened
+/// from there (or, failing that, closed), just touches.
+fn start(case: &Case, design: &Design, radius: f64) -> Result<f64, FeaError> {
+    let gap = |place: f64| nearest_on_front(design, object_centre(case, place)).1 - radius;
+    let first = case.path.places.first().copied().unwrap_or(0.0);
+    // A rounding error of a tangent beginning is not a penetration.
+    if gap(first) >= -1e-9 {
+        return Ok(first);
+    }
+    for sign in [-1.0, 1.0] {
+        let mut touching = first;
+        for i in 1..=1800 {
+            let place = first + sign * 0.05 * f64::from(i);
+            if gap(place) >= 0.0 {
+                let mut free = place;
+                for _ in 0..60 {
+                    let middle = 0.5 * (free + touching);
+                    if gap(middle) >= 0.0 {
+                        free = middle;
+                    } else {
+                        touching = middle;
+                    }
+                }
+                return Ok(free);
+            }
+            touching = place;
+        }
+    }
+    Err(FeaError::NoStart)
+}

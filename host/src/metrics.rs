@@ -1,0 +1,137 @@
+//! The paper's figures of agreement between two results: deviation of the front beam's shape and error of the net force.
+//!
+//! The deviation at a point of the reference line is its distance to the nearest point of the compared line. Its mean is
+//! taken along the finger (x_f, base to tip): every point counts with the length of the reference line it stands for, so
+//! that unevenly spaced points do not weigh more where they are dense.
+
+/// A point, mm.
+pub type Point = [f64; 2];
+
+/// Deviation of a line from a reference line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviation {
+    /// Mean along the reference line, mm.
+    pub mean: f64,
+    /// Largest, mm.
+    pub max: f64,
+    /// Point of the reference line where it is largest, mm.
+    pub at: Point,
+}
+
+/// Distance of a point to the nearest point of a polyline, mm; none for an empty line.
+pub fn distance(point: Point, line: &[Point]) -> Option<f64> {
+    let first = line.first()?;
+    let mut nearest = (point[0] - first[0]).hypot(point[1] - first[1]);
+    for pair in line.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        let d = [b[0] - a[0], b[1] - a[1]];
+        let square = d[0] * d[0] + d[1] * d[1];
+        if square > 0.0 {
+            let t = (((point[0] - a[0]) * d[0] + (point[1] - a[1]) * d[1]) / square).clamp(0.0, 1.0);
+            nearest = nearest.min((point[0] - a[0] - t * d[0]).hypot(point[1] - a[1] - t * d[1]));
+        }
+    }
+    Some(nearest)
+}
+
+/// Deviation of `line` from `reference`, both base to tip in the same frame, mm; none if either is empty.
+pub fn deviation(line: &[Point], reference: &[Point]) -> Option<Deviation> {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    let mut worst = Deviation { mean: 0.0, max: -1.0, at: [0.0; 2] };
+    let gap = |i: usize, j: usize| (reference[i][0] - reference[j][0]).hypot(reference[i][1] - reference[j][1]);
+    for (i, &point) in reference.iter().enumerate() {
+        let here = distance(point, line)?;
+        let before = if i > 0 { gap(i, i - 1) } else { 0.0 };
+        let after = if i + 1 < reference.len() { gap(i + 1, i) } else { 0.0 };
+        let weight = 0.5 * (before + after);
+        sum += weight * here;
+        weights += weight;
+        if here > worst.max {
+            worst.max = here;
+            worst.at = point;
+        }
+    }
+    if worst.max < 0.0 {
+        return None;
+    }
+    // A single point, or points in one place, have no length to weigh with.
+    worst.mean = if weights > 0.0 { sum / weights } else { worst.max };
+    Some(worst)
+}
+
+/// Error of a net force against its reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceError {
+    /// Force less reference (magnitudes), N.
+    pub difference: f64,
+    /// The same over the reference, percent; none for a reference of less than 1e-9 N.
+    pub percent: Option<f64>,
+}
+
+/// Error of a force's magnitude against a reference's, N.
+pub fn force_error(force: f64, reference: f64) -> ForceError {
+    let difference = force - reference;
+    ForceError { difference, percent: (reference.abs() > 1e-9).then(|| 100.0 * difference / reference) }
+}
+
+/// Mean and largest of absolute values; none without values.
+pub fn mean_and_max(values: impl IntoIterator<Item = f64>) -> Option<[f64; 2]> {
+    let (mut sum, mut max, mut count) = (0.0, 0.0_f64, 0);
+    for value in values {
+        sum += value.abs();
+        max = max.max(value.abs());
+        count += 1;
+    }
+    (count > 0).then(|| [sum / f64::from(count), max])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distance_is_to_segments_not_to_points() {
+        let line = [[0.0, 0.0], [0.0, 10.0]];
+        assert_eq!(distance([3.0, 5.0], &line), Some(3.0));
+        assert_eq!(distance([3.0, 14.0], &line), Some(5.0));
+        assert_eq!(distance([3.0, 4.0], &[[0.0, 0.0]]), Some(5.0));
+        assert_eq!(distance([3.0, 4.0], &[]), None);
+    }
+
+    #[test]
+    fn deviation_of_a_shifted_line_is_the_shift() {
+        let reference: Vec<Point> = (0..=8).map(|i| [0.0, 10.0 * f64::from(i)]).collect();
+        let line: Vec<Point> = reference.iter().map(|p| [p[0] - 0.3, p[1]]).collect();
+        let found = deviation(&line, &reference).unwrap();
+        assert!((found.mean - 0.3).abs() < 1e-12 && (found.max - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sliding_along_itself_is_no_deviation_and_the_worst_place_is_named() {
+        let reference = [[0.0, 0.0], [0.0, 10.0], [0.5, 20.0]];
+        let line = [[0.0, -5.0], [0.0, 30.0]];
+        let found = deviation(&line, &reference).unwrap();
+        assert_eq!((found.max, found.at), (0.5, [0.5, 20.0]));
+        assert!(found.mean > 0.1 && found.mean < 0.15, "{found:?}");
+        assert_eq!(deviation(&[], &reference), None);
+        assert_eq!(deviation(&line, &[]), None);
+    }
+
+    #[test]
+    fn dense_points_do_not_weigh_more() {
+        // Deviation 1 on the first half, 0 on the second, which has many points.
+        let mut reference = vec![[1.0, 0.0], [1.0, 50.0], [0.0, 50.0]];
+        reference.extend((1..=500).map(|i| [0.0, 50.0 + 0.1 * f64::from(i)]));
+        let found = deviation(&[[0.0, 0.0], [0.0, 100.0]], &reference).unwrap();
+        assert!((found.mean - 50.5 / 101.0).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn force_error_keeps_its_sign_and_has_no_percent_without_a_reference() {
+        let error = force_error(9.0, 10.0);
+        assert_eq!((error.difference, error.percent), (-1.0, Some(-10.0)));
+        assert_eq!(force_error(1.0, 0.0).percent, None);
+        assert_eq!(mean_and_max([-3.0, 1.0]), Some([2.0, 3.0]));
+        assert_eq!(mean_and_max([]), None);
+    }
+}

@@ -1,0 +1,217 @@
+//! Finite elements: mesh, deck and output files always; runs of CalculiX with the feature `fea`.
+
+use std::collections::HashMap;
+
+use host::case::Case;
+use host::fea::{FeaError, Mesh, Outline, Plan, parse_dat, parse_sta};
+
+/// Case of a series of the reference data: circle tangent to the undeformed finger at α = 0.
+fn case(finger: &str, radius: f64, height: f64, angles: &[f64]) -> Case {
+    let text = format!(
+        "finger = \"preset:{finger}\"\n[object]\nshape = \"circle\"\nradius_mm = {radius:?}\ncentre_mm = [{:?}, {height:?}]\n\
+         [motion]\nmotor_angles_deg = {angles:?}\n",
+        radius + 1.0
+    );
+    Case::parse("case.toml", &text).unwrap()
+}
+
+fn mesh(finger: &str, refinement: usize) -> Mesh {
+    Plan::of(&case(finger, 40.0, 30.0, &[2.0]), refinement).unwrap().mesh
+}
+
+/// How many elements have each side, by its middle node.
+fn sides(mesh: &Mesh) -> HashMap<usize, usize> {
+    let mut count = HashMap::new();
+    for element in &mesh.elements {
+        for &middle in &element[4..] {
+            *count.entry(middle).or_insert(0) += 1;
+        }
+    }
+    count
+}
+
+#[test]
+fn meshes_fit_together_and_have_no_cracks() {
+    for (finger, holes) in [("fea-80", 7), ("ladder-80", 8), ("dhas-80", 7)] {
+        for refinement in [1, 2] {
+            let mesh = mesh(finger, refinement);
+            let sides = sides(&mesh);
+            assert!(sides.values().all(|&count| count <= 2), "{finger}: a side belongs to more than two elements");
+            // Euler's formula with corners and sides: one piece with a hole per cell has 1 − cells.
+            let mut corners: Vec<usize> = mesh.elements.iter().flat_map(|e| e[..4].to_vec()).collect();
+            corners.sort_unstable();
+            corners.dedup();
+            let euler = corners.len() as i64 - sides.len() as i64 + mesh.elements.len() as i64;
+            // The base is open: the two clamped feet are not joined, so the lowest cell is no hole.
+            assert_eq!(euler, 1 - (holes - 1), "{finger} at {refinement}: a crack or a wrong joint");
+            assert_eq!(corners.len() + sides.len(), mesh.nodes.len(), "{finger}: nodes without an element");
+        }
+    }
+}
+
+#[test]
+fn elements_are_counter_clockwise_and_their_mapping_is_sound() {
+    for finger in ["fea-80", "ladder-80", "dhas-80"] {
+        let mesh = mesh(finger, 1);
+        for element in &mesh.elements {
+            let p = element.map(|n| mesh.nodes[n]);
+            for i in 0..4 {
+                let (a, b, c) = (p[(i + 3) % 4], p[i], p[(i + 1) % 4]);
+                let corner = (c[0] - b[0]) * (a[1] - b[1]) - (c[1] - b[1]) * (a[0] - b[0]);
+                assert!(corner > 0.0, "{finger}: an element folds over at {b:?}");
+                let middle = p[4 + i];
+                let off = (0.5 * (b[0] + c[0]) - middle[0]).hypot(0.5 * (b[1] + c[1]) - middle[1]);
+                assert!(off < 1e-6, "{finger}: a side's middle is {off} mm off at {middle:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_mesh_has_the_area_of_the_drawing_whatever_its_size() {
+    let (coarse, fine) = (mesh("fea-80", 1), mesh("fea-80", 2));
+    assert_eq!(4 * coarse.elements.len(), fine.elements.len());
+    assert!((coarse.area() - fine.area()).abs() < 1e-8);
+    // By hand: front beam 2 × 74.116; back beam 2 × its centreline to the notch; wedge; bars 3 × (W − 2.0595 − 2c);
+    // necks 0.8 × c on either side.
+    let slope = 80.0_f64.atan2(28.0);
+    let notch = 74.1158;
+    let back_arc = 80.0_f64.hypot(28.0) - {
+        // Distance along the back centreline from the notch's foot to the tip.
+        let (dx, dy) = (1.0, 80.0 - notch);
+        dx * slope.cos() + dy * slope.sin()
+    };
+    let back_foot = [-1.0 - 2.0 * slope.sin(), notch + 2.0 * slope.cos()];
+    let wedge = polygon(&[[-1.0, notch], [1.0, notch], [1.0, 80.0], [-1.0 / slope.sin(), 80.0], back_foot]);
+    let bars: f64 = (1..=6)
+        .map(|k| {
+            let clear = if k == 6 { 1.97 } else { 2.5 };
+            let width = 28.0 * (1.0 - f64::from(k) / 8.0);
+            let bar = width - 1.0 - 1.0 / slope.sin() - 2.0 * clear;
+            3.0 * bar + 0.8 * 2.0 * clear
+        })
+        .sum();
+    let expected = 2.0 * notch + 2.0 * back_arc + wedge + bars;
+    assert!((coarse.area() - expected).abs() < 0.01, "{} mm² meshed, {expected} drawn", coarse.area());
+}
+
+fn polygon(corners: &[[f64; 2]]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    0.5 * corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>().abs()
+}
+
+#[test]
+fn the_deck_has_plane_stress_contact_and_holds_still_at_the_places() {
+    let case = case("fea-80", 40.0, 60.0, &[2.0, 3.0]);
+    let plan = Plan::of(&case, 1).unwrap();
+    // Half a degree an increment and two increments of holding at each place.
+    assert_eq!(plan.stops, [6, 10]);
+    assert_eq!(plan.path[3], plan.path[5]);
+    // Reference data: centre at 2° is (38.17454, 61.87074).
+    assert!((plan.path[5][0] - (38.17454 - 41.0)).abs() < 1e-5 && (plan.path[5][1] - 1.87074).abs() < 1e-5);
+    let deck = plan.deck(&case);
+    let nu: f64 = 0.48;
+    let (e, n) = (49.5 * (1.0 + 2.0 * nu) / (1.0 + nu).powi(2), nu / (1.0 + nu));
+    for needed in ["TYPE=CPE8R", "TYPE=SURFACE TO SURFACE", &format!("*ELASTIC\n{e:.9},{n:.9}"), "LINEAR\n99.000000"] {
+        assert!(deck.contains(needed), "the deck lacks {needed:?}");
+    }
+    assert_eq!(deck.matches("*STEP").count(), 2);
+    assert!(deck.lines().all(|line| line.len() <= 132));
+}
+
+#[test]
+fn a_motion_that_begins_inside_the_finger_is_opened_to_the_touch() {
+    let text = "finger = \"preset:fea-80\"\n[object]\nshape = \"circle\"\nradius_mm = 30.0\ncentre_mm = [29.0, 45.0]\n\
+                [motion]\ndirection = [1.0, 0.0]\ndistances_mm = [1.0]\n";
+    let plan = Plan::of(&Case::parse("case.toml", text).unwrap(), 1).unwrap();
+    assert!((plan.circle.centre[0] - 31.0).abs() < 1e-6, "{:?}", plan.circle);
+    // From −2 mm to 1 mm by half millimetres.
+    assert_eq!(plan.stops, [8]);
+}
+
+#[test]
+fn what_cannot_be_meshed_is_refused_with_its_reason() {
+    let mut pinned = case("fea-80", 40.0, 60.0, &[2.0]);
+    pinned.finger.design.hinge.kind = model_core::design::HingeKind::Pinned;
+    let error = Outline::of(&pinned.finger.design).unwrap_err().to_string();
+    assert!(error.contains("pinned") && error.contains("flexible"), "{error}");
+
+    let mut narrow = case("fea-80", 40.0, 60.0, &[2.0]);
+    narrow.finger.design.hinge.length = heapless::Vec::from_slice(&[2.5; 6]).unwrap();
+    let error = Outline::of(&narrow.finger.design).unwrap_err();
+    assert!(matches!(error, FeaError::NoRoom { lamella: 5, .. }), "{error}");
+
+    let error = Plan::of(&case("fea-80", 40.0, 60.0, &[2.0]), 0).unwrap_err().to_string();
+    assert!(error.contains("--mesh is 0") && error.contains("1 to 16"), "{error}");
+}
+
+#[test]
+fn printed_results_are_read_at_whole_times_only() {
+    let text = "\n displacements (vx,vy,vz) for set NLINES and time  0.5000000E+00\n\n         3  9.0  9.0  0.0\n\
+        \n displacements (vx,vy,vz) for set NLINES and time  0.1000000E+01\n\n         3  0.000000E+00  0.000000E+00  0.000000E+00\n        \
+        7  4.310842E-05 -2.832554E-05  0.000000E+00\n\
+        \n total force (fx,fy,fz) for set NRING and time  0.1000000E+01\n\n       -3.016658E-01  3.883367E-03  5.731480E-19\n";
+    let printed = parse_dat(text).unwrap();
+    assert_eq!(printed.displacements.len(), 1);
+    assert_eq!(printed.displacements[&1], [[0.0, 0.0], [4.310842e-05, -2.832554e-05]]);
+    assert_eq!(printed.forces[&1], [-0.3016658, 0.003883367]);
+    let error = parse_dat(&text.replace("4.310842E-05", "NaN(oops)")).unwrap_err().to_string();
+    assert!(error.contains("line 9"), "{error}");
+}
+
+#[test]
+fn failed_attempts_are_counted_apart() {
+    let text = "SUMMARY OF JOB INFORMATION\n  STEP      INC     ATT  ITRS     TOT TIME     STEP TIME      INC TIME\n     \
+        1          1     1U   25  0.100000E+01  0.100000E+01  0.100000E+01\n     \
+        1          1     2     8  0.250000E+00  0.250000E+00  0.250000E+00\n     \
+        1          2     1     6  0.500000E+00  0.500000E+00  0.250000E+00\n";
+    let progress = parse_sta(text);
+    assert_eq!((progress.increments, progress.failed_attempts, progress.iterations), (2, 1, 39));
+}
+
+/// Runs CalculiX on a series of `fea-80.csv` up to an angle and compares with the row.
+#[cfg(feature = "fea")]
+fn reproduce(series: &str, radius: f64, height: f64, angle: f64) {
+    let rows = include_str!("../../tests/reference/fea-80.csv");
+    let row = rows
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>())
+        .find(|row| row[0] == "calculix-cpe8r" && row[1] == series && row[4].parse() == Ok(angle))
+        .unwrap();
+    let reference: f64 = row[9].parse().unwrap();
+    let list = |column: usize| row[column].split(' ').map(|x: &str| x.parse::<f64>().unwrap());
+    let front: Vec<[f64; 2]> = list(13).zip(list(14)).map(|(x, y)| [x, y]).collect();
+
+    let case = case("fea-80", radius, height, &[angle]);
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{series}-{angle}"));
+    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap_or_else(|error| panic!("{error}"));
+    let pose = analysis.poses[0].as_ref().expect("CalculiX reached the angle");
+    let error = host::metrics::force_error(pose.magnitude(), reference).percent.unwrap();
+    let shape = host::metrics::deviation(&pose.front, &front).unwrap();
+    println!(
+        "{series} {angle}°: {:.5} N, reference {reference} N, {error:+.2} %, shape {:.4} mm, {:.0} s",
+        pose.magnitude(),
+        shape.max,
+        analysis.seconds
+    );
+    assert!(error.abs() < 0.5, "{series} {angle}°: force {error:+.3} % off");
+    assert!(shape.max < 0.05, "{series} {angle}°: shape {shape:?} off");
+}
+
+#[cfg(feature = "fea")]
+#[test]
+fn calculix_reproduces_a_low_pose() {
+    reproduce("R40_Low", 40.0, 30.0, 6.0);
+}
+
+#[cfg(feature = "fea")]
+#[test]
+fn calculix_reproduces_a_mid_pose() {
+    reproduce("R30_Mid", 30.0, 45.0, 4.0);
+}
+
+#[cfg(feature = "fea")]
+#[test]
+fn calculix_reproduces_a_high_pose() {
+    reproduce("R40_High", 40.0, 60.0, 4.0);
+}
