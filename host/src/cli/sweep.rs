@@ -1,0 +1,151 @@
+//! `fre sweep`: a case over ranges of angles and a grid of its numbers.
+
+use std::io::{IsTerminal as _, Write as _};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser as _;
+use model_core::discretise::Elements;
+
+use super::options::ModelArgs;
+use super::{UNTRUSTWORTHY, bad_input};
+use crate::sweep::{self, Axis, Document, Ledger, Progress, Sweep, SweepError, Tally};
+
+/// Failures told one by one.
+const MOST_TOLD: usize = 20;
+
+/// Solve a case over ranges of angles and a grid of any of its numbers, in parallel, as CSV.
+///
+/// One row per grid point and angle, each with its status; every grid point is followed from no contact through all
+/// angles. With --out a stopped sweep (killed, too) goes on where it was when it is started again with the same arguments.
+/// The first line of the CSV names the sweep (read the table from the second line on). Exit status: 0 all converged;
+/// 1 bad input; 2 some row without a trustworthy solution.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The case file
+    #[arg(value_name = "CASE.toml")]
+    case: PathBuf,
+    /// Motor angles, degrees, in place of the case's own: ranges and numbers, separated by commas; 0:12:1,12:0:-1 closes
+    /// and opens
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = Angles::parse)]
+    angles: Option<Angles>,
+    /// A number of the case by its dotted key (object.radius_mm, object.centre_mm.1, finger.front.thickness_mm, …) with its
+    /// values, or elements=24/3,48/4,170/20; may be repeated, the grid is the product
+    #[arg(long, value_name = "KEY=A:B:STEP|KEY=v1,v2,…")]
+    vary: Vec<String>,
+    /// The CSV file; a stopped sweep goes on in it [default: standard output]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Threads, 0 for one per core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    jobs: usize,
+    /// Tells progress even where standard error is no terminal
+    #[arg(long)]
+    progress: bool,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+/// Motor angles of an option.
+#[derive(Clone, Debug)]
+struct Angles(Vec<f64>);
+
+impl Angles {
+    fn parse(text: &str) -> Result<Self, String> {
+        sweep::numbers(text).map(Self)
+    }
+}
+
+/// The option that reads a resolution, so that --vary means the same by its words.
+#[derive(Debug, clap::Parser)]
+#[command(no_binary_name = true)]
+struct Resolution {
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+fn elements(word: &str) -> Result<Elements, String> {
+    match Resolution::try_parse_from([format!("--elements={word}")]) {
+        Ok(read) => Ok(read.model.options().discretisation.elements),
+        Err(_) => Err(format!("\"{word}\" is no resolution; allowed is B/H (1 to 2000 each), paper, reduced or fine")),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    match work(args) {
+        Ok(tally) if tally.failures.is_empty() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::from(UNTRUSTWORTHY),
+        // A reader that stops early (`fre … | head`) is no failure.
+        Err(SweepError::File { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => bad_input(&error),
+    }
+}
+
+fn work(args: &Args) -> Result<Tally, SweepError> {
+    let document = Document::read(&args.case)?;
+    let axes = args.vary.iter().map(|text| Axis::parse(text, elements)).collect::<Result<Vec<_>, _>>()?;
+    let angles = args.angles.as_ref().map(|angles| angles.0.as_slice());
+    let sweep = Sweep::new(document, angles, axes, args.model.options())?;
+    let mut ledger = args.out.as_deref().map(|path| Ledger::open(path, &sweep)).transpose()?;
+    if let Some(ledger) = ledger.as_ref().filter(|ledger| ledger.found() > 0) {
+        eprintln!("fre: {} of {} rows are known already", ledger.found(), sweep.rows());
+    }
+    let terminal = std::io::stderr().is_terminal();
+    let shown = terminal || args.progress;
+    let mut told = std::time::Instant::now();
+    let tell = |progress: Progress| {
+        let due = if terminal { 0.1 } else { 1.0 };
+        if shown && (told.elapsed().as_secs_f64() > due || progress.done == progress.total) {
+            told = std::time::Instant::now();
+            let (start, end) = if terminal { ("\r", "\u{1b}[K") } else { ("", "\n") };
+            eprint!("{start}{}{end}", progress_words(progress));
+            let _ = std::io::stderr().flush();
+        }
+    };
+    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, args.jobs, tell);
+    if terminal {
+        eprintln!();
+    }
+    let tally = tally?;
+    summarise(&sweep, &tally);
+    Ok(tally)
+}
+
+fn progress_words(progress: Progress) -> String {
+    let Progress { done, total, rate, left_s } = progress;
+    let share = 100.0 * done as f64 / total.max(1) as f64;
+    let filled = 24 * done / total.max(1);
+    let bar: String = (0..24).map(|i| if i < filled { '█' } else { '·' }).collect();
+    let left = left_s.map_or_else(|| "–".to_owned(), duration);
+    format!("{bar} {share:3.0} %  {done}/{total} rows  {rate:.0} rows/s  {left} left")
+}
+
+fn duration(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m} min {s:02} s"),
+        (h, m, _) => format!("{h} h {m:02} min"),
+    }
+}
+
+/// Tells on standard error what came of it; failures by name.
+fn summarise(sweep: &Sweep, tally: &Tally) {
+    let counts: Vec<String> = tally.statuses.iter().map(|(word, count)| format!("{count} {word}")).collect();
+    let earlier = if tally.resumed > 0 { format!(", {} from before", tally.resumed) } else { String::new() };
+    eprintln!("fre: {} rows ({} computed{earlier}): {}", sweep.rows(), tally.computed, counts.join(", "));
+    for &(row, status) in tally.failures.iter().take(MOST_TOLD) {
+        let places = sweep.places();
+        let point = sweep.describe(row / places.len());
+        eprintln!(
+            "fre: row {row}: {status}: {point}{}{}",
+            if point.is_empty() { "" } else { " at " },
+            places[row % places.len()]
+        );
+    }
+    if tally.failures.len() > MOST_TOLD {
+        eprintln!("fre: and {} more; their rows have the status", tally.failures.len() - MOST_TOLD);
+    }
+}

@@ -1,0 +1,165 @@
+//! The work of a sweep: its points in parallel, its rows into a file or a stream.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use model_core::status::Status;
+use rayon::prelude::*;
+
+use super::ledger::{self, Ledger};
+use super::{Sweep, SweepError};
+
+/// How often progress is told without news.
+const BEAT: Duration = Duration::from_millis(250);
+
+/// How far a sweep is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Rows known, those of an earlier run included.
+    pub done: usize,
+    /// All rows.
+    pub total: usize,
+    /// Rows per second in this run.
+    pub rate: f64,
+    /// Seconds left at this rate; none before the first row.
+    pub left_s: Option<f64>,
+}
+
+/// What came of a sweep.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Number of rows of each status, by its word.
+    pub statuses: BTreeMap<&'static str, usize>,
+    /// Rows without a trustworthy status.
+    pub failures: Vec<(usize, Status)>,
+    /// Rows computed in this run.
+    pub computed: usize,
+    /// Rows taken over from an earlier run.
+    pub resumed: usize,
+}
+
+impl Tally {
+    fn of(statuses: impl IntoIterator<Item = Option<Status>>, computed: usize, resumed: usize) -> Self {
+        let mut tally = Self { computed, resumed, ..Self::default() };
+        for (row, status) in statuses.into_iter().enumerate() {
+            let Some(status) = status else { continue };
+            *tally.statuses.entry(status.word()).or_default() += 1;
+            if !status.is_trustworthy() {
+                tally.failures.push((row, status));
+            }
+        }
+        tally
+    }
+}
+
+/// Where the rows go.
+#[derive(Debug)]
+enum Rows<'a, W> {
+    File(&'a mut Ledger),
+    /// In the order of the grid: what comes early waits.
+    Stream {
+        out: &'a mut W,
+        next: usize,
+        waiting: BTreeMap<usize, String>,
+        statuses: Vec<Option<Status>>,
+    },
+}
+
+/// Runs a sweep with a number of threads (0: one per core), into its file or, without one, into a stream in the order
+/// of the grid. All points are checked before the first is solved.
+///
+/// # Errors
+/// A point is no case, or the output cannot be written.
+pub fn run<W: Write>(
+    sweep: &Sweep,
+    ledger: Option<&mut Ledger>,
+    out: &mut W,
+    jobs: usize,
+    mut tell: impl FnMut(Progress),
+) -> Result<Tally, SweepError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build()?;
+    let resumed = ledger.as_ref().map_or(0, |ledger| ledger.found());
+    let todo: Vec<usize> =
+        (0..sweep.points()).filter(|&point| ledger.as_ref().is_none_or(|ledger| !ledger.has(sweep, point))).collect();
+    pool.install(|| todo.par_iter().try_for_each(|&point| sweep.check(point)))?;
+    let mut rows = match ledger {
+        Some(ledger) => Rows::File(ledger),
+        None => {
+            out.write_all(ledger::header(sweep).as_bytes()).map_err(stream_failed)?;
+            Rows::Stream { out, next: 0, waiting: BTreeMap::new(), statuses: vec![None; sweep.rows()] }
+        }
+    };
+    let begin = Instant::now();
+    let mut progress = Progress { done: resumed, total: sweep.rows(), rate: 0.0, left_s: None };
+    let stop = AtomicBool::new(false);
+    let (sender, receiver) = mpsc::channel();
+    let mut outcome = Ok(());
+    std::thread::scope(|scope| {
+        let (todo, stop) = (&todo, &stop);
+        scope.spawn(move || {
+            pool.install(|| {
+                todo.par_iter().with_max_len(1).for_each_with(sender, |sender, &point| {
+                    if !stop.load(Ordering::Relaxed) {
+                        // Nobody listens any more after a failure.
+                        let _ = sender.send((point, sweep.solve(point)));
+                    }
+                });
+            });
+        });
+        loop {
+            match receiver.recv_timeout(BEAT) {
+                Ok((point, solved)) => {
+                    outcome = solved.and_then(|solutions| match &mut rows {
+                        Rows::File(ledger) => {
+                            progress.done += ledger.add(sweep, point, &solutions)?;
+                            Ok(())
+                        }
+                        Rows::Stream { out, next, waiting, statuses } => {
+                            let first = point * sweep.places().len();
+                            for (index, solution) in solutions.iter().enumerate() {
+                                statuses[first + index] = Some(solution.status);
+                            }
+                            progress.done += solutions.len();
+                            waiting
+                                .insert(point, ledger::rows(sweep, point, &solutions).map(|(_, line)| line).collect());
+                            while let Some(text) = waiting.remove(next) {
+                                out.write_all(text.as_bytes()).map_err(stream_failed)?;
+                                *next += 1;
+                            }
+                            Ok(())
+                        }
+                    });
+                    if outcome.is_err() {
+                        stop.store(true, Ordering::Relaxed);
+                        break;
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            let seconds = begin.elapsed().as_secs_f64();
+            progress.rate = (progress.done - resumed) as f64 / seconds.max(1e-9);
+            progress.left_s = (progress.rate > 0.0).then(|| (progress.total - progress.done) as f64 / progress.rate);
+            tell(progress);
+        }
+    });
+    outcome?;
+    let computed = progress.done - resumed;
+    match rows {
+        Rows::File(ledger) => {
+            ledger.finish()?;
+            Ok(Tally::of(ledger.statuses().iter().copied(), computed, resumed))
+        }
+        Rows::Stream { out, statuses, .. } => {
+            out.flush().map_err(stream_failed)?;
+            Ok(Tally::of(statuses, computed, resumed))
+        }
+    }
+}
+
+fn stream_failed(source: std::io::Error) -> SweepError {
+    SweepError::File { file: "standard output".to_owned(), source }
+}

@@ -1,0 +1,163 @@
+//! The tables: forces and times, measures per case, and their summary.
+
+use std::fmt::Write as _;
+
+use super::{APPROACH_DEG, COMPARED, Comparison, PRESET, Row, SERIES, models};
+use crate::run::Solution;
+
+/// A table: its title, its columns, its rows.
+pub(super) struct Table {
+    pub(super) title: &'static str,
+    pub(super) columns: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
+}
+
+/// What the reader must know before the figures.
+pub(super) fn notes() -> Vec<String> {
+    let heights: Vec<String> = ["High", "Mid", "Low"]
+        .iter()
+        .filter_map(|name| SERIES.iter().find(|series| series.height == *name))
+        .map(|series| format!("{} {} mm", series.height, series.height_mm))
+        .collect();
+    vec![
+        format!(
+            "Motor angles are the paper's (Table 1). It prints neither the objects' positions nor the finger's dimensions: \
+             here first contact is {APPROACH_DEG}° before α1, at {} above the front beam's base, and the finger is the preset \
+             {PRESET}, an approximation. The forces are therefore not the paper's and cannot be held against its measurements; \
+             what is compared is one model with another.",
+            heights.join(", ")
+        ),
+        "paper: inextensible beams, hinges from the centrelines, no rigid tip, plane stress; 170/20 by the scheme the paper \
+         defines. extended: stretch of beams and hinges, hinges from the beams' faces, rigid tip, plates; 170/20 by the \
+         trapezoid scheme. reduced: the microcontroller's resolution. Each case is reached from the angle before it (α1 from \
+         1° before contact); its time is that of this way, on one core, the fastest of three."
+            .to_owned(),
+        "Deviation: distance of the two front beams' centrelines at the same share x_f of their length. Force error: of the \
+         net force's magnitude. A case counts only where both models have a trustworthy solution and both have, or neither \
+         has, snapped through; all others are named by their status."
+            .to_owned(),
+    ]
+}
+
+/// All tables.
+pub(super) fn tables(rows: &[Row]) -> Vec<Table> {
+    vec![summary(rows), forces(rows), measures(rows)]
+}
+
+/// The force with the status if it says more than that all is well.
+fn force(solution: &Solution) -> String {
+    match (solution.force_magnitude_n, solution.status.word()) {
+        (Some(force), "converged") => format!("{force:.3}"),
+        (Some(force), word) => format!("{force:.3} ({word})"),
+        (None, word) => word.to_owned(),
+    }
+}
+
+fn forces(rows: &[Row]) -> Table {
+    let mut columns = vec!["case".to_owned(), "α (°)".to_owned()];
+    columns.extend(models().map(|model| format!("{} (N)", model.name)));
+    columns.extend(models().map(|model| format!("{} (ms)", model.name)));
+    let cells = |row: &Row| {
+        let mut cells = vec![row.name(), row.series.angles_deg[row.angle].to_string()];
+        cells.extend(row.solutions.iter().map(force));
+        cells.extend(row.solutions.iter().map(|solution| format!("{:.2}", solution.elapsed_us / 1000.0)));
+        cells
+    };
+    Table { title: "Net force and time", columns, rows: rows.iter().map(cells).collect() }
+}
+
+/// Which model against which.
+pub(super) fn pair_name((model, reference): (usize, usize)) -> String {
+    let models = models();
+    format!("{} against {}", models[model].name, models[reference].name)
+}
+
+fn measures(rows: &[Row]) -> Table {
+    let mut columns = vec!["case".to_owned()];
+    for pair in COMPARED {
+        let name = pair_name(pair);
+        columns.extend(["mean (mm)", "max (mm)", "force (%)"].map(|what| format!("{name}: {what}")));
+    }
+    let cells = |row: &Row| {
+        let mut cells = vec![row.name()];
+        for (model, reference) in COMPARED {
+            cells.extend(match row.compare(model, reference) {
+                Comparison::Same { shape, force_percent } => {
+                    [format!("{:.3}", shape.mean_mm), format!("{:.3}", shape.max_mm), signed(force_percent)]
+                }
+                Comparison::OtherBranch => ["other branch".to_owned(), "–".to_owned(), "–".to_owned()],
+                Comparison::None => {
+                    let bad = [model, reference].map(|index| row.solutions.get(index).map(|solution| solution.status));
+                    let bad = bad.into_iter().flatten().find(|status| !status.is_trustworthy());
+                    [bad.map_or("–", |status| status.word()).to_owned(), "–".to_owned(), "–".to_owned()]
+                }
+            });
+        }
+        cells
+    };
+    Table { title: "Deviation along x_f and force error", columns, rows: rows.iter().map(cells).collect() }
+}
+
+fn signed(percent: f64) -> String {
+    format!("{percent:+.2}").replace('-', "−")
+}
+
+fn summary(rows: &[Row]) -> Table {
+    let columns = [
+        "comparison",
+        "cases compared",
+        "mean deviation (mm)",
+        "max deviation (mm)",
+        "mean force error (%)",
+        "max force error (%)",
+        "times faster",
+    ];
+    let mut lines = Vec::new();
+    for (model, reference) in COMPARED {
+        let mut shapes = Vec::new();
+        let mut forces = Vec::new();
+        for row in rows {
+            if let Comparison::Same { shape, force_percent } = row.compare(model, reference) {
+                shapes.push(shape);
+                forces.push(force_percent.abs());
+            }
+        }
+        let time =
+            |index: usize| rows.iter().filter_map(|row| row.solutions.get(index)).map(|s| s.elapsed_us).sum::<f64>();
+        let mean = |values: &mut dyn Iterator<Item = f64>| {
+            let values: Vec<f64> = values.collect();
+            if values.is_empty() { f64::NAN } else { values.iter().sum::<f64>() / values.len() as f64 }
+        };
+        let number = |value: f64, digits: usize| {
+            if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
+        };
+        let most = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::NAN, f64::max);
+        lines.push(vec![
+            pair_name((model, reference)),
+            format!("{} of {}", shapes.len(), rows.len()),
+            number(mean(&mut shapes.iter().map(|shape| shape.mean_mm)), 3),
+            number(most(&mut shapes.iter().map(|shape| shape.max_mm)), 3),
+            number(mean(&mut forces.iter().copied()), 2),
+            number(most(&mut forces.iter().copied()), 2),
+            number(time(reference) / time(model), 2),
+        ]);
+    }
+    Table { title: "Summary", columns: columns.map(str::to_owned).to_vec(), rows: lines }
+}
+
+/// The tables as Markdown.
+pub(super) fn markdown(rows: &[Row]) -> String {
+    let mut out = String::from("# The paper's twenty cases\n");
+    for note in notes() {
+        let _ = write!(out, "\n{note}\n");
+    }
+    for Table { title, columns, rows } in tables(rows) {
+        let _ = write!(out, "\n## {title}\n\n| {} |\n|---|", columns.join(" | "));
+        out += &"---:|".repeat(columns.len() - 1);
+        out.push('\n');
+        for cells in rows {
+            let _ = writeln!(out, "| {} |", cells.join(" | "));
+        }
+    }
+    out
+}
