@@ -13,3 +13,5 @@ pub mod report;
 pub mod run;
 pub mod servo;
 pub mod shape;
+pub mod sweep;
+pub mod table1;

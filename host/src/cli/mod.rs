@@ -6,6 +6,8 @@ mod monitor;
 mod options;
 mod servo;
 mod solve;
+mod sweep;
+mod table1;
 
 use std::process::ExitCode;
 
@@ -31,6 +33,8 @@ enum Command {
     Monitor(monitor::Args),
     Servo(servo::Args),
     Solve(solve::Args),
+    Sweep(sweep::Args),
+    Table1(table1::Args),
 }
 
 /// Reads the command line and runs the command.
@@ -50,6 +54,8 @@ pub fn run() -> ExitCode {
         Command::Monitor(args) => monitor::run(&args),
         Command::Servo(args) => servo::run(&args),
         Command::Solve(args) => solve::run(&args),
+        Command::Sweep(args) => sweep::run(&args),
+        Command::Table1(args) => table1::run(&args),
     }
 }
 
