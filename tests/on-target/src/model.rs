@@ -69,6 +69,29 @@ mod tests {
         assert!(rows.map(|row| check(follower, &row, 1e-7, 1e-7)).count() == 2);
     }
 
+    /// τ = d(V + ½ ε Σμ²)/dα, by a difference of fourth order: forces, torque and energy belong together on the target too.
+    #[test]
+    #[timeout(120)]
+    fn the_torque_is_the_derivative_of_the_potential(_board: Board) {
+        let (follower, design) = (DOUBLE.take(), ladder_80());
+        for physics in [Physics::Paper, Physics::Extended] {
+            let how = Discretisation::reduced(physics);
+            assert!(follower.configure(&design, &how).is_ok());
+            follower.set_object(reference_tests::circle_80(45.0), Motion::Rotating { axis: design.motor_axis });
+            assert!(follower.start(0.0));
+            let (angle, h) = (5.3_f64.to_radians(), 0.002_f64.to_radians());
+            assert!(follower.follow(angle).status == Status::Converged);
+            let torque = follower.motor_torque();
+            let mut potential = |by: f64| {
+                assert!(follower.follow(angle + by).status == Status::Converged);
+                follower.energy() + follower.contacts().map(|c| 0.5 * how.softness * c.force * c.force).sum::<f64>()
+            };
+            let (near, far) = (potential(h) - potential(-h), potential(2.0 * h) - potential(-2.0 * h));
+            let rate = (8.0 * near - far) / (12.0 * h);
+            assert!((rate / torque - 1.0).abs() < 1e-6, "{rate} and {torque}");
+        }
+    }
+
     #[test]
     #[timeout(120)]
     fn closing_and_opening_equals_the_pc_bit_for_bit(_board: Board) {
