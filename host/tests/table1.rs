@@ -48,7 +48,7 @@ fn every_model_has_twenty_rows_with_their_statuses() {
     for row in &rows {
         if let Comparison::Same { shape, force_percent } = row.compare(EXTENDED_REDUCED, EXTENDED_FULL) {
             compared += 1;
-            assert!(force_percent.abs() < 1.5 && shape.max_mm < 0.3 && shape.mean_mm <= shape.max_mm, "{}", row.name());
+            assert!(force_percent.abs() < 1.5 && shape.max < 0.3 && shape.mean <= shape.max, "{}", row.name());
         }
     }
     assert!(compared >= 15, "{compared}");

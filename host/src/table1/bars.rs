@@ -20,11 +20,11 @@ type Measure = (&'static str, fn(&Comparison) -> Option<f64>);
 
 const PANELS: [Measure; 3] = [
     ("mean deviation along x_f (mm)", |comparison| match comparison {
-        Comparison::Same { shape, .. } => Some(shape.mean_mm),
+        Comparison::Same { shape, .. } => Some(shape.mean),
         _ => None,
     }),
     ("largest deviation along x_f (mm)", |comparison| match comparison {
-        Comparison::Same { shape, .. } => Some(shape.max_mm),
+        Comparison::Same { shape, .. } => Some(shape.max),
         _ => None,
     }),
     ("net force error, magnitude (%)", |comparison| match comparison {

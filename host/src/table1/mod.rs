@@ -5,7 +5,6 @@
 //! contact height of its name and an object placed so that first contact is 6° before its first angle.
 
 mod bars;
-mod deviation;
 mod page;
 mod table;
 
@@ -16,10 +15,9 @@ use model_core::object::ObjectDesign;
 use model_core::status::Status;
 
 use crate::case::{Case, CaseError, MotionPath, preset};
+use crate::metrics::{Deviation, deviation, force_error};
 use crate::report;
 use crate::run::{self, Options, Solution};
-
-pub use deviation::{Deviation, deviation};
 
 /// The finger.
 pub const PRESET: &str = "dhas-80";
@@ -132,7 +130,7 @@ pub const COMPARED: [(usize, usize); 3] =
 pub enum Comparison {
     /// Both are trustworthy and on the same branch.
     Same {
-        /// Between the front beams.
+        /// Of the model's front nodes from the reference's front centreline.
         shape: Deviation,
         /// Of the net force's magnitude, percent of the reference's.
         force_percent: f64,
@@ -170,13 +168,13 @@ impl Row {
             return Comparison::None;
         };
         let (Some(force), Some(expected)) = (a.force_magnitude_n, b.force_magnitude_n) else { return Comparison::None };
-        let Some(shape) = deviation(&a.front_mm, &b.front_mm).filter(|_| expected > 0.0) else {
-            return Comparison::None;
-        };
+        // The finer line is the one to be near to: a coarse one's chords lie beside the beam.
+        let Some(shape) = deviation(&b.front_mm, &a.front_mm) else { return Comparison::None };
+        let Some(force_percent) = force_error(force, expected).percent else { return Comparison::None };
         if self.snapped.get(model) != self.snapped.get(reference) {
             return Comparison::OtherBranch;
         }
-        Comparison::Same { shape, force_percent: 100.0 * (force - expected) / expected }
+        Comparison::Same { shape, force_percent }
     }
 }
 

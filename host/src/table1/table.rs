@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{APPROACH_DEG, COMPARED, Comparison, PRESET, Row, SERIES, models};
+use crate::metrics::mean_and_max;
 use crate::run::Solution;
 
 /// A table: its title, its columns, its rows.
@@ -32,7 +33,8 @@ pub(super) fn notes() -> Vec<String> {
          trapezoid scheme. reduced: the microcontroller's resolution. Each case is reached from the angle before it (α1 from \
          1° before contact); its time is that of this way, on one core, the fastest of three."
             .to_owned(),
-        "Deviation: distance of the two front beams' centrelines at the same share x_f of their length. Force error: of the \
+        "Deviation: nearest distance of a model's front nodes from the reference's front centreline; the mean is along x_f, the \
+         place on the beam. Force error: of the \
          net force's magnitude. A case counts only where both models have a trustworthy solution and both have, or neither \
          has, snapped through; all others are named by their status."
             .to_owned(),
@@ -83,7 +85,7 @@ fn measures(rows: &[Row]) -> Table {
         for (model, reference) in COMPARED {
             cells.extend(match row.compare(model, reference) {
                 Comparison::Same { shape, force_percent } => {
-                    [format!("{:.3}", shape.mean_mm), format!("{:.3}", shape.max_mm), signed(force_percent)]
+                    [format!("{:.3}", shape.mean), format!("{:.3}", shape.max), signed(force_percent)]
                 }
                 Comparison::OtherBranch => ["other branch".to_owned(), "–".to_owned(), "–".to_owned()],
                 Comparison::None => {
@@ -119,27 +121,25 @@ fn summary(rows: &[Row]) -> Table {
         for row in rows {
             if let Comparison::Same { shape, force_percent } = row.compare(model, reference) {
                 shapes.push(shape);
-                forces.push(force_percent.abs());
+                forces.push(force_percent);
             }
         }
         let time =
             |index: usize| rows.iter().filter_map(|row| row.solutions.get(index)).map(|s| s.elapsed_us).sum::<f64>();
-        let mean = |values: &mut dyn Iterator<Item = f64>| {
-            let values: Vec<f64> = values.collect();
-            if values.is_empty() { f64::NAN } else { values.iter().sum::<f64>() / values.len() as f64 }
+        let words = |pair: Option<[f64; 2]>, index: usize, digits: usize| {
+            pair.map_or_else(|| "–".to_owned(), |pair| format!("{:.digits$}", pair[index]))
         };
-        let number = |value: f64, digits: usize| {
-            if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
-        };
-        let most = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::NAN, f64::max);
+        let mean_shape = mean_and_max(shapes.iter().map(|shape| shape.mean));
+        let max_shape = mean_and_max(shapes.iter().map(|shape| shape.max));
+        let force = mean_and_max(forces);
         lines.push(vec![
             pair_name((model, reference)),
             format!("{} of {}", shapes.len(), rows.len()),
-            number(mean(&mut shapes.iter().map(|shape| shape.mean_mm)), 3),
-            number(most(&mut shapes.iter().map(|shape| shape.max_mm)), 3),
-            number(mean(&mut forces.iter().copied()), 2),
-            number(most(&mut forces.iter().copied()), 2),
-            number(time(reference) / time(model), 2),
+            words(mean_shape, 0, 3),
+            words(max_shape, 1, 3),
+            words(force, 0, 2),
+            words(force, 1, 2),
+            format!("{:.1}", time(reference) / time(model)),
         ]);
     }
     Table { title: "Summary", columns: columns.map(str::to_owned).to_vec(), rows: lines }
