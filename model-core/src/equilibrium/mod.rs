@@ -271,7 +271,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         self.follow_within(to, FOLLOW_ITERATIONS)
     }
 
-    /// Follows the equilibrium towards a coordinate with at most `budget` Newton iterations.
+    /// Follows the equilibrium towards a coordinate with at most `budget` Newton iterations and accepted steps.
     ///
     /// With `max-iterations` the coordinate was not reached yet; the next call goes on from where this one stopped.
     pub fn follow_within(&mut self, to: f64, budget: u32) -> Outcome {
@@ -341,6 +341,13 @@ impl<T: Real, S: Size> Follower<T, S> {
     /// One step towards `to`; the status if the call ends with it.
     fn advance(&mut self, to: T, budget: u32, outcome: &mut Outcome) -> Option<Status> {
         let remaining = to - self.at;
+        let untouched = self.accepted.touching_count == 0 && self.accepted.load == [T::ZERO; 2];
+        if untouched && remaining.abs() > self.max_step() && self.is_clear(to) {
+            // From one open hand to another nothing happens on the way.
+            self.accept(to);
+            outcome.steps += 1;
+            return Some(self.standing());
+        }
         let size = self.step.min(self.max_step());
         let reaches = remaining.abs() <= size;
         let target = if reaches {
@@ -350,7 +357,8 @@ impl<T: Real, S: Size> Follower<T, S> {
         } else {
             self.at - size
         };
-        let left = budget.saturating_sub(outcome.iterations);
+        // A step costs at least an evaluation, also where it needs no iteration.
+        let left = budget.saturating_sub(outcome.iterations + outcome.steps);
         if left == 0 && outcome.steps > 0 {
             return Some(Status::MaxIterations);
         }

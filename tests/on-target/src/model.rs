@@ -127,6 +127,9 @@ mod tests {
         assert!(estimator.update(-0.1).status == Status::NoContact);
         assert!(estimator.update(f64::NAN).status == Status::OutOfRange);
         assert!(estimator.update(3.0).status == Status::OutOfRange);
+        // From one open hand to another, however far, costs no more than a tick.
+        assert!(estimator.update(-1.2).status == Status::NoContact);
+        assert!(estimator.update(-0.1).status == Status::NoContact);
         // A jump of 10° cannot be followed in one tick's iterations: the estimate says so, and catches up.
         let jumped = estimator.update(0.17);
         assert!(!jumped.status.is_trustworthy() && jumped.age > 0);

@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         times::<Paper>("trapezoid-170-20", Discretisation::full(Scheme::Trapezoid, physics), word)?;
     }
     for (physics, word) in BOTH {
-        for samples in [2, 4] {
+        for samples in [2, 4, 5] {
             let how = Discretisation { sampling: Sampling::PerElement(samples), ..Discretisation::reduced(physics) };
             forces::<Reduced>("simpson-17-1", samples, how, word)?;
         }

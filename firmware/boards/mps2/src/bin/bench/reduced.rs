@@ -20,6 +20,7 @@ fn main() -> ! {
         &[
             (2, |physics| Discretisation { sampling: Sampling::PerElement(2), ..Discretisation::reduced(physics) }),
             (4, Discretisation::reduced),
+            (5, Discretisation::estimator),
         ],
     )
 }
