@@ -366,9 +366,9 @@ fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Scene {
     let mut chart = Chart::new(
         format!("{}: model and finite elements", case.finger.name),
         format!(
-            "{} {}, force {:.3} N, FEA {:.3} N; finger frame",
+            "{}{}, force {:.3} N, FEA {:.3} N; finger frame",
             pose.place,
-            unit(case),
+            if unit(case) == "°" { "°" } else { " mm" },
             solution.force_magnitude_n.unwrap_or(0.0),
             pose.magnitude()
         ),
@@ -401,7 +401,10 @@ fn residual_chart(case: &Case, rows: &[Row]) -> Scene {
         Motion::Rotating { .. } => "motor angle *α* (°)",
         Motion::Translating { .. } => "distance *d* (mm)",
     };
-    let subtitle = format!("{} measured forces", rows.iter().filter(|row| row.reference_force_n.is_some()).count());
+    let subtitle = format!(
+        "{} measured forces; residual: model less measured",
+        rows.iter().filter(|row| row.reference_force_n.is_some()).count()
+    );
     let mut chart = Chart::new(format!("{}: model and measurements", case.finger.name), subtitle, x_title);
     let series = |name: &str, colour, style, points| Series { name: name.to_owned(), colour, style, points };
     chart.panels.push(Panel {
@@ -418,7 +421,7 @@ fn residual_chart(case: &Case, rows: &[Row]) -> Scene {
         .filter(|row| row.outlier)
         .filter_map(|row| row.difference_n.map(|y| Mark::Ring { at: [row.place, y], words: "outlier".to_owned() }));
     chart.panels.push(Panel {
-        y_title: "model − measured (N)".to_owned(),
+        y_title: "residual (N)".to_owned(),
         share: 1.0,
         marks: rings.collect(),
         series: vec![series("residual", 4, Style::LineAndDots, points(&|row| row.difference_n))],

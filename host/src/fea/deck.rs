@@ -1,8 +1,9 @@
-//! The CalculiX input deck: mesh, material, contact, and one step per half a degree (or half a millimetre) of the motion.
+//! The CalculiX input deck: mesh, material, contact, and one step per place of the motion, in increments of half a degree
+//! (or half a millimetre). CalculiX extrapolates from increment to increment, not from step to step: fewer iterations.
 //!
 //! What was learned by measuring: `CPS8R` with a thickness behaves nearly as plane strain, so plane stress is made from
 //! `CPE8R` with E′ = E(1+2ν)/(1+ν)² and ν′ = ν/(1+ν). Contact is surface to surface with a linear penalty; its projection is
-//! frozen within an increment, so the object holds still for two steps before results are read.
+//! frozen within an increment, so the object holds still for two increments before results are read.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -13,9 +14,9 @@ use super::Plan;
 use super::mesh::{Mesh, Part};
 use super::outline::Point;
 
-/// Largest move of one step: degrees of a rotation, mm of a translation.
+/// Largest move of one increment: degrees of a rotation, mm of a translation.
 pub const STEP: f64 = 0.5;
-/// Steps for which the object holds still before results are read.
+/// Increments for which the object holds still before results are read.
 pub const HOLD_STEPS: usize = 2;
 /// Contact penalty, multiples of Young's modulus per mm.
 const PENALTY: f64 = 2.0;

@@ -126,7 +126,7 @@ pub struct Analysis {
     pub seconds: f64,
 }
 
-/// A mesh and a path, ready to be written.
+/// A mesh and a path, ready to be written. Times are CalculiX's: one unit per increment.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The mesh.
