@@ -24,6 +24,10 @@ pub(crate) fn face_distances(design: &Design, lamella: usize) -> [f64; 2] {
     [distance(&design.front, arcs[0]), distance(&design.back, arcs[1])]
 }
 
+/// How far a bent strip's free edges curl, in thicknesses. Fitted to one three-dimensional finite-element result (20 mm wide,
+/// 2 mm thick, ν = 0.48: 94.5 % of plane strain); other proportions are an extrapolation.
+const EDGE: f64 = 1.2;
+
 /// Factor on EI for a beam that cannot curl across its width.
 pub(crate) fn plate_factor(design: &Design, width: f64, thickness: f64) -> f64 {
     let nu = design.material.poissons_ratio;
@@ -32,9 +36,8 @@ pub(crate) fn plate_factor(design: &Design, width: f64, thickness: f64) -> f64 {
         PlaneStrain::Stress => 1.0,
         PlaneStrain::Strain => strain,
         PlaneStrain::Auto => {
-            // Share of the width that is held flat: the free edges curl over about one thickness each
-            // (boundary layer of a bent strip, Timoshenko & Woinowsky-Krieger, Theory of Plates and Shells, §11).
-            let held = (1.0 - thickness / width).clamp(0.0, 1.0);
+            // Share of the width that is held flat; the free edges curl over EDGE thicknesses each.
+            let held = (1.0 - 2.0 * EDGE * thickness / width).clamp(0.0, 1.0);
             1.0 + (strain - 1.0) * held
         }
     }
