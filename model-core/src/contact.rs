@@ -6,7 +6,7 @@ use crate::size::Blank;
 
 /// A material point of the front beam's centreline at which the gap is checked.
 ///
-/// Its position is the start of its span plus Σ wᵢ e(βᵢ+θᵢ), with wᵢ the full weight of the nodes before `node`,
+/// Its position is the start of its span plus Σ wᵢ dᵢ (strained directions), with wᵢ the full weight of the nodes before `node`,
 /// `weights` for the three nodes from `node` on, and `rigid` times the rigid end of the span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T> {

@@ -29,7 +29,10 @@ pub enum Hessian {
     /// looks as stiff as a stretched one.
     #[default]
     Newton,
-    /// The energy's alone (Gauss–Newton): always positive definite, so no stability test is possible.
+    /// The energy's alone (Gauss–Newton): blind to compression, so no stability test is possible.
+    ///
+    /// *Measured* on the target, one servo count in contact (`cargo xtask bench`, reduced model): without stretch and shear 25
+    /// iterations and a quarter of the ticks failed, where the default needs 1.3; with them 2.1 against 1.6, none failed.
     GaussNewton,
 }
 
