@@ -32,7 +32,7 @@ pub enum Hessian {
     /// The energy's alone (Gauss–Newton): blind to compression, so no stability test is possible.
     ///
     /// *Measured* on the target, one servo count in contact (`cargo xtask bench`, reduced model): without stretch and shear 25
-    /// iterations and a quarter of the ticks failed, where the default needs 1.3; with them 2.1 against 1.6, none failed.
+    /// iterations and a quarter of the ticks failed, where the default needs 1.1; with them 1.8 against 1.5, none failed.
     GaussNewton,
 }
 
