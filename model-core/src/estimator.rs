@@ -68,18 +68,21 @@ impl Estimate {
         libm::sqrtf(self.force[0] * self.force[0] + self.force[1] * self.force[1])
     }
 
-    const ZERO: Self = Self {
-        status: Status::Converged,
-        motor_angle: 0.0,
-        force: [0.0; 2],
-        contact_centre: [0.0; 2],
-        contact_extent: 0.0,
-        torque: 0.0,
-        distance: 0.0,
-        iterations: 0,
-        residual: 0.0,
-        age: 0,
-    };
+    /// All numbers zero, with a status that says why.
+    pub const fn blank(status: Status) -> Self {
+        Self {
+            status,
+            motor_angle: 0.0,
+            force: [0.0; 2],
+            contact_centre: [0.0; 2],
+            contact_extent: 0.0,
+            torque: 0.0,
+            distance: 0.0,
+            iterations: 0,
+            residual: 0.0,
+            age: 0,
+        }
+    }
 }
 
 /// Estimates the contact force of one finger on one object from the motor angle.
@@ -108,7 +111,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
     pub const EMPTY: Self = Self {
         follower: Follower::EMPTY,
         settings: None,
-        last: Estimate::ZERO,
+        // All zeros, as everything here; the status is never read.
+        last: Estimate::blank(Status::Converged),
         object: None,
         motion: Motion::Rotating { axis: [0.0; 2] },
         configured: false,

@@ -131,6 +131,7 @@ impl WireSpawn for NoTasks {
     }
 }
 
+// The macro below asks for it by name and calls it for requests of kind `spawn` only, of which there are none.
 #[allow(dead_code)]
 fn spawn(_: &NoTasks, _: ()) -> Result<(), core::convert::Infallible> {
     Ok(())
