@@ -15,7 +15,7 @@ use model_core::estimator::Estimate;
 use model_core::status::Status;
 
 use crate::Model;
-use crate::board::{Board, BusPort};
+use crate::board::{Board, BusPort, Watchdog};
 use crate::calibration::Calibration;
 use crate::health::Health;
 use crate::motion::Motion;
@@ -25,13 +25,21 @@ use crate::shape::shape;
 use crate::shared::{Command, Order, Shared, now_us};
 
 /// Runs the gripper for ever.
-pub async fn control<B: Board>(shared: &Shared, model: &mut Model, bus: B::Bus) -> ! {
+pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bus, mut watchdog: B::Watchdog) -> ! {
+    let Some((model, _)) = models.split_first_mut() else {
+        // Without a model there is nothing to control; the watchdog goes on being fed for the link's sake.
+        loop {
+            watchdog.feed();
+            Timer::after_millis(100).await;
+        }
+    };
     let mut servo = Servo::new(bus, B::BUS_LATENCY_US);
     let mut core = Core::<B>::new(shared, model);
     let mut bauds = B::BAUDS.iter().copied().cycle();
     let mut baud = None;
     loop {
         core.begin().await;
+        watchdog.feed();
         if core.health.is_present() {
             let goal = core.step();
             match core.patiently(servo.tick(goal)).await {

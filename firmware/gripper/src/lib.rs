@@ -10,15 +10,17 @@
 //!
 //! A gripper starts without finger and object: every estimate is `out-of-range` until the host has set both.
 //!
-//! A board brings a bus, a link and a clock ([`Board`]) and runs the three as tasks of its executor:
+//! A board brings a bus, a link, flash, a watchdog and clocks ([`Board`]) and runs the three as tasks: [`control`] in an
+//! executor whose interrupt goes before the other two, and behind those of the devices.
 //!
 //! ```ignore
 //! static SHARED: Shared = Shared::new();
-//! static MODEL: ConstStaticCell<Model> = ConstStaticCell::new(Model::EMPTY);
+//! static MODELS: ConstStaticCell<[Model; MyBoard::FINGERS]> =
+//!     ConstStaticCell::new([const { Model::EMPTY }; MyBoard::FINGERS]);
 //!
 //! #[embassy_executor::task]
-//! async fn control(model: &'static mut Model, bus: Bus) -> ! {
-//!     gripper::control::<MyBoard>(&SHARED, model, bus).await
+//! async fn control(models: &'static mut [Model; MyBoard::FINGERS], bus: Bus, watchdog: Watchdog) -> ! {
+//!     gripper::control::<MyBoard>(&SHARED, models, bus, watchdog).await
 //! }
 //! ```
 #![cfg_attr(not(test), no_std)]
@@ -39,6 +41,7 @@ mod board;
 mod calibration;
 mod control;
 mod health;
+mod last_words;
 mod link;
 mod motion;
 mod rate;
@@ -46,11 +49,13 @@ mod servo;
 mod shape;
 mod shared;
 
-pub use board::{Board, BusPort};
+pub use board::{Board, Boot, BusPort, Watchdog};
 pub use calibration::Calibration;
 pub use control::control;
 pub use health::Health;
+pub use last_words::LastWords;
 pub use link::{answer, send};
+pub use messages::{FINGERS, ResetCause};
 pub use motion::Motion;
 pub use rate::{Meter, period_us};
 pub use shared::Shared;

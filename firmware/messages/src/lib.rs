@@ -19,7 +19,8 @@ mod request;
 mod topic;
 
 pub use request::{
-    CloseTo, Counters, Direction, Finger, Outcome, Refusal, Settings, SettingsField, TEXT, Text, Version,
+    BootReport, CloseTo, Counters, Direction, Finger, Outcome, Refusal, ResetCause, Settings, SettingsField, TEXT,
+    Text, Version,
 };
 pub use topic::{CONTACTS, Contact, Event, LAMELLAE, Notice, POINTS, Report, Shape};
 
@@ -28,6 +29,9 @@ use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// Version of what messages mean. (Their layout is told apart by the keys.)
 pub const PROTOCOL_VERSION: u16 = 1;
+
+/// Most fingers of a gripper.
+pub const FINGERS: usize = 4;
 
 /// What may be in the gripper's memory.
 pub type MaybeObject = Option<ObjectDesign>;
@@ -39,6 +43,7 @@ endpoints! {
     | EndpointTy  | RequestTy    | ResponseTy  | Path           |
     | ----------  | ---------    | ----------  | ----           |
     | GetVersion  | ()           | Version     | "version"      |
+    | GetBoot     | ()           | BootReport  | "boot"         |
     | GetObject   | ()           | MaybeObject | "object/get"   |
     | SetObject   | ObjectDesign | Outcome     | "object/set"   |
     | GetFinger   | ()           | MaybeFinger | "finger/get"   |

@@ -29,6 +29,33 @@ pub struct Version {
     pub cost_hz: u32,
 }
 
+/// Why a processor started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ResetCause {
+    /// Power came.
+    PowerOn,
+    /// Somebody pressed a button, or a debugger did.
+    Pin,
+    /// The control loop had stopped.
+    Watchdog,
+    /// The program itself: asked to, or after a panic or a fault, of which its last words tell.
+    Software,
+    /// The supply voltage was too low.
+    Brownout,
+    /// The processor does not say.
+    Unknown,
+}
+
+/// How the gripper's program started.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct BootReport {
+    /// Why.
+    pub cause: ResetCause,
+    /// What the program before said when it ended by a panic or a fault.
+    pub last_words: Option<Text>,
+}
+
 /// A finger and how it is modelled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Finger {

@@ -1,6 +1,9 @@
-//! How a program ends: QEMU exits with the status given here.
+//! How a program ends: QEMU exits with the status given here, or, once [`crate::Board::arm`] was called, the program starts
+//! again and tells why.
 
 use core::panic::PanicInfo;
+
+use crate::reset;
 
 /// Why the program ends; the number is QEMU's exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,11 +31,17 @@ fn panicked(info: &PanicInfo<'_>) -> ! {
     } else {
         defmt::error!("{}", defmt::Display2Format(info));
     }
+    if reset::is_armed() {
+        reset::end(info);
+    }
     exit(Exit::Panic)
 }
 
 /// `defmt::panic!` and its assertions have logged already.
 #[defmt::panic_handler]
 fn defmt_panicked() -> ! {
+    if reset::is_armed() {
+        reset::end(&"panicked; the log says why");
+    }
     exit(Exit::Panic)
 }

@@ -1,11 +1,27 @@
-//! embassy's executor in thread mode, asleep when idle.
+//! embassy's executors: one in thread mode, asleep when idle, and one in an interrupt for the control task, which goes
+//! before everything but the devices' interrupts.
 //!
-//! embassy's own one sleeps by WFE, which QEMU treats as "go on": it would keep a PC core busy. WFI really sleeps.
+//! embassy's own thread executor sleeps by WFE, which QEMU treats as "go on": it would keep a PC core busy. WFI really sleeps.
 
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
-use embassy_executor::{Spawner, raw};
+
+use cortex_m::peripheral::NVIC;
+use embassy_executor::{SendSpawner, Spawner, raw};
+
+use crate::interrupts::Number;
+use crate::registers::interrupt;
 
 static WOKEN: AtomicBool = AtomicBool::new(false);
+
+/// The control task's executor.
+pub(crate) static CONTROL: Interrupting =
+    Interrupting { started: AtomicBool::new(false), inner: UnsafeCell::new(MaybeUninit::uninit()) };
+
+/// Contexts by which [`pender`] tells the executors apart.
+const THREAD: usize = 0;
+const INTERRUPT: usize = 1;
 
 /// Runs the tasks. Made by `#[embassy_executor::main(executor = "mps2::Executor", entry = "cortex_m_rt::entry")]`.
 pub struct Executor {
@@ -16,7 +32,7 @@ impl Executor {
     /// An executor without tasks. There is one, made once.
     #[allow(clippy::new_without_default)]
     pub fn new() -> Self {
-        Self { inner: raw::Executor::new(core::ptr::null_mut()) }
+        Self { inner: raw::Executor::new(THREAD as *mut ()) }
     }
 
     /// Starts the first tasks by `init` and runs for ever.
@@ -36,8 +52,46 @@ impl Executor {
     }
 }
 
+/// An executor that runs in an interrupt which software raises.
+pub(crate) struct Interrupting {
+    started: AtomicBool,
+    inner: UnsafeCell<MaybeUninit<raw::Executor>>,
+}
+
+// SAFETY: written once, in `start`, before its interrupt is let through; from then on shared references only.
+unsafe impl Sync for Interrupting {}
+
+impl Interrupting {
+    pub(crate) fn on_interrupt(&'static self) {
+        if self.started.load(Ordering::Acquire) {
+            // SAFETY: initialised before `started` was set; polled from this interrupt only, which does not interrupt itself.
+            unsafe { (*self.inner.get()).assume_init_ref().poll() };
+        }
+    }
+
+    fn start(&'static self) -> SendSpawner {
+        assert!(!self.started.load(Ordering::Relaxed), "the control task's executor is started once");
+        // SAFETY: nobody else looks at it before `started` is set.
+        let inner = unsafe { (*self.inner.get()).write(raw::Executor::new(INTERRUPT as *mut ())) };
+        let spawner = inner.spawner().make_send();
+        self.started.store(true, Ordering::Release);
+        // SAFETY: its handler is `on_interrupt`; no critical section of ours works by masking single interrupts.
+        unsafe { NVIC::unmask(Number(interrupt::CONTROL)) };
+        spawner
+    }
+}
+
+/// Where the control task is started: it interrupts all other tasks.
+pub fn above() -> SendSpawner {
+    CONTROL.start()
+}
+
 // SAFETY: embassy declares this symbol with this signature.
 #[unsafe(export_name = "__pender")]
-fn pender(_context: *mut ()) {
-    WOKEN.store(true, Ordering::Relaxed);
+fn pender(context: *mut ()) {
+    if context as usize == INTERRUPT {
+        NVIC::pend(Number(interrupt::CONTROL));
+    } else {
+        WOKEN.store(true, Ordering::Relaxed);
+    }
 }

@@ -1,13 +1,13 @@
 //! Which interrupt calls what.
 
 use crate::registers::interrupt;
-use crate::{time_driver, uart};
+use crate::{executor, reset, time_driver, uart};
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use cortex_m_rt::exception;
 
 #[derive(Clone, Copy)]
-struct Number(u16);
+pub(crate) struct Number(pub(crate) u16);
 
 // SAFETY: the numbers are the board's (see `registers::interrupt`) and below the NVIC's number of lines.
 unsafe impl InterruptNumber for Number {
@@ -16,8 +16,15 @@ unsafe impl InterruptNumber for Number {
     }
 }
 
+/// What the vector table calls the non-maskable interrupt.
+const NMI: i16 = -14;
+/// Priority of the control task's interrupt: below the devices', which stay at 0.
+const BELOW: u8 = 0x80;
+
 /// Lets the board's interrupts through.
-pub(crate) fn enable() {
+pub(crate) fn enable(mut nvic: NVIC) {
+    // SAFETY: priorities are set before any interrupt is let through, and critical sections mask all of them.
+    unsafe { nvic.set_priority(Number(interrupt::CONTROL), BELOW) };
     for number in
         [interrupt::UART0_RX, interrupt::UART0_TX, interrupt::UART1_RX, interrupt::UART1_TX, interrupt::TIMER0]
     {
@@ -34,9 +41,12 @@ unsafe fn DefaultHandler(number: i16) {
         Ok(interrupt::UART0_RX | interrupt::UART0_TX) => uart::BUS.on_interrupt(),
         Ok(interrupt::UART1_RX | interrupt::UART1_TX) => uart::LINK.on_interrupt(),
         Ok(interrupt::TIMER0) => time_driver::on_interrupt(),
+        Ok(interrupt::CONTROL) => executor::CONTROL.on_interrupt(),
+        // The watchdog's warning: what can still be saved is how it came about.
+        Err(_) if number == NMI => (),
         _ => {
             defmt::error!("exception or interrupt {} has no handler", number);
-            crate::exit(crate::Exit::Fault)
+            end(&format_args!("exception or interrupt {number} has no handler"))
         }
     }
 }
@@ -45,5 +55,12 @@ unsafe fn DefaultHandler(number: i16) {
 #[exception]
 unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
     defmt::error!("hard fault at {=u32:#010x}, called from {=u32:#010x}", frame.pc(), frame.lr());
+    end(&format_args!("hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()))
+}
+
+fn end(words: &impl core::fmt::Display) -> ! {
+    if reset::is_armed() {
+        reset::end(words);
+    }
     crate::exit(crate::Exit::Fault)
 }

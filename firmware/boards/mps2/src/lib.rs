@@ -16,15 +16,19 @@
 pub mod cycles;
 mod end;
 mod executor;
+mod flash;
 mod interrupts;
 mod log;
 mod registers;
+mod reset;
 pub mod stack;
 mod time_driver;
 mod uart;
 
 pub use end::{Exit, exit};
-pub use executor::Executor;
+pub use executor::{Executor, above};
+pub use flash::Flash;
+pub use reset::{WATCHDOG_MS, Watchdog, restart};
 pub use time_driver::skip_to_wraparound;
 pub use uart::{TRANSMIT_RING, Uart, UartRx, UartTx};
 
@@ -37,13 +41,33 @@ pub struct Board {
     pub bus: Uart,
     /// UART 1, the link to the host.
     pub link: Uart,
+    /// Where settings live.
+    pub flash: Flash,
+    /// How this start came about.
+    pub boot: gripper::Boot,
+}
+
+impl Board {
+    /// From now on panics and faults are recorded and restart the program, and the watchdog wants its food.
+    pub fn arm() -> Watchdog {
+        reset::arm()
+    }
 }
 
 /// Starts clocks, interrupts and UARTs. Call it once, first.
 pub fn init() -> Board {
+    // Nothing else takes them: this is called once, first.
+    let nvic = cortex_m::Peripherals::take().map(|peripherals| peripherals.NVIC);
     cycles::start();
     time_driver::start();
-    let board = Board { bus: uart::BUS.start(DEFAULT_BAUD), link: uart::LINK.start(DEFAULT_BAUD) };
-    interrupts::enable();
+    let board = Board {
+        bus: uart::BUS.start(DEFAULT_BAUD),
+        link: uart::LINK.start(DEFAULT_BAUD),
+        flash: Flash::start(),
+        boot: reset::boot(),
+    };
+    if let Some(nvic) = nvic {
+        interrupts::enable(nvic);
+    }
     board
 }

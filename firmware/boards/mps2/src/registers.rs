@@ -69,6 +69,17 @@ pub(crate) mod dual_timer {
     pub(crate) const CONTROL: Register = Register(0x4000_2008);
 }
 
+/// CMSDK watchdog: counts down at [`CLOCK_HZ`].
+pub(crate) mod watchdog {
+    use super::Register;
+    /// Writing starts the count anew.
+    pub(crate) const LOAD: Register = Register(0x4000_8000);
+    /// Bit 0: interrupt (NMI) at zero; bit 1: reset at zero while the interrupt is raised.
+    pub(crate) const CONTROL: Register = Register(0x4000_8008);
+    pub(crate) const INTERRUPT_CLEAR: Register = Register(0x4000_800c);
+    pub(crate) const INTERRUPT_AND_RESET: u32 = 0b11;
+}
+
 /// The FPGA's counter.
 pub(crate) mod fpga {
     use super::Register;
@@ -88,4 +99,6 @@ pub(crate) mod interrupt {
     pub(crate) const UART1_RX: u16 = 2;
     pub(crate) const UART1_TX: u16 = 3;
     pub(crate) const TIMER0: u16 = 8;
+    /// No device raises it: the control task's.
+    pub(crate) const CONTROL: u16 = 31;
 }

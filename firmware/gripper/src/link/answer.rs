@@ -4,9 +4,9 @@ use embassy_time::{Duration, Instant, Timer, with_deadline};
 use embedded_io_async::Read;
 use heapless::String;
 use messages::{
-    Close, CloseTo, Counters, ENDPOINTS, Finger, GetCounters, GetFinger, GetObject, GetSettings, GetVersion,
-    MaybeFinger, MaybeObject, Open, Outcome, PROTOCOL_VERSION, Refusal, SetFinger, SetObject, SetSettings, Settings,
-    TOPICS_IN, TOPICS_OUT, Version, frame,
+    BootReport, Close, CloseTo, Counters, ENDPOINTS, Finger, GetBoot, GetCounters, GetFinger, GetObject, GetSettings,
+    GetVersion, MaybeFinger, MaybeObject, Open, Outcome, PROTOCOL_VERSION, Refusal, SetFinger, SetObject, SetSettings,
+    Settings, TOPICS_IN, TOPICS_OUT, Version, frame,
 };
 use model_core::object::ObjectDesign;
 use postcard_rpc::define_dispatch;
@@ -14,14 +14,16 @@ use postcard_rpc::header::{VarHeader, VarKeyKind};
 use postcard_rpc::server::{Dispatch, Server, WireSpawn};
 
 use super::wire::{Answers, Requests};
-use crate::board::Board;
+use crate::board::{Board, Boot};
 use crate::shared::{Command, Order, Shared};
 
 /// How long the control task may take to obey.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Answers the host for ever.
-pub async fn answer<B: Board, R: Read>(shared: &'static Shared, port: R) -> ! {
+pub async fn answer<B: Board, R: Read>(shared: &'static Shared, port: R, flash: B::Flash, boot: Boot) -> ! {
+    let _ = flash;
+    let boot = BootReport { cause: boot.cause, last_words: boot.last_words };
     let mut buffer = [0; frame::MESSAGE];
     let mut requests = Requests::new(shared, port);
     let version = Version {
@@ -32,7 +34,7 @@ pub async fn answer<B: Board, R: Read>(shared: &'static Shared, port: R) -> ! {
     };
     let mut ticket = 0;
     loop {
-        let app = Gripper::new(Context { shared, version: version.clone(), ticket }, NoTasks);
+        let app = Gripper::new(Context { shared, version: version.clone(), boot: boot.clone(), ticket }, NoTasks);
         let key = app.min_key_len();
         let mut server = Server::new(Answers(shared), &mut requests, &mut buffer[..], app, key);
         // Ends when the port closes or fails; it may come back.
@@ -56,6 +58,7 @@ fn short(words: &str) -> String<16> {
 pub struct Context {
     shared: &'static Shared,
     version: Version,
+    boot: BootReport,
     ticket: u32,
 }
 
@@ -81,6 +84,10 @@ impl Context {
 
 fn get_version(context: &mut Context, _: VarHeader, (): ()) -> Version {
     context.version.clone()
+}
+
+fn get_boot(context: &mut Context, _: VarHeader, (): ()) -> BootReport {
+    context.boot.clone()
 }
 
 fn get_object(context: &mut Context, _: VarHeader, (): ()) -> MaybeObject {
@@ -150,6 +157,7 @@ define_dispatch! {
         | EndpointTy  | kind     | handler      |
         | ----------  | ----     | -------      |
         | GetVersion  | blocking | get_version  |
+        | GetBoot     | blocking | get_boot     |
         | GetObject   | blocking | get_object   |
         | SetObject   | async    | set_object   |
         | GetFinger   | blocking | get_finger   |

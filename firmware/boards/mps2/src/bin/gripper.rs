@@ -7,27 +7,35 @@ use core::convert::Infallible;
 
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embedded_io_async::{ErrorType, Read, Write};
-use gripper::{Board, BusPort, Model, Shared};
-use mps2::{Uart, UartRx, UartTx, cycles};
+use gripper::{Board, Boot, BusPort, Model, Shared};
+use mps2::{Flash, Uart, UartRx, UartTx, Watchdog, cycles};
 use static_cell::ConstStaticCell;
 
 static SHARED: Shared = Shared::new();
-static MODEL: ConstStaticCell<Model> = ConstStaticCell::new(Model::EMPTY);
+static MODELS: ConstStaticCell<[Model; Mps2::FINGERS]> = ConstStaticCell::new([const { Model::EMPTY }; Mps2::FINGERS]);
 
 /// QEMU's machine.
 struct Mps2;
 
 impl Board for Mps2 {
     type Bus = Bus;
+    type Flash = Flash;
+    type Watchdog = Watchdog;
     const NAME: &'static str = "mps2";
+    const FINGERS: usize = gripper::FINGERS;
     // The UART divides 25 MHz by 16 at least.
     const BAUDS: &'static [u32] = &[1_000_000, 57_600, 115_200];
     // The servo is a program on the PC, which is given the processor when it suits the PC.
     const BUS_LATENCY_US: u32 = 30_000;
     const COST_HZ: u32 = cycles::HZ;
+    const WATCHDOG_MS: u32 = mps2::WATCHDOG_MS;
 
     fn cost_ticks() -> u32 {
         cycles::now()
+    }
+
+    fn restart() -> ! {
+        mps2::restart()
     }
 }
 
@@ -63,11 +71,15 @@ impl Write for Bus {
 #[embassy_executor::main(executor = "mps2::Executor", entry = "cortex_m_rt::entry")]
 async fn main(spawner: Spawner) {
     let board = mps2::init();
+    let watchdog = mps2::Board::arm();
     defmt::info!("gripper on mps2-an500, version {=str}", env!("CARGO_PKG_VERSION"));
     let (tx, rx) = board.link.split();
-    start(spawner, control(MODEL.take(), Bus(board.bus)));
+    match control(MODELS.take(), Bus(board.bus), watchdog) {
+        Ok(task) => mps2::above().spawn(task),
+        Err(_) => defmt::error!("no room for the control task"),
+    }
     start(spawner, send(tx));
-    start(spawner, answer(rx));
+    start(spawner, answer(rx, board.flash, board.boot));
 }
 
 fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
@@ -78,8 +90,8 @@ fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
 }
 
 #[embassy_executor::task]
-async fn control(model: &'static mut Model, bus: Bus) -> ! {
-    gripper::control::<Mps2>(&SHARED, model, bus).await
+async fn control(models: &'static mut [Model; Mps2::FINGERS], bus: Bus, watchdog: Watchdog) -> ! {
+    gripper::control::<Mps2>(&SHARED, models, bus, watchdog).await
 }
 
 #[embassy_executor::task]
@@ -88,6 +100,6 @@ async fn send(link: UartTx) -> ! {
 }
 
 #[embassy_executor::task]
-async fn answer(link: UartRx) -> ! {
-    gripper::answer::<Mps2, _>(&SHARED, link).await
+async fn answer(link: UartRx, flash: Flash, boot: Boot) -> ! {
+    gripper::answer::<Mps2, _>(&SHARED, link, flash, boot).await
 }
