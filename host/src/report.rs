@@ -196,8 +196,19 @@ fn force_chart(case: &Case, solutions: &[Solution]) -> Chart {
 }
 
 fn headline(case: &Case) -> String {
-    let ObjectDesign::Circle { centre, radius } = case.object;
-    format!("{} on a cylinder Ø{} mm at ({}, {}) mm", case.finger.name, 2.0 * radius, centre[0], centre[1])
+    let at = |[x, y]: [f64; 2]| format!("at ({x}, {y}) mm");
+    let object = match case.object {
+        ObjectDesign::Circle { centre, radius } => format!("a cylinder Ø{} mm {}", 2.0 * radius, at(centre)),
+        ObjectDesign::Ellipse { centre, semi_axes: [a, b], angle } => {
+            let turned = if angle == 0.0 { String::new() } else { format!(" turned by {:.4}°", angle.to_degrees()) };
+            format!("an ellipse {} × {} mm {}{turned}", 2.0 * a, 2.0 * b, at(centre))
+        }
+        ObjectDesign::Polygon { corners, rounding } => {
+            format!("a polygon of {} corners, rounding {rounding} mm", corners.len())
+        }
+        ObjectDesign::HalfPlane { point, normal: [x, y] } => format!("a wall {}, normal ({x}, {y})", at(point)),
+    };
+    format!("{} on {object}", case.finger.name)
 }
 
 fn model_words(solution: &Solution) -> String {

@@ -178,7 +178,7 @@ pub fn solve(case: &Case, options: &Options) -> Result<Vec<Solution>, Discretise
 }
 
 fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, DiscretiseError> {
-    let mut follower = Follower::<T, Host>::EMPTY;
+    let mut follower = <Follower<T, Host>>::EMPTY;
     follower.configure(&case.finger.design, &options.discretisation)?;
     follower.set_settings(settings(options.hessian));
     follower.set_object(case.object, case.path.motion);

@@ -161,8 +161,10 @@ const CHANGES: &[Change] = &[
     ("plane_strain = \"stress\"", "plane_strain = 1", 4, "finger.plane_strain", "is an integer"),
     ("rigid_above_mm = 74.0", "rigid_above_mm = 2.0", 36, "finger.tip.rigid_above_mm", "allowed is 8 to 1000 mm"),
     ("axis_mm = [-14.0, -20.0]", "axis_mm = [-14.0, -2e4]", 39, "finger.motor.axis_mm[1]", "allowed is -1000"),
-    ("shape = \"circle\"", "shape = \"ellipse\"", 42, "object.shape", "not available yet"),
-    ("shape = \"circle\"", "shape = \"half-plane\"", 42, "object.shape", "not available yet"),
+    // A circle's keys mean nothing to other shapes.
+    ("shape = \"circle\"", "shape = \"ellipse\"", 43, "object.radius_mm", "semi_axes_mm, angle_deg"),
+    ("shape = \"circle\"", "shape = \"polygon\"", 43, "object.radius_mm", "corners_mm, rounding_mm"),
+    ("shape = \"circle\"", "shape = \"half-plane\"", 43, "object.radius_mm", "point_mm, normal"),
     ("shape = \"circle\"", "shape = \"blob\"", 42, "object.shape", "\"polygon\""),
     ("radius_mm = 40.0", "radius_mm = -40.0", 43, "object.radius_mm", "allowed is 0.1 to 1000 mm"),
     ("centre_mm = [41.0, 60.0]", "centre_mm = [41.0, 6e9]", 44, "object.centre_mm[1]", "allowed is -2000"),
@@ -195,6 +197,104 @@ const CHANGES: &[Change] = &[
     ("width_mm = 20.0", "width_mm = 20.0\nwidth_mm = 21.0", 4, "", "not valid TOML"),
     ("[object]", "[object", 41, "", "not valid TOML"),
 ];
+
+/// An object of another shape in the place of the good case's, from line 41 on: its lines below `[object]`, the line and
+/// key that the error must name, and a piece of its words.
+const OBJECTS: &[(&str, usize, &str, &str)] = &[
+    ("shape = \"ellipse\"", 41, "object.centre_mm", "is missing; needed is [x, y]"),
+    ("shape = \"ellipse\"\ncentre_mm = [41, 60]", 41, "object.semi_axes_mm", "is missing"),
+    ("shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = 40", 44, "object.semi_axes_mm", "needed is [a, b]"),
+    ("shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [1, 2, 3]", 44, "object.semi_axes_mm", "has 3"),
+    ("shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [40, 0]", 44, "object.semi_axes_mm[1]", "0.1 to 1000"),
+    ("shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [40, -3]", 44, "object.semi_axes_mm[1]", "0.1 to 1000"),
+    ("shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [40, nan]", 44, "object.semi_axes_mm[1]", "finite"),
+    ("shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [40, 1]", 44, "object.semi_axes_mm", "0.025 mm"),
+    (
+        "shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [40, 20]\nangle_deg = 400",
+        45,
+        "object.angle_deg",
+        "allowed is -360 to 360 degrees",
+    ),
+    (
+        "shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [40, 20]\nangle_deg = \"45\"",
+        45,
+        "object.angle_deg",
+        "is a text",
+    ),
+    ("shape = \"ellipse\"\ncentre_mm = [9e9, 60]\nsemi_axes_mm = [40, 20]", 43, "object.centre_mm[0]", "-2000 to 2000"),
+    ("shape = \"ellipse\"\nangle_rad = 1", 43, "object.angle_rad", "unknown key"),
+    ("shape = \"polygon\"", 41, "object.corners_mm", "in order around the object"),
+    ("shape = \"polygon\"\ncorners_mm = [[30, 30], [60, 30], [60, 60]]", 41, "object.rounding_mm", "is missing"),
+    ("shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [30, 30]", 44, "object.corners_mm[0]", "needed is [x, y]"),
+    ("shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [[30]]", 44, "object.corners_mm[0]", "has 1 entries"),
+    ("shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = []", 44, "object.corners_mm", "is empty"),
+    (
+        "shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [[0,0],[1,0],[2,1],[3,2],[4,4],[4,5],[3,6],[2,6],[1,5]]",
+        44,
+        "object.corners_mm",
+        "has 9 entries; at most 8",
+    ),
+    (
+        "shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [\n[30, 30],\n[60, 3e9]]",
+        46,
+        "object.corners_mm[1][1]",
+        "-2000 to 2000",
+    ),
+    ("shape = \"polygon\"\nrounding_mm = 0\ncorners_mm = [[30, 30]]", 43, "object.rounding_mm", "0.1 to 1000"),
+    (
+        "shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [[30, 30], [60, 30],\n [30, 30]]",
+        45,
+        "object.corners_mm[2]",
+        "the same as another corner",
+    ),
+    (
+        "shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [[30, 30], [60, 30],\n [40, 35], [60, 60]]",
+        45,
+        "object.corners_mm[2]",
+        "not convex",
+    ),
+    // A corner on a straight edge is no corner.
+    (
+        "shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [[30, 30], [45, 30], [60, 30], [60, 60]]",
+        44,
+        "object.corners_mm[1]",
+        "not convex",
+    ),
+    // A star turns the same way everywhere, but twice round.
+    (
+        "shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [[10, 0], [-8, 6], [3, -10], [3, 10], [-8, -6]]",
+        44,
+        "object.corners_mm[3]",
+        "not convex",
+    ),
+    ("shape = \"half-plane\"", 41, "object.point_mm", "is missing"),
+    ("shape = \"half-plane\"\npoint_mm = [1, 0]", 41, "object.normal", "out of the object"),
+    ("shape = \"half-plane\"\npoint_mm = [1, 0]\nnormal = [0, 0]", 44, "object.normal", "no length"),
+    ("shape = \"half-plane\"\npoint_mm = [1, 0]\nnormal = [-1, 0, 0]", 44, "object.normal", "has 3 entries"),
+    ("shape = \"half-plane\"\npoint_mm = [1, 0]\nnormal = [inf, 0]", 44, "object.normal[0]", "finite"),
+    ("shape = \"half-plane\"\npoint_mm = [1, -1e5]\nnormal = [-1, 0]", 43, "object.point_mm[1]", "-2000 to 2000"),
+    ("shape = \"half-plane\"\npoint_mm = [1, 0]\nnormal = [-1, 0]\nangle_deg = 3", 45, "object.angle_deg", "normal"),
+];
+
+#[test]
+fn every_bad_object_names_line_and_key() {
+    let begin = GOOD.find("shape = ").unwrap();
+    let end = GOOD.find("\n[motion]").unwrap();
+    let mut wrong = Vec::new();
+    for &(object, line, key, words) in OBJECTS {
+        let text = format!("{}{object}\n{}", &GOOD[..begin], &GOOD[end..]);
+        match Case::parse("bad.toml", &text) {
+            Ok(_) => wrong.push(format!("{object:?} was accepted")),
+            Err(error) => {
+                let message = error.to_string();
+                if error.line() != Some(line) || error.key() != Some(key) || !message.contains(words) {
+                    wrong.push(format!("{object:?} (line {line}, key {key}, {words:?}) gave: {message}"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), OBJECTS.len(), wrong.join("\n"));
+}
 
 #[test]
 fn the_good_case_is_good() {

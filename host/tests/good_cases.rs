@@ -2,7 +2,7 @@
 
 use host::case::{Case, PRESETS, preset};
 use model_core::design::{Attachments, HingeFrom, HingeKind, PlaneStrain};
-use model_core::object::{Motion, ObjectDesign};
+use model_core::object::{Corners, Motion, ObjectDesign};
 
 #[test]
 fn every_preset_is_valid_and_carries_its_name() {
@@ -43,6 +43,38 @@ fn units_are_converted_once() {
     assert_eq!(case.path.motion, Motion::Rotating { axis: [-14.0, -20.0] });
     assert_eq!(case.path.places, [18.0, 90.0]);
     assert_eq!(case.path.coordinate(180.0), std::f64::consts::PI);
+}
+
+#[test]
+fn objects_of_every_shape() {
+    let object = |lines: &str| {
+        let text = format!("finger = \"preset:fea-80\"\nmotion.motor_angles_deg = [1]\n[object]\n{lines}\n");
+        Case::parse("case.toml", &text).unwrap().object
+    };
+    let ellipse = |semi_axes, angle| ObjectDesign::Ellipse { centre: [41.0, 60.0], semi_axes, angle };
+    assert_eq!(
+        object("shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [40, 20.5]\nangle_deg = 90"),
+        ellipse([40.0, 20.5], std::f64::consts::FRAC_PI_2)
+    );
+    assert_eq!(object("shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [5, 7]"), ellipse([5.0, 7.0], 0.0));
+    let polygon =
+        |corners: &[[f64; 2]]| ObjectDesign::Polygon { corners: Corners::new(corners).unwrap(), rounding: 2.0 };
+    let square = [[10.0, 30.0], [40.0, 30.0], [40.0, 60.0], [10.0, 60.0]];
+    let mut clockwise = square;
+    clockwise.reverse();
+    for (corners, text) in [
+        (&square[..], "[[10, 30], [40, 30], [40, 60], [10, 60]]"),
+        (&clockwise, "[[10, 60], [40, 60], [40, 30], [10, 30]]"),
+        (&square[..2], "[[10, 30], [40, 30]]"),
+        (&square[..1], "[[10, 30]]"),
+    ] {
+        let read = object(&format!("shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = {text}"));
+        assert_eq!(read, polygon(corners));
+    }
+    assert_eq!(
+        object("shape = \"half-plane\"\npoint_mm = [1, 40]\nnormal = [-3, 4]"),
+        ObjectDesign::HalfPlane { point: [1.0, 40.0], normal: [-3.0, 4.0] }
+    );
 }
 
 #[test]

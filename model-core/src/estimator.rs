@@ -92,7 +92,8 @@ pub struct Estimator<T: Real, S: Size> {
     settings: Option<EstimatorSettings>,
     /// Last trustworthy numbers; the status is set anew every tick.
     last: Estimate,
-    object: Option<ObjectDesign>,
+    object: ObjectDesign,
+    has_object: bool,
     motion: Motion,
     configured: bool,
     /// The follower stands at an equilibrium.
@@ -113,7 +114,9 @@ impl<T: Real, S: Size> Estimator<T, S> {
         settings: None,
         // All zeros, as everything here; the status is never read.
         last: Estimate::blank(Status::Converged),
-        object: None,
+        // An absent object need not be all zeros.
+        object: ObjectDesign::Circle { centre: [0.0; 2], radius: 0.0 },
+        has_object: false,
         motion: Motion::Rotating { axis: [0.0; 2] },
         configured: false,
         placed: false,
@@ -129,8 +132,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.follower.configure(design, how)?;
         self.configured = true;
         self.motion = Motion::Rotating { axis: design.motor_axis };
-        if let Some(object) = self.object {
-            self.follower.set_object(object, self.motion);
+        if self.has_object {
+            self.follower.set_object(self.object, self.motion);
         }
         (self.placed, self.searched) = (false, 0.0);
         Ok(())
@@ -142,7 +145,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// What is wrong with the object; the old one then stays.
     pub fn set_object(&mut self, object: ObjectDesign) -> Result<(), ObjectError> {
         object.validate()?;
-        self.object = Some(object);
+        (self.object, self.has_object) = (object, true);
         if self.configured {
             self.follower.set_object(object, self.motion);
         }
@@ -168,7 +171,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let mut estimate = self.last;
         estimate.motor_angle = motor_angle as f32;
         estimate.iterations = 0;
-        let ready = self.configured && self.object.is_some() && (least..=most).contains(&motor_angle);
+        let ready = self.configured && self.has_object && (least..=most).contains(&motor_angle);
         if !ready {
             estimate.status = Status::OutOfRange;
         } else if !self.placed && !self.place(motor_angle, least) {

@@ -28,8 +28,15 @@ impl Random {
     }
 }
 
+/// A circle's centre and radius, mm.
+#[derive(Clone, Copy)]
+struct Round {
+    centre: [f64; 2],
+    radius: f64,
+}
+
 /// Geometry ±30 %, 3 to 9 lamellae, radius 10 to 60 mm, indentation 2 to 20°.
-fn random_case(random: &mut Random) -> (Design, ObjectDesign, f64) {
+fn random_case(random: &mut Random) -> (Design, Round, f64) {
     loop {
         let mut design = crate::design::tests::ladder_80();
         let height = random.about(80.0);
@@ -52,14 +59,14 @@ fn random_case(random: &mut Random) -> (Design, ObjectDesign, f64) {
             [radius + 0.5 * design.front.thickness.at(0.0) + 3.0 * random.unit(), height * (0.3 + 0.5 * random.unit())];
         let indentation = (2.0 + 18.0 * random.unit()).to_radians();
         if design.validate().is_ok() {
-            return (design, ObjectDesign::Circle { centre, radius }, indentation);
+            return (design, Round { centre, radius }, indentation);
         }
     }
 }
 
 /// The case as a file for `fre solve`.
-fn case_file(design: &Design, object: &ObjectDesign, angle: f64) -> String {
-    let ObjectDesign::Circle { centre, radius } = object;
+fn case_file(design: &Design, object: Round, angle: f64) -> String {
+    let Round { centre, radius } = object;
     let Attachments::Heights(heights) = &design.lamellae.attachments else { return String::new() };
     std::format!(
         "[finger]\nwidth_mm = {:?}\nplane_strain = \"stress\"\n\n[finger.material]\nyoungs_modulus_pa = {:?}\n\
@@ -92,13 +99,13 @@ fn solve(
     follower: &mut Solver,
     design: &Design,
     how: &Discretisation,
-    object: ObjectDesign,
+    Round { centre, radius }: Round,
     angle: f64,
     max_step: f64,
 ) -> Status {
     follower.configure(design, how).expect("a valid design");
     follower.set_settings(Settings { max_angle_step: max_step.to_radians(), ..Settings::DEFAULT });
-    follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+    follower.set_object(ObjectDesign::Circle { centre, radius }, Motion::Rotating { axis: design.motor_axis });
     if !follower.start(angle) {
         return Status::OutOfRange;
     }
@@ -123,8 +130,8 @@ fn first_contact(design: &Design, centre: [f64; 2], radius: f64) -> f64 {
 }
 
 /// What an equilibrium must satisfy, computed from the shape and the forces that the solver reports.
-fn check(follower: &mut Solver, design: &Design, object: &ObjectDesign, softness: f64) -> Result<(), String> {
-    let ObjectDesign::Circle { centre, radius } = *object;
+fn check(follower: &mut Solver, design: &Design, object: Round, softness: f64) -> Result<(), String> {
+    let Round { centre, radius } = object;
     let angle = follower.coordinate();
     let (s, c) = angle.sin_cos();
     let m = design.motor_axis;
@@ -213,19 +220,18 @@ fn two_thousand_random_designs() {
     const CASES: usize = 2000;
     for case in 0..CASES {
         let (design, object, indentation) = random_case(&mut random);
-        let ObjectDesign::Circle { centre, radius } = object;
-        let angle = first_contact(&design, centre, radius) + indentation;
+        let angle = first_contact(&design, object.centre, object.radius) + indentation;
         let status = solve(&mut follower, &design, &reduced, object, angle, 1.0);
         if status.is_trustworthy() {
             converged += 1;
             *table.entry((status.word(), "")).or_default() += 1;
-            if let Err(what) = check(&mut follower, &design, &object, reduced.softness) {
-                panic!("case {case}: {what}\n{}", case_file(&design, &object, angle));
+            if let Err(what) = check(&mut follower, &design, object, reduced.softness) {
+                panic!("case {case}: {what}\n{}", case_file(&design, object, angle));
             }
         } else {
             let again = solve(&mut follower, &design, &fine, object, angle, 0.1);
             *table.entry((status.word(), again.word())).or_default() += 1;
-            std::println!("case {case}: {status}, fine: {again}\n{}", case_file(&design, &object, angle));
+            std::println!("case {case}: {status}, fine: {again}\n{}", case_file(&design, object, angle));
         }
     }
     for ((first, fine), count) in &table {

@@ -6,14 +6,14 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 use model_core::discretise::DiscretiseError;
-use model_core::object::{Motion, ObjectDesign};
+use model_core::object::Motion;
 use serde::Serialize;
 
 use super::options::ModelArgs;
 use super::{UNTRUSTWORTHY, bad_input};
 use crate::case::Case;
 use crate::draw::{self, Chart, Mark, Panel, Scene, Series, Style};
-use crate::fea::{Analysis, Plan, Pose};
+use crate::fea::{self, Analysis, FeaError, Plan, Pose};
 use crate::measured::{Coordinate, Measured, outliers};
 use crate::metrics::{Point, deviation, force_error, mean_and_max};
 use crate::run::{self, Solution};
@@ -215,7 +215,8 @@ fn with_fea(args: &Args, case: &Case) -> Result<Compared, String> {
     };
     let both = solutions.iter().zip(&analysis.poses).rev();
     let last = both.filter_map(|(s, p)| p.as_ref().map(|p| (s, p))).find(|(s, _)| s.status.is_trustworthy());
-    let scene = last.map(|(solution, pose)| overlay(case, solution, pose));
+    let scene =
+        last.map(|(solution, pose)| overlay(case, solution, pose)).transpose().map_err(|error| error.to_string())?;
     let comparison = Comparison { reference: "fea", rows, model_seconds, fea: Some(figures), left_out: Vec::new() };
     Ok((comparison, scene))
 }
@@ -331,7 +332,7 @@ fn write_text(out: &mut String, case: &Case, comparison: &Comparison) -> std::fm
 }
 
 /// Both shapes over each other, finger frame.
-fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Scene {
+fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<Scene, FeaError> {
     let series = |name: &str, colour, style, points: &[Point]| Series {
         name: name.to_owned(),
         colour,
@@ -349,9 +350,9 @@ fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Scene {
             high[axis] = high[axis].max(p[axis] + 3.0);
         }
     }
-    let ObjectDesign::Circle { radius, .. } = case.object;
+    let (centre, radius) = fea::circle(case)?;
     high[0] += (0.5 * radius).min(12.0);
-    let centre = crate::fea::object_centre(case, pose.place);
+    let centre = fea::in_finger(case, centre, pose.place);
     let circle: Vec<Point> = (0..=360)
         .map(|i| {
             let (sin, cos) = f64::from(i).to_radians().sin_cos();
@@ -389,7 +390,7 @@ fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Scene {
         ],
         ..Panel::default()
     });
-    chart.scene()
+    Ok(chart.scene())
 }
 
 /// Forces over the place, and below them the residuals.

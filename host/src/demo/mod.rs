@@ -45,7 +45,11 @@ pub use summary::{Difference, Summary};
 /// The finger.
 const PRESET: &str = "ladder-80";
 /// Ø80 at Mid height, world frame, mm.
-const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: CENTRE, radius: RADIUS };
+/// Its centre, mm.
+const CENTRE: [f64; 2] = [41.0, 45.0];
+/// Its radius, mm.
+const RADIUS: f64 = 40.0;
 /// The servo's table reaches so far beyond the closed finger, degrees.
 const MARGIN_DEG: f64 = 3.0;
 /// Ticks per shape: QEMU takes every byte of the link by itself, so that shapes cost more than estimates.
@@ -224,7 +228,6 @@ fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Se
 }
 
 fn introduce(out: &mut dyn Write, options: &Options, version: &Version, lead: &Lead) -> std::io::Result<()> {
-    let ObjectDesign::Circle { centre, radius } = OBJECT;
     let cycles = match lead.planned() {
         1 => "once".to_owned(),
         more => format!("{more} times"),
@@ -239,7 +242,7 @@ fn introduce(out: &mut dyn Write, options: &Options, version: &Version, lead: &L
         out,
         "finger      {PRESET}, on a simulated XM430-W350-T (Dynamixel Protocol 2.0, 1 Mbaud, 0.088° per count)"
     )?;
-    writeln!(out, "object      cylinder Ø{} mm at ({}, {}) mm", 2.0 * radius, centre[0], centre[1])?;
+    writeln!(out, "object      cylinder Ø{} mm at ({}, {}) mm", 2.0 * RADIUS, CENTRE[0], CENTRE[1])?;
     writeln!(out, "motion      {OPEN_DEG}° … {CLOSED_DEG}° … {OPEN_DEG}°, {cycles}, {:.1}°/s", lead.speed_deg())?;
     writeln!(out, "references  trapezoid and paper 170/20 in double precision on this PC, at the same quantised angle")
 }

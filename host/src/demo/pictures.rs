@@ -1,10 +1,10 @@
 //! The pictures of the report.
 
-use model_core::object::{Motion, ObjectDesign};
+use model_core::object::Motion;
 
 use super::sample::{REFERENCES, Sample, Way};
 use super::summary::ALLOWED_PERCENT;
-use super::{OBJECT, Seen};
+use super::{OBJECT, RADIUS, Seen};
 use crate::draw::{Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
 use crate::shape::Shape;
 
@@ -44,9 +44,8 @@ pub fn finger(seen: &Seen) -> Option<Scene> {
 /// The force over the angle, and the differences.
 pub fn force(seen: &Seen) -> Scene {
     let samples = once_per_angle(&seen.samples);
-    let ObjectDesign::Circle { radius, .. } = OBJECT;
     let mut chart = Chart::new(
-        format!("Contact force while closing on a cylinder Ø{} mm and opening again", 2.0 * radius),
+        format!("Contact force while closing on a cylinder Ø{} mm and opening again", 2.0 * RADIUS),
         format!("finger {}, cylinder at Mid height, physics paper, one point per count of the servo", super::PRESET),
         "motor angle *α* (°)",
     );

@@ -5,6 +5,7 @@ use model_core::object::{Motion, ObjectDesign};
 
 use super::font::Fonts;
 use super::heading::{self, MARGIN, Sample, TEXT};
+use super::object;
 use super::palette::Ink;
 use super::scene::{Anchor, Item, Path, Rect, Scene, Step, Stroke, Text};
 use crate::shape::Shape;
@@ -109,15 +110,15 @@ impl FingerPicture<'_> {
         if let Motion::Rotating { axis } = self.motion {
             include(axis, 7.0);
         }
-        let ObjectDesign::Circle { centre, radius } = self.object;
         // A large object is cut off: the finger is what the picture is about.
         let length = self.design.front.length();
-        if radius <= 0.6 * length {
-            include(centre, radius + 3.0);
-        } else {
-            let foot = self.world(self.design.front.point(0.5 * length));
-            let towards = unit([centre[0] - foot[0], centre[1] - foot[1]]);
-            include([foot[0] + 0.5 * length * towards[0], foot[1] + 0.5 * length * towards[1]], 0.0);
+        match object::bounds(&self.object) {
+            Some((middle, radius)) if radius <= 0.6 * length => include(middle, radius + 3.0),
+            _ => {
+                let foot = self.world(self.design.front.point(0.5 * length));
+                let towards = object::towards(&self.object, foot);
+                include([foot[0] + 0.5 * length * towards[0], foot[1] + 0.5 * length * towards[1]], 0.0);
+            }
         }
         let (wide, tall) = (high[0] - low[0], high[1] - low[1]);
         let scale = ((WIDTH - 2.0 * MARGIN) / wide).min((HIGHEST - top - FOOT - MARGIN) / tall);
@@ -127,17 +128,34 @@ impl FingerPicture<'_> {
     }
 
     fn draw_object(&self, scene: &mut Scene, view: &View) {
-        let ObjectDesign::Circle { centre, radius } = self.object;
-        let middle = view.at(centre);
-        scene.area(Path::circle(middle, view.scale * radius), Ink::Object, 1.0, Stroke::new(Ink::ObjectEdge, 1.4));
-        let cross = 5.0;
-        for [dx, dy] in [[cross, 0.0], [0.0, cross]] {
-            let line = Path::lines([[middle[0] - dx, middle[1] - dy], [middle[0] + dx, middle[1] + dy]]);
-            scene.line(line, Stroke::new(Ink::ObjectEdge, 1.0));
+        // Large enough to reach beyond the picture on all sides, for a half-plane.
+        let reach = (view.area.right - view.area.left).hypot(view.area.bottom - view.area.top) / view.scale;
+        let middle = view.world([0.5 * (view.area.left + view.area.right), 0.5 * (view.area.top + view.area.bottom)]);
+        let outline = object::outline(&self.object, middle, reach).mapped(|p| view.at(p));
+        scene.area(outline, Ink::Object, 1.0, Stroke::new(Ink::ObjectEdge, 1.4));
+        let bounds = object::bounds(&self.object);
+        if let Some((centre, _)) = bounds {
+            let [x, y] = view.at(centre);
+            let cross = 5.0;
+            for [dx, dy] in [[cross, 0.0], [0.0, cross]] {
+                let line = Path::lines([[x - dx, y - dy], [x + dx, y + dy]]);
+                scene.line(line, Stroke::new(Ink::ObjectEdge, 1.0));
+            }
         }
-        let words = format!("object Ø{} mm", short(2.0 * radius, 1));
-        let below = (0.62 * view.scale * radius).min(90.0);
-        let text = Text::new([middle[0], middle[1] + below], TEXT, words).ink(Ink::Muted);
+        let at = match bounds {
+            Some((centre, radius)) => {
+                let [x, y] = view.at(centre);
+                [x, y + (0.62 * view.scale * radius).min(90.0)]
+            }
+            None => {
+                // Beside the finger's tip, on the object's side of the surface.
+                let tip = self.world(self.design.front.tip);
+                let towards = object::towards(&self.object, tip);
+                let [x, y] = view.at(object::onto(&self.object, tip));
+                [x + 70.0 * towards[0], y - 30.0 * towards[1] - 8.0]
+            }
+        };
+        let text = Text::new(at, TEXT, object::words(&self.object)).ink(Ink::Muted);
         scene.text(text.anchor(Anchor::Middle));
     }
 
@@ -309,10 +327,7 @@ impl FingerPicture<'_> {
                 scene.arrow(from, to, Ink::Series(4), 1.3);
             }
         }
-        // Without friction every part points at the circle's centre, and so does their sum.
-        let ObjectDesign::Circle { centre, radius } = self.object;
-        let reach = radius / magnitude;
-        let from = view.at([centre[0] - reach * force[0], centre[1] - reach * force[1]]);
+        let from = view.at(self.line_of_action(force));
         let to = [from[0] + scale * force[0], from[1] - scale * force[1]];
         scene.arrow(from, to, Ink::Force, 2.6);
         let text = Text::new([0.0, 0.0], 15.0, format!("*F* = {magnitude:.2} N"));
@@ -326,6 +341,30 @@ impl FingerPicture<'_> {
         scene.arrow([right - length, y], [right, y], Ink::Force, 2.6);
         let words = format!("{} N", short(round, 3));
         scene.text(Text::new([right - 0.5 * length, y + 1.4 * TEXT], TEXT, words).anchor(Anchor::Middle));
+    }
+
+    /// Where the net force's arrow begins: on its line of action, beside the middle of the contact. World frame, mm.
+    fn line_of_action(&self, force: [f64; 2]) -> [f64; 2] {
+        let magnitude = force[0].hypot(force[1]);
+        if let ObjectDesign::Circle { centre, radius } = self.object {
+            // Without friction every part points at the circle's centre, and so does their sum.
+            let reach = radius / magnitude;
+            return [centre[0] - reach * force[0], centre[1] - reach * force[1]];
+        }
+        let (mut middle, mut total, mut moment) = ([0.0; 2], 0.0, 0.0);
+        for contact in &self.shape.contacts {
+            let (p, n) = (self.world(contact.position), self.world_direction(contact.normal));
+            middle = [middle[0] + contact.force * p[0], middle[1] + contact.force * p[1]];
+            total += contact.force;
+            moment -= contact.force * (p[0] * n[1] - p[1] * n[0]);
+        }
+        if total <= 0.0 {
+            return self.world(self.design.front.point(0.5 * self.design.front.length()));
+        }
+        let middle = [middle[0] / total, middle[1] / total];
+        // Aside by what the moment about the middle asks for.
+        let aside = (moment - (middle[0] * force[1] - middle[1] * force[0])) / (magnitude * magnitude);
+        [middle[0] + aside * force[1], middle[1] - aside * force[0]]
     }
 
     fn world_direction(&self, v: [f64; 2]) -> [f64; 2] {
@@ -352,6 +391,10 @@ impl View {
         [self.origin[0] + self.scale * x, self.origin[1] - self.scale * y]
     }
 
+    fn world(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [(x - self.origin[0]) / self.scale, (self.origin[1] - y) / self.scale]
+    }
+
     fn scale_bar(&self, scene: &mut Scene) {
         let round = round_below(110.0 / self.scale);
         let (left, y) = (self.area.left + 20.0, self.area.bottom + 0.5 * FOOT);
@@ -365,7 +408,7 @@ impl View {
     }
 }
 
-fn unit([x, y]: [f64; 2]) -> [f64; 2] {
+pub(super) fn unit([x, y]: [f64; 2]) -> [f64; 2] {
     let length = x.hypot(y);
     if length > 0.0 { [x / length, y / length] } else { [0.0, 0.0] }
 }
@@ -393,7 +436,7 @@ fn round_below(most: f64) -> f64 {
 }
 
 /// At most so many decimals, without trailing zeros, with a true minus sign.
-fn short(value: f64, decimals: usize) -> String {
+pub(super) fn short(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     text.replace('-', "−")

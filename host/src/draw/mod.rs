@@ -5,6 +5,7 @@ mod chart;
 mod finger;
 mod font;
 mod heading;
+mod object;
 mod palette;
 mod png;
 mod scene;

@@ -26,7 +26,7 @@ const QUARTER: f64 = 0.552_284_75;
 
 impl Path {
     /// The path with every point moved.
-    fn mapped(&self, to: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
+    pub(super) fn mapped(&self, to: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         let step = |step: &Step| match *step {
             Step::Move(p) => Step::Move(to(p)),
             Step::Line(p) => Step::Line(to(p)),
@@ -87,6 +87,21 @@ impl Path {
             Step::Cubic([x + k, y - r], [x + r, y - k], [x + r, y]),
             Step::Close,
         ])
+    }
+
+    /// Continues from where the path stands along an arc of a circle, angles in rad; the path stands at its beginning.
+    pub fn extend_arc(&mut self, [x, y]: [f64; 2], r: f64, from: f64, to: f64) {
+        let pieces = ((to - from).abs() / std::f64::consts::FRAC_PI_2).ceil().clamp(1.0, 4.0);
+        let step = (to - from) / pieces;
+        let k = 4.0 / 3.0 * (0.25 * step).tan() * r;
+        for piece in 0..pieces as u32 {
+            let (a, b) = (from + step * f64::from(piece), from + step * f64::from(piece + 1));
+            let on = |angle: f64, aside: f64| {
+                let (sin, cos) = angle.sin_cos();
+                [x + r * cos - aside * sin, y + r * sin + aside * cos]
+            };
+            self.0.push(Step::Cubic(on(a, k), on(b, -k), on(b, 0.0)));
+        }
     }
 
     /// An arc of a circle as a polyline, angles in rad, clockwise on the screen for growing angles.

@@ -154,10 +154,10 @@ impl Plan {
         let outline = Outline::of(design)?;
         let thickness = design.front.thickness.at(0.0).min(design.back.thickness.at(0.0));
         let mesh = Mesh::finger(&outline, thickness, refinement);
-        let ObjectDesign::Circle { radius, .. } = case.object;
-        let centre_at = |place: f64| object_centre(case, place);
+        let (centre, radius) = circle(case)?;
+        let centre_at = |place: f64| in_finger(case, centre, place);
 
-        let begin = start(case, design, radius)?;
+        let begin = start(case, design, centre, radius)?;
         let origin = centre_at(begin);
         let mut path = Vec::new();
         let mut stops = Vec::new();
@@ -226,18 +226,31 @@ impl Plan {
     }
 }
 
-/// The object's centre in the finger frame at a place of the motion (degrees or mm), mm.
-pub fn object_centre(case: &Case, place: f64) -> Point {
-    let ObjectDesign::Circle { centre, .. } = case.object;
+/// Centre (world frame) and radius of a case's object, mm.
+///
+/// # Errors
+/// For other shapes: the mesh has round objects only.
+pub fn circle(case: &Case) -> Result<(Point, f64), FeaError> {
+    let what = match case.object {
+        ObjectDesign::Circle { centre, radius } => return Ok((centre, radius)),
+        ObjectDesign::Ellipse { .. } => "object.shape = \"ellipse\"",
+        ObjectDesign::Polygon { .. } => "object.shape = \"polygon\"",
+        ObjectDesign::HalfPlane { .. } => "object.shape = \"half-plane\"",
+    };
+    Err(FeaError::Unsupported { what, allowed: "object.shape = \"circle\"" })
+}
+
+/// A world point (the object's centre) in the finger frame at a place of the motion (degrees or mm), mm.
+pub fn in_finger(case: &Case, point: Point, place: f64) -> Point {
     let coordinate = case.path.coordinate(place);
     match case.path.motion {
         Motion::Rotating { axis } => {
             let (sin, cos) = coordinate.sin_cos();
-            let [x, y] = outline::minus(centre, axis);
+            let [x, y] = outline::minus(point, axis);
             [axis[0] + cos * x - sin * y, axis[1] + sin * x + cos * y]
         }
         Motion::Translating { direction } => {
-            [centre[0] - coordinate * direction[0], centre[1] - coordinate * direction[1]]
+            [point[0] - coordinate * direction[0], point[1] - coordinate * direction[1]]
         }
     }
 }
@@ -263,8 +276,8 @@ fn nearest_on_front(design: &Design, p: Point) -> (Point, f64) {
 
 /// The place where the motion begins: the first place if nothing touches there, else where the undeformed finger, opened
 /// from there (or, failing that, closed), just touches.
-fn start(case: &Case, design: &Design, radius: f64) -> Result<f64, FeaError> {
-    let gap = |place: f64| nearest_on_front(design, object_centre(case, place)).1 - radius;
+fn start(case: &Case, design: &Design, centre: Point, radius: f64) -> Result<f64, FeaError> {
+    let gap = |place: f64| nearest_on_front(design, in_finger(case, centre, place)).1 - radius;
     let first = case.path.places.first().copied().unwrap_or(0.0);
     // A rounding error of a tangent beginning is not a penetration.
     if gap(first) >= -1e-9 {

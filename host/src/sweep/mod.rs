@@ -308,8 +308,8 @@ mod tests {
         let all: Vec<String> = (0..6).map(|point| sweep.words(point).join(" ")).collect();
         assert_eq!(all, ["20 30 24/3", "20 45 24/3", "30 30 24/3", "30 45 24/3", "40 30 24/3", "40 45 24/3"]);
         let (case, options) = sweep.point(3).unwrap();
-        let model_core::object::ObjectDesign::Circle { radius, centre } = case.object;
-        assert_eq!((radius, centre), (30.0, [41.0, 45.0]));
+        let wanted = model_core::object::ObjectDesign::Circle { centre: [41.0, 45.0], radius: 30.0 };
+        assert_eq!(case.object, wanted);
         assert_eq!(options.discretisation.elements, Elements::PerBeam { beam: 24, hinge: 3 });
         assert_eq!(case.path.places, [1.0, 2.0, 3.0, 4.0]);
     }

@@ -24,7 +24,7 @@ const SLOW: f64 = 0.02;
 /// A solution past the end of a branch that differs by less than this angle is the same branch, rad.
 const SAME_BRANCH: f64 = 0.03;
 
-impl<T: Real, S: Size> Follower<T, S> {
+impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Part of the fold handler: the overdamped motion from the end of the branch to wherever it comes to rest.
     ///
     /// Each step is Newton's with the stiffness at rest added to the Hessian, `shift` times (Levenberg–Marquardt): an

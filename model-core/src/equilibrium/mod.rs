@@ -16,8 +16,8 @@ use crate::newton::gaps::Sweep;
 use crate::newton::residual::{self, Residual};
 use crate::newton::step::{self, Inertia};
 use crate::newton::{Hessian, Workspace};
-use crate::object::{Circle, Motion, Object, ObjectDesign};
-use crate::real::{Real, Vec2};
+use crate::object::{Motion, Object, Shape};
+use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
 use fold::{FOLD_SHIFT, FOLD_STEP};
@@ -98,8 +98,11 @@ enum Phase<T> {
 pub const FOLLOW_ITERATIONS: u32 = 20_000;
 /// Ends of branches that one call looks beyond. Where two branches end into each other, more would go on for ever.
 const FOLDS: u32 = 24;
+
 /// Follows a finger's equilibrium on an object: model, state and workspace.
-pub struct Follower<T: Real, S: Size> {
+///
+/// `O` is the object's type: one of the built-in shapes unless it is named.
+pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     ladder: Ladder<T, S>,
     state: State<T, S>,
     accepted: State<T, S>,
@@ -109,7 +112,7 @@ pub struct Follower<T: Real, S: Size> {
     extrapolates: bool,
     work: Workspace<T, S>,
     settings: Settings,
-    pub(crate) object: Circle<T>,
+    object: O,
     pub(crate) motion: Motion,
     youngs_modulus: T,
     /// Coordinate of the accepted state.
@@ -128,7 +131,7 @@ struct Attempt<T> {
     residual: Residual<T>,
 }
 
-impl<T: Real, S: Size> Follower<T, S> {
+impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// A follower before [`Self::configure`]: every [`Self::follow`] returns `out-of-range`.
     pub const EMPTY: Self = Self {
         ladder: Ladder::EMPTY,
@@ -140,7 +143,7 @@ impl<T: Real, S: Size> Follower<T, S> {
         work: Workspace::EMPTY,
         // All zeros, as everything here: [`Self::configure`] puts the defaults in.
         settings: Settings::UNSET,
-        object: Circle { centre: Vec2::new(T::ZERO, T::ZERO), radius: T::ZERO },
+        object: O::BLANK,
         motion: Motion::Rotating { axis: [0.0; 2] },
         youngs_modulus: T::ZERO,
         at: T::ZERO,
@@ -182,8 +185,8 @@ impl<T: Real, S: Size> Follower<T, S> {
     }
 
     /// Takes an object and the motion between finger and object; the finger is at rest again.
-    pub fn set_object(&mut self, object: ObjectDesign, motion: Motion) {
-        self.object = object.circle();
+    pub fn set_object(&mut self, object: impl Into<O>, motion: Motion) {
+        self.object = object.into();
         self.motion = motion;
         self.rest();
     }

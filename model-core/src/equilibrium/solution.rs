@@ -5,13 +5,13 @@
 use super::{Follower, Phase};
 use crate::contact::Contact;
 use crate::newton::{gaps, strain};
-use crate::object::{Displacement, Motion};
+use crate::object::{Displacement, Motion, Object};
 use crate::real::{Real, Vec2, cross, vec2};
 use crate::sensitivity::Parts;
 use crate::size::Size;
 
 /// What can be read off the last accepted equilibrium.
-impl<T: Real, S: Size> Follower<T, S> {
+impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Coordinate of the last accepted equilibrium, rad or mm.
     pub fn coordinate(&self) -> f64 {
         self.at.to_f64()

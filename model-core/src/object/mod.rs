@@ -1,0 +1,93 @@
+//! Shapes to grasp: signed distance, normal and curvature at a point, and the motion between finger and object.
+//!
+//! The solver knows an object through the trait [`Object`] only. The built-in shapes are one type, [`Shape`], made from
+//! the description that files and messages carry, [`ObjectDesign`].
+
+mod circle;
+mod design;
+mod ellipse;
+mod half_plane;
+mod motion;
+mod polygon;
+
+pub use circle::Circle;
+pub use design::{Corners, MAX_CORNERS, ObjectDesign, ObjectError};
+pub use ellipse::Ellipse;
+pub use half_plane::HalfPlane;
+pub use motion::{Displacement, Motion};
+pub use polygon::Polygon;
+
+use crate::real::{Real, Vec2};
+use crate::size::Blank;
+
+/// Where a point lies relative to an object's surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap<T: Real> {
+    /// Signed distance to the surface, mm; negative inside.
+    pub distance: T,
+    /// Outward unit normal: the direction in which the distance grows.
+    pub normal: Vec2<T>,
+    /// Curvature of the level line of the distance through the point, 1/mm; positive for convex objects, 0 beside a flat
+    /// face. It is what turns the normal when the point moves along the line.
+    pub curvature: T,
+}
+
+/// A rigid object in the plane. The solver knows objects through this trait only.
+///
+/// The distance must be continuous, and smooth enough for the normal to be continuous outside of the object and a little
+/// way (some µm, the contact's softness) into it. A blank object is never solved for: it holds a place in a static.
+pub trait Object<T: Real>: Blank {
+    /// The same object after a rigid displacement.
+    fn displaced(&self, by: &Displacement<T>) -> Self;
+    /// Signed distance, normal and curvature at a point, in the frame the object is described in.
+    fn gap(&self, point: Vec2<T>) -> Gap<T>;
+}
+
+/// The built-in shapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape<T: Real> {
+    /// A circle. First, so that a blank shape is all zeros.
+    Circle(Circle<T>),
+    /// An ellipse.
+    Ellipse(Ellipse<T>),
+    /// A rounded convex polygon.
+    Polygon(Polygon<T>),
+    /// A half-plane.
+    HalfPlane(HalfPlane<T>),
+}
+
+impl<T: Real> Blank for Shape<T> {
+    const BLANK: Self = Self::Circle(Circle::BLANK);
+}
+
+impl<T: Real> Object<T> for Shape<T> {
+    fn displaced(&self, by: &Displacement<T>) -> Self {
+        match self {
+            Self::Circle(circle) => Self::Circle(circle.displaced(by)),
+            Self::Ellipse(ellipse) => Self::Ellipse(ellipse.displaced(by)),
+            Self::Polygon(polygon) => Self::Polygon(polygon.displaced(by)),
+            Self::HalfPlane(half_plane) => Self::HalfPlane(half_plane.displaced(by)),
+        }
+    }
+
+    #[inline]
+    fn gap(&self, point: Vec2<T>) -> Gap<T> {
+        match self {
+            Self::Circle(circle) => circle.gap(point),
+            Self::Ellipse(ellipse) => ellipse.gap(point),
+            Self::Polygon(polygon) => polygon.gap(point),
+            Self::HalfPlane(half_plane) => half_plane.gap(point),
+        }
+    }
+}
+
+impl<T: Real> From<ObjectDesign> for Shape<T> {
+    fn from(design: ObjectDesign) -> Self {
+        match design {
+            ObjectDesign::Circle { centre, radius } => Self::Circle(Circle::new(centre, radius)),
+            ObjectDesign::Ellipse { centre, semi_axes, angle } => Self::Ellipse(Ellipse::new(centre, semi_axes, angle)),
+            ObjectDesign::Polygon { corners, rounding } => Self::Polygon(Polygon::new(&corners, rounding)),
+            ObjectDesign::HalfPlane { point, normal } => Self::HalfPlane(HalfPlane::new(point, normal)),
+        }
+    }
+}
