@@ -136,7 +136,7 @@ pub fn has_target(sysroot: &Path) -> bool {
 }
 
 /// Removes what the outer cargo sets for its children; what the user configures (home, network, terminal) stays.
-fn clear_inherited(command: &mut Command) {
+pub fn clear_inherited(command: &mut Command) {
     const KEPT: &[&str] = &[
         "CARGO_HOME",
         "CARGO_NET_",

@@ -6,6 +6,7 @@ mod cross;
 mod crossing;
 mod demo;
 mod firmware;
+mod fuzz;
 mod logging;
 mod on_target;
 mod paths;
@@ -29,7 +30,8 @@ usage: cargo xtask COMMAND
   demo [--seconds N] [--live]
                          the firmware in QEMU beside the full-resolution model: live lines, a table, target/demo/report.html
   bench [--json FILE]
-  fuzz [--seconds N]";
+  fuzz [--seconds N] [TARGET ...]
+                         every fuzz target, or these, for N seconds each (60); failing inputs are shown and kept in target/fuzz/crashes";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -57,9 +59,7 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
         ["qemu-run", elf] => qemu_run(Path::new(elf)),
         ["decode", elf] => Log::of(&read_image(Path::new(elf))?)?.print(std::io::stdin()),
         ["demo", options @ ..] => demo::run(options),
-        [command @ "fuzz", ..] => {
-            bail!("`cargo xtask {command}` is not available yet")
-        }
+        ["fuzz", rest @ ..] => fuzz::run(rest),
         _ => bail!("`{}` is not a command\n\n{USAGE}", arguments.join(" ")),
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{CaseError, Place};
+use super::error::{CaseError, Place, visible};
 
 /// The largest case file, bytes.
 pub(super) const MAX_BYTES: u64 = 1 << 20;
@@ -46,7 +46,7 @@ impl Source {
         DeTable::parse(&self.text).map_err(|error| CaseError::Syntax {
             file: self.name.clone(),
             line: self.line(error.span().map_or(self.text.len(), |span| span.start)),
-            reason: error.message().replace('\n', ", "),
+            reason: visible(&error.message().replace('\n', ", ")),
         })
     }
 

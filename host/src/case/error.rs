@@ -104,8 +104,14 @@ impl Place {
                 line.chars().take(LONGEST_VALUE).chain(['…']).collect()
             }
         });
-        Self { file: file.to_owned(), line, key: key.to_owned(), value }
+        Self { file: file.to_owned(), line, key: visible(key), value: value.map(|value| visible(&value)) }
     }
+}
+
+/// A piece of a file on one line: control characters, which a quoted key may hold, are escaped.
+pub(super) fn visible(text: &str) -> String {
+    let letter = |letter: char| if letter.is_control() { letter.escape_default().to_string() } else { letter.into() };
+    text.chars().map(letter).collect()
 }
 
 impl fmt::Display for Place {
