@@ -133,6 +133,21 @@ const CHANGES: &[Change] = &[
     ("youngs_modulus_pa = 4.95e7", "youngs_modulus_pa = inf", 7, "finger.material.youngs_modulus_pa", "finite"),
     ("youngs_modulus_pa = 4.95e7", "youngs_modulus_pa = 1e999", 7, "finger.material.youngs_modulus_pa", "finite"),
     ("poissons_ratio = 0.48", "poissons_ratio = 0.5", 8, "finger.material.poissons_ratio", "allowed is 0 to 0.499"),
+    (
+        "poissons_ratio = 0.48",
+        "poissons_ratio = 0.48\nmax_strain = 0",
+        9,
+        "finger.material.max_strain",
+        "to 10 (a share",
+    ),
+    (
+        "poissons_ratio = 0.48",
+        "poissons_ratio = 0.48\nmax_strain = 5e3",
+        9,
+        "finger.material.max_strain",
+        "0.05 is 5 %",
+    ),
+    ("poissons_ratio = 0.48", "poissons_ratio = 0.48\nmax_strain = \"5 %\"", 9, "finger.material.max_strain", "a text"),
     ("stiffness_factor = 1.0", "stiffness_factor = 0", 19, "finger.back.stiffness_factor", "allowed is 0.001 to 1000"),
     ("base_mm = [-28.0, 0.0]", "base_mm = [3.0, 0.0]", 16, "finger.back.base_mm", "less than the front beam's 0"),
     ("base_mm = [-28.0, 0.0]", "base_mm = [-28.0, 1e5]", 16, "finger.back.base_mm[1]", "allowed is -1000 to 1000 mm"),
@@ -344,6 +359,16 @@ fn messages_read_well() {
         "case.toml:25: finger.lamellae.heights_mm[2] = 81: lies outside the flexible beam; \
          allowed is more than 0 and less than 74 mm"
     );
+}
+
+#[test]
+fn messages_are_one_line_whatever_the_file_holds() {
+    for text in ["\"a\\nb\\u001b[2J\" = 1", "finger = \"\\u0007\"", "finger = 1\n\"fin\\u0067er\" = 2\n\u{1b}"] {
+        let message = Case::parse("case.toml", text).unwrap_err().to_string();
+        assert!(!message.chars().any(char::is_control), "{message:?}");
+    }
+    let message = Case::parse("case.toml", "\"a\\nb\" = 1").unwrap_err().to_string();
+    assert!(message.starts_with("case.toml:1: a\\nb = 1: unknown key"), "{message}");
 }
 
 #[test]

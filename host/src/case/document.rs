@@ -164,7 +164,8 @@ pub(super) struct Value<'d> {
 impl<'d> Value<'d> {
     /// The error of this value, with a reason that says what is allowed.
     pub(super) fn refuse(&self, reason: impl Into<String>) -> CaseError {
-        CaseError::Refused { place: self.place(), reason: reason.into() }
+        // A reason may repeat a file's name.
+        CaseError::Refused { place: self.place(), reason: visible(&reason.into()) }
     }
 
     fn place(&self) -> Place {

@@ -20,7 +20,12 @@ pub struct Finger {
     pub design: Design,
     /// False if the file gives no motor axis: such a finger can only be moved along a line.
     pub has_motor: bool,
+    /// The strain that the material bears, dimensionless; none if it is not known.
+    pub max_strain: Option<f64>,
 }
+
+/// Limits of a material's strain: below the first nothing bends, above the second nothing is left of small strains.
+const MAX_STRAIN: std::ops::RangeInclusive<f64> = 1e-5..=10.0;
 
 /// Reads and validates the table; `name` stands in for a missing one.
 pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
@@ -60,10 +65,11 @@ pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
         ])?,
         None => PlaneStrain::Auto,
     };
+    let (material, max_strain) = material(&table)?;
     let design = Design {
         width: profile(&table.need("width_mm", "a number of mm, or a taper [[height_mm, width_mm], …]")?)?,
         plane_strain,
-        material: material(&table)?,
+        material,
         front: beam(&table, "front")?,
         back: beam(&table, "back")?,
         hinge: hinge(&table, !lamellae.attachments.is_empty())?,
@@ -72,16 +78,28 @@ pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
         motor_axis: motor.unwrap_or([0.0, 0.0]),
     };
     design.validate().map_err(|error| explain(&table, error))?;
-    Ok(Finger { name, design, has_motor: motor.is_some() })
+    Ok(Finger { name, design, has_motor: motor.is_some(), max_strain })
 }
 
-fn material(finger: &Table<'_>) -> Result<Material, CaseError> {
+/// The material, and the strain that it bears.
+fn material(finger: &Table<'_>) -> Result<(Material, Option<f64>), CaseError> {
     let table = finger.need("material", "a table with youngs_modulus_pa and poissons_ratio")?.table()?;
-    let table = table.only(&["youngs_modulus_pa", "poissons_ratio"])?;
-    Ok(Material {
+    let table = table.only(&["youngs_modulus_pa", "poissons_ratio", "max_strain"])?;
+    let material = Material {
         youngs_modulus: table.need("youngs_modulus_pa", "a number of Pa")?.number()? / PA_PER_MPA,
         poissons_ratio: table.need("poissons_ratio", "a number from 0 to 0.499")?.number()?,
-    })
+    };
+    let max_strain = match table.get("max_strain") {
+        Some(value) => match value.number()? {
+            limit if MAX_STRAIN.contains(&limit) => Some(limit),
+            _ => {
+                let (least, most) = MAX_STRAIN.into_inner();
+                return Err(value.refuse(format!("allowed is {least} to {most} (a share: 0.05 is 5 %)")));
+            }
+        },
+        None => None,
+    };
+    Ok((material, max_strain))
 }
 
 fn beam(finger: &Table<'_>, key: &'static str) -> Result<Beam, CaseError> {

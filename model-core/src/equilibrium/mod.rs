@@ -8,6 +8,7 @@
 
 mod fold;
 mod solution;
+mod strains;
 
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
@@ -21,6 +22,7 @@ use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
 use fold::{FOLD_SHIFT, FOLD_STEP};
+pub use strains::{Place, Strain};
 
 /// How equilibria are followed. Every field has a default.
 #[derive(Clone, Copy, Debug, PartialEq)]

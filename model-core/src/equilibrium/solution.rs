@@ -34,7 +34,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         Parts { ladder: &self.ladder, work: &mut self.work }
     }
 
-    fn members(&self) -> usize {
+    pub(super) fn members(&self) -> usize {
         if self.ladder.cells == 0 { 0 } else { self.ladder.member_count() }
     }
 
@@ -95,33 +95,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn energy(&self) -> T {
         let strained = &self.work.members.as_ref()[..self.members()];
         strained.iter().fold(self.state.bending_energy(&self.ladder), |sum, m| sum + m.strain_energy)
-    }
-
-    /// Largest strain at an outer fibre (bending plus stretch) of front beam, back beam and hinges, dimensionless.
-    pub fn max_strain(&self) -> [T; 3] {
-        let mut most = [T::ZERO; 3];
-        let (angle, fibre) = (self.state.angle.as_ref(), self.ladder.fibre.as_ref());
-        for index in 0..self.members() {
-            let part = (index % 4).min(2);
-            let nodes = self.ladder.members.as_ref()[index].nodes();
-            let [x, y] = self.work.members.as_ref()[index].force;
-            let [give, _] = self.ladder.members.as_ref()[index].compliance;
-            for node in nodes.start..nodes.end - 1 {
-                let step = angle[node + 1] - angle[node];
-                let bend = if self.ladder.quadratic && nodes.len() > 2 {
-                    // θ′h of the quadratic at the element's start and end (even nodes are ends).
-                    let first = node - (node - nodes.start) % 2;
-                    let (a, b) = (angle[first + 1] - angle[first], angle[first + 2] - angle[first + 1]);
-                    (T::of(3.0) * a - b).abs().max((T::of(3.0) * b - a).abs())
-                } else {
-                    step.abs()
-                };
-                let e = self.work.e.as_ref()[node];
-                let stretch = give * (x * e[0] + y * e[1]).abs();
-                most[part] = most[part].max(fibre[node] * bend + stretch);
-            }
-        }
-        most
     }
 
     /// Deformed tip of the front beam, finger frame, mm.

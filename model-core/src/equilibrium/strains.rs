@@ -1,0 +1,117 @@
+//! Strains along beams and hinges, from the bends and stretches of an equilibrium.
+
+use super::Follower;
+use crate::real::Real;
+use crate::size::Size;
+
+/// What is strained; spans and lamellae are counted from 0 at the base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A span of the front beam.
+    Front(usize),
+    /// A span of the back beam.
+    Back(usize),
+    /// The front hinge of a lamella.
+    FrontHinge(usize),
+    /// The back hinge of a lamella.
+    BackHinge(usize),
+}
+
+/// Longitudinal strain of a cross-section, dimensionless, positive where material is drawn out.
+///
+/// Through the thickness it runs from `stretch + bending` on the right of the direction of growing arc length to
+/// `stretch − bending` on its left. Beams lead from base to tip: their right is the side of the object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strain<T> {
+    /// Beam or hinge.
+    pub place: Place,
+    /// Undeformed arc length, mm: from the base of a beam, from the front end of a hinge.
+    pub arc: T,
+    /// Of the centreline: ε = (d·e) − 1, e the direction and d the strained direction of a link.
+    pub stretch: T,
+    /// Of the right face, from bending alone: θ′·t/2.
+    pub bending: T,
+}
+
+impl<T: Real> Strain<T> {
+    /// The larger magnitude of both faces.
+    pub fn largest(&self) -> T {
+        self.stretch.abs() + self.bending.abs()
+    }
+}
+
+impl<T: Real, S: Size> Follower<T, S> {
+    /// Strains of all flexible members, span by span from the base: at the springs of `paper` and `trapezoid`, at both
+    /// ends of the quadratic elements (between which the bend is linear). Pins and welds have none.
+    pub fn strains(&self) -> impl Iterator<Item = Strain<T>> + '_ {
+        let mut beam_arc = [T::ZERO; 2];
+        let ladder = &self.ladder;
+        (0..self.members()).flat_map(move |index| {
+            let nodes = ladder.members.as_ref()[index].nodes();
+            let length = ladder.weight.as_ref()[nodes.clone()].iter().fold(T::ZERO, |sum, &weight| sum + weight);
+            let (place, start) = match index % 4 {
+                side @ 0..=1 => {
+                    let start = beam_arc[side];
+                    beam_arc[side] += length;
+                    (if side == 0 { Place::Front(index / 4) } else { Place::Back(index / 4) }, start)
+                }
+                2 => (Place::FrontHinge(index / 4), T::ZERO),
+                _ => (Place::BackHinge(index / 4), T::ZERO),
+            };
+            let elements = nodes.len() - 1;
+            let flexible = length > T::ZERO;
+            (0..if flexible { elements } else { 0 }).map(move |element| {
+                let node = nodes.start + element;
+                let (arc, stretch, bend) =
+                    if ladder.quadratic { self.end(node, element) } else { self.spring(node, nodes.start) };
+                Strain { place, arc: start + arc, stretch, bending: ladder.fibre.as_ref()[node] * bend }
+            })
+        })
+    }
+}
+
+impl<T: Real, S: Size> Follower<T, S> {
+    /// Arc, stretch and bend at an end of a quadratic element: even ends are starts.
+    fn end(&self, node: usize, end: usize) -> (T, T, T) {
+        let angle = self.state.angle.as_ref();
+        let first = node - end % 2;
+        // θ′h of the quadratic through the element's three angles.
+        let (a, b) = (angle[first + 1] - angle[first], angle[first + 2] - angle[first + 1]);
+        let three = T::of(3.0);
+        // Simpson's weight of the middle is 4h/6.
+        let h = T::of(1.5) * self.ladder.weight.as_ref()[first + 1];
+        let arc = T::of(end.div_ceil(2) as f64) * h;
+        if end.is_multiple_of(2) {
+            (arc, self.stretch(first), three * a - b)
+        } else {
+            (arc, self.stretch(first + 2), three * b - a)
+        }
+    }
+
+    /// The same at the spring between a node and the next.
+    fn spring(&self, node: usize, first: usize) -> (T, T, T) {
+        let angle = self.state.angle.as_ref();
+        let arc = T::of((node - first) as f64) * self.ladder.weight.as_ref()[first + 1];
+        let stretch = T::of(0.5) * (self.stretch(node) + self.stretch(node + 1));
+        (arc, stretch, angle[node + 1] - angle[node])
+    }
+
+    fn stretch(&self, node: usize) -> T {
+        let (e, d) = (self.work.e.as_ref()[node], self.work.strained.as_ref()[node]);
+        (d[0] - e[0]) * e[0] + (d[1] - e[1]) * e[1]
+    }
+
+    /// Largest strain at an outer fibre (bending plus stretch) of front beam, back beam and hinges, dimensionless.
+    pub fn max_strain(&self) -> [T; 3] {
+        let mut most = [T::ZERO; 3];
+        for strain in self.strains() {
+            let part = match strain.place {
+                Place::Front(_) => 0,
+                Place::Back(_) => 1,
+                Place::FrontHinge(_) | Place::BackHinge(_) => 2,
+            };
+            most[part] = most[part].max(strain.largest());
+        }
+        most
+    }
+}
