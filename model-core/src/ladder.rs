@@ -8,7 +8,7 @@
 //! A member's end-to-end vector is D = Σ lᵢ dᵢ + rigid parts. Without stretch and shear dᵢ = eᵢ, the direction of the link.
 //! With them, the force f through the link strains it: dᵢ = eᵢ + (f·eᵢ)/EA·eᵢ + (f·e′ᵢ)/κGA·e′ᵢ for a force that pulls,
 //! which is −f in the Lagrangian's sign. Stretch and shear thus need no unknowns of their own: they are eliminated node by
-//! node, and λ carries their compliance.
+//! node, and λ carries their compliance. The bending stiffness follows the stretch (see `newton::bend`).
 
 use crate::contact::Sample;
 use crate::real::{Real, Vec2};
@@ -37,6 +37,8 @@ pub struct Member<T> {
     pub(crate) rigid_end: [T; 2],
     /// 1/EA and 1/κGA, 1/N: stretch and shear per force; 0 for an inextensible, shear-stiff member.
     pub(crate) compliance: [T; 2],
+    /// 3c/EA, 1/N: growth of the bending stiffness per force that stretches the member; 0 where it is constant.
+    pub(crate) stiffening: T,
 }
 
 impl<T> Member<T> {
@@ -56,6 +58,7 @@ impl<T: Real> Blank for Member<T> {
         rigid_start: [T::ZERO; 2],
         rigid_end: [T::ZERO; 2],
         compliance: [T::ZERO; 2],
+        stiffening: T::ZERO,
     };
 }
 

@@ -8,7 +8,7 @@
 //! and the contact force is the multiplier of the gap. `no_std`, no allocation, no `unsafe`; in `f32` or `f64`.
 //!
 //! ```
-//! use model_core::design::{Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, PlaneStrain, Profile};
+//! use model_core::design::{Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile};
 //! use model_core::discretise::{Discretisation, Physics};
 //! use model_core::estimator::Estimator;
 //! use model_core::object::ObjectDesign;
@@ -19,7 +19,7 @@
 //! let design = Design {
 //!     width: Profile::constant(20.0),
 //!     plane_strain: PlaneStrain::Stress,
-//!     material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48 },
+//!     material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
 //!     front: beam([0.0, 0.0]),
 //!     back: beam([-28.0, 0.0]),
 //!     lamellae: Lamellae {

@@ -3,8 +3,8 @@
 use heapless::Vec;
 use messages::{CONTACTS, Contact, Finger, LAMELLAE, POINTS, Report, Shape, frame};
 use model_core::design::{
-    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, MAX_KNOTS, MAX_LAMELLAE, Material, PlaneStrain,
-    Profile,
+    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, MAX_KNOTS, MAX_LAMELLAE, Material, MaterialLaw,
+    PlaneStrain, Profile,
 };
 use model_core::discretise::{Discretisation, Physics};
 use model_core::estimator::Estimate;
@@ -39,7 +39,7 @@ fn the_largest_finger_fits() {
     let design = Design {
         width: profile(),
         plane_strain: PlaneStrain::Auto,
-        material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48 },
+        material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
         front: beam(),
         back: beam(),
         lamellae: Lamellae {

@@ -56,6 +56,34 @@ pub struct Material {
     pub youngs_modulus: f64,
     /// Poisson's ratio ν, 0 ≤ ν < 0.5.
     pub poissons_ratio: f64,
+    /// How its stiffness changes with strain; seen by the `extended` physics only.
+    pub law: MaterialLaw,
+}
+
+/// Second-order elasticity: a fibre at nominal strain u stores ½E(u² + c u³) per volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
+pub enum MaterialLaw {
+    /// Linear between Green's strain and the second Piola–Kirchhoff stress, as finite elements with a linear material and
+    /// large displacements: u + u²/2 squared, c = 1.
+    #[default]
+    StVenantKirchhoff,
+    /// An incompressible rubber: ⅙E(λ² + 2/λ − 3) with λ = 1 + u, c = −2/3.
+    NeoHookean,
+    /// Stiffness independent of the strain: c = 0.
+    Linear,
+}
+
+impl MaterialLaw {
+    /// The coefficient c.
+    pub fn second_order(self) -> f64 {
+        match self {
+            Self::StVenantKirchhoff => 1.0,
+            Self::NeoHookean => -2.0 / 3.0,
+            Self::Linear => 0.0,
+        }
+    }
 }
 
 /// How much a wide beam is stiffened because its cross-section cannot curl.
@@ -273,7 +301,7 @@ pub(crate) mod tests {
         let mut design = Design {
             width: Profile::constant(20.0),
             plane_strain: PlaneStrain::Stress,
-            material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48 },
+            material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
             front: beam([0.0, 0.0]),
             back: beam([-28.0, 0.0]),
             lamellae: Lamellae { attachments: Attachments::Heights(Vec::new()), thickness: 3.0 },

@@ -54,6 +54,7 @@ pub(super) fn write_hinges<T: Real, S: Size>(
             bending: &bending,
             thickness: &thickness,
             compliance,
+            stiffening: 3.0 * design.material.law.second_order() * compliance[0],
             rigid_start,
             rigid_end,
         };

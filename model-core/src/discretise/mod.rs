@@ -293,13 +293,15 @@ pub fn discretise<T: Real, S: Size>(
             let thickness = |at: f64| section(at).1;
             let (w, t) = section(0.5);
             let tip = if cell == lamellae { rigid_tip(design, side, ends) } else { [0.0; 2] };
+            let compliance = compliance(design, how.physics, beam.stiffness_factor * w * t);
             let rod = Rod {
                 elements: counts[cell],
                 length: to - from,
                 direction: beam.direction(),
                 bending: &bending,
                 thickness: &thickness,
-                compliance: compliance(design, how.physics, beam.stiffness_factor * w * t),
+                compliance,
+                stiffening: 3.0 * design.material.law.second_order() * compliance[0],
                 rigid_start: [0.0; 2],
                 rigid_end: tip,
             };

@@ -16,6 +16,8 @@ pub(super) struct Rod<'a> {
     pub thickness: &'a dyn Fn(f64) -> f64,
     /// 1/EA and 1/κGA, 1/N.
     pub compliance: [f64; 2],
+    /// 3c/EA, 1/N (see [`Member`]).
+    pub stiffening: f64,
     pub rigid_start: [f64; 2],
     pub rigid_end: [f64; 2],
 }
@@ -88,6 +90,7 @@ pub(super) fn write_rod<T: Real, S: Size>(
         rigid_start: rod.rigid_start.map(T::of),
         rigid_end: rod.rigid_end.map(T::of),
         compliance: rod.compliance.map(T::of),
+        stiffening: T::of(rod.stiffening),
     })
 }
 
@@ -109,5 +112,6 @@ pub(super) fn write_point<T: Real, S: Size>(
         rigid_start: rigid_start.map(T::of),
         rigid_end: [T::ZERO; 2],
         compliance: [T::ZERO; 2],
+        stiffening: T::ZERO,
     })
 }

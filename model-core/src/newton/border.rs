@@ -1,8 +1,9 @@
 //! The border: contact rows g_j + ε_c μ_j = 0 against joints, λ and each other.
 
-use super::Workspace;
 use super::banded::{self, force_terms};
 use super::condense::solve_interior;
+use super::{Workspace, bend};
+use crate::contact::Sample;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::real::Real;
 use crate::size::{Blank, Size};
@@ -12,10 +13,12 @@ use crate::size::{Blank, Size};
 pub(crate) struct Own<T> {
     /// With the span's force.
     pub x: [T; 2],
+    /// Derivatives of the sample's position with respect to the angles of the three nodes of its element, mm.
+    pub lever: [[T; 2]; 3],
 }
 
 impl<T: Real> Blank for Own<T> {
-    const BLANK: Self = Self { x: [T::ZERO; 2] };
+    const BLANK: Self = Self { x: [T::ZERO; 2], lever: [[T::ZERO; 2]; 3] };
 }
 
 #[inline]
@@ -33,6 +36,13 @@ fn weight_at<T: Real, S: Size>(ladder: &Ladder<T, S>, sample: usize, node: usize
     } else {
         sample.weights.get(node - first).copied().unwrap_or(T::ZERO)
     }
+}
+
+/// Derivative of a sample's position with respect to the angle of a node at or below its element, mm.
+#[inline]
+fn position_lever<T: Real>(lever: &[[T; 2]], sample: &Sample<T>, own: &Own<T>, node: usize) -> [T; 2] {
+    let first = usize::from(sample.node);
+    if node < first { lever[node] } else { own.lever.get(node - first).copied().unwrap_or([T::ZERO; 2]) }
 }
 
 /// n·C·m of a node with direction e: how the row m gives way under the row n by stretch and shear.
@@ -61,17 +71,17 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
         let member = ladder.members.as_ref()[index];
         let nodes = member.nodes();
         let interior = usize::from(member.interior);
-        let (e, turned) = (work.e.as_ref(), work.turned.as_ref());
+        let mut own = Own { x: [T::ZERO; 2], lever: bend::sample_lever(ladder, work, index, &sample) };
+        let (e, lever) = (work.e.as_ref(), work.lever.as_ref());
         let strains = member.compliance[0] != T::ZERO;
         // Raw entries on the span: −w n·d′ with the angles, w C n with the force.
         let z = &mut work.delta.as_mut()[nodes.clone()];
-        let mut own = Own { x: [T::ZERO; 2] };
         let reach = usize::from(sample.node) + 2;
         let mut ends = [T::ZERO; 2];
         for node in nodes.clone() {
             let w = if node <= reach { weight_at(ladder, sample_index, node) } else { T::ZERO };
             let local = node - nodes.start;
-            let raw = -(w * dot(normal, turned[node]));
+            let raw = if node <= reach { -dot(normal, position_lever(lever, &sample, &own, node)) } else { T::ZERO };
             if local == 0 {
                 ends[0] = raw;
             } else if local == interior + 1 {
@@ -92,7 +102,7 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
         ends[1] -= sample.rigid * turn(m.rigid_end);
         solve_interior(&work.factor.as_ref()[nodes.clone()], z, interior, T::ZERO);
         // Eliminate the interior: entries with a, b, force, gradient.
-        let coupling = &ladder.coupling.as_ref()[nodes.clone()];
+        let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
         let (mut a, mut b) = (ends[0], ends[1]);
         if interior >= 1 {
             a -= coupling[0][0] * z[1];
@@ -106,12 +116,13 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
         let gradient = &work.gradient.as_ref()[nodes.clone()];
         let mut residual = T::ZERO;
         for i in 1..=interior {
-            let v = weight[i] * z[i];
-            own.x[0] -= v * turned[nodes.start + i][0];
-            own.x[1] -= v * turned[nodes.start + i][1];
+            let [x, y] = lever[nodes.start + i];
+            own.x[0] -= z[i] * x;
+            own.x[1] -= z[i] * y;
             residual -= gradient[i] * z[i];
         }
         let force = own.x;
+        work.own.as_mut()[j] = own;
 
         // Rows on the same span, this one included.
         for k in span_start..=j {
@@ -126,7 +137,8 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
                 }
                 let w = weight_at(ladder, other_sample, node);
                 if i >= 1 && i <= interior {
-                    sum -= w * dot(other.normal, turned[node]) * z[i];
+                    let (sample, own) = (&samples[other_sample], &work.own.as_ref()[k]);
+                    sum -= dot(other.normal, position_lever(lever, sample, own, node)) * z[i];
                 }
                 if strains && weight[i] != T::ZERO {
                     let share = weight_at(ladder, sample_index, node) / weight[i];
@@ -172,7 +184,6 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
             }
         }
         work.flexibility.as_mut()[j * S::CONTACTS + j] += row.softness;
-        work.own.as_mut()[j] = own;
         work.row_rhs.as_mut()[j] = -row.gap - row.softness * row.multiplier + residual;
     }
 }

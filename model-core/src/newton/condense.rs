@@ -79,9 +79,9 @@ pub(crate) fn condense<T: Real, S: Size>(
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
     let stiffening = T::one() + diagonal.shift;
-    let weight = &ladder.weight.as_ref()[nodes.clone()];
-    let coupling = &ladder.coupling.as_ref()[nodes.clone()];
-    let turned = &work.turned.as_ref()[nodes.clone()];
+    let constant = &ladder.coupling.as_ref()[nodes.clone()];
+    let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
+    let lever = &work.lever.as_ref()[nodes.clone()];
     let gradient = &work.gradient.as_ref()[nodes.clone()];
     let curvature = &work.curvature.as_ref()[nodes.clone()];
     let factor = &mut work.factor.as_mut()[nodes];
@@ -90,17 +90,17 @@ pub(crate) fn condense<T: Real, S: Size>(
     let zero = T::ZERO;
 
     let springs = |i: usize| {
-        let mut sum = coupling[i][0] + coupling[i][1];
+        let mut sum = constant[i][0] + constant[i][1];
         if i >= 1 {
-            sum += coupling[i - 1][0];
+            sum += constant[i - 1][0];
         }
         if i >= 2 {
-            sum += coupling[i - 2][1];
+            sum += constant[i - 2][1];
         }
         -sum
     };
     let own = |i: usize| springs(i) * stiffening - diagonal.curvature * curvature[i];
-    let raw = |i: usize, a: T| [a, weight[i] * turned[i][0], weight[i] * turned[i][1], gradient[i]];
+    let raw = |i: usize, a: T| [a, lever[i][0], lever[i][1], gradient[i]];
     let last = interior + 1;
     let mut negative = 0;
     // Border sums: everything with everything but the gradient with itself.

@@ -4,6 +4,7 @@
 
 pub(crate) mod active_set;
 pub(crate) mod banded;
+pub(crate) mod bend;
 pub(crate) mod border;
 pub(crate) mod condense;
 pub(crate) mod gaps;
@@ -75,8 +76,15 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) e: S::Nodes<[T; 2]>,
     /// Strained direction d at each node: its weight times d is the node's part of the end-to-end vector.
     pub(crate) strained: S::Nodes<[T; 2]>,
-    /// Derivative of d with respect to the node's angle.
-    pub(crate) turned: S::Nodes<[T; 2]>,
+    /// Derivative of the member's end-to-end vector with respect to the node's angle, mm.
+    pub(crate) lever: S::Nodes<[T; 2]>,
+    /// Of the element or spring that begins at a node: t ∂(½q)/∂θ of its start, at a quadratic element's middle that of its
+    /// end, mm; and the shortening η that the node carries (see `bend`).
+    pub(crate) bent: S::Nodes<[T; 2]>,
+    /// As the ladder's coupling, for members whose stiffness follows the stretch.
+    pub(crate) coupling: S::Nodes<[T; 2]>,
+    /// The factorisation has the second derivatives of the force's part: it takes this coupling, not the ladder's.
+    pub(crate) curved: bool,
     /// Gradient of the Lagrangian at each node, N·mm.
     pub(crate) gradient: S::Nodes<T>,
     /// Geometric softening of a node, N·mm: what the force takes from the diagonal of K.
@@ -125,7 +133,10 @@ impl<T: Real, S: Size> Workspace<T, S> {
     pub const EMPTY: Self = Self {
         e: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         strained: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
-        turned: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        lever: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        bent: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        coupling: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        curved: false,
         gradient: <S::Nodes<T> as Storage<T>>::EMPTY,
         curvature: <S::Nodes<T> as Storage<T>>::EMPTY,
         factor: <S::Nodes<[T; 3]> as Storage<[T; 3]>>::EMPTY,
@@ -158,7 +169,9 @@ impl<T: Real, S: Size> Workspace<T, S> {
         let (unknowns, rows) = (PER_CELL * cells, S::CONTACTS);
         self.e.fit(nodes)
             && self.strained.fit(nodes)
-            && self.turned.fit(nodes)
+            && self.lever.fit(nodes)
+            && self.bent.fit(nodes)
+            && self.coupling.fit(nodes)
             && self.gradient.fit(nodes)
             && self.curvature.fit(nodes)
             && self.factor.fit(nodes)
@@ -193,4 +206,17 @@ impl<T: Real, S: Size> Workspace<T, S> {
         }
         tip
     }
+}
+
+/// Second derivatives of a member off the diagonal: constant, or as its stretch has made them.
+#[inline]
+pub(crate) fn coupling<'a, T: Real, S: Size>(
+    ladder: &'a Ladder<T, S>,
+    stretched: &'a [[T; 2]],
+    curved: bool,
+    index: usize,
+) -> &'a [[T; 2]] {
+    let member = &ladder.members.as_ref()[index];
+    let all = if curved && member.stiffening != T::ZERO { stretched } else { ladder.coupling.as_ref() };
+    &all[member.nodes()]
 }

@@ -1,9 +1,9 @@
 //! The gradient of the Lagrangian
 //! L = V(θ) + Σ λ_k·h_k(θ, λ, μ) − Σ μ_j g_j − ½ ε_c Σ μ_j², stretch and shear eliminated (see [`crate::ladder`]).
 
-use super::Workspace;
 use super::gaps::Sweep;
 use super::strain::{closures, directions, forces, own_rows, starts, strain};
+use super::{Workspace, bend};
 use crate::ladder::{CLAMPED, Ladder, State};
 use crate::real::Real;
 use crate::size::Size;
@@ -15,38 +15,6 @@ pub(crate) struct Residual<T> {
     pub gradient: T,
     /// Closure errors, errors g + ε_c μ of touching samples, penetration of the others, mm.
     pub length: T,
-}
-
-/// Adds K θ of a member to its gradient, as differences: K's rows sum to zero.
-fn bend<T: Real>(angle: &[T], coupling: &[[T; 2]], gradient: &mut [T], quadratic: bool) {
-    if quadratic && angle.len() > 2 {
-        // Elements of three nodes: start, middle, end.
-        for element in 0..angle.len() / 2 {
-            let at = 2 * element;
-            let (Some(&[a, m, b]), Some(&[[k, far], _, _]), Some([ga, gm, gb])) = (
-                angle.get(at..).and_then(|x| x.first_chunk::<3>()),
-                coupling.get(at..).and_then(|x| x.first_chunk::<3>()),
-                gradient.get_mut(at..).and_then(|x| x.first_chunk_mut::<3>()),
-            ) else {
-                return;
-            };
-            // Both halves of an element are alike.
-            let (first, second, across) = (k * (m - a), k * (b - m), far * (b - a));
-            *ga += first + across;
-            *gm += second - first;
-            *gb -= second + across;
-        }
-        return;
-    }
-    let pairs = angle.windows(2).zip(coupling);
-    for (at, (pair, &[k, _])) in pairs.enumerate() {
-        let (Some([g, h]), &[a, b]) = (gradient.get_mut(at..).and_then(|x| x.first_chunk_mut::<2>()), pair) else {
-            return;
-        };
-        let moment = k * (b - a);
-        *g += moment;
-        *h -= moment;
-    }
 }
 
 /// Strains all members, and returns the largest residuals of gradient, closures and gaps.
@@ -65,9 +33,14 @@ pub(crate) fn gradient<T: Real, S: Size>(
         from = own.end;
         strain(ladder, work, index, own);
         let (angle, coupling) = (state.angle.as_ref(), ladder.coupling.as_ref());
-        let gradient = work.gradient.as_mut();
         let nodes = member.nodes();
-        bend(&angle[nodes.clone()], &coupling[nodes.clone()], &mut gradient[nodes.clone()], ladder.quadratic);
+        if member.stiffening == T::ZERO {
+            let gradient = &mut work.gradient.as_mut()[nodes.clone()];
+            bend::moments(&angle[nodes.clone()], &coupling[nodes.clone()], gradient, ladder.quadratic);
+        } else {
+            bend::stretched(ladder, state, work, index);
+        }
+        let gradient = work.gradient.as_ref();
         for slope in &gradient[nodes.start + 1..nodes.end - 1] {
             worst.gradient = worst.gradient.max(slope.abs());
         }
@@ -112,6 +85,7 @@ pub(crate) fn gradient<T: Real, S: Size>(
 /// Elastic energy at a state whose rows are those of the last evaluation, N·mm; leaves closures and positions behind.
 pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) -> T {
     directions(ladder, state, work);
+    bend::shorten(ladder, state, work);
     forces(ladder, state, work);
     let mut energy = state.bending_energy(ladder);
     let mut from = 0;

@@ -6,7 +6,7 @@ use super::border;
 use super::condense::{self, Diagonal, solve_interior};
 use super::gaps::{self, Sweep};
 use super::residual::{self, Residual};
-use super::{Hessian, Workspace, strain};
+use super::{Hessian, Workspace, bend, strain};
 use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
 use crate::object::Object;
 use crate::real::Real;
@@ -42,6 +42,7 @@ pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
     strain::directions(ladder, state, work);
+    bend::shorten(ladder, state, work);
     gaps::recall(state, work);
     strain::place_front(ladder, state, work);
     let mut sweep = gaps::sweep(ladder, state, work, object, margin);
@@ -60,6 +61,7 @@ pub(crate) fn factorise<T: Real, S: Size>(
 ) -> usize {
     let n = ladder.unknowns();
     let mut negative = 0;
+    work.curved = diagonal.curvature != T::ZERO;
     for index in 0..ladder.member_count() {
         negative += condense::condense(ladder, work, index, diagonal);
     }
@@ -169,7 +171,8 @@ fn recover_member<T: Real, S: Size>(
         force[0] += sign * joints[u];
         force[1] += sign * joints[u + 1];
     }
-    let (turned, weight, coupling) = (work.turned.as_ref(), ladder.weight.as_ref(), ladder.coupling.as_ref());
+    let lever = work.lever.as_ref();
+    let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
     let gradient = work.gradient.as_ref();
     let z = &mut work.delta.as_mut()[nodes.clone()];
     let mut carried = force;
@@ -186,8 +189,8 @@ fn recover_member<T: Real, S: Size>(
             carried[0] -= delta * row.normal[0];
             carried[1] -= delta * row.normal[1];
         }
-        let [x, y] = turned[node];
-        z[i] = -gradient[node] - weight[node] * (carried[0] * x + carried[1] * y);
+        let [x, y] = lever[node];
+        z[i] = -gradient[node] - (carried[0] * x + carried[1] * y);
     }
     for j in rows {
         let row = &work.rows.as_ref()[j];
@@ -196,20 +199,18 @@ fn recover_member<T: Real, S: Size>(
         if delta == T::ZERO {
             continue;
         }
-        for (k, &w) in sample.weights.iter().enumerate() {
-            let node = usize::from(sample.node) + k;
-            let local = node.wrapping_sub(nodes.start);
-            if w != T::ZERO && local >= 1 && local <= interior {
-                let [x, y] = turned[node];
-                z[local] += w * delta * (row.normal[0] * x + row.normal[1] * y);
+        for (k, &[x, y]) in work.own.as_ref()[j].lever.iter().enumerate() {
+            let local = (usize::from(sample.node) + k).wrapping_sub(nodes.start);
+            if local >= 1 && local <= interior {
+                z[local] += delta * (row.normal[0] * x + row.normal[1] * y);
             }
         }
     }
     if interior >= 1 {
-        z[1] -= coupling[nodes.start][0] * da;
+        z[1] -= coupling[0][0] * da;
     }
     if interior >= 2 {
-        z[2] -= coupling[nodes.start][1] * da;
+        z[2] -= coupling[0][1] * da;
     }
     z[0] = da;
     solve_interior(&work.factor.as_ref()[nodes], z, interior, db);

@@ -88,42 +88,53 @@ pub(crate) fn own_rows<T: Real, S: Size>(
     from..end
 }
 
-/// What a force does to a link or node of weight w and direction e.
+/// What a force does to a link or node of weight w and direction e that bending shortens by η.
 ///
-/// With f the force per weight, a = f·e, b = f·e′, k = 1/EA − 1/κGA: ψ = a − ½(a²/EA + b²/κGA), d = ∂ψ/∂f, and the node adds
-/// w ψ to the Lagrangian.
+/// With f the force per weight, a = f·e, b = f·e′, k = 1/EA − 1/κGA: ψ = (1 − η) a − ½(a²/EA + b²/κGA), d = ∂ψ/∂f, and the node
+/// adds w ψ to the Lagrangian.
 struct Strained<T> {
-    /// Strained direction d and its derivative with respect to the angle.
+    /// Strained direction d, and w times its derivative with respect to the angle.
     direction: [T; 2],
-    turned: [T; 2],
+    lever: [T; 2],
     /// First derivative of w ψ with respect to the angle, and the second with its sign changed, N·mm.
     gradient: T,
     curvature: T,
     /// −w C and the energy of stretch and shear, twice.
     give: [T; 3],
     energy: T,
+    /// f·e and f·e′.
+    pull: [T; 2],
 }
 
 #[inline(always)]
-fn strained<T: Real, const RIGID: bool>(e: [T; 2], w: T, force: [T; 2], [stretch, shear]: [T; 2]) -> Strained<T> {
+fn strained<T: Real, const RIGID: bool>(
+    e: [T; 2],
+    w: T,
+    force: [T; 2],
+    [stretch, shear]: [T; 2],
+    shorter: T,
+) -> Strained<T> {
     let [x, y] = e;
     let a = force[0] * x + force[1] * y;
     let b = force[1] * x - force[0] * y;
     if RIGID {
         let (give, energy) = ([T::ZERO; 3], T::ZERO);
-        return Strained { direction: e, turned: [-y, x], gradient: w * b, curvature: w * a, give, energy };
+        let lever = [-(w * y), w * x];
+        return Strained { direction: e, lever, gradient: w * b, curvature: w * a, give, energy, pull: [a, b] };
     }
     let k = stretch - shear;
-    let (p, q) = (T::one() - stretch * a, shear * b);
-    let (r, t) = (T::one() - k * a, k * b);
+    let whole = T::one() - shorter;
+    let (p, q) = (whole - stretch * a, shear * b);
+    let (r, t) = (whole - k * a, k * b);
     let (xx, yy) = (x * x, y * y);
     Strained {
         direction: [x * p + q * y, y * p - q * x],
-        turned: [-y * r - t * x, x * r - t * y],
+        lever: [-(w * (y * r + t * x)), w * (x * r - t * y)],
         gradient: w * b * r,
         curvature: w * (a * r + b * t),
         give: [w * (stretch * xx + shear * yy), w * k * x * y, w * (stretch * yy + shear * xx)],
         energy: w * (stretch * a * a + shear * b * b),
+        pull: [a, b],
     }
 }
 
@@ -160,10 +171,11 @@ fn strain_all<T: Real, S: Size, const RIGID: bool, const PLACE: bool>(
     let mut give = [T::ZERO; 3];
     let mut energy = T::ZERO;
     let input = ladder.weight.as_ref()[nodes.clone()].iter().zip(&work.e.as_ref()[nodes.clone()]);
-    let directions = work.strained.as_mut()[nodes.clone()].iter_mut().zip(&mut work.turned.as_mut()[nodes.clone()]);
+    let directions = work.strained.as_mut()[nodes.clone()].iter_mut().zip(&mut work.lever.as_mut()[nodes.clone()]);
     let slopes = work.gradient.as_mut()[nodes.clone()].iter_mut().zip(&mut work.curvature.as_mut()[nodes.clone()]);
-    let all = nodes.zip(input).zip(directions.zip(slopes));
-    for ((node, (&w, &e)), ((direction, turned), (gradient, curvature))) in all.rev() {
+    let pulls = work.bent.as_ref()[nodes.clone()].iter().zip(&mut work.coupling.as_mut()[nodes.clone()]);
+    let all = nodes.zip(input).zip(directions.zip(slopes)).zip(pulls);
+    for (((node, (&w, &e)), ((direction, lever), (gradient, curvature))), (bent, pull)) in all.rev() {
         let mut force = carried;
         if next > own.start {
             // Contacts beyond this node pull the whole of it, those at it a part.
@@ -183,13 +195,17 @@ fn strain_all<T: Real, S: Size, const RIGID: bool, const PLACE: bool>(
                 }
             }
         }
-        let node = strained::<T, RIGID>(e, w, force, member.compliance);
+        let shorter = if RIGID { T::ZERO } else { bent[1] };
+        let node = strained::<T, RIGID>(e, w, force, member.compliance, shorter);
         *direction = node.direction;
         chord = [chord[0] + w * node.direction[0], chord[1] + w * node.direction[1]];
         if PLACE {
             continue;
         }
-        *turned = node.turned;
+        *lever = node.lever;
+        if !RIGID {
+            *pull = node.pull;
+        }
         *gradient = node.gradient;
         *curvature = node.curvature;
         if !RIGID {

@@ -63,6 +63,8 @@ fn random_model(random: &mut Random) -> Model {
         // Softer than any real finger, so that stretch and shear are seen.
         for member in &mut ladder.members[..] {
             member.compliance = [3e-4 * (1.1 + random.signed()), 1e-3 * (1.1 + random.signed())];
+            // A pin or weld has no bending to stiffen.
+            member.stiffening = if member.interior > 0 { 1e-3 * random.signed() } else { 0.0 };
         }
     }
     // Strong forces: many states then have indefinite members.
@@ -149,7 +151,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// L written as a sum over links: with f the force per weight at a node, each adds l (f·e − ½ ((f·e)²/EA + (f·e′)²/κGA)),
-/// each rigid part f·r; the closures' and gaps' constants complete it. Normals, g₀ and P₀ are frozen.
+/// less t/2 f·e times the bending energies that it carries, each rigid part f·r; the closures' and gaps' constants complete it. Normals, g₀ and P₀ are frozen.
 fn lagrangian(
     ladder: &Ladder<f64, Paper>,
     state: &State<f64, Paper>,
@@ -181,6 +183,29 @@ fn lagrangian(
                 value -= 0.5 * ladder.coupling[i][j - i - 1] * (state.angle[j] - state.angle[i]).powi(2);
             }
             let l = ladder.weight[i];
+            // Bending energies that the force at this node softens: the element around it, or the springs it carries.
+            let spring = |i: usize| {
+                let theta = &state.angle;
+                let mut q = -ladder.coupling[i][0] * (theta[i + 1] - theta[i]).powi(2);
+                if ladder.quadratic {
+                    q -= ladder.coupling[i + 1][0] * (theta[i + 2] - theta[i + 1]).powi(2);
+                    q -= ladder.coupling[i][1] * (theta[i + 2] - theta[i]).powi(2);
+                }
+                q
+            };
+            let mut carried = 0.0;
+            if ladder.quadratic {
+                if (i - nodes.start) % 2 == 1 {
+                    carried += spring(i - 1);
+                }
+            } else {
+                if l != 0.0 && i > nodes.start {
+                    carried += spring(i - 1);
+                }
+                if i + 1 < nodes.end && ladder.weight[i + 1] == 0.0 {
+                    carried += spring(i);
+                }
+            }
             if l == 0.0 {
                 continue;
             }
@@ -195,6 +220,7 @@ fn lagrangian(
             let e = rotated(ladder.direction[i], state.angle[i]);
             let (along, across) = (dot(f, e), dot(f, [-e[1], e[0]]));
             let [stretch, shear] = member.compliance;
+            value -= 0.5 * member.stiffening * carried * along;
             value += l * (along - 0.5 * (stretch * along * along + shear * across * across));
         }
         value += dot(force, rotated(member.rigid_start, state.angle[nodes.start]));

@@ -4,7 +4,7 @@
 
 use heapless::Vec;
 use model_core::design::{
-    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, PlaneStrain, Profile,
+    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
 };
 use model_core::discretise::{Discretisation, Physics, Sampling, Scheme};
 use model_core::object::ObjectDesign;
@@ -15,7 +15,7 @@ pub fn ladder_80() -> Design {
     Design {
         width: Profile::constant(20.0),
         plane_strain: PlaneStrain::Stress,
-        material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48 },
+        material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
         front: beam([0.0, 0.0]),
         back: beam([-28.0, 0.0]),
         lamellae: Lamellae {

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 use model_core::design::{
-    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, PlaneStrain, Profile,
+    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
 };
 use model_core::discretise::{Discretisation, Elements, Physics, Scheme};
 use model_core::equilibrium::Follower;
@@ -28,7 +28,7 @@ fn strips() -> Design {
     Design {
         width: Profile::constant(28.0),
         plane_strain: PlaneStrain::Stress,
-        material: Material { youngs_modulus: 213_000.0, poissons_ratio: 0.3 },
+        material: Material { youngs_modulus: 213_000.0, poissons_ratio: 0.3, law: MaterialLaw::default() },
         front: beam([0.0, 0.0], 150.16 / 135.0),
         back: beam([-73.24, 0.0], 167.07 / 156.0),
         lamellae: Lamellae {
