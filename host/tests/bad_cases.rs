@@ -132,6 +132,13 @@ const CHANGES: &[Change] = &[
     ),
     ("youngs_modulus_pa = 4.95e7", "youngs_modulus_pa = inf", 7, "finger.material.youngs_modulus_pa", "finite"),
     ("youngs_modulus_pa = 4.95e7", "youngs_modulus_pa = 1e999", 7, "finger.material.youngs_modulus_pa", "finite"),
+    (
+        "poissons_ratio = 0.48",
+        "poissons_ratio = 0.48\nlaw = \"hookean\"",
+        9,
+        "finger.material.law",
+        "\"st-venant-kirchhoff\", \"neo-hookean\"",
+    ),
     ("poissons_ratio = 0.48", "poissons_ratio = 0.5", 8, "finger.material.poissons_ratio", "allowed is 0 to 0.499"),
     (
         "poissons_ratio = 0.48",

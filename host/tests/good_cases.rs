@@ -1,7 +1,7 @@
 //! Files become designs in the solver's units.
 
 use host::case::{Case, PRESETS, preset};
-use model_core::design::{Attachments, HingeFrom, HingeKind, PlaneStrain};
+use model_core::design::{Attachments, HingeFrom, HingeKind, MaterialLaw, PlaneStrain};
 use model_core::object::{Corners, Motion, ObjectDesign};
 
 #[test]
@@ -84,7 +84,7 @@ fn a_finger_without_lamellae_hinges_or_motor_can_be_translated() {
         r#"
         [finger]
         width_mm = [[0, 20.0], [0x50, 10.0]]
-        material = { youngs_modulus_pa = 2.13e11, poissons_ratio = 0.3 }
+        material = { youngs_modulus_pa = 2.13e11, poissons_ratio = 0.3, law = "neo-hookean" }
         front = { base_mm = [0, 0], tip_mm = [0, 80], thickness_mm = 0.2, stiffness_factor = 1.5 }
         back = { base_mm = [-28, 0], tip_mm = [0, 80], thickness_mm = [[0, 1.0], [40.5, 0.5]] }
         lamellae.heights_mm = []
@@ -105,6 +105,7 @@ fn a_finger_without_lamellae_hinges_or_motor_can_be_translated() {
     assert_eq!(design.plane_strain, PlaneStrain::Auto);
     assert_eq!(design.front.stiffness_factor, 1.5);
     assert!((design.material.youngs_modulus - 213_000.0).abs() < 1e-6);
+    assert_eq!(design.material.law, MaterialLaw::NeoHookean);
     assert_eq!(case.path.motion, Motion::Translating { direction: [-1.0, 0.0] });
     assert_eq!(case.path.coordinate(5.0), 5.0);
 }

@@ -2,7 +2,7 @@
 
 use model_core::design::{
     Attachments, Beam, Design, DesignError, Field, Hinge, HingeFrom, HingeKind, Lamellae, MAX_KNOTS, MAX_LAMELLAE,
-    Material, PlaneStrain, Profile,
+    Material, MaterialLaw, PlaneStrain, Profile,
 };
 
 use super::document::{Table, Value};
@@ -84,10 +84,19 @@ pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
 /// The material, and the strain that it bears.
 fn material(finger: &Table<'_>) -> Result<(Material, Option<f64>), CaseError> {
     let table = finger.need("material", "a table with youngs_modulus_pa and poissons_ratio")?.table()?;
-    let table = table.only(&["youngs_modulus_pa", "poissons_ratio", "max_strain"])?;
+    let table = table.only(&["youngs_modulus_pa", "poissons_ratio", "law", "max_strain"])?;
+    let law = match table.get("law") {
+        Some(value) => value.choice(&[
+            ("st-venant-kirchhoff", MaterialLaw::StVenantKirchhoff),
+            ("neo-hookean", MaterialLaw::NeoHookean),
+            ("linear", MaterialLaw::Linear),
+        ])?,
+        None => MaterialLaw::default(),
+    };
     let material = Material {
         youngs_modulus: table.need("youngs_modulus_pa", "a number of Pa")?.number()? / PA_PER_MPA,
         poissons_ratio: table.need("poissons_ratio", "a number from 0 to 0.499")?.number()?,
+        law,
     };
     let max_strain = match table.get("max_strain") {
         Some(value) => match value.number()? {

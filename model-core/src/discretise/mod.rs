@@ -16,7 +16,7 @@ use hinge::{rigid_tip, write_hinges};
 use rod::{Rod, write_rod};
 use samples::write_samples;
 pub(crate) use section::{BAR_ROOT, face_distances};
-use section::{compliance, plate_factor};
+use section::{compliance, flexible_ends, plate_factor};
 
 /// How a member of N elements is discretised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -264,7 +264,7 @@ pub fn discretise<T: Real, S: Size>(
     ladder.quadratic = how.scheme == Scheme::Simpson;
     ladder.welded = design.hinge.kind == HingeKind::Welded;
 
-    let ends = design.flexible_ends();
+    let ends = flexible_ends(design);
     let beams = [&design.front, &design.back];
     // Arc length at which span `cell` of a beam starts or, one further, ends.
     let arc = |side: usize, joint: usize| match joint {

@@ -1,5 +1,6 @@
 //! Contact samples of the front beam.
 
+use super::section::flexible_ends;
 use super::{Discretisation, DiscretiseError, Sampling, Scheme};
 use crate::contact::Sample;
 use crate::design::Design;
@@ -14,7 +15,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
     how: &Discretisation,
     counts: &[u16],
 ) -> Result<(), DiscretiseError> {
-    let ends = design.flexible_ends();
+    let ends = flexible_ends(design);
     let beam = &design.front;
     let mut total = 0;
     let mut push = |ladder: &mut Ladder<T, S>, sample: Sample<T>| {

@@ -1,7 +1,8 @@
 //! The extended physics against finite elements (`fea-80-fine.csv`), force and front centreline.
 //!
 //! The finite elements' own mesh error is about 1 % in force, first order: agreement better than that is a regression
-//! figure, not accuracy. Beyond its peak at High (10.5°) the finger softens steeply, then snaps: no percentages there.
+//! figure, not accuracy. Beyond its peak at High (10.5°) the finger softens steeply, then snaps: percentages mean nothing
+//! there until it has come to rest.
 
 use model_core::design::{Attachments, Design, HingeFrom};
 use model_core::discretise::{Discretisation, Physics};
@@ -62,10 +63,9 @@ fn off(points: &[[f64; 2]], line: &[[f64; 2]]) -> f64 {
 /// Allowed deviations of force (relative) and shape (mm), and whether the row is beyond the peak.
 fn allowed(row: &Row) -> (f64, f64, bool) {
     match (row.series, row.degrees) {
-        ("R40_High", angle) if angle > 10.0 => (0.06, 0.35, angle > 10.5),
-        ("R40_High", angle) if angle > 8.0 => (0.03, 0.12, false),
-        ("R40_High", _) => (0.01, 0.10, false),
-        _ => (0.02, 0.05, false),
+        ("R40_High", angle) if angle > 8.0 => (0.02, 0.14, angle > 10.5),
+        ("R40_High", _) => (0.01, 0.08, false),
+        _ => (0.01, 0.05, false),
     }
 }
 
@@ -103,11 +103,40 @@ fn compare<T: Real, S: Size>(how: &Discretisation) {
         } else if row.degrees >= 12.0 {
             // The drop has happened, with a flag.
             assert_eq!(outcome.status, Status::Snapped);
-            assert!(error.abs() < 0.2, "{} {}°: force off by {error}", row.series, row.degrees);
+            assert!(error.abs() < 0.05, "{} {}°: force off by {error}", row.series, row.degrees);
             after += 1;
         }
     }
     assert_eq!(after, 1, "the row at 12° must have been met");
+}
+
+/// Largest force over the closing motion at High, in steps of 0.1°, against the finite elements' peak.
+fn peak<T: Real, S: Size>(how: &Discretisation) {
+    let design = fea_80();
+    let mut follower: Box<Follower<T, S>> = Box::new(Follower::EMPTY);
+    follower.configure(&design, how).expect("a valid design");
+    let object = ObjectDesign::Circle { centre: [41.0, 60.0], radius: 40.0 };
+    follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+    assert!(follower.start(0.0));
+    let mut most = (0.0, 0.0);
+    for step in 0..=120 {
+        let degrees = 0.1 * f64::from(step);
+        let outcome = follower.follow(degrees.to_radians());
+        assert!(outcome.status.is_trustworthy(), "{degrees}°: {outcome:?}");
+        let [x, y] = follower.force_finger().map(Real::to_f64);
+        if x.hypot(y) > most.0 {
+            most = (x.hypot(y), degrees);
+        }
+    }
+    let reference = rows().filter(|row| row.series == "R40_High").map(|row| row.force).fold(0.0, f64::max);
+    println!("peak at High {:.3} N at {:.1}°; finite elements {reference:.3} N at 10.5°", most.0, most.1);
+    assert!((most.0 / reference - 1.0).abs() < 0.03 && (10.0..=11.5).contains(&most.1));
+}
+
+#[test]
+fn the_peak_at_high() {
+    peak::<f64, Paper>(&Discretisation::fine(Physics::Extended));
+    peak::<f32, Reduced>(&Discretisation::estimator(Physics::Extended));
 }
 
 #[test]
