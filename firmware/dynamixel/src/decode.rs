@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::crc;
-use crate::packet::{HEADER, Id, PREFIX_LENGTH, Packet};
+use crate::packet::{CRC_LENGTH, HEADER, Id, Instruction, PREFIX_LENGTH, Packet};
 
 /// A packet that began and was not whole.
 ///
@@ -68,6 +68,9 @@ impl core::error::Error for DecodeError {}
 
 /// Turns a stream of bytes into packets. `N` is the longest packet in bytes, stuffing included.
 ///
+/// The answer to a fast read ([`Packet::is_fast_answer`]) is not stuffed, so its data may look like a header. Such an
+/// answer is given up for another packet only when that packet is whole.
+///
 /// ```
 /// use dynamixel::Decoder;
 /// let mut decoder = Decoder::<64>::new();
@@ -88,13 +91,17 @@ pub struct Decoder<const N: usize> {
     finished: usize,
     /// Bytes of the candidate already searched for a new header.
     searched: usize,
+    /// Where in the candidate, the answer to a fast read, something begins like a packet; 0: nowhere.
+    inner: usize,
+    /// Bytes held that no further byte completes.
+    stale: usize,
     skipped: u32,
 }
 
 enum Verdict {
     More,
     Broken(DecodeError),
-    Whole { id: Id, total: usize },
+    Whole { id: Id, total: usize, stuffed: bool },
 }
 
 impl<const N: usize> Decoder<N> {
@@ -103,7 +110,7 @@ impl<const N: usize> Decoder<N> {
         const {
             assert!(N >= 16 && N <= 32_768, "a decoder holds 16 to 32768 bytes");
         }
-        Decoder { buffer: [0; N], held: 0, finished: 0, searched: 0, skipped: 0 }
+        Decoder { buffer: [0; N], held: 0, finished: 0, searched: 0, inner: 0, stale: 0, skipped: 0 }
     }
 
     /// Takes bytes from the front of `input` until a packet or an error is complete.
@@ -111,10 +118,16 @@ impl<const N: usize> Decoder<N> {
     /// Nothing means that all bytes are taken and no packet is complete. Call it until then: one byte can end more than
     /// one packet, when a damaged length had swallowed the following ones.
     pub fn feed(&mut self, input: &mut &[u8]) -> Option<Result<Packet<'_>, DecodeError>> {
+        self.next(input).map(|(event, _)| event)
+    }
+
+    /// [`Decoder::feed`], and [`Decoder::skipped`] at that point.
+    pub(crate) fn next(&mut self, input: &mut &[u8]) -> Option<(Result<Packet<'_>, DecodeError>, u32)> {
         self.drop_front(self.finished);
         self.finished = 0;
         loop {
             match self.examine() {
+                Verdict::More if self.stale > 0 => self.skip(1),
                 Verdict::More => {
                     let (&byte, rest) = input.split_first()?;
                     *input = rest;
@@ -122,24 +135,34 @@ impl<const N: usize> Decoder<N> {
                 }
                 Verdict::Broken(error) => {
                     self.skip(1);
-                    return Some(Err(error));
+                    return Some((Err(error), self.skipped));
                 }
-                Verdict::Whole { id, total } => {
+                Verdict::Whole { id, total, stuffed } => {
                     self.finished = total;
-                    let end = self.unstuff(total);
+                    let end = if stuffed { self.unstuff(total) } else { total - CRC_LENGTH };
                     let body = self.buffer.get(PREFIX_LENGTH..end).unwrap_or_default();
                     let (code, parameters) = body.split_first().map_or((0, body), |(&code, rest)| (code, rest));
-                    return Some(Ok(Packet { id, code, parameters }));
+                    return Some((Ok(Packet { id, code, parameters }), self.skipped));
                 }
             }
         }
     }
 
-    /// Forgets the bytes held, as after a pause on the line.
+    /// Forgets the bytes held.
     pub fn reset(&mut self) {
         self.held = 0;
         self.finished = 0;
         self.searched = 0;
+        self.inner = 0;
+        self.stale = 0;
+    }
+
+    /// The line has paused: an incomplete packet will not be completed. What came behind its first byte is searched anew
+    /// by the next [`Decoder::feed`], which may be one without bytes.
+    pub fn pause(&mut self) {
+        self.drop_front(self.finished);
+        self.finished = 0;
+        self.stale = self.held;
     }
 
     /// Bytes of an incomplete packet held at present; 0 when the last packet ended with the last byte.
@@ -174,6 +197,8 @@ impl<const N: usize> Decoder<N> {
         }
         self.held -= count;
         self.searched = 0;
+        self.inner = 0;
+        self.stale = self.stale.saturating_sub(count);
     }
 
     fn skip(&mut self, count: usize) {
@@ -212,9 +237,16 @@ impl<const N: usize> Decoder<N> {
         // Stuffing keeps the header out of a packet's body; only the CRC, which is not stuffed, can complete one.
         let unstuffed = body.get(..usize::from(length) - 1).unwrap_or(body);
         let from = self.searched.saturating_sub(HEADER.len() - 1);
-        let found = unstuffed.get(from..).unwrap_or_default().windows(HEADER.len()).position(|four| four == HEADER);
-        if let Some(at) = found {
-            let received = PREFIX_LENGTH + from + at;
+        let mut headers = unstuffed.get(from..).unwrap_or_default().windows(HEADER.len());
+        let stuffed = !(address.is_broadcast() && body.first() == Some(&Instruction::Status.code()));
+        let interrupted = if stuffed {
+            headers.position(|four| four == HEADER).map(|at| PREFIX_LENGTH + from + at)
+        } else {
+            let last = headers.rposition(|four| four == HEADER);
+            self.inner = last.map_or(self.inner, |at| PREFIX_LENGTH + from + at);
+            Some(self.inner).filter(|&at| at > 0 && is_whole(held.get(at..).unwrap_or_default()))
+        };
+        if let Some(received) = interrupted {
             return Verdict::Broken(DecodeError::Interrupted { id, length, received });
         }
         self.searched = unstuffed.len();
@@ -227,7 +259,7 @@ impl<const N: usize> Decoder<N> {
             let code = body.first().copied().unwrap_or(0);
             return Verdict::Broken(DecodeError::Crc { id, code, computed, received });
         }
-        Verdict::Whole { id: address, total }
+        Verdict::Whole { id: address, total, stuffed }
     }
 
     /// Removes the stuffing of the packet of `total` bytes in place; returns where instruction and parameters end now.
@@ -249,6 +281,18 @@ impl<const N: usize> Decoder<N> {
         }
         write
     }
+}
+
+/// Whether the bytes begin with a packet whose CRC is right.
+fn is_whole(bytes: &[u8]) -> bool {
+    let &[_, _, _, _, _, low, high, ..] = bytes else {
+        return false;
+    };
+    let total = PREFIX_LENGTH + usize::from(u16::from_le_bytes([low, high]));
+    let Some(([covered @ .., crc_low, crc_high], _)) = bytes.split_at_checked(total) else {
+        return false;
+    };
+    covered.len() > PREFIX_LENGTH && crc::update(0, covered) == u16::from_le_bytes([*crc_low, *crc_high])
 }
 
 impl<const N: usize> Default for Decoder<N> {

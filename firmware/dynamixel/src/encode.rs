@@ -38,6 +38,8 @@ impl core::error::Error for EncodeError {}
 
 /// Writes one packet into a buffer, parameter by parameter, stuffing as it goes.
 ///
+/// The answer to a fast read ([`crate::Packet::is_fast_answer`]) is not stuffed.
+///
 /// ```
 /// use dynamixel::{Encoder, Id, Instruction};
 /// let mut buffer = [0; 32];
@@ -55,6 +57,7 @@ pub struct Encoder<'a> {
     at: usize,
     /// The last three bytes of instruction and parameters, before stuffing.
     tail: u32,
+    stuffed: bool,
 }
 
 impl<'a> Encoder<'a> {
@@ -65,7 +68,8 @@ impl<'a> Encoder<'a> {
 
     /// Begins a packet with an instruction code that Protocol 2.0 need not define.
     pub fn with_code(buffer: &'a mut [u8], id: Id, code: u8) -> Self {
-        let mut encoder = Encoder { buffer, at: 0, tail: 0 };
+        let stuffed = !(id.is_broadcast() && code == Instruction::Status.code());
+        let mut encoder = Encoder { buffer, at: 0, tail: 0, stuffed };
         for byte in HEADER {
             encoder.put(byte);
         }
@@ -86,7 +90,7 @@ impl<'a> Encoder<'a> {
     pub fn byte(mut self, byte: u8) -> Self {
         self.put(byte);
         self.tail = (self.tail << 8 | u32::from(byte)) & 0x00FF_FFFF;
-        if self.tail == 0x00FF_FFFD {
+        if self.tail == 0x00FF_FFFD && self.stuffed {
             self.put(0xFD);
         }
         self

@@ -8,6 +8,7 @@
 //!
 //! - [`Encoder`] and [`Decoder`] turn packets into bytes and back; the decoder finds its way after damage.
 //! - [`Master`] asks over any `embedded-io-async` port, with a deadline for every answer.
+//! - [`Tap`] listens to another master's traffic and learns from it where the servos are.
 //! - [`Device`] is the other side: it answers for a [`ControlTable`].
 //! - [`xm430`] lists the control table of the XM430-W350 as typed [`Register`]s.
 //!
@@ -18,23 +19,33 @@
     deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable)
 )]
 
+#[cfg(test)]
+extern crate std;
+
 pub mod crc;
 mod decode;
 mod device;
 mod encode;
 #[cfg(any(test, feature = "examples"))]
 pub mod examples;
+mod fast;
 mod item;
+mod line;
 mod master;
 mod packet;
+mod request;
+mod tap;
+mod timing;
 pub mod xm430;
 
 pub use decode::{DecodeError, Decoder};
 pub use device::{BROADCAST_PING_SLOT_US, ControlTable, Device, Reply, ResetScope};
 pub use encode::{EncodeError, Encoder, encode};
 pub use item::{Access, Area, Item, Part, Register, Value, check_read, find, writes};
-pub use master::{Answer, Error, Identity, Master, SyncAnswer, Timing};
+pub use master::{Answer, Error, Found, Identity, Master, SyncAnswer};
 pub use packet::{
     HEADER, Id, Instruction, Packet, Status, StatusError, StatusReturn, longest_packet_length, packet_length,
     status_length,
 };
+pub use tap::{Heard, Seen, Tap, Watched};
+pub use timing::Timing;

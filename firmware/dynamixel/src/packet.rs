@@ -8,9 +8,12 @@ pub const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
 /// Bytes before the instruction: header, id, length.
 pub(crate) const PREFIX_LENGTH: usize = 7;
 
+/// Bytes of the CRC behind a packet.
+pub(crate) const CRC_LENGTH: usize = 2;
+
 /// Bytes of a packet with `parameters` parameter bytes that need no stuffing.
 pub const fn packet_length(parameters: usize) -> usize {
-    PREFIX_LENGTH + 1 + parameters + 2
+    PREFIX_LENGTH + 1 + parameters + CRC_LENGTH
 }
 
 /// The most bytes a packet with `parameters` parameter bytes can take: every third one stuffed.
@@ -225,6 +228,11 @@ impl<'a> Packet<'a> {
         Instruction::from_code(self.code)
     }
 
+    /// Whether several devices have answered together, each with a block, to a fast read. Such a packet is not stuffed.
+    pub fn is_fast_answer(&self) -> bool {
+        self.code == Instruction::Status.code() && self.id.is_broadcast()
+    }
+
     /// The packet as a device's answer; nothing if it is an instruction, comes from no device or lacks the error byte.
     pub fn status(&self) -> Option<Status<'a>> {
         if self.code != Instruction::Status.code() || self.id.is_broadcast() {
@@ -277,7 +285,13 @@ impl StatusReturn {
     pub fn answers(self, code: u8) -> bool {
         let reading = matches!(
             Instruction::from_code(code),
-            Some(Instruction::Read | Instruction::SyncRead | Instruction::BulkRead)
+            Some(
+                Instruction::Read
+                    | Instruction::SyncRead
+                    | Instruction::BulkRead
+                    | Instruction::FastSyncRead
+                    | Instruction::FastBulkRead
+            )
         );
         match self {
             StatusReturn::All => true,

@@ -1,7 +1,7 @@
 //! Control table of the XM430-W350 (T and R), from ROBOTIS'
 //! [e-Manual](https://emanual.robotis.com/docs/en/dxl/x/xm430-w350/).
 //!
-//! Indirect addresses and data (168 and up) are not listed.
+//! Indirect addresses and data (168 and up) are not among the items; [`INDIRECT`] says where they are.
 
 use crate::item::{Area, Item, Register};
 
@@ -23,6 +23,9 @@ pub const VOLTS_PER_UNIT: f32 = 0.1;
 pub const RETURN_DELAY_US_PER_UNIT: u32 = 2;
 /// Value of [`OPERATING_MODE`] for position control within one revolution.
 pub const POSITION_CONTROL: u8 = 3;
+
+/// First version of the firmware of the X430 and X540 servos that knows Fast Sync Read and Fast Bulk Read.
+pub const FAST_READ_FIRMWARE: u8 = 45;
 
 /// Bits per second by the value of [`BAUD_RATE`].
 pub const BAUD_RATES: [u32; 8] = [9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
@@ -140,6 +143,21 @@ pub const POSITION_TRAJECTORY: Register<i32> = Register::read(140, true, Ram, 0)
 pub const PRESENT_INPUT_VOLTAGE: Register<u16> = Register::read(144, false, Ram, 0);
 /// Temperature inside at present, °C.
 pub const PRESENT_TEMPERATURE: Register<u8> = Register::read(146, false, Ram, 0);
+
+/// Registers that show others: each byte of the data shows the byte whose address stands at the same place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IndirectArea {
+    /// The first Indirect Address, two bytes each.
+    pub addresses: u16,
+    /// The first Indirect Data, one byte each.
+    pub data: u16,
+}
+
+/// Bytes of indirect data in one area.
+pub const INDIRECT_LENGTH: usize = 28;
+/// Indirect 1 to 28 and 29 to 56. Addresses return to the factory's at power-on.
+pub const INDIRECT: [IndirectArea; 2] =
+    [IndirectArea { addresses: 168, data: 224 }, IndirectArea { addresses: 578, data: 634 }];
 
 /// Every item above, in the order of the addresses.
 pub static ITEMS: [Item; 51] = [

@@ -35,8 +35,10 @@ impl Source {
     }
 
     fn packet(&mut self, most: usize) -> Whole {
-        let id = if self.below(10) == 0 { 254 } else { self.below(253) as u8 };
-        Whole { id, code: self.byte(), parameters: self.bytes(most) }
+        let id = if self.below(5) == 0 { 254 } else { self.below(253) as u8 };
+        // One in ten is the answer to a fast read, which is not stuffed.
+        let code = if id == 254 && self.below(2) == 0 { 0x55 } else { self.byte() };
+        Whole { id, code, parameters: self.bytes(most) }
     }
 }
 
@@ -55,7 +57,8 @@ fn manual(packet: &Whole) -> Vec<u8> {
     let mut stuffed = Vec::new();
     for (at, &byte) in body.iter().enumerate() {
         stuffed.push(byte);
-        if at >= 2 && body[at - 2..=at] == [0xFF, 0xFF, 0xFD] {
+        let fast_answer = packet.id == 254 && packet.code == 0x55;
+        if at >= 2 && !fast_answer && body[at - 2..=at] == [0xFF, 0xFF, 0xFD] {
             stuffed.push(0xFD);
         }
     }

@@ -96,6 +96,71 @@ fn several_devices_at_once() {
 }
 
 #[test]
+fn a_fast_read_gives_the_same_in_less_time() {
+    let bus = Bus::new(&[1, 7, 3]);
+    for (index, position) in [100, i32::from_le_bytes([0xFF, 0xFF, 0xFD, 0]), -3].into_iter().enumerate() {
+        bus.servo(index, |servo| servo.put(xm430::PRESENT_POSITION, position));
+        bus.servo(index, |servo| servo.put(xm430::RETURN_DELAY_TIME, 50));
+    }
+    bus.servo(2, |servo| servo.put(xm430::HARDWARE_ERROR_STATUS, 1));
+    let mut master = master(&bus);
+    bus.run(master.ping(id(1))).unwrap();
+    let mut devices = [7, 3, 1].map(|n| SyncAnswer::<_, 10>::new(id(n)));
+    let start = bus.now_us();
+    assert_eq!(bus.run(master.sync_read(126, &mut devices)), Ok(()));
+    let (plain, middle) = (devices, bus.now_us());
+    assert_eq!(bus.run(master.fast_sync_read(126, &mut devices)), Ok(()));
+    assert_eq!(devices, plain);
+    let alerts = devices.map(|device| device.result.unwrap().unwrap().alert);
+    assert_eq!(alerts, [false, true, false]);
+    // Question 17 bytes; three answers of 21 bytes (one with a stuffed byte) against one of 50. One return delay, not three.
+    assert_eq!((middle - start, bus.now_us() - middle), (170 + 640 + 300, 170 + 500 + 100));
+}
+
+#[test]
+fn silence_and_damage_in_a_fast_read_cost_what_is_behind_them() {
+    let bus = Bus::new(&[1, 3]);
+    let mut master = master(&bus);
+    let mut devices = [1, 2, 3].map(|n| SyncAnswer::<_, 4>::new(id(n)));
+    assert_eq!(bus.run(master.fast_sync_read(132, &mut devices)), Ok(()));
+    assert!(matches!(devices[0].result, Some(Ok(_))));
+    assert!(matches!(devices[1].result, Some(Err(Error::Timeout { id: who, .. })) if who == id(2)));
+    assert!(matches!(devices[2].result, Some(Err(Error::Timeout { id: who, .. })) if who == id(3)));
+    let mut devices = [1, 3].map(|n| SyncAnswer::<_, 4>::new(id(n)));
+    for at in 8..16 {
+        bus.tamper(move |answer| {
+            let mut answer = answer.to_vec();
+            answer[at] ^= 1;
+            vec![(0, answer)]
+        });
+        assert_eq!(bus.run(master.fast_sync_read(132, &mut devices)), Ok(()));
+        assert_eq!(devices[0].result, Some(Err(Error::Block { id: id(1) })), "{at}");
+        assert!(matches!(devices[1].result, Some(Err(Error::Timeout { id: who, .. })) if who == id(3)));
+        assert_eq!(bus.run(master.fast_sync_read(132, &mut devices)), Ok(()));
+        assert!(devices.iter().all(|device| matches!(device.result, Some(Ok(_)))));
+    }
+    let refused = bus.run(master.fast_sync_read(1_000, &mut devices));
+    let access = |n| Some(Err(Error::Refused { id: id(n), error: StatusError::Access, alert: false }));
+    assert_eq!((refused, devices[0].result, devices[1].result), (Ok(()), access(1), access(3)));
+}
+
+#[test]
+fn every_device_is_discovered() {
+    let bus = Bus::new(&[252, 0, 17]);
+    bus.servo(2, |servo| servo.put(xm430::HARDWARE_ERROR_STATUS, 1));
+    bus.servo(0, |servo| servo.put(xm430::FIRMWARE_VERSION, 44));
+    let mut master = master(&bus);
+    let mut found = [None; 4];
+    assert_eq!(bus.run(master.discover(&mut found)), Ok(3));
+    let found: Vec<_> =
+        found.into_iter().flatten().map(|it| (it.id.get(), it.identity.reads_fast(), it.alert)).collect();
+    assert_eq!(found, [(0, true, false), (17, true, true), (252, false, false)]);
+    let mut two = [None; 2];
+    assert_eq!(bus.run(master.discover(&mut two)), Ok(2));
+    assert!(bus.run(master.ping(id(17))).is_ok());
+}
+
+#[test]
 fn a_silent_device_costs_the_deadline_and_no_more() {
     let bus = Bus::new(&[1]);
     let mut master = master(&bus);

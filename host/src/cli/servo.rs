@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::ValueEnum;
+use dynamixel::xm430;
 use model_core::discretise::DiscretiseError;
 use model_core::object::Motion;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -14,7 +15,7 @@ use signal_hook::iterator::Signals;
 use super::bad_input;
 use super::options::ModelArgs;
 use crate::case::Case;
-use crate::servo::{Clock, Config, Hub, Load, LoadError, PortError, Servo};
+use crate::servo::{Clock, Config, Handle, Hub, Load, LoadError, PortError, Servo};
 
 /// Simulate a Dynamixel XM430-W350-T that turns the case's finger against its object.
 ///
@@ -45,9 +46,12 @@ pub struct Args {
     /// Connects to a TCP address; may be repeated
     #[arg(long, value_name = "HOST:PORT")]
     connect_tcp: Vec<String>,
-    /// Address on the bus, 0 to 252
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    id: u8,
+    /// Address on the bus, 0 to 252; several, separated by commas, are as many servos alike
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1")]
+    id: Vec<u8>,
+    /// Version of the servo's firmware; below 45 it does not know Fast Sync Read
+    #[arg(long, value_name = "N", default_value_t = xm430::FAST_READ_FIRMWARE)]
+    firmware: u8,
     /// Baud rate of the servo
     #[arg(long, value_name = "BITS_PER_S", default_value_t = 57_600)]
     baud: u32,
@@ -107,7 +111,8 @@ pub fn run(args: &Args) -> ExitCode {
 fn serve(args: &Args) -> Result<(), String> {
     let load = Arc::new(load(args)?);
     let config = Config {
-        id: args.id,
+        id: 0,
+        firmware: args.firmware,
         baud_rate: args.baud,
         return_delay_us: args.return_delay_us,
         wire_time: args.wire_time,
@@ -123,25 +128,33 @@ fn serve(args: &Args) -> Result<(), String> {
         seed: args.seed,
         load,
     };
-    let servo = Servo::new(config).map_err(|error| error.to_string())?;
+    let mut servos = Vec::new();
+    for (place, &id) in args.id.iter().enumerate() {
+        if args.id[..place].contains(&id) {
+            return Err(format!("--id: {id} is named twice; two servos with one address would speak at once"));
+        }
+        servos.push(Servo::new(Config { id, ..config.clone() }).map_err(|error| error.to_string())?);
+    }
     // Before the first line says that there is something to stop.
     let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(|error| format!("no signals: {error}"))?;
     let mut hub = Hub::new();
     let places = ports(args, &mut hub).map_err(|error| error.to_string())?;
-    let handle = hub.servo(servo);
+    let handles: Vec<Handle> = servos.into_iter().map(|servo| hub.servo(servo)).collect();
     let bus = hub.spawn().map_err(|error| error.to_string())?;
     let mut out = std::io::stdout().lock();
     // A reader that has gone does not stop the servo.
     let _ = places.iter().try_for_each(|place| writeln!(out, "{place}"));
     let _ = writeln!(out, "ready").and_then(|()| out.flush());
     signals.forever().next();
-    let statistics = handle.statistics();
     let lost = bus.lost();
     bus.stop();
-    eprintln!(
-        "fre servo: {} bytes heard, {} answers, {} reads of Present Position, {lost} bytes lost",
-        statistics.heard, statistics.answers, statistics.position_reads
-    );
+    for (id, statistics) in args.id.iter().zip(handles.iter().map(Handle::statistics)) {
+        eprintln!(
+            "fre servo: {id}: {} bytes heard, {} answers, {} reads of Present Position",
+            statistics.heard, statistics.answers, statistics.position_reads
+        );
+    }
+    eprintln!("fre servo: {lost} bytes lost");
     Ok(())
 }
 

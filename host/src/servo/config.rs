@@ -24,6 +24,8 @@ pub enum Clock {
 pub struct Config {
     /// Address on the bus.
     pub id: u8,
+    /// Version of its firmware; default 45, the first that knows Fast Sync Read.
+    pub firmware: u8,
     /// Bits per second: one of [`xm430::BAUD_RATES`]; factory 57,600.
     pub baud_rate: u32,
     /// Return delay, µs: an even number up to 508; factory 500.
@@ -52,6 +54,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             id: 1,
+            firmware: xm430::FAST_READ_FIRMWARE,
             baud_rate: 57_600,
             return_delay_us: 500,
             wire_time: false,

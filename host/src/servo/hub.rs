@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::port::{Listener, Port, PortError};
-use super::{Fault, Servo, Statistics, Truth};
+use super::{Answer, Fault, Servo, Statistics, Truth};
 
 /// The longest wait without a look at the servos' clocks.
 const IDLE: Duration = Duration::from_millis(50);
@@ -180,6 +180,15 @@ impl Hub {
             {
                 let Pending { by, bytes, .. } = pending.remove(first);
                 self.pass_on(Speaker::Servo(by), &bytes, &mut pending);
+            }
+            let now_us = self.now_us();
+            for (by, servo) in self.servos.iter().enumerate() {
+                let mut servo = lock(servo);
+                if servo.deadline().is_some_and(|deadline| deadline <= now_us)
+                    && let Some(Answer { bytes, delay_us }) = servo.poll(now_us)
+                {
+                    pending.push(Pending { due: now + Duration::from_micros(u64::from(delay_us)), by, bytes });
+                }
             }
             let wait = pending.iter().map(|answer| answer.due.saturating_duration_since(now)).min();
             let Some(ready) = self.wait(wait.unwrap_or(IDLE).min(IDLE), woken) else {

@@ -18,7 +18,7 @@ mod table;
 
 use std::sync::Arc;
 
-use dynamixel::{Device, xm430};
+use dynamixel::{Device, Reply, StatusReturn, Timing, xm430};
 use model_core::status::Status;
 
 pub use config::{Clock, Config, ConfigError};
@@ -34,8 +34,8 @@ use table::Xm430;
 
 /// Longest packet in either direction, bytes.
 const LONGEST: usize = 512;
-/// A pause after which an incomplete packet is forgotten, µs. Long, because a simulated master can be slow.
-const PAUSE_US: u64 = 100_000;
+/// How long the servo waits for others. Long, because whatever is simulated besides it can be slow.
+const PATIENCE: Timing = Timing { baud_rate: 57_600, latency_us: 1_000_000, status_return: StatusReturn::All };
 
 /// An answer on its way.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,7 +86,6 @@ pub struct Servo {
     table: Xm430,
     faults: Faults,
     statistics: Statistics,
-    heard_us: u64,
 }
 
 impl Servo {
@@ -98,11 +97,10 @@ impl Servo {
         let table = Xm430::new(&config)?;
         Ok(Self {
             config,
-            device: Device::new(),
+            device: Device::new(PATIENCE),
             table,
             faults: Faults::default(),
             statistics: Statistics::default(),
-            heard_us: 0,
         })
     }
 
@@ -122,10 +120,6 @@ impl Servo {
     /// the servo's own do not matter.
     pub fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Vec<Answer> {
         self.advance(now_us);
-        if now_us.saturating_sub(self.heard_us) > PAUSE_US {
-            self.device.reset();
-        }
-        self.heard_us = now_us;
         self.statistics.heard += bytes.len() as u64;
         if now_us < self.faults.silent_until_us {
             self.device.reset();
@@ -137,21 +131,39 @@ impl Servo {
         loop {
             // The rate at which a question was asked is that of its answer, even if it changes the rate.
             let byte_us = self.byte_us();
-            let Some(reply) = self.device.hear(&mut rest, &mut self.table) else {
+            let Some(reply) = self.device.hear(now_us, &mut rest, &mut self.table) else {
                 break;
             };
             let wire = byte_us * (asked - rest.len() + reply.bytes.len()) as f64;
             asked = rest.len();
-            let delay_us = match self.config.clock {
-                Clock::Wall => reply.delay_us.saturating_add(wire as u32),
-                Clock::Requests { .. } => 0,
-            };
-            self.statistics.answers += 1;
-            if let Some((bytes, delay_us)) = self.faults.apply(reply.bytes.to_vec(), delay_us) {
-                answers.push(Answer { bytes, delay_us });
-            }
+            let reply = (reply.bytes.to_vec(), reply.delay_us.saturating_add(wire as u32));
+            answers.extend(self.say(reply));
         }
         answers
+    }
+
+    /// Gives the answer that is due although nothing was heard: a turn that somebody has let pass.
+    pub fn poll(&mut self, now_us: u64) -> Option<Answer> {
+        self.advance(now_us);
+        let Reply { bytes, delay_us } = self.device.poll(now_us, &mut self.table)?;
+        let reply = (bytes.to_vec(), delay_us);
+        self.say(reply)
+    }
+
+    /// When [`Self::poll`] may have something, µs.
+    pub fn deadline(&self) -> Option<u64> {
+        self.device.deadline()
+    }
+
+    /// Counts an answer and makes it wrong where that was asked for.
+    fn say(&mut self, (bytes, delay_us): (Vec<u8>, u32)) -> Option<Answer> {
+        self.statistics.answers += 1;
+        let delay_us = match self.config.clock {
+            Clock::Wall => delay_us,
+            Clock::Requests { .. } => 0,
+        };
+        let (bytes, delay_us) = self.faults.apply(bytes, delay_us)?;
+        Some(Answer { bytes, delay_us })
     }
 
     /// Microseconds of one byte on the wire; 0 if they do not count.
@@ -204,7 +216,7 @@ impl Servo {
 
     /// Cuts the power for a moment: RAM is lost, the torque is off.
     pub fn reset(&mut self) {
-        self.device = Device::new();
+        self.device = Device::new(PATIENCE);
         // Never refused: only a bus can be told that a device does not know the instruction.
         let _ = dynamixel::ControlTable::reboot(&mut self.table);
     }

@@ -12,8 +12,6 @@ use super::profile::{ACCELERATION_UNIT, Limits, Profile, SPEED_UNIT};
 
 /// Bytes of the table: to the end of Present Temperature.
 const LENGTH: usize = 147;
-/// Firmware version told by Ping; the manual's current one.
-const FIRMWARE: u8 = 45;
 /// Supply, 0.1 V.
 const VOLTAGE: u16 = 120;
 /// Temperature inside, °C.
@@ -84,7 +82,7 @@ impl Xm430 {
             table.restore(item);
         }
         table.put(xm430::ID, config.id);
-        table.put(xm430::FIRMWARE_VERSION, FIRMWARE);
+        table.put(xm430::FIRMWARE_VERSION, config.firmware);
         table.put(xm430::BAUD_RATE, xm430::baud_code(config.baud_rate).unwrap_or(1));
         table.put(xm430::RETURN_DELAY_TIME, (config.return_delay_us / xm430::RETURN_DELAY_US_PER_UNIT) as u8);
         table.power_on();
@@ -371,10 +369,8 @@ impl ControlTable for Xm430 {
 
     fn write(&mut self, address: u16, bytes: &[u8]) -> Result<(), StatusError> {
         self.touched_us = self.now_us;
+        self.check(address, bytes)?;
         let on = self.torque_on();
-        for part in writes(&xm430::ITEMS, on, address, bytes) {
-            self.refuses(&part?)?;
-        }
         let from = usize::from(address);
         self.memory[from..from + bytes.len()].copy_from_slice(bytes);
         let end = address + bytes.len() as u16;
@@ -382,6 +378,14 @@ impl ControlTable for Xm430 {
             self.act(item.address, on);
         }
         Ok(())
+    }
+
+    fn check(&self, address: u16, bytes: &[u8]) -> Result<(), StatusError> {
+        writes(&xm430::ITEMS, self.torque_on(), address, bytes).try_for_each(|part| self.refuses(&part?))
+    }
+
+    fn fast_reads(&self) -> bool {
+        self.firmware_version() >= xm430::FAST_READ_FIRMWARE
     }
 
     fn registered(&mut self, waiting: bool) {
@@ -396,10 +400,11 @@ impl ControlTable for Xm430 {
 
     fn factory_reset(&mut self, scope: ResetScope) -> Result<(), StatusError> {
         let (id, baud_rate) = (self.get(xm430::ID), self.get(xm430::BAUD_RATE));
+        let firmware = self.get(xm430::FIRMWARE_VERSION);
         for item in xm430::ITEMS.iter().filter(|item| item.area == dynamixel::Area::Eeprom) {
             self.restore(item);
         }
-        self.put(xm430::FIRMWARE_VERSION, FIRMWARE);
+        self.put(xm430::FIRMWARE_VERSION, firmware);
         if scope != ResetScope::All {
             self.put(xm430::ID, id);
         }

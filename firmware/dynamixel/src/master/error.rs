@@ -30,6 +30,11 @@ pub enum Error<E> {
     },
     /// What came was damaged, and nothing sound came after it.
     Damaged(DecodeError),
+    /// A device's part of the answer to a fast read is damaged, or somebody else's.
+    Block {
+        /// Whose part it should have been.
+        id: Id,
+    },
     /// Another device answered, and the one that was asked did not.
     WrongId {
         /// Who was asked.
@@ -78,6 +83,7 @@ impl<E: fmt::Debug> fmt::Display for Error<E> {
                 write!(f, "answer of {id} broke off after {received} bytes")
             }
             Error::Damaged(error) => write!(f, "damaged answer: {error}"),
+            Error::Block { id } => write!(f, "damaged part of {id} in the answer to a fast read"),
             Error::WrongId { expected, received } => {
                 write!(f, "asked {expected}, {received} answered")
             }

@@ -2,9 +2,11 @@
 
 mod error;
 mod listen;
+mod several;
 mod values;
 
 pub use error::Error;
+pub use several::{Found, SyncAnswer};
 
 use embassy_futures::poll_once;
 use embassy_futures::select::{Either, select};
@@ -15,35 +17,9 @@ use listen::{CHUNK, Inbox, Listening, copy, hear};
 
 use crate::decode::Decoder;
 use crate::encode::{EncodeError, Encoder};
-use crate::packet::{Id, Instruction, Status, StatusReturn, longest_packet_length, packet_length};
-
-/// How long the master waits.
-///
-/// The deadline of an answer is the time the bytes of question and answer take on the wire plus `latency_us`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Timing {
-    /// Bits per second on the wire (10 per byte); 0 counts as 1.
-    pub baud_rate: u32,
-    /// Microseconds beyond the wire time: the devices' return delay (factory: 500), and what port and scheduler add.
-    pub latency_us: u32,
-    /// Which instructions the devices answer; a write to a device that does not answer it is not waited for.
-    pub status_return: StatusReturn,
-}
-
-impl Timing {
-    /// Timing at `baud_rate` for devices with factory settings: 500 µs return delay and 1500 µs for port and scheduler.
-    pub const fn at(baud_rate: u32) -> Self {
-        Timing { baud_rate, latency_us: 2_000, status_return: StatusReturn::All }
-    }
-
-    /// Microseconds that `bytes` take on the wire, rounded up.
-    pub const fn wire_us(&self, bytes: usize) -> u32 {
-        let rate = if self.baud_rate == 0 { 1 } else { self.baud_rate as u64 };
-        let us = (bytes as u64).saturating_mul(10_000_000).div_ceil(rate);
-        if us > u32::MAX as u64 { u32::MAX } else { us as u32 }
-    }
-}
+use crate::packet::{Id, Instruction, Status, longest_packet_length, packet_length};
+use crate::timing::Timing;
+use crate::xm430;
 
 /// What a device answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,20 +41,19 @@ pub struct Identity {
     pub firmware: u8,
 }
 
-/// One device's part in a Sync Read of `L` bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct SyncAnswer<E, const L: usize> {
-    /// Who is asked.
-    pub id: Id,
-    /// What it answered; nothing before the read.
-    pub result: Option<Result<Answer<[u8; L]>, Error<E>>>,
-}
-
-impl<E, const L: usize> SyncAnswer<E, L> {
-    /// A device to be asked.
-    pub const fn new(id: Id) -> Self {
-        SyncAnswer { id, result: None }
+impl Identity {
+    /// Whether this servo is known to understand Fast Sync Read and Fast Bulk Read: the X430 and X540 series from firmware
+    /// 45 on, the X330 series from 46 on (ROBOTIS e-Manual, Protocol 2.0, "Fast Sync Read").
+    pub const fn reads_fast(&self) -> bool {
+        match self.model {
+            // XH430, XM430, XL430, XC430 and XH540, XM540, XW540; the double servos 2XL430 (1090) and 2XC430 (1160) do not.
+            1000 | 1010 | 1020 | 1030 | 1040 | 1050 | 1060 | 1070 | 1080 => self.firmware >= xm430::FAST_READ_FIRMWARE,
+            1100 | 1110 | 1120 | 1130 | 1140 | 1150 | 1170 | 1180 => self.firmware >= xm430::FAST_READ_FIRMWARE,
+            1270 | 1280 => self.firmware >= xm430::FAST_READ_FIRMWARE,
+            // XL330 and XC330.
+            1190 | 1200 | 1210 | 1220 | 1230 | 1240 => self.firmware >= 46,
+            _ => false,
+        }
     }
 }
 
@@ -176,70 +151,6 @@ where
         }
         let alert = self.ask(id, Instruction::Reboot, &[], &mut []).await?;
         Ok(Answer { value: (), alert })
-    }
-
-    /// Reads the same `L` bytes of several devices with one instruction; each device's result lands in its entry.
-    ///
-    /// A device answers only after it has heard the one before it, so one that is silent silences those behind it.
-    /// An error is returned only if the question could not be asked.
-    pub async fn sync_read<const L: usize>(
-        &mut self,
-        address: u16,
-        devices: &mut [SyncAnswer<U::Error, L>],
-    ) -> Result<(), Error<U::Error>> {
-        let [a, b] = address.to_le_bytes();
-        let [c, d] = parameter_length(L)?.to_le_bytes();
-        let mut encoder = Encoder::new(&mut self.transmit, Id::BROADCAST, Instruction::SyncRead).bytes(&[a, b, c, d]);
-        for device in devices.iter_mut() {
-            if device.id.is_broadcast() {
-                return Err(Error::Broadcast);
-            }
-            device.result = None;
-            encoder = encoder.byte(device.id.get());
-        }
-        let sent = encoder.finish().map_err(Error::TooLong)?.len();
-        self.expect_to_fit(L)?;
-        self.send(sent).await?;
-
-        let answer = longest_packet_length(L + 1);
-        let mut listening = Listening::new(sent + devices.len().saturating_mul(answer));
-        // The question's time counts towards the first answer only.
-        let mut wait = self.timing.wire_us(sent + answer).saturating_add(self.timing.latency_us);
-        while let Some(waiting) = devices.iter().find(|device| device.result.is_none()).map(|device| device.id) {
-            let accept = |status: &Status<'_>| {
-                let device = devices.iter_mut().find(|device| device.result.is_none() && device.id == status.id)?;
-                let mut value = [0; L];
-                device.result = Some(copy(status, &mut value).map(|alert| Answer { value, alert }));
-                Some(())
-            };
-            if let Err(error) = self.listen(waiting, wait, &mut listening, accept).await {
-                let mut error = Some(error);
-                for device in devices.iter_mut().filter(|device| device.result.is_none()) {
-                    let silence = Error::Timeout { id: device.id, waited_us: wait };
-                    device.result = Some(Err(error.take().unwrap_or(silence)));
-                }
-                break;
-            }
-            wait = self.timing.wire_us(answer).saturating_add(self.timing.latency_us);
-        }
-        self.unsettled |= devices.iter().any(|device| !matches!(device.result, Some(Ok(_))));
-        Ok(())
-    }
-
-    /// Writes `L` bytes from `address` on to several devices with one instruction. Nobody answers.
-    pub async fn sync_write<const L: usize>(
-        &mut self,
-        address: u16,
-        devices: &[(Id, [u8; L])],
-    ) -> Result<(), Error<U::Error>> {
-        let [a, b] = address.to_le_bytes();
-        let [c, d] = parameter_length(L)?.to_le_bytes();
-        let mut encoder = Encoder::new(&mut self.transmit, Id::BROADCAST, Instruction::SyncWrite).bytes(&[a, b, c, d]);
-        for (id, bytes) in devices {
-            encoder = encoder.byte(id.get()).bytes(bytes);
-        }
-        let sent = encoder.finish().map_err(Error::TooLong)?.len();
-        self.send(sent).await
     }
 
     /// One instruction to one device, and its answer; gives the alert.

@@ -8,7 +8,7 @@ use std::pin::pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
-use dynamixel::Device;
+use dynamixel::{Device, Timing};
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{ErrorType, Read, Write};
 
@@ -49,7 +49,7 @@ impl Bus {
             now_us: 0,
             byte_us: 10,
             echo: false,
-            servos: ids.iter().map(|&id| (Device::new(), Servo::new(id))).collect(),
+            servos: ids.iter().map(|&id| (Device::new(Timing::at(1_000_000)), Servo::new(id))).collect(),
             tamper: VecDeque::new(),
             sent_until_us: 0,
             events: BTreeMap::new(),
@@ -140,7 +140,7 @@ impl World {
                 device.reset();
             }
             let mut rest = bytes;
-            while let Some(reply) = device.hear(&mut rest, servo) {
+            while let Some(reply) = device.hear(at, &mut rest, servo) {
                 answers.push((u64::from(reply.delay_us), reply.bytes.to_vec()));
             }
             for (delay, answer) in answers {

@@ -7,15 +7,18 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{JoinHandle, sleep, spawn};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use dynamixel::Device;
+use dynamixel::{Device, StatusReturn, Timing};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags, open};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use crate::servo::Servo;
+
+/// A PC may be busy: nobody loses patience.
+const PATIENT: Timing = Timing { baud_rate: 1_000_000, latency_us: 1_000_000, status_return: StatusReturn::All };
 
 /// Servos that answer on a pseudo-terminal until they are taken back.
 pub struct Line {
@@ -54,7 +57,8 @@ impl Line {
 }
 
 fn serve(mut port: File, servos: Vec<Servo>, stop: &AtomicBool) -> (Vec<Servo>, Vec<u8>) {
-    let mut servos: Vec<(Device<256>, Servo)> = servos.into_iter().map(|servo| (Device::new(), servo)).collect();
+    let mut servos: Vec<(Device<256>, Servo)> = servos.into_iter().map(|servo| (Device::new(PATIENT), servo)).collect();
+    let began = Instant::now();
     let mut heard = Vec::new();
     let mut chunk = [0; 256];
     while !stop.load(Ordering::Relaxed) {
@@ -75,7 +79,7 @@ fn serve(mut port: File, servos: Vec<Servo>, stop: &AtomicBool) -> (Vec<Servo>, 
             }
             for (index, (device, servo)) in servos.iter_mut().enumerate().filter(|&(index, _)| Some(index) != by) {
                 let mut rest = bytes.as_slice();
-                while let Some(reply) = device.hear(&mut rest, servo) {
+                while let Some(reply) = device.hear(began.elapsed().as_micros() as u64, &mut rest, servo) {
                     spoken.push((at_us + u64::from(reply.delay_us), Some(index), reply.bytes.to_vec()));
                 }
             }

@@ -1,89 +1,43 @@
-//! The servo's side of the bus: listens, answers, keeps its turn.
+//! The answering side of the bus: listens, answers, keeps its turn.
 
-use crate::decode::{DecodeError, Decoder};
+mod table;
+mod turn;
+
+pub use table::{ControlTable, ResetScope};
+
+use turn::{Call, Turn};
+
+use crate::decode::DecodeError;
 use crate::encode::Encoder;
+use crate::fast::{Block, FastAnswer};
+use crate::line::{Line, Spoken};
 use crate::packet::{Id, Instruction, Packet, StatusError, StatusReturn, status_length};
+use crate::request::Entry;
+use crate::timing::Timing;
 
 /// Microseconds by which a device's answer to a broadcast Ping is delayed for each address below its own.
 ///
 /// So the answers come in the order of the addresses. ROBOTIS' SDK waits 3 ms per address.
 pub const BROADCAST_PING_SLOT_US: u32 = 3_000;
 
-/// How much a Factory Reset returns to the factory's values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ResetScope {
-    /// Everything (0xFF). Never asked for by broadcast.
-    All,
-    /// Everything but the address (0x01).
-    ExceptId,
-    /// Everything but address and baud rate (0x02).
-    ExceptIdAndBaudRate,
-}
-
-/// What a device holds, and what becomes of a write.
-///
-/// A write to address, return delay or status return level takes effect after the answer to that write.
-pub trait ControlTable {
-    /// The device's address.
-    fn id(&self) -> Id;
-    /// Model number, told by Ping.
-    fn model_number(&self) -> u16;
-    /// Version of the firmware, told by Ping.
-    fn firmware_version(&self) -> u8;
-    /// Whether a hardware error is present; sets the alert bit of every answer.
-    fn alert(&self) -> bool {
-        false
-    }
-    /// Which instructions are answered.
-    fn status_return(&self) -> StatusReturn {
-        StatusReturn::All
-    }
-    /// Microseconds between an instruction's end and the answer.
-    fn return_delay_us(&self) -> u32 {
-        0
-    }
-    /// Fills `bytes`, which is never empty, with the contents from `address` on.
-    ///
-    /// Errors: [`StatusError::Access`] where there is nothing to read.
-    fn read(&mut self, address: u16, bytes: &mut [u8]) -> Result<(), StatusError>;
-    /// Writes `bytes`, which is never empty, from `address` on: all of it or, on an error, nothing.
-    ///
-    /// Errors: [`StatusError::Access`], [`StatusError::DataLength`], [`StatusError::DataRange`],
-    /// [`StatusError::DataLimit`]; [`crate::writes`] finds all but the last.
-    fn write(&mut self, address: u16, bytes: &[u8]) -> Result<(), StatusError>;
-    /// Whether a Reg Write waits for its Action (item Registered Instruction).
-    fn registered(&mut self, waiting: bool) {
-        let _ = waiting;
-    }
-    /// Restarts the device.
-    fn reboot(&mut self) -> Result<(), StatusError> {
-        Err(StatusError::Instruction)
-    }
-    /// Returns to the factory's values.
-    fn factory_reset(&mut self, scope: ResetScope) -> Result<(), StatusError> {
-        let _ = scope;
-        Err(StatusError::Instruction)
-    }
-    /// Forgets the number of turns.
-    fn clear_turns(&mut self) -> Result<(), StatusError> {
-        Err(StatusError::Instruction)
-    }
-}
-
 /// An answer to be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reply<'a> {
-    /// The status packet.
+    /// The status packet; of the answer to a fast read, this device's block.
     pub bytes: &'a [u8],
-    /// Microseconds to wait before sending, from the end of the packet that is answered.
+    /// Microseconds to wait before sending, from the end of what is answered.
     pub delay_us: u32,
 }
 
 /// A device on the bus. `N` bounds packets in both directions, in bytes.
 ///
-/// It has no clock and no port: it is given every byte on the bus and hands out answers.
+/// It has no clock and no port: it is given every byte on the bus with the time at which it came, and hands out answers.
+///
+/// In a read of several devices it speaks when the one named before it has spoken. In a Sync Read or Bulk Read it also
+/// speaks when that one has been silent for as long as its answer takes at [`Timing::baud_rate`] plus
+/// [`Timing::latency_us`], and so on for each before it. The answer to a fast read is one packet: there whoever is silent,
+/// or damages what was said so far, silences all behind it.
 ///
 /// ```
 /// # use dynamixel::{ControlTable, Id, StatusError};
@@ -95,16 +49,18 @@ pub struct Reply<'a> {
 /// #     fn read(&mut self, _: u16, bytes: &mut [u8]) -> Result<(), StatusError> { bytes.fill(self.0); Ok(()) }
 /// #     fn write(&mut self, _: u16, bytes: &[u8]) -> Result<(), StatusError> { self.0 = bytes[0]; Ok(()) }
 /// # }
-/// # let mut table = Lamp(0);
-/// let mut device = dynamixel::Device::<64>::new();
+/// # let (mut table, now_us) = (Lamp(0), 0);
+/// let mut device = dynamixel::Device::<64>::new(dynamixel::Timing::at(1_000_000));
 /// let mut heard: &[u8] = &[0xFF, 0xFF, 0xFD, 0x00, 1, 3, 0, 0x01, 0x19, 0x4E];
-/// while let Some(reply) = device.hear(&mut heard, &mut table) {
+/// while let Some(reply) = device.hear(now_us, &mut heard, &mut table) {
 ///     assert_eq!(reply.bytes, [0xFF, 0xFF, 0xFD, 0x00, 1, 7, 0, 0x55, 0, 0x06, 0x04, 0x26, 0x65, 0x5D]);
 /// }
 /// ```
 #[derive(Clone, Debug)]
 pub struct Device<const N: usize> {
-    decoder: Decoder<N>,
+    line: Line<N>,
+    timing: Timing,
+    turn: Turn<N>,
     state: State<N>,
 }
 
@@ -113,16 +69,7 @@ struct State<const N: usize> {
     reply: [u8; N],
     /// Bytes read from the table, before stuffing.
     data: [u8; N],
-    turn: Option<Turn>,
     registered: Registered<N>,
-}
-
-/// A read of several devices at once in which others answer before this one.
-#[derive(Clone, Copy, Debug)]
-struct Turn {
-    after: Id,
-    address: u16,
-    length: u16,
 }
 
 /// A write kept for Action: its address and its first `length` bytes.
@@ -141,6 +88,12 @@ struct Manner {
     return_delay_us: u32,
 }
 
+impl Manner {
+    fn of(table: &impl ControlTable) -> Self {
+        Manner { me: table.id(), status_return: table.status_return(), return_delay_us: table.return_delay_us() }
+    }
+}
+
 /// What an instruction comes to.
 enum Outcome {
     /// Nothing to say.
@@ -149,85 +102,156 @@ enum Outcome {
     Answer(Result<usize, StatusError>),
     /// An answer to a broadcast Ping, in the order of the addresses.
     Slot(usize),
+    /// This device's part in a read of several.
+    Turn(Call),
 }
+
+/// A reply that lies in the buffer: its delay and its length.
+type Written = Option<(u32, usize)>;
 
 impl<const N: usize> Device<N> {
     /// The most bytes one Read can ask for: an answer of N bytes, every third data byte stuffed.
     pub const LONGEST_READ: usize = (N - status_length(0)) / 4 * 3;
 
-    /// A device that has heard nothing yet.
-    pub const fn new() -> Self {
+    /// A device that has heard nothing yet. Of the timing, the status return level is not used: the table has its own.
+    pub const fn new(timing: Timing) -> Self {
         Device {
-            decoder: Decoder::new(),
+            line: Line::new(),
+            timing,
+            turn: Turn::new(),
             state: State {
                 reply: [0; N],
                 data: [0; N],
-                turn: None,
                 registered: Registered { address: 0, length: 0, bytes: [0; N] },
             },
         }
     }
 
-    /// Takes bytes heard on the bus from the front of `input` until there is something to answer.
+    /// Changes how long the device waits for others, as after a change of the baud rate.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.timing = timing;
+    }
+
+    /// Takes bytes heard on the bus at `now_us` from the front of `input` until there is something to answer.
     ///
     /// Nothing means that all bytes are taken. Other devices' answers must be heard too: they tell a device its turn. The
     /// own answers may be heard. Bytes that arrive before the answer's delay has passed cancel nothing.
-    pub fn hear(&mut self, input: &mut &[u8], table: &mut impl ControlTable) -> Option<Reply<'_>> {
+    pub fn hear(&mut self, now_us: u64, input: &mut &[u8], table: &mut impl ControlTable) -> Option<Reply<'_>> {
+        self.line.at(now_us, self.timing.pause_us());
         let (delay_us, length) = loop {
-            let manner = Manner {
-                me: table.id(),
-                status_return: table.status_return(),
-                return_delay_us: table.return_delay_us(),
-            };
-            let (code, outcome) = match self.decoder.feed(input)? {
-                Ok(packet) => (packet.code, self.state.packet(packet, table)),
-                Err(DecodeError::Crc { id, code, .. })
-                    if id == manner.me.get() && code != Instruction::Status.code() =>
-                {
-                    (code, Outcome::Answer(Err(StatusError::Crc)))
+            if let Some(spoken) = self.line.settle() {
+                match Self::event(&mut self.turn, &mut self.state, spoken, now_us, &self.timing, table) {
+                    Some(written) => break written,
+                    None => continue,
                 }
-                Err(_) => continue,
-            };
-            if let Some(answer) = self.state.answer(code, outcome, manner, table.alert()) {
-                break answer;
+            }
+            let (&byte, rest) = input.split_first()?;
+            *input = rest;
+            let call = self.turn.follow(byte);
+            let block = self.state.take_turn(call, self.turn.fast(), Manner::of(table), table);
+            let answer = self
+                .line
+                .byte(now_us, byte)
+                .and_then(|spoken| Self::event(&mut self.turn, &mut self.state, spoken, now_us, &self.timing, table));
+            if let Some(written) = block.or(answer) {
+                break written;
             }
         };
         Some(Reply { bytes: self.state.reply.get(..length).unwrap_or_default(), delay_us })
     }
 
-    /// Forgets an incomplete packet. To be called after a pause on the line, if the port can tell: otherwise a byte lost
-    /// from one packet can be taken from the next, which is then lost too.
-    pub fn reset(&mut self) {
-        self.decoder.reset();
+    /// Lets time pass without bytes. To be called at [`Device::deadline`]; earlier and later calls do no harm.
+    pub fn poll(&mut self, now_us: u64, table: &mut impl ControlTable) -> Option<Reply<'_>> {
+        self.line.at(now_us, self.timing.pause_us());
+        let (delay_us, length) = loop {
+            let Some(spoken) = self.line.settle() else {
+                let call = self.turn.poll(now_us);
+                // Whoever was waited for has had the time of the return delay.
+                let manner = Manner { return_delay_us: 0, ..Manner::of(table) };
+                break self.state.take_turn(call, self.turn.fast(), manner, table)?;
+            };
+            if let Some(written) = Self::event(&mut self.turn, &mut self.state, spoken, now_us, &self.timing, table) {
+                break written;
+            }
+        };
+        Some(Reply { bytes: self.state.reply.get(..length).unwrap_or_default(), delay_us })
     }
-}
 
-impl<const N: usize> Default for Device<N> {
-    fn default() -> Self {
-        Device::new()
+    /// When there may be something to answer although nothing has come, µs.
+    pub fn deadline(&self) -> Option<u64> {
+        let (pause, turn) = (self.line.deadline(self.timing.pause_us()), self.turn.deadline());
+        pause.into_iter().chain(turn).min()
+    }
+
+    /// Forgets what it has heard, as when the port was deaf for a while.
+    pub fn reset(&mut self) {
+        self.line.reset();
+        self.turn.end();
+    }
+
+    fn event(
+        turn: &mut Turn<N>,
+        state: &mut State<N>,
+        spoken: Spoken<'_>,
+        now_us: u64,
+        timing: &Timing,
+        table: &mut impl ControlTable,
+    ) -> Written {
+        let manner = Manner::of(table);
+        let status = Instruction::Status.code();
+        let (code, outcome) = match spoken.packet {
+            Ok(packet) if packet.is_fast_answer() => return None,
+            Ok(packet) if packet.code == status => (status, Outcome::Turn(turn.heard(packet.id, now_us, timing))),
+            Ok(packet) => {
+                turn.end();
+                (packet.code, state.packet(packet, turn, now_us, timing, table))
+            }
+            // Whoever it was has had its turn.
+            Err(DecodeError::Crc { id, code, .. }) if code == status => {
+                let call = Id::new(id).map_or(Call::Wait, |id| turn.heard(id, now_us, timing));
+                (status, Outcome::Turn(call))
+            }
+            Err(DecodeError::Crc { id, code, .. }) if id == manner.me.get() => {
+                (code, Outcome::Answer(Err(StatusError::Crc)))
+            }
+            Err(_) => return None,
+        };
+        match outcome {
+            Outcome::Silent => None,
+            Outcome::Turn(call) => state.take_turn(call, turn.fast(), manner, table),
+            Outcome::Answer(result) => state.answer(code, result, 0, manner, table.alert()),
+            Outcome::Slot(length) => {
+                let slot = u32::from(manner.me.get()) * BROADCAST_PING_SLOT_US;
+                state.answer(code, Ok(length), slot, manner, table.alert())
+            }
+        }
     }
 }
 
 impl<const N: usize> State<N> {
-    fn packet(&mut self, packet: Packet<'_>, table: &mut impl ControlTable) -> Outcome {
+    fn packet(
+        &mut self,
+        packet: Packet<'_>,
+        turn: &mut Turn<N>,
+        now_us: u64,
+        timing: &Timing,
+        table: &mut impl ControlTable,
+    ) -> Outcome {
         let me = table.id();
-        if let Some(status) = packet.status() {
-            return match self.turn {
-                Some(turn) if turn.after == status.id => {
-                    self.turn = None;
-                    Outcome::Answer(self.read(turn.address, turn.length, table))
-                }
-                _ => Outcome::Silent,
-            };
+        if packet.id == me {
+            return Outcome::Answer(self.own(packet, table));
         }
-        // A new instruction ends every read that is still waiting for its turn.
-        self.turn = None;
-        if packet.id.is_broadcast() {
-            self.broadcast(packet, me, table)
-        } else if packet.id == me {
-            Outcome::Answer(self.own(packet, table))
-        } else {
-            Outcome::Silent
+        if !packet.id.is_broadcast() {
+            return Outcome::Silent;
+        }
+        match packet.instruction() {
+            Some(Instruction::SyncRead | Instruction::BulkRead) => {
+                Outcome::Turn(turn.begin(&packet, me, now_us, timing))
+            }
+            Some(Instruction::FastSyncRead | Instruction::FastBulkRead) if table.fast_reads() => {
+                Outcome::Turn(turn.begin(&packet, me, now_us, timing))
+            }
+            _ => self.broadcast(packet, me, table),
         }
     }
 
@@ -248,6 +272,7 @@ impl<const N: usize> State<N> {
             }
             Instruction::RegWrite => {
                 let (address, bytes) = addressed(parameters)?;
+                table.check(address, bytes)?;
                 let place = self.registered.bytes.get_mut(..bytes.len()).ok_or(StatusError::DataLength)?;
                 place.copy_from_slice(bytes);
                 self.registered.address = address;
@@ -293,21 +318,6 @@ impl<const N: usize> State<N> {
             Some(Instruction::Reboot) => {
                 let _ = table.reboot();
             }
-            Some(Instruction::SyncRead) => {
-                let &[a, b, c, d, ref ids @ ..] = parameters else {
-                    return Outcome::Silent;
-                };
-                let (address, length) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
-                let entries = ids.iter().map(|&id| (id, address, length));
-                return self.take_turn(entries, me, table);
-            }
-            Some(Instruction::BulkRead) => {
-                let entries = parameters.chunks_exact(5).filter_map(|entry| match *entry {
-                    [id, a, b, c, d] => Some((id, u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]))),
-                    _ => None,
-                });
-                return self.take_turn(entries, me, table);
-            }
             Some(Instruction::SyncWrite) => {
                 let &[a, b, c, d, ref entries @ ..] = parameters else {
                     return Outcome::Silent;
@@ -338,27 +348,30 @@ impl<const N: usize> State<N> {
         Outcome::Silent
     }
 
-    /// Answers at once if this device is named first; otherwise waits to hear the one before.
-    fn take_turn(
-        &mut self,
-        entries: impl Iterator<Item = (u8, u16, u16)>,
-        me: Id,
-        table: &mut impl ControlTable,
-    ) -> Outcome {
-        let mut before = None;
-        for (id, address, length) in entries {
-            if id == me.get() {
-                return match before {
-                    None => Outcome::Answer(self.read(address, length, table)),
-                    Some(after) => {
-                        self.turn = Some(Turn { after, address, length });
-                        Outcome::Silent
-                    }
-                };
+    /// Does what a read of several devices asks for now.
+    fn take_turn(&mut self, call: Call, fast: &FastAnswer, manner: Manner, table: &mut impl ControlTable) -> Written {
+        match call {
+            Call::Wait => None,
+            Call::Answer(Entry { address, length, .. }) => {
+                let result = self.read(address, length, table);
+                self.answer(Instruction::SyncRead.code(), result, 0, manner, table.alert())
             }
-            before = Id::new(id).or(before);
+            Call::Block(Entry { address, length, .. }) => {
+                if !manner.status_return.answers(Instruction::FastSyncRead.code()) {
+                    return None;
+                }
+                let result = self.read(address, length, table);
+                // The place of the blocks behind it depends on the length, which an error does not change.
+                let data = self.data.get_mut(..usize::from(length))?;
+                if result.is_err() {
+                    data.fill(0);
+                }
+                let block = Block { id: manner.me, alert: table.alert(), error: result.err(), data };
+                let written = fast.write(&block, &mut self.reply)?;
+                // Only the first waits: the others' answer is the continuation of a packet.
+                Some((if fast.awaits().is_some() { 0 } else { manner.return_delay_us }, written))
+            }
         }
-        Outcome::Silent
     }
 
     fn identity(&mut self, table: &impl ControlTable) -> usize {
@@ -389,23 +402,22 @@ impl<const N: usize> State<N> {
         table.write(self.registered.address, bytes)
     }
 
-    /// Writes the status packet; gives its delay and length, or nothing where the device stays silent.
-    fn answer(&mut self, code: u8, outcome: Outcome, manner: Manner, alert: bool) -> Option<(u32, usize)> {
+    /// Writes the status packet, to be sent `slot_us` after the return delay; nothing where the device stays silent.
+    fn answer(
+        &mut self,
+        code: u8,
+        result: Result<usize, StatusError>,
+        slot_us: u32,
+        manner: Manner,
+        alert: bool,
+    ) -> Written {
         let Manner { me, status_return, return_delay_us } = manner;
-        // An answer in turn follows a status packet; what is answered is the read it belongs to.
-        let code = if code == Instruction::Status.code() { Instruction::SyncRead.code() } else { code };
-        let (result, slot) = match outcome {
-            Outcome::Silent => return None,
-            Outcome::Answer(result) => (result, 0),
-            Outcome::Slot(length) => (Ok(length), u32::from(me.get())),
-        };
         if !status_return.answers(code) {
             return None;
         }
-        let length = result.unwrap_or(0);
-        let data = self.data.get(..length).unwrap_or_default();
+        let data = self.data.get(..result.unwrap_or(0)).unwrap_or_default();
         let bytes = Encoder::status(&mut self.reply, me, alert, result.err()).bytes(data).finish().ok()?;
-        Some((return_delay_us.saturating_add(slot * BROADCAST_PING_SLOT_US), bytes.len()))
+        Some((return_delay_us.saturating_add(slot_us), bytes.len()))
     }
 }
 
