@@ -23,7 +23,8 @@ pub enum Status {
     Folded,
     /// More samples touch than the model has room for.
     ContactCapacity,
-    /// The motor angle (or distance) is outside the range that can be followed.
+    /// The motor angle (or distance) is outside the range that can be followed; or the object is in the way of the finger's
+    /// clamped base, which cannot give way.
     OutOfRange,
     /// Older than the present measurement.
     Stale,

@@ -12,7 +12,7 @@ mod strains;
 
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
-use crate::ladder::{Ladder, State};
+use crate::ladder::{Ladder, State, vec2_of};
 use crate::newton::gaps::Sweep;
 use crate::newton::residual::{self, Residual};
 use crate::newton::step::{self, Inertia};
@@ -438,13 +438,24 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     fn standing(&self) -> Status {
-        if self.state.touching_count == 0 {
+        if !self.base_is_free() {
+            Status::OutOfRange
+        } else if self.state.touching_count == 0 {
             Status::NoContact
         } else if self.snapped {
             Status::Snapped
         } else {
             Status::Converged
         }
+    }
+
+    /// The object lies clear of the front beam's clamped end, which carries no sample: it cannot give way, and a model in
+    /// which the beam beside it does has a force that means nothing.
+    fn base_is_free(&self) -> bool {
+        let base = vec2_of(self.ladder.base);
+        let gap = self.object.displaced(&self.motion.world_to_finger(self.at)).gap(base);
+        let half_thickness = self.ladder.samples.as_ref().first().map_or(T::ZERO, |sample| sample.half_thickness);
+        gap.distance >= half_thickness - T::TOLERANCE.length
     }
 
     /// Newton's method at a coordinate from the present state.

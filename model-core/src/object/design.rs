@@ -14,7 +14,7 @@ const FARTHEST: f64 = 2000.0;
 const LEAST_TURN: f64 = 1e-6;
 
 /// A polygon's corners.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(from = "CornerList", into = "CornerList"))]
 pub struct Corners {
@@ -46,6 +46,12 @@ impl Deref for Corners {
     type Target = [[f64; 2]];
     fn deref(&self) -> &Self::Target {
         self.at.get(..self.count).unwrap_or(&self.at)
+    }
+}
+
+impl core::fmt::Debug for Corners {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        (**self).fmt(f)
     }
 }
 

@@ -4,7 +4,7 @@ use super::{Displacement, Gap, Object};
 use crate::real::{Real, Vec2, norm, vec2};
 use crate::size::Blank;
 
-/// Bound on the iterations for the nearest point; tests meet at most 7.
+/// Bound on the iterations for the nearest point; tests meet at most 12.
 const ITERATIONS: usize = 16;
 
 /// An elliptic cylinder seen along its axis.
@@ -35,7 +35,7 @@ impl<T: Real> Ellipse<T> {
     /// Point to an Ellipse*). With s = t + b² > 0, f(s) = (au/(s + a² − b²))² + (bv/s)² falls from the first bound below
     /// to 1; 1/√f is concave and nearly straight (as in trust-region methods: Moré & Sorensen 1983), so that Newton's
     /// method climbs to 1/√f = 1 from below without ever passing it.
-    fn foot(&self, u: T, v: T) -> (T, T, usize) {
+    pub(super) fn foot(&self, u: T, v: T) -> (T, T, usize) {
         let (a, b) = (self.long, self.short);
         let (au, bv) = (a * u, b * v);
         let spread = (a - b) * (a + b);

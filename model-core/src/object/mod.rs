@@ -9,6 +9,8 @@ mod ellipse;
 mod half_plane;
 mod motion;
 mod polygon;
+#[cfg(test)]
+mod tests;
 
 pub use circle::Circle;
 pub use design::{Corners, MAX_CORNERS, ObjectDesign, ObjectError};
