@@ -40,6 +40,7 @@ macro_rules! log {
 mod board;
 mod calibration;
 mod control;
+pub mod device_table;
 mod health;
 mod last_words;
 mod link;
