@@ -119,26 +119,81 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
             ]
         })
         .collect();
+    table(&mut out, columns, &rows, 1);
+    if let Some(slopes) = slopes(case, solutions) {
+        out.push_str(&slopes);
+    }
+    out
+}
+
+/// Heads in two lines, then the rows; the column of words stands to the left, numbers to the right.
+fn table<const N: usize>(out: &mut String, columns: [[&str; 2]; N], rows: &[[String; N]], words: usize) {
     let width = |column: usize| {
         let cells = rows.iter().map(|row| row[column].chars().count());
         let heads = columns[column].iter().map(|word| word.chars().count());
         cells.chain(heads).max().unwrap_or(0)
     };
-    let mut line = |cells: [&str; 13]| {
+    let mut line = |cells: [&str; N]| {
         let mut text = String::new();
         for (column, cell) in cells.into_iter().enumerate() {
             let width = width(column);
-            // Words stand to the left, numbers to the right.
-            let _ = if column == 1 { write!(text, "{cell:<width$}  ") } else { write!(text, "{cell:>width$}  ") };
+            let _ = if column == words { write!(text, "{cell:<width$}  ") } else { write!(text, "{cell:>width$}  ") };
         }
         let _ = writeln!(out, "{}", text.trim_end());
     };
     line(columns.map(|[name, _]| name));
     line(columns.map(|[_, unit]| unit));
-    for row in &rows {
+    for row in rows {
         line(std::array::from_fn(|column| row[column].as_str()));
     }
-    out
+}
+
+/// What the force's magnitude gains per unit of what it depends on; none if nothing touches anywhere.
+fn slopes(case: &Case, solutions: &[Solution]) -> Option<String> {
+    let rotating = matches!(case.path.motion, Motion::Rotating { .. });
+    let (place, per) = if rotating { (["angle", "°"], "N/°") } else { (["distance", "mm"], "N/mm") };
+    let columns = [
+        place,
+        [if rotating { "angle" } else { "distance" }, per],
+        ["centre x", "N/mm"],
+        ["centre y", "N/mm"],
+        ["radius", "N/mm"],
+        ["E", "N/MPa"],
+        ["front thk.", "N/mm"],
+        ["back thk.", "N/mm"],
+        ["hinge thk.", "N/mm"],
+        ["hinge len.", "N/mm"],
+        ["axis x", "N/mm"],
+        ["axis y", "N/mm"],
+    ];
+    let row = |solution: &Solution| -> Option<[String; 12]> {
+        let s = solution.sensitivity?;
+        let (force, size) = (solution.force_n?, solution.force_magnitude_n.filter(|&size| size > 0.0)?);
+        let cell = |slope: Option<[f64; 2]>| {
+            slope.map_or("–".to_owned(), |[x, y]| format!("{:.4}", (x * force[0] + y * force[1]) / size))
+        };
+        Some([
+            format!("{:.3}", solution.place()),
+            cell(s.force_per_deg_n.or(s.force_per_mm_n)),
+            cell(Some(s.force_per_centre_mm_n[0])),
+            cell(Some(s.force_per_centre_mm_n[1])),
+            cell(Some(s.force_per_radius_mm_n)),
+            cell(Some(s.force_per_youngs_modulus_mpa_n)),
+            cell(s.force_per_front_thickness_mm_n),
+            cell(s.force_per_back_thickness_mm_n),
+            cell(s.force_per_hinge_thickness_mm_n),
+            cell(s.force_per_hinge_length_mm_n),
+            cell(Some(s.force_per_motor_axis_mm_n[0])),
+            cell(Some(s.force_per_motor_axis_mm_n[1])),
+        ])
+    };
+    let rows: Vec<_> = solutions.iter().filter_map(row).collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let mut out = "\nsensitivity of the force's magnitude to\n".to_owned();
+    table(&mut out, columns, &rows, usize::MAX);
+    Some(out)
 }
 
 /// The finger at the last trustworthy place and, if there are several, the force over the places; none without any.

@@ -177,8 +177,51 @@ fn the_sensitivity_is_the_slope_of_the_force() {
     // A finger pushed by a larger object, or by one nearer, pushes back harder.
     let sensitivity = here.sensitivity.unwrap();
     assert!(sensitivity.force_per_radius_mm_n[0] > 0.0 && sensitivity.force_per_centre_mm_n[0][0] < 0.0);
+    assert_eq!(sensitivity.stiffness_n_per_mm[0][1], sensitivity.force_per_centre_mm_n[1][0]);
     let strain = here.max_strain.unwrap();
     assert!(strain.front > 0.001 && strain.back > 0.001 && strain.hinge < 0.5, "{strain:?}");
+}
+
+#[test]
+fn sensitivities_to_dimensions_are_slopes_of_the_force() {
+    let folder = Folder::new("dimensions");
+    let case = |key: &str, value: f64| {
+        let mut values =
+            [("youngs_modulus_pa", 4.95e7), ("front", 2.0), ("back", 2.0), ("hinge", 0.8), ("length", 2.5)];
+        for (name, entry) in &mut values {
+            if *name == key {
+                *entry += value;
+            }
+        }
+        let [e, front, back, hinge, length] = values.map(|(_, value)| value);
+        folder.file(&format!(
+            "object = {{ shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }}\n\
+             motion = {{ motor_angles_deg = [8] }}\n\
+             [finger]\nname = \"f\"\nwidth_mm = 20\nplane_strain = \"stress\"\n\
+             [finger.material]\nyoungs_modulus_pa = {e:?}\npoissons_ratio = 0.48\n\
+             [finger.front]\nbase_mm = [0, 0]\ntip_mm = [0, 80]\nthickness_mm = {front:?}\n\
+             [finger.back]\nbase_mm = [-28, 0]\ntip_mm = [0, 80]\nthickness_mm = {back:?}\n\
+             [finger.lamellae]\nheights_mm = [9, 18, 27, 36, 45, 54, 63]\nthickness_mm = 3\n\
+             [finger.hinge]\nkind = \"flexible\"\nlength_mm = {length:?}\nthickness_mm = {hinge:?}\nfrom = \"centreline\"\n\
+             [finger.motor]\naxis_mm = [-14, -20]\n"
+        ))
+    };
+    let exact = solutions(&case("", 0.0), "")[0].sensitivity.unwrap();
+    for (key, step, unit, slope) in [
+        ("youngs_modulus_pa", 1e4, 1e6, exact.force_per_youngs_modulus_mpa_n),
+        ("front", 1e-3, 1.0, exact.force_per_front_thickness_mm_n.unwrap()),
+        ("back", 1e-3, 1.0, exact.force_per_back_thickness_mm_n.unwrap()),
+        ("hinge", 1e-3, 1.0, exact.force_per_hinge_thickness_mm_n.unwrap()),
+        ("length", 1e-3, 1.0, exact.force_per_hinge_length_mm_n.unwrap()),
+    ] {
+        let force = |by| solutions(&case(key, by), "")[0].force_n.unwrap();
+        let (more, less) = (force(step), force(-step));
+        for i in 0..2 {
+            let difference = (more[i] - less[i]) / (2.0 * step) * unit;
+            let size = slope[0].hypot(slope[1]);
+            assert!((slope[i] - difference).abs() < 1e-4 * size, "{key}: {slope:?} {difference}");
+        }
+    }
 }
 
 #[test]

@@ -14,11 +14,15 @@ use crate::object::{Motion, ObjectDesign};
 use crate::size::Paper;
 use crate::status::Status;
 
-struct Random(ChaCha8Rng);
+pub(crate) struct Random(ChaCha8Rng);
 
 impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed))
+    }
+
     /// Uniform in 0 … 1.
-    fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
@@ -30,13 +34,13 @@ impl Random {
 
 /// A circle's centre and radius, mm.
 #[derive(Clone, Copy)]
-struct Round {
-    centre: [f64; 2],
-    radius: f64,
+pub(crate) struct Round {
+    pub(crate) centre: [f64; 2],
+    pub(crate) radius: f64,
 }
 
 /// Geometry ±30 %, 3 to 9 lamellae, radius 10 to 60 mm, indentation 2 to 20°.
-fn random_case(random: &mut Random) -> (Design, Round, f64) {
+pub(crate) fn random_case(random: &mut Random) -> (Design, Round, f64) {
     loop {
         let mut design = crate::design::tests::ladder_80();
         let height = random.about(80.0);
@@ -113,7 +117,7 @@ fn solve(
 }
 
 /// Angle at which the undeformed front beam's surface, or its tip, first touches the circle when closing from −30°.
-fn first_contact(design: &Design, centre: [f64; 2], radius: f64) -> f64 {
+pub(crate) fn first_contact(design: &Design, centre: [f64; 2], radius: f64) -> f64 {
     let half = 0.5 * design.front.thickness.at(0.0);
     let mut angle = -30.0_f64.to_radians();
     loop {
@@ -211,7 +215,7 @@ fn check(follower: &mut Solver, design: &Design, object: Round, softness: f64) -
 
 #[test]
 fn two_thousand_random_designs() {
-    let mut random = Random(ChaCha8Rng::seed_from_u64(2000));
+    let mut random = Random::new(2000);
     let mut follower: Box<Solver> = Box::new(Follower::EMPTY);
     let reduced = Discretisation::reduced(Physics::Paper);
     let fine = Discretisation::fine(Physics::Paper);

@@ -4,6 +4,7 @@
 
 use super::{Follower, Phase};
 use crate::contact::Contact;
+use crate::ladder::{Ladder, State};
 use crate::newton::{gaps, strain};
 use crate::object::{Displacement, Motion, Object};
 use crate::real::{Real, Vec2, cross, vec2};
@@ -32,6 +33,18 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     pub(crate) fn parts(&mut self) -> Parts<'_, T, S> {
         Parts { ladder: &self.ladder, work: &mut self.work }
+    }
+
+    /// The accepted state, which the workspace shows, beside the parts.
+    pub(crate) fn state_and_parts(&mut self) -> (&State<T, S>, Parts<'_, T, S>) {
+        (&self.state, Parts { ladder: &self.ladder, work: &mut self.work })
+    }
+
+    /// Another ladder has the same unknowns and samples.
+    pub(crate) fn is_like(&self, other: &Ladder<T, S>) -> bool {
+        self.ladder.cells == other.cells
+            && self.ladder.node_count == other.node_count
+            && self.ladder.sample_count == other.sample_count
     }
 
     pub(super) fn members(&self) -> usize {

@@ -101,7 +101,7 @@ fn derivatives_of_the_force_agree_with_differences() {
                 assert!(sides.iter().all(|s| s.1 == follower.touching()), "no change of contact in the difference");
                 [0, 1].map(|i| (8.0 * (sides[0].0[i] - sides[1].0[i]) - (sides[2].0[i] - sides[3].0[i])) / (12.0 * h))
             };
-            let size = exact.coordinate[0].hypot(exact.coordinate[1]);
+            let size = exact.coordinate.force[0].hypot(exact.coordinate.force[1]);
             let close = |found: [f64; 2], exact: [f64; 2], size: f64, what: &str| {
                 for i in 0..2 {
                     assert!(
@@ -111,11 +111,12 @@ fn derivatives_of_the_force_agree_with_differences() {
                 }
             };
             let h = 2e-4;
-            close(differ(&|d| force(centre, radius, degrees + d), h).map(f64::to_degrees), exact.coordinate, size, "α");
-            let size = exact.centre[0][0].hypot(exact.centre[0][1]);
-            close(differ(&|d| force([centre[0] + d, centre[1]], radius, degrees), h), exact.centre[0], size, "x");
-            close(differ(&|d| force([centre[0], centre[1] + d], radius, degrees), h), exact.centre[1], size, "y");
-            close(differ(&|d| force(centre, radius + d, degrees), h), exact.radius, size, "r");
+            let found = differ(&|d| force(centre, radius, degrees + d), h).map(f64::to_degrees);
+            close(found, exact.coordinate.force, size, "α");
+            let size = exact.centre[0].force[0].hypot(exact.centre[0].force[1]);
+            close(differ(&|d| force([centre[0] + d, centre[1]], radius, degrees), h), exact.centre[0].force, size, "x");
+            close(differ(&|d| force([centre[0], centre[1] + d], radius, degrees), h), exact.centre[1].force, size, "y");
+            close(differ(&|d| force(centre, radius + d, degrees), h), exact.radius.force, size, "r");
         }
     }
 }

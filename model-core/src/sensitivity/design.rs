@@ -1,0 +1,181 @@
+//! Derivatives with respect to the finger's dimensions.
+//!
+//! A dimension p changes the ladder's constants, and with them every residual at the equilibrium's angles and multipliers:
+//! dz/dp = −KKT⁻¹ ∂r/∂p. The residuals' derivative is a central difference between the ladders of p ± δ, the contact forces
+//! kept as vectors; no equilibrium is sought anew. It needs a second ladder and workspace, a [`Probe`], so it belongs to a
+//! machine that has the room; the control loop does without.
+
+use super::border::{self, Cause};
+use super::{Derivative, Parts};
+use crate::design::{Design, HingeKind, Profile};
+use crate::discretise::{Discretisation, discretise};
+use crate::equilibrium::Follower;
+use crate::ladder::Ladder;
+use crate::newton::gaps::{Sweep, sample_position};
+use crate::newton::{Workspace, bend, residual, strain};
+use crate::object::Object;
+use crate::real::Real;
+use crate::size::Size;
+
+/// A dimension of the finger. (The lamellae are rigid: their thickness changes nothing.)
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DesignParameter {
+    /// Thickness of the front beam, mm: of a taper, everywhere as much. A rigid wedge's height stays.
+    FrontThickness,
+    /// Thickness of the back beam, mm.
+    BackThickness,
+    /// Thickness of the hinges, mm.
+    HingeThickness,
+    /// Length of the hinges, mm, of all by as much.
+    HingeLength,
+}
+
+impl DesignParameter {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::FrontThickness, Self::BackThickness, Self::HingeThickness, Self::HingeLength];
+
+    /// The parameter's size in a design, mm; that of the first knot or hinge where there are several.
+    pub fn size(self, design: &Design) -> f64 {
+        match self {
+            Self::FrontThickness => design.front.thickness.at(0.0),
+            Self::BackThickness => design.back.thickness.at(0.0),
+            Self::HingeThickness => design.hinge.thickness,
+            Self::HingeLength => design.hinge.length_of(0),
+        }
+    }
+
+    /// Makes the parameter greater by so much, mm.
+    pub fn shift(self, design: &mut Design, by: f64) {
+        let thicken = |profile: &mut Profile| {
+            for knot in &mut profile.knots {
+                knot[1] += by;
+            }
+        };
+        match self {
+            Self::FrontThickness => thicken(&mut design.front.thickness),
+            Self::BackThickness => thicken(&mut design.back.thickness),
+            Self::HingeThickness => design.hinge.thickness += by,
+            Self::HingeLength => {
+                for length in &mut design.hinge.length {
+                    *length += by;
+                }
+            }
+        }
+    }
+
+    /// Without hinges as rods, their dimensions mean nothing.
+    fn applies(self, design: &Design) -> bool {
+        let hinge = matches!(self, Self::HingeThickness | Self::HingeLength);
+        !hinge || design.hinge.kind == HingeKind::Flexible
+    }
+}
+
+/// Room for a second ladder.
+pub struct Probe<T: Real, S: Size> {
+    ladder: Ladder<T, S>,
+    work: Workspace<T, S>,
+}
+
+impl<T: Real, S: Size> Probe<T, S> {
+    /// Before its first use.
+    pub const EMPTY: Self = Self { ladder: Ladder::EMPTY, work: Workspace::EMPTY };
+}
+
+impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
+    /// Derivative with respect to a dimension of the finger, per mm, at the last accepted equilibrium; `design` and `how`
+    /// are those that the follower was configured with. Within 1e-5 in `f64`, 1e-3 in `f32`.
+    ///
+    /// `None` if there is no equilibrium, no room (see [`Self::sensitivity`]), or no finger with the dimension a little greater
+    /// or less; zero without contact.
+    pub fn design_sensitivity(
+        &mut self,
+        probe: &mut Probe<T, S>,
+        design: &Design,
+        how: &Discretisation,
+        parameter: DesignParameter,
+    ) -> Option<Derivative<T>> {
+        if !self.has_equilibrium() {
+            return None;
+        }
+        if self.touching() == 0 || !parameter.applies(design) {
+            return Some(Derivative::ZERO);
+        }
+        let frame = self.frame();
+        // Truncation against rounding, of a central difference.
+        let step = libm::cbrt(T::EPSILON.to_f64()) * parameter.size(design);
+        let touching = {
+            let Parts { ladder, work } = self.parts();
+            border::widen(ladder, work)?
+        };
+        let differed = self.differ(probe, design, how, parameter, step);
+        let thickening = if parameter == DesignParameter::FrontThickness { T::of(0.5) } else { T::ZERO };
+        let answer = differed.then(|| {
+            let Parts { ladder, work } = self.parts();
+            border::factorise(ladder, work);
+            let cause = Cause { thickening, residuals: true, ..Cause::NONE };
+            frame.derivative(&border::respond(ladder, work, &cause, frame.axis))
+        });
+        let Parts { work, .. } = self.parts();
+        border::narrow(work, touching);
+        self.show_accepted();
+        answer
+    }
+
+    /// Puts the derivative of the residuals into the workspace in place of the residuals; false if a ladder was refused.
+    fn differ(
+        &mut self,
+        probe: &mut Probe<T, S>,
+        design: &Design,
+        how: &Discretisation,
+        parameter: DesignParameter,
+        step: f64,
+    ) -> bool {
+        for (sign, part) in [(1.0, 0.5 / step), (-1.0, -0.5 / step)] {
+            let mut other = design.clone();
+            parameter.shift(&mut other, sign * step);
+            let made = discretise(&other, how, &mut probe.ladder).is_ok();
+            let same = made && self.is_like(&probe.ladder) && probe.work.fit(&probe.ladder);
+            if !same {
+                return false;
+            }
+            let (state, Parts { ladder, work }) = self.state_and_parts();
+            let rows = work.row_count;
+            // The gap rows with their normals and multipliers as they are.
+            probe.work.row_count = rows / 2;
+            for j in 0..rows / 2 {
+                probe.work.rows.as_mut()[j] = work.rows.as_ref()[2 * j];
+            }
+            strain::directions(&probe.ladder, state, &mut probe.work);
+            bend::shorten(&probe.ladder, state, &mut probe.work);
+            strain::place_front(&probe.ladder, state, &mut probe.work);
+            let (zero, far) = ([T::ZERO; 2], T::of(1e9));
+            let clear = Sweep { nearest: far, normal: zero, nearest_free: far, overflow: false, crowded: false };
+            residual::gradient(&probe.ladder, state, &mut probe.work, &clear);
+
+            let part = T::of(part);
+            let gather = |into: &mut [T], from: &[T]| {
+                for (into, &from) in into.iter_mut().zip(from) {
+                    *into = if sign > 0.0 { part * from } else { *into + part * from };
+                }
+            };
+            gather(&mut work.gradient.as_mut()[..ladder.node_count], probe.work.gradient.as_ref());
+            gather(&mut work.rhs.as_mut()[..ladder.unknowns()], probe.work.rhs.as_ref());
+            for cell in 0..ladder.cells {
+                gather(&mut work.closure.as_mut()[cell], &probe.work.closure.as_ref()[cell]);
+            }
+            for j in 0..rows {
+                let row = work.rows.as_ref()[j];
+                let position = sample_position(
+                    &probe.ladder,
+                    &probe.work,
+                    &probe.ladder.samples.as_ref()[usize::from(row.sample)],
+                );
+                let along = part * (row.normal[0] * position.x + row.normal[1] * position.y);
+                // A row's right-hand side is −gap − softness · multiplier.
+                let gap = if sign > 0.0 { along - row.softness * row.multiplier } else { row.gap + along };
+                work.rows.as_mut()[j].gap = gap;
+            }
+        }
+        true
+    }
+}

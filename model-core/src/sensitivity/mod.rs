@@ -1,0 +1,208 @@
+//! How what is read off an equilibrium changes with the motion, the object and the design: the implicit function theorem
+//! on the factorised KKT.
+//!
+//! With the interior, the joints and the closures condensed, a change of the object enters through the contact border
+//! only ([`border`]); a change of the design shifts every residual and is one more right-hand side ([`design`]).
+//!
+//! All derivatives are taken with the touching samples staying the same. Where a sample comes into contact or leaves it the
+//! force has a kink: there they hold on the side of the present set.
+
+mod border;
+mod design;
+#[cfg(test)]
+mod tests;
+
+use crate::equilibrium::Follower;
+use crate::ladder::Ladder;
+use crate::newton::Workspace;
+use crate::object::{Motion, Object};
+use crate::real::{Real, Vec2, vec2};
+use crate::size::Size;
+use border::{Cause, Response};
+pub use design::{DesignParameter, Probe};
+
+/// Derivative of what is read off an equilibrium, per unit of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Derivative<T> {
+    /// Of the force of the finger on the object, world frame, N.
+    pub force: [T; 2],
+    /// Of the torque that the contact demands of the motor, N·mm (of a translated base: of the force against its motion, N).
+    pub torque: T,
+    /// Of the contact centre (mean of the touching surface points, weighted by force), world frame, mm.
+    pub contact_centre: [T; 2],
+}
+
+impl<T: Real> Derivative<T> {
+    const ZERO: Self = Self { force: [T::ZERO; 2], torque: T::ZERO, contact_centre: [T::ZERO; 2] };
+
+    fn add(&mut self, part: T, other: &Self) {
+        for i in 0..2 {
+            self.force[i] += part * other.force[i];
+            self.contact_centre[i] += part * other.contact_centre[i];
+        }
+        self.torque += part * other.torque;
+    }
+}
+
+/// Derivatives with respect to what needs the contact border only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensitivity<T> {
+    /// With the motion's coordinate: per rad of a motor angle, per mm of a distance.
+    pub coordinate: Derivative<T>,
+    /// With the object's place, world frame, per mm: `centre[i]` belongs to its i-th coordinate.
+    pub centre: [Derivative<T>; 2],
+    /// With the object's radius (an offset of its surface), per mm.
+    pub radius: Derivative<T>,
+    /// With Young's modulus, per MPa, the contact softness ε_c staying the same.
+    pub youngs_modulus: Derivative<T>,
+    /// With the motor axis (finger frame, base and object staying where they are at angle 0), per mm: `axis[i]` belongs to
+    /// its i-th coordinate. Zero for a translated base.
+    pub axis: [Derivative<T>; 2],
+}
+
+impl<T: Real> Sensitivity<T> {
+    const ZERO: Self = Self {
+        coordinate: Derivative::ZERO,
+        centre: [Derivative::ZERO; 2],
+        radius: Derivative::ZERO,
+        youngs_modulus: Derivative::ZERO,
+        axis: [Derivative::ZERO; 2],
+    };
+}
+
+impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
+    /// Derivatives at the last accepted equilibrium, by one factorisation with two contact rows per touching sample.
+    ///
+    /// `None` if there is no room for those rows, or no equilibrium; zero without contact.
+    pub fn sensitivity(&mut self) -> Option<Sensitivity<T>> {
+        if !self.has_equilibrium() {
+            return None;
+        }
+        let mut result = Sensitivity::ZERO;
+        if self.touching() == 0 {
+            return Some(result);
+        }
+        let frame = self.frame();
+        let motion = self.motion;
+        let Parts { ladder, work } = self.parts();
+        let touching = border::widen(ladder, work)?;
+        border::factorise(ladder, work);
+        let mut derivative = |cause: Cause<T>| frame.derivative(&border::respond(ladder, work, &cause, frame.axis));
+
+        let (one, zero) = (T::one(), [T::ZERO; 2]);
+        for (i, unit) in [Vec2::new(one, T::ZERO), Vec2::new(T::ZERO, one)].into_iter().enumerate() {
+            let shift = frame.displacement.vector(unit);
+            result.centre[i] = derivative(Cause { shift: [shift.x, shift.y], ..Cause::NONE });
+        }
+        result.radius = derivative(Cause { growth: one, ..Cause::NONE });
+        match motion {
+            Motion::Rotating { .. } => {
+                result.coordinate = derivative(Cause { turn: one, pivot: frame.axis, ..Cause::NONE });
+                for i in 0..2 {
+                    result.axis[i] = frame.along_axis(&result.centre, i);
+                }
+            }
+            Motion::Translating { direction } => {
+                // The base moves forth as the object would move back.
+                for (part, centre) in direction.iter().zip(&result.centre) {
+                    result.coordinate.add(-T::of(*part), centre);
+                }
+                for i in 0..2 {
+                    result.coordinate.contact_centre[i] += T::of(direction[i]);
+                }
+            }
+        }
+        // The force is E·f(E ε_c), the shape depends on E ε_c only.
+        let inverse = one / frame.youngs_modulus;
+        result.youngs_modulus.add(inverse * ladder.softness, &derivative(Cause { softening: one, ..Cause::NONE }));
+        result
+            .youngs_modulus
+            .add(inverse, &Derivative { force: frame.force, torque: frame.torque, contact_centre: zero });
+        border::narrow(work, touching);
+        Some(result)
+    }
+
+    fn frame(&self) -> Frame<T> {
+        Frame {
+            displacement: self.displacement(),
+            motion: self.motion,
+            axis: match self.motion {
+                Motion::Rotating { axis } => axis.map(T::of),
+                Motion::Translating { .. } => [T::ZERO; 2],
+            },
+            force: self.force_world(),
+            force_finger: self.force_finger(),
+            torque: self.motor_torque(),
+            youngs_modulus: self.youngs_modulus(),
+        }
+    }
+}
+
+/// The follower's parts that a derivative needs.
+pub(crate) struct Parts<'a, T: Real, S: Size> {
+    pub ladder: &'a Ladder<T, S>,
+    pub work: &'a mut Workspace<T, S>,
+}
+
+/// The equilibrium's frame and forces.
+#[derive(Clone, Copy)]
+struct Frame<T: Real> {
+    displacement: crate::object::Displacement<T>,
+    motion: Motion,
+    /// Motor axis; zero for a translated base.
+    axis: [T; 2],
+    force: [T; 2],
+    force_finger: [T; 2],
+    torque: T,
+    youngs_modulus: T,
+}
+
+/// e_z × v.
+#[inline]
+fn quarter<T: Real>(v: [T; 2]) -> [T; 2] {
+    [-v[1], v[0]]
+}
+
+impl<T: Real> Frame<T> {
+    fn to_world(self, v: [T; 2]) -> [T; 2] {
+        let w = self.displacement.vector_back(Vec2::new(v[0], v[1]));
+        [w.x, w.y]
+    }
+
+    /// From the finger frame's changes to the world's: where the motor turns, the world turns against the finger.
+    fn derivative(&self, response: &Response<T>) -> Derivative<T> {
+        let turn = response.turn;
+        let turned = |change: [T; 2], vector: [T; 2]| {
+            let q = quarter(vector);
+            self.to_world([change[0] - turn * q[0], change[1] - turn * q[1]])
+        };
+        let arm = [response.centre[0] - self.axis[0], response.centre[1] - self.axis[1]];
+        let force = turned(response.force_change, self.force_finger);
+        Derivative {
+            force,
+            torque: match self.motion {
+                Motion::Rotating { .. } => response.moment_change,
+                Motion::Translating { direction } => {
+                    let d = vec2::<T>(direction);
+                    force[0] * d.x + force[1] * d.y
+                }
+            },
+            contact_centre: turned(response.centre_change, arm),
+        }
+    }
+
+    /// Moving the motor axis by e_i moves the object, as the finger sees it at this angle, by e_i less its turned image.
+    fn along_axis(&self, centre: &[Derivative<T>; 2], i: usize) -> Derivative<T> {
+        let mut unit = [T::ZERO; 2];
+        unit[i] = T::one();
+        let image = self.to_world(unit);
+        let mut derivative = Derivative::ZERO;
+        for k in 0..2 {
+            derivative.add(image[k] - unit[k], &centre[k]);
+            derivative.contact_centre[k] += unit[k] - image[k];
+        }
+        let [x, y] = self.force_finger;
+        derivative.torque += unit[0] * y - unit[1] * x;
+        derivative
+    }
+}

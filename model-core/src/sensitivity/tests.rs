@@ -1,0 +1,283 @@
+//! Derivatives of random fingers on random objects against differences of equilibria, each found anew from the open finger.
+//!
+//! Where a sample comes into contact or leaves it within the difference, a central difference means nothing: the side on
+//! which the same samples touch is then compared, one-sided and less sharply, and a case with no such side is counted as
+//! not comparable. The counts are asserted.
+
+use std::boxed::Box;
+use std::string::String;
+use std::vec::Vec;
+
+use super::{Derivative, DesignParameter, Probe};
+use crate::design::Design;
+use crate::discretise::{Discretisation, Physics, Sampling, Scheme};
+use crate::equilibrium::{Follower, Settings};
+use crate::object::{Corners, Motion, ObjectDesign};
+use crate::random_designs::{Random, Round, first_contact, random_case};
+use crate::size::Paper;
+use crate::status::Status;
+
+type Solver = Follower<f64, Paper>;
+
+/// What can be changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Parameter {
+    Coordinate,
+    Centre(usize),
+    Radius,
+    YoungsModulus,
+    Axis(usize),
+    Design(DesignParameter),
+}
+
+#[derive(Clone)]
+struct Case {
+    design: Design,
+    object: ObjectDesign,
+    motion: Option<[f64; 2]>,
+    at: f64,
+}
+
+/// An object somewhere else, its outline grown on all sides (which makes no ellipse of an ellipse).
+fn moved(object: ObjectDesign, shift: [f64; 2], growth: f64) -> ObjectDesign {
+    let go = |p: [f64; 2]| [p[0] + shift[0], p[1] + shift[1]];
+    match object {
+        ObjectDesign::Circle { centre, radius } => ObjectDesign::Circle { centre: go(centre), radius: radius + growth },
+        ObjectDesign::Ellipse { centre, semi_axes, angle } => {
+            ObjectDesign::Ellipse { centre: go(centre), semi_axes, angle }
+        }
+        ObjectDesign::Polygon { corners, rounding } => {
+            ObjectDesign::Polygon { corners: corners.map(go), rounding: rounding + growth }
+        }
+        ObjectDesign::HalfPlane { point, normal } => {
+            let part = growth / normal[0].hypot(normal[1]);
+            let point = go(point);
+            ObjectDesign::HalfPlane { point: [point[0] + part * normal[0], point[1] + part * normal[1]], normal }
+        }
+    }
+}
+
+impl Case {
+    fn shifted(&self, parameter: Parameter, by: f64) -> Self {
+        let mut case = self.clone();
+        match parameter {
+            Parameter::Coordinate => case.at += by,
+            Parameter::Centre(i) => {
+                let mut shift = [0.0; 2];
+                shift[i] = by;
+                case.object = moved(case.object, shift, 0.0);
+            }
+            Parameter::Radius => case.object = moved(case.object, [0.0; 2], by),
+            Parameter::YoungsModulus => case.design.material.youngs_modulus += by,
+            Parameter::Axis(i) => case.design.motor_axis[i] += by,
+            Parameter::Design(dimension) => dimension.shift(&mut case.design, by),
+        }
+        case
+    }
+
+    /// Puts the follower at the equilibrium; false unless it came there without a snap and in contact.
+    fn solve(&self, follower: &mut Solver, how: &Discretisation) -> bool {
+        follower.configure(&self.design, how).expect("a valid design");
+        follower.set_settings(Settings::DEFAULT);
+        let motion = match self.motion {
+            Some(direction) => Motion::Translating { direction },
+            None => Motion::Rotating { axis: self.design.motor_axis },
+        };
+        follower.set_object(self.object, motion);
+        follower.start(self.at) && follower.follow(self.at).status == Status::Converged
+    }
+}
+
+/// Force, torque and contact centre, world frame; and the arcs of the touching samples.
+type Seen = ([f64; 5], Vec<f64>);
+
+fn seen(follower: &Solver) -> Seen {
+    let (mut centre, mut total, mut arcs) = ([0.0; 2], 0.0, Vec::new());
+    for contact in follower.contacts() {
+        total += contact.force;
+        centre[0] += contact.force * contact.position[0];
+        centre[1] += contact.force * contact.position[1];
+        arcs.push(contact.arc);
+    }
+    let c = follower.to_world([centre[0] / total, centre[1] / total]);
+    let f = follower.force_world();
+    ([f[0], f[1], follower.motor_torque(), c[0], c[1]], arcs)
+}
+
+fn flat(d: &Derivative<f64>) -> [f64; 5] {
+    [d.force[0], d.force[1], d.torque, d.contact_centre[0], d.contact_centre[1]]
+}
+
+fn combine(weights: &[(f64, &Seen)], h: f64) -> [f64; 5] {
+    let mut sum = [0.0; 5];
+    for (weight, (values, _)) in weights {
+        for i in 0..5 {
+            sum[i] += weight * values[i] / h;
+        }
+    }
+    sum
+}
+
+#[derive(Debug, Default)]
+struct Count {
+    central: usize,
+    one_sided: usize,
+    not_comparable: usize,
+    worst: f64,
+    wrong: Vec<String>,
+}
+
+/// Compares force, torque and centre, each with the size of its own derivative.
+fn error(found: &[f64; 5], exact: &[f64; 5], scale: f64) -> f64 {
+    let mut worst = 0.0_f64;
+    for (part, least) in [(0..2, 0.05), (2..3, 2.0), (3..5, 0.05)] {
+        let size = exact[part.clone()].iter().map(|x| x * x).sum::<f64>().sqrt();
+        for i in part {
+            worst = worst.max((found[i] - exact[i]).abs() / (size + least * scale));
+        }
+    }
+    worst
+}
+
+fn compare(
+    follower: &mut Solver,
+    how: &Discretisation,
+    case: &Case,
+    parameter: Parameter,
+    exact: &Derivative<f64>,
+    here: &Seen,
+    count: &mut Count,
+) {
+    // Units of the parameter that change the force by about 1 N.
+    let (h, scale) = match parameter {
+        Parameter::Coordinate if case.motion.is_none() => (1e-5, 60.0),
+        Parameter::YoungsModulus => (2e-3, 0.1),
+        _ => (5e-4, 1.0),
+    };
+    let mut at = |by: f64| -> Option<Seen> {
+        case.shifted(parameter, by * h).solve(follower, how).then(|| seen(follower)).filter(|side| {
+            side.1.len() == here.1.len() && side.1.iter().zip(&here.1).all(|(a, b)| (a - b).abs() < 1e-6)
+        })
+    };
+    let (plus, minus) = ([at(1.0), at(2.0)], [at(-1.0), at(-2.0)]);
+    let exact = flat(exact);
+    match (plus, minus) {
+        ([Some(a), Some(b)], [Some(c), Some(d)]) => {
+            let found = combine(&[(8.0, &a), (-8.0, &c), (-1.0, &b), (1.0, &d)], 12.0 * h);
+            let error = error(&found, &exact, scale);
+            count.central += 1;
+            count.worst = count.worst.max(error);
+            if error >= 1e-5 {
+                count.wrong.push(std::format!("{parameter:?}: {found:?} and {exact:?}, error {error:e}"));
+            }
+        }
+        ([Some(a), Some(b)], _) => {
+            let found = combine(&[(4.0, &a), (-1.0, &b), (-3.0, here)], 2.0 * h);
+            count.one_sided += 1;
+            let error = error(&found, &exact, scale);
+            if error >= 1e-3 {
+                count.wrong.push(std::format!("{parameter:?}, greater side: {found:?} and {exact:?}, error {error:e}"));
+            }
+        }
+        (_, [Some(c), Some(d)]) => {
+            let found = combine(&[(-4.0, &c), (1.0, &d), (3.0, here)], 2.0 * h);
+            count.one_sided += 1;
+            let error = error(&found, &exact, scale);
+            if error >= 1e-3 {
+                count.wrong.push(std::format!("{parameter:?}, lesser side: {found:?} and {exact:?}, error {error:e}"));
+            }
+        }
+        _ => count.not_comparable += 1,
+    }
+}
+
+/// A random case, every other one moved by a translated base, and a discretisation.
+fn random(random: &mut Random, index: usize) -> (Case, Discretisation) {
+    let (mut design, round, indentation) = random_case(random);
+    let Round { centre, radius } = round;
+    // Other shapes lie within the circle and touch it where it is nearest to the finger.
+    let object = match index % 7 {
+        2 => ObjectDesign::Ellipse { centre, semi_axes: [radius, 0.6 * radius], angle: 0.1 },
+        3 => {
+            let (half, rounding) = (0.7 * radius, 0.3 * radius);
+            let corners = [[-half, -0.3 * half], [half, -half], [half, half], [-0.9 * half, 0.5 * half]];
+            let corners = Corners::new(&corners.map(|[x, y]| [centre[0] + x, centre[1] + y])).expect("four corners");
+            ObjectDesign::Polygon { corners, rounding }
+        }
+        4 => ObjectDesign::HalfPlane { point: [centre[0] - radius, centre[1]], normal: [-1.0, 0.4] },
+        _ => ObjectDesign::Circle { centre, radius },
+    };
+    let angle = first_contact(&design, centre, radius) + 0.7 * indentation;
+    let physics = if index.is_multiple_of(3) { Physics::Paper } else { Physics::Extended };
+    let how = match index % 8 {
+        4 => Discretisation {
+            sampling: Sampling::Nodes,
+            softness: 0.0,
+            ..Discretisation::full(Scheme::Trapezoid, physics)
+        },
+        6 => Discretisation { sampling: Sampling::PerElement(2), ..Discretisation::fine(physics) },
+        _ => Discretisation::reduced(physics),
+    };
+    if index % 4 == 1 {
+        design.hinge.from = crate::design::HingeFrom::Face;
+        design.rigid_above = Some(0.92 * design.front.tip[1]);
+    }
+    let motion = (index % 4 == 3).then_some([0.8, 0.6]);
+    let at = if motion.is_some() { 2.0 + 8.0 * indentation } else { angle };
+    (Case { design, object, motion, at }, how)
+}
+
+#[test]
+fn derivatives_of_random_designs_agree_with_differences() {
+    let mut numbers = Random::new(35);
+    let mut follower: Box<Solver> = Box::new(Follower::EMPTY);
+    let mut probe: Box<Probe<f64, Paper>> = Box::new(Probe::EMPTY);
+    let mut count = Count::default();
+    let mut cases = 0;
+    for index in 0..64 {
+        let (case, how) = random(&mut numbers, index);
+        if case.design.validate().is_err() || !case.solve(&mut follower, &how) {
+            continue;
+        }
+        let Some(exact) = follower.sensitivity() else { continue };
+        cases += 1;
+        let here = seen(&follower);
+        let mut all = Vec::from([
+            (Parameter::Coordinate, exact.coordinate),
+            (Parameter::Centre(0), exact.centre[0]),
+            (Parameter::Centre(1), exact.centre[1]),
+            (Parameter::YoungsModulus, exact.youngs_modulus),
+            (Parameter::Axis(0), exact.axis[0]),
+            (Parameter::Axis(1), exact.axis[1]),
+        ]);
+        if !matches!(case.object, ObjectDesign::Ellipse { .. }) {
+            all.push((Parameter::Radius, exact.radius));
+        }
+        for dimension in DesignParameter::ALL {
+            let derivative = follower.design_sensitivity(&mut probe, &case.design, &how, dimension);
+            all.push((Parameter::Design(dimension), derivative.expect("room, as before")));
+        }
+        for (parameter, exact) in all {
+            let before = count.wrong.len();
+            compare(&mut follower, &how, &case, parameter, &exact, &here, &mut count);
+            for wrong in &mut count.wrong[before..] {
+                *wrong = std::format!("case {index} ({:?}, {:?}, {:?}): {wrong}", how.scheme, how.physics, case.object);
+            }
+        }
+    }
+    for wrong in &count.wrong {
+        std::println!("{wrong}");
+    }
+    std::println!(
+        "{cases} cases: {} central (worst error {:.1e}), {} one-sided, {} not comparable",
+        count.central,
+        count.worst,
+        count.one_sided,
+        count.not_comparable
+    );
+    assert!(count.wrong.is_empty(), "{} derivatives are wrong", count.wrong.len());
+    assert!(cases >= 48, "{cases} cases");
+    let total = count.central + count.one_sided + count.not_comparable;
+    assert!(count.central * 100 >= total * 90, "{count:?}");
+    assert!(count.one_sided > 0, "some case must lie beside a change of contact: {count:?}");
+}
