@@ -167,6 +167,8 @@ impl<T: Real, S: Size> Workspace<T, S> {
     pub(crate) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
         let (nodes, members, cells) = (ladder.node_count, 4 * ladder.cells, ladder.cells);
         let (unknowns, rows) = (PER_CELL * cells, S::CONTACTS);
+        // What no element ends up writing must not be left from another ladder.
+        self.bent.as_mut().fill([T::ZERO; 2]);
         self.e.fit(nodes)
             && self.strained.fit(nodes)
             && self.lever.fit(nodes)
