@@ -362,10 +362,10 @@ fn derivatives_agree_with_differences_for_every_shape() {
         };
         let h = if matches!(motion, Motion::Rotating { .. }) { 1e-5 } else { 1e-3 };
         let found = [
-            (exact.coordinate, differ(&|by| force(design, to + by), h)),
-            (exact.centre[0], differ(&|by| force(moved(design, [by, 0.0]), to), 1e-3)),
-            (exact.centre[1], differ(&|by| force(moved(design, [0.0, by]), to), 1e-3)),
-            (exact.radius, differ(&|by| force(grown(design, by)?, to), 1e-3)),
+            (exact.coordinate.force, differ(&|by| force(design, to + by), h)),
+            (exact.centre[0].force, differ(&|by| force(moved(design, [by, 0.0]), to), 1e-3)),
+            (exact.centre[1].force, differ(&|by| force(moved(design, [0.0, by]), to), 1e-3)),
+            (exact.radius.force, differ(&|by| force(grown(design, by)?, to), 1e-3)),
         ];
         let size = |v: [f64; 2]| v[0].hypot(v[1]);
         for (which, (exact, difference)) in found.into_iter().enumerate() {
