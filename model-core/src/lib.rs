@@ -53,7 +53,7 @@
 //!
 //! Data flow, each module knowing only those above it: [`design`] → [`discretise`] → [`ladder`] (kinematics, energy) →
 //! [`contact`] and [`object`] → [`newton`] (one step) → [`equilibrium`] (continuation, stability, folds; what can be read off) → [`sensitivity`],
-//! [`estimator`]. Units are mm, N, N·mm, rad, MPa; frames and signs are defined at [`object::Motion`] and
+//! [`estimator`], [`grasp`]. Units are mm, N, N·mm, rad, MPa; frames and signs are defined at [`object::Motion`] and
 //! [`equilibrium::Follower`].
 
 #![no_std]
@@ -68,6 +68,7 @@ pub mod discretise;
 mod elastica;
 pub mod equilibrium;
 pub mod estimator;
+pub mod grasp;
 pub mod ladder;
 pub mod newton;
 pub mod object;

@@ -6,6 +6,7 @@
 //! it is halved. Where even the smallest step fails, the branch has ended: the fold handler then follows the overdamped
 //! motion from there to rest, just past the fold, and what it finds is flagged as a snap.
 
+mod carry;
 mod fold;
 mod solution;
 mod strains;

@@ -27,6 +27,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.ladder.cells > 0 && self.phase == Phase::Following
     }
 
+    pub(crate) fn has_snapped(&self) -> bool {
+        self.snapped
+    }
+
     pub(crate) fn youngs_modulus(&self) -> T {
         self.youngs_modulus
     }
@@ -108,6 +112,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn energy(&self) -> T {
         let strained = &self.work.members.as_ref()[..self.members()];
         strained.iter().fold(self.state.bending_energy(&self.ladder), |sum, m| sum + m.strain_energy)
+    }
+
+    /// Elastic energy with the contact's softness, V + ½ ε_c Σ μ², N·mm: what torque and force are derivatives of.
+    pub fn potential(&self) -> T {
+        let half = T::of(0.5) * self.ladder.softness;
+        self.contacts().fold(self.energy(), |sum, contact| sum + half * contact.force * contact.force)
     }
 
     /// Deformed tip of the front beam, finger frame, mm.

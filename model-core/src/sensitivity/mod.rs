@@ -122,6 +122,44 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         Some(result)
     }
 
+    /// How force and moment on the object change when the object moves: `stiffness[i][k]` is the derivative of component i (x and
+    /// y of the force, N, and its moment about a point of the object, N·mm, counter-clockwise) with the object's shift in x and
+    /// y (mm) and its turn about that point (rad, counter-clockwise). World frame; symmetric, negative where the finger
+    /// holds against the motion: the second derivative of the elastic energy with its sign changed.
+    ///
+    /// `None` and zero as for [`Self::sensitivity`].
+    pub fn object_stiffness(&mut self, point: [T; 2]) -> Option<[[T; 3]; 3]> {
+        if !self.has_equilibrium() {
+            return None;
+        }
+        let mut stiffness = [[T::ZERO; 3]; 3];
+        if self.touching() == 0 {
+            return Some(stiffness);
+        }
+        let frame = self.frame();
+        let pivot = frame.displacement.point(Vec2::new(point[0], point[1]));
+        let pivot = [pivot.x, pivot.y];
+        let Parts { ladder, work } = self.parts();
+        let touching = border::widen(ladder, work)?;
+        border::factorise(ladder, work);
+        let (one, zero) = (T::one(), T::ZERO);
+        for (k, unit) in [Vec2::new(one, zero), Vec2::new(zero, one), Vec2::new(zero, zero)].into_iter().enumerate() {
+            let shift = frame.displacement.vector(unit);
+            let shift = [shift.x, shift.y];
+            let turn = if k == 2 { one } else { zero };
+            let response = border::respond(ladder, work, &Cause { shift, turn, pivot, ..Cause::NONE }, pivot);
+            let [x, y] = frame.to_world(response.force_change);
+            // The point goes with the object: the moment about it changes by that of the force at its old place.
+            let [fx, fy] = frame.force_finger;
+            let moment = -response.moment_change - (shift[0] * fy - shift[1] * fx);
+            for (row, value) in stiffness.iter_mut().zip([x, y, moment]) {
+                row[k] = value;
+            }
+        }
+        border::narrow(work, touching);
+        Some(stiffness)
+    }
+
     fn frame(&self) -> Frame<T> {
         Frame {
             displacement: self.displacement(),
