@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use host::case::preset;
 use host::demo::{Followed, Pace, REFERENCES, Reference, Sample, Seen, Summary, Way, write_report};
 use host::link::Statistics;
-use messages::{Counters, Report, Version};
+use messages::{Counters, Phase, Report, Version};
 use model_core::discretise::{Discretisation, Physics, Scheme};
 use model_core::estimator::Estimator;
 use model_core::object::ObjectDesign;
@@ -157,6 +157,8 @@ fn seen() -> Seen {
         let estimate = estimator.update(angle);
         let report = Report {
             sequence: index as u32,
+            finger: 0,
+            phase: Phase::Moving,
             time_us: 2000 * index as u64,
             estimate,
             goal: angle as f32,
@@ -191,7 +193,8 @@ fn seen() -> Seen {
     Seen {
         design,
         version: Version {
-            protocol: 1,
+            protocol: 2,
+            fingers: 1,
             firmware: "0.0.0".parse().unwrap(),
             board: "test".parse().unwrap(),
             cost_hz: 25_000_000,
@@ -219,6 +222,7 @@ fn shape_of(estimator: &Estimator<f32, Reduced>, sequence: u32) -> messages::Sha
     };
     messages::Shape {
         sequence,
+        finger: 0,
         status: Status::Converged,
         motor_angle: follower.coordinate() as f32,
         front: follower.front().collect(),

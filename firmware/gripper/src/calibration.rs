@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 use dynamixel::xm430::COUNTS_PER_REVOLUTION;
-use messages::{Direction, Settings};
+use messages::{Direction, Mount};
 
 /// Linear relation of counts and angle: angle = (counts − zero) · 2π / 4096 / gear ratio, reversed if so mounted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,16 +12,21 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// The relation that valid settings describe.
-    pub fn new(settings: &Settings) -> Self {
-        let sign = match settings.direction {
+    /// The relation that a valid mount describes.
+    pub fn new(mount: &Mount) -> Self {
+        let sign = match mount.direction {
             Direction::Same => 1.0,
             Direction::Reversed => -1.0,
         };
         Self {
-            zero: f64::from(settings.zero),
-            counts_per_radian: sign * f64::from(settings.gear_ratio) * f64::from(COUNTS_PER_REVOLUTION) / TAU,
+            zero: f64::from(mount.zero),
+            counts_per_radian: sign * f64::from(mount.gear_ratio) * f64::from(COUNTS_PER_REVOLUTION) / TAU,
         }
+    }
+
+    /// One count as a motor angle, rad.
+    pub fn count(&self) -> f64 {
+        (if self.counts_per_radian < 0.0 { -1.0 } else { 1.0 }) / self.counts_per_radian
     }
 
     /// Motor angle at a position of the servo, rad.
@@ -41,7 +46,7 @@ impl Calibration {
 mod tests {
     use super::*;
 
-    const MIDDLE: Settings = Settings::DEFAULT;
+    const MIDDLE: Mount = Mount::DEFAULT;
 
     #[test]
     fn a_quarter_turn_is_1024_counts() {
@@ -53,8 +58,8 @@ mod tests {
 
     #[test]
     fn direction_and_gear_ratio_count() {
-        let settings = Settings { direction: Direction::Reversed, gear_ratio: 2.5, zero: 100.5, ..MIDDLE };
-        let calibration = Calibration::new(&settings);
+        let mount = Mount { direction: Direction::Reversed, gear_ratio: 2.5, zero: 100.5, ..MIDDLE };
+        let calibration = Calibration::new(&mount);
         // A tenth of the finger's turn is a quarter of the servo's.
         assert_eq!(calibration.position(TAU / 10.0), 100 - 1024);
         assert!((calibration.angle(100) - 0.5 / (2.5 * 4096.0) * TAU).abs() < 1e-15);
@@ -64,7 +69,7 @@ mod tests {
     fn counts_come_back() {
         for direction in [Direction::Same, Direction::Reversed] {
             for gear_ratio in [0.01, 1.0, 3.7, 100.0] {
-                let calibration = Calibration::new(&Settings { direction, gear_ratio, zero: -17.25, ..MIDDLE });
+                let calibration = Calibration::new(&Mount { direction, gear_ratio, zero: -17.25, ..MIDDLE });
                 for position in [-1_044_479, -4096, -1, 0, 1, 2048, 4095, 1_044_479] {
                     assert_eq!(calibration.position(calibration.angle(position)), position);
                 }

@@ -1,7 +1,7 @@
-//! The control task: one report per period, whatever the bus does.
+//! The control task: one report per finger and period, whatever the bus does.
 //!
-//! A tick leads the servo (Goal Position), reads where it is, and estimates the force there. When no answer has come by
-//! the period's end, the report says so (`stale`, with its age) and the wait goes on until the bus' own deadline.
+//! A tick leads the servos (Goal Position), reads where they are, and estimates the forces there. When no answer has come
+//! by the period's end, the report says so (`stale`, with its age) and the wait goes on until the bus' own deadline.
 
 use core::future::Future;
 use core::pin::pin;
@@ -10,67 +10,78 @@ use dynamixel::Id;
 use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
-use messages::{CloseTo, Event, Outcome, Refusal, Report, Settings, SettingsField};
+use heapless::Vec;
+use messages::{CloseTo, Event, FINGERS, GripTo, Outcome, Refusal, Report, SPEEDS, Settings, SettingsField, Which};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
 
 use crate::Model;
 use crate::board::{Board, BusPort, Watchdog};
-use crate::calibration::Calibration;
+use crate::grasp::grasp;
 use crate::health::Health;
-use crate::motion::Motion;
 use crate::rate::Meter;
-use crate::servo::{BusError, Reading, Servo};
+use crate::servo::{BusError, Found, Reading, Servos, Turn};
 use crate::shape::shape;
 use crate::shared::{Command, Order, Shared, now_us};
+use crate::unit::Unit;
 
-/// Runs the gripper for ever.
+/// How often a servo that is gone is looked for while others are there: the search takes ticks from them.
+const SEARCH: Duration = Duration::from_millis(250);
+
+/// Runs the gripper for ever. It waits until [`crate::answer`] has read what is kept in flash.
 pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bus, mut watchdog: B::Watchdog) -> ! {
-    let Some((model, _)) = models.split_first_mut() else {
-        // Without a model there is nothing to control; the watchdog goes on being fed for the link's sake.
-        loop {
-            watchdog.feed();
-            Timer::after_millis(100).await;
-        }
-    };
-    let mut servo = Servo::new(bus, B::BUS_LATENCY_US);
-    let mut core = Core::<B>::new(shared, model);
+    let mut servos = Servos::new(bus, B::BUS_LATENCY_US);
     let mut bauds = B::BAUDS.iter().copied().cycle();
     let mut baud = None;
+    while !shared.is_restored() {
+        watchdog.feed();
+        Timer::after_millis(1).await;
+    }
+    let mut core = Core::<B>::new(shared, models);
     loop {
         core.begin().await;
         watchdog.feed();
-        if core.health.is_present() {
-            let goal = core.step();
-            match core.patiently(servo.tick(goal)).await {
-                Ok(reading) => core.fresh(reading),
-                Err(error) => core.failed(&error),
+        if let Some((finger, id)) = core.sought() {
+            // While another servo is there, the bus keeps its rate.
+            let rate = match baud {
+                Some(rate) => rate,
+                None => bauds.next().unwrap_or(1_000_000),
+            };
+            let found = core.patiently(servos.bring_up(finger, id, rate)).await;
+            if !core.is_any_present() {
+                // Found once, the servos are looked for at their rate first, then at the others.
+                baud = None;
             }
-            if core.alert_changed {
-                let status = core.patiently(servo.hardware_error()).await;
-                core.alerted(&status);
-            }
-        } else {
-            let rate = baud.or_else(|| bauds.next()).unwrap_or(1_000_000);
-            let id = core.id();
-            let found = core.patiently(servo.bring_up(id, rate)).await;
-            // Found once, the servo is looked for at its rate first, then at the others.
-            baud = None;
             match found {
                 Ok(found) => {
-                    baud = Some(rate);
-                    // Meanwhile the settings may have named another servo: that one is looked for next.
-                    if core.id() == id {
-                        core.found(&found, servo.period_us(core.settings.rate_hz));
-                    }
+                    baud = Some(found.baud);
+                    core.found(finger, id, &found);
+                    core.pace(servos.period_us(core.settings.rate_hz, core.settings.count()));
                 }
                 Err(error) => core.count::<B::Bus>(&error),
             }
-            core.stale();
+        }
+        let mut turns = core.turns::<B::Bus>();
+        if !turns.is_empty() {
+            core.patiently(servos.tick(&mut turns)).await;
+            for turn in turns {
+                match turn.result {
+                    Ok(reading) => core.fresh(turn.finger, &reading),
+                    Err(error) => core.failed(turn.finger, &error),
+                }
+            }
+        }
+        core.finish();
+        if let Some((finger, id)) = core.alerting() {
+            let status = core.patiently(servos.hardware_error(id)).await;
+            core.alerted(finger, &status);
+        }
+        if !core.is_any_present() {
+            servos.forget();
         }
         if core.settings_changed {
             core.settings_changed = false;
-            core.pace(servo.period_us(core.settings.rate_hz));
+            core.pace(servos.period_us(core.settings.rate_hz, core.settings.count()));
         }
     }
 }
@@ -78,57 +89,55 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
 /// Everything but the bus.
 struct Core<'a, B> {
     shared: &'a Shared,
-    model: &'a mut Model,
+    units: Vec<Unit<'a>, FINGERS>,
     settings: Settings,
-    calibration: Calibration,
-    motion: Motion,
-    health: Health,
     period: Duration,
     /// When the present period ends.
     end: Instant,
     meter: Meter,
-    last: Report,
-    alert: bool,
-    alert_changed: bool,
+    /// Reports made.
+    sequence: u32,
+    /// Ticks begun.
+    ticks: u32,
+    /// When a servo is looked for next, and where the search goes on.
+    search: Instant,
+    next_sought: usize,
     settings_changed: bool,
     board: core::marker::PhantomData<B>,
 }
 
-const NO_REPORT: Report = Report {
-    sequence: 0,
-    time_us: 0,
-    estimate: Estimate::blank(Status::Stale),
-    goal: 0.0,
-    position: 0,
-    current: 0.0,
-    cost: 0,
-};
-
 impl<'a, B: Board> Core<'a, B> {
-    fn new(shared: &'a Shared, model: &'a mut Model) -> Self {
+    fn new(shared: &'a Shared, models: &'a mut [Model]) -> Self {
+        // What was kept may be of a board with more room.
         let settings = shared.setup(|setup| setup.settings);
-        let period = Duration::from_micros(1_000_000 / u64::from(settings.rate_hz.max(1)));
+        let settings = if settings.validate(models.len()).is_ok() { settings } else { Settings::DEFAULT };
+        shared.set(|setup| setup.settings = settings);
+        let mut units: Vec<Unit<'a>, FINGERS> = Vec::new();
+        for (number, (model, mount)) in models.iter_mut().zip(settings.fingers).enumerate() {
+            // There are as many mounts as there is room.
+            let mut unit = Unit::new(number as u8, model, mount);
+            unit.restore(shared);
+            let _ = units.push(unit);
+        }
         let now = Instant::now();
         Self {
             shared,
-            model,
+            units,
             settings,
-            calibration: Calibration::new(&settings),
-            motion: Motion::REST,
-            health: Health::Absent,
-            period,
+            period: Duration::from_micros(1_000_000 / u64::from(settings.rate_hz.max(1))),
             end: now,
             meter: Meter::new(now.as_micros()),
-            last: NO_REPORT,
-            alert: false,
-            alert_changed: false,
+            sequence: 0,
+            ticks: 0,
+            search: now,
+            next_sought: 0,
             settings_changed: false,
             board: core::marker::PhantomData,
         }
     }
 
-    fn id(&self) -> Id {
-        Id::new(self.settings.servo_id).unwrap_or(Id::BROADCAST)
+    fn seconds(&self) -> f64 {
+        self.period.as_micros() as f64 * 1e-6
     }
 
     fn chosen_hz(&self) -> f32 {
@@ -163,6 +172,9 @@ impl<'a, B: Board> Core<'a, B> {
             self.shared.add(|counters| &mut counters.late_ticks);
         }
         self.end = if late > self.period { now } else { self.end } + self.period;
+        self.ticks = self.ticks.wrapping_add(1);
+        self.units.iter_mut().for_each(|unit| unit.is_reported = false);
+        self.shared.add(|counters| &mut counters.ticks);
         let chosen = self.chosen_hz();
         if let Some(second) = self.meter.tick(now.as_micros(), chosen) {
             self.shared.count(|counters| counters.rate_hz = second.hz);
@@ -179,7 +191,7 @@ impl<'a, B: Board> Core<'a, B> {
             match select(transaction.as_mut(), Timer::at(self.end)).await {
                 Either::First(output) => return output,
                 Either::Second(()) => {
-                    self.stale();
+                    self.finish();
                     self.advance();
                     self.obey();
                 }
@@ -187,62 +199,129 @@ impl<'a, B: Board> Core<'a, B> {
         }
     }
 
-    /// Advances the motion by a tick; gives the goal in counts.
-    fn step(&mut self) -> i32 {
-        let seconds = self.period.as_micros() as f64 * 1e-6;
-        self.calibration.position(self.motion.step(seconds))
+    fn is_any_present(&self) -> bool {
+        self.units.iter().any(|unit| unit.health.is_present())
+    }
+
+    /// A servo that is to be looked for now, the fingers in turn. Not while a finger grips: that would cost it ticks.
+    fn sought(&mut self) -> Option<(usize, Id)> {
+        let present = self.is_any_present();
+        let now = Instant::now();
+        if present
+            && (now < self.search || self.units.iter().any(|unit| unit.health.is_present() && unit.grip.is_gripping()))
+        {
+            return None;
+        }
+        let missing = |(_, unit): &(usize, &Unit<'_>)| unit.mount.is_some() && !unit.health.is_present();
+        let fingers = self.units.iter().enumerate();
+        let (finger, unit) = fingers.clone().skip(self.next_sought).chain(fingers).find(missing)?;
+        let id = unit.id()?;
+        self.search = now + SEARCH;
+        self.next_sought = finger + 1;
+        Some((finger, id))
+    }
+
+    /// Whom the tick asks, and for what.
+    fn turns<U: BusPort>(&mut self) -> Vec<Turn<U>, FINGERS> {
+        let seconds = self.seconds();
+        let mut turns = Vec::new();
+        for (finger, unit) in self.units.iter_mut().enumerate() {
+            if let Some(id) = unit.id()
+                && unit.health.is_present()
+            {
+                // One per finger.
+                let _ = turns.push(Turn::new(finger, id, unit.advance(seconds)));
+            }
+        }
+        turns
     }
 
     /// A position came: estimates and reports.
-    fn fresh(&mut self, reading: Reading) {
-        self.health.answered();
-        let Reading { position, current, alert, refused } = reading;
-        self.alert_changed |= alert != self.alert;
-        self.alert = alert;
-        if let Some((position, error)) = refused {
+    fn fresh(&mut self, finger: usize, reading: &Reading) {
+        let seconds = self.seconds();
+        let Some(unit) = self.units.get_mut(finger) else {
+            return;
+        };
+        unit.health.answered();
+        unit.alert_changed |= reading.alert != unit.alert;
+        unit.alert = reading.alert;
+        if let Some((position, error)) = reading.refused {
             self.shared.add(|counters| &mut counters.bus_refused);
-            self.shared.tell(Event::GoalRefused { position, error: error.code() });
+            self.shared.tell(Event::GoalRefused { finger: finger as u8, position, error: error.code() });
         }
         let time_us = now_us();
         let start = B::cost_ticks();
-        let estimate = self.model.update(self.calibration.angle(position));
+        let estimate = unit.model.update(unit.finger_angle(reading.position));
         let cost = B::cost_ticks().wrapping_sub(start);
         // The age counts every tick since the last trustworthy estimate, those without a position too.
-        let age = if estimate.age == 0 { 0 } else { self.last.estimate.age.saturating_add(1) };
-        self.last.estimate = Estimate { age, ..estimate };
+        let age = if estimate.age == 0 { 0 } else { unit.last.estimate.age.saturating_add(1) };
+        let (position, current) = (reading.position, reading.current);
+        unit.last = Report { time_us, position, current, cost, estimate: Estimate { age, ..estimate }, ..unit.last };
+        unit.feel(reading, seconds, self.settings.on_fault);
         self.shared.add(|counters| &mut counters.estimates);
-        self.publish(Report { time_us, position, current, cost, ..self.last });
+        self.publish(finger);
         let every = u32::from(self.settings.shape_every);
-        if every > 0 && self.last.sequence.is_multiple_of(every) {
-            let (follower, sequence) = (self.model.follower(), self.last.sequence);
-            self.shared.show(|| shape(follower, sequence, estimate.status));
+        // In turn, so that the shapes of several fingers do not wait for one another.
+        if every > 0
+            && self.ticks.wrapping_add(finger as u32).is_multiple_of(every)
+            && let Some(unit) = self.units.get(finger)
+        {
+            self.shared.show(|| shape(unit.model.follower(), &unit.last));
         }
     }
 
     /// No position came in this period: the old numbers, marked as such.
-    fn stale(&mut self) {
-        let mut estimate = self.last.estimate;
+    fn stale(&mut self, finger: usize) {
+        let reaction = self.settings.on_fault;
+        let Some(unit) = self.units.get_mut(finger) else {
+            return;
+        };
+        let estimate = &mut unit.last.estimate;
         estimate.status = Status::Stale;
         estimate.age = estimate.age.saturating_add(1);
         estimate.iterations = 0;
-        self.publish(Report { time_us: now_us(), estimate, cost: 0, ..self.last });
-    }
-
-    fn publish(&mut self, report: Report) {
-        let sequence = self.last.sequence.wrapping_add(1);
-        self.last = Report { sequence, goal: self.motion.goal() as f32, ..report };
-        self.shared.report(self.last);
-        self.shared.add(|counters| &mut counters.ticks);
-    }
-
-    /// A tick without an answer.
-    fn failed(&mut self, error: &BusError<B::Bus>) {
-        self.count::<B::Bus>(error);
-        if self.health.failed() {
-            self.shared.add(|counters| &mut counters.servo_losses);
-            self.shared.tell(Event::ServoLost);
+        (unit.last.time_us, unit.last.cost) = (now_us(), 0);
+        if let Some(mount) = &unit.mount {
+            unit.grip.miss(mount, reaction);
         }
-        self.stale();
+        self.publish(finger);
+    }
+
+    fn publish(&mut self, finger: usize) {
+        let Some(unit) = self.units.get_mut(finger) else {
+            return;
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        let phase = unit.grip.phase();
+        let changed = phase != unit.last.phase;
+        unit.last = Report { sequence: self.sequence, phase, goal: unit.grip.goal() as f32, ..unit.last };
+        unit.is_reported = true;
+        self.shared.report(unit.last);
+        if changed {
+            self.shared.tell(Event::PhaseChanged { finger: finger as u8, phase });
+        }
+    }
+
+    /// Ends a tick: fingers without a report are stale, and the grasp is summed up.
+    fn finish(&mut self) {
+        for finger in 0..self.units.len() {
+            if self.units.get(finger).is_some_and(|unit| unit.mount.is_some() && !unit.is_reported) {
+                self.stale(finger);
+            }
+        }
+        if self.settings.count() > 1 {
+            let fingers = self.units.iter().filter_map(|unit| Some((&unit.last, unit.mount?.side)));
+            self.shared.grasp(grasp(fingers));
+        }
+    }
+
+    /// A finger's tick without an answer.
+    fn failed(&mut self, finger: usize, error: &BusError<B::Bus>) {
+        self.count::<B::Bus>(error);
+        if self.units.get_mut(finger).is_some_and(|unit| unit.health.failed()) {
+            self.shared.add(|counters| &mut counters.servo_losses);
+            self.shared.tell(Event::ServoLost { finger: finger as u8 });
+        }
     }
 
     fn count<U: BusPort>(&self, error: &BusError<U>) {
@@ -258,26 +337,39 @@ impl<'a, B: Board> Core<'a, B> {
         });
     }
 
-    fn found(&mut self, found: &crate::servo::Found, period_us: u64) {
-        let crate::servo::Found { model, firmware, baud, position } = *found;
-        self.health = Health::READY;
-        self.motion.start(self.calibration.angle(position));
-        self.shared.tell(Event::ServoReady { model, firmware, baud });
-        self.pace(period_us);
+    fn found(&mut self, finger: usize, id: Id, found: &Found) {
+        let Found { model, firmware, baud, position } = *found;
+        // Meanwhile the settings may have named another servo: that one is looked for next.
+        let unit = self.units.get_mut(finger).filter(|unit| unit.id() == Some(id));
+        if let Some(unit) = unit {
+            unit.health = Health::READY;
+            unit.grip.found(unit.calibration.angle(position));
+            self.shared.tell(Event::ServoReady { finger: finger as u8, model, firmware, baud });
+        }
     }
 
-    fn alerted(&mut self, status: &Result<u8, BusError<B::Bus>>) {
-        match status {
-            Ok(hardware_error) => {
-                self.alert_changed = false;
-                self.shared.tell(Event::ServoAlert { hardware_error: *hardware_error });
-                if *hardware_error == 0 {
-                    // Only a restart clears an error, and it leaves the torque off: the servo is set up anew.
-                    self.health = Health::Absent;
-                }
+    /// A servo whose hardware errors have changed.
+    fn alerting(&self) -> Option<(usize, Id)> {
+        let alerting = |(_, unit): &(usize, &Unit<'_>)| unit.health.is_present() && unit.alert_changed;
+        let (finger, unit) = self.units.iter().enumerate().find(alerting)?;
+        Some((finger, unit.id()?))
+    }
+
+    fn alerted(&mut self, finger: usize, status: &Result<u8, BusError<B::Bus>>) {
+        let Ok(hardware_error) = *status else {
+            if let Err(error) = status {
+                self.count::<B::Bus>(error);
             }
-            Err(error) => self.count::<B::Bus>(error),
+            return;
+        };
+        if let Some(unit) = self.units.get_mut(finger) {
+            unit.alert_changed = false;
+            if hardware_error == 0 {
+                // Only a restart clears an error, and it leaves the torque off: the servo is set up anew.
+                unit.health = Health::Absent;
+            }
         }
+        self.shared.tell(Event::ServoAlert { finger: finger as u8, hardware_error });
     }
 
     /// Obeys one order, if there is one.
@@ -290,55 +382,101 @@ impl<'a, B: Board> Core<'a, B> {
 
     fn execute(&mut self, command: Command) -> Outcome {
         match command {
-            Command::Finger(finger) => {
+            Command::Finger(what) => {
+                let unit = self.unit(what.finger)?;
                 let start = B::cost_ticks();
-                let made = self.model.configure(&finger.design, &finger.how);
+                let made = unit.model.configure(&what.what.design, &what.what.how);
                 let cost = B::cost_ticks().wrapping_sub(start);
+                unit.has_design = made.is_ok();
                 let refusal = made.map_err(|error| Refusal::Finger(Refusal::text(&error)));
-                self.shared.set(|setup| setup.finger = refusal.is_ok().then_some(finger));
+                let finger = what.finger;
+                self.shared.set_design(finger, refusal.is_ok().then_some(what.what));
                 if refusal.is_ok() {
-                    self.shared.tell(Event::ModelReady { cost });
+                    self.shared.tell(Event::ModelReady { finger, cost });
                 }
                 refusal
             }
-            Command::Object(object) => {
-                self.model.set_object(object).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
-                self.shared.set(|setup| setup.object = Some(object));
+            Command::Object(what) => {
+                let unit = self.unit(what.finger)?;
+                unit.model.set_object(what.what).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
+                unit.has_object = true;
+                self.shared.set_object(what.finger, what.what);
                 Ok(())
             }
             Command::Settings(settings) => {
-                settings.validate()?;
-                if settings.servo_id != self.settings.servo_id {
-                    self.health = Health::Absent;
+                settings.validate(self.units.len())?;
+                for (unit, mount) in self.units.iter_mut().zip(settings.fingers) {
+                    unit.set_mount(mount);
                 }
-                let at = self.calibration.position(self.motion.goal());
                 self.settings = settings;
-                self.calibration = Calibration::new(&settings);
-                // The motor stays where it is, at the angle it now is called.
-                self.motion.hold();
-                self.motion.start(self.calibration.angle(at));
                 self.settings_changed = true;
                 self.shared.set(|setup| setup.settings = settings);
                 Ok(())
             }
-            Command::Open => self.head(self.settings.open_angle, self.settings.speed),
-            Command::Close(CloseTo { angle, speed }) => self.head(angle, speed.unwrap_or(self.settings.speed)),
+            Command::Open(which) => self.lead(which, |_, _| Ok(()), |unit, mount| unit.grip.open(mount)),
+            Command::Hold(which) => self.lead(which, |_, _| Ok(()), |unit, _| unit.grip.hold()),
+            Command::Close(CloseTo { fingers, angle, speed }) => self.lead(
+                fingers,
+                |_, mount| {
+                    SettingsField::Angle.check(angle, mount.range[0], mount.range[1])?;
+                    SettingsField::Speed.check(speed.unwrap_or(mount.speed), SPEEDS[0], SPEEDS[1])
+                },
+                |unit, mount| unit.grip.head(f64::from(angle), f64::from(speed.unwrap_or(mount.speed))),
+            ),
+            Command::Grip(to) => self.lead(
+                to.fingers,
+                |unit, mount| grippable(&to, unit, mount),
+                |unit, mount| {
+                    unit.grip.grip(&to, mount);
+                },
+            ),
         }
     }
 
-    fn head(&mut self, angle: f32, speed: f32) -> Outcome {
-        let Settings { range: [least, most], .. } = self.settings;
-        for (field, value, min, max) in
-            [(SettingsField::Angle, angle, least, most), (SettingsField::Speed, speed, 1e-3, 20.0)]
-        {
-            if !(min..=max).contains(&value) {
-                return Err(Refusal::Setting { field, value, min, max });
+    /// The finger of this number, whether it is mounted or not.
+    fn unit(&mut self, finger: u8) -> Result<&mut Unit<'a>, Refusal> {
+        let last = self.units.len().saturating_sub(1) as f32;
+        SettingsField::Finger.check(f32::from(finger), 0.0, last)?;
+        self.units.get_mut(usize::from(finger)).ok_or(Refusal::NoServo)
+    }
+
+    /// Leads all the fingers meant, or none if one of them cannot be.
+    fn lead(
+        &mut self,
+        which: Which,
+        check: impl Fn(&Unit<'a>, &messages::Mount) -> Outcome,
+        lead: impl Fn(&mut Unit<'a>, &messages::Mount),
+    ) -> Outcome {
+        if let Which::One(finger) = which {
+            SettingsField::Finger.check(f32::from(finger), 0.0, self.settings.count().saturating_sub(1) as f32)?;
+        }
+        let meant = |(number, unit): (usize, &Unit<'a>)| which.is(number) && unit.mount.is_some();
+        for (number, unit) in self.units.iter().enumerate() {
+            if let Some(mount) = &unit.mount
+                && meant((number, unit))
+            {
+                check(unit, mount)?;
+                if !unit.health.is_present() {
+                    return Err(Refusal::NoServo);
+                }
             }
         }
-        if !self.health.is_present() {
-            return Err(Refusal::NoServo);
+        for (number, unit) in self.units.iter_mut().enumerate() {
+            if let Some(mount) = unit.mount
+                && which.is(number)
+            {
+                lead(unit, &mount);
+            }
         }
-        self.motion.head(f64::from(angle), f64::from(speed));
         Ok(())
     }
+}
+
+/// Whether a finger can be asked to grip so.
+fn grippable(to: &GripTo, unit: &Unit<'_>, mount: &messages::Mount) -> Outcome {
+    SettingsField::Force.check(to.force, 0.01, mount.force_limit)?;
+    SettingsField::Speed.check(to.speed.unwrap_or(mount.speed), SPEEDS[0], SPEEDS[1])?;
+    let [least, most] = mount.range;
+    SettingsField::Limit.check(to.limit.unwrap_or(most), least, most)?;
+    if unit.has_design && unit.has_object { Ok(()) } else { Err(Refusal::NoModel) }
 }

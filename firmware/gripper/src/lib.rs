@@ -41,6 +41,8 @@ mod board;
 mod calibration;
 mod control;
 pub mod device_table;
+mod grasp;
+mod grip;
 mod health;
 mod last_words;
 mod link;
@@ -49,10 +51,15 @@ mod rate;
 mod servo;
 mod shape;
 mod shared;
+mod slope;
+mod stall;
+mod store;
+mod unit;
 
 pub use board::{Board, Boot, BusPort, Watchdog};
 pub use calibration::Calibration;
 pub use control::control;
+pub use grip::{Grip, Touch};
 pub use health::Health;
 pub use last_words::LastWords;
 pub use link::{answer, send};
@@ -60,6 +67,8 @@ pub use messages::{FINGERS, ResetCause};
 pub use motion::Motion;
 pub use rate::{Meter, period_us};
 pub use shared::Shared;
+pub use slope::Slope;
+pub use stall::Stall;
 
 /// The model that runs on the microcontroller.
 pub type Model = model_core::estimator::Estimator<f32, model_core::size::Reduced>;

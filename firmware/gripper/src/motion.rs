@@ -25,6 +25,18 @@ impl Motion {
         self.speed = speed;
     }
 
+    /// Goes no further than this from now on.
+    pub fn cap(&mut self, most: f64) {
+        if let Some(target) = &mut self.target {
+            *target = target.min(most);
+        }
+    }
+
+    /// Where it ends.
+    pub fn heading(&self) -> f64 {
+        self.target.unwrap_or(self.goal)
+    }
+
     /// Stays where it is.
     pub fn hold(&mut self) {
         self.target = None;

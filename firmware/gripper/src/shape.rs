@@ -1,22 +1,22 @@
 //! The deformed finger, thinned for the link.
 
 use heapless::Vec;
-use messages::{Contact, Shape};
+use messages::{Contact, Report, Shape};
 use model_core::equilibrium::Follower;
 use model_core::real::Real;
 use model_core::size::Size;
-use model_core::status::Status;
 
 /// What the model shows at present.
-pub(crate) fn shape<T: Real, S: Size>(follower: &Follower<T, S>, sequence: u32, status: Status) -> Shape {
+pub(crate) fn shape<T: Real, S: Size>(follower: &Follower<T, S>, report: &Report) -> Shape {
     let single = |point: [T; 2]| point.map(|x| x.to_f64() as f32);
     let contact = |contact: model_core::contact::Contact<T>| {
         let pushed = contact.normal.map(|n| (-contact.force * n).to_f64() as f32);
         Contact { position: single(contact.position), force: pushed }
     };
     Shape {
-        sequence,
-        status,
+        sequence: report.sequence,
+        finger: report.finger,
+        status: report.estimate.status,
         motor_angle: follower.coordinate() as f32,
         front: thinned(follower.front().count(), follower.front().map(single)),
         back: thinned(follower.back().count(), follower.back().map(single)),

@@ -1,17 +1,25 @@
 //! What the tasks have in common: queues, what is set, what was counted.
 
 use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex as Raw;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use heapless::Vec;
-use messages::{CloseTo, Counters, Event, Finger, Notice, Outcome, Report, Settings, Shape, frame};
+use messages::{
+    CloseTo, Counters, Event, FINGERS, Finger, FingerFor, Grasp, GripTo, Notice, ObjectFor, Outcome, Report, Settings,
+    Shape, Which, frame,
+};
 use model_core::object::ObjectDesign;
+
+use crate::store::Key;
 
 /// Reports that wait for the link: an eighth of a second at 500 Hz.
 const REPORTS: usize = 64;
+/// Grasps that wait for the link.
+const GRASPS: usize = 16;
 /// Shapes that wait for the link.
 const SHAPES: usize = 2;
 /// Events that wait for the link.
@@ -27,11 +35,13 @@ pub(crate) type Frame = Vec<u8, { frame::FRAME }>;
 // One or two exist; a box would need a heap.
 #[allow(clippy::large_enum_variant)]
 pub(crate) enum Command {
-    Finger(Finger),
-    Object(ObjectDesign),
+    Finger(FingerFor),
+    Object(ObjectFor),
     Settings(Settings),
-    Open,
+    Open(Which),
     Close(CloseTo),
+    Grip(GripTo),
+    Hold(Which),
 }
 
 /// A command and the number by which its outcome is known.
@@ -44,19 +54,24 @@ pub(crate) struct Order {
 #[derive(Clone, Debug)]
 pub(crate) struct Setup {
     pub(crate) settings: Settings,
-    pub(crate) finger: Option<Finger>,
-    pub(crate) object: Option<ObjectDesign>,
+    pub(crate) fingers: [Option<Finger>; FINGERS],
+    pub(crate) objects: [Option<ObjectDesign>; FINGERS],
 }
 
 /// What the gripper's tasks have in common. One per gripper, in a static.
 pub struct Shared {
     pub(crate) reports: Channel<Raw, Report, REPORTS>,
+    pub(crate) grasps: Channel<Raw, Grasp, GRASPS>,
     pub(crate) shapes: Channel<Raw, Shape, SHAPES>,
     pub(crate) notices: Channel<Raw, Notice, NOTICES>,
     pub(crate) answers: Channel<Raw, Frame, 1>,
     pub(crate) orders: Channel<Raw, Order, COMMANDS>,
     pub(crate) outcome: Signal<Raw, (u32, Outcome)>,
+    /// Records to be kept in flash, and whether the last one was.
+    pub(crate) keep: Channel<Raw, Key, 1>,
+    pub(crate) kept: Signal<Raw, bool>,
     setup: Mutex<Raw, RefCell<Setup>>,
+    restored: AtomicBool,
     counters: Mutex<Raw, RefCell<Counters>>,
 }
 
@@ -71,12 +86,20 @@ impl Shared {
     pub const fn new() -> Self {
         Self {
             reports: Channel::new(),
+            grasps: Channel::new(),
             shapes: Channel::new(),
             notices: Channel::new(),
             answers: Channel::new(),
             orders: Channel::new(),
             outcome: Signal::new(),
-            setup: Mutex::new(RefCell::new(Setup { settings: Settings::DEFAULT, finger: None, object: None })),
+            keep: Channel::new(),
+            kept: Signal::new(),
+            setup: Mutex::new(RefCell::new(Setup {
+                settings: Settings::DEFAULT,
+                fingers: [const { None }; FINGERS],
+                objects: [None; FINGERS],
+            })),
+            restored: AtomicBool::new(false),
             counters: Mutex::new(RefCell::new(Counters {
                 uptime_us: 0,
                 ticks: 0,
@@ -85,6 +108,7 @@ impl Shared {
                 rate_hz: 0.0,
                 chosen_hz: 0.0,
                 dropped_reports: 0,
+                dropped_grasps: 0,
                 dropped_shapes: 0,
                 dropped_events: 0,
                 bus_timeouts: 0,
@@ -125,6 +149,41 @@ impl Shared {
     /// Remembers what is set.
     pub(crate) fn set(&self, change: impl FnOnce(&mut Setup)) {
         self.setup.lock(|setup| change(&mut setup.borrow_mut()));
+    }
+
+    /// Remembers a finger's design.
+    pub(crate) fn set_design(&self, finger: u8, design: Option<Finger>) {
+        self.set(|setup| {
+            if let Some(place) = setup.fingers.get_mut(usize::from(finger)) {
+                *place = design;
+            }
+        });
+    }
+
+    /// Remembers a finger's object.
+    pub(crate) fn set_object(&self, finger: u8, object: ObjectDesign) {
+        self.set(|setup| {
+            if let Some(place) = setup.objects.get_mut(usize::from(finger)) {
+                *place = Some(object);
+            }
+        });
+    }
+
+    /// Whether what is kept in flash was read.
+    pub(crate) fn is_restored(&self) -> bool {
+        self.restored.load(Ordering::Acquire)
+    }
+
+    /// What is kept in flash was read, or there is nothing: the servos may be looked for.
+    pub(crate) fn restored(&self) {
+        self.restored.store(true, Ordering::Release);
+    }
+
+    /// Tells the host of the whole grasp, if the link keeps up.
+    pub(crate) fn grasp(&self, grasp: Grasp) {
+        if self.grasps.try_send(grasp).is_err() {
+            self.add(|counters| &mut counters.dropped_grasps);
+        }
     }
 
     /// Tells the host, if the link keeps up.

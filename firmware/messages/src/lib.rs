@@ -17,18 +17,19 @@
 pub mod frame;
 mod request;
 mod topic;
+mod words;
 
 pub use request::{
-    BootReport, CloseTo, Counters, Direction, Finger, Outcome, Refusal, ResetCause, Settings, SettingsField, TEXT,
-    Text, Version,
+    BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Mount, Outcome, Reaction, Refusal, ResetCause,
+    SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,
 };
-pub use topic::{CONTACTS, Contact, Event, LAMELLAE, Notice, POINTS, Report, Shape};
+pub use topic::{CONTACTS, Contact, Event, Grasp, LAMELLAE, Notice, POINTS, Phase, Report, Shape, Why};
 
 use model_core::object::ObjectDesign;
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// Version of what messages mean. (Their layout is told apart by the keys.)
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
 /// Most fingers of a gripper.
 pub const FINGERS: usize = 4;
@@ -38,20 +39,27 @@ pub type MaybeObject = Option<ObjectDesign>;
 /// What may be in the gripper's memory.
 pub type MaybeFinger = Option<Finger>;
 
+/// An object for a finger, in that finger's world frame.
+pub type ObjectFor = For<ObjectDesign>;
+/// A design for a finger.
+pub type FingerFor = For<Finger>;
+
 endpoints! {
     list = ENDPOINTS;
     | EndpointTy  | RequestTy    | ResponseTy  | Path           |
     | ----------  | ---------    | ----------  | ----           |
     | GetVersion  | ()           | Version     | "version"      |
     | GetBoot     | ()           | BootReport  | "boot"         |
-    | GetObject   | ()           | MaybeObject | "object/get"   |
-    | SetObject   | ObjectDesign | Outcome     | "object/set"   |
-    | GetFinger   | ()           | MaybeFinger | "finger/get"   |
-    | SetFinger   | Finger       | Outcome     | "finger/set"   |
+    | GetObject   | u8           | MaybeObject | "object/get"   |
+    | SetObject   | ObjectFor    | Outcome     | "object/set"   |
+    | GetFinger   | u8           | MaybeFinger | "finger/get"   |
+    | SetFinger   | FingerFor    | Outcome     | "finger/set"   |
     | GetSettings | ()           | Settings    | "settings/get" |
     | SetSettings | Settings     | Outcome     | "settings/set" |
-    | Open        | ()           | Outcome     | "open"         |
+    | Open        | Which        | Outcome     | "open"         |
     | Close       | CloseTo      | Outcome     | "close"        |
+    | Grip        | GripTo       | Outcome     | "grip"         |
+    | Hold        | Which        | Outcome     | "hold"         |
     | GetCounters | ()           | Counters    | "counters"     |
 }
 
@@ -68,6 +76,7 @@ topics! {
     | TopicTy       | MessageTy | Path       |
     | -------       | --------- | ----       |
     | EstimateTopic | Report    | "estimate" |
+    | GraspTopic    | Grasp     | "grasp"    |
     | ShapeTopic    | Shape     | "shape"    |
     | EventTopic    | Notice    | "event"    |
 }

@@ -7,6 +7,8 @@ use model_core::discretise::Discretisation;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::FINGERS;
+
 /// Longest [`Text`], bytes.
 pub const TEXT: usize = 104;
 
@@ -23,6 +25,8 @@ pub struct Version {
     pub protocol: u16,
     /// Version of the gripper's program.
     pub firmware: String<16>,
+    /// Fingers it has room for.
+    pub fingers: u8,
     /// The board it was built for.
     pub board: String<16>,
     /// Ticks per second of the clock in which costs are told.
@@ -68,7 +72,9 @@ pub struct Finger {
 /// Close (or open) to an angle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct CloseTo {
-    /// Motor angle, rad, within [`Settings::range`].
+    /// Which fingers.
+    pub fingers: Which,
+    /// Motor angle, rad, within [`Mount::range`].
     pub angle: f32,
     /// Speed, rad/s, positive; `None`: the settings' own.
     pub speed: Option<f32>,
@@ -84,10 +90,20 @@ pub enum Direction {
     Reversed,
 }
 
-/// What belongs to the gripper rather than to finger or object.
+/// Which side of the object a finger is on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Side {
+    /// Its closing motion is towards greater x: the gripper's frame is the finger's world frame.
+    #[default]
+    Left,
+    /// It is mirrored: its closing motion is towards smaller x.
+    Right,
+}
+
+/// One finger of the gripper: its servo, how it is mounted, what it must not exceed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Settings {
-    /// The servo's address on the bus, 0 to 252.
+pub struct Mount {
+    /// The servo's address on the bus, 0 to 252; no two fingers share one.
     pub servo_id: u8,
     /// The servo's position at motor angle 0, counts (4096 per revolution of the servo).
     pub zero: f32,
@@ -95,50 +111,123 @@ pub struct Settings {
     pub direction: Direction,
     /// Revolutions of the servo per revolution of the finger, 0.01 to 100.
     pub gear_ratio: f32,
+    /// Play between the servo's position sensor and the finger, rad of the motor angle. A finger that touches is pushed to
+    /// its open side: the angle of the estimate is the measured one less half of this. ROBOTIS gives 0.25° for this family.
+    pub backlash: f32,
+    /// Which side of the object it is on.
+    pub side: Side,
     /// Motor angles that may be asked for, rad.
     pub range: [f32; 2],
     /// Motor angle of the open finger, rad, within the range.
     pub open_angle: f32,
     /// Speed of opening and closing, rad/s.
     pub speed: f32,
-    /// Ticks per second wanted, 1 to 1000.
-    pub rate_hz: u16,
-    /// Every how many ticks a shape is sent; 0: never.
-    pub shape_every: u16,
+    /// Force (magnitude) that no motion may exceed by the estimate, N.
+    pub force_limit: f32,
+    /// Current above which the motor is not led on, mA.
+    pub current_limit: f32,
 }
 
-impl Settings {
-    /// Servo 1, angle 0 in the middle of its revolution, ±60°, 20°/s, 500 Hz, 20 shapes a second.
+impl Mount {
+    /// Servo 1, angle 0 in the middle of its revolution, no play, ±60°, 20°/s, at most 100 N and 2 A.
     pub const DEFAULT: Self = Self {
         servo_id: 1,
         zero: 2048.0,
         direction: Direction::Same,
         gear_ratio: 1.0,
+        backlash: 0.0,
+        side: Side::Left,
         range: [-core::f32::consts::FRAC_PI_3, core::f32::consts::FRAC_PI_3],
         open_angle: 0.0,
         speed: core::f32::consts::PI / 9.0,
-        rate_hz: 500,
-        shape_every: 25,
+        force_limit: 100.0,
+        current_limit: 2000.0,
     };
 
-    /// Checks every value.
-    ///
-    /// # Errors
-    /// The first value that is not allowed.
-    pub fn validate(&self) -> Outcome {
+    fn validate(&self) -> Outcome {
+        let pi = core::f32::consts::PI;
         let checks = [
             (SettingsField::ServoId, f32::from(self.servo_id), 0.0, 252.0),
             (SettingsField::Zero, self.zero, -1_044_479.0, 1_044_479.0),
             (SettingsField::GearRatio, self.gear_ratio, 0.01, 100.0),
-            (SettingsField::RangeLow, self.range[0], -core::f32::consts::PI, core::f32::consts::PI),
-            (SettingsField::RangeHigh, self.range[1], self.range[0], core::f32::consts::PI),
+            (SettingsField::Backlash, self.backlash, 0.0, 0.1),
+            (SettingsField::RangeLow, self.range[0], -pi, pi),
+            (SettingsField::RangeHigh, self.range[1], self.range[0], pi),
             (SettingsField::OpenAngle, self.open_angle, self.range[0], self.range[1]),
-            (SettingsField::Speed, self.speed, 1e-3, 20.0),
-            (SettingsField::Rate, f32::from(self.rate_hz), 1.0, 1000.0),
+            (SettingsField::Speed, self.speed, SPEEDS[0], SPEEDS[1]),
+            (SettingsField::ForceLimit, self.force_limit, 0.01, 1000.0),
+            (SettingsField::CurrentLimit, self.current_limit, 1.0, 10_000.0),
         ];
-        for (field, value, min, max) in checks {
-            if !(min..=max).contains(&value) {
-                return Err(Refusal::Setting { field, value, min, max });
+        checks.into_iter().try_for_each(|(field, value, min, max)| field.check(value, min, max))
+    }
+}
+
+impl Default for Mount {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Speeds that may be asked for, rad/s.
+pub const SPEEDS: [f32; 2] = [1e-3, 20.0];
+
+/// What a finger does when something is wrong with its force: an untrustworthy estimate, a silent bus, a stalled motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Reaction {
+    /// It stays where it is.
+    #[default]
+    Hold,
+    /// It opens.
+    Release,
+}
+
+/// What belongs to the gripper rather than to a finger's design or an object.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Settings {
+    /// Ticks per second wanted, 1 to 1000.
+    pub rate_hz: u16,
+    /// Every how many ticks the shapes are sent; 0: never.
+    pub shape_every: u16,
+    /// What a gripping finger does when something is wrong.
+    pub on_fault: Reaction,
+    /// Its fingers, the first ones used.
+    pub fingers: [Option<Mount>; FINGERS],
+}
+
+impl Settings {
+    /// One finger as [`Mount::DEFAULT`], 500 Hz, 20 shapes a second, hold when something is wrong.
+    pub const DEFAULT: Self = Self::of(Mount::DEFAULT);
+
+    /// Of a gripper with one finger; the rest as in [`Self::DEFAULT`].
+    pub const fn of(mount: Mount) -> Self {
+        Self { rate_hz: 500, shape_every: 25, on_fault: Reaction::Hold, fingers: [Some(mount), None, None, None] }
+    }
+
+    /// The finger of this number, from 0.
+    pub fn finger(&self, number: u8) -> Option<&Mount> {
+        self.fingers.get(usize::from(number))?.as_ref()
+    }
+
+    /// How many fingers there are.
+    pub fn count(&self) -> usize {
+        self.fingers.iter().flatten().count()
+    }
+
+    /// Checks every value; `room` is how many fingers the board has memory for.
+    ///
+    /// # Errors
+    /// The first value that is not allowed.
+    pub fn validate(&self, room: usize) -> Outcome {
+        SettingsField::Rate.check(f32::from(self.rate_hz), 1.0, 1000.0)?;
+        let used = self.fingers.iter().take_while(|mount| mount.is_some()).count();
+        // A gap counts as one finger too many.
+        let count = if used == self.count() { used } else { FINGERS + 1 };
+        SettingsField::Fingers.check(count as f32, 1.0, room as f32)?;
+        for (number, mount) in self.fingers.iter().flatten().enumerate() {
+            mount.validate()?;
+            let before = self.fingers.iter().flatten().take(number);
+            if before.into_iter().any(|other| other.servo_id == mount.servo_id) {
+                return Err(Refusal::SameServo { servo_id: mount.servo_id });
             }
         }
         Ok(())
@@ -151,7 +240,48 @@ impl Default for Settings {
     }
 }
 
-/// Values of [`Settings`] and [`CloseTo`].
+/// Something for one finger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct For<T> {
+    /// Which, from 0.
+    pub finger: u8,
+    /// What.
+    pub what: T,
+}
+
+/// A request for all fingers or one of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Which {
+    /// All.
+    All,
+    /// One, from 0.
+    One(u8),
+}
+
+impl Which {
+    /// Whether this finger is meant.
+    pub fn is(self, finger: usize) -> bool {
+        match self {
+            Self::All => true,
+            Self::One(one) => usize::from(one) == finger,
+        }
+    }
+}
+
+/// Close until the force is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct GripTo {
+    /// Which fingers.
+    pub fingers: Which,
+    /// Force of each (magnitude), N, positive, at most its [`Mount::force_limit`].
+    pub force: f32,
+    /// Greatest speed of closing, rad/s; `None`: the settings' own.
+    pub speed: Option<f32>,
+    /// Motor angle beyond which no finger closes, rad, within its [`Mount::range`]; `None`: the range's end.
+    pub limit: Option<f32>,
+}
+
+/// Values of [`Settings`], [`Mount`], [`CloseTo`] and [`GripTo`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum SettingsField {
     /// Address of the servo.
@@ -160,6 +290,8 @@ pub enum SettingsField {
     Zero,
     /// Gear ratio.
     GearRatio,
+    /// Play, rad.
+    Backlash,
     /// Least angle, rad.
     RangeLow,
     /// Greatest angle, rad.
@@ -168,10 +300,22 @@ pub enum SettingsField {
     OpenAngle,
     /// Speed, rad/s.
     Speed,
+    /// Force limit, N.
+    ForceLimit,
+    /// Current limit, mA.
+    CurrentLimit,
     /// Ticks per second.
     Rate,
+    /// Number of fingers, without gaps.
+    Fingers,
     /// The angle to close to, rad.
     Angle,
+    /// The force to grip with, N.
+    Force,
+    /// The angle limit of a grip, rad.
+    Limit,
+    /// The finger's number.
+    Finger,
 }
 
 impl SettingsField {
@@ -181,13 +325,29 @@ impl SettingsField {
             Self::ServoId => "servo id",
             Self::Zero => "zero position in counts",
             Self::GearRatio => "gear ratio",
+            Self::Backlash => "backlash in rad",
             Self::RangeLow => "least angle in rad",
             Self::RangeHigh => "greatest angle in rad",
             Self::OpenAngle => "open angle in rad",
             Self::Speed => "speed in rad/s",
+            Self::ForceLimit => "force limit in N",
+            Self::CurrentLimit => "current limit in mA",
             Self::Rate => "rate in Hz",
+            Self::Fingers => "number of fingers (without gaps)",
             Self::Angle => "angle in rad",
+            Self::Force => "force in N",
+            Self::Limit => "limit of the angle in rad",
+            Self::Finger => "finger's number",
         }
+    }
+
+    /// Refuses a value outside its range, NaN included.
+    ///
+    /// # Errors
+    /// [`Refusal::Setting`].
+    pub fn check(self, value: f32, min: f32, max: f32) -> Outcome {
+        let allowed = (min..=max).contains(&value);
+        if allowed { Ok(()) } else { Err(Refusal::Setting { field: self, value, min, max }) }
     }
 }
 
@@ -209,8 +369,17 @@ pub enum Refusal {
         /// Greatest allowed.
         max: f32,
     },
+    /// Two fingers would have the same servo.
+    SameServo {
+        /// Its address.
+        servo_id: u8,
+    },
+    /// The force cannot be controlled without finger and object.
+    NoModel,
     /// No servo answers on the bus.
     NoServo,
+    /// The settings are in force, but the flash does not take them: they are lost with the power.
+    NotKept,
     /// The control loop has not taken the request in time.
     Busy,
 }
@@ -232,7 +401,10 @@ impl fmt::Display for Refusal {
             Self::Setting { field, value, min, max } => {
                 write!(f, "{} is {value}; allowed is {min} to {max}", field.name())
             }
+            Self::SameServo { servo_id } => write!(f, "servo {servo_id} is given to two fingers"),
+            Self::NoModel => f.write_str("the force cannot be controlled before finger and object are set"),
             Self::NoServo => f.write_str("no servo answers on the bus"),
+            Self::NotKept => f.write_str("in force, but not kept: the flash does not take it"),
             Self::Busy => f.write_str("the control loop has not taken the request in time"),
         }
     }
@@ -258,9 +430,9 @@ impl Write for Cut<'_> {
 pub struct Counters {
     /// Time since the start, µs.
     pub uptime_us: u64,
-    /// Ticks of the control loop, each with a report.
+    /// Ticks of the control loop, each with a report per finger.
     pub ticks: u32,
-    /// Ticks in which a position came from the servo and an estimate was made.
+    /// Positions that came from a servo, each with an estimate.
     pub estimates: u32,
     /// Ticks that began more than half a period late.
     pub late_ticks: u32,
@@ -270,6 +442,8 @@ pub struct Counters {
     pub chosen_hz: f32,
     /// Reports that found the link's queue full.
     pub dropped_reports: u32,
+    /// Grasps that found the link's queue full.
+    pub dropped_grasps: u32,
     /// Shapes that found the link's queue full.
     pub dropped_shapes: u32,
     /// Events that found the link's queue full.

@@ -7,6 +7,8 @@ use model_core::status::Status;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
+use crate::ResetCause;
+
 /// Most points of a beam in a [`Shape`].
 pub const POINTS: usize = 64;
 /// Most lamellae in a [`Shape`].
@@ -14,12 +16,58 @@ pub const LAMELLAE: usize = model_core::design::MAX_LAMELLAE;
 /// Most contact points in a [`Shape`]: as many as the microcontroller's model has room for, so that none is left out.
 pub const CONTACTS: usize = <Reduced as Size>::CONTACTS;
 
-/// One tick of the control loop.
+/// Why a finger does what it does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Why {
+    /// It was asked to.
+    Asked,
+    /// No sound answer came from the servo in time.
+    Bus,
+    /// The servo was lost, and found again.
+    ServoLost,
+    /// The servo reports a hardware error.
+    Alert,
+    /// The estimate is untrustworthy.
+    Estimate,
+    /// The motor does not get where it is led.
+    Stall,
+    /// The current is at its limit.
+    Current,
+    /// The force is at its limit.
+    Force,
+    /// The angle is at its limit, and the force is not reached.
+    Angle,
+}
+
+/// What a finger is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Phase {
+    /// It goes to an angle, or is there.
+    Moving,
+    /// It closes until the force asked for is reached.
+    Gripping,
+    /// The force asked for is reached, and kept.
+    Gripped,
+    /// It grips, but stays where it is until what is wrong has passed.
+    Waiting(Why),
+    /// It stays where it is.
+    Held(Why),
+    /// It opens.
+    Released(Why),
+}
+
+/// One finger's part of one tick of the control loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report {
-    /// Counts every report made, sent or not: a gap is what was dropped. Wraps.
+    /// Counts every report made (one per finger and tick), sent or not: a gap is what was dropped. Wraps.
     pub sequence: u32,
+    /// Which finger, from 0.
+    pub finger: u8,
+    /// What it is doing.
+    pub phase: Phase,
     /// When the servo's position came (`stale`: when it was given up for this tick), µs since the start.
     pub time_us: u64,
     /// The force and what qualifies it. `stale`: no position came from the servo in this tick; the numbers are old.
@@ -32,6 +80,24 @@ pub struct Report {
     pub current: f32,
     /// What the estimate took, in ticks of the clock that [`crate::Version::cost_hz`] tells.
     pub cost: u32,
+}
+
+/// The whole grasp at one tick, sent behind the reports of its fingers if there are several. Gripper frame: x from left
+/// to right, y along the open fingers; the finger's world frame on the left, its mirror image on the right.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Grasp {
+    /// The last report of this tick.
+    pub sequence: u32,
+    /// Whether all estimates of this tick are trustworthy; the forces below are of no use otherwise.
+    pub is_trustworthy: bool,
+    /// Force of all fingers on the object, N.
+    pub sum: [f32; 2],
+    /// Force by which the object is pressed together across x, N: the smaller one of what the left fingers push to the right
+    /// and the right fingers push to the left.
+    pub squeeze: f32,
+    /// How much of the fingers' forces cancels: 1 − |sum| / Σ|force|; 1 without contact.
+    pub balance: f32,
 }
 
 /// A contact point of a [`Shape`].
@@ -50,6 +116,8 @@ pub struct Contact {
 pub struct Shape {
     /// The report it belongs to.
     pub sequence: u32,
+    /// Which finger, from 0.
+    pub finger: u8,
     /// That report's status.
     pub status: Status,
     /// Motor angle of the equilibrium shown, rad.
@@ -76,12 +144,26 @@ pub struct Notice {
     pub event: Event,
 }
 
-/// What can happen.
+/// What can happen. Fingers count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// The servo answers, and holds its position unless it has shut down ([`Self::ServoAlert`]).
+    /// The program started.
+    Started {
+        /// Why.
+        cause: ResetCause,
+    },
+    /// What was kept in flash: how many records were read, and how many were damaged and are gone.
+    Restored {
+        /// Sound ones.
+        records: u8,
+        /// Damaged ones.
+        damaged: u8,
+    },
+    /// A servo answers, and holds its position unless it has shut down ([`Self::ServoAlert`]).
     ServoReady {
+        /// Whose.
+        finger: u8,
         /// Model number, 1020 for the XM430-W350.
         model: u16,
         /// Version of its firmware.
@@ -104,14 +186,21 @@ pub enum Event {
         chosen_hz: f32,
     },
     /// The servo has stopped answering; estimates are stale from here on.
-    ServoLost,
+    ServoLost {
+        /// Whose.
+        finger: u8,
+    },
     /// The servo reports hardware errors, one bit each as in its Hardware Error Status; 0: no more.
     ServoAlert {
+        /// Whose.
+        finger: u8,
         /// The bits.
         hardware_error: u8,
     },
     /// The servo refused a goal position.
     GoalRefused {
+        /// Whose.
+        finger: u8,
         /// The goal, counts.
         position: i32,
         /// The protocol's error code.
@@ -119,7 +208,16 @@ pub enum Event {
     },
     /// The model was set up anew and starts from rest.
     ModelReady {
+        /// Of which finger.
+        finger: u8,
         /// What setting up took, in ticks of the cost clock.
         cost: u32,
+    },
+    /// A finger does something else from now on.
+    PhaseChanged {
+        /// Which.
+        finger: u8,
+        /// What.
+        phase: Phase,
     },
 }

@@ -1,7 +1,7 @@
 //! The largest of every message fits a frame, and comes back as it was.
 
 use heapless::Vec;
-use messages::{CONTACTS, Contact, Finger, LAMELLAE, POINTS, Report, Shape, frame};
+use messages::{CONTACTS, Contact, Finger, LAMELLAE, Mount, POINTS, Phase, Report, Settings, Shape, Why, frame};
 use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, MAX_KNOTS, MAX_LAMELLAE, Material, MaterialLaw,
     PlaneStrain, Profile,
@@ -66,6 +66,7 @@ fn the_largest_shape_fits() {
     let contact = Contact { position: [1.0, 2.0], force: [-3.0, 0.5] };
     let shape = Shape {
         sequence: u32::MAX,
+        finger: 3,
         status: Status::Stale,
         motor_angle: 0.2,
         front: full::<_, POINTS>([1.0; 2]),
@@ -93,6 +94,8 @@ fn a_report_is_small() {
     };
     let report = Report {
         sequence: u32::MAX,
+        finger: 3,
+        phase: Phase::Waiting(Why::Angle),
         time_us: u64::MAX,
         estimate,
         goal: 0.3,
@@ -104,6 +107,14 @@ fn a_report_is_small() {
     assert_eq!(back, report);
     // 500 of them a second leave half of a 1-Mbaud line.
     assert!(length <= 100, "{length} bytes");
+}
+
+#[test]
+fn settings_of_four_fingers_are_small() {
+    let settings = Settings { fingers: [Some(Mount { zero: -1.5, ..Mount::DEFAULT }); 4], ..Settings::DEFAULT };
+    let (length, back) = through(&settings);
+    assert_eq!(back, settings);
+    assert!(length <= 256, "{length} bytes");
 }
 
 /// Requests, answers and topics are told apart by four bytes.

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
-use messages::{Event, PROTOCOL_VERSION, Report};
+use messages::{PROTOCOL_VERSION, Report};
 
 use super::{BAD_INPUT, bad_input};
 use crate::link::{Address, Link, LinkError, Told};
@@ -104,9 +104,9 @@ fn watch(args: &Args) -> Result<(), Stop> {
                 }
             }
             Ok(Told::Event(notice)) => {
-                writeln!(out, "{:9.3}  * {}", notice.time_us as f64 * 1e-6, words(&notice.event))?;
+                writeln!(out, "{:9.3}  * {}", notice.time_us as f64 * 1e-6, notice.event)?;
             }
-            Ok(Told::Shape(_)) => {}
+            Ok(Told::Grasp(_) | Told::Shape(_)) => {}
             Err(RecvTimeoutError::Timeout) if left.is_none_or(|left| left > SILENCE) => {
                 writeln!(out, "           * nothing for {} s", SILENCE.as_secs())?;
             }
@@ -146,28 +146,6 @@ fn line(report: &Report) -> String {
     )
 }
 
-/// An event in words.
-fn words(event: &Event) -> String {
-    match event {
-        Event::ServoReady { model, firmware, baud } => {
-            format!("the servo (model {model}, firmware {firmware}) answers at {baud} baud and holds its position")
-        }
-        Event::Rate { hz, wanted_hz } if hz < wanted_hz => {
-            format!("{hz:.1} ticks a second: the bus is too slow for {wanted_hz:.0}")
-        }
-        Event::Rate { hz, .. } => format!("{hz:.1} ticks a second"),
-        Event::RateReached { hz, chosen_hz } if *hz < 0.95 * chosen_hz => {
-            format!("only {hz:.1} ticks a second are reached, {chosen_hz:.1} were meant")
-        }
-        Event::RateReached { hz, .. } => format!("{hz:.1} ticks a second are reached again"),
-        Event::ServoLost => "the servo has stopped answering: estimates are stale".to_owned(),
-        Event::ServoAlert { hardware_error: 0 } => "the servo has no hardware error any more".to_owned(),
-        Event::ServoAlert { hardware_error } => format!("the servo reports hardware errors {hardware_error:#010b}"),
-        Event::GoalRefused { position, error } => format!("the servo refused the goal {position}: error {error}"),
-        Event::ModelReady { .. } => "the model was set up anew".to_owned(),
-    }
-}
-
 /// Every report, a row each.
 struct Log {
     file: BufWriter<File>,
@@ -180,25 +158,26 @@ impl Log {
         writeln!(
             file,
             "sequence,time_us,motor_angle_deg,goal_deg,position_counts,current_ma,status,age,force_x_n,force_y_n,\
-             contact_x_mm,contact_y_mm,contact_extent_mm,torque_nmm,distance_mm,iterations,residual_nmm,cost"
+             contact_x_mm,contact_y_mm,contact_extent_mm,torque_nmm,distance_mm,iterations,residual_nmm,cost,finger,phase"
         )?;
         Ok(Self { file })
     }
 
     fn write(&mut self, report: &Report) -> std::io::Result<()> {
-        let Report { sequence, time_us, estimate, goal, position, current, cost } = report;
+        let Report { sequence, finger, phase, time_us, estimate, goal, position, current, cost } = report;
         let (angle, goal) = (estimate.motor_angle.to_degrees(), goal.to_degrees());
         let ([fx, fy], [cx, cy]) = (estimate.force, estimate.contact_centre);
         writeln!(
             self.file,
-            "{sequence},{time_us},{angle},{goal},{position},{current},{},{},{fx},{fy},{cx},{cy},{},{},{},{},{},{cost}",
+            "{sequence},{time_us},{angle},{goal},{position},{current},{},{},{fx},{fy},{cx},{cy},{},{},{},{},{},{cost},{finger},{}",
             estimate.status,
             estimate.age,
             estimate.contact_extent,
             estimate.torque,
             estimate.distance,
             estimate.iterations,
-            estimate.residual
+            estimate.residual,
+            phase.word()
         )
     }
 

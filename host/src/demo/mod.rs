@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use messages::{Counters, Report, Settings, Version};
+use messages::{Counters, Mount, Report, Settings, Version, Which};
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics, Scheme};
 use model_core::object::ObjectDesign;
@@ -149,9 +149,12 @@ fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Se
     let mut heard = Heard { told: link.listen(), last: Instant::now() };
     let version = link.version().map_err(|error| machine.blame(error))?;
     let finger = messages::Finger { design: design.clone(), how: Discretisation::estimator(Physics::Paper) };
-    let settings = Settings { open_angle: OPEN_DEG.to_radians() as f32, shape_every: SHAPE_EVERY, ..Settings::DEFAULT };
-    let told =
-        link.set_finger(&finger).and_then(|()| link.set_object(OBJECT)).and_then(|()| link.set_settings(&settings));
+    let mount = Mount { open_angle: OPEN_DEG.to_radians() as f32, ..Mount::DEFAULT };
+    let settings = Settings { shape_every: SHAPE_EVERY, ..Settings::of(mount) };
+    let told = link
+        .set_finger(0, &finger)
+        .and_then(|()| link.set_object(0, OBJECT))
+        .and_then(|()| link.set_settings(&settings));
     told.map_err(|error| machine.blame(error))?;
     heard.until_ready(&mut machine, stop)?;
 
@@ -185,7 +188,7 @@ fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Se
         if let Some(last) = log.samples.last()
             && let Some(Order { angle_deg, speed_deg }) = lead.step(now, f64::from(last.report.goal).to_degrees())
         {
-            let closing = link.close(angle_deg.to_radians() as f32, Some(speed_deg.to_radians() as f32));
+            let closing = link.close(Which::All, angle_deg.to_radians() as f32, Some(speed_deg.to_radians() as f32));
             closing.map_err(|error| machine.blame(error))?;
         }
         if now * live.rate() >= f64::from(shown)
@@ -328,7 +331,7 @@ impl Log {
                 }
             }
             // They are in the firmware's log.
-            Told::Event(_) => {}
+            Told::Event(_) | Told::Grasp(_) => {}
         }
     }
 

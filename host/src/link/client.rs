@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{
-    Close, CloseTo, Counters, EstimateTopic, EventTopic, Finger, GetCounters, GetFinger, GetObject, GetSettings,
-    GetVersion, Notice, Open, Report, SetFinger, SetObject, SetSettings, Settings, Shape, ShapeTopic, Version,
+    BootReport, Close, CloseTo, Counters, EstimateTopic, EventTopic, Finger, For, GetBoot, GetCounters, GetFinger,
+    GetObject, GetSettings, GetVersion, Grasp, GraspTopic, Grip, GripTo, Hold, Notice, Open, Report, SetFinger,
+    SetObject, SetSettings, Settings, Shape, ShapeTopic, Version, Which,
 };
 use model_core::object::ObjectDesign;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
@@ -37,8 +38,10 @@ const RESTART: u32 = 1 << 20;
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)]
 pub enum Told {
-    /// A tick of its control loop.
+    /// A finger's part of a tick of its control loop.
     Report(Report),
+    /// What the fingers come to together.
+    Grasp(Grasp),
     /// The deformed finger.
     Shape(Shape),
     /// Something that happened.
@@ -229,36 +232,44 @@ impl Link {
         self.ask::<GetVersion>(&())
     }
 
-    /// The object in its memory.
+    /// How its program started.
     ///
     /// # Errors
     /// As [`Link::ask`].
-    pub fn object(&self) -> Result<Option<ObjectDesign>, LinkError> {
-        self.ask::<GetObject>(&())
+    pub fn boot(&self) -> Result<BootReport, LinkError> {
+        self.ask::<GetBoot>(&())
     }
 
-    /// Gives it an object; the estimate starts anew.
+    /// A finger's object in its memory; fingers count from 0.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn object(&self, finger: u8) -> Result<Option<ObjectDesign>, LinkError> {
+        self.ask::<GetObject>(&finger)
+    }
+
+    /// Gives a finger an object, in that finger's world frame; the estimate starts anew.
     ///
     /// # Errors
     /// As [`Link::ask`], and what is wrong with the object.
-    pub fn set_object(&self, object: ObjectDesign) -> Result<(), LinkError> {
-        Ok(self.ask::<SetObject>(&object)??)
+    pub fn set_object(&self, finger: u8, object: ObjectDesign) -> Result<(), LinkError> {
+        Ok(self.ask::<SetObject>(&For { finger, what: object })??)
     }
 
-    /// The finger in its memory.
+    /// A finger's design in its memory.
     ///
     /// # Errors
     /// As [`Link::ask`].
-    pub fn finger(&self) -> Result<Option<Finger>, LinkError> {
-        self.ask::<GetFinger>(&())
+    pub fn finger(&self, finger: u8) -> Result<Option<Finger>, LinkError> {
+        self.ask::<GetFinger>(&finger)
     }
 
-    /// Gives it a finger; the estimate starts anew.
+    /// Gives a finger a design; the estimate starts anew.
     ///
     /// # Errors
-    /// As [`Link::ask`], and what is wrong with the finger or its discretisation.
-    pub fn set_finger(&self, finger: &Finger) -> Result<(), LinkError> {
-        Ok(self.ask::<SetFinger>(finger)??)
+    /// As [`Link::ask`], and what is wrong with the design or its discretisation.
+    pub fn set_finger(&self, finger: u8, design: &Finger) -> Result<(), LinkError> {
+        Ok(self.ask::<SetFinger>(&For { finger, what: design.clone() })??)
     }
 
     /// Its settings.
@@ -277,20 +288,36 @@ impl Link {
         Ok(self.ask::<SetSettings>(settings)??)
     }
 
-    /// Opens to the settings' open angle.
+    /// Opens to the settings' open angle. Returns when it begins, as all that follow.
     ///
     /// # Errors
     /// As [`Link::ask`]; no servo.
-    pub fn open_finger(&self) -> Result<(), LinkError> {
-        Ok(self.ask::<Open>(&())??)
+    pub fn open_fingers(&self, fingers: Which) -> Result<(), LinkError> {
+        Ok(self.ask::<Open>(&fingers)??)
     }
 
-    /// Closes to a motor angle (rad) with a speed (rad/s; `None`: the settings' own). Returns when it begins.
+    /// Closes to a motor angle (rad) with a speed (rad/s; `None`: the settings' own).
     ///
     /// # Errors
     /// As [`Link::ask`]; no servo; an angle or speed out of range.
-    pub fn close(&self, angle: f32, speed: Option<f32>) -> Result<(), LinkError> {
-        Ok(self.ask::<Close>(&CloseTo { angle, speed })??)
+    pub fn close(&self, fingers: Which, angle: f32, speed: Option<f32>) -> Result<(), LinkError> {
+        Ok(self.ask::<Close>(&CloseTo { fingers, angle, speed })??)
+    }
+
+    /// Closes until a force is reached, and keeps it.
+    ///
+    /// # Errors
+    /// As [`Link::ask`]; no servo; no design or object; a number out of range.
+    pub fn grip(&self, to: &GripTo) -> Result<(), LinkError> {
+        Ok(self.ask::<Grip>(to)??)
+    }
+
+    /// Stays where it is.
+    ///
+    /// # Errors
+    /// As [`Link::ask`]; no servo.
+    pub fn hold(&self, fingers: Which) -> Result<(), LinkError> {
+        Ok(self.ask::<Hold>(&fingers)??)
     }
 
     /// What it has counted.
@@ -353,6 +380,8 @@ impl Heard {
                 let missing = if missing < RESTART { missing } else { 0 };
                 self.add(|counts| &counts.missing_reports, u64::from(missing));
                 self.spread(&Told::Report(report));
+            } else if is(GraspTopic::TOPIC_KEY) {
+                self.spread(&Told::Grasp(postcard::from_bytes(body).ok()?));
             } else if is(ShapeTopic::TOPIC_KEY) {
                 self.spread(&Told::Shape(postcard::from_bytes(body).ok()?));
             } else if is(EventTopic::TOPIC_KEY) {

@@ -2,10 +2,11 @@
 //!
 //! ```no_run
 //! use host::link::{Address, Link, Told};
+//! use messages::Which;
 //! # fn main() -> Result<(), host::link::LinkError> {
 //! let link = Link::open(&"unix:link".parse::<Address>()?)?;
 //! let told = link.listen();
-//! link.close(0.19, None)?;
+//! link.close(Which::All, 0.19, None)?;
 //! for told in told {
 //!     if let Told::Report(report) = told {
 //!         println!("{:.2} N {}", report.estimate.force_magnitude(), report.estimate.status);

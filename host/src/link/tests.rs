@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
-use messages::{Counters, EstimateTopic, GetCounters, Report, SetObject};
+use messages::{Counters, EstimateTopic, GetCounters, Phase, Report, SetObject};
 use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
@@ -42,7 +42,9 @@ fn report(sequence: u32) -> Vec<u8> {
         residual: 1e-5,
         age: 0,
     };
-    let report = Report { sequence, time_us: 7, estimate, goal: 0.1, position: 2113, current: 5.0, cost: 9 };
+    let phase = Phase::Moving;
+    let report =
+        Report { sequence, finger: 0, phase, time_us: 7, estimate, goal: 0.1, position: 2113, current: 5.0, cost: 9 };
     frame(EstimateTopic::TOPIC_KEY, VarSeq::Seq2(sequence as u16), &report)
 }
 
@@ -90,18 +92,18 @@ fn every_way_to_fail_is_told_apart() {
     assert!(matches!(silent.version(), Err(LinkError::Timeout { path: "version", .. })));
 
     let strange = with_peer(|number| frame(ERROR_KEY, number, &WireError::UnknownKey));
-    let error = strange.set_object(OBJECT).unwrap_err();
+    let error = strange.set_object(0, OBJECT).unwrap_err();
     assert!(matches!(error, LinkError::Wire { error: WireError::UnknownKey, .. }), "{error}");
 
     let confused = with_peer(|number| frame(SetObject::RESP_KEY, number, &[9_u8; 3]));
-    assert!(matches!(confused.set_object(OBJECT), Err(LinkError::Answer { path: "object/set" })));
+    assert!(matches!(confused.set_object(0, OBJECT), Err(LinkError::Answer { path: "object/set" })));
 
     // An answer to another question does not count.
     let other = with_peer(|number| {
         let number: u32 = number.into();
         frame(SetObject::RESP_KEY, VarSeq::Seq4(number + 1), &messages::Outcome::Ok(()))
     });
-    assert!(matches!(other.set_object(OBJECT), Err(LinkError::Timeout { .. })));
+    assert!(matches!(other.set_object(0, OBJECT), Err(LinkError::Timeout { .. })));
     assert_eq!(other.statistics().unexpected, 1);
 }
 

@@ -4,8 +4,8 @@
 //! use system_tests::Machine;
 //! let machine = Machine::boot(Machine::servo());
 //! let link = machine.link();
-//! link.set_finger(&system_tests::finger()).unwrap();
-//! link.set_object(system_tests::OBJECT).unwrap();
+//! link.set_finger(0, &system_tests::finger()).unwrap();
+//! link.set_object(0, system_tests::OBJECT).unwrap();
 //! ```
 //!
 //! The firmware's ELF is named by the environment variable `FRE_FIRMWARE_ELF`; `cargo xtask test` builds it and sets it.
@@ -13,5 +13,5 @@
 mod machine;
 mod watch;
 
-pub use machine::{Machine, OBJECT, finger};
+pub use machine::{Machine, OBJECT, finger, load_of};
 pub use watch::Watch;

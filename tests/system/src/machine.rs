@@ -31,15 +31,21 @@ pub fn finger() -> Finger {
 /// What the finger asks of the servo: the paper's model at full resolution, on [`OBJECT`].
 fn load() -> Arc<Load> {
     static LOAD: OnceLock<Arc<Load>> = OnceLock::new();
-    let load = || Load::of(&finger().design, OBJECT, &Load::REFERENCE, 14.0).expect("a load");
-    LOAD.get_or_init(|| Arc::new(load())).clone()
+    LOAD.get_or_init(|| load_of(OBJECT, 14.0)).clone()
+}
+
+/// The same on another object, up to an angle in degrees.
+pub fn load_of(object: ObjectDesign, highest_deg: f64) -> Arc<Load> {
+    Arc::new(Load::of(&finger().design, object, &Load::REFERENCE, highest_deg).expect("a load"))
 }
 
 /// A gripper that runs until this is dropped.
 pub struct Machine {
     qemu: Child,
-    /// The servo: the truth, and faults on purpose.
+    /// The first servo: the truth, and faults on purpose.
     pub servo: Handle,
+    /// All of them.
+    pub servos: Vec<Handle>,
     _bus: Running,
     folder: TempDir,
     _turn: MutexGuard<'static, ()>,
@@ -64,6 +70,11 @@ impl Machine {
 
     /// Boots with further arguments for QEMU, as `-icount shift=2` to tell costs in instructions (a tenth of them).
     pub fn boot_with(servo: Config, arguments: &[&str]) -> Self {
+        Self::boot_all(vec![servo], arguments)
+    }
+
+    /// Boots with several servos.
+    pub fn boot_all(servos: Vec<Config>, arguments: &[&str]) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(elf) = std::env::var_os("FRE_FIRMWARE_ELF").map(PathBuf::from) else {
             panic!("FRE_FIRMWARE_ELF does not name the firmware's ELF: run these tests by `cargo xtask test`");
@@ -88,9 +99,11 @@ impl Machine {
             assert!(Instant::now() < end, "QEMU does not open its bus: {error}");
             std::thread::sleep(Duration::from_millis(10));
         }
-        let servo = hub.servo(Servo::new(servo).expect("a servo"));
+        let servos: Vec<Handle> =
+            servos.into_iter().map(|servo| hub.servo(Servo::new(servo).expect("a servo"))).collect();
+        let servo = servos.first().expect("a servo").clone();
         let bus = hub.spawn().expect("a bus");
-        Self { qemu, servo, _bus: bus, folder, _turn: turn }
+        Self { qemu, servo, servos, _bus: bus, folder, _turn: turn }
     }
 
     /// Where the link's socket is.

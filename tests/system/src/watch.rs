@@ -4,13 +4,15 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use host::link::{Link, Told};
-use messages::{Event, Report, Shape};
+use messages::{Event, Grasp, Report, Shape};
 
 /// Listens to a gripper and keeps all it tells.
 pub struct Watch {
     told: Receiver<Told>,
     /// Every report so far.
     pub reports: Vec<Report>,
+    /// Every grasp so far.
+    pub grasps: Vec<Grasp>,
     /// Every shape so far.
     pub shapes: Vec<Shape>,
     /// Every event so far.
@@ -20,7 +22,7 @@ pub struct Watch {
 impl Watch {
     /// Listens from now on.
     pub fn new(link: &Link) -> Self {
-        Self { told: link.listen(), reports: Vec::new(), shapes: Vec::new(), events: Vec::new() }
+        Self { told: link.listen(), reports: Vec::new(), grasps: Vec::new(), shapes: Vec::new(), events: Vec::new() }
     }
 
     /// Listens until something is so; panics with `what` after a time.
@@ -29,12 +31,13 @@ impl Watch {
         loop {
             let left = end.saturating_duration_since(Instant::now());
             let Ok(told) = self.told.recv_timeout(left) else {
-                let (events, last) = (&self.events, self.reports.last());
-                panic!("no {what} within {longest:?}; events: {events:?}; last report: {last:?}");
+                let (events, last) = (&self.events[self.events.len().saturating_sub(20)..], self.reports.last());
+                panic!("no {what} within {longest:?}; last events: {events:?}; last report: {last:?}");
             };
             let done = so(&told);
             match told {
                 Told::Report(report) => self.reports.push(report),
+                Told::Grasp(grasp) => self.grasps.push(grasp),
                 Told::Shape(shape) => self.shapes.push(shape),
                 Told::Event(notice) => self.events.push(notice.event),
             }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use host::link::{Address, Link, LinkError};
 use host::servo::{Config, Fault};
-use messages::{Direction, Event, Refusal, Report, Settings};
+use messages::{Direction, Event, Mount, Reaction, Refusal, Report, Settings, Side, Which};
 use model_core::estimator::Estimator;
 use model_core::object::ObjectDesign;
 use model_core::real::Real;
@@ -21,22 +21,23 @@ const CLOSED: f32 = 11.0 * std::f32::consts::PI / 180.0;
 /// 20°/s.
 const SPEED: f32 = 0.35;
 /// The object touches the finger at 0 just so: open is at −1°.
-const SETTINGS: Settings = Settings { open_angle: -std::f32::consts::PI / 180.0, ..Settings::DEFAULT };
+const MOUNT: Mount = Mount { open_angle: -std::f32::consts::PI / 180.0, ..Mount::DEFAULT };
+const SETTINGS: Settings = Settings::of(MOUNT);
 
 /// A gripper that knows finger and object and whose servo holds.
 fn ready(machine: &Machine) -> (Link, Watch) {
     let link = machine.link();
     let mut watch = Watch::new(&link);
     link.set_settings(&SETTINGS).unwrap();
-    link.set_finger(&finger()).unwrap();
-    link.set_object(OBJECT).unwrap();
+    link.set_finger(0, &finger()).unwrap();
+    link.set_object(0, OBJECT).unwrap();
     // The event of a servo that was found before the link was there is lost: a fresh report says as much.
     watch.until_report("trustworthy estimate", SECONDS(20), |report| report.estimate.status.is_trustworthy());
     (link, watch)
 }
 
 fn close(link: &Link, watch: &mut Watch) {
-    link.close(CLOSED, Some(SPEED)).unwrap();
+    link.close(Which::All, CLOSED, Some(SPEED)).unwrap();
     watch.until_report("closed finger", SECONDS(60), |report| {
         report.goal == CLOSED && (report.estimate.motor_angle - CLOSED).abs() < 0.004 && report.estimate.age == 0
     });
@@ -65,9 +66,9 @@ fn the_force_rises_and_falls() {
     assert_eq!(watch.reports.last().unwrap().estimate.status, Status::NoContact);
     watch.reports.clear();
     close(&link, &mut watch);
-    link.open_finger().unwrap();
+    link.open_fingers(Which::All).unwrap();
     watch.until_report("open finger", SECONDS(60), |report| {
-        report.goal == SETTINGS.open_angle && report.estimate.status == Status::NoContact
+        report.goal == MOUNT.open_angle && report.estimate.status == Status::NoContact
     });
 
     let reports = &watch.reports;
@@ -119,43 +120,47 @@ fn finger_object_and_settings_are_kept() {
     let link = machine.link();
     let version = link.version().unwrap();
     assert_eq!((version.protocol, version.board.as_str()), (messages::PROTOCOL_VERSION, "mps2"));
-    assert_eq!(link.object().unwrap(), None);
-    assert_eq!(link.finger().unwrap(), None);
+    assert_eq!(link.object(0).unwrap(), None);
+    assert_eq!(link.finger(0).unwrap(), None);
     // The servo is read, but nothing is claimed about a finger that nobody has described.
     let mut watch = Watch::new(&link);
     watch.until_report("position without a finger", SECONDS(20), is_fresh);
     let report = watch.reports.last().unwrap();
     assert!(report.estimate.status == Status::OutOfRange && report.estimate.age > 0, "{report:?}");
     assert_eq!((report.estimate.force, report.estimate.torque), ([0.0; 2], 0.0));
-    link.set_finger(&finger()).unwrap();
-    assert_eq!(link.finger().unwrap(), Some(finger()));
-    link.set_object(OBJECT).unwrap();
-    assert_eq!(link.object().unwrap(), Some(OBJECT));
+    link.set_finger(0, &finger()).unwrap();
+    assert_eq!(link.finger(0).unwrap(), Some(finger()));
+    link.set_object(0, OBJECT).unwrap();
+    assert_eq!(link.object(0).unwrap(), Some(OBJECT));
 
     let refused = |result: Result<(), LinkError>| match result {
         Err(LinkError::Refused(refusal)) => refusal,
         other => panic!("not refused: {other:?}"),
     };
     for radius in [-1.0, f64::NAN, f64::INFINITY] {
-        let why = refused(link.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius })).to_string();
+        let why = refused(link.set_object(0, ObjectDesign::Circle { centre: [41.0, 45.0], radius })).to_string();
         assert!(why.contains("radius_mm"), "{why}");
     }
-    assert_eq!(link.object().unwrap(), Some(OBJECT));
+    assert_eq!(link.object(0).unwrap(), Some(OBJECT));
     let mut crooked = finger();
     crooked.design.hinge.thickness = -0.8;
-    let why = refused(link.set_finger(&crooked)).to_string();
+    let why = refused(link.set_finger(0, &crooked)).to_string();
     assert!(why.contains("hinge.thickness_mm") && why.contains("-0.8"), "{why}");
-    assert_eq!(link.finger().unwrap(), None);
-    link.set_finger(&finger()).unwrap();
+    assert_eq!(link.finger(0).unwrap(), None);
+    link.set_finger(0, &finger()).unwrap();
 
-    let settings = Settings { zero: 1900.5, direction: Direction::Reversed, shape_every: 0, ..Settings::DEFAULT };
+    let settings = Settings {
+        shape_every: 0,
+        on_fault: Reaction::Release,
+        ..Settings::of(Mount { zero: 1900.5, direction: Direction::Reversed, side: Side::Right, ..MOUNT })
+    };
     link.set_settings(&settings).unwrap();
     assert_eq!(link.settings().unwrap(), settings);
-    let wrong = Settings { speed: f32::NAN, ..settings };
+    let wrong = Settings::of(Mount { speed: f32::NAN, ..MOUNT });
     assert!(matches!(refused(link.set_settings(&wrong)), Refusal::Setting { .. }));
     assert_eq!(link.settings().unwrap(), settings);
-    assert!(matches!(refused(link.close(2.0, None)), Refusal::Setting { .. }));
-    assert!(matches!(refused(link.close(0.1, Some(-1.0))), Refusal::Setting { .. }));
+    assert!(matches!(refused(link.close(Which::All, 2.0, None)), Refusal::Setting { .. }));
+    assert!(matches!(refused(link.close(Which::All, 0.1, Some(-1.0))), Refusal::Setting { .. }));
 }
 
 /// A servo that goes silent makes every report stale and older; when it speaks again, the estimate is as before.
@@ -167,7 +172,7 @@ fn a_silent_servo_makes_stale_estimates() {
     let before = *watch.reports.last().unwrap();
 
     machine.servo.silence(SECONDS(3600));
-    watch.until_event("loss of the servo", SECONDS(20), |event| *event == Event::ServoLost);
+    watch.until_event("loss of the servo", SECONDS(20), |event| *event == Event::ServoLost { finger: 0 });
     watch.reports.clear();
     watch.pass(SECONDS(1));
     let lost = watch.reports.clone();
@@ -178,7 +183,7 @@ fn a_silent_servo_makes_stale_estimates() {
         assert_eq!(ages, numbers, "{pair:?}");
         assert_eq!(pair[1].estimate.force, before.estimate.force);
     }
-    assert!(matches!(link.open_finger(), Err(LinkError::Refused(Refusal::NoServo))));
+    assert!(matches!(link.open_fingers(Which::All), Err(LinkError::Refused(Refusal::NoServo))));
 
     machine.servo.speak();
     watch.until_event("servo", SECONDS(20), |event| matches!(event, Event::ServoReady { .. }));
@@ -188,9 +193,9 @@ fn a_silent_servo_makes_stale_estimates() {
     let change = after.estimate.force_magnitude() - before.estimate.force_magnitude();
     assert!(change.abs() < 1.0, "{change} N after the loss");
     assert!(link.counters().unwrap().servo_losses >= 1);
-    link.open_finger().unwrap();
+    link.open_fingers(Which::All).unwrap();
     watch.until_report("open finger", SECONDS(60), |report| {
-        report.estimate.status == Status::NoContact && report.goal == SETTINGS.open_angle
+        report.estimate.status == Status::NoContact && report.goal == MOUNT.open_angle
     });
 }
 
@@ -202,15 +207,18 @@ fn a_hardware_error_is_told_and_survived() {
     let (link, mut watch) = ready(&machine);
     let overload = 0x20;
     machine.servo.fail(overload);
-    watch.until_event("alert", SECONDS(10), |event| *event == Event::ServoAlert { hardware_error: overload });
+    watch
+        .until_event("alert", SECONDS(10), |event| *event == Event::ServoAlert { finger: 0, hardware_error: overload });
     watch.until_report("estimate in spite of the error", SECONDS(10), |report| report.estimate.age == 0);
     // The same for a servo that is found in this state.
     machine.servo.silence(SECONDS(3600));
-    watch.until_event("loss of the servo", SECONDS(20), |event| *event == Event::ServoLost);
+    watch.until_event("loss of the servo", SECONDS(20), |event| *event == Event::ServoLost { finger: 0 });
     machine.servo.speak();
     watch.until_report("estimate of a servo found so", SECONDS(20), |report| report.estimate.age == 0);
     machine.servo.reset();
-    watch.until_event("end of the alert", SECONDS(10), |event| *event == Event::ServoAlert { hardware_error: 0 });
+    watch.until_event("end of the alert", SECONDS(10), |event| {
+        *event == Event::ServoAlert { finger: 0, hardware_error: 0 }
+    });
     watch.until_event("servo set up anew", SECONDS(20), |event| matches!(event, Event::ServoReady { .. }));
     close(&link, &mut watch);
 }

@@ -1,34 +1,59 @@
 //! The answering task: what the host asks, and what is said.
 
+use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer, with_deadline};
 use embedded_io_async::Read;
+use embedded_storage::nor_flash::NorFlash;
 use heapless::String;
 use messages::{
-    BootReport, Close, CloseTo, Counters, ENDPOINTS, Finger, GetBoot, GetCounters, GetFinger, GetObject, GetSettings,
-    GetVersion, MaybeFinger, MaybeObject, Open, Outcome, PROTOCOL_VERSION, Refusal, SetFinger, SetObject, SetSettings,
-    Settings, TOPICS_IN, TOPICS_OUT, Version, frame,
+    BootReport, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger, GetObject,
+    GetSettings, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, ObjectFor, Open, Outcome, PROTOCOL_VERSION,
+    Refusal, SetFinger, SetObject, SetSettings, Settings, TOPICS_IN, TOPICS_OUT, Version, Which, frame,
 };
-use model_core::object::ObjectDesign;
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarKeyKind};
 use postcard_rpc::server::{Dispatch, Server, WireSpawn};
 
 use super::wire::{Answers, Requests};
 use crate::board::{Board, Boot};
-use crate::shared::{Command, Order, Shared};
+use crate::shared::{Command, Order, Setup, Shared};
+use crate::store::{self, Key, Store};
 
 /// How long the control task may take to obey.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Answers the host for ever.
 pub async fn answer<B: Board, R: Read>(shared: &'static Shared, port: R, flash: B::Flash, boot: Boot) -> ! {
-    let _ = flash;
+    shared.tell(Event::Started { cause: boot.cause });
+    let mut store = Store::new(flash);
+    let mut setup = shared.setup(Setup::clone);
+    let store::Found { records, damaged } = store.restore(&mut setup).await;
+    shared.set(|now| *now = setup);
+    shared.tell(Event::Restored { records, damaged });
+    shared.restored();
+    match select(keep(shared, store), serve::<B, R>(shared, port, boot)).await {
+        Either::First(never) | Either::Second(never) => never,
+    }
+}
+
+/// Writes to flash what was set.
+async fn keep<F: NorFlash>(shared: &Shared, mut store: Store<F>) -> ! {
+    loop {
+        let key = shared.keep.receive().await;
+        let setup = shared.setup(Setup::clone);
+        let kept = store.keep(key, &setup).await.is_ok();
+        shared.kept.signal(kept);
+    }
+}
+
+async fn serve<B: Board, R: Read>(shared: &'static Shared, port: R, boot: Boot) -> ! {
     let boot = BootReport { cause: boot.cause, last_words: boot.last_words };
     let mut buffer = [0; frame::MESSAGE];
     let mut requests = Requests::new(shared, port);
     let version = Version {
         protocol: PROTOCOL_VERSION,
         firmware: short(env!("CARGO_PKG_VERSION")),
+        fingers: B::FINGERS as u8,
         board: short(B::NAME),
         cost_hz: B::COST_HZ,
     };
@@ -82,6 +107,22 @@ impl Context {
     }
 }
 
+impl Context {
+    /// Has the control task obey, and keeps what it has made of it: a design that was refused has cost the old one.
+    async fn order_and_keep(&mut self, command: Command, key: Key) -> Outcome {
+        let outcome = self.order(command).await;
+        if matches!(outcome, Ok(()) | Err(Refusal::Finger(_))) {
+            self.shared.kept.reset();
+            self.shared.keep.send(key).await;
+            let kept = self.shared.kept.wait().await;
+            if outcome.is_ok() && !kept {
+                return Err(Refusal::NotKept);
+            }
+        }
+        outcome
+    }
+}
+
 fn get_version(context: &mut Context, _: VarHeader, (): ()) -> Version {
     context.version.clone()
 }
@@ -90,20 +131,22 @@ fn get_boot(context: &mut Context, _: VarHeader, (): ()) -> BootReport {
     context.boot.clone()
 }
 
-fn get_object(context: &mut Context, _: VarHeader, (): ()) -> MaybeObject {
-    context.shared.setup(|setup| setup.object)
+fn get_object(context: &mut Context, _: VarHeader, finger: u8) -> MaybeObject {
+    context.shared.setup(|setup| setup.objects.get(usize::from(finger)).copied().flatten())
 }
 
-async fn set_object(context: &mut Context, _: VarHeader, object: ObjectDesign) -> Outcome {
-    context.order(Command::Object(object)).await
+async fn set_object(context: &mut Context, _: VarHeader, object: ObjectFor) -> Outcome {
+    let key = Key::Object(object.finger);
+    context.order_and_keep(Command::Object(object), key).await
 }
 
-fn get_finger(context: &mut Context, _: VarHeader, (): ()) -> MaybeFinger {
-    context.shared.setup(|setup| setup.finger.clone())
+fn get_finger(context: &mut Context, _: VarHeader, finger: u8) -> MaybeFinger {
+    context.shared.setup(|setup| setup.fingers.get(usize::from(finger)).cloned().flatten())
 }
 
-async fn set_finger(context: &mut Context, _: VarHeader, finger: Finger) -> Outcome {
-    context.order(Command::Finger(finger)).await
+async fn set_finger(context: &mut Context, _: VarHeader, finger: FingerFor) -> Outcome {
+    let key = Key::Finger(finger.finger);
+    context.order_and_keep(Command::Finger(finger), key).await
 }
 
 fn get_settings(context: &mut Context, _: VarHeader, (): ()) -> Settings {
@@ -111,15 +154,23 @@ fn get_settings(context: &mut Context, _: VarHeader, (): ()) -> Settings {
 }
 
 async fn set_settings(context: &mut Context, _: VarHeader, settings: Settings) -> Outcome {
-    context.order(Command::Settings(settings)).await
+    context.order_and_keep(Command::Settings(settings), Key::Settings).await
 }
 
-async fn open(context: &mut Context, _: VarHeader, (): ()) -> Outcome {
-    context.order(Command::Open).await
+async fn open(context: &mut Context, _: VarHeader, which: Which) -> Outcome {
+    context.order(Command::Open(which)).await
 }
 
 async fn close(context: &mut Context, _: VarHeader, to: CloseTo) -> Outcome {
     context.order(Command::Close(to)).await
+}
+
+async fn grip(context: &mut Context, _: VarHeader, to: GripTo) -> Outcome {
+    context.order(Command::Grip(to)).await
+}
+
+async fn hold(context: &mut Context, _: VarHeader, which: Which) -> Outcome {
+    context.order(Command::Hold(which)).await
 }
 
 fn get_counters(context: &mut Context, _: VarHeader, (): ()) -> Counters {
@@ -166,6 +217,8 @@ define_dispatch! {
         | SetSettings | async    | set_settings |
         | Open        | async    | open         |
         | Close       | async    | close        |
+        | Grip        | async    | grip         |
+        | Hold        | async    | hold         |
         | GetCounters | blocking | get_counters |
     };
     topics_in: {

@@ -1,10 +1,10 @@
-//! The writing task: answers first, then events, reports, shapes.
+//! The writing task: answers first, then events, reports, grasps, shapes.
 
-use embassy_futures::select::{Either4, select4};
+use embassy_futures::select::{Either5, select5};
 use embassy_time::Timer;
 use embedded_io_async::Write;
 use messages::frame::FrameError;
-use messages::{EstimateTopic, EventTopic, ShapeTopic};
+use messages::{EstimateTopic, EventTopic, GraspTopic, ShapeTopic};
 use postcard_rpc::Topic;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 
@@ -16,21 +16,23 @@ use crate::shared::{Frame, Shared};
 pub async fn send<W: Write>(shared: &'static Shared, mut port: W) -> ! {
     let mut events: u16 = 0;
     loop {
-        let next = select4(
+        let next = select5(
             shared.answers.receive(),
             shared.notices.receive(),
             shared.reports.receive(),
+            shared.grasps.receive(),
             shared.shapes.receive(),
         )
         .await;
         let frame = match next {
-            Either4::First(answer) => Ok(answer),
-            Either4::Second(notice) => {
+            Either5::First(answer) => Ok(answer),
+            Either5::Second(notice) => {
                 events = events.wrapping_add(1);
                 topic::<EventTopic>(events, &notice)
             }
-            Either4::Third(report) => topic::<EstimateTopic>(report.sequence as u16, &report),
-            Either4::Fourth(shape) => topic::<ShapeTopic>(shape.sequence as u16, &shape),
+            Either5::Third(report) => topic::<EstimateTopic>(report.sequence as u16, &report),
+            Either5::Fourth(grasp) => topic::<GraspTopic>(grasp.sequence as u16, &grasp),
+            Either5::Fifth(shape) => topic::<ShapeTopic>(shape.sequence as u16, &shape),
         };
         match frame {
             Ok(frame) => {

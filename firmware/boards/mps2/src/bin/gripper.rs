@@ -26,7 +26,7 @@ impl Board for Mps2 {
     // The UART divides 25 MHz by 16 at least.
     const BAUDS: &'static [u32] = &[1_000_000, 57_600, 115_200];
     // The servo is a program on the PC, which is given the processor when it suits the PC.
-    const BUS_LATENCY_US: u32 = 30_000;
+    const BUS_LATENCY_US: u32 = 100_000;
     const COST_HZ: u32 = cycles::HZ;
     const WATCHDOG_MS: u32 = mps2::WATCHDOG_MS;
 

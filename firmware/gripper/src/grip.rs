@@ -1,0 +1,477 @@
+//! Where a finger's motor is led: to an angle, or until the estimated force is the one asked for, and never further than
+//! its limits allow.
+//!
+//! A pure state machine. Every tick [`Grip::advance`] gives the motor's goal, and then either [`Grip::feel`] is told what
+//! the servo's answer amounts to or [`Grip::miss`] that there was none.
+//!
+//! The force is controlled by integration: with ΔF what is missing and dF/dα the force's slope over the motor angle, the
+//! goal moves by [`GAIN`] · ΔF / (dF/dα) a tick, and by no more than the speed asked for. Without an answer it does not
+//! move, so nothing winds up. Angles in rad, forces in N.
+
+use messages::{GripTo, Mount, Phase, Reaction, Why};
+
+use crate::motion::Motion;
+use crate::slope::Slope;
+use crate::stall::Stall;
+
+/// Part of what is missing by which the goal moves in a tick. An integrator with a delay of two ticks (the answer's and the
+/// servo's) does not overshoot below 4/27.
+const GAIN: f64 = 0.12;
+/// What is missing at most when the force counts as reached, counts of the servo. The nearest count is within 0.5.
+const REACHED: f64 = 0.6;
+/// What may be missing before the finger follows again, counts, and as part of the force: neither rounding nor the ripple
+/// of the estimate moves a finger that holds something.
+const LEFT: (f64, f64) = (1.0, 0.03);
+
+/// What one tick tells about a finger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// Measured motor angle.
+    pub angle: f64,
+    /// Estimated force (magnitude); nothing if it is untrustworthy.
+    pub force: Option<f64>,
+    /// Slope of the force over the motor angle, N/rad, if the model knows it.
+    pub slope: Option<f64>,
+    /// Current, mA, without sign.
+    pub current: f32,
+    /// The servo has a hardware error.
+    pub alert: bool,
+}
+
+/// Leads one finger's motor.
+#[derive(Clone, Debug)]
+pub struct Grip {
+    phase: Phase,
+    motion: Motion,
+    /// What was asked for, while it grips.
+    asked: Option<Asked>,
+    /// How far the next tick leads the motor on, rad.
+    stride: f64,
+    slope: Slope,
+    stall: Stall,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Asked {
+    force: f64,
+    speed: f64,
+    limit: f64,
+}
+
+impl Grip {
+    /// Nowhere to go.
+    pub const REST: Self = Self {
+        phase: Phase::Held(Why::Asked),
+        motion: Motion::REST,
+        asked: None,
+        stride: 0.0,
+        slope: Slope::NONE,
+        stall: Stall::NONE,
+    };
+
+    /// The servo was found, here. It is held here whatever was asked before: nobody knows what has happened meanwhile.
+    pub fn found(&mut self, angle: f64) {
+        let lost = self.phase != Self::REST.phase;
+        *self = Self { phase: if lost { Phase::Held(Why::ServoLost) } else { self.phase }, ..Self::REST };
+        self.motion.start(angle);
+    }
+
+    /// The motor stays where it is; its angle is called otherwise now.
+    pub fn renamed(&mut self, goal: f64) {
+        *self = Self { phase: Phase::Held(Why::Asked), ..Self::REST };
+        self.motion.start(goal);
+    }
+
+    /// Goes to an angle.
+    pub fn head(&mut self, angle: f64, speed: f64) {
+        self.settle(Phase::Moving);
+        self.motion.head(angle, speed);
+    }
+
+    /// Closes until the force is reached. Force, speed and limit are valid.
+    pub fn grip(&mut self, to: &GripTo, mount: &Mount) {
+        self.settle(Phase::Gripping);
+        self.asked = Some(Asked {
+            force: f64::from(to.force),
+            speed: f64::from(to.speed.unwrap_or(mount.speed)),
+            limit: f64::from(to.limit.unwrap_or(mount.range[1])),
+        });
+        self.slope = Slope::NONE;
+    }
+
+    /// Stays where it is.
+    pub fn hold(&mut self) {
+        self.settle(Phase::Held(Why::Asked));
+    }
+
+    /// Opens.
+    pub fn open(&mut self, mount: &Mount) {
+        self.release(Why::Asked, mount);
+    }
+
+    /// What the finger is doing.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Whether a force was asked for.
+    pub fn is_gripping(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// Where the motor is led now.
+    pub fn goal(&self) -> f64 {
+        self.motion.goal()
+    }
+
+    /// One tick of so many seconds; returns the goal.
+    pub fn advance(&mut self, seconds: f64, mount: &Mount) -> f64 {
+        if let Some(Asked { speed, limit, .. }) = self.asked {
+            let stride = self.stride.clamp(-speed * seconds, speed * seconds);
+            let least = f64::from(mount.range[0]);
+            self.motion.start((self.motion.goal() + stride).clamp(least, limit.max(least)));
+            // Used once: a tick without an answer does not move the goal.
+            self.stride = 0.0;
+        }
+        self.motion.step(seconds)
+    }
+
+    /// No answer came in this tick.
+    pub fn miss(&mut self, mount: &Mount, reaction: Reaction) {
+        self.wrong(Why::Bus, mount, reaction);
+    }
+
+    /// An answer came. `count` is one count of the servo as an angle.
+    pub fn feel(&mut self, touch: &Touch, count: f64, seconds: f64, mount: &Mount, reaction: Reaction) {
+        let closing = self.asked.is_some() || self.motion.heading() > touch.angle;
+        if touch.alert && (closing || self.phase == Phase::Moving) {
+            return self.stop(Why::Alert, mount, reaction);
+        }
+        if self.stall.is_stalled(self.goal(), touch.angle, count, seconds) && self.phase != Phase::Held(Why::Stall) {
+            // A finger that cannot open stays: to release it would change nothing.
+            let reaction = if closing { reaction } else { Reaction::Hold };
+            return self.stop(Why::Stall, mount, reaction);
+        }
+        if closing && touch.current > mount.current_limit {
+            return self.stop(Why::Current, mount, Reaction::Hold);
+        }
+        let Some(force) = touch.force else {
+            return self.wrong(Why::Estimate, mount, reaction);
+        };
+        self.slope.see(touch.angle, force, count);
+        let known = touch.slope.filter(|slope| *slope > 0.0);
+        let steepest = known.or_else(|| self.slope.steepest());
+        match self.asked {
+            Some(asked) => {
+                let mean = known.or_else(|| self.slope.mean());
+                self.follow(&asked, force, [mean, steepest], touch.angle, count);
+            }
+            None if closing => self.guard(force, steepest, touch.angle, count, f64::from(mount.force_limit)),
+            None => {}
+        }
+    }
+
+    /// Moves the goal by what is missing.
+    fn follow(&mut self, asked: &Asked, force: f64, slopes: [Option<f64>; 2], angle: f64, count: f64) {
+        let missing = asked.force - force;
+        // Without contact, or with a force that does not grow, the speed is the only limit.
+        let [way, safe] = slopes.map(|slope| match slope {
+            Some(slope) if force > 0.0 => missing / slope,
+            _ => f64::INFINITY.copysign(missing),
+        });
+        let (near, part) = if self.phase == Phase::Gripped { LEFT } else { (REACHED, 0.0) };
+        if force > 0.0 && (way.abs() <= near * count || missing.abs() <= part * asked.force) {
+            (self.phase, self.stride) = (Phase::Gripped, 0.0);
+        } else if way > 0.0 && self.goal() >= asked.limit && angle >= asked.limit - count {
+            self.settle(Phase::Held(Why::Angle));
+        } else {
+            (self.phase, self.stride) = (Phase::Gripping, GAIN * safe);
+        }
+    }
+
+    /// Stops a closing motion where the force would go beyond its limit.
+    fn guard(&mut self, force: f64, slope: Option<f64>, angle: f64, count: f64, most: f64) {
+        let room = match slope {
+            Some(slope) if force > 0.0 => (most - force) / slope,
+            _ => f64::INFINITY.copysign(most - force),
+        };
+        if room <= count {
+            self.settle(Phase::Held(Why::Force));
+            // Back to where the limit is, should the goal be ahead of the motor.
+            self.motion.start(self.goal().min(angle + room.clamp(-count, count)));
+        } else {
+            self.motion.cap(angle + room);
+        }
+    }
+
+    /// Something is wrong for now.
+    fn wrong(&mut self, why: Why, mount: &Mount, reaction: Reaction) {
+        self.stride = 0.0;
+        if self.asked.is_none() {
+            return;
+        }
+        match reaction {
+            Reaction::Hold => self.phase = Phase::Waiting(why),
+            Reaction::Release => self.release(why, mount),
+        }
+    }
+
+    /// Something is wrong that does not pass by itself.
+    fn stop(&mut self, why: Why, mount: &Mount, reaction: Reaction) {
+        match reaction {
+            Reaction::Release if self.asked.is_some() => self.release(why, mount),
+            _ => self.settle(Phase::Held(why)),
+        }
+    }
+
+    fn release(&mut self, why: Why, mount: &Mount) {
+        self.settle(Phase::Released(why));
+        self.motion.head(f64::from(mount.open_angle), f64::from(mount.speed));
+    }
+
+    fn settle(&mut self, phase: Phase) {
+        self.phase = phase;
+        (self.asked, self.stride) = (None, 0.0);
+        self.motion.hold();
+        self.stall = Stall::NONE;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use messages::Which;
+
+    use super::*;
+
+    const COUNT: f64 = core::f64::consts::TAU / 4096.0;
+    const TICK: f64 = 0.002;
+    const MOUNT: Mount = Mount { range: [-0.1, 0.3], ..Mount::DEFAULT };
+
+    /// A finger whose force grows with the square of the angle, on a servo that follows after some ticks.
+    struct Bench {
+        grip: Grip,
+        mount: Mount,
+        reaction: Reaction,
+        /// Goals on their way, the last first.
+        delay: Vec<f64>,
+        /// Where the servo cannot go on.
+        stop: f64,
+        /// What the servo leaves, per newton.
+        sag: f64,
+        greatest: f64,
+        /// Whether the estimate is trustworthy.
+        sound: bool,
+        current: f32,
+    }
+
+    impl Bench {
+        fn new(lag: usize) -> Self {
+            let mut grip = Grip::REST;
+            grip.found(0.0);
+            Self {
+                grip,
+                mount: MOUNT,
+                reaction: Reaction::Hold,
+                delay: vec![0.0; lag + 1],
+                stop: 9.0,
+                sag: 0.0,
+                greatest: 0.0,
+                sound: true,
+                current: 0.0,
+            }
+        }
+
+        fn force(angle: f64) -> f64 {
+            let way = (angle - 0.05).max(0.0);
+            300.0 * way + 800.0 * way * way
+        }
+
+        fn to(force: f32) -> GripTo {
+            GripTo { fingers: Which::All, force, speed: None, limit: None }
+        }
+
+        fn goal(&mut self) {
+            let goal = self.grip.advance(TICK, &self.mount);
+            self.delay.insert(0, goal);
+        }
+
+        fn angle(&mut self) -> f64 {
+            let goal = self.delay.pop().unwrap();
+            let mut angle = goal;
+            for _ in 0..20 {
+                angle = goal - self.sag * Self::force(angle);
+            }
+            (angle.min(self.stop) / COUNT).round() * COUNT
+        }
+
+        fn tick(&mut self) -> f64 {
+            self.goal();
+            let angle = self.angle();
+            let force = Self::force(angle);
+            let touch =
+                Touch { angle, force: self.sound.then_some(force), slope: None, current: self.current, alert: false };
+            self.grip.feel(&touch, COUNT, TICK, &self.mount, self.reaction);
+            self.greatest = self.greatest.max(force);
+            force
+        }
+
+        fn run(&mut self, ticks: usize) -> f64 {
+            (0..ticks).map(|_| self.tick()).last().unwrap()
+        }
+    }
+
+    #[test]
+    fn it_reaches_the_force_without_overshoot_and_keeps_it() {
+        for lag in 0..3 {
+            for sag in [0.0, 0.001] {
+                for force in [1.0, 2.0, 5.0, 10.0, 30.0] {
+                    let mut bench = Bench { sag, ..Bench::new(lag) };
+                    bench.grip.grip(&Bench::to(force), &MOUNT);
+                    let slope = 300.0 + 1600.0 * 0.03;
+                    let allowed = f64::max(0.05 * f64::from(force), slope * COUNT);
+                    let reached = bench.run(1500);
+                    assert!((reached - f64::from(force)).abs() <= allowed, "{reached} N of {force} N, lag {lag}");
+                    assert_eq!(bench.grip.phase(), Phase::Gripped);
+                    let most = f64::from(force) + f64::max(0.1 * f64::from(force), slope * COUNT);
+                    assert!(bench.greatest <= most, "{} N of {force} N, lag {lag}, sag {sag}", bench.greatest);
+                    let goal = bench.grip.goal();
+                    bench.run(500);
+                    assert_eq!(bench.grip.goal(), goal, "a finger that holds does not move");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_new_force_is_reached_from_either_side() {
+        let mut bench = Bench::new(1);
+        for force in [5.0, 2.0, 8.0] {
+            bench.grip.grip(&Bench::to(force), &MOUNT);
+            let reached = bench.run(800);
+            assert!((reached - f64::from(force)).abs() <= 0.6, "{reached} N of {force} N");
+        }
+    }
+
+    #[test]
+    fn the_angle_ends_a_grip_on_nothing() {
+        let mut bench = Bench::new(1);
+        let to = GripTo { limit: Some(0.04), speed: Some(0.2), ..Bench::to(5.0) };
+        bench.grip.grip(&to, &MOUNT);
+        let mut last = 0.0;
+        for _ in 0..400 {
+            bench.tick();
+            assert!(bench.grip.goal() <= 0.04 + 1e-6 && bench.grip.goal() - last <= 0.2 * TICK + 1e-9);
+            last = bench.grip.goal();
+        }
+        assert_eq!(bench.grip.phase(), Phase::Held(Why::Angle));
+    }
+
+    #[test]
+    fn a_bad_estimate_holds_within_the_tick_or_releases() {
+        for (reaction, phase) in
+            [(Reaction::Hold, Phase::Waiting(Why::Estimate)), (Reaction::Release, Phase::Released(Why::Estimate))]
+        {
+            let mut bench = Bench { reaction, ..Bench::new(0) };
+            bench.grip.grip(&Bench::to(5.0), &MOUNT);
+            bench.run(90);
+            bench.sound = false;
+            let goal = bench.grip.goal() + 1e-9;
+            bench.tick();
+            assert_eq!(bench.grip.phase(), phase);
+            bench.tick();
+            assert!(bench.grip.goal() <= goal + 0.35 * TICK, "one tick's goal was on its way");
+            bench.run(200);
+            bench.sound = true;
+            bench.run(800);
+            match reaction {
+                Reaction::Hold => assert_eq!(bench.grip.phase(), Phase::Gripped),
+                Reaction::Release => {
+                    assert_eq!(bench.grip.phase(), phase);
+                    assert_eq!(bench.grip.goal(), f64::from(MOUNT.open_angle));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_silent_bus_moves_nothing() {
+        let mut bench = Bench::new(0);
+        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.run(90);
+        bench.grip.miss(&MOUNT, Reaction::Hold);
+        assert_eq!(bench.grip.phase(), Phase::Waiting(Why::Bus));
+        let goal = bench.grip.goal();
+        for _ in 0..100 {
+            bench.goal();
+            bench.grip.miss(&MOUNT, Reaction::Hold);
+        }
+        assert_eq!(bench.grip.goal(), goal);
+        bench.grip.miss(&MOUNT, Reaction::Release);
+        assert_eq!(bench.grip.phase(), Phase::Released(Why::Bus));
+    }
+
+    #[test]
+    fn a_servo_found_again_holds() {
+        let mut bench = Bench::new(0);
+        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.run(90);
+        bench.grip.found(0.02);
+        assert_eq!(bench.grip.phase(), Phase::Held(Why::ServoLost));
+        assert_eq!(bench.grip.advance(TICK, &MOUNT), 0.02);
+        assert!(!bench.grip.is_gripping());
+    }
+
+    #[test]
+    fn a_blocked_motor_is_not_led_on() {
+        let mut bench = Bench { stop: 0.03, ..Bench::new(0) };
+        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.run(600);
+        assert_eq!(bench.grip.phase(), Phase::Held(Why::Stall));
+        let mut bench = Bench { stop: 0.03, reaction: Reaction::Release, ..Bench::new(0) };
+        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.run(600);
+        assert_eq!(bench.grip.phase(), Phase::Released(Why::Stall));
+    }
+
+    #[test]
+    fn current_ends_every_closing_motion() {
+        for gripping in [true, false] {
+            let mut bench = Bench { mount: Mount { current_limit: 300.0, ..MOUNT }, ..Bench::new(0) };
+            if gripping {
+                bench.grip.grip(&Bench::to(5.0), &MOUNT);
+            } else {
+                bench.grip.head(0.2, 0.3);
+            }
+            bench.run(20);
+            bench.current = 301.0;
+            bench.tick();
+            assert_eq!(bench.grip.phase(), Phase::Held(Why::Current));
+            // Opening is free.
+            bench.grip.open(&MOUNT);
+            bench.run(200);
+            assert_eq!(bench.grip.phase(), Phase::Released(Why::Asked));
+            assert_eq!(bench.grip.goal(), 0.0);
+        }
+    }
+
+    #[test]
+    fn no_motion_goes_beyond_the_force_limit() {
+        for lag in 0..3 {
+            let mut bench = Bench { mount: Mount { force_limit: 6.0, ..MOUNT }, ..Bench::new(lag) };
+            bench.grip.head(0.2, 0.35);
+            bench.run(800);
+            assert_eq!(bench.grip.phase(), Phase::Held(Why::Force));
+            assert!(bench.greatest <= 6.0 * 1.02 && bench.greatest > 5.0, "{} N", bench.greatest);
+        }
+    }
+
+    #[test]
+    fn an_alert_stops_a_grip() {
+        let mut bench = Bench::new(0);
+        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.run(50);
+        let touch = Touch { angle: 0.03, force: Some(0.0), slope: None, current: 0.0, alert: true };
+        bench.grip.feel(&touch, COUNT, TICK, &MOUNT, Reaction::Hold);
+        assert_eq!(bench.grip.phase(), Phase::Held(Why::Alert));
+    }
+}

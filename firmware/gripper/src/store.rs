@@ -1,0 +1,404 @@
+//! What survives the loss of power: settings, designs and objects, each a record of its own in flash.
+//!
+//! [`sequential_storage`] keeps several generations of every record, each with a CRC, and takes a write that was cut short
+//! for none: until the new record is whole, the old one counts. A record begins with the version of its layout; of another
+//! version, or damaged, it counts as absent, which is told.
+
+use core::future::Future;
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use embedded_storage_async::nor_flash as waiting;
+use messages::{FINGERS, Finger, Settings};
+use model_core::object::ObjectDesign;
+use postcard_rpc::postcard;
+use sequential_storage::cache::{Cache, Uncached};
+use sequential_storage::map::{MapConfig, MapStorage};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::shared::Setup;
+
+/// Version of the records' layout. A change of [`Settings`], [`Finger`] or [`ObjectDesign`] needs another.
+const VERSION: u8 = 1;
+/// Longest record, version and key included, in words of any flash (32 bytes at most).
+const RECORD: usize = 1088;
+
+/// Which record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Key {
+    Settings,
+    Finger(u8),
+    Object(u8),
+}
+
+impl Key {
+    /// Its number in flash.
+    fn number(self) -> u8 {
+        match self {
+            Self::Settings => 0,
+            Self::Finger(finger) => 0x10 + finger,
+            Self::Object(finger) => 0x20 + finger,
+        }
+    }
+}
+
+/// What was found at the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Found {
+    pub(crate) records: u8,
+    pub(crate) damaged: u8,
+}
+
+/// The flash does not take it, or what was asked does not fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct NotKept;
+
+type Map<F> = MapStorage<u8, Blocking<F>, Cache<Uncached, Uncached, Uncached, u8>>;
+
+/// The records. None: the flash is too small or of a strange make.
+pub(crate) struct Store<F: NorFlash> {
+    map: Option<Map<F>>,
+    record: [u8; RECORD],
+    buffer: [u8; RECORD],
+}
+
+impl<F: NorFlash> Store<F> {
+    pub(crate) fn new(flash: F) -> Self {
+        let flash = Blocking(flash);
+        let all = 0..u32::try_from(ReadNorFlash::capacity(&flash.0)).unwrap_or(0);
+        let config = MapConfig::try_new(all).ok();
+        let map = config.map(|config| MapStorage::new(flash, config, Cache::new_uncached()));
+        Self { map, record: [0; RECORD], buffer: [0; RECORD] }
+    }
+
+    /// Reads everything; what is absent stays as it is.
+    pub(crate) async fn restore(&mut self, setup: &mut Setup) -> Found {
+        let mut found = Found::default();
+        if let Some(settings) = self.read::<Settings>(Key::Settings, &mut found).await {
+            setup.settings = settings;
+        }
+        for finger in 0..FINGERS as u8 {
+            let design = self.read::<Option<Finger>>(Key::Finger(finger), &mut found).await;
+            let object = self.read::<Option<ObjectDesign>>(Key::Object(finger), &mut found).await;
+            if let (Some(place), Some(design)) = (setup.fingers.get_mut(usize::from(finger)), design) {
+                *place = design;
+            }
+            if let (Some(place), Some(object)) = (setup.objects.get_mut(usize::from(finger)), object) {
+                *place = object;
+            }
+        }
+        found
+    }
+
+    /// Keeps one record of what is set, unless it is kept already.
+    pub(crate) async fn keep(&mut self, key: Key, setup: &Setup) -> Result<(), NotKept> {
+        let length = encode(key, setup, &mut self.record)?;
+        if self.write(key, length).await.is_ok() {
+            return Ok(());
+        }
+        // The flash holds something that cannot be repaired: everything is written anew.
+        let Some(map) = &mut self.map else {
+            return Err(NotKept);
+        };
+        map.erase_all().await.map_err(|_| NotKept)?;
+        let all = (0..FINGERS as u8).flat_map(|finger| [Key::Finger(finger), Key::Object(finger)]);
+        for key in all.chain([Key::Settings]) {
+            let length = encode(key, setup, &mut self.record)?;
+            self.write(key, length).await?;
+        }
+        Ok(())
+    }
+
+    async fn write(&mut self, key: Key, length: usize) -> Result<(), NotKept> {
+        let (Some(map), Some(record)) = (&mut self.map, self.record.get(..length)) else {
+            return Err(NotKept);
+        };
+        let number = key.number();
+        if let Ok(Some(kept)) = map.fetch_item::<&[u8]>(&mut self.buffer, &number).await
+            && kept == record
+        {
+            return Ok(());
+        }
+        map.store_item::<&[u8]>(&mut self.buffer, &number, &record).await.map_err(|_| NotKept)?;
+        // A flash that is damaged where it should be erased takes a write and gives something else.
+        match map.fetch_item::<&[u8]>(&mut self.buffer, &number).await {
+            Ok(Some(kept)) if kept == record => Ok(()),
+            _ => Err(NotKept),
+        }
+    }
+
+    async fn read<T: DeserializeOwned>(&mut self, key: Key, found: &mut Found) -> Option<T> {
+        let record = match self.map.as_mut()?.fetch_item::<&[u8]>(&mut self.buffer, &key.number()).await {
+            Ok(Some(record)) => record,
+            Ok(None) => return None,
+            Err(_) => {
+                found.damaged += 1;
+                return None;
+            }
+        };
+        let value = match record.split_first() {
+            Some((&VERSION, rest)) => postcard::from_bytes(rest).ok(),
+            _ => None,
+        };
+        if value.is_some() {
+            found.records += 1
+        } else {
+            found.damaged += 1
+        }
+        value
+    }
+}
+
+/// Encodes one record; gives its length.
+fn encode(key: Key, setup: &Setup, record: &mut [u8]) -> Result<usize, NotKept> {
+    fn put<T: Serialize>(value: &T, into: &mut [u8]) -> Result<usize, NotKept> {
+        postcard::to_slice(value, into).map(|used| used.len()).map_err(|_| NotKept)
+    }
+    let (version, rest) = record.split_first_mut().ok_or(NotKept)?;
+    *version = VERSION;
+    let length = match key {
+        Key::Settings => put(&setup.settings, rest)?,
+        Key::Finger(finger) => put(setup.fingers.get(usize::from(finger)).ok_or(NotKept)?, rest)?,
+        Key::Object(finger) => put(setup.objects.get(usize::from(finger)).ok_or(NotKept)?, rest)?,
+    };
+    Ok(1 + length)
+}
+
+/// A flash that holds the processor until it is done, for who would wait for it.
+struct Blocking<F>(F);
+
+impl<F: NorFlash> ErrorType for Blocking<F> {
+    type Error = F::Error;
+}
+
+impl<F: NorFlash> waiting::ReadNorFlash for Blocking<F> {
+    const READ_SIZE: usize = F::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> impl Future<Output = Result<(), F::Error>> {
+        core::future::ready(self.0.read(offset, bytes))
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.capacity()
+    }
+}
+
+impl<F: NorFlash> waiting::NorFlash for Blocking<F> {
+    const WRITE_SIZE: usize = F::WRITE_SIZE;
+    const ERASE_SIZE: usize = F::ERASE_SIZE;
+
+    fn erase(&mut self, from: u32, to: u32) -> impl Future<Output = Result<(), F::Error>> {
+        core::future::ready(self.0.erase(from, to))
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> impl Future<Output = Result<(), F::Error>> {
+        core::future::ready(self.0.write(offset, bytes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use embassy_futures::block_on;
+    use embedded_storage::nor_flash::{NorFlashErrorKind, check_erase, check_read, check_write};
+    use messages::{Mount, Reaction};
+
+    use super::*;
+
+    /// NOR flash that loses power after so many bytes written or erased; it stays as it is then.
+    #[derive(Clone)]
+    struct Flash<const WORD: usize> {
+        bytes: Vec<u8>,
+        left: usize,
+        done: usize,
+    }
+
+    const SECTOR: usize = 2048;
+
+    impl<const WORD: usize> Flash<WORD> {
+        fn new() -> Self {
+            Self { bytes: vec![0xFF; 4 * SECTOR], left: usize::MAX, done: 0 }
+        }
+
+        fn change(&mut self, at: usize, to: u8) -> Result<(), NorFlashErrorKind> {
+            self.left = self.left.checked_sub(1).ok_or(NorFlashErrorKind::Other)?;
+            self.done += 1;
+            self.bytes[at] = to;
+            Ok(())
+        }
+    }
+
+    impl<const WORD: usize> ErrorType for &mut Flash<WORD> {
+        type Error = NorFlashErrorKind;
+    }
+
+    impl<const WORD: usize> ReadNorFlash for &mut Flash<WORD> {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            check_read(self, offset, bytes.len())?;
+            bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
+            Ok(())
+        }
+
+        fn capacity(&self) -> usize {
+            self.bytes.len()
+        }
+    }
+
+    impl<const WORD: usize> NorFlash for &mut Flash<WORD> {
+        const WRITE_SIZE: usize = WORD;
+        const ERASE_SIZE: usize = SECTOR;
+
+        fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+            check_erase(self, from, to)?;
+            (from as usize..to as usize).try_for_each(|at| self.change(at, 0xFF))
+        }
+
+        fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+            check_write(self, offset, bytes.len())?;
+            bytes.iter().enumerate().try_for_each(|(at, byte)| {
+                let at = offset as usize + at;
+                self.change(at, self.bytes[at] & byte)
+            })
+        }
+    }
+
+    fn empty() -> Setup {
+        Setup { settings: Settings::DEFAULT, fingers: [const { None }; FINGERS], objects: [None; FINGERS] }
+    }
+
+    fn with(zero: f32, objects: u32) -> Setup {
+        let mut setup = empty();
+        setup.settings = Settings { on_fault: Reaction::Release, ..Settings::of(Mount { zero, ..Mount::DEFAULT }) };
+        for finger in 0..FINGERS {
+            let radius = f64::from(objects) + finger as f64;
+            setup.objects[finger] = Some(ObjectDesign::Circle { centre: [41.0, 45.0], radius });
+        }
+        setup
+    }
+
+    fn keep<const WORD: usize>(flash: &mut Flash<WORD>, key: Key, setup: &Setup) -> Result<(), NotKept> {
+        block_on(Store::new(flash).keep(key, setup))
+    }
+
+    fn restore<const WORD: usize>(flash: &mut Flash<WORD>) -> (Setup, Found) {
+        let mut setup = empty();
+        let found = block_on(Store::new(flash).restore(&mut setup));
+        (setup, found)
+    }
+
+    #[test]
+    fn what_is_kept_comes_back() {
+        let mut flash = Flash::<8>::new();
+        assert_eq!(restore(&mut flash).1, Found { records: 0, damaged: 0 });
+        // Many times: the sectors fill and are used anew.
+        for round in 1..200_u32 {
+            let setup = with(round as f32, round);
+            keep(&mut flash, Key::Settings, &setup).unwrap();
+            keep(&mut flash, Key::Object((round % 4) as u8), &setup).unwrap();
+            let (back, found) = restore(&mut flash);
+            assert_eq!(back.settings, setup.settings);
+            assert_eq!(back.objects[(round % 4) as usize], setup.objects[(round % 4) as usize]);
+            assert_eq!(found, Found { records: 1 + round.min(4) as u8, damaged: 0 });
+        }
+    }
+
+    #[test]
+    fn what_is_kept_already_is_not_written_again() {
+        let mut flash = Flash::<4>::new();
+        let setup = with(7.0, 3);
+        keep(&mut flash, Key::Settings, &setup).unwrap();
+        let done = flash.done;
+        keep(&mut flash, Key::Settings, &setup).unwrap();
+        assert_eq!(flash.done, done);
+    }
+
+    /// Power lost after every single byte: afterwards there is the old record or the new one, never anything else, and the
+    /// next one can be kept.
+    fn cut_everywhere<const WORD: usize>(rounds: [u32; 2]) {
+        let mut flash = Flash::<WORD>::new();
+        let mut old = with(0.0, 0);
+        keep(&mut flash, Key::Settings, &old).unwrap();
+        keep(&mut flash, Key::Object(1), &old).unwrap();
+        let (mut cuts, mut erasures) = (0, 0);
+        // Until the flash is nearly full: then sectors are erased.
+        for round in 1..rounds[0] {
+            old = with(round as f32, 0);
+            keep(&mut flash, Key::Settings, &old).unwrap();
+        }
+        for round in rounds[0]..rounds[1] {
+            let new = with(round as f32, 0);
+            let mut whole = flash.clone();
+            keep(&mut whole, Key::Settings, &new).unwrap();
+            let bytes = whole.done - flash.done;
+            erasures += usize::from(bytes > SECTOR);
+            // Every byte where a sector is erased would be slow: each of the first and last ones, and every seventh.
+            for cut in (0..bytes).filter(|cut| *cut < 400 || bytes - cut < 400 || cut % 7 == 0) {
+                let mut broken = flash.clone();
+                broken.left = cut;
+                let kept = keep(&mut broken, Key::Settings, &new);
+                broken.left = usize::MAX;
+                let (back, found) = restore(&mut broken);
+                assert_eq!(found.damaged, 0, "cut after {cut} of {bytes} bytes in round {round}");
+                let is_old = back.settings == old.settings;
+                assert!(is_old || back.settings == new.settings, "cut after {cut} of {bytes} bytes in round {round}");
+                assert!(!(is_old && kept.is_ok()), "kept, it said, after {cut} of {bytes} bytes in round {round}");
+                assert_eq!(back.objects[1], old.objects[1], "cut after {cut} of {bytes} bytes in round {round}");
+                let next = with(0.5, 0);
+                keep(&mut broken, Key::Settings, &next).unwrap();
+                assert_eq!(restore(&mut broken).0.settings, next.settings);
+                cuts += 1;
+            }
+            (flash, old) = (whole, new);
+        }
+        assert!(cuts > 1000 && erasures > 0, "{cuts} cuts, {erasures} erasures");
+    }
+
+    #[test]
+    fn a_write_cut_at_any_byte_leaves_the_old() {
+        cut_everywhere::<1>([95, 135]);
+        cut_everywhere::<4>([85, 125]);
+        cut_everywhere::<8>([85, 125]);
+        cut_everywhere::<32>([50, 85]);
+    }
+
+    /// Noise instead of flash: told, survived, and written anew.
+    #[test]
+    fn damage_is_told_and_survived() {
+        let mut random = 1_u32;
+        let mut noise = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 24) as u8
+        };
+        let good = with(3.0, 5);
+        for round in 0..300 {
+            let mut flash = Flash::<8>::new();
+            keep(&mut flash, Key::Settings, &good).unwrap();
+            keep(&mut flash, Key::Object(2), &good).unwrap();
+            for _ in 0..=round {
+                let at = usize::from(noise()) * 32 + usize::from(noise()) % 32;
+                flash.bytes[at % (4 * SECTOR)] = noise();
+            }
+            if round % 10 == 0 {
+                flash.bytes.iter_mut().for_each(|byte| *byte = noise());
+            }
+            let (back, _) = restore(&mut flash);
+            assert!(back.settings == good.settings || back.settings == Settings::DEFAULT);
+            assert!(back.objects[2].is_none() || back.objects[2] == good.objects[2]);
+            let new = with(9.0, 1);
+            keep(&mut flash, Key::Settings, &new).unwrap();
+            assert_eq!(restore(&mut flash).0.settings, new.settings);
+        }
+    }
+
+    #[test]
+    fn another_version_counts_as_absent() {
+        let mut flash = Flash::<4>::new();
+        let mut store = Store::new(&mut flash);
+        let length = encode(Key::Settings, &with(3.0, 5), &mut store.record).unwrap();
+        store.record[0] = VERSION + 1;
+        block_on(store.write(Key::Settings, length)).unwrap();
+        let (back, found) = restore(&mut flash);
+        assert_eq!((back.settings, found), (Settings::DEFAULT, Found { records: 0, damaged: 1 }));
+    }
+}

@@ -1,0 +1,129 @@
+//! One finger within the control task: its mount, its model, its grip, its last report.
+
+use dynamixel::Id;
+use messages::{Mount, Phase, Reaction, Report, Why};
+use model_core::estimator::Estimate;
+use model_core::status::Status;
+
+use crate::Model;
+use crate::calibration::Calibration;
+use crate::grip::{Grip, Touch};
+use crate::health::Health;
+use crate::servo::Reading;
+use crate::shared::Shared;
+
+/// A finger.
+pub(crate) struct Unit<'a> {
+    pub(crate) model: &'a mut Model,
+    /// Nothing: the gripper has no such finger.
+    pub(crate) mount: Option<Mount>,
+    pub(crate) calibration: Calibration,
+    pub(crate) grip: Grip,
+    pub(crate) health: Health,
+    pub(crate) last: Report,
+    pub(crate) alert: bool,
+    pub(crate) alert_changed: bool,
+    /// Whether the model has a design and an object: without, no force can be asked for.
+    pub(crate) has_design: bool,
+    pub(crate) has_object: bool,
+    /// Whether this tick's report is made.
+    pub(crate) is_reported: bool,
+}
+
+impl<'a> Unit<'a> {
+    pub(crate) fn new(finger: u8, model: &'a mut Model, mount: Option<Mount>) -> Self {
+        Self {
+            model,
+            mount,
+            calibration: Calibration::new(&mount.unwrap_or(Mount::DEFAULT)),
+            grip: Grip::REST,
+            health: Health::Absent,
+            last: Report {
+                sequence: 0,
+                finger,
+                phase: Phase::Held(Why::Asked),
+                time_us: 0,
+                estimate: Estimate::blank(Status::Stale),
+                goal: 0.0,
+                position: 0,
+                current: 0.0,
+                cost: 0,
+            },
+            alert: false,
+            alert_changed: false,
+            has_design: false,
+            has_object: false,
+            is_reported: false,
+        }
+    }
+
+    /// Takes design and object that were kept in flash.
+    pub(crate) fn restore(&mut self, shared: &Shared) {
+        let finger = self.last.finger;
+        let number = usize::from(finger);
+        let (design, object) = shared.setup(|setup| {
+            (setup.fingers.get(number).cloned().flatten(), setup.objects.get(number).copied().flatten())
+        });
+        if let Some(design) = design {
+            self.has_design = self.model.configure(&design.design, &design.how).is_ok();
+            if !self.has_design {
+                shared.set_design(finger, None);
+            }
+        }
+        self.has_object = object.is_some_and(|object| self.model.set_object(object).is_ok());
+    }
+
+    /// Its servo's address, if the gripper has this finger.
+    pub(crate) fn id(&self) -> Option<Id> {
+        self.mount.and_then(|mount| Id::new(mount.servo_id))
+    }
+
+    /// Takes a mount, or none.
+    pub(crate) fn set_mount(&mut self, mount: Option<Mount>) {
+        if mount == self.mount {
+            return;
+        }
+        let id = self.id();
+        let at = self.calibration.position(self.grip.goal());
+        self.mount = mount;
+        self.calibration = Calibration::new(&mount.unwrap_or(Mount::DEFAULT));
+        // The motor stays where it is, at the angle it now is called.
+        self.grip.renamed(self.calibration.angle(at));
+        if self.id() != id {
+            self.health = Health::Absent;
+        }
+    }
+
+    /// The next goal, counts.
+    pub(crate) fn advance(&mut self, seconds: f64) -> i32 {
+        let goal = match &self.mount {
+            Some(mount) => self.grip.advance(seconds, mount),
+            None => self.grip.goal(),
+        };
+        self.calibration.position(goal)
+    }
+
+    /// The angle of the finger itself, which the estimate is for: a finger that touches is pushed to the open side of its
+    /// play.
+    pub(crate) fn finger_angle(&self, position: i32) -> f64 {
+        let play = self.mount.map_or(0.0, |mount| f64::from(mount.backlash));
+        self.calibration.angle(position) - 0.5 * play
+    }
+
+    /// Leads by what the servo and the model say.
+    pub(crate) fn feel(&mut self, reading: &Reading, seconds: f64, reaction: Reaction) {
+        let Some(mount) = &self.mount else {
+            return;
+        };
+        let estimate = &self.last.estimate;
+        let trust = estimate.status.is_trustworthy() && estimate.age == 0;
+        let touch = Touch {
+            angle: self.calibration.angle(reading.position),
+            force: trust.then(|| f64::from(estimate.force_magnitude())),
+            slope: None,
+            current: reading.current.abs(),
+            alert: reading.alert,
+        };
+        self.grip.feel(&touch, self.calibration.count(), seconds, mount, reaction);
+    }
+}

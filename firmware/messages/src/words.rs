@@ -1,0 +1,106 @@
+//! What the gripper tells, in words for people.
+
+use core::fmt::{self, Display};
+
+use crate::{Event, Phase, ResetCause, Why};
+
+impl Why {
+    /// The reason, to stand behind a comma.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Asked => "as asked",
+            Self::Bus => "no sound answer came from the servo in time",
+            Self::ServoLost => "the servo was lost and found again",
+            Self::Alert => "the servo reports a hardware error",
+            Self::Estimate => "the estimate is untrustworthy",
+            Self::Stall => "the motor does not get where it is led",
+            Self::Current => "the current is at its limit",
+            Self::Force => "the force is at its limit",
+            Self::Angle => "the angle is at its limit and the force is not reached",
+        }
+    }
+}
+
+impl Phase {
+    /// One word, the same in every output.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Moving => "moving",
+            Self::Gripping => "gripping",
+            Self::Gripped => "gripped",
+            Self::Waiting(_) => "waiting",
+            Self::Held(_) => "held",
+            Self::Released(_) => "released",
+        }
+    }
+
+    /// Why, if there is something to say.
+    pub fn why(self) -> Option<Why> {
+        match self {
+            Self::Moving | Self::Gripping | Self::Gripped => None,
+            Self::Waiting(why) | Self::Held(why) | Self::Released(why) => Some(why),
+        }
+    }
+}
+
+impl Display for Phase {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())?;
+        match self.why() {
+            Some(why) => write!(f, ": {}", why.words()),
+            None => Ok(()),
+        }
+    }
+}
+
+impl ResetCause {
+    /// The cause, to stand behind "because".
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::PowerOn => "power came",
+            Self::Pin => "it was reset from outside",
+            Self::Watchdog => "the control loop had stopped",
+            Self::Software => "the program restarted itself",
+            Self::Brownout => "the supply voltage was too low",
+            Self::Unknown => "of something the processor does not tell",
+        }
+    }
+}
+
+impl Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Started { cause } => write!(f, "the gripper started because {}", cause.words()),
+            Self::Restored { records, damaged: 0 } => write!(f, "{records} settings were found in flash"),
+            Self::Restored { records, damaged } => {
+                write!(f, "{records} settings were found in flash, and {damaged} that are damaged and gone")
+            }
+            Self::ServoReady { finger, model, firmware, baud } => write!(
+                f,
+                "finger {finger}: the servo (model {model}, firmware {firmware}) answers at {baud} baud and holds its position"
+            ),
+            Self::Rate { hz, wanted_hz } if hz < wanted_hz => {
+                write!(f, "{hz:.1} ticks a second: the bus is too slow for {wanted_hz:.0}")
+            }
+            Self::Rate { hz, .. } => write!(f, "{hz:.1} ticks a second"),
+            Self::RateReached { hz, chosen_hz } if hz < 0.95 * chosen_hz => {
+                write!(f, "only {hz:.1} ticks a second are reached, {chosen_hz:.1} were meant")
+            }
+            Self::RateReached { hz, .. } => write!(f, "{hz:.1} ticks a second are reached again"),
+            Self::ServoLost { finger } => {
+                write!(f, "finger {finger}: the servo has stopped answering; estimates are stale")
+            }
+            Self::ServoAlert { finger, hardware_error: 0 } => {
+                write!(f, "finger {finger}: the servo has no hardware error any more")
+            }
+            Self::ServoAlert { finger, hardware_error } => {
+                write!(f, "finger {finger}: the servo reports hardware errors {hardware_error:#010b}")
+            }
+            Self::GoalRefused { finger, position, error } => {
+                write!(f, "finger {finger}: the servo refused the goal {position}, error {error}")
+            }
+            Self::ModelReady { finger, .. } => write!(f, "finger {finger}: the model was set up anew"),
+            Self::PhaseChanged { finger, phase } => write!(f, "finger {finger} {phase}"),
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The firmware in QEMU grips with a force, judged by what the simulated servo's finger really does.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use host::link::{Link, LinkError};
+use host::servo::{Config, Handle, Load, OnBranch};
+use messages::{Event, GripTo, Mount, Phase, Reaction, Refusal, Settings, SettingsField, Side, Which, Why};
+use model_core::object::ObjectDesign;
+use model_core::status::Status;
+use system_tests::{Machine, OBJECT, Watch, finger, load_of};
+
+const SECONDS: fn(u64) -> Duration = Duration::from_secs;
+const DEGREE: f32 = std::f32::consts::PI / 180.0;
+/// One count of the servo, rad.
+const COUNT: f64 = std::f64::consts::TAU / 4096.0;
+/// ROBOTIS' figure for this family.
+const BACKLASH_DEG: f64 = 0.25;
+const MOUNT: Mount =
+    Mount { open_angle: -DEGREE, backlash: BACKLASH_DEG as f32 * DEGREE, range: [-0.05, 0.25], ..Mount::DEFAULT };
+
+fn circle(radius: f64, x: f64, y: f64) -> ObjectDesign {
+    ObjectDesign::Circle { centre: [x, y], radius }
+}
+
+/// A servo with play on an object.
+fn servo(load: &Arc<Load>) -> Config {
+    Config { backlash_deg: BACKLASH_DEG, load: load.clone(), ..Machine::servo() }
+}
+
+fn ready(machine: &Machine, settings: &Settings, objects: &[ObjectDesign]) -> (Link, Watch) {
+    let link = machine.link();
+    let mut watch = Watch::new(&link);
+    link.set_settings(settings).unwrap();
+    for (number, object) in objects.iter().enumerate() {
+        link.set_finger(number as u8, &finger()).unwrap();
+        link.set_object(number as u8, *object).unwrap();
+    }
+    let mut sound = vec![false; objects.len()];
+    watch.until_report("trustworthy estimates", SECONDS(30), |report| {
+        sound[usize::from(report.finger)] |= report.estimate.status.is_trustworthy() && report.estimate.age == 0;
+        sound.iter().all(|sound| *sound)
+    });
+    (link, watch)
+}
+
+/// Slow enough that a busy PC makes few ticks stale.
+const RATE_HZ: u16 = 100;
+
+/// 0.65 counts a tick.
+fn grip(force: f32) -> GripTo {
+    GripTo { fingers: Which::All, force, speed: Some(0.001 * f32::from(RATE_HZ)), limit: None }
+}
+
+fn settings() -> Settings {
+    Settings { rate_hz: RATE_HZ, ..Settings::of(MOUNT) }
+}
+
+/// True force of a servo's finger, N.
+fn truth(servo: &Handle) -> f64 {
+    let [x, y] = servo.truth().force;
+    x.hypot(y)
+}
+
+/// What may be off: 5 %, or what one count makes.
+fn allowed(load: &Load, servo: &Handle, force: f64) -> f64 {
+    let angle = servo.truth().finger_angle;
+    let magnitude = |angle: f64| {
+        let [x, y] = load.at(angle, &mut OnBranch::default()).force;
+        x.hypot(y)
+    };
+    f64::max(0.05 * force, magnitude(angle + 0.5 * COUNT) - magnitude(angle - 0.5 * COUNT))
+}
+
+/// Three objects, three forces: what was asked for is what the finger does, and never a tenth more on the way.
+#[test]
+fn the_force_asked_for_is_the_force_there_is() {
+    for object in [OBJECT, circle(40.0, 41.0, 60.0), circle(30.0, 31.0, 38.0)] {
+        let load = load_of(object, 13.0);
+        let machine = Machine::boot(servo(&load));
+        let (link, mut watch) = ready(&machine, &settings(), &[object]);
+        for force in [2.0_f64, 5.0, 10.0] {
+            link.grip(&grip(force as f32)).unwrap();
+            let (mut most, mut kept) = (0.0, 0);
+            watch.until_report("grip", SECONDS(60), |report| {
+                most = f64::max(most, truth(&machine.servo));
+                kept = if report.phase == Phase::Gripped { kept + 1 } else { 0 };
+                kept > 50
+            });
+            let (reached, allowed) = (truth(&machine.servo), allowed(&load, &machine.servo, force));
+            let told = f64::from(watch.reports.last().unwrap().estimate.force_magnitude());
+            eprintln!(
+                "{object:?}: {force} N asked, {reached:.3} N reached (±{allowed:.3}), {most:.3} N most, {told:.3} N told"
+            );
+            assert!((reached - force).abs() <= allowed, "{reached} N instead of {force} N ± {allowed} on {object:?}");
+            assert!(most <= 1.1 * force, "{most} N on the way to {force} N on {object:?}");
+            link.open_fingers(Which::All).unwrap();
+            watch.until_report("open finger", SECONDS(60), |report| {
+                report.phase == Phase::Released(Why::Asked)
+                    && report.estimate.status == Status::NoContact
+                    && report.goal == MOUNT.open_angle
+            });
+        }
+    }
+}
+
+/// Two fingers on one bus, one mirrored: each grips by itself, and together they squeeze without a side force.
+#[test]
+fn two_fingers_squeeze() {
+    let load = load_of(OBJECT, 12.0);
+    let second = Config { id: 7, closing_up: false, zero_count: 1000, ..servo(&load) };
+    let machine = Machine::boot_all(vec![servo(&load), second], &[]);
+    let other =
+        Mount { servo_id: 7, zero: 1000.0, direction: messages::Direction::Reversed, side: Side::Right, ..MOUNT };
+    let mut settings = settings();
+    settings.fingers[1] = Some(other);
+    let (link, mut watch) = ready(&machine, &settings, &[OBJECT, OBJECT]);
+    link.grip(&grip(6.0)).unwrap();
+    let mut kept = [0; 2];
+    watch.until_report("grip of both", SECONDS(60), |report| {
+        let kept_one = &mut kept[usize::from(report.finger)];
+        *kept_one = if report.phase == Phase::Gripped { *kept_one + 1 } else { 0 };
+        kept.iter().all(|kept| *kept > 50)
+    });
+    for servo in &machine.servos {
+        let (reached, allowed) = (truth(servo), allowed(&load, servo, 6.0));
+        assert!((reached - 6.0).abs() <= allowed, "{reached} N instead of 6 N ± {allowed}");
+    }
+    let grasp = *watch.grasps.iter().rev().find(|grasp| grasp.is_trustworthy).expect("a sound grasp");
+    let [x, y] = machine.servo.truth().force;
+    assert!((f64::from(grasp.squeeze) - x).abs() < 0.6, "{grasp:?}, {x} N");
+    assert!(f64::from(grasp.sum[0]).abs() < 0.6 && (f64::from(grasp.sum[1]) - 2.0 * y).abs() < 1.0, "{grasp:?}");
+
+    // One that falls silent does not take the other one with it.
+    machine.servos[1].silence(SECONDS(3600));
+    watch.until_event("loss of the second", SECONDS(20), |event| *event == Event::ServoLost { finger: 1 });
+    link.grip(&GripTo { fingers: Which::One(0), ..grip(3.0) }).unwrap();
+    watch.until_report("grip of the first", SECONDS(60), |report| {
+        report.finger == 0 && report.phase == Phase::Gripped && (report.estimate.force_magnitude() - 3.0).abs() < 0.3
+    });
+    assert!(matches!(link.grip(&grip(3.0)), Err(LinkError::Refused(Refusal::NoServo))));
+    machine.servos[1].speak();
+    link.hold(Which::One(0)).unwrap();
+    watch.until_event("second servo", SECONDS(20), |event| matches!(event, Event::ServoReady { finger: 1, .. }));
+    watch.until_report("what it does then", SECONDS(20), |report| {
+        report.finger == 1 && report.phase == Phase::Held(Why::ServoLost) && report.estimate.age == 0
+    });
+}
+
+/// A bus that falls silent in the middle of a grip: the finger holds, or releases, as the settings say, and says why.
+#[test]
+fn a_silent_bus_holds_or_releases() {
+    let load = load_of(OBJECT, 13.0);
+    for reaction in [Reaction::Hold, Reaction::Release] {
+        let machine = Machine::boot(servo(&load));
+        // At this rate even a busy PC answers in time, as long as it answers.
+        let settings = Settings { on_fault: reaction, rate_hz: 10, ..settings() };
+        let (link, mut watch) = ready(&machine, &settings, &[OBJECT]);
+        let grip = GripTo { speed: Some(0.02), ..grip(5.0) };
+        link.grip(&grip).unwrap();
+        watch.until_report("contact", SECONDS(30), |report| report.estimate.force_magnitude() > 1.0);
+        let why = Phase::Waiting(Why::Bus);
+        let phase = if reaction == Reaction::Hold { why } else { Phase::Released(Why::Bus) };
+        machine.servo.silence(SECONDS(3600));
+        let from = watch.reports.len();
+        watch.until_event("reaction", SECONDS(20), |event| *event == Event::PhaseChanged { finger: 0, phase });
+        watch.until_event("loss", SECONDS(20), |event| *event == Event::ServoLost { finger: 0 });
+        // The first tick without an answer says so and moves nothing on.
+        let first = watch.reports[from..].iter().find(|report| report.estimate.status == Status::Stale).unwrap();
+        assert_eq!(first.phase, phase, "{first:?}");
+        let before = truth(&machine.servo);
+        machine.servo.speak();
+        watch.until_event("servo", SECONDS(20), |event| matches!(event, Event::ServoReady { .. }));
+        // Nobody knows what has happened meanwhile: it holds, whatever was asked for before.
+        watch.until_report("hold", SECONDS(20), |report| {
+            report.phase == Phase::Held(Why::ServoLost) && report.estimate.age == 0
+        });
+        let after = truth(&machine.servo);
+        assert!((after - before).abs() < 0.2, "{before} N before, {after} N after");
+        if reaction == Reaction::Hold {
+            link.grip(&grip).unwrap();
+            watch.until_report("grip", SECONDS(60), |report| report.phase == Phase::Gripped);
+        }
+    }
+}
+
+/// A single answer that is lost or damaged costs a tick of the grip, no more.
+#[test]
+fn a_lost_answer_is_waited_out() {
+    let load = load_of(OBJECT, 13.0);
+    let machine = Machine::boot(servo(&load));
+    let (link, mut watch) = ready(&machine, &settings(), &[OBJECT]);
+    link.grip(&grip(5.0)).unwrap();
+    for _ in 0..5 {
+        machine.servo.inject([host::servo::Fault::Drop]);
+        watch.until_report("wait", SECONDS(20), |report| report.phase == Phase::Waiting(Why::Bus));
+        watch.until_report("fresh estimate", SECONDS(20), |report| report.estimate.age == 0);
+    }
+    watch.until_report("grip", SECONDS(60), |report| report.phase == Phase::Gripped);
+    assert!((truth(&machine.servo) - 5.0).abs() <= allowed(&load, &machine.servo, 5.0));
+}
+
+/// What cannot be is refused: no model, no such finger, numbers out of range.
+#[test]
+fn a_grip_that_cannot_be_is_refused() {
+    let machine = Machine::boot(Machine::servo());
+    let link = machine.link();
+    let mut watch = Watch::new(&link);
+    watch.until_report("position", SECONDS(20), |report| report.estimate.status != Status::Stale);
+    let refused = |result: Result<(), LinkError>| match result {
+        Err(LinkError::Refused(refusal)) => refusal,
+        other => panic!("not refused: {other:?}"),
+    };
+    assert_eq!(refused(link.grip(&grip(5.0))), Refusal::NoModel);
+    let field = |refusal| match refusal {
+        Refusal::Setting { field, .. } => field,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(field(refused(link.grip(&grip(f32::NAN)))), SettingsField::Force);
+    assert_eq!(field(refused(link.grip(&grip(101.0)))), SettingsField::Force);
+    assert_eq!(field(refused(link.grip(&GripTo { limit: Some(2.0), ..grip(5.0) }))), SettingsField::Limit);
+    assert_eq!(field(refused(link.grip(&GripTo { speed: Some(0.0), ..grip(5.0) }))), SettingsField::Speed);
+    assert_eq!(field(refused(link.hold(Which::One(1)))), SettingsField::Finger);
+    assert_eq!(field(refused(link.set_object(9, OBJECT))), SettingsField::Finger);
+    let mut twins = Settings::DEFAULT;
+    twins.fingers[1] = twins.fingers[0];
+    assert_eq!(refused(link.set_settings(&twins)), Refusal::SameServo { servo_id: 1 });
+    let mut gap = Settings::DEFAULT;
+    (gap.fingers[1], gap.fingers[0]) = (gap.fingers[0], None);
+    assert_eq!(field(refused(link.set_settings(&gap))), SettingsField::Fingers);
+}
