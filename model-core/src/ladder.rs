@@ -301,11 +301,15 @@ impl<T: Real, S: Size> State<T, S> {
             beyond(&mut now[0], then[0]);
             beyond(&mut now[1], then[1]);
         }
-        let mut then = from.touching.as_ref()[..from.touching_count].iter().zip(from.multiplier.as_ref()).peekable();
+        let then = from.touching.as_ref()[..from.touching_count].iter().zip(from.multiplier.as_ref());
+        let mut then = then.zip(from.normal.as_ref()).peekable();
         let count = self.touching_count;
-        for (sample, now) in self.touching.as_ref()[..count].iter().zip(&mut self.multiplier.as_mut()[..count]) {
-            while then.next_if(|(other, _)| *other < sample).is_some() {}
-            if let Some((_, &multiplier)) = then.next_if(|(other, _)| *other == sample) {
+        let now = self.multiplier.as_mut()[..count].iter_mut().zip(&mut self.normal.as_mut()[..count]);
+        for (sample, (now, normal)) in self.touching.as_ref()[..count].iter().zip(now) {
+            while then.next_if(|((other, _), _)| *other < sample).is_some() {}
+            if let Some(((_, &multiplier), &turned)) = then.next_if(|((other, _), _)| *other == sample) {
+                beyond(&mut normal[0], turned[0]);
+                beyond(&mut normal[1], turned[1]);
                 // A contact may be about to open: the active set decides that, not this.
                 let least = T::of(0.01) * *now;
                 beyond(now, multiplier);

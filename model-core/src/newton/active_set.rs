@@ -154,6 +154,8 @@ pub(crate) struct Problem<'a, T> {
     pub rhs: &'a [T],
     /// Present multipliers μ, N.
     pub multiplier: &'a dyn Fn(usize) -> T,
+    /// A row that is an equation: always in the set, its multiplier of either sign.
+    pub free: Option<usize>,
     /// Gap below which a row that does not touch is taken in, mm.
     pub tolerance: T,
     pub factored: &'a mut [T],
@@ -199,7 +201,7 @@ pub(crate) fn settle<T: Real>(
         for j in 0..count {
             if active[j] {
                 let (now, then) = ((problem.multiplier)(j) + delta[j], (problem.multiplier)(j) + problem.scratch[i]);
-                if then < T::ZERO {
+                if then < T::ZERO && problem.free != Some(j) {
                     part = part.min(if now > T::ZERO { now / (now - then) } else { T::ZERO });
                 }
                 i += 1;
@@ -215,6 +217,7 @@ pub(crate) fn settle<T: Real>(
                 let now = multiplier + delta[j];
                 delta[j] = if part == T::one() { target } else { delta[j] + part * (target - delta[j]) };
                 let limits = part < T::one()
+                    && problem.free != Some(j)
                     && multiplier + target < T::ZERO
                     && multiplier + delta[j] <= now.abs() * T::of(4.0) * T::EPSILON;
                 if limits {

@@ -26,6 +26,7 @@ pub(crate) struct Sweep<T> {
 /// not known yet.
 pub(crate) fn recall<T: Real, S: Size>(state: &State<T, S>, work: &mut Workspace<T, S>) {
     work.row_count = state.touching_count;
+    work.turning = None;
     for (j, row) in work.rows.as_mut()[..state.touching_count].iter_mut().enumerate() {
         *row = Row {
             sample: state.touching.as_ref()[j],

@@ -13,6 +13,7 @@ pub(crate) mod step;
 pub(crate) mod strain;
 #[cfg(test)]
 mod tests;
+pub(crate) mod turning;
 
 use crate::contact::Row;
 use crate::ladder::{Ladder, PER_CELL};
@@ -111,6 +112,8 @@ pub struct Workspace<T: Real, S: Size> {
     /// Contact rows: touching samples and those near the object, in order along the beam.
     pub(crate) rows: S::Contacts<Row<T>>,
     pub(crate) row_count: usize,
+    /// The row among them that is not a gap but the turning of the contact force (see `turning`).
+    pub(crate) turning: Option<u16>,
     /// Columns Q of the contact rows, then L⁻¹Q; one run of unknowns per row.
     pub(crate) columns: S::Rows<T>,
     /// Own-span entries of each row.
@@ -151,6 +154,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         scaled: <S::Unknowns<T> as Storage<T>>::EMPTY,
         rows: <S::Contacts<Row<T>> as Storage<Row<T>>>::EMPTY,
         row_count: 0,
+        turning: None,
         columns: <S::Rows<T> as Storage<T>>::EMPTY,
         own: <S::Contacts<border::Own<T>> as Storage<border::Own<T>>>::EMPTY,
         flexibility: <S::Pairs<T> as Storage<T>>::EMPTY,

@@ -6,7 +6,7 @@ use super::border;
 use super::condense::{self, Diagonal, solve_interior};
 use super::gaps::{self, Sweep};
 use super::residual::{self, Residual};
-use super::{Hessian, Workspace, bend, strain};
+use super::{Hessian, Workspace, bend, strain, turning};
 use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
 use crate::object::Object;
 use crate::real::Real;
@@ -20,8 +20,8 @@ const CLIP: f64 = 0.4;
 pub(crate) struct Inertia {
     /// Negative pivots of the condensation and of the banded KKT, less the 2(K+1) that the closures give.
     pub excess: isize,
-    /// Negative eigenvalues of D on the active set.
-    pub border: usize,
+    /// Negative eigenvalues of D on the active set, less the one that the turning of the contact force has by itself.
+    pub border: isize,
     /// The active set settled.
     pub settled: bool,
 }
@@ -29,7 +29,7 @@ pub(crate) struct Inertia {
 impl Inertia {
     /// The energy's Hessian is positive definite on the closures' and contacts' tangent space: a stable equilibrium.
     pub(crate) fn is_stable(&self) -> bool {
-        self.settled && self.excess == self.border as isize
+        self.settled && self.excess == self.border
     }
 }
 
@@ -81,11 +81,14 @@ pub(crate) fn solve<T: Real, S: Size>(
     shift: T,
 ) -> Inertia {
     let curvature = if hessian == Hessian::Newton { T::one() } else { T::ZERO };
+    if hessian == Hessian::Newton {
+        turning::add(work, S::CONTACTS);
+    }
     let negative = factorise(ladder, work, Diagonal { curvature, shift });
     let count = work.row_count;
     let rows = work.rows.as_ref();
     for j in 0..count {
-        work.active.as_mut()[j] = rows[j].multiplier > T::ZERO;
+        work.active.as_mut()[j] = rows[j].multiplier > T::ZERO || work.turning == Some(j as u16);
     }
     let multiplier = |j: usize| rows[j].multiplier;
     let settled = active_set::settle(
@@ -94,6 +97,7 @@ pub(crate) fn solve<T: Real, S: Size>(
             stride: S::CONTACTS,
             rhs: work.row_rhs.as_ref(),
             multiplier: &multiplier,
+            free: work.turning.map(usize::from),
             tolerance: T::TOLERANCE.length * T::of(0.1),
             factored: work.factored.as_mut(),
             order: work.order.as_mut(),
@@ -107,7 +111,7 @@ pub(crate) fn solve<T: Real, S: Size>(
     increments(ladder, work);
     Inertia {
         excess: negative as isize - 2 * ladder.cells as isize,
-        border: settled.negative,
+        border: settled.negative as isize - isize::from(work.turning.is_some()),
         settled: settled.settled,
     }
 }
@@ -237,15 +241,18 @@ pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T
         lambda[0] += part * work.rhs.as_ref()[PER_CELL * cell];
         lambda[1] += part * work.rhs.as_ref()[PER_CELL * cell + 1];
     }
+    let turn = part * turning::turn(work);
     let mut count = 0;
-    for j in 0..work.row_count {
+    for j in (0..work.row_count).filter(|&j| work.turning != Some(j as u16)) {
         let row = &work.rows.as_ref()[j];
         let multiplier = row.multiplier + part * work.row_delta.as_ref()[j];
         let keeps = part != T::one() || work.active.as_ref()[j];
         if keeps && multiplier > T::ZERO {
             state.touching.as_mut()[count] = row.sample;
             state.multiplier.as_mut()[count] = multiplier;
-            state.normal.as_mut()[count] = row.normal;
+            let [x, y] = row.normal;
+            let by = turn * row.curvature;
+            state.normal.as_mut()[count] = [x - by * y, y + by * x];
             count += 1;
         }
     }
