@@ -64,7 +64,9 @@ pub fn run(parts: &[&str]) -> Result<()> {
     headline("system tests: firmware, servo and host together");
     let image = simulated.context("no board runs in QEMU")?;
     // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
-    run_command(cargo("test").args(["--workspace", "--test", "gripper", "--test", "grip"]).env("FRE_FIRMWARE_ELF", image))
+    run_command(
+        cargo("test").args(["--workspace", "--test", "gripper", "--test", "grip"]).env("FRE_FIRMWARE_ELF", image),
+    )
 }
 
 /// The cargo that runs this program, for the PC, at the repository's root.

@@ -10,16 +10,19 @@ mod carry;
 mod fold;
 mod solution;
 mod strains;
+mod track;
+
+pub use track::Tracking;
 
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
 use crate::ladder::{Ladder, State, vec2_of};
-use crate::newton::gaps::Sweep;
+use crate::newton::gaps::{self, Sweep};
 use crate::newton::residual::{self, Residual};
 use crate::newton::step::{self, Inertia};
 use crate::newton::{Hessian, Workspace};
 use crate::object::{Motion, Object, Shape};
-use crate::real::Real;
+use crate::real::{Real, Tolerance};
 use crate::size::Size;
 use crate::status::Status;
 use fold::{FOLD_SHIFT, FOLD_STEP};
@@ -125,6 +128,18 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     snapped: bool,
     sweep: Sweep<T>,
 }
+
+/// Residuals at which a step on the way to the coordinate asked for is accepted: single precision's, whatever the precision.
+fn on_the_way<T: Real>() -> Tolerance<T> {
+    let Tolerance { gradient, length } = f32::TOLERANCE;
+    Tolerance {
+        gradient: T::of(f64::from(gradient)).max(T::TOLERANCE.gradient),
+        length: T::of(f64::from(length)).max(T::TOLERANCE.length),
+    }
+}
+
+/// New rows of a short step's first iteration beyond which they are thinned.
+const MANY: usize = 7;
 
 /// Result of Newton's method at one coordinate.
 struct Attempt<T> {
@@ -369,7 +384,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return Some(Status::MaxIterations);
         }
         self.extrapolate(target);
-        let attempt = self.newton(target, self.settings.max_iterations.min(left));
+        let tolerance = if reaches { T::TOLERANCE } else { on_the_way() };
+        let attempt = self.newton(target, self.settings.max_iterations.min(left), tolerance);
         outcome.iterations += attempt.iterations;
         outcome.gradient = attempt.residual.gradient.to_f64();
         outcome.length = attempt.residual.length.to_f64();
@@ -460,20 +476,23 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Newton's method at a coordinate from the present state.
-    fn newton(&mut self, coordinate: T, max_iterations: u32) -> Attempt<T> {
+    fn newton(&mut self, coordinate: T, max_iterations: u32, tolerance: Tolerance<T>) -> Attempt<T> {
         let object = self.object.displaced(&self.motion.world_to_finger(coordinate));
         let margin = T::of(self.settings.margin);
-        let tolerance = T::TOLERANCE;
         let mut attempt = Attempt {
             status: Status::MaxIterations,
             iterations: 0,
             inertia: None,
             residual: Residual { gradient: T::of(1e30), length: T::of(1e30) },
         };
+        let small = (coordinate - self.at).abs() <= T::of(0.25) * self.max_step();
         let mut best = T::of(1e30);
         let mut stalled = 0;
         loop {
             let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
+            if attempt.iterations == 0 && small {
+                gaps::thin(&mut self.work, MANY);
+            }
             attempt.residual = residual;
             self.sweep = sweep;
             if residual.gradient <= tolerance.gradient && residual.length <= tolerance.length {

@@ -14,10 +14,10 @@ use crate::size::Size;
 /// Half-bandwidth.
 pub(crate) const BAND: usize = 6;
 
-#[inline]
-fn add<T: Real>(band: &mut [[T; BAND + 1]], i: usize, j: usize, value: T) {
-    let (row, column) = if i >= j { (i, j) } else { (j, i) };
-    if let Some(entry) = band[row].get_mut(BAND + column - row) {
+/// Adds to the entry of a row and a column that is not beyond the diagonal.
+#[inline(always)]
+fn add<T: Real>(band: &mut [[T; BAND + 1]], row: usize, column: usize, value: T) {
+    if let Some(entry) = band.get_mut(row).and_then(|entries| entries.get_mut((BAND + column).wrapping_sub(row))) {
         *entry += value;
     }
 }
@@ -52,38 +52,50 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
     }
     for (index, member) in ladder.members.as_ref()[..ladder.member_count()].iter().enumerate() {
         let c = &work.members.as_ref()[index].condensed;
-        let (terms, count) = force_terms::<T>(index);
+        let own = PER_CELL * (index / 4);
         let b = usize::from(member.end);
+        // Own closure before the end joint, and its start joint before that (a span's) or between the two (a hinge's).
+        let side = if index % 4 == 1 { -T::one() } else { T::one() };
         add(band, b, b, c.bb);
+        add(band, b, own, side * c.bx[0]);
+        add(band, b, own + 1, side * c.bx[1]);
+        add(band, own, own, c.xx);
+        add(band, own + 1, own, c.xy);
+        add(band, own + 1, own + 1, c.yy);
         rhs[b] += c.rb;
-        if member.start != CLAMPED {
-            let a = usize::from(member.start);
+        rhs[own] += side * c.rx[0];
+        rhs[own + 1] += side * c.rx[1];
+        let clamped = member.start == CLAMPED;
+        let a = usize::from(member.start);
+        if !clamped {
             add(band, a, a, c.aa);
             // A weld joins both ends in one unknown.
-            add(band, a, b, if a == b { c.ab + c.ab } else { c.ab });
+            add(band, b, a, if a == b { c.ab + c.ab } else { c.ab });
             rhs[a] += c.ra;
-            for &(u, sign) in &terms[..count] {
-                add(band, a, u, sign * c.ax[0]);
-                add(band, a, u + 1, sign * c.ax[1]);
-            }
         }
-        for (k, &(u, sign)) in terms[..count].iter().enumerate() {
-            add(band, b, u, sign * c.bx[0]);
-            add(band, b, u + 1, sign * c.bx[1]);
-            rhs[u] += sign * c.rx[0];
-            rhs[u + 1] += sign * c.rx[1];
-            add(band, u, u, c.xx);
-            add(band, u + 1, u, c.xy);
-            add(band, u + 1, u + 1, c.yy);
-            if k == 1 {
-                let (v, other) = terms[0];
-                let s = sign * other;
-                add(band, u, v, s * c.xx);
-                add(band, u, v + 1, s * c.xy);
-                add(band, u + 1, v, s * c.xy);
-                add(band, u + 1, v + 1, s * c.yy);
+        if index % 4 < 2 {
+            if !clamped {
+                add(band, own, a, side * c.ax[0]);
+                add(band, own + 1, a, side * c.ax[1]);
             }
+            continue;
         }
+        let next = own + PER_CELL;
+        add(band, a, own, c.ax[0]);
+        add(band, a, own + 1, c.ax[1]);
+        for (at, joint) in [(a, c.ax), (b, c.bx)] {
+            add(band, next, at, -joint[0]);
+            add(band, next + 1, at, -joint[1]);
+        }
+        for (row, entries) in [(next, [c.xx, c.xy]), (next + 1, [c.xy, c.yy])] {
+            add(band, row, own, -entries[0]);
+            add(band, row, own + 1, -entries[1]);
+        }
+        add(band, next, next, c.xx);
+        add(band, next + 1, next, c.xy);
+        add(band, next + 1, next + 1, c.yy);
+        rhs[next] -= c.rx[0];
+        rhs[next + 1] -= c.rx[1];
     }
     for value in &mut rhs[..n] {
         *value = -*value;

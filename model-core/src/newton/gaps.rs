@@ -111,6 +111,44 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     found
 }
 
+/// Samples beyond a touching one that stay among the rows when they are thinned.
+const REACH: u16 = 2;
+
+/// Thins the rows of samples that only penetrate if there are more than `many`: those near a touching sample stay, and of the
+/// others those that penetrate deepest among their neighbours.
+///
+/// Where the motion has a kink, the extrapolated beam penetrates with many samples that will not touch, and a step costs the
+/// square of its rows. What is left out and still penetrates after the step is a row of the next iteration.
+pub(crate) fn thin<T: Real, S: Size>(work: &mut Workspace<T, S>, many: usize) {
+    let rows = &mut work.rows.as_mut()[..work.row_count];
+    let touches = |row: &Row<T>| row.multiplier > T::ZERO;
+    let new = rows.iter().filter(|row| !touches(row)).count();
+    if new <= many || new == rows.len() {
+        return;
+    }
+    let mut count = 0;
+    let mut below: Option<Row<T>> = None;
+    let mut touching_below: Option<u16> = None;
+    for j in 0..rows.len() {
+        let row = rows[j];
+        let keeps = touches(&row) || {
+            let near_below = touching_below.is_some_and(|k| row.sample - k <= REACH);
+            let near_above = rows[j + 1..].iter().take_while(|r| r.sample - row.sample <= REACH).any(touches);
+            let deeper = |other: &Row<T>| other.sample.abs_diff(row.sample) > 1 || row.gap < other.gap;
+            near_below || near_above || (below.as_ref().is_none_or(deeper) && rows.get(j + 1).is_none_or(deeper))
+        };
+        if touches(&row) {
+            touching_below = Some(row.sample);
+        }
+        below = Some(row);
+        if keeps {
+            rows[count] = row;
+            count += 1;
+        }
+    }
+    work.row_count = count;
+}
+
 /// Position of a sample, finger frame, mm.
 pub(crate) fn sample_position<T: Real, S: Size>(
     ladder: &Ladder<T, S>,

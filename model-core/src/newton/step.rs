@@ -259,6 +259,24 @@ pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T
     state.touching_count = count;
 }
 
+/// Gives the rows the multipliers and normals that the last whole step has given the state, so that the contacts can be read
+/// without another evaluation.
+pub(crate) fn settle_rows<T: Real, S: Size>(state: &State<T, S>, work: &mut Workspace<T, S>) {
+    let touching = state.touching.as_ref()[..state.touching_count].iter();
+    let forces = state.multiplier.as_ref().iter().zip(state.normal.as_ref());
+    let mut settled = touching.zip(forces).peekable();
+    let turning = work.turning.map(usize::from);
+    let count = work.row_count;
+    for (j, row) in work.rows.as_mut()[..count].iter_mut().enumerate() {
+        row.multiplier = T::ZERO;
+        if turning != Some(j)
+            && let Some((_, (&multiplier, &normal))) = settled.next_if(|(sample, _)| **sample == row.sample)
+        {
+            (row.multiplier, row.normal) = (multiplier, normal);
+        }
+    }
+}
+
 /// Makes the joint angles that members repeat agree again: that of the member which ends at the joint counts.
 pub(crate) fn share_joints<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>) {
     let members = &ladder.members.as_ref()[..ladder.member_count()];

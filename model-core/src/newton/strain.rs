@@ -99,8 +99,7 @@ struct Strained<T> {
     /// First derivative of w ψ with respect to the angle, and the second with its sign changed, N·mm.
     gradient: T,
     curvature: T,
-    /// −w C and the energy of stretch and shear, twice.
-    give: [T; 3],
+    /// The energy of stretch and shear, twice.
     energy: T,
     /// f·e and f·e′.
     pull: [T; 2],
@@ -118,21 +117,19 @@ fn strained<T: Real, const RIGID: bool>(
     let a = force[0] * x + force[1] * y;
     let b = force[1] * x - force[0] * y;
     if RIGID {
-        let (give, energy) = ([T::ZERO; 3], T::ZERO);
+        let energy = T::ZERO;
         let lever = [-(w * y), w * x];
-        return Strained { direction: e, lever, gradient: w * b, curvature: w * a, give, energy, pull: [a, b] };
+        return Strained { direction: e, lever, gradient: w * b, curvature: w * a, energy, pull: [a, b] };
     }
     let k = stretch - shear;
     let whole = T::one() - shorter;
     let (p, q) = (whole - stretch * a, shear * b);
     let (r, t) = (whole - k * a, k * b);
-    let (xx, yy) = (x * x, y * y);
     Strained {
         direction: [x * p + q * y, y * p - q * x],
         lever: [-(w * (y * r + t * x)), w * (x * r - t * y)],
         gradient: w * b * r,
         curvature: w * (a * r + b * t),
-        give: [w * (stretch * xx + shear * yy), w * k * x * y, w * (stretch * yy + shear * xx)],
         energy: w * (stretch * a * a + shear * b * b),
         pull: [a, b],
     }
@@ -168,7 +165,8 @@ fn strain_all<T: Real, S: Size, const RIGID: bool, const PLACE: bool>(
     let mut carried = out.force;
     let mut next = own.end;
     let mut chord = [T::ZERO; 2];
-    let mut give = [T::ZERO; 3];
+    // Σ w e eᵀ.
+    let mut inertia = [T::ZERO; 3];
     let mut energy = T::ZERO;
     let input = ladder.weight.as_ref()[nodes.clone()].iter().zip(&work.e.as_ref()[nodes.clone()]);
     let directions = work.strained.as_mut()[nodes.clone()].iter_mut().zip(&mut work.lever.as_mut()[nodes.clone()]);
@@ -209,14 +207,14 @@ fn strain_all<T: Real, S: Size, const RIGID: bool, const PLACE: bool>(
         *gradient = node.gradient;
         *curvature = node.curvature;
         if !RIGID {
-            for i in 0..3 {
-                give[i] -= node.give[i];
-            }
+            let (wx, wy) = (w * e[0], w * e[1]);
+            inertia = [inertia[0] + wx * e[0], inertia[1] + wx * e[1], inertia[2] + wy * e[1]];
             energy += node.energy;
         }
     }
     out.chord = chord;
-    out.give = give;
+    let ([stretch, shear], [xx, xy, yy]) = (member.compliance, inertia);
+    out.give = [-(stretch * xx + shear * yy), (shear - stretch) * xy, -(stretch * yy + shear * xx)];
     out.strain_energy = T::of(0.5) * energy;
 }
 
