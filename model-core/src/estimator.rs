@@ -8,7 +8,7 @@
 
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError};
-use crate::equilibrium::{Follower, Settings};
+use crate::equilibrium::{Follower, Settings, Tracking};
 use crate::object::{Motion, ObjectDesign, ObjectError};
 use crate::real::Real;
 use crate::size::Size;
@@ -21,11 +21,15 @@ pub struct EstimatorSettings {
     pub budget: u32,
     /// Motor angles outside this range (rad) are answered with `out-of-range`; default ±90°.
     pub range: [f64; 2],
+    /// Content with one Newton iteration per tick (status `tracking`) where the residual is below these bounds; default none:
+    /// every tick converges.
+    pub one_iteration: Option<Tracking>,
 }
 
 impl EstimatorSettings {
     /// The defaults.
-    pub const DEFAULT: Self = Self { budget: 8, range: [-core::f64::consts::FRAC_PI_2, core::f64::consts::FRAC_PI_2] };
+    pub const DEFAULT: Self =
+        Self { budget: 8, range: [-core::f64::consts::FRAC_PI_2, core::f64::consts::FRAC_PI_2], one_iteration: None };
 }
 
 impl Default for EstimatorSettings {
@@ -177,7 +181,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
         } else if !self.placed && !self.place(motor_angle, least) {
             estimate.status = if self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
         } else {
-            let outcome = self.follower.follow_within(motor_angle, settings.budget);
+            let outcome = match settings.one_iteration {
+                Some(within) => self.follower.track(motor_angle, within, settings.budget),
+                None => self.follower.follow_within(motor_angle, settings.budget),
+            };
             estimate.status = outcome.status;
             estimate.iterations = outcome.iterations.min(u32::from(u16::MAX)) as u16;
             estimate.residual = outcome.gradient as f32;

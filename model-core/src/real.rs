@@ -41,7 +41,7 @@ pub trait Real:
     fn to_f64(self) -> f64;
     /// Magnitude.
     fn abs(self) -> Self;
-    /// Square root, within one unit in the last place; not a number of a negative one.
+    /// Square root, within one unit in the last place; in single precision zero below 1e-30; not a number of a negative one.
     fn sqrt(self) -> Self;
     /// Sine and cosine of an angle in rad.
     fn sin_cos(self) -> (Self, Self);
@@ -132,8 +132,9 @@ impl Real for f32 {
 /// for √x. `libm::sqrtf` goes bit by bit, at four times the cost.
 #[inline]
 fn sqrt_f32(x: f32) -> f32 {
-    if !(x > f32::MIN_POSITIVE) {
-        // Below the normal numbers there is nothing but zero for a length in mm.
+    // A squared length below that is none; and half of it must not leave the normal numbers.
+    const LEAST: f32 = 1e-30;
+    if !(x > LEAST) {
         return if x >= 0.0 { 0.0 } else { f32::NAN };
     }
     let half = 0.5 * x;
@@ -208,7 +209,7 @@ mod tests {
     #[test]
     fn single_precision_square_roots_are_within_one_unit_in_the_last_place() {
         for i in 0..2_000_000_u32 {
-            let x = f32::from_bits(0x0080_0000 + i * 1_057);
+            let x = f32::from_bits(1e-30_f32.to_bits() + 1 + i * 640);
             let (root, exact) = (Real::sqrt(x), libm::sqrt(f64::from(x)));
             assert!((f64::from(root) - exact).abs() <= exact * f64::from(f32::EPSILON), "{x:e}: {root:e}");
         }
