@@ -13,6 +13,7 @@ use crate::object::{Motion, ObjectDesign, ObjectError};
 use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
+use crate::uncertainty::{Slopes, Uncertainty, UncertaintyError};
 
 /// Bounds of an estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +65,13 @@ pub struct Estimate {
     pub residual: f32,
     /// Ticks since the last trustworthy estimate; 0 for a trustworthy one.
     pub age: u32,
+    /// Derivative of the force with respect to the motor angle, world frame, N/rad; zero without contact.
+    pub force_per_angle: [f32; 2],
+    /// Standard deviation of the force's magnitude from what the estimator's [`Uncertainty`] says, N: infinite while no
+    /// derivatives are known, zero without contact (how near a contact is, `distance` tells).
+    pub standard_deviation: f32,
+    /// Ticks since the derivatives behind the last two were taken.
+    pub sensitivity_age: u16,
 }
 
 impl Estimate {
@@ -85,6 +93,9 @@ impl Estimate {
             iterations: 0,
             residual: 0.0,
             age: 0,
+            force_per_angle: [0.0; 2],
+            standard_deviation: 0.0,
+            sensitivity_age: 0,
         }
     }
 }
@@ -104,10 +115,20 @@ pub struct Estimator<T: Real, S: Size> {
     placed: bool,
     /// How far back from the measured angle a beginning has been looked for, rad.
     searched: f64,
+    /// None: the defaults.
+    uncertainty: Option<Uncertainty>,
+    /// Of the force's magnitude, as last taken.
+    slopes: Slopes,
+    /// The derivatives are those of this contact and branch.
+    differentiated: bool,
 }
 
 /// Angles at which a beginning is looked for in one tick.
 const CHECKS_PER_TICK: u32 = 8;
+/// Derivatives are taken anew after this many ticks: at 500 Hz and 20°/s the finger has then turned by 0.3°.
+const DIFFERENTIATE_EVERY: u16 = 8;
+/// ... in the next tick that needs no more Newton iterations than this, so that a dear tick becomes no dearer.
+const DIFFERENTIATE_WITHIN: u32 = 2;
 /// Their distance, rad.
 const SEARCH_PACE: f64 = core::f64::consts::PI / 180.0;
 
@@ -125,6 +146,9 @@ impl<T: Real, S: Size> Estimator<T, S> {
         configured: false,
         placed: false,
         searched: 0.0,
+        uncertainty: None,
+        slopes: Slopes { angle: 0.0, youngs_modulus: 0.0, centre: [0.0; 2], radius: 0.0 },
+        differentiated: false,
     };
 
     /// Takes a finger (rotated about its motor axis); the state starts anew, the object stays.
@@ -139,7 +163,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if self.has_object {
             self.follower.set_object(self.object, self.motion);
         }
-        (self.placed, self.searched) = (false, 0.0);
+        (self.placed, self.searched, self.differentiated) = (false, 0.0, false);
         Ok(())
     }
 
@@ -153,7 +177,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if self.configured {
             self.follower.set_object(object, self.motion);
         }
-        (self.placed, self.searched) = (false, 0.0);
+        (self.placed, self.searched, self.differentiated) = (false, 0.0, false);
         Ok(())
     }
 
@@ -161,6 +185,16 @@ impl<T: Real, S: Size> Estimator<T, S> {
     pub fn set_settings(&mut self, settings: EstimatorSettings, solver: Settings) {
         self.settings = Some(settings);
         self.follower.set_settings(solver);
+    }
+
+    /// Says how uncertain angle and parameters are.
+    ///
+    /// # Errors
+    /// The first value that is not allowed; the old ones then stay.
+    pub fn set_uncertainty(&mut self, uncertainty: Uncertainty) -> Result<(), UncertaintyError> {
+        uncertainty.validate()?;
+        self.uncertainty = Some(uncertainty);
+        Ok(())
     }
 
     /// The solver behind the estimate: deformed shape and contacts of the last followed equilibrium.
@@ -190,6 +224,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
             estimate.residual = outcome.gradient as f32;
             if outcome.status.is_trustworthy() {
                 self.read(&mut estimate);
+                self.differentiate(&mut estimate, outcome.iterations);
             }
         }
         estimate.age = if estimate.status.is_trustworthy() { 0 } else { self.last.age.saturating_add(1) };
@@ -213,6 +248,47 @@ impl<T: Real, S: Size> Estimator<T, S> {
             self.searched += SEARCH_PACE;
         }
         false
+    }
+
+    /// Derivatives and standard deviation of a trustworthy estimate.
+    fn differentiate(&mut self, estimate: &mut Estimate, iterations: u32) {
+        if self.follower.touching() == 0 {
+            self.differentiated = false;
+            (estimate.force_per_angle, estimate.standard_deviation, estimate.sensitivity_age) = ([0.0; 2], 0.0, 0);
+            return;
+        }
+        // Another branch has other derivatives.
+        self.differentiated &= estimate.status == self.last.status;
+        estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
+        let due = estimate.sensitivity_age >= DIFFERENTIATE_EVERY && iterations <= DIFFERENTIATE_WITHIN;
+        let size = estimate.force_magnitude();
+        if (due || !self.differentiated)
+            && let Some(found) = self.follower.sensitivity()
+        {
+            let single = |v: [T; 2]| v.map(|x| x.to_f64() as f32);
+            let [x, y] = estimate.force.map(|f| f / size);
+            let along = |v: [T; 2]| {
+                let [u, v] = single(v);
+                u * x + v * y
+            };
+            estimate.force_per_angle = single(found.coordinate.force);
+            self.slopes = Slopes {
+                angle: along(found.coordinate.force),
+                youngs_modulus: size,
+                centre: [along(found.centre[0].force), along(found.centre[1].force)],
+                radius: along(found.radius.force),
+            };
+            self.differentiated = true;
+            estimate.sensitivity_age = 0;
+        }
+        // The force is proportional to the modulus but for the contact's softness.
+        self.slopes.youngs_modulus = size;
+        let given = self.uncertainty.unwrap_or(Uncertainty::DEFAULT);
+        estimate.standard_deviation =
+            if self.differentiated { given.standard_deviation(&self.slopes) } else { f32::INFINITY };
+        if !self.differentiated {
+            estimate.force_per_angle = [0.0; 2];
+        }
     }
 
     fn read(&self, estimate: &mut Estimate) {
@@ -239,5 +315,61 @@ impl<T: Real, S: Size> Estimator<T, S> {
             estimate.contact_centre = single(self.follower.to_world([centre[0] / total, centre[1] / total]));
             estimate.contact_extent = (last - first).to_f64() as f32;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+
+    use super::*;
+    use crate::discretise::Physics;
+    use crate::size::Reduced;
+
+    const COUNT: f64 = core::f64::consts::TAU / 4096.0;
+
+    #[test]
+    fn slope_and_standard_deviation_come_with_the_force_and_keep_young() {
+        let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
+        let design = crate::design::tests::ladder_80();
+        estimator.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
+        estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 }).expect("a valid object");
+        // The angle alone is uncertain.
+        let given = Uncertainty { quantisation: COUNT as f32, zero_angle: 0.003, ..Uncertainty::NONE };
+        estimator.set_uncertainty(given).expect("allowed values");
+        let mut forces = [[0.0_f32; 2]; 17];
+        let mut compared = 0;
+        for tick in -40..=100 {
+            let estimate = estimator.update(f64::from(tick) * COUNT);
+            assert!(estimate.status.is_trustworthy(), "{estimate:?}");
+            if estimate.force == [0.0; 2] {
+                assert_eq!((estimate.standard_deviation, estimate.force_per_angle), (0.0, [0.0; 2]));
+                continue;
+            }
+            assert!(estimate.sensitivity_age <= 2 * DIFFERENTIATE_EVERY, "{estimate:?}");
+            let [slope_x, slope_y] = estimate.force_per_angle;
+            let along = (slope_x * estimate.force[0] + slope_y * estimate.force[1]) / estimate.force_magnitude();
+            let expected = along.abs() * libm::sqrtf(0.003 * 0.003 + given.quantisation * given.quantisation / 12.0);
+            assert!((estimate.standard_deviation - expected).abs() < 0.05 * expected, "{estimate:?} {expected}");
+            forces.rotate_left(1);
+            forces[16] = estimate.force;
+            // The mean slope over 16 counts, about that in their middle.
+            if forces[0] != [0.0; 2] && estimate.sensitivity_age >= DIFFERENTIATE_EVERY - 1 {
+                let mean = (forces[16][0] - forces[0][0]) / (16.0 * COUNT as f32);
+                assert!((slope_x - mean).abs() < 0.1 * mean.abs(), "count {tick}: {slope_x} {mean}");
+                compared += 1;
+            }
+        }
+        assert!(compared >= 3, "{compared}");
+        // Opening that far takes several ticks.
+        let open = (0..50).map(|_| estimator.update(-0.1)).last().expect("fifty ticks");
+        assert_eq!((open.status, open.standard_deviation, open.sensitivity_age), (Status::NoContact, 0.0, 0));
+    }
+
+    #[test]
+    fn an_uncertainty_that_is_none_is_refused() {
+        let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
+        let refused = estimator.set_uncertainty(Uncertainty { radius: f32::NAN, ..Uncertainty::DEFAULT });
+        assert_eq!(refused.map_err(|error| error.name), Err("radius"));
     }
 }

@@ -53,7 +53,7 @@
 //!
 //! Data flow, each module knowing only those above it: [`design`] → [`discretise`] → [`ladder`] (kinematics, energy) →
 //! [`contact`] and [`object`] → [`newton`] (one step) → [`equilibrium`] (continuation, stability, folds; what can be read off) → [`sensitivity`],
-//! [`estimator`], [`grasp`]. Units are mm, N, N·mm, rad, MPa; frames and signs are defined at [`object::Motion`] and
+//! [`uncertainty`], [`estimator`], [`grasp`]. Units are mm, N, N·mm, rad, MPa; frames and signs are defined at [`object::Motion`] and
 //! [`equilibrium::Follower`].
 
 #![no_std]
@@ -78,3 +78,4 @@ pub mod real;
 pub mod sensitivity;
 pub mod size;
 pub mod status;
+pub mod uncertainty;

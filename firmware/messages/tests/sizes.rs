@@ -91,6 +91,9 @@ fn a_report_is_small() {
         iterations: 65_535,
         residual: 1e-4,
         age: u32::MAX,
+        force_per_angle: [60.0, -20.0],
+        standard_deviation: 0.25,
+        sensitivity_age: u16::MAX,
     };
     let report = Report {
         sequence: u32::MAX,

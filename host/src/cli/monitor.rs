@@ -158,7 +158,8 @@ impl Log {
         writeln!(
             file,
             "sequence,time_us,motor_angle_deg,goal_deg,position_counts,current_ma,status,age,force_x_n,force_y_n,\
-             contact_x_mm,contact_y_mm,contact_extent_mm,torque_nmm,distance_mm,iterations,residual_nmm,cost,finger,phase"
+             contact_x_mm,contact_y_mm,contact_extent_mm,torque_nmm,distance_mm,iterations,residual_nmm,cost,finger,phase,\
+             force_x_per_deg_n,force_y_per_deg_n,standard_deviation_n,sensitivity_age"
         )?;
         Ok(Self { file })
     }
@@ -169,7 +170,8 @@ impl Log {
         let ([fx, fy], [cx, cy]) = (estimate.force, estimate.contact_centre);
         writeln!(
             self.file,
-            "{sequence},{time_us},{angle},{goal},{position},{current},{},{},{fx},{fy},{cx},{cy},{},{},{},{},{},{cost},{finger},{}",
+            "{sequence},{time_us},{angle},{goal},{position},{current},{},{},{fx},{fy},{cx},{cy},{},{},{},{},{},{cost},{finger},{},\
+             {},{},{},{}",
             estimate.status,
             estimate.age,
             estimate.contact_extent,
@@ -177,7 +179,12 @@ impl Log {
             estimate.distance,
             estimate.iterations,
             estimate.residual,
-            phase.word()
+            phase.word(),
+            // Per degree: a radian's worth times π/180.
+            estimate.force_per_angle[0].to_radians(),
+            estimate.force_per_angle[1].to_radians(),
+            estimate.standard_deviation,
+            estimate.sensitivity_age
         )
     }
 

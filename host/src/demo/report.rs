@@ -197,6 +197,9 @@ fn csv(seen: &Seen) -> String {
         "age_ticks",
         "cost_ticks",
         "cost_instructions",
+        "force_x_per_deg_n",
+        "force_y_per_deg_n",
+        "standard_deviation_n",
     ];
     let mut out = columns.join(",") + "\n";
     let pair = |force: Option<[f64; 2]>| {
@@ -208,7 +211,7 @@ fn csv(seen: &Seen) -> String {
         let instructions = each.map_or_else(String::new, |each| format!("{:.0}", each * f64::from(report.cost)));
         let _ = writeln!(
             out,
-            "{time_s:.6},{},{},{angle_deg:.6},{},{cycle},{},{},{},{},{:.4},{:.2},{},{},{},{instructions}",
+            "{time_s:.6},{},{},{angle_deg:.6},{},{cycle},{},{},{},{},{:.4},{:.2},{},{},{},{instructions},{:.6},{:.6},{:.6}",
             report.sequence,
             report.position,
             way.word(),
@@ -220,7 +223,10 @@ fn csv(seen: &Seen) -> String {
             report.current,
             estimate.iterations,
             estimate.age,
-            report.cost
+            report.cost,
+            estimate.force_per_angle[0].to_radians(),
+            estimate.force_per_angle[1].to_radians(),
+            estimate.standard_deviation
         );
     }
     out

@@ -41,6 +41,9 @@ fn report(sequence: u32) -> Vec<u8> {
         iterations: 2,
         residual: 1e-5,
         age: 0,
+        force_per_angle: [40.0, -50.0],
+        standard_deviation: 0.1,
+        sensitivity_age: 3,
     };
     let phase = Phase::Moving;
     let report =

@@ -36,6 +36,13 @@ fn row(row: &Row) -> Value {
         "stack_peak_bytes": row.stack_peak_bytes,
         "force_error_vs_f64_n": row.force_error_n,
     });
+    if let Some(derivatives) = row.derivatives {
+        value["derivatives"] = json!({
+            "instructions": whole(derivatives.cost),
+            "newton_step_instructions": derivatives.newton_step.round() as u64,
+            "refused": derivatives.refused,
+        });
+    }
     if let Some(count) = row.differs_from_pc {
         value["ticks_differing_from_pc_f32"] = count.into();
     }
@@ -162,6 +169,7 @@ mod tests {
             static_ram_bytes: 2,
             stack_peak_bytes: 3,
             force_error_n: 1e-4,
+            derivatives: None,
             differs_from_pc: Some(0),
         };
         let time = Time {

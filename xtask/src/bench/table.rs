@@ -47,6 +47,23 @@ pub fn target(rows: &[Row]) -> String {
         );
     }
     text.push_str("mean / max; error: largest distance to the f64 solution of the same model\n");
+    for row in rows {
+        if let Some(derivatives) = row.derivatives {
+            let _ = writeln!(
+                text,
+                "{}, {} samples, {}: derivatives with respect to angle, object and modulus take {:.0} / {:.0}, a Newton step {:.0} \
+                 (ratio {:.2}); no room for them in {} ticks",
+                row.model.name,
+                row.model.samples,
+                row.model.physics,
+                derivatives.cost.mean / 1e3,
+                derivatives.cost.max / 1e3,
+                derivatives.newton_step / 1e3,
+                derivatives.cost.mean / derivatives.newton_step,
+                derivatives.refused
+            );
+        }
+    }
     let compared: Vec<usize> = rows.iter().filter_map(|row| row.differs_from_pc).collect();
     let different: usize = compared.iter().sum();
     let _ = writeln!(

@@ -61,8 +61,20 @@ pub struct Row {
     pub stack_peak_bytes: u64,
     /// Largest difference to the double-precision solution of the same discretisation over the ticks that did not fail, N.
     pub force_error_n: f64,
+    /// Cost of derivatives. Known for the mode in which they were taken.
+    pub derivatives: Option<Derivatives>,
     /// Ticks whose force is not, bit for bit, the PC's in single precision. Known for the mode the PC ran.
     pub differs_from_pc: Option<usize>,
+}
+
+/// What the derivatives with respect to angle, object and modulus cost, in instructions.
+#[derive(Clone, Copy)]
+pub struct Derivatives {
+    /// Equilibria at which there was no room for them.
+    pub refused: usize,
+    /// One Newton step at the same equilibria, mean.
+    pub newton_step: f64,
+    pub cost: Spread,
 }
 
 /// Builds the images in one go.
@@ -101,7 +113,8 @@ pub fn measure(images: &Images, forces: &HashMap<Model, Vec<Force>>) -> Result<V
     for ((image, model), log) in MODELS.iter().zip(logs) {
         let log = log.with_context(|| format!("image {image}"))?;
         let flash = flash(&images.folder.join(image))?.saturating_sub(empty);
-        rows.extend(table(model, flash, &runs(&log)?, forces)?);
+        let (runs, derivatives) = runs(&log)?;
+        rows.extend(table(model, flash, &runs, &derivatives, forces)?);
     }
     Ok(rows)
 }
@@ -164,13 +177,29 @@ impl Tick {
     }
 }
 
-/// Reads the target's log: `run` lines, each followed by its `tick` lines, and `end`.
-fn runs(log: &[String]) -> Result<Vec<Run>> {
+/// Derivatives by samples per element and physics.
+type ByModel = HashMap<(u8, String), Derivatives>;
+
+/// Reads the target's log: `derivatives` lines; `run` lines, each followed by its `tick` lines; and `end`.
+fn runs(log: &[String]) -> Result<(Vec<Run>, ByModel)> {
     let mut runs: Vec<Run> = Vec::new();
+    let mut derivatives = ByModel::new();
     for line in log {
         // The log's time stamp comes first.
         let words: Vec<&str> = line.split_whitespace().skip(1).collect();
         match (words.as_slice(), runs.last_mut()) {
+            (["derivatives", samples, physics, taken, refused, step, clock, most], _) => {
+                let mean = |clock: &str| -> Result<f64> {
+                    Ok(number::<f64>(clock)? * INSTRUCTIONS_PER_TICK / number::<f64>(taken)?.max(1.0))
+                };
+                let max = number::<f64>(most)? * INSTRUCTIONS_PER_TICK;
+                let found = Derivatives {
+                    refused: number(refused)?,
+                    newton_step: mean(step)?,
+                    cost: Spread { mean: mean(clock)?, max },
+                };
+                derivatives.insert((number(samples)?, (*physics).to_owned()), found);
+            }
             (["run", samples, physics, hessian, mode, step, ram, stack], _) => runs.push(Run {
                 samples: number(samples)?,
                 physics: (*physics).to_owned(),
@@ -189,7 +218,7 @@ fn runs(log: &[String]) -> Result<Vec<Run>> {
                 touching: number::<u8>(touching)? != 0,
                 force: [number(x)?, number(y)?],
             }),
-            (["end"], _) => return Ok(runs),
+            (["end"], _) => return Ok((runs, derivatives)),
             _ => bail!("the target printed `{line}`"),
         }
     }
@@ -197,7 +226,13 @@ fn runs(log: &[String]) -> Result<Vec<Run>> {
 }
 
 /// Joins the sweeps by counts and by degrees.
-fn table(model: &str, flash_bytes: u64, runs: &[Run], forces: &HashMap<Model, Vec<Force>>) -> Result<Vec<Row>> {
+fn table(
+    model: &str,
+    flash_bytes: u64,
+    runs: &[Run],
+    derivatives: &ByModel,
+    forces: &HashMap<Model, Vec<Force>>,
+) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for run in runs.iter().filter(|run| run.step == "count") {
         let same = |other: &&Run| {
@@ -222,6 +257,7 @@ fn table(model: &str, flash_bytes: u64, runs: &[Run], forces: &HashMap<Model, Ve
             static_ram_bytes: run.ram,
             stack_peak_bytes: run.stack.max(degrees.stack),
             force_error_n: error(&run.ticks, forces)?,
+            derivatives: derivatives.get(&(run.samples, run.physics.clone())).filter(|_| newton).copied(),
             differs_from_pc: newton
                 .then(|| run.ticks.iter().zip(forces).filter(|(tick, pc)| tick.force != pc.single).count()),
             model,
@@ -269,19 +305,21 @@ mod tests {
     }
 
     /// Forces 0, 1.25 (bits 1067450368) and, failed, 8 (1090519040).
-    const LINES: [&str; 7] = [
+    const LINES: [&str; 8] = [
         "run 4 paper newton converged count 1000 200",
         "tick 0 1000 0 1 0 0 0",
         "tick 1 1600 2 1 1 1067450368 0",
         "tick 0 3200 8 0 0 1090519040 0",
         "run 4 paper newton converged degree 1000 300",
         "tick 0 8000 4 1 1 0 0",
+        "derivatives 4 paper 2 1 3200 1600 1000",
         "end",
     ];
 
     #[test]
     fn sweeps_become_a_row() {
-        let rows = table("m", 7, &runs(&log(&LINES)).unwrap(), &forces()).unwrap();
+        let (runs, derivatives) = runs(&log(&LINES)).unwrap();
+        let rows = table("m", 7, &runs, &derivatives, &forces()).unwrap();
         let [row] = rows.as_slice() else { panic!("{} rows", rows.len()) };
         assert_eq!(
             (row.ticks, row.failed_ticks),
@@ -294,11 +332,14 @@ mod tests {
         assert_eq!((row.flash_bytes, row.static_ram_bytes, row.stack_peak_bytes), (7, 1000, 300));
         assert_eq!(row.force_error_n, 0.25, "the failed tick's force is not judged");
         assert_eq!(row.differs_from_pc, Some(2));
+        let derivatives = row.derivatives.unwrap();
+        assert_eq!((derivatives.refused, derivatives.newton_step), (1, 1000.0));
+        assert_eq!((derivatives.cost.mean, derivatives.cost.max), (500.0, 625.0));
     }
 
     #[test]
     fn a_log_that_breaks_off_is_an_error() {
-        assert!(runs(&log(&LINES[..6])).is_err());
+        assert!(runs(&log(&LINES[..7])).is_err());
         assert!(runs(&log(&["tick 0 1 0 1 0 0 0"])).is_err(), "a tick before its run");
         assert!(runs(&log(&["(a malformed log frame)"])).is_err());
     }
@@ -307,8 +348,12 @@ mod tests {
     fn another_sweep_or_no_number_is_an_error() {
         let mut lines = LINES;
         lines[2] = "tick 2 1600 2 1 1 1067450368 0";
-        assert!(table("m", 7, &runs(&log(&lines)).unwrap(), &forces()).is_err());
+        let refused = |lines: &[&str]| {
+            let (runs, derivatives) = runs(&log(lines)).unwrap();
+            table("m", 7, &runs, &derivatives, &forces()).is_err()
+        };
+        assert!(refused(&lines));
         lines[2] = "tick 1 1600 2 1 1 2143289344 0"; // NaN
-        assert!(table("m", 7, &runs(&log(&lines)).unwrap(), &forces()).is_err());
+        assert!(refused(&lines));
     }
 }

@@ -43,6 +43,19 @@ pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[Model]) -> ! {
     let ram = core::mem::size_of::<Follower<f32, S>>();
     for (samples, discretisation) in models {
         for (physics, physics_word) in [(Physics::Paper, "paper"), (Physics::Extended, "extended")] {
+            match derivatives(follower, &discretisation(physics)) {
+                Ok(found) => defmt::println!(
+                    "derivatives {=u8} {=str} {=u32} {=u32} {=u64} {=u64} {=u32}",
+                    *samples,
+                    physics_word,
+                    found.taken,
+                    found.refused,
+                    found.step_clock,
+                    found.clock,
+                    found.most
+                ),
+                Err(_) => defmt::println!("the derivatives' model was refused"),
+            }
             for (hessian, hessian_word) in [(Hessian::Newton, "newton"), (Hessian::GaussNewton, "gauss-newton")] {
                 let how = discretisation(physics);
                 let settings = Settings { hessian, max_iterations: BUDGET, ..Settings::DEFAULT };
@@ -117,4 +130,48 @@ fn sweep<'a, S: Size>(
         used += 1;
     }
     Ok(record.get(..used).unwrap_or_default())
+}
+
+/// Cost of derivatives beside that of a Newton step, in ticks of the clock.
+struct Derivatives {
+    /// Equilibria in contact at which they were taken, and at which there was no room.
+    taken: u32,
+    refused: u32,
+    /// Sums over those of one Newton step, and of the derivatives; the dearest.
+    step_clock: u64,
+    clock: u64,
+    most: u32,
+}
+
+/// Derivatives with respect to angle, object and modulus at every count on the way to the last position. A Newton step is what a
+/// tick costs beyond an evaluation at its result, over its iterations.
+#[inline(never)]
+fn derivatives<S: Size>(
+    follower: &mut Follower<f32, S>,
+    how: &Discretisation,
+) -> Result<Derivatives, DiscretiseError> {
+    let design = ladder_80();
+    follower.configure(&design, how)?;
+    follower.set_settings(Settings::DEFAULT);
+    follower.set_object(circle_80(HEIGHT), Motion::Rotating { axis: design.motor_axis });
+    follower.start(0.0);
+    let mut sums = Derivatives { taken: 0, refused: 0, step_clock: 0, clock: 0, most: 0 };
+    for position in 0..=LAST_COUNT {
+        let angle = f64::from(position) * COUNT;
+        let (outcome, tick) = cycles::of(|| follower.follow_within(angle, BUDGET));
+        let (_, evaluation) = cycles::of(|| follower.follow_within(angle, BUDGET));
+        let (found, clock) = cycles::of(|| follower.sensitivity());
+        if follower.touching() == 0 || outcome.iterations == 0 {
+            continue;
+        }
+        if found.is_none() {
+            sums.refused += 1;
+            continue;
+        }
+        sums.taken += 1;
+        sums.step_clock += u64::from(tick.saturating_sub(evaluation) / outcome.iterations);
+        sums.clock += u64::from(clock);
+        sums.most = sums.most.max(clock);
+    }
+    Ok(sums)
 }
