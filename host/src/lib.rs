@@ -1,5 +1,6 @@
 //! The library behind the `fre` command: cases, solving, pictures.
 
+pub mod calibrate;
 pub mod case;
 pub mod cli;
 pub mod demo;

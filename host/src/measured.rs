@@ -97,9 +97,10 @@ pub struct Measurement {
     pub place: f64,
     /// Magnitude of the force, N; the mean of several.
     pub force: Option<f64>,
+    /// All of them with the lines they stand in.
+    pub forces: Vec<(usize, f64)>,
     /// Points of the front centreline, finger frame, mm, in the file's order.
     pub front: Vec<Point>,
-    forces: u32,
 }
 
 /// A file of measurements.
@@ -177,15 +178,15 @@ impl Measured {
     fn add(&mut self, line: usize, row: Row) {
         let known = self.measurements.iter().position(|m| (m.place - row.place).abs() < SAME_PLACE);
         let index = known.unwrap_or_else(|| {
-            let new = Measurement { line, place: row.place, force: None, front: Vec::new(), forces: 0 };
+            let new = Measurement { line, place: row.place, force: None, forces: Vec::new(), front: Vec::new() };
             self.measurements.push(new);
             self.measurements.len() - 1
         });
         let measurement = &mut self.measurements[index];
         if let Some(force) = row.force {
-            let sum = measurement.force.unwrap_or(0.0) * f64::from(measurement.forces) + force;
-            measurement.forces += 1;
-            measurement.force = Some(sum / f64::from(measurement.forces));
+            measurement.forces.push((line, force));
+            let sum: f64 = measurement.forces.iter().map(|(_, force)| force).sum();
+            measurement.force = Some(sum / measurement.forces.len() as f64);
         }
         measurement.front.extend(row.front);
     }

@@ -1,5 +1,6 @@
 //! The commands of `fre`, one file each: its arguments and its `run`.
 
+mod calibrate;
 mod compare;
 mod demo;
 mod monitor;
@@ -28,6 +29,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Calibrate(calibrate::Args),
     Compare(compare::Args),
     Demo(demo::Args),
     Monitor(monitor::Args),
@@ -49,6 +51,7 @@ pub fn run() -> ExitCode {
         }
     };
     match cli.command {
+        Command::Calibrate(args) => calibrate::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Demo(args) => demo::run(args),
         Command::Monitor(args) => monitor::run(&args),
