@@ -1,0 +1,243 @@
+//! Calibrations: of measurements drawn from the model, the truth comes back, and the stated deviations cover it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use host::calibrate::synthetic::{Errors, draw};
+use host::calibrate::{Loss, Model, Noise, Parameter, Run, Trial, fit};
+use host::case::{preset, read_finger};
+use model_core::design::Design;
+use model_core::discretise::{Discretisation, Physics};
+use model_core::object::ObjectDesign;
+use model_core::sensitivity::DesignParameter;
+use serde_json::Value;
+
+const COUNT: f64 = 360.0 / 4096.0;
+const ERRORS: Errors = Errors { force_n: 0.02, angle_deg: 0.5 * COUNT };
+const USUAL: [Parameter; 4] = [Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
+
+fn circle(y: f64, radius: f64) -> ObjectDesign {
+    ObjectDesign::Circle { centre: [1.0 + radius, y], radius }
+}
+
+fn design() -> Design {
+    preset("ladder-80").unwrap().unwrap().design
+}
+
+fn model(design: &Design) -> Model<'_> {
+    Model { design, discretisation: Discretisation::reduced(Physics::Extended) }
+}
+
+fn angles(count: u32) -> Vec<f64> {
+    (0..count).map(|i| COUNT * (12.0 + 96.0 * f64::from(i) / f64::from(count)).round()).collect()
+}
+
+fn truth() -> Trial {
+    Trial { parameters: USUAL.to_vec(), values: vec![46.0, 0.6, 0.8, -0.5] }
+}
+
+fn readings(seed: u64, count: u32) -> (Design, Vec<Run>) {
+    let design = design();
+    let objects = [circle(30.0, 40.0), circle(45.0, 40.0), circle(58.0, 40.0), circle(40.0, 20.0)];
+    let drawn = draw(&model(&design), &truth(), &objects, &angles(count), ERRORS, seed).unwrap();
+    (design, drawn)
+}
+
+#[test]
+fn stated_deviations_cover_the_truth() {
+    let (mut within, mut all, mut squares) = (0, 0, 0.0);
+    for seed in 0..30 {
+        let (design, runs) = readings(1000 + seed, 12);
+        let found = fit(&model(&design), &runs, &USUAL, &Noise::default()).unwrap();
+        assert!(found.converged && found.undetermined.is_empty(), "{found:?}");
+        for (estimate, value) in found.estimates.iter().zip(&truth().values) {
+            let off = (estimate.value - value) / estimate.standard_deviation;
+            within += usize::from(off.abs() <= 2.0);
+            all += 1;
+            squares += off * off;
+        }
+    }
+    // 95.4 % of 120 that go together in fours: about as sharp as 60 independent ones, three deviations of which are 8 %.
+    assert!(within * 100 >= all * 87, "{within} of {all} within two deviations");
+    let mean = squares / f64::from(all as u32);
+    assert!((0.5..1.6).contains(&mean), "mean square of errors over stated deviations {mean}");
+}
+
+#[test]
+fn many_readings_find_the_truth() {
+    let (design, runs) = readings(7, 96);
+    let found = fit(&model(&design), &runs, &USUAL, &Noise::default()).unwrap();
+    let value = |i: usize| found.estimates[i].value;
+    assert!((value(0) / 46.0 - 1.0).abs() < 0.01, "{found:?}");
+    assert!((value(1) - 0.6).abs() < 0.05, "{:?}", found.estimates);
+    assert!((value(2) - 0.8).hypot(value(3) + 0.5) < 0.2, "{:?}", found.estimates);
+    assert!(found.inflation < 1.2, "{}", found.inflation);
+}
+
+#[test]
+fn outliers_are_named_and_hardly_count() {
+    let (design, mut runs) = readings(8, 24);
+    let spoilt = [(0, 5), (2, 11), (3, 2)];
+    for (run, reading) in spoilt {
+        let force = runs[run].readings[reading].force_n.as_mut().unwrap();
+        *force += 1.5;
+    }
+    for loss in [Loss::Huber, Loss::Tukey] {
+        let found = fit(&model(&design), &runs, &USUAL, &Noise { loss, ..Noise::default() }).unwrap();
+        for (run, reading) in spoilt {
+            let line = runs[run].readings[reading].line;
+            assert!(found.residuals.iter().any(|r| r.run == run && r.line == line && r.is_outlier()), "{loss:?}");
+        }
+        for (estimate, value) in found.estimates.iter().zip(&truth().values) {
+            let off = (estimate.value - value).abs() / estimate.standard_deviation;
+            assert!(off < 4.0, "{loss:?}: {estimate:?}");
+        }
+    }
+}
+
+#[test]
+fn what_the_data_do_not_tell_is_named() {
+    let design = design();
+    // Low forces at one place: the modulus, the angle and the place all make them greater or less.
+    let drawn = draw(&model(&design), &truth(), &[circle(45.0, 40.0)], &angles(4)[..3], ERRORS, 1).unwrap();
+    let mut parameters = USUAL.to_vec();
+    parameters.push(Parameter::Radius);
+    let found = fit(&model(&design), &drawn, &parameters, &Noise::default()).unwrap();
+    assert!(!found.undetermined.is_empty());
+    let named: Vec<Parameter> = found.undetermined.iter().flat_map(|c| c.terms.iter().map(|(p, _)| *p)).collect();
+    assert!(named.contains(&Parameter::Zero) || named.contains(&Parameter::ObjectX), "{named:?}");
+    assert!(found.estimates.iter().any(|estimate| !estimate.determined));
+    // A direction that nothing tells keeps the doubt it had.
+    let doubts: f64 =
+        found.estimates.iter().map(|e| e.standard_deviation / e.parameter.doubt(&design)).fold(0.0, f64::max);
+    assert!(doubts > 0.3 && doubts < 1.5, "{doubts}");
+}
+
+#[test]
+fn a_hinge_thickness_and_outlines_are_fitted_too() {
+    let design = design();
+    let parameters = [Parameter::Design(DesignParameter::HingeThickness), Parameter::Zero];
+    let truth = Trial { parameters: parameters.to_vec(), values: vec![0.85, -0.4] };
+    let objects = [circle(45.0, 40.0), circle(58.0, 40.0)];
+    let mut runs = draw(&model(&design), &truth, &objects, &angles(10), ERRORS, 3).unwrap();
+    for run in &mut runs {
+        let shapes = model(&design).predict(&with_fronts(run), &truth, false).unwrap();
+        for (reading, shape) in run.readings.iter_mut().zip(shapes) {
+            reading.front_mm = shape.front_mm.iter().step_by(2).copied().collect();
+        }
+    }
+    let found = fit(&model(&design), &runs, &parameters, &Noise::default()).unwrap();
+    assert!((found.estimates[0].value - 0.85).abs() < 4.0 * found.estimates[0].standard_deviation, "{found:?}");
+    assert!(found.estimates[0].standard_deviation < 0.02 && found.estimates[1].standard_deviation < 0.1);
+    let (points, rms) = found.outline.unwrap();
+    assert!(points > 100 && rms < 0.05, "{points} {rms}");
+}
+
+/// The run with a point at every reading, so that shapes are computed.
+fn with_fronts(run: &Run) -> Run {
+    let mut run = run.clone();
+    for reading in &mut run.readings {
+        reading.front_mm = vec![[0.0, 0.0]];
+    }
+    run
+}
+
+/// A folder of its own for each test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("fre-calibrate-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn file(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.0.join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn fre(words: &[&Path], options: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    command.arg("calibrate").args(words).args(options.split_whitespace()).output().unwrap()
+}
+
+fn files(folder: &Folder) -> (Vec<PathBuf>, Vec<PathBuf>) {
+    let (_, runs) = readings(5, 16);
+    let (mut tables, mut cases) = (Vec::new(), Vec::new());
+    for (index, run) in runs.iter().enumerate() {
+        let mut table = "motor_angle_deg,force_n\n".to_owned();
+        for reading in &run.readings {
+            table += &format!("{},{}\n", reading.angle_deg, reading.force_n.unwrap());
+        }
+        // On the way back, with the play of the gears between.
+        let back = run.readings.last().unwrap();
+        table += &format!("{},{}\n", back.angle_deg - 2.0, 0.1);
+        tables.push(folder.file(&format!("{index}.csv"), &table));
+        let ObjectDesign::Circle { centre: [x, y], radius } = run.object else { panic!("a circle") };
+        cases.push(folder.file(
+            &format!("{index}.toml"),
+            &format!(
+                "finger = \"preset:ladder-80\"\nobject = {{ shape = \"circle\", radius_mm = {radius:?}, centre_mm = [{x:?}, {y:?}] }}\n\
+                 motion = {{ motor_angles_deg = [5] }}\n"
+            ),
+        ));
+    }
+    (tables, cases)
+}
+
+#[test]
+fn the_command_fits_writes_and_draws() {
+    let folder = Folder::new("whole");
+    let (tables, cases) = files(&folder);
+    let mut words: Vec<&Path> = tables.iter().map(PathBuf::as_path).collect();
+    for case in &cases {
+        words.extend([Path::new("--case"), case.as_path()]);
+    }
+    let (finger, plot) = (folder.0.join("finger.toml"), folder.0.join("plot.svg"));
+    let options = format!("--elements reduced --format json --write {} --plot {}", finger.display(), plot.display());
+    let output = fre(&words, &options);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let modulus = value["parameters"][0]["value"].as_f64().unwrap();
+    assert!((modulus - 46.0).abs() < 1.0, "{value}");
+    assert_eq!(value["left_out"].as_array().unwrap().len(), 4, "the opening rows: {}", value["left_out"]);
+    let zero = value["gripper"]["zero_counts"].as_f64().unwrap();
+    assert!((zero + 0.6 * 4096.0 / 360.0).abs() < 4.0, "{zero}");
+    assert!(value["gripper"]["uncertainty"]["youngs_modulus"].as_f64().unwrap() > 0.0);
+    let written = read_finger(&finger).unwrap();
+    assert!((written.design.material.youngs_modulus - modulus).abs() < 1e-9);
+    assert!(std::fs::read_to_string(&plot).unwrap().contains("residual"));
+
+    let text = fre(&words, "--elements reduced --fit youngs-modulus,zero");
+    let text = String::from_utf8(text.stdout).unwrap();
+    assert!(text.contains("correlation") && text.contains("for the gripper (not sent)"), "{text}");
+}
+
+#[test]
+fn bad_input_is_named() {
+    let folder = Folder::new("bad");
+    let (tables, cases) = files(&folder);
+    let case = [tables[0].as_path(), Path::new("--case"), cases[0].as_path()];
+    let said = |words: &[&Path], options: &str| {
+        let output = fre(words, options);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(said(&case, "--fit youngs-modulus,colour").contains("hinge-thickness"));
+    assert!(said(&case, "--fit zero,zero").contains("zero twice"));
+    assert!(said(&case, "--force-sd-n 0").contains("above 0"));
+    let two =
+        [tables[0].as_path(), &tables[1], &tables[2], Path::new("--case"), &cases[0], Path::new("--case"), &cases[1]];
+    assert!(said(&two, "").contains("3 files of measurements and 2 cases"));
+    let distances = folder.file("d.csv", "distance_mm,force_n\n1,2\n");
+    assert!(said(&[&distances, Path::new("--case"), &cases[0]], "").contains("motor_angle_deg"));
+}
