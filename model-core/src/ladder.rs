@@ -120,7 +120,9 @@ impl<T: Real, S: Size> Ladder<T, S> {
         self.cells = 0;
         self.node_count = 0;
         self.sample_count = 0;
-        let fits = self.members.fit(4 * cells) && self.rest.fit(cells) && self.scale.fit(PER_CELL * cells);
+        // The tip cell has no hinges, and one angle.
+        let fits = cells == 0
+            || self.members.fit(4 * cells - 2) && self.rest.fit(cells) && self.scale.fit(PER_CELL * cells - 2);
         if fits {
             self.cells = cells;
             self.members.as_mut().fill(Member::BLANK);

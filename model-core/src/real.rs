@@ -134,7 +134,7 @@ impl Real for f32 {
 fn sqrt_f32(x: f32) -> f32 {
     // A squared length below that is none; and half of it must not leave the normal numbers.
     const LEAST: f32 = 1e-30;
-    if !(x > LEAST) {
+    if x.is_nan() || x <= LEAST {
         return if x >= 0.0 { 0.0 } else { f32::NAN };
     }
     let half = 0.5 * x;

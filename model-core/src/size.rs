@@ -62,31 +62,58 @@ pub trait Size: 'static {
     const CONTACTS: usize;
 }
 
+/// Defines a size of your own: `fixed_size!(/// …
+/// Long, cells 13, nodes 206, samples 146, contacts 24);` for up to 12 lamellae. Cells are one more than the lamellae; nodes are
+/// what the scheme has (`simpson`: 2N+1 per member of N elements, `trapezoid` N+2, `paper` N+1); a model that finds no room is
+/// refused when it is discretised.
+#[macro_export]
 macro_rules! fixed_size {
     ($(#[$doc:meta])* $name:ident, cells $cells:literal, nodes $nodes:literal, samples $samples:literal, contacts $contacts:literal) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name;
-        impl Size for $name {
-            type Nodes<X: Blank> = [X; $nodes];
-            type Members<X: Blank> = [X; 4 * $cells];
-            type Cells<X: Blank> = [X; $cells];
-            type Unknowns<X: Blank> = [X; 5 * $cells];
-            type Samples<X: Blank> = [X; $samples];
-            type Contacts<X: Blank> = [X; $contacts];
-            type Pairs<X: Blank> = [X; $contacts * $contacts];
-            type Rows<X: Blank> = [X; $contacts * 5 * $cells];
+        impl $crate::size::Size for $name {
+            type Nodes<X: $crate::size::Blank> = [X; $nodes];
+            type Members<X: $crate::size::Blank> = [X; 4 * $cells - 2];
+            type Cells<X: $crate::size::Blank> = [X; $cells];
+            type Unknowns<X: $crate::size::Blank> = [X; 5 * $cells - 2];
+            type Samples<X: $crate::size::Blank> = [X; $samples];
+            type Contacts<X: $crate::size::Blank> = [X; $contacts];
+            type Pairs<X: $crate::size::Blank> = [X; $contacts * $contacts];
+            type Rows<X: $crate::size::Blank> = [X; $contacts * (5 * $cells - 2)];
             const CONTACTS: usize = $contacts;
         }
     };
 }
 
 fixed_size!(
-    /// The microcontroller's: `simpson`, 2 elements per span, 3 in the tip span, 1 per hinge, up to 12 lamellae and
+    /// The microcontroller's: `simpson`, 2 elements per span, 3 in the tip span, 1 per hinge, up to 7 lamellae and
     /// 5 samples per element.
-    Reduced, cells 13, nodes 208, samples 136, contacts 24
+    Reduced, cells 8, nodes 126, samples 96, contacts 22
 );
 fixed_size!(
-    /// The paper's resolution: 170 elements per beam and 20 per hinge, up to 12 lamellae, contact at nodes.
-    Paper, cells 13, nodes 928, samples 184, contacts 40
+    /// The paper's resolution: 170 elements per beam and 20 per hinge with up to 7 lamellae, contact at nodes; fewer elements
+    /// with up to 12.
+    Paper, cells 13, nodes 704, samples 184, contacts 40
 );
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ladder::{Ladder, State};
+    use crate::newton::Workspace;
+    use core::mem::size_of;
+
+    /// Three states and the workspace, and the model's constants, bytes.
+    fn ram<S: Size>() -> (usize, usize) {
+        (3 * size_of::<State<f32, S>>() + size_of::<Workspace<f32, S>>(), size_of::<Ladder<f32, S>>())
+    }
+
+    #[test]
+    fn states_and_workspace_fit_the_microcontroller() {
+        let (reduced, paper) = (ram::<Reduced>(), ram::<Paper>());
+        std::println!("state and workspace, constants: {reduced:?} bytes reduced, {paper:?} bytes paper");
+        assert!(reduced.0 <= 24 * 1024, "{reduced:?}");
+        assert!(paper.0 <= 96 * 1024, "{paper:?}");
+    }
+}

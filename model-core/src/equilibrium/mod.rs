@@ -150,6 +150,9 @@ struct Attempt<T> {
 }
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
+    /// Size of the states and the workspace: what changes while a motion is followed, bytes.
+    pub const STATE_BYTES: usize = 3 * size_of::<State<T, S>>() + size_of::<Workspace<T, S>>();
+
     /// A follower before [`Self::configure`]: every [`Self::follow`] returns `out-of-range`.
     pub const EMPTY: Self = Self {
         ladder: Ladder::EMPTY,

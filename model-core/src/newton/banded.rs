@@ -6,7 +6,7 @@
 //! as in `condense`.
 
 use super::Workspace;
-use super::condense::{bounded, pivot_bound};
+use super::condense::{Condensed, bounded, pivot_bound};
 use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::real::Real;
 use crate::size::Size;
@@ -34,10 +34,8 @@ pub(crate) fn force_terms<T: Real>(index: usize) -> ([(usize, T); 2], usize) {
     }
 }
 
-/// Assembles matrix and right-hand side (the negative residual) from the condensed members.
-///
-/// On entry `rhs` holds the joints' gradients.
-pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
+/// Begins the matrix, and the residual of the closures; on entry `rhs` holds the joints' gradients.
+pub(crate) fn begin<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let n = ladder.unknowns();
     let (band, rhs) = (work.band.as_mut(), work.rhs.as_mut());
     band[..n].fill([T::ZERO; BAND + 1]);
@@ -50,56 +48,61 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
             band[PER_CELL * cell + 3][BAND] = T::one();
         }
     }
-    for (index, member) in ladder.members.as_ref()[..ladder.member_count()].iter().enumerate() {
-        let c = &work.members.as_ref()[index].condensed;
-        let own = PER_CELL * (index / 4);
-        let b = usize::from(member.end);
-        // Own closure before the end joint, and its start joint before that (a span's) or between the two (a hinge's).
-        let side = if index % 4 == 1 { -T::one() } else { T::one() };
-        add(band, b, b, c.bb);
-        add(band, b, own, side * c.bx[0]);
-        add(band, b, own + 1, side * c.bx[1]);
-        add(band, own, own, c.xx);
-        add(band, own + 1, own, c.xy);
-        add(band, own + 1, own + 1, c.yy);
-        rhs[b] += c.rb;
-        rhs[own] += side * c.rx[0];
-        rhs[own + 1] += side * c.rx[1];
-        let clamped = member.start == CLAMPED;
-        let a = usize::from(member.start);
+}
+
+/// Adds a condensed member to matrix and residual.
+pub(crate) fn add_member<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &mut Workspace<T, S>,
+    index: usize,
+    c: &Condensed<T>,
+) {
+    let member = &ladder.members.as_ref()[index];
+    let (band, rhs) = (work.band.as_mut(), work.rhs.as_mut());
+    let own = PER_CELL * (index / 4);
+    let b = usize::from(member.end);
+    // Own closure before the end joint, and its start joint before that (a span's) or between the two (a hinge's).
+    let side = if index % 4 == 1 { -T::one() } else { T::one() };
+    add(band, b, b, c.bb);
+    add(band, b, own, side * c.bx[0]);
+    add(band, b, own + 1, side * c.bx[1]);
+    add(band, own, own, c.xx);
+    add(band, own + 1, own, c.xy);
+    add(band, own + 1, own + 1, c.yy);
+    rhs[b] += c.rb;
+    rhs[own] += side * c.rx[0];
+    rhs[own + 1] += side * c.rx[1];
+    let clamped = member.start == CLAMPED;
+    let a = usize::from(member.start);
+    if !clamped {
+        add(band, a, a, c.aa);
+        // A weld joins both ends in one unknown.
+        add(band, b, a, if a == b { c.ab + c.ab } else { c.ab });
+        rhs[a] += c.ra;
+    }
+    if index % 4 < 2 {
         if !clamped {
-            add(band, a, a, c.aa);
-            // A weld joins both ends in one unknown.
-            add(band, b, a, if a == b { c.ab + c.ab } else { c.ab });
-            rhs[a] += c.ra;
+            add(band, own, a, side * c.ax[0]);
+            add(band, own + 1, a, side * c.ax[1]);
         }
-        if index % 4 < 2 {
-            if !clamped {
-                add(band, own, a, side * c.ax[0]);
-                add(band, own + 1, a, side * c.ax[1]);
-            }
-            continue;
-        }
-        let next = own + PER_CELL;
-        add(band, a, own, c.ax[0]);
-        add(band, a, own + 1, c.ax[1]);
-        for (at, joint) in [(a, c.ax), (b, c.bx)] {
-            add(band, next, at, -joint[0]);
-            add(band, next + 1, at, -joint[1]);
-        }
-        for (row, entries) in [(next, [c.xx, c.xy]), (next + 1, [c.xy, c.yy])] {
-            add(band, row, own, -entries[0]);
-            add(band, row, own + 1, -entries[1]);
-        }
-        add(band, next, next, c.xx);
-        add(band, next + 1, next, c.xy);
-        add(band, next + 1, next + 1, c.yy);
-        rhs[next] -= c.rx[0];
-        rhs[next + 1] -= c.rx[1];
+        return;
     }
-    for value in &mut rhs[..n] {
-        *value = -*value;
+    let next = own + PER_CELL;
+    add(band, a, own, c.ax[0]);
+    add(band, a, own + 1, c.ax[1]);
+    for (at, joint) in [(a, c.ax), (b, c.bx)] {
+        add(band, next, at, -joint[0]);
+        add(band, next + 1, at, -joint[1]);
     }
+    for (row, entries) in [(next, [c.xx, c.xy]), (next + 1, [c.xy, c.yy])] {
+        add(band, row, own, -entries[0]);
+        add(band, row, own + 1, -entries[1]);
+    }
+    add(band, next, next, c.xx);
+    add(band, next + 1, next, c.xy);
+    add(band, next + 1, next + 1, c.yy);
+    rhs[next] -= c.rx[0];
+    rhs[next + 1] -= c.rx[1];
 }
 
 /// Factorises in place; the diagonal becomes the inverse pivots. Returns the number of negative pivots.

@@ -164,7 +164,7 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
         // Spans below: the row pulls at their force.
         for lower in 0..cell {
             let member = &ladder.members.as_ref()[4 * lower];
-            let c = &work.members.as_ref()[4 * lower].condensed;
+            let c = &work.fronts.as_ref()[lower];
             let (terms, _) = force_terms::<T>(4 * lower);
             let u = terms[0].0;
             let xn = [c.xx * normal[0] + c.xy * normal[1], c.xy * normal[0] + c.yy * normal[1]];

@@ -7,7 +7,7 @@
 use super::{MemberWork, Workspace};
 use crate::ladder::Ladder;
 use crate::real::Real;
-use crate::size::Size;
+use crate::size::{Blank, Size};
 
 /// Condensed Hessian and gradient of a member in (a, b, x, y).
 #[derive(Clone, Copy, Debug)]
@@ -27,8 +27,8 @@ pub(crate) struct Condensed<T> {
     pub rx: [T; 2],
 }
 
-impl<T: Real> Condensed<T> {
-    pub(crate) const ZERO: Self = Self {
+impl<T: Real> Blank for Condensed<T> {
+    const BLANK: Self = Self {
         aa: T::ZERO,
         ab: T::ZERO,
         bb: T::ZERO,
@@ -68,13 +68,13 @@ const X: usize = 1;
 const Y: usize = 2;
 const R: usize = 3;
 
-/// Condenses one member; returns the number of negative pivots.
+/// Condenses one member; with it the number of negative pivots.
 pub(crate) fn condense<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
     diagonal: Diagonal<T>,
-) -> usize {
+) -> (Condensed<T>, usize) {
     let member = &ladder.members.as_ref()[index];
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
@@ -85,7 +85,7 @@ pub(crate) fn condense<T: Real, S: Size>(
     let gradient = &work.gradient.as_ref()[nodes.clone()];
     let curvature = &work.curvature.as_ref()[nodes.clone()];
     let factor = &mut work.factor.as_mut()[nodes];
-    let out: &mut MemberWork<T> = &mut work.members.as_mut()[index];
+    let out: &MemberWork<T> = &work.members.as_ref()[index];
     let bound = pivot_bound::<T>();
     let zero = T::ZERO;
 
@@ -156,7 +156,7 @@ pub(crate) fn condense<T: Real, S: Size>(
     let (f, g) = (out.force, out.end_force);
     let (ra, rb) = (out.rigid_start, out.rigid_end);
     let start = raw(0, zero);
-    out.condensed = Condensed {
+    let condensed = Condensed {
         aa: aa - diagonal.curvature * (f[0] * ra[0] + f[1] * ra[1]),
         ab: column[A],
         bb: pivot - diagonal.curvature * (g[0] * rb[0] + g[1] * rb[1]),
@@ -170,7 +170,7 @@ pub(crate) fn condense<T: Real, S: Size>(
         rb: column[R] - gradient[last],
         rx: [xr, yr],
     };
-    negative
+    (condensed, negative)
 }
 
 /// Solves H z = r on a member's interior in place, with `after` the value of the end joint (0, or its step with the

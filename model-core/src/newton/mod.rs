@@ -16,7 +16,7 @@ mod tests;
 pub(crate) mod turning;
 
 use crate::contact::Row;
-use crate::ladder::{Ladder, PER_CELL};
+use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
 use banded::BAND;
@@ -54,8 +54,6 @@ pub(crate) struct MemberWork<T> {
     pub give: [T; 3],
     /// Energy of stretch and shear, N·mm.
     pub strain_energy: T,
-    /// Condensed Hessian.
-    pub condensed: condense::Condensed<T>,
 }
 
 impl<T: Real> Blank for MemberWork<T> {
@@ -67,7 +65,6 @@ impl<T: Real> Blank for MemberWork<T> {
         end_force: [T::ZERO; 2],
         give: [T::ZERO; 3],
         strain_energy: T::ZERO,
-        condensed: condense::Condensed::ZERO,
     };
 }
 
@@ -95,6 +92,8 @@ pub struct Workspace<T: Real, S: Size> {
     /// Interior solutions: contact columns while the border is built, then the step's increments Δθ, rad.
     pub(crate) delta: S::Nodes<T>,
     pub(crate) members: S::Members<MemberWork<T>>,
+    /// Condensed front spans: what the contact rows on the spans above pull at.
+    pub(crate) fronts: S::Cells<condense::Condensed<T>>,
     /// Position of each front span's start, mm.
     pub(crate) start: S::Cells<[T; 2]>,
     /// Σ μ n of the contacts on higher spans, N.
@@ -145,6 +144,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         factor: <S::Nodes<[T; 3]> as Storage<[T; 3]>>::EMPTY,
         delta: <S::Nodes<T> as Storage<T>>::EMPTY,
         members: <S::Members<MemberWork<T>> as Storage<MemberWork<T>>>::EMPTY,
+        fronts: <S::Cells<condense::Condensed<T>> as Storage<condense::Condensed<T>>>::EMPTY,
         start: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         above: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         closure: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
@@ -169,8 +169,8 @@ impl<T: Real, S: Size> Workspace<T, S> {
 
     /// Makes room for a ladder; false if there is none.
     pub(crate) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
-        let (nodes, members, cells) = (ladder.node_count, 4 * ladder.cells, ladder.cells);
-        let (unknowns, rows) = (PER_CELL * cells, S::CONTACTS);
+        let (nodes, members, cells) = (ladder.node_count, ladder.member_count(), ladder.cells);
+        let (unknowns, rows) = (ladder.unknowns(), S::CONTACTS);
         // What no element ends up writing must not be left from another ladder.
         self.bent.as_mut().fill([T::ZERO; 2]);
         self.e.fit(nodes)
@@ -183,6 +183,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
             && self.factor.fit(nodes)
             && self.delta.fit(nodes)
             && self.members.fit(members)
+            && self.fronts.fit(cells)
             && self.start.fit(cells)
             && self.above.fit(cells)
             && self.closure.fit(cells)

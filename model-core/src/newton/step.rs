@@ -62,10 +62,19 @@ pub(crate) fn factorise<T: Real, S: Size>(
     let n = ladder.unknowns();
     let mut negative = 0;
     work.curved = diagonal.curvature != T::ZERO;
+    banded::begin(ladder, work);
     for index in 0..ladder.member_count() {
-        negative += condense::condense(ladder, work, index, diagonal);
+        let (condensed, below_zero) = condense::condense(ladder, work, index, diagonal);
+        negative += below_zero;
+        banded::add_member(ladder, work, index, &condensed);
+        if index % 4 == 0 {
+            work.fronts.as_mut()[index / 4] = condensed;
+        }
     }
-    banded::assemble(ladder, work);
+    // The right-hand side is the negative residual.
+    for value in &mut work.rhs.as_mut()[..n] {
+        *value = -*value;
+    }
     border::assemble(ladder, work);
     negative += banded::factorise(&mut work.band.as_mut()[..n], &ladder.scale.as_ref()[..n]);
     banded::forward(&work.band.as_ref()[..n], &mut work.rhs.as_mut()[..n]);

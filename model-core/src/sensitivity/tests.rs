@@ -14,10 +14,14 @@ use crate::discretise::{Discretisation, Physics, Sampling, Scheme};
 use crate::equilibrium::{Follower, Settings};
 use crate::object::{Corners, Motion, ObjectDesign};
 use crate::random_designs::{Random, Round, first_contact, random_case};
-use crate::size::Paper;
 use crate::status::Status;
 
-type Solver = Follower<f64, Paper>;
+crate::fixed_size!(
+    /// Room for many elements and lamellae at once.
+    Large, cells 13, nodes 1536, samples 184, contacts 40
+);
+
+type Solver = Follower<f64, Large>;
 
 /// What can be changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -231,7 +235,7 @@ fn random(random: &mut Random, index: usize) -> (Case, Discretisation) {
 fn derivatives_of_random_designs_agree_with_differences() {
     let mut numbers = Random::new(35);
     let mut follower: Box<Solver> = Box::new(Follower::EMPTY);
-    let mut probe: Box<Probe<f64, Paper>> = Box::new(Probe::EMPTY);
+    let mut probe: Box<Probe<f64, Large>> = Box::new(Probe::EMPTY);
     let mut count = Count::default();
     let mut cases = 0;
     for index in 0..64 {

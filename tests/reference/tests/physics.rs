@@ -4,11 +4,15 @@ use model_core::design::Design;
 use model_core::discretise::{Discretisation, Elements, Physics, Sampling, Scheme};
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
-use model_core::size::Paper;
 use model_core::status::Status;
 use reference_tests::ladder_80;
 
-type Solver = Box<Follower<f64, Paper>>;
+model_core::fixed_size!(
+    /// Room for many elements and lamellae at once.
+    Large, cells 13, nodes 1536, samples 184, contacts 40
+);
+
+type Solver = Box<Follower<f64, Large>>;
 
 const MID: ObjectDesign = ObjectDesign::Circle { centre: MID_CENTRE, radius: 40.0 };
 const MID_CENTRE: [f64; 2] = [41.0, 45.0];

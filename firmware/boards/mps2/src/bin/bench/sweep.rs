@@ -40,7 +40,7 @@ pub type Model = (u8, fn(Physics) -> Discretisation);
 /// Runs every case and ends QEMU.
 pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[Model]) -> ! {
     let record = RECORD.take();
-    let ram = core::mem::size_of::<Follower<f32, S>>();
+    let ram = Follower::<f32, S>::STATE_BYTES;
     for (samples, discretisation) in models {
         for (physics, physics_word) in [(Physics::Paper, "paper"), (Physics::Extended, "extended")] {
             match derivatives(follower, &discretisation(physics)) {
