@@ -1,7 +1,7 @@
 //! The measured sweep: an object closed in on from touch to 11° and let go again, and a record of every tick.
 
 use model_core::discretise::{Discretisation, DiscretiseError, Physics};
-use model_core::equilibrium::{Follower, Settings};
+use model_core::equilibrium::{Follower, Settings, Tracking};
 use model_core::newton::Hessian;
 use model_core::object::Motion;
 use model_core::size::Size;
@@ -37,6 +37,28 @@ static RECORD: ConstStaticCell<[Tick; TICKS]> = ConstStaticCell::new([BLANK; TIC
 /// Samples per element, and the model with them.
 pub type Model = (u8, fn(Physics) -> Discretisation);
 
+/// How a tick is followed.
+#[derive(Clone, Copy)]
+enum Mode {
+    Converged,
+    OneIteration,
+}
+
+impl Mode {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::OneIteration => "one-iteration",
+        }
+    }
+}
+
+const MODES: [(Hessian, &str, Mode); 3] = [
+    (Hessian::Newton, "newton", Mode::Converged),
+    (Hessian::GaussNewton, "gauss-newton", Mode::Converged),
+    (Hessian::Newton, "newton", Mode::OneIteration),
+];
+
 /// Runs every case and ends QEMU.
 pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[Model]) -> ! {
     let record = RECORD.take();
@@ -56,13 +78,13 @@ pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[Model]) -> ! {
                 ),
                 Err(_) => defmt::println!("the derivatives' model was refused"),
             }
-            for (hessian, hessian_word) in [(Hessian::Newton, "newton"), (Hessian::GaussNewton, "gauss-newton")] {
+            for (hessian, hessian_word, mode) in MODES {
                 let how = discretisation(physics);
                 let settings = Settings { hessian, max_iterations: BUDGET, ..Settings::DEFAULT };
                 for (step, step_word, last) in
                     [(COUNT, "count", LAST_COUNT), (core::f64::consts::PI / 180.0, "degree", LAST_DEG)]
                 {
-                    let (result, peak) = stack::peak_of(|| sweep(follower, &how, settings, step, last, record));
+                    let (result, peak) = stack::peak_of(|| sweep(follower, &how, settings, mode, step, last, record));
                     let ticks = match result {
                         Ok(ticks) => ticks,
                         Err(_) => {
@@ -71,10 +93,11 @@ pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[Model]) -> ! {
                         }
                     };
                     defmt::println!(
-                        "run {=u8} {=str} {=str} converged {=str} {=usize} {=usize}",
+                        "run {=u8} {=str} {=str} {=str} {=str} {=usize} {=usize}",
                         *samples,
                         physics_word,
                         hessian_word,
+                        mode.word(),
                         step_word,
                         ram,
                         peak
@@ -106,6 +129,7 @@ fn sweep<'a, S: Size>(
     follower: &mut Follower<f32, S>,
     how: &Discretisation,
     settings: Settings,
+    mode: Mode,
     step: f64,
     last: i32,
     record: &'a mut [Tick],
@@ -118,7 +142,10 @@ fn sweep<'a, S: Size>(
     let mut used = 0;
     for (entry, position) in record.iter_mut().zip((0..=last).chain((0..last).rev())) {
         let angle = f64::from(position) * step;
-        let (outcome, clock) = cycles::of(|| follower.follow_within(angle, BUDGET));
+        let (outcome, clock) = cycles::of(|| match mode {
+            Mode::Converged => follower.follow_within(angle, BUDGET),
+            Mode::OneIteration => follower.track(angle, Tracking::DEFAULT, BUDGET),
+        });
         *entry = Tick {
             position,
             clock,
@@ -146,10 +173,7 @@ struct Derivatives {
 /// Derivatives with respect to angle, object and modulus at every count on the way to the last position. A Newton step is what a
 /// tick costs beyond an evaluation at its result, over its iterations.
 #[inline(never)]
-fn derivatives<S: Size>(
-    follower: &mut Follower<f32, S>,
-    how: &Discretisation,
-) -> Result<Derivatives, DiscretiseError> {
+fn derivatives<S: Size>(follower: &mut Follower<f32, S>, how: &Discretisation) -> Result<Derivatives, DiscretiseError> {
     let design = ladder_80();
     follower.configure(&design, how)?;
     follower.set_settings(Settings::DEFAULT);
