@@ -54,8 +54,7 @@ pub(super) fn write_hinges<T: Real, S: Size>(
             bending: &bending,
             thickness: &thickness,
             compliance,
-            // A hinge is short and its force small: its stiffness would change by 1 %, the finger's force by less than 0.1 %.
-            stiffening: 0.0,
+            stiffening: 3.0 * design.material.law.second_order() * compliance[0],
             rigid_start,
             rigid_end,
         };
