@@ -29,6 +29,11 @@ impl Timing {
         if us > u32::MAX as u64 { u32::MAX } else { us as u32 }
     }
 
+    /// When the first of so many bytes began, if the last has come at `now_us`.
+    pub(crate) fn began_us(&self, now_us: u64, bytes: usize) -> u64 {
+        now_us.saturating_sub(u64::from(self.wire_us(bytes)))
+    }
+
     /// Silence after which an incomplete packet will not be completed, µs: longer than any gap within a packet.
     pub(crate) const fn pause_us(&self) -> u32 {
         self.latency_us.saturating_add(self.wire_us(16))

@@ -36,6 +36,7 @@ sync_read = sdk.GroupSyncRead(port, packets, 132, 4)
 for servo in (TWO, ONE):
     assert sync_read.addParam(servo)
 say("sync-read", sync_read.txRxPacket(), sync_read.getData(TWO, 132, 4), sync_read.getData(ONE, 132, 4))
+say("fast-sync-read", sync_read.fastSyncRead(), sync_read.getData(TWO, 132, 4), sync_read.getData(ONE, 132, 4))
 
 sync_write = sdk.GroupSyncWrite(port, packets, 108, 4)
 assert sync_write.addParam(ONE, [150, 0, 0, 0])
@@ -47,6 +48,7 @@ bulk_read = sdk.GroupBulkRead(port, packets)
 assert bulk_read.addParam(ONE, 144, 2)
 assert bulk_read.addParam(TWO, 146, 1)
 say("bulk-read", bulk_read.txRxPacket(), bulk_read.getData(ONE, 144, 2), bulk_read.getData(TWO, 146, 1))
+say("fast-bulk-read", bulk_read.fastBulkRead(), bulk_read.getData(ONE, 144, 2), bulk_read.getData(TWO, 146, 1))
 
 bulk_write = sdk.GroupBulkWrite(port, packets)
 assert bulk_write.addParam(ONE, 112, 4, [7, 0, 0, 0])

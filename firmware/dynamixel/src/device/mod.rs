@@ -137,7 +137,7 @@ impl<const N: usize> Device<N> {
     /// Nothing means that all bytes are taken. Other devices' answers must be heard too: they tell a device its turn. The
     /// own answers may be heard. Bytes that arrive before the answer's delay has passed cancel nothing.
     pub fn hear(&mut self, now_us: u64, input: &mut &[u8], table: &mut impl ControlTable) -> Option<Reply<'_>> {
-        self.line.at(now_us, self.timing.pause_us());
+        self.line.at(self.timing.began_us(now_us, input.len()), self.timing.pause_us());
         let (delay_us, length) = loop {
             if let Some(spoken) = self.line.settle() {
                 match Self::event(&mut self.turn, &mut self.state, spoken, now_us, &self.timing, table) {

@@ -268,17 +268,27 @@ where
         id: Id,
         wait_us: u32,
         listening: &mut Listening<U::Error>,
-        accept: impl FnMut(&Status<'_>) -> Option<T>,
+        mut accept: impl FnMut(&Status<'_>) -> Option<T>,
     ) -> Result<T, Error<U::Error>> {
         let Master { port, delay, decoder, inbox, .. } = self;
-        let hearing = hear(port, decoder, inbox, id, listening, accept);
+        let hearing = hear(port, decoder, inbox, id, listening, &mut accept);
         match select(hearing, delay.delay_us(wait_us)).await {
             Either::First(result) => result,
-            Either::Second(()) => Err(match listening.fault.take() {
-                Some(fault) => fault,
-                None if decoder.pending() > 0 => Error::Truncated { id, received: decoder.pending() },
-                None => Error::Timeout { id, waited_us: wait_us },
-            }),
+            Either::Second(()) => {
+                let received = decoder.pending();
+                // Noise that began like a packet may have hidden the answer.
+                decoder.pause();
+                while let Some(event) = decoder.feed(&mut &[][..]) {
+                    if let Some(answer) = event.ok().and_then(|packet| packet.status()).and_then(|it| accept(&it)) {
+                        return Ok(answer);
+                    }
+                }
+                Err(match listening.fault.take() {
+                    Some(fault) => fault,
+                    None if received > 0 => Error::Truncated { id, received },
+                    None => Error::Timeout { id, waited_us: wait_us },
+                })
+            }
         }
     }
 }

@@ -78,7 +78,9 @@ pub enum Heard<'a> {
 /// on the line, within the time of the answer to the one before, which did not come.
 ///
 /// The registers are those of the X series ([`crate::xm430`]). Indirect data count as what they show once the tap has heard
-/// the indirect addresses, written or read; until then, and after a restart of the servo, they count as nothing.
+/// the indirect addresses, written or read. Until then they count as nothing, and again when the servo may have been
+/// restarted, or told something that the tap has not understood; what leaves no trace on the line (a Sync Write that is
+/// lost whole) it cannot know.
 ///
 /// ```
 /// use dynamixel::{Heard, Id, Tap, Timing};
@@ -112,6 +114,8 @@ struct State<const N: usize, const S: usize> {
     fast: FastAnswer,
     /// The last question has been answered by a fast answer.
     followed: bool,
+    /// Something damaged came where a question was to come.
+    lost: bool,
     /// Bytes of what was heard.
     data: [u8; N],
     servos: [Option<Watched>; S],
@@ -141,6 +145,7 @@ impl<const N: usize, const S: usize> Tap<N, S> {
                 skipped: 0,
                 fast: FastAnswer::new(0),
                 followed: false,
+                lost: false,
                 data: [0; N],
                 servos: [const { None }; S],
             },
@@ -179,7 +184,7 @@ impl<const N: usize, const S: usize> Tap<N, S> {
     /// Takes bytes heard at `now_us` from the front of `input` until they say something; nothing means that all are taken.
     pub fn hear(&mut self, now_us: u64, input: &mut &[u8]) -> Option<Heard<'_>> {
         let Tap { line, state } = self;
-        line.at(now_us, state.timing.pause_us());
+        line.at(state.timing.began_us(now_us, input.len()), state.timing.pause_us());
         let event = loop {
             if let Some(spoken) = line.settle() {
                 match state.spoken(spoken, now_us) {
@@ -230,6 +235,7 @@ impl<const N: usize, const S: usize> State<N, S> {
             Err(error) => {
                 // It may have been the next question. A fast answer has CRCs of its own to tell.
                 if !(self.request.is_fast() && self.fast.has_begun()) {
+                    self.lost |= self.request.instruction.is_none() && !self.followed;
                     self.request.drop();
                 }
                 return Some(Event::Damaged(error));
@@ -241,6 +247,10 @@ impl<const N: usize, const S: usize> State<N, S> {
         }
         if packet.code != Instruction::Status.code() {
             self.unanswered(skipped);
+            // What was lost was not answered: it may have been a write to anybody, to any place.
+            if core::mem::take(&mut self.lost) {
+                self.servos.iter_mut().flatten().for_each(Watched::doubt_all);
+            }
             return self.ask(&packet, skipped, now_us);
         }
         let Some(status) = packet.status() else {
@@ -252,6 +262,8 @@ impl<const N: usize, const S: usize> State<N, S> {
     /// An answer that nobody who was asked owes: what was asked last was not heard.
     fn stray(&mut self, id: Id) -> Option<Event> {
         self.request.drop();
+        // By far most lost questions are reads, and their answers have data.
+        self.lost = false;
         Some(Event::Stray { id })
     }
 
@@ -338,6 +350,13 @@ impl<const N: usize, const S: usize> State<N, S> {
 
     fn answer(&mut self, status: &Status<'_>, skipped: u32, now_us: u64) -> Option<Event> {
         let (id, alert) = (status.id, status.alert);
+        if self.request.instruction.is_none()
+            && status.parameters.is_empty()
+            && let Some(servo) = self.servo(id.get())
+        {
+            // It was a write or a restart that was not heard.
+            servo.doubt_all();
+        }
         if skipped.wrapping_sub(self.skipped) > NOISE {
             return self.stray(id);
         }

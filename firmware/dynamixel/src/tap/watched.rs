@@ -115,6 +115,11 @@ impl Watched {
         self.indirect.doubt(address, length);
     }
 
+    /// It may have been told anything.
+    pub(super) fn doubt_all(&mut self) {
+        self.indirect = Indirect::UNKNOWN;
+    }
+
     fn stands(&mut self, address: u16, bytes: &[u8], now_us: u64) {
         let seen = Present { indirect: &self.indirect, address, bytes, now_us };
         seen.show(xm430::TORQUE_ENABLE, &mut self.torque);
