@@ -3,7 +3,10 @@
 //! The functions know nothing of the fuzzer: `fuzz/driver` feeds them from libFuzzer (`cargo xtask fuzz`), the normal test
 //! suite feeds them their seeds, whole, cut short and damaged, and `cargo run -p fuzz-targets -- NAME FILE` runs one input.
 
+mod bus;
 mod case;
+mod codec;
+mod frame;
 
 /// Something that is fuzzed.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +22,7 @@ pub struct Target {
 }
 
 /// Every target.
-pub const TARGETS: &[Target] = &[case::TARGET];
+pub const TARGETS: &[Target] = &[bus::TARGET, case::TARGET, codec::TARGET, frame::TARGET];
 
 /// The target of this name.
 pub fn target(name: &str) -> Option<&'static Target> {

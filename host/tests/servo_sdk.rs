@@ -2,24 +2,11 @@
 
 mod servo_case;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use host::servo::{Config, Hub, Servo};
 use servo_case::load;
-
-/// The Python that has ROBOTIS' SDK.
-fn python() -> PathBuf {
-    let default = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/python/bin/python");
-    let python = std::env::var_os("FRE_PYTHON").map_or(default, PathBuf::from);
-    let sdk = Command::new(&python).args(["-c", "import dynamixel_sdk"]).output();
-    assert!(
-        sdk.is_ok_and(|run| run.status.success()),
-        "{} has no dynamixel_sdk: run `cargo xtask setup`, or name another Python in FRE_PYTHON",
-        python.display()
-    );
-    python
-}
 
 #[test]
 fn the_sdk_of_robotis_closes_and_opens_the_finger() {
@@ -30,7 +17,7 @@ fn the_sdk_of_robotis_closes_and_opens_the_finger() {
     let path = hub.pty().unwrap();
     let _bus = hub.spawn().unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/servo_sdk.py");
-    let output = Command::new(python()).arg(script).arg(&path).args(["1000000", "2173"]).output().unwrap();
+    let output = Command::new(test_bus::python()).arg(script).arg(&path).args(["1000000", "2173"]).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
     let refused = "eeprom [RxPacketError] Writing or Reading is not available to target address!";

@@ -4,25 +4,12 @@ mod line;
 mod servo;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use dynamixel::{Id, Instruction, ResetScope, encode, xm430};
 use line::Line;
 use servo::Servo;
-
-/// The Python that has the SDK.
-fn python() -> PathBuf {
-    let default = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python");
-    let python = std::env::var_os("FRE_PYTHON").map_or(default, PathBuf::from);
-    let sdk = Command::new(&python).args(["-c", "import dynamixel_sdk"]).output();
-    assert!(
-        sdk.is_ok_and(|run| run.status.success()),
-        "{} has no dynamixel_sdk: run `cargo xtask setup`, or name another Python in FRE_PYTHON",
-        python.display()
-    );
-    python
-}
 
 /// Runs the script at this baud rate; gives its facts by name, and the servos.
 fn run(baud_rate: u32) -> (BTreeMap<String, String>, Vec<Servo>) {
@@ -37,7 +24,8 @@ fn run(baud_rate: u32) -> (BTreeMap<String, String>, Vec<Servo>) {
     servos[1].put(xm430::HARDWARE_ERROR_STATUS, 0x04);
     let line = Line::new(servos);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/robotis_sdk.py");
-    let output = Command::new(python()).arg(script).arg(&line.path).arg(baud_rate.to_string()).output().unwrap();
+    let output =
+        Command::new(test_bus::python()).arg(script).arg(&line.path).arg(baud_rate.to_string()).output().unwrap();
     let (servos, _) = line.end();
     let text = String::from_utf8(output.stdout).unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);

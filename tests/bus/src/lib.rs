@@ -1,0 +1,5 @@
+//! What the tests of the Dynamixel bus have in common.
+
+mod python;
+
+pub use python::python;
