@@ -68,6 +68,7 @@ fn fields(solution: &Solution) -> Vec<(&'static str, String)> {
         ("max_strain_hinge", number(solution.max_strain.map(|e| e.hinge))),
         (if rotating { "force_x_per_deg_n" } else { "force_x_per_mm_n" }, part(slope, 0)),
         (if rotating { "force_y_per_deg_n" } else { "force_y_per_mm_n" }, part(slope, 1)),
+        ("gap_mm", number(solution.gap_mm)),
     ]
 }
 
@@ -94,12 +95,13 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
         ["tip x", "mm"],
         ["tip y", "mm"],
         ["strain", "%"],
+        ["gap", "mm"],
         ["contacts", ""],
         ["iterations", ""],
         ["time", "ms"],
     ];
     let number = |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |v| format!("{v:.decimals$}"));
-    let rows: Vec<[String; 13]> = solutions
+    let rows: Vec<[String; 14]> = solutions
         .iter()
         .map(|s| {
             [
@@ -113,6 +115,7 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
                 number(s.tip_mm.map(|p| p[0]), 3),
                 number(s.tip_mm.map(|p| p[1]), 3),
                 number(s.max_strain.map(|e| 100.0 * e.front.max(e.back).max(e.hinge)), 2),
+                number(s.gap_mm, 3),
                 s.contacts.len().to_string(),
                 s.iterations.to_string(),
                 format!("{:.2}", s.elapsed_us / 1000.0),
@@ -255,7 +258,11 @@ fn headline(case: &Case) -> String {
     let object = match case.object {
         ObjectDesign::Circle { centre, radius } => format!("a cylinder Ø{} mm {}", 2.0 * radius, at(centre)),
         ObjectDesign::Ellipse { centre, semi_axes: [a, b], angle } => {
-            let turned = if angle == 0.0 { String::new() } else { format!(" turned by {:.4}°", angle.to_degrees()) };
+            let turned = if angle == 0.0 {
+                String::new()
+            } else {
+                format!(" turned by {}°", (1e6 * angle.to_degrees()).round() / 1e6)
+            };
             format!("an ellipse {} × {} mm {}{turned}", 2.0 * a, 2.0 * b, at(centre))
         }
         ObjectDesign::Polygon { corners, rounding } => {

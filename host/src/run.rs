@@ -152,6 +152,10 @@ pub struct Solution {
     pub motor_torque_nmm: Option<f64>,
     /// Elastic energy, N·mm.
     pub energy_nmm: Option<f64>,
+    /// Smallest gap between the finger and the object, mm: the distance before contact, and in contact what the contact's
+    /// softness lets the samples sink in (negative).
+    #[serde(default)]
+    pub gap_mm: Option<f64>,
     /// Tip of the front beam, finger frame, mm.
     pub tip_mm: Option<[f64; 2]>,
     /// Front centreline, base to tip, finger frame, mm.
@@ -239,6 +243,7 @@ fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, Di
             force_finger_frame_n: vector(follower.force_finger()),
             motor_torque_nmm: number(follower.motor_torque()),
             energy_nmm: number(follower.energy()),
+            gap_mm: number(follower.distance()),
             tip_mm: vector(follower.tip()),
             front_mm: shape.front,
             back_mm: shape.back,

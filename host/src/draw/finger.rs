@@ -113,7 +113,13 @@ impl FingerPicture<'_> {
         // A large object is cut off: the finger is what the picture is about.
         let length = self.design.front.length();
         match object::bounds(&self.object) {
-            Some((middle, radius)) if radius <= 0.6 * length => include(middle, radius + 3.0),
+            Some((middle, radius)) if radius <= 0.6 * length => {
+                include(middle, radius + 3.0);
+                if !matches!(self.object, ObjectDesign::Circle { .. }) {
+                    let [x, y] = object::lowest(&self.object);
+                    include([x, y - 8.0], 0.0);
+                }
+            }
             _ => {
                 let foot = self.world(self.design.front.point(0.5 * length));
                 let towards = object::towards(&self.object, foot);
@@ -142,17 +148,24 @@ impl FingerPicture<'_> {
                 scene.line(line, Stroke::new(Ink::ObjectEdge, 1.0));
             }
         }
-        let at = match bounds {
-            Some((centre, radius)) => {
+        let at = match self.object {
+            ObjectDesign::Circle { centre, radius } => {
                 let [x, y] = view.at(centre);
                 [x, y + (0.62 * view.scale * radius).min(90.0)]
             }
-            None => {
-                // Beside the finger's tip, on the object's side of the surface.
-                let tip = self.world(self.design.front.tip);
-                let towards = object::towards(&self.object, tip);
-                let [x, y] = view.at(object::onto(&self.object, tip));
-                [x + 70.0 * towards[0], y - 30.0 * towards[1] - 8.0]
+            ObjectDesign::Ellipse { .. } | ObjectDesign::Polygon { .. } => {
+                // Below the outline, which may be too narrow for words.
+                let lowest = object::lowest(&self.object);
+                let [x, y] = view.at(lowest);
+                [x, (y + 1.5 * TEXT).min(view.area.bottom - 0.5 * TEXT)]
+            }
+            ObjectDesign::HalfPlane { .. } => {
+                // Where the picture reaches deepest into it.
+                let aside = [view.area.left + 60.0, view.area.right - 60.0];
+                let corners =
+                    aside.into_iter().flat_map(|x| [[x, view.area.bottom - TEXT], [x, view.area.top + 2.0 * TEXT]]);
+                let deep = |&at: &[f64; 2]| object::distance(&self.object, view.world(at));
+                corners.min_by(|a, b| deep(a).total_cmp(&deep(b))).unwrap_or_default()
             }
         };
         let text = Text::new(at, TEXT, object::words(&self.object)).ink(Ink::Muted);

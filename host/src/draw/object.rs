@@ -71,6 +71,30 @@ pub(super) fn bounds(object: &ObjectDesign) -> Option<([f64; 2], f64)> {
     }
 }
 
+/// A lowest point of the outline.
+pub(super) fn lowest(object: &ObjectDesign) -> [f64; 2] {
+    match object {
+        ObjectDesign::Circle { centre, radius } => [centre[0], centre[1] - radius],
+        ObjectDesign::Ellipse { centre, semi_axes: [a, b], angle } => {
+            let (sin, cos) = angle.sin_cos();
+            // The support point against y.
+            let reach = (a * sin).hypot(b * cos);
+            let aside = (a * a - b * b) * sin * cos / reach;
+            [centre[0] - aside, centre[1] - reach]
+        }
+        ObjectDesign::Polygon { corners, rounding } => {
+            let low = corners.iter().copied().min_by(|p, q| p[1].total_cmp(&q[1])).unwrap_or_default();
+            [low[0], low[1] - rounding]
+        }
+        ObjectDesign::HalfPlane { point, .. } => *point,
+    }
+}
+
+/// Signed distance of a point, mm.
+pub(super) fn distance(object: &ObjectDesign, [x, y]: [f64; 2]) -> f64 {
+    Shape::<f64>::from(*object).gap([x, y].into()).distance
+}
+
 /// The point of the outline next to a point.
 pub(super) fn onto(object: &ObjectDesign, [x, y]: [f64; 2]) -> [f64; 2] {
     let gap = Shape::<f64>::from(*object).gap([x, y].into());

@@ -110,6 +110,8 @@ impl Document {
         collect(&self.root, String::new(), &mut keys);
         keys.retain(|key| !key.starts_with("motion.motor_angles_deg") && !key.starts_with("motion.distances_mm"));
         let absent = OPTIONAL.iter().map(|(table, key)| format!("{table}.{key}"));
+        let ellipse = keys.iter().any(|key| key.starts_with("object.semi_axes_mm"));
+        let absent = absent.chain(ellipse.then(|| "object.angle_deg".to_owned()));
         keys.extend(absent.filter(|key| !keys.contains(key)).collect::<Vec<_>>());
         keys.sort();
         keys

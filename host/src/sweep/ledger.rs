@@ -162,6 +162,7 @@ pub(super) fn header(sweep: &Sweep) -> String {
         force_finger_frame_n: None,
         motor_torque_nmm: None,
         energy_nmm: None,
+        gap_mm: None,
         tip_mm: None,
         front_mm: Vec::new(),
         back_mm: Vec::new(),
