@@ -85,6 +85,7 @@ fn json_has_the_contract_s_keys_in_its_order() {
         "force_finger_frame_n",
         "motor_torque_nmm",
         "energy_nmm",
+        "gap_mm",
         "tip_mm",
         "front_mm",
         "back_mm",
@@ -132,7 +133,7 @@ fn csv_and_text_say_the_same() {
     let expected = "status,motor_angle_deg,force_x_n,force_y_n,force_n,force_finger_frame_x_n,force_finger_frame_y_n,\
         motor_torque_nmm,energy_nmm,tip_x_mm,tip_y_mm,contacts,iterations,steps,elapsed_us,scheme,elements_per_beam,\
         elements_per_hinge,unknowns,physics,precision,max_strain_front,max_strain_back,max_strain_hinge,\
-        force_x_per_deg_n,force_y_per_deg_n";
+        force_x_per_deg_n,force_y_per_deg_n,gap_mm";
     assert_eq!(header, expected.split(',').collect::<Vec<_>>(), "the header is stable: add at its end only");
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert!(rows.len() == 2 && rows.iter().all(|row| row.len() == header.len()), "{csv}");

@@ -154,10 +154,10 @@ impl FingerPicture<'_> {
                 [x, y + (0.62 * view.scale * radius).min(90.0)]
             }
             ObjectDesign::Ellipse { .. } | ObjectDesign::Polygon { .. } => {
-                // Below the outline, which may be too narrow for words.
+                // Below the outline, which may be too narrow for words, and away from the finger.
                 let lowest = object::lowest(&self.object);
                 let [x, y] = view.at(lowest);
-                [x, (y + 1.5 * TEXT).min(view.area.bottom - 0.5 * TEXT)]
+                [(x + 70.0).min(view.area.right - 70.0), (y + 1.5 * TEXT).min(view.area.bottom - 0.5 * TEXT)]
             }
             ObjectDesign::HalfPlane { .. } => {
                 // Where the picture reaches deepest into it.
