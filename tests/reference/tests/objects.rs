@@ -435,3 +435,32 @@ fn single_precision_follows_every_shape() {
     }
     assert!(compared > 150, "{compared}");
 }
+
+/// Outlines that are nearly flat, down to a radius of curvature of 81 m, in single precision: between a circle and a wall
+/// there is no gap in which the precision is lost.
+#[test]
+fn nearly_flat_outlines_in_single_precision() {
+    let how = Discretisation::reduced(Physics::Extended);
+    let motion = Motion::Rotating { axis: [-14.0, -20.0] };
+    let mut small: Box<Follower<f32, Reduced>> = Box::new(Follower::EMPTY);
+    let mut most = [0; 2];
+    for short in [10.0, 20.0, 40.0, 80.0, 160.0] {
+        let design = ObjectDesign::Ellipse { centre: [short - 18.0, 0.0], semi_axes: [900.0, short], angle: 1.82 };
+        let design = placed(design, 40.0, 0.5);
+        let mut follower = solver(&how, Shape::from(design), motion);
+        small.configure(&ladder_80(), &how).expect("a valid design");
+        small.set_object(design, motion);
+        assert!(follower.start(0.0) && small.start(0.0));
+        for step in 1..=60 {
+            let to = (0.1 * f64::from(step)).to_radians();
+            let (double, single) = (follower.follow(to), small.follow(to));
+            assert!(double.status.is_trustworthy() && single.status.is_trustworthy(), "{short}: {double:?} {single:?}");
+            most = [most[0].max(double.iterations), most[1].max(single.iterations)];
+            let (one, two) = (follower.force_world(), small.force_world().map(f64::from));
+            let off = (one[0] - two[0]).hypot(one[1] - two[1]);
+            assert!(off < 2e-3 * (1.0 + one[0].hypot(one[1])), "{short} at {step}: {one:?} {two:?}");
+        }
+        assert!(follower.touching() > 0);
+    }
+    println!("iterations per 0.1°: at most {} in double, {} in single precision", most[0], most[1]);
+}
