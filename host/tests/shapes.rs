@@ -108,7 +108,8 @@ fn pictures_show_every_shape() {
 fn numbers_of_every_shape_can_be_swept() {
     let sweep = |text: &str, key: &str, values: &[f64]| {
         let axis = Axis::Key { key: key.to_owned(), values: values.to_vec() };
-        Sweep::new(Document::resolve("case.toml", text, Path::new("")).unwrap(), None, vec![axis], options())
+        let document = Document::resolve("case.toml", text, Path::new("")).unwrap();
+        Sweep::new(document, None, vec![axis], options()).map_err(|error| error.to_string())
     };
     let no_angle = ELLIPSE.replace("angle_deg = 60.0", "#");
     for (text, key, values) in [
@@ -130,7 +131,7 @@ fn numbers_of_every_shape_can_be_swept() {
     assert!(bad.point(0).is_ok());
     let message = bad.point(1).unwrap_err().to_string();
     assert!(message.contains("object.corners_mm") && message.contains("not convex"), "{message}");
-    let message = sweep(WALL, "object.radius_mm", &[1.0]).err().map_or_else(String::new, |error| error.to_string());
+    let message = sweep(WALL, "object.radius_mm", &[1.0]).err().unwrap_or_default();
     assert!(message.contains("object.radius_mm"), "{message}");
 }
 
