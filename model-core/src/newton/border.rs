@@ -1,9 +1,8 @@
 //! The border: contact rows g_j + ε_c μ_j = 0 against joints, λ and each other.
 
-use super::banded::{self, force_terms};
+use super::banded;
 use super::condense::solve_interior;
 use super::{Workspace, bend};
-use crate::contact::Sample;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::real::Real;
 use crate::size::{Blank, Size};
@@ -15,34 +14,17 @@ pub(crate) struct Own<T> {
     pub x: [T; 2],
     /// Derivatives of the sample's position with respect to the angles of the three nodes of its element, mm.
     pub lever: [[T; 2]; 3],
+    /// Σ w C n: how the span's stretch and shear under the row move the sample, mm/N.
+    pub strain: [T; 2],
 }
 
 impl<T: Real> Blank for Own<T> {
-    const BLANK: Self = Self { x: [T::ZERO; 2], lever: [[T::ZERO; 2]; 3] };
+    const BLANK: Self = Self { x: [T::ZERO; 2], lever: [[T::ZERO; 2]; 3], strain: [T::ZERO; 2] };
 }
 
 #[inline]
 fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0] * b[0] + a[1] * b[1]
-}
-
-/// Weight of a node of its span in a sample's position, mm.
-#[inline]
-fn weight_at<T: Real, S: Size>(ladder: &Ladder<T, S>, sample: usize, node: usize) -> T {
-    let sample = &ladder.samples.as_ref()[sample];
-    let first = usize::from(sample.node);
-    if node < first {
-        ladder.weight.as_ref()[node]
-    } else {
-        sample.weights.get(node - first).copied().unwrap_or(T::ZERO)
-    }
-}
-
-/// Derivative of a sample's position with respect to the angle of a node at or below its element, mm.
-#[inline]
-fn position_lever<T: Real>(lever: &[[T; 2]], sample: &Sample<T>, own: &Own<T>, node: usize) -> [T; 2] {
-    let first = usize::from(sample.node);
-    if node < first { lever[node] } else { own.lever.get(node - first).copied().unwrap_or([T::ZERO; 2]) }
 }
 
 /// n·C·m of a node with direction e: how the row m gives way under the row n by stretch and shear.
@@ -60,8 +42,7 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
     let mut span_start = 0;
     for j in 0..count {
         let row = work.rows.as_ref()[j];
-        let sample_index = usize::from(row.sample);
-        let sample = samples[sample_index];
+        let sample = samples[usize::from(row.sample)];
         let cell = usize::from(sample.cell);
         let normal = row.normal;
         if j > 0 && samples[usize::from(work.rows.as_ref()[j - 1].sample)].cell != sample.cell {
@@ -71,31 +52,36 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
         let member = ladder.members.as_ref()[index];
         let nodes = member.nodes();
         let interior = usize::from(member.interior);
-        let mut own = Own { x: [T::ZERO; 2], lever: bend::sample_lever(ladder, work, index, &sample) };
-        let (e, lever) = (work.e.as_ref(), work.lever.as_ref());
-        let strains = member.compliance[0] != T::ZERO;
-        // Raw entries on the span: −w n·d′ with the angles, w C n with the force.
+        let mut own = Own { lever: bend::sample_lever(ladder, work, index, &sample), ..Own::BLANK };
+        // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
+        let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
         let z = &mut work.delta.as_mut()[nodes.clone()];
-        let reach = usize::from(sample.node) + 2;
-        let mut ends = [T::ZERO; 2];
-        for node in nodes.clone() {
-            let w = if node <= reach { weight_at(ladder, sample_index, node) } else { T::ZERO };
-            let local = node - nodes.start;
-            let raw = if node <= reach { -dot(normal, position_lever(lever, &sample, &own, node)) } else { T::ZERO };
-            if local == 0 {
-                ends[0] = raw;
-            } else if local == interior + 1 {
-                ends[1] = raw;
-            } else {
-                z[local] = raw;
-            }
-            if strains && w != T::ZERO {
-                let along = w * member.compliance[0] * dot(e[node], normal);
-                let across = w * member.compliance[1] * (normal[1] * e[node][0] - normal[0] * e[node][1]);
-                own.x[0] += along * e[node][0] - across * e[node][1];
-                own.x[1] += along * e[node][1] + across * e[node][0];
-            }
+        let mut tensor = [T::ZERO; 3];
+        let mut weigh = |w: T, e: [T; 2]| {
+            tensor = [tensor[0] + w * e[0] * e[0], tensor[1] + w * e[0] * e[1], tensor[2] + w];
+        };
+        let (e, lever) = (&work.e.as_ref()[nodes.clone()], &work.lever.as_ref()[nodes.clone()]);
+        let weight = &ladder.weight.as_ref()[nodes.clone()];
+        for (((z, lever), &e), &w) in z[..first].iter_mut().zip(lever).zip(e).zip(weight) {
+            *z = -dot(normal, *lever);
+            weigh(w, e);
         }
+        let (_, beyond) = z.split_at_mut(first);
+        for z in beyond.iter_mut() {
+            *z = T::ZERO;
+        }
+        for (((z, &e), lever), &w) in beyond.iter_mut().zip(&e[first..]).zip(&own.lever).zip(&sample.weights) {
+            *z = -dot(normal, *lever);
+            weigh(w, e);
+        }
+        let ([stretch, shear], [xx, xy, all]) = (member.compliance, tensor);
+        let (k, yy) = (stretch - shear, all - xx);
+        own.strain = [
+            k * (xx * normal[0] + xy * normal[1]) + shear * all * normal[0],
+            k * (xy * normal[0] + yy * normal[1]) + shear * all * normal[1],
+        ];
+        own.x = own.strain;
+        let mut ends = [z[0], z[interior + 1]];
         let m = &work.members.as_ref()[index];
         let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
         ends[0] -= turn(m.rigid_start);
@@ -112,11 +98,10 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
             a -= coupling[0][1] * z[2];
             b -= coupling[interior - 1][1] * z[interior - 1];
         }
-        let weight = &ladder.weight.as_ref()[nodes.clone()];
         let gradient = &work.gradient.as_ref()[nodes.clone()];
         let mut residual = T::ZERO;
         for i in 1..=interior {
-            let [x, y] = lever[nodes.start + i];
+            let [x, y] = lever[i];
             own.x[0] -= z[i] * x;
             own.x[1] -= z[i] * y;
             residual -= gradient[i] * z[i];
@@ -124,28 +109,30 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
         let force = own.x;
         work.own.as_mut()[j] = own;
 
-        // Rows on the same span, this one included.
+        // Rows on the same span, this one included: −Z = −Σ n′·∂P′ z + Σ w w′/l n·C·n′.
+        let mut swept = [T::ZERO; 2];
+        let mut at = 1;
         for k in span_start..=j {
-            let other = work.rows.as_ref()[k];
-            let other_sample = usize::from(other.sample);
-            let mut sum = T::ZERO;
-            let reach = usize::from(samples[other_sample].node) + 2;
-            for i in 0..nodes.len() {
-                let node = nodes.start + i;
-                if node > reach {
-                    break;
+            let other = &work.rows.as_ref()[k];
+            let (lower, own) = (&samples[usize::from(other.sample)], &work.own.as_ref()[k]);
+            let start = usize::from(lower.node).saturating_sub(nodes.start);
+            while at < start.min(interior + 1) {
+                swept = [swept[0] + lever[at][0] * z[at], swept[1] + lever[at][1] * z[at]];
+                at += 1;
+            }
+            let mut sum = dot(normal, own.strain) - dot(other.normal, swept);
+            for (t, (&lever, &w)) in own.lever.iter().zip(&lower.weights).enumerate() {
+                let node = start + t;
+                if (1..=interior).contains(&node) {
+                    sum -= dot(other.normal, lever) * z[node];
                 }
-                let w = weight_at(ladder, other_sample, node);
-                if i >= 1 && i <= interior {
-                    let (sample, own) = (&samples[other_sample], &work.own.as_ref()[k]);
-                    sum -= dot(other.normal, position_lever(lever, sample, own, node)) * z[i];
-                }
-                if strains && weight[i] != T::ZERO {
-                    let share = weight_at(ladder, sample_index, node) / weight[i];
-                    sum += w * share * give(e[node], member.compliance, normal, other.normal);
+                // A node that this row's sample has in part only.
+                if node >= first && node < nodes.len() && w != T::ZERO {
+                    let part = sample.weights.get(node - first).copied().unwrap_or(T::ZERO);
+                    let missing = part / weight[node] - T::one();
+                    sum += w * missing * give(e[node], member.compliance, normal, other.normal);
                 }
             }
-            // −Z = c′ᵀ z + Σ w w′/l n·C·n′ with c′ = −w n·d′.
             work.flexibility.as_mut()[j * S::CONTACTS + k] = sum;
         }
         // Rows on lower spans see this one through their own span's force.
@@ -162,26 +149,32 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
         column[PER_CELL * cell] += force[0];
         column[PER_CELL * cell + 1] += force[1];
         // Spans below: the row pulls at their force.
-        for lower in 0..cell {
+        let mut next = 0;
+        let mut below = [T::ZERO; 2];
+        for lower in 0..=cell {
+            // Z: nᵀ XX n′ of every span below both rows, for those rows up to this one that lie on this span.
+            while next <= j {
+                let other = &work.rows.as_ref()[next];
+                if usize::from(samples[usize::from(other.sample)].cell) != lower {
+                    break;
+                }
+                work.flexibility.as_mut()[j * S::CONTACTS + next] -= dot(below, other.normal);
+                next += 1;
+            }
+            if lower == cell {
+                break;
+            }
             let member = &ladder.members.as_ref()[4 * lower];
             let c = &work.fronts.as_ref()[lower];
-            let (terms, _) = force_terms::<T>(4 * lower);
-            let u = terms[0].0;
             let xn = [c.xx * normal[0] + c.xy * normal[1], c.xy * normal[0] + c.yy * normal[1]];
+            below = [below[0] + xn[0], below[1] + xn[1]];
             if member.start != CLAMPED {
                 column[usize::from(member.start)] -= dot(c.ax, normal);
             }
             column[usize::from(member.end)] -= dot(c.bx, normal);
-            column[u] -= xn[0];
-            column[u + 1] -= xn[1];
+            column[PER_CELL * lower] -= xn[0];
+            column[PER_CELL * lower + 1] -= xn[1];
             residual -= dot(c.rx, normal);
-            // Z: nᵀ XX n′ for every row at or below this one that lies above span `lower`.
-            for k in 0..=j {
-                let other = work.rows.as_ref()[k];
-                if usize::from(samples[usize::from(other.sample)].cell) > lower {
-                    work.flexibility.as_mut()[j * S::CONTACTS + k] -= dot(xn, other.normal);
-                }
-            }
         }
         work.flexibility.as_mut()[j * S::CONTACTS + j] += row.softness;
         work.row_rhs.as_mut()[j] = -row.gap - row.softness * row.multiplier + residual;
