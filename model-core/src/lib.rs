@@ -60,6 +60,8 @@
 #[cfg(test)]
 #[macro_use]
 extern crate std;
+#[cfg(all(feature = "random", not(test)))]
+extern crate std;
 
 pub mod contact;
 pub mod design;
@@ -72,8 +74,8 @@ pub mod grasp;
 pub mod ladder;
 pub mod newton;
 pub mod object;
-#[cfg(test)]
-mod random_designs;
+#[cfg(any(test, feature = "random"))]
+pub mod random_designs;
 pub mod real;
 pub mod sensitivity;
 pub mod size;

@@ -295,28 +295,7 @@ impl Design {
 pub(crate) mod tests {
     use super::*;
 
-    /// The finger of the reference data `ladder-80.csv`.
-    pub(crate) fn ladder_80() -> Design {
-        let beam = |base| Beam { base, tip: [0.0, 80.0], thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
-        let mut design = Design {
-            width: Profile::constant(20.0),
-            plane_strain: PlaneStrain::Stress,
-            material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
-            front: beam([0.0, 0.0]),
-            back: beam([-28.0, 0.0]),
-            lamellae: Lamellae { attachments: Attachments::Heights(Vec::new()), thickness: 3.0 },
-            hinge: Hinge {
-                kind: HingeKind::Flexible,
-                length: Vec::from_iter([2.5]),
-                thickness: 0.8,
-                from: HingeFrom::Centreline,
-            },
-            rigid_above: None,
-            motor_axis: [-14.0, -20.0],
-        };
-        set_heights(&mut design, 7);
-        design
-    }
+    pub(crate) use crate::random_designs::ladder_80;
 
     /// So many lamellae, evenly spaced (9 mm apart for seven, otherwise up to a height of 55 mm).
     pub(crate) fn set_heights(design: &mut Design, count: usize) {

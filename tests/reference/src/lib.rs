@@ -2,6 +2,9 @@
 
 #![no_std]
 
+#[cfg(not(target_os = "none"))]
+pub mod random;
+
 use heapless::Vec;
 use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
