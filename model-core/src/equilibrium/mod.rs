@@ -104,6 +104,13 @@ enum Phase<T> {
 pub const FOLLOW_ITERATIONS: u32 = 20_000;
 /// Ends of branches that one call looks beyond. Where two branches end into each other, more would go on for ever.
 const FOLDS: u32 = 24;
+/// Newton iterations after which a step is halved rather than pursued: iterates that wander may end on another branch.
+///
+/// *Measured* on 10,000 random fingers at steps of 1° (example `branches`): of 114,881 accepted steps 0.7 % took more than 8
+/// iterations, and among them was every step that left its branch.
+const PATIENCE: u32 = 8;
+/// Part of the largest step below which they may take all that the settings allow: a step this short does not stray.
+const PATIENT_BELOW: f64 = 1.0 / 16.0;
 
 /// Follows a finger's equilibrium on an object: model, state and workspace.
 ///
@@ -388,7 +395,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         self.extrapolate(target);
         let tolerance = if reaches { T::TOLERANCE } else { on_the_way() };
-        let attempt = self.newton(target, self.settings.max_iterations.min(left), tolerance);
+        let allowed = self.patience((target - self.at).abs());
+        let attempt = self.newton(target, allowed.min(left), tolerance);
         outcome.iterations += attempt.iterations;
         outcome.gradient = attempt.residual.gradient.to_f64();
         outcome.length = attempt.residual.length.to_f64();
@@ -402,7 +410,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.state.copy_from(&self.accepted, &self.ladder);
         self.extrapolates = false;
         let half = size.min(remaining.abs()) * T::of(0.5);
-        let out_of_budget = attempt.status == Status::MaxIterations && left < self.settings.max_iterations;
+        let out_of_budget = attempt.status == Status::MaxIterations && left < allowed;
         if half >= self.max_step() * T::of(self.settings.min_step) {
             self.step = half;
         } else if self.settings.hessian == Hessian::GaussNewton {
@@ -419,6 +427,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.phase = Phase::Folding { target, shift: T::of(FOLD_SHIFT), spent: 0 };
         }
         (outcome.iterations >= budget).then_some(Status::MaxIterations)
+    }
+
+    /// Newton iterations that a step of this size may take.
+    fn patience(&self, size: T) -> u32 {
+        let large = size > self.max_step() * T::of(PATIENT_BELOW);
+        if large && self.settings.hessian == Hessian::Newton {
+            self.settings.max_iterations.min(PATIENCE)
+        } else {
+            self.settings.max_iterations
+        }
     }
 
     fn accept(&mut self, at: T) {

@@ -99,6 +99,9 @@ fn statistics(cases: &[Case], physics: Physics, word: &str) {
     for ((coarse, fine), [count, other]) in &table {
         println!("  {coarse:<16} {fine:<16} {count:>6} {other:>15}");
     }
+    let iterations =
+        |of: usize| pairs.iter().map(|pair| f64::from(pair[of].iterations)).sum::<f64>() / pairs.len() as f64;
+    println!("  iterations per case: {:.1} and {:.1}", iterations(0), iterations(1));
     println!(
         "  another branch at 1° steps: {} of {} ({:.2} in 1,000)",
         differing.len(),
