@@ -410,7 +410,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.state.copy_from(&self.accepted, &self.ladder);
         self.extrapolates = false;
         let half = size.min(remaining.abs()) * T::of(0.5);
-        let out_of_budget = attempt.status == Status::MaxIterations && left < allowed;
+        // A step that had its due, or a whole call to itself, has failed; another call would only repeat it.
+        let due = allowed.min(PATIENCE).min(budget);
+        let out_of_budget = attempt.status == Status::MaxIterations && left < due;
         if half >= self.max_step() * T::of(self.settings.min_step) {
             self.step = half;
         } else if self.settings.hessian == Hessian::GaussNewton {

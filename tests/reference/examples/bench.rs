@@ -3,6 +3,8 @@
 //!     time MODEL PHYSICS PRECISION WARM_US COLD_US
 //!     force MODEL SAMPLES PHYSICS COUNT FX_F64 FY_F64 FX_F32_BITS FY_F32_BITS      over the sweep, in its order
 //!
+//!     peer cold US | peer warm US | peer force cold|COUNT FX FY       what `peer.py` prints too: same problem, same steps
+//!
 //! Ladder-80, cylinder of 80 mm at Mid height. Warm: one count of the servo's sensor (360°/4096), median over the ticks in contact
 //! of closing to 11° and opening again. Cold: from no contact to 11° by continuation in steps of 1°, median of the repetitions.
 
@@ -13,6 +15,7 @@ use model_core::equilibrium::{Follower, Settings};
 use model_core::object::Motion;
 use model_core::real::Real;
 use model_core::size::{Paper, Reduced, Size};
+use model_core::status::Status;
 use reference_tests::{COUNT, circle_80, ladder_80};
 
 const HEIGHT: f64 = 45.0;
@@ -20,6 +23,8 @@ const LAST_DEG: f64 = 11.0;
 const LAST_COUNT: i32 = LAST_DEG as i32 * 4096 / 360;
 const SWEEPS: usize = 5;
 const COLD_SOLVES: usize = 31;
+/// The counts over which a peer is compared.
+const PEER_COUNTS: std::ops::RangeInclusive<i32> = 80..=110;
 const BOTH: [(Physics, &str); 2] = [(Physics::Paper, "paper"), (Physics::Extended, "extended")];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -29,6 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         times::<Paper>("paper-170-20", Discretisation::full(Scheme::Paper, physics), word)?;
         times::<Paper>("trapezoid-170-20", Discretisation::full(Scheme::Trapezoid, physics), word)?;
     }
+    peer()?;
     for (physics, word) in BOTH {
         for samples in [2, 4, 5] {
             let how = Discretisation { sampling: Sampling::PerElement(samples), ..Discretisation::reduced(physics) };
@@ -92,6 +98,41 @@ fn time<T: Real, S: Size>(
         }
     }
     println!("time {model} {physics} {precision} {:.3} {:.3}", median_us(&mut warm), median_us(&mut cold));
+    Ok(())
+}
+
+/// The paper's model as another program solves it too: 0 to 11° in steps of 1°, then a stretch of counts.
+fn peer() -> Result<(), Box<dyn std::error::Error>> {
+    let mut follower = ready::<f64, Paper>(&Discretisation::full(Scheme::Paper, Physics::Paper))?;
+    let mut go = |name: &str, from: Option<f64>, to: f64| -> Result<(Duration, [f64; 2]), Box<dyn std::error::Error>> {
+        let clock = Instant::now();
+        if let Some(from) = from {
+            follower.start(from);
+        }
+        let outcome = follower.follow(to);
+        let spent = clock.elapsed();
+        if outcome.status != Status::Converged {
+            return Err(format!("peer, {name}: {} at {to} rad", outcome.status).into());
+        }
+        Ok((spent, follower.force_finger()))
+    };
+    for repetition in 0..COLD_SOLVES {
+        let (spent, [x, y]) = go("cold", Some(0.0), LAST_DEG.to_radians())?;
+        println!("peer cold {:.3}", spent.as_secs_f64() * 1e6);
+        if repetition == 0 {
+            println!("peer force cold {x:e} {y:e}");
+        }
+    }
+    for sweep in 0..SWEEPS {
+        go("warm", Some(0.0), f64::from(*PEER_COUNTS.start()) * COUNT)?;
+        for count in PEER_COUNTS.skip(1) {
+            let (spent, [x, y]) = go("warm", None, f64::from(count) * COUNT)?;
+            println!("peer warm {:.3}", spent.as_secs_f64() * 1e6);
+            if sweep == 0 {
+                println!("peer force {count} {x:e} {y:e}");
+            }
+        }
+    }
     Ok(())
 }
 

@@ -36,6 +36,16 @@ pub fn ladder_80() -> Design {
     }
 }
 
+/// The finger of `fea-80.csv` and `fea-80-fine.csv`: six lamellae, necks between faces, a solid wedge at the tip.
+pub fn fea_80() -> Design {
+    let mut design = ladder_80();
+    design.lamellae.attachments = Attachments::Heights((1..=6).map(|k| 10.0 * f64::from(k)).collect());
+    design.hinge.length = Vec::from_iter([2.5, 2.5, 2.5, 2.5, 2.5, 1.97]);
+    design.hinge.from = HingeFrom::Face;
+    design.rigid_above = Some(74.116);
+    design
+}
+
 /// A row of `ladder-80.csv`; column names as in the file, units in mm, N, degrees.
 #[derive(Clone, Copy, Debug)]
 pub struct LadderRow {

@@ -4,24 +4,13 @@
 //! figure, not accuracy. Beyond its peak at High (10.5°) the finger softens steeply, then snaps: percentages mean nothing
 //! there until it has come to rest.
 
-use model_core::design::{Attachments, Design, HingeFrom};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
 use model_core::real::Real;
 use model_core::size::{Paper, Reduced, Size};
 use model_core::status::Status;
-use reference_tests::ladder_80;
-
-/// The finger of the finite elements: six lamellae, necks between faces, a solid wedge at the tip.
-fn fea_80() -> Design {
-    let mut design = ladder_80();
-    design.lamellae.attachments = Attachments::Heights((1..=6).map(|k| 10.0 * f64::from(k)).collect());
-    design.hinge.length = heapless::Vec::from_iter([2.5, 2.5, 2.5, 2.5, 2.5, 1.97]);
-    design.hinge.from = HingeFrom::Face;
-    design.rigid_above = Some(74.116);
-    design
-}
+use reference_tests::fea_80;
 
 struct Row {
     series: &'static str,

@@ -1,6 +1,7 @@
 //! The figures as JSON, with keys that others rely on.
 
 use super::pc::Time;
+use super::peer::Peer;
 use super::target::{Row, Spread};
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
@@ -8,13 +9,25 @@ use serde_json::{Value, json};
 const CASE: &str = "ladder-80 R40-Mid";
 
 /// The whole document.
-pub fn write(rustc: &str, opt_level: &str, rows: &[Row], times: &[Time]) -> Value {
-    json!({
+pub fn write(rustc: &str, opt_level: &str, rows: &[Row], times: &[Time], peer: Option<&Peer>) -> Value {
+    let mut document = json!({
         "rustc": rustc,
         "opt_level": opt_level,
         "target": rows.iter().map(row).collect::<Vec<_>>(),
         "pc": times.iter().map(time).collect::<Vec<_>>(),
-    })
+    });
+    // Absent where it could not be measured.
+    if let Some(peer) = peer {
+        document["peer"] = json!({
+            "name": "casadi-ipopt",
+            "cold_us": peer.cold_us,
+            "warm_us": peer.warm_us,
+            "ratio_cold": peer.ratio_cold,
+            "ratio_warm": peer.ratio_warm,
+            "force_apart": peer.apart,
+        });
+    }
+    document
 }
 
 fn row(row: &Row) -> Value {
@@ -179,7 +192,8 @@ mod tests {
             warm_us: 1.5,
             cold_us: 20.0,
         };
-        write("rustc 1.95.0", "3", &[row], &[time])
+        let peer = Peer { cold_us: 4e4, warm_us: 2e4, ratio_cold: 20.0, ratio_warm: 200.0, apart: 1e-9, compared: 31 };
+        write("rustc 1.95.0", "3", &[row], &[time], Some(&peer))
     }
 
     #[test]
@@ -188,7 +202,9 @@ mod tests {
         check(&document).unwrap();
         assert_eq!(document["target"][0]["instructions_per_count"], json!({ "mean": 100, "max": 200 }));
         assert_eq!(document["pc"][0]["cold_us"], 20.0);
-        assert!(document.get("peer").is_none());
+        assert_eq!(document["peer"]["ratio_warm"], 200.0);
+        let without = write("rustc 1.95.0", "3", &[], &[], None);
+        assert!(without.get("peer").is_none());
     }
 
     #[test]

@@ -4,6 +4,7 @@
 
 mod document;
 mod pc;
+mod peer;
 mod table;
 mod target;
 
@@ -29,12 +30,24 @@ pub fn run(arguments: &[&str]) -> Result<()> {
     let pc = pc::measure()?;
     print!("{}", table::pc(&pc.times));
 
+    headline("CasADi + IPOPT on the paper's model");
+    let peer = peer::measure(&pc.peer)?;
+    if let Some(peer) = &peer {
+        print!("{}", table::peer(peer));
+    }
+
+    headline("how the cost grows");
+    pc::show("scaling")?;
+
+    headline("branches");
+    pc::show("branches")?;
+
     headline("the target, in QEMU");
     let images = target::build(&cross)?;
     let rows = target::measure(&images, &pc.forces)?;
     print!("{}", table::target(&rows));
 
-    let document = document::write(&cross.rustc_version()?, &images.opt_level, &rows, &pc.times);
+    let document = document::write(&cross.rustc_version()?, &images.opt_level, &rows, &pc.times, peer.as_ref());
     document::check(&document)?;
     println!("\n{}, opt-level {}", document["rustc"].as_str().unwrap_or_default(), images.opt_level);
     if let Some(file) = json {

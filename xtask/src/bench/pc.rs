@@ -1,6 +1,7 @@
 //! The part that runs on this PC: the example `bench` of the reference tests.
 
-use crate::command::output;
+use super::peer;
+use crate::command::{line as shown, output};
 use crate::paths;
 use anyhow::{Context, Result, bail};
 use std::collections::HashMap;
@@ -39,18 +40,34 @@ pub struct Pc {
     pub times: Vec<Time>,
     /// By model, tick by tick.
     pub forces: HashMap<Model, Vec<Force>>,
+    /// The problem that a peer solves too.
+    pub peer: peer::Run,
+}
+
+/// An example of the reference tests, built and run; what it prints is for a person to read.
+pub fn show(example: &str) -> Result<()> {
+    let mut command = cargo_run(example);
+    let status = command.status().with_context(|| format!("cannot start `{}`", shown(&command)))?;
+    if !status.success() {
+        bail!("`{}` failed: {status}", shown(&command));
+    }
+    Ok(())
+}
+
+fn cargo_run(example: &str) -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(paths::root());
+    command.args(["run", "--quiet", "--release", "--package", "reference-tests", "--example", example]);
+    command
 }
 
 /// Builds and runs the example.
 pub fn measure() -> Result<Pc> {
-    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(paths::root());
-    command.args(["run", "--quiet", "--release", "--package", "reference-tests", "--example", "bench"]);
-    parse(&output(&mut command)?)
+    parse(&output(&mut cargo_run("bench"))?)
 }
 
 fn parse(text: &str) -> Result<Pc> {
-    let mut pc = Pc { times: Vec::new(), forces: HashMap::new() };
+    let mut pc = Pc { times: Vec::new(), forces: HashMap::new(), peer: peer::Run::default() };
     for line in text.lines() {
         let words: Vec<&str> = line.split(' ').collect();
         match words.as_slice() {
@@ -70,6 +87,7 @@ fn parse(text: &str) -> Result<Pc> {
                     single: [number(bits_x)?, number(bits_y)?],
                 });
             }
+            ["peer", words @ ..] => pc.peer.take(words)?,
             _ => bail!("the PC's bench printed `{line}`"),
         }
     }

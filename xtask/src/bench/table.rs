@@ -1,6 +1,7 @@
 //! The figures as a person reads them.
 
 use super::pc::Time;
+use super::peer::Peer;
 use super::target::Row;
 use std::fmt::Write;
 
@@ -72,6 +73,15 @@ pub fn target(rows: &[Row]) -> String {
         compared.len()
     );
     text
+}
+
+/// The peer beside us.
+pub fn peer(peer: &Peer) -> String {
+    format!(
+        "paper 170/20, inextensible, f64; 0 to 11° in steps of 1° {:.0} µs, a count {:.0} µs of its processor time (medians)\n\
+         our forces are the same within {:.1e} at {} places of the branch; it takes {:.0} times as long cold, {:.0} times warm\n",
+        peer.cold_us, peer.warm_us, peer.apart, peer.compared, peer.ratio_cold, peer.ratio_warm
+    )
 }
 
 /// The PC's table.
