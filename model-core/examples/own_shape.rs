@@ -34,7 +34,7 @@ pub fn forces() -> Result<[f64; 2], Box<dyn Error>> {
     let design = finger::design();
     let mut follower = Box::new(Follower::<f64, Paper, Pair>::EMPTY);
     follower.configure(&design, &Discretisation::fine(Physics::Paper))?;
-    let pair = Pair([Circle::new([11.5, 28.0], 10.0), Circle::new([11.5, 55.0], 10.0)]);
+    let pair = Pair([Circle::new([11.5, 28.0], 10.0), Circle::new([13.5, 55.0], 10.0)]);
     follower.set_object(pair, Motion::Rotating { axis: design.motor_axis });
     follower.start(0.0);
     let outcome = follower.follow(5.0_f64.to_radians());

@@ -1,5 +1,8 @@
 //! Every example does what it says.
 
+// Each example has its own copy of the finger.
+#![allow(clippy::duplicate_mod)]
+
 use model_core::status::Status;
 
 #[allow(dead_code)]

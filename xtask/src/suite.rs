@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 /// Parts of the suite, in the order they run in.
-const PARTS: &[&str] = &["format", "clippy", "pc", "target", "system"];
+const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "target", "system"];
 
 /// Runs the parts named, or all; stops at the first step that fails.
 pub fn run(parts: &[&str]) -> Result<()> {
@@ -38,6 +38,11 @@ pub fn run(parts: &[&str]) -> Result<()> {
         run_command(
             cross.cargo("clippy").args(["--quiet", "--release"]).args(every_target).args(["--", "-D", "warnings"]),
         )?;
+    }
+
+    if wanted("doc") {
+        headline("documentation");
+        run_command(cargo("doc").args(["--quiet", "--no-deps", "--workspace"]).env("RUSTDOCFLAGS", "-D warnings"))?;
     }
 
     if wanted("pc") {

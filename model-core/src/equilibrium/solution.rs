@@ -108,6 +108,32 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
     }
 
+    /// What the clamped base exerts on the front and on the back beam: force (finger frame, N) and moment about the beam's own
+    /// base, N·mm, counter-clockwise.
+    ///
+    /// The derivatives of the Lagrangian with respect to the clamped places and angles: with the contacts they hold the finger in
+    /// balance.
+    pub fn base_reactions(&self) -> [([T; 2], T); 2] {
+        [0, 1].map(|side| {
+            let (members, work) = (self.ladder.members.as_ref(), self.work.members.as_ref());
+            let (Some(member), Some(work)) = (members.get(side), work.get(side)) else {
+                return ([T::ZERO; 2], T::ZERO);
+            };
+            let moment = self.work.gradient.as_ref().get(usize::from(member.first)).copied().unwrap_or(T::ZERO);
+            let mut force = work.force;
+            if side == 0 {
+                // A member's force is the one at its end: contacts on the span itself come on top.
+                for row in self.work.rows.as_ref().iter().take(self.work.row_count) {
+                    let sample = self.ladder.samples.as_ref().get(usize::from(row.sample));
+                    if sample.is_some_and(|sample| sample.cell == 0) {
+                        force = [0, 1].map(|i| force[i] - row.multiplier * row.normal[i]);
+                    }
+                }
+            }
+            (force, moment)
+        })
+    }
+
     /// Elastic energy V (without the contact term), N·mm.
     pub fn energy(&self) -> T {
         let strained = &self.work.members.as_ref()[..self.members()];
