@@ -91,7 +91,7 @@ pub fn insets(design: &Design, lamella: usize) -> [f64; 2] {
     let width = design.lamella_width(lamella);
     let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width];
     let reach = |beam: &model_core::design::Beam, arc: f64| {
-        let e = beam.direction();
+        let e = beam.direction(arc);
         let sine = (e[0] * along[1] - e[1] * along[0]).abs().max(0.1);
         length + 0.5 * beam.thickness.at(arc) / sine
     };

@@ -155,6 +155,7 @@ const CHANGES: &[Change] = &[
         "0.05 is 5 %",
     ),
     ("poissons_ratio = 0.48", "poissons_ratio = 0.48\nmax_strain = \"5 %\"", 9, "finger.material.max_strain", "a text"),
+    ("stiffness_factor = 1.0", "stiffness_factor = 1.0\nsagitta_mm = 30.0", 20, "finger.back.sagitta_mm", "allowed is"),
     ("stiffness_factor = 1.0", "stiffness_factor = 0", 19, "finger.back.stiffness_factor", "allowed is 0.001 to 1000"),
     ("base_mm = [-28.0, 0.0]", "base_mm = [3.0, 0.0]", 16, "finger.back.base_mm", "less than the front beam's 0"),
     ("base_mm = [-28.0, 0.0]", "base_mm = [-28.0, 1e5]", 16, "finger.back.base_mm[1]", "allowed is -1000 to 1000 mm"),

@@ -85,7 +85,8 @@ pub fn first_contact(design: &Design, centre: [f64; 2], radius: f64) -> f64 {
 
 /// The finger of the reference data `ladder-80.csv`: two beams of 80 mm, seven lamellae 9 mm apart, hinges from the centrelines.
 pub fn ladder_80() -> Design {
-    let beam = |base| Beam { base, tip: [0.0, 80.0], thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
+    let beam =
+        |base| Beam { base, tip: [0.0, 80.0], sagitta: 0.0, thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
     Design {
         width: Profile::constant(20.0),
         plane_strain: PlaneStrain::Stress,

@@ -35,7 +35,7 @@ fn through<T: Serialize + DeserializeOwned>(body: &T) -> (usize, T) {
 #[test]
 fn the_largest_finger_fits() {
     let profile = || Profile { knots: full::<_, MAX_KNOTS>([f64::MIN, f64::MAX]) };
-    let beam = || Beam { base: [1.5; 2], tip: [-2.5; 2], thickness: profile(), stiffness_factor: 0.1 };
+    let beam = || Beam { base: [1.5; 2], tip: [-2.5; 2], sagitta: 0.1, thickness: profile(), stiffness_factor: 0.1 };
     let design = Design {
         width: profile(),
         plane_strain: PlaneStrain::Auto,

@@ -113,11 +113,12 @@ fn material(finger: &Table<'_>) -> Result<(Material, Option<f64>), CaseError> {
 
 fn beam(finger: &Table<'_>, key: &'static str) -> Result<Beam, CaseError> {
     let table = finger.need(key, "a table with base_mm, tip_mm and thickness_mm")?.table()?;
-    let table = table.only(&["base_mm", "tip_mm", "thickness_mm", "stiffness_factor"])?;
+    let table = table.only(&["base_mm", "tip_mm", "sagitta_mm", "thickness_mm", "stiffness_factor"])?;
     let point = |key, what| table.need(key, what)?.pair("[x, y] in mm");
     Ok(Beam {
         base: point("base_mm", "the start of the centreline, [x, y] in mm")?,
         tip: point("tip_mm", "the end of the centreline, [x, y] in mm")?,
+        sagitta: table.get("sagitta_mm").map_or(Ok(0.0), |value| value.number())?,
         thickness: profile(&table.need("thickness_mm", "a number of mm, or a taper [[arc_mm, thickness_mm], …]")?)?,
         stiffness_factor: table.get("stiffness_factor").map_or(Ok(1.0), |value| value.number())?,
     })

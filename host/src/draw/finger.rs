@@ -217,7 +217,10 @@ impl FingerPicture<'_> {
                 for (side, (line, beam, arc)) in ends.into_iter().enumerate() {
                     let Some((point, tangent)) = along_line(line, arc) else { continue };
                     // The hinge leaves the beam in the direction it had, turned with the beam.
-                    let turn = tangent[1].atan2(tangent[0]) - beam.direction()[1].atan2(beam.direction()[0]);
+                    let turn = tangent[1].atan2(tangent[0]) - {
+                        let rest = beam.direction(arc);
+                        rest[1].atan2(rest[0])
+                    };
                     let rest = self.rest_direction(lamella);
                     let (sin, cos) = turn.sin_cos();
                     let turned = [cos * rest[0] - sin * rest[1], sin * rest[0] + cos * rest[1]];

@@ -8,7 +8,7 @@ use crate::shape::insets;
 /// A point or vector of the finger frame, mm.
 pub type Point = [f64; 2];
 
-/// A beam with its two faces; arcs are those of its centreline, mm.
+/// A straight beam with its two faces; arcs are those of its centreline, mm.
 #[derive(Clone, Copy, Debug)]
 pub struct Faces<'d> {
     beam: &'d Beam,
@@ -19,13 +19,13 @@ pub struct Faces<'d> {
 impl<'d> Faces<'d> {
     /// The front beam's.
     pub fn front(design: &'d Design) -> Self {
-        let e = design.front.direction();
+        let e = design.front.direction(0.0);
         Self { beam: &design.front, inward: [-e[1], e[0]] }
     }
 
     /// The back beam's.
     pub fn back(design: &'d Design) -> Self {
-        let e = design.back.direction();
+        let e = design.back.direction(0.0);
         Self { beam: &design.back, inward: [e[1], -e[0]] }
     }
 
@@ -53,7 +53,7 @@ impl<'d> Faces<'d> {
     /// Distance of a point from the inner face, towards the other beam, and its arc.
     fn height_over_inner(&self, p: Point) -> (f64, f64) {
         let from = minus(p, self.beam.base);
-        let arc = dot(from, self.beam.direction());
+        let arc = dot(from, self.beam.direction(0.0));
         (dot(from, self.inward) - 0.5 * self.beam.thickness.at(arc), arc)
     }
 
@@ -129,6 +129,9 @@ impl<'d> Outline<'d> {
         let top_arc = Faces::crossing(|s| back.outer(s), tip, across, back.length());
         let top = [front.outer(front.length()), tip, back.outer(top_arc)];
 
+        if design.front.sagitta != 0.0 || design.back.sagitta != 0.0 {
+            return Err(FeaError::Unsupported { what: "a bowed beam (sagitta_mm)", allowed: "straight beams" });
+        }
         let necks = match design.hinge.kind {
             HingeKind::Flexible => true,
             HingeKind::Welded => false,

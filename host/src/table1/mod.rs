@@ -79,7 +79,7 @@ impl Series {
         let arc = front.arc_at_height(self.height_mm);
         // At first contact the undeformed front face, upright in the finger's frame, is tangent to the cylinder.
         let [x, y] = front.point(arc);
-        let [ux, uy] = front.direction();
+        let [ux, uy] = front.direction(arc);
         let away = radius + front.thickness.at(arc) / 2.0;
         let [mx, my] = finger.design.motor_axis;
         let (from_x, from_y) = (x + uy * away - mx, y - ux * away - my);

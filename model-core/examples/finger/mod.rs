@@ -5,7 +5,8 @@ use model_core::design::{
 };
 
 pub fn design() -> Design {
-    let beam = |base| Beam { base, tip: [0.0, 80.0], thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
+    let beam =
+        |base| Beam { base, tip: [0.0, 80.0], sagitta: 0.0, thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
     Design {
         width: Profile::constant(20.0),
         plane_strain: PlaneStrain::Stress,

@@ -16,6 +16,8 @@ pub enum Field {
     FrontBase,
     /// `front.tip_mm`
     FrontTip,
+    /// `front.sagitta_mm`
+    FrontSagitta,
     /// `front.thickness_mm`
     FrontThickness,
     /// `front.stiffness_factor`
@@ -24,6 +26,8 @@ pub enum Field {
     BackBase,
     /// `back.tip_mm`
     BackTip,
+    /// `back.sagitta_mm`
+    BackSagitta,
     /// `back.thickness_mm`
     BackThickness,
     /// `back.stiffness_factor`
@@ -55,10 +59,12 @@ impl Field {
             Self::PoissonsRatio => "material.poissons_ratio",
             Self::FrontBase => "front.base_mm",
             Self::FrontTip => "front.tip_mm",
+            Self::FrontSagitta => "front.sagitta_mm",
             Self::FrontThickness => "front.thickness_mm",
             Self::FrontStiffness => "front.stiffness_factor",
             Self::BackBase => "back.base_mm",
             Self::BackTip => "back.tip_mm",
+            Self::BackSagitta => "back.sagitta_mm",
             Self::BackThickness => "back.thickness_mm",
             Self::BackStiffness => "back.stiffness_factor",
             Self::Heights => "lamellae.heights_mm",
@@ -269,9 +275,12 @@ impl Design {
         within(Field::PoissonsRatio, self.material.poissons_ratio, 0.0, 0.499)?;
         self.validate_beam(
             &self.front,
-            [Field::FrontBase, Field::FrontTip, Field::FrontThickness, Field::FrontStiffness],
+            [Field::FrontBase, Field::FrontTip, Field::FrontSagitta, Field::FrontThickness, Field::FrontStiffness],
         )?;
-        self.validate_beam(&self.back, [Field::BackBase, Field::BackTip, Field::BackThickness, Field::BackStiffness])?;
+        self.validate_beam(
+            &self.back,
+            [Field::BackBase, Field::BackTip, Field::BackSagitta, Field::BackThickness, Field::BackStiffness],
+        )?;
         if self.back.base[0] >= self.front.base[0] {
             return Err(DesignError::BackNotBehindFront { back_x: self.back.base[0], front_x: self.front.base[0] });
         }
@@ -291,16 +300,24 @@ impl Design {
         Ok(())
     }
 
-    fn validate_beam(&self, beam: &Beam, [base, tip, thickness, factor]: [Field; 4]) -> Result<(), DesignError> {
+    fn validate_beam(
+        &self,
+        beam: &Beam,
+        [base, tip, sagitta, thickness, factor]: [Field; 5],
+    ) -> Result<(), DesignError> {
         for (field, point) in [(base, beam.base), (tip, beam.tip)] {
             for coordinate in point {
                 within(field, coordinate, -MAX_LENGTH, MAX_LENGTH)?;
             }
         }
         let rise = beam.tip[1] - beam.base[1];
-        if rise < 1.0 || rise <= 0.1 * beam.length() {
+        if rise < 1.0 || rise <= 0.1 * beam.chord() {
             return Err(DesignError::BeamNotUpright { field: tip, rise });
         }
+        // So far that the ends still rise, and no further than a quarter of the chord (a sixth of a circle's turn each).
+        let lean = libm::asin(rise / beam.chord());
+        let most = 0.5 * beam.chord() * libm::tan(0.5 * (lean - 0.1).min(core::f64::consts::FRAC_PI_3));
+        within(sagitta, beam.sagitta, -most, most)?;
         profile(thickness, &beam.thickness, MIN_THICKNESS, 0.5 * beam.length())?;
         within(factor, beam.stiffness_factor, 1e-3, 1e3)
     }

@@ -3,8 +3,10 @@
 //! Units: mm, N, rad, MPa (N/mm²). Positions are in the finger frame: origin at the front beam's base, y along the
 //! undeformed front beam towards the tip, x towards the object; the back beam's base lies at negative x.
 
+mod beam;
 mod check;
 
+pub use beam::Beam;
 pub use check::{DesignError, Field};
 use heapless::Vec;
 
@@ -98,45 +100,6 @@ pub enum PlaneStrain {
     /// Between the two, from width and thickness.
     #[default]
     Auto,
-}
-
-/// One of the two flexible beams: a straight rod from its base to the tip.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
-pub struct Beam {
-    /// Centreline's start, clamped to the base lamella, mm.
-    pub base: [f64; 2],
-    /// Centreline's end, joined to the other beam, mm.
-    pub tip: [f64; 2],
-    /// Thickness in the plane against arc length from the base, mm.
-    pub thickness: Profile,
-    /// Multiplies EI and EA of this beam.
-    pub stiffness_factor: f64,
-}
-
-impl Beam {
-    /// Length of the centreline, mm.
-    pub fn length(&self) -> f64 {
-        libm::hypot(self.tip[0] - self.base[0], self.tip[1] - self.base[1])
-    }
-
-    /// Unit vector from base to tip.
-    pub fn direction(&self) -> [f64; 2] {
-        let length = self.length();
-        [(self.tip[0] - self.base[0]) / length, (self.tip[1] - self.base[1]) / length]
-    }
-
-    /// Point of the undeformed centreline at an arc length from the base, mm.
-    pub fn point(&self, arc: f64) -> [f64; 2] {
-        let e = self.direction();
-        [self.base[0] + arc * e[0], self.base[1] + arc * e[1]]
-    }
-
-    /// Arc length at which the undeformed centreline reaches a height (finger-frame y), mm.
-    pub fn arc_at_height(&self, height: f64) -> f64 {
-        (height - self.base[1]) / self.direction()[1]
-    }
 }
 
 /// Where the lamellae are joined to the beams, base to tip.

@@ -47,10 +47,11 @@ pub(super) fn write_hinges<T: Real, S: Size>(
         let compliance = compliance(design, how.physics, w * t);
         let bending = |_: f64| stiffness;
         let thickness = |_: f64| t;
+        let direction = |_: f64| along;
         let rod = |rigid_start, rigid_end| Rod {
             elements,
             length,
-            direction: along,
+            direction: &direction,
             bending: &bending,
             thickness: &thickness,
             compliance,

@@ -297,7 +297,7 @@ pub fn discretise<T: Real, S: Size>(
             let rod = Rod {
                 elements: counts[cell],
                 length: to - from,
-                direction: beam.direction(),
+                direction: &|at: f64| beam.direction(from + at * (to - from)),
                 bending: &bending,
                 thickness: &thickness,
                 compliance,

@@ -1,15 +1,16 @@
-//! Members: straight rods, and points in place of hinges that are pins or welds.
+//! Members: rods, and points in place of hinges that are pins or welds.
 
 use super::{DiscretiseError, Scheme};
 use crate::ladder::{CLAMPED, Ladder, Member};
 use crate::real::{Real, vec2};
 use crate::size::Size;
 
-/// A straight flexible rod between two rigid ends, about to become a member.
+/// A flexible rod between two rigid ends, about to become a member.
 pub(super) struct Rod<'a> {
     pub elements: u16,
     pub length: f64,
-    pub direction: [f64; 2],
+    /// Undeformed direction against the position along the rod, 0 … 1.
+    pub direction: &'a dyn Fn(f64) -> [f64; 2],
     /// Bending stiffness EI (N·mm²) against the position along the rod, 0 … 1.
     pub bending: &'a dyn Fn(f64) -> f64,
     /// Thickness, mm, against the same position.
@@ -41,8 +42,18 @@ pub(super) fn write_rod<T: Real, S: Size>(
         return Err(DiscretiseError::Capacity);
     }
     let end = first + count;
-    let direction = vec2::<T>(rod.direction);
-    ladder.direction.as_mut()[first..end].fill([direction.x, direction.y]);
+    for (node, slot) in ladder.direction.as_mut()[first..end].iter_mut().enumerate() {
+        // A link lies about its middle; the joints' own nodes stand for the ends.
+        let last = count - 1;
+        let position = match scheme {
+            Scheme::Simpson => node as f64 / (2 * n) as f64,
+            Scheme::Paper | Scheme::Trapezoid if node == 0 => 0.0,
+            Scheme::Trapezoid if node == last => 1.0,
+            Scheme::Paper | Scheme::Trapezoid => (node as f64 - 0.5) / n as f64,
+        };
+        let direction = vec2::<T>((rod.direction)(position));
+        *slot = [direction.x, direction.y];
+    }
     let mut weight = |node: usize, value: f64| {
         let entry = &mut ladder.weight.as_mut()[first + node];
         *entry = T::of(entry.to_f64() + value);

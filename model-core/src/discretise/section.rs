@@ -31,7 +31,7 @@ pub(crate) fn face_distances(design: &Design, lamella: usize) -> [f64; 2] {
     let width = libm::hypot(q[0] - p[0], q[1] - p[1]);
     let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width];
     let distance = |beam: &Beam, arc: f64| {
-        let e = beam.direction();
+        let e = beam.direction(arc);
         let sine = (e[0] * along[1] - e[1] * along[0]).abs();
         0.5 * beam.thickness.at(arc) / sine.max(0.1)
     };

@@ -14,7 +14,8 @@ use model_core::object::ObjectDesign;
 
 /// The finger of `ladder-80.csv`: 80 mm front beam, seven lamellae at heights 9k, hinges from the centrelines.
 pub fn ladder_80() -> Design {
-    let beam = |base| Beam { base, tip: [0.0, 80.0], thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
+    let beam =
+        |base| Beam { base, tip: [0.0, 80.0], sagitta: 0.0, thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
     Design {
         width: Profile::constant(20.0),
         plane_strain: PlaneStrain::Stress,
