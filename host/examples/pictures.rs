@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use host::case::Case;
 use host::draw::{self, Chart, Mark, Panel, Series, Style, Theme};
-use host::report;
+use host::pictures;
 use host::run::{self, Options, Precision, Solution};
 use model_core::discretise::{Discretisation, Physics, Scheme};
 
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let trapezoid = solve(Discretisation::full(Scheme::Trapezoid, Physics::Paper), Precision::F64)?;
     let paper = solve(Discretisation::full(Scheme::Paper, Physics::Paper), Precision::F64)?;
 
-    let finger = report::picture(&case, &target[22..]).ok_or("nothing to draw")?;
+    let finger = pictures::overview(&case, &target[22..]).ok_or("nothing to draw")?;
     let chart = chart(&target, &trapezoid, &paper).scene();
     for (name, scene) in [("finger", finger), ("chart", chart)] {
         draw::write(&scene, &folder.join(format!("{name}.svg")))?;

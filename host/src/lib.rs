@@ -1,5 +1,6 @@
 //! The library behind the `fre` command: cases, solving, pictures.
 
+pub mod branch;
 pub mod calibrate;
 pub mod case;
 pub mod cli;
@@ -10,9 +11,12 @@ pub mod heap;
 pub mod link;
 pub mod measured;
 pub mod metrics;
+pub mod pictures;
+pub mod pressure;
 pub mod report;
 pub mod run;
 pub mod servo;
 pub mod shape;
+pub mod strains;
 pub mod sweep;
 pub mod table1;

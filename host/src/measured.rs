@@ -15,6 +15,7 @@
 
 use std::path::Path;
 
+use crate::case::{MAX_ANGLE, MAX_DISTANCE};
 use crate::metrics::Point;
 
 /// Places closer than this are the same one.
@@ -43,6 +44,16 @@ pub enum MeasuredError {
         line: usize,
         /// What is needed.
         needed: &'static str,
+    },
+    /// Cells are separated by something else.
+    #[error(
+        "{file}:{line}: the cells of a row are separated by commas, decimals by a point; this file has another separator"
+    )]
+    Separator {
+        /// The file.
+        file: String,
+        /// Line of the header, from 1.
+        line: usize,
     },
     /// No row can be used.
     #[error("{file}: no row can be used{}", .first.as_ref().map(|problem| format!("; the first problem: line {problem}")).unwrap_or_default())]
@@ -84,6 +95,16 @@ impl Coordinate {
         match self {
             Self::MotorAngle => COLUMNS[0],
             Self::Distance => COLUMNS[1],
+        }
+    }
+}
+
+impl Coordinate {
+    /// The largest magnitude, as in a case.
+    fn limit(self) -> f64 {
+        match self {
+            Self::MotorAngle => MAX_ANGLE,
+            Self::Distance => MAX_DISTANCE,
         }
     }
 }
@@ -138,6 +159,9 @@ impl Measured {
             text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
         let empty = |first: Option<String>| MeasuredError::Empty { file: name.to_owned(), first };
         let (header_line, header) = lines.next().ok_or_else(|| empty(None))?;
+        if !header.contains(',') && header.contains([';', '\t']) {
+            return Err(MeasuredError::Separator { file: name.to_owned(), line: header_line + 1 });
+        }
         let names: Vec<String> = cells(header).map(str::to_ascii_lowercase).collect();
         let columns = COLUMNS.map(|column| names.iter().position(|name| name == column));
         let lacks = |needed| MeasuredError::Header { file: name.to_owned(), line: header_line + 1, needed };
@@ -206,6 +230,10 @@ impl Row {
         let place_column = if coordinate == Coordinate::MotorAngle { 0 } else { 1 };
         let place =
             number(place_column)?.ok_or_else(|| format!("{} is empty; needed is a number", coordinate.column()))?;
+        let limit = coordinate.limit();
+        if place.abs() > limit {
+            return Err(format!("{} = {place}; allowed is {} to {limit}", coordinate.column(), -limit));
+        }
         let force = match (number(2)?, number(3)?, number(4)?) {
             (Some(force), ..) if force < 0.0 => return Err(format!("force_n = {force}; a magnitude is not negative")),
             (Some(force), ..) => Some(force),

@@ -1,13 +1,13 @@
-//! Results as text, JSON, CSV and pictures.
+//! Results as text, JSON and CSV.
 
 use std::fmt::Write as _;
 
 use model_core::object::{Motion, ObjectDesign};
-use model_core::status::Status;
 
 use crate::case::Case;
-use crate::draw::{Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
-use crate::run::Solution;
+use crate::pressure::Pressure;
+use crate::run::{MaxStrain, Solution};
+use crate::strains::{Beyond, Strains};
 
 /// The results as the JSON of the contract.
 ///
@@ -41,6 +41,9 @@ fn fields(solution: &Solution) -> Vec<(&'static str, String)> {
     let model = &solution.model;
     let rotating = solution.distance_mm.is_none();
     let slope = solution.sensitivity.and_then(|s| s.force_per_deg_n.or(s.force_per_mm_n));
+    let by_centre = |axis: usize| solution.sensitivity.map(|s| s.force_per_centre_mm_n[axis]);
+    let first = solution.first_branch;
+    let snap = first.and_then(|first| first.snap_between());
     vec![
         ("status", solution.status.to_string()),
         (if rotating { "motor_angle_deg" } else { "distance_mm" }, solution.place().to_string()),
@@ -69,7 +72,32 @@ fn fields(solution: &Solution) -> Vec<(&'static str, String)> {
         (if rotating { "force_x_per_deg_n" } else { "force_x_per_mm_n" }, part(slope, 0)),
         (if rotating { "force_y_per_deg_n" } else { "force_y_per_mm_n" }, part(slope, 1)),
         ("gap_mm", number(solution.gap_mm)),
+        ("force_x_per_centre_x_mm_n", part(by_centre(0), 0)),
+        ("force_y_per_centre_x_mm_n", part(by_centre(0), 1)),
+        ("force_x_per_centre_y_mm_n", part(by_centre(1), 0)),
+        ("force_y_per_centre_y_mm_n", part(by_centre(1), 1)),
+        (
+            "max_pressure_n_per_mm2",
+            number(solution.force_n.map(|_| peak(solution).map_or(0.0, |p| p.pressure_n_per_mm2))),
+        ),
+        (
+            "beyond_max_strain",
+            solution.beyond_max_strain.as_ref().map_or_else(String::new, |b| (!b.is_empty()).to_string()),
+        ),
+        ("branch", solution.branch.map_or_else(String::new, |branch| branch.to_string())),
+        ("first_branch_max_force_n", number(first.map(|first| first.max_force_n))),
+        (
+            if rotating { "first_branch_max_force_at_deg" } else { "first_branch_max_force_at_mm" },
+            number(first.and_then(|first| first.max_force_at())),
+        ),
+        (if rotating { "snap_after_deg" } else { "snap_after_mm" }, part(snap, 0)),
+        (if rotating { "snap_before_deg" } else { "snap_before_mm" }, part(snap, 1)),
     ]
+}
+
+/// The touching sample under the largest pressure.
+fn peak(solution: &Solution) -> Option<&Pressure> {
+    solution.contact_pressure.iter().max_by(|a, b| a.pressure_n_per_mm2.total_cmp(&b.pressure_n_per_mm2))
 }
 
 /// A table for people.
@@ -84,6 +112,7 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
         Motion::Rotating { .. } => (["angle", "°"], ["torque", "N·mm"]),
         Motion::Translating { .. } => (["distance", "mm"], ["drive", "N"]),
     };
+    let number = |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |v| format!("{v:.decimals$}"));
     let columns = [
         place,
         ["status", ""],
@@ -100,7 +129,6 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
         ["iterations", ""],
         ["time", "ms"],
     ];
-    let number = |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |v| format!("{v:.decimals$}"));
     let rows: Vec<[String; 14]> = solutions
         .iter()
         .map(|s| {
@@ -125,6 +153,47 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
     table(&mut out, columns, &rows, 1);
     if let Some(slopes) = slopes(case, solutions) {
         out.push_str(&slopes);
+    }
+    out.push('\n');
+
+    let columns = [
+        place,
+        ["front", "strain %"],
+        ["back", "strain %"],
+        ["hinges", "strain %"],
+        ["worst hinge", ""],
+        ["pressure", "N/mm²"],
+        ["dFx/dx", "N/mm"],
+        ["dFx/dy", "N/mm"],
+        ["dFy/dx", "N/mm"],
+        ["dFy/dy", "N/mm"],
+    ];
+    let rows: Vec<[String; 10]> = solutions
+        .iter()
+        .map(|s| {
+            let strain = |pick: fn(&MaxStrain) -> f64| number(s.max_strain.as_ref().map(|e| 100.0 * pick(e)), 2);
+            let by_centre =
+                |of: usize, axis: usize| number(s.sensitivity.map(|d| d.force_per_centre_mm_n[axis][of]), 3);
+            [
+                format!("{:.3}", s.place()),
+                strain(|e| e.front),
+                strain(|e| e.back),
+                strain(|e| e.hinge),
+                s.strains.as_ref().and_then(Strains::worst_hinge).unwrap_or_else(|| "–".to_owned()),
+                number(peak(s).map(|peak| peak.pressure_n_per_mm2), 4),
+                by_centre(0, 0),
+                by_centre(0, 1),
+                by_centre(1, 0),
+                by_centre(1, 1),
+            ]
+        })
+        .collect();
+    out.push_str("For the designer: largest strains at the outer fibres and largest contact pressure; stiffness that the object\nsees, dF/dC: force on it per displacement of it, world frame\n");
+    table(&mut out, columns, &rows, 4);
+    out.push('\n');
+    out.push_str(&branch_words(case, solutions));
+    for words in warnings(case, solutions) {
+        let _ = writeln!(out, "warning: {words}");
     }
     out
 }
@@ -199,61 +268,55 @@ fn slopes(case: &Case, solutions: &[Solution]) -> Option<String> {
     Some(out)
 }
 
-/// The finger at the last trustworthy place and, if there are several, the force over the places; none without any.
-pub fn picture(case: &Case, solutions: &[Solution]) -> Option<Scene> {
-    let solution = solutions.iter().rfind(|solution| solution.status.is_trustworthy())?;
-    let shape = solution.shape();
-    let finger = FingerPicture {
-        title: headline(case),
-        subtitle: model_words(solution),
-        design: &case.finger.design,
-        motion: case.path.motion,
-        coordinate: case.path.coordinate(solution.place()),
-        object: case.object,
-        shape: &shape,
-        force: solution.force_n,
-    }
-    .scene();
-    if solutions.len() < 2 {
-        return Some(finger);
-    }
-    Some(finger.above(&force_chart(case, solutions).scene()))
-}
-
-/// The force over the places of a case.
-fn force_chart(case: &Case, solutions: &[Solution]) -> Chart {
-    let (title, x_title) = match case.path.motion {
-        Motion::Rotating { .. } => ("Contact force over motor angle", "motor angle *α* (°)"),
-        Motion::Translating { .. } => ("Contact force over distance", "distance *d* (mm)"),
+/// How far the first branch reaches.
+fn branch_words(case: &Case, solutions: &[Solution]) -> String {
+    let unit = match case.path.motion {
+        Motion::Rotating { .. } => "°",
+        Motion::Translating { .. } => " mm",
     };
-    let component = |pick: &dyn Fn(&Solution) -> Option<f64>| {
-        solutions.iter().map(|s| [s.place(), pick(s).unwrap_or(f64::NAN)]).collect::<Vec<_>>()
+    let Some(first) = solutions.first().and_then(|solution| solution.first_branch) else {
+        return "First branch: no trustworthy solution on it\n".to_owned();
     };
-    let series = |name: &str, colour, points| Series { name: name.into(), colour, style: Style::LineAndDots, points };
-    let mut marks = Vec::new();
-    let mut before = Status::NoContact;
-    for solution in solutions {
-        if solution.status != before && !matches!(solution.status, Status::Converged | Status::NoContact) {
-            marks.push(Mark::At { x: solution.place(), words: solution.status.to_string() });
+    let at = first.max_force_at().map_or_else(String::new, |place| format!(" at {}{unit}", short(place)));
+    let end = match (first.snap_between(), solutions.iter().all(|solution| solution.branch.is_some())) {
+        (Some([after, before]), _) => {
+            format!("the finger snaps through between {} and {}{unit}", short(after), short(before))
         }
-        before = solution.status;
-    }
-    let mut chart = Chart::new(title, "force of the finger on the object, world frame", x_title);
-    chart.height = 380.0;
-    chart.panels = vec![Panel {
-        y_title: "force (N)".into(),
-        series: vec![
-            series("magnitude |*F*|", 0, component(&|s| s.force_magnitude_n)),
-            series("*F*_{x}", 1, component(&|s| s.force_n.map(|f| f[0]))),
-            series("*F*_{y}", 2, component(&|s| s.force_n.map(|f| f[1]))),
-        ],
-        marks,
-        ..Panel::default()
-    }];
-    chart
+        (None, true) => "the motion meets no snap-through".to_owned(),
+        (None, false) => "it is followed up to the first place without a trustworthy solution".to_owned(),
+    };
+    format!("First branch: largest force {:.4} N{at}; {end}\n", first.max_force_n)
 }
 
-fn headline(case: &Case) -> String {
+/// At most three decimals.
+pub(crate) fn short(value: f64) -> f64 {
+    (1e3 * value).round() / 1e3 + 0.0
+}
+
+/// What a designer must not overlook: parts strained beyond what the material bears, each with its worst place.
+pub fn warnings(case: &Case, solutions: &[Solution]) -> Vec<String> {
+    let unit = match case.path.motion {
+        Motion::Rotating { .. } => "°",
+        Motion::Translating { .. } => " mm",
+    };
+    let mut worst: Vec<(&str, &Beyond, f64)> = Vec::new();
+    for solution in solutions {
+        for beyond in solution.beyond_max_strain.iter().flatten() {
+            // Beams are named with the arc of their worst section: one warning per beam.
+            let part = beyond.part.split(" at ").next().unwrap_or_default();
+            match worst.iter_mut().find(|(known, ..)| *known == part) {
+                Some((_, most, _)) if most.strain >= beyond.strain => {}
+                Some((_, most, place)) => (*most, *place) = (beyond, solution.place()),
+                None => worst.push((part, beyond, solution.place())),
+            }
+        }
+    }
+    worst.sort_by(|a, b| b.1.strain.total_cmp(&a.1.strain));
+    worst.into_iter().map(|(_, beyond, place)| format!("{beyond} (at {}{unit})", short(place))).collect()
+}
+
+/// Finger and object in words.
+pub(crate) fn headline(case: &Case) -> String {
     let at = |[x, y]: [f64; 2]| format!("at ({x}, {y}) mm");
     let object = match case.object {
         ObjectDesign::Circle { centre, radius } => format!("a cylinder Ø{} mm {}", 2.0 * radius, at(centre)),
@@ -273,7 +336,8 @@ fn headline(case: &Case) -> String {
     format!("{} on {object}", case.finger.name)
 }
 
-fn model_words(solution: &Solution) -> String {
+/// The model in words.
+pub(crate) fn model_words(solution: &Solution) -> String {
     let model = &solution.model;
     format!(
         "scheme {} {}/{}, physics {}, {}",

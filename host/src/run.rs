@@ -8,12 +8,16 @@ use model_core::newton::Hessian;
 use model_core::object::Motion;
 use model_core::real::Real;
 use model_core::sensitivity::{Derivative, DesignParameter, Probe};
+use model_core::size::Size;
 use model_core::status::Status;
 use serde::{Deserialize, Serialize};
 
+use crate::branch::{self, FirstBranch, Found};
 use crate::case::Case;
-use crate::heap::Host;
+use crate::heap::{Host, Wide};
+use crate::pressure::{Pressure, pressures};
 use crate::shape::{Contact, Shape};
+use crate::strains::{Beyond, Strains};
 
 /// Newton iterations allowed between two places: several times what a motion with a snap-through takes.
 const MOST_ITERATIONS: u32 = 10_000;
@@ -178,6 +182,21 @@ pub struct Solution {
     pub elapsed_us: f64,
     /// The model.
     pub model: Model,
+    /// Branch, counted from 1: every snap-through begins another; absent once a place had no trustworthy solution.
+    #[serde(default)]
+    pub branch: Option<u32>,
+    /// How far the first branch reaches; the same at every place of a case.
+    #[serde(default)]
+    pub first_branch: Option<FirstBranch>,
+    /// Contact pressure at the touching samples, base to tip.
+    #[serde(default)]
+    pub contact_pressure: Vec<Pressure>,
+    /// Strains along the beams and in the hinges.
+    #[serde(default)]
+    pub strains: Option<Strains>,
+    /// What is strained beyond the material's limit, the worst first; absent if the limit or the strains are not known.
+    #[serde(default)]
+    pub beyond_max_strain: Option<Vec<Beyond>>,
 }
 
 impl Solution {
@@ -204,22 +223,40 @@ impl Solution {
 /// If the finger cannot be discretised as asked.
 pub fn solve(case: &Case, options: &Options) -> Result<Vec<Solution>, DiscretiseError> {
     match options.precision {
-        Precision::F32 => solve_in::<f32>(case, options),
-        Precision::F64 => solve_in::<f64>(case, options),
+        Precision::F32 => solve_with_room::<f32>(case, options),
+        Precision::F64 => solve_with_room::<f64>(case, options),
     }
 }
 
-fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, DiscretiseError> {
-    let mut follower = <Follower<T, Host>>::EMPTY;
-    let mut probe = Probe::EMPTY;
+/// Begins again with more room if more samples touch than usual.
+fn solve_with_room<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, DiscretiseError> {
+    let solutions = solve_in::<T, Host>(case, options)?;
+    let crowded = |solution: &Solution| {
+        solution.status == Status::ContactCapacity
+            || (solution.status.is_trustworthy() && solution.sensitivity.is_none())
+    };
+    if solutions.iter().any(crowded) { solve_in::<T, Wide>(case, options) } else { Ok(solutions) }
+}
+
+/// A follower that stands where the path begins, without contact.
+fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T, S>, DiscretiseError> {
+    let mut follower = <Follower<T, S>>::EMPTY;
     follower.configure(&case.finger.design, &options.discretisation)?;
     follower.set_settings(settings(options.hessian));
     follower.set_object(case.object, case.path.motion);
-    let model = model(case, options, follower.unknowns());
     if let Some(&first) = case.path.places.first() {
         // A start that is not free of contact shows in the status of every place.
         follower.start(case.path.coordinate(first));
     }
+    Ok(follower)
+}
+
+fn solve_in<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Vec<Solution>, DiscretiseError> {
+    let mut follower = begin::<T, S>(case, options)?;
+    let mut probe = Probe::EMPTY;
+    let model = model(case, options, follower.unknowns());
+    let samples: Vec<f64> = follower.sample_arcs().map(T::to_f64).collect();
+    let mut snaps = Vec::with_capacity(case.path.places.len());
     let at = |&place: &f64| {
         let begin = Instant::now();
         let outcome = follower.follow_within(case.path.coordinate(place), MOST_ITERATIONS);
@@ -228,12 +265,15 @@ fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, Di
             Motion::Rotating { .. } => (Some(place), None),
             Motion::Translating { .. } => (None, Some(place)),
         };
+        snaps.push(outcome.snaps);
         let known = outcome.status.is_trustworthy();
         let shape = if known { Shape::of(&follower) } else { Shape::default() };
         // Adding zero turns −0 into 0.
         let number = |value: T| known.then(|| value.to_f64() + 0.0);
         let vector = |value: [T; 2]| known.then(|| value.map(|x| x.to_f64() + 0.0));
         let force = vector(follower.force_world());
+        let strains = known.then(|| Strains::of(&follower));
+        let beyond = strains.as_ref().zip(case.finger.max_strain).map(|(strains, limit)| strains.beyond(limit));
         Solution {
             status: outcome.status,
             motor_angle_deg: angle,
@@ -248,6 +288,7 @@ fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, Di
             front_mm: shape.front,
             back_mm: shape.back,
             lamellae_mm: shape.lamellae,
+            contact_pressure: pressures(&case.finger.design, &samples, &shape.contacts),
             contacts: shape.contacts,
             max_strain: known.then(|| max_strain(&follower)),
             sensitivity: if known { sensitivity(&mut follower, &mut probe, case, options) } else { None },
@@ -255,20 +296,35 @@ fn solve_in<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, Di
             steps: outcome.steps,
             elapsed_us: (elapsed_us * 10.0).round() / 10.0,
             model: model.clone(),
+            branch: None,
+            first_branch: None,
+            strains,
+            beyond_max_strain: beyond,
         }
     };
-    Ok(case.path.places.iter().map(at).collect())
+    let mut solutions: Vec<Solution> = case.path.places.iter().map(at).collect();
+    let found: Vec<Found> = solutions
+        .iter()
+        .zip(snaps)
+        .map(|(s, snaps)| Found { place: s.place(), status: s.status, snaps, force: s.force_magnitude_n })
+        .collect();
+    let again = || begin::<T, S>(case, options).ok();
+    let first_branch = branch::first_branch(&case.path, &found, again, MOST_ITERATIONS);
+    for (solution, branch) in solutions.iter_mut().zip(branch::branches(&found)) {
+        (solution.branch, solution.first_branch) = (branch, first_branch);
+    }
+    Ok(solutions)
 }
 
-fn max_strain<T: Real>(follower: &Follower<T, Host>) -> MaxStrain {
+fn max_strain<T: Real, S: Size>(follower: &Follower<T, S>) -> MaxStrain {
     let [front, back, hinge] = follower.max_strain().map(T::to_f64);
     MaxStrain { front, back, hinge }
 }
 
 /// Derivatives at the present place; `None` if more samples touch than there is room for.
-fn sensitivity<T: Real>(
-    follower: &mut Follower<T, Host>,
-    probe: &mut Probe<T, Host>,
+fn sensitivity<T: Real, S: Size>(
+    follower: &mut Follower<T, S>,
+    probe: &mut Probe<T, S>,
     case: &Case,
     options: &Options,
 ) -> Option<Sensitivity> {

@@ -27,13 +27,22 @@ fn rows_of_a_place_are_one_measurement_and_its_forces_a_mean() {
 #[test]
 fn bad_rows_and_gaps_are_told_with_their_line_and_do_not_spoil_the_rest() {
     let text = "motor_angle_deg,force_n,front_x_mm,front_y_mm\n\
-        6,1.0,,\n,1.0,,\n7,abc,,\n8,NaN,,\n9,,,\n10,1,1 2,3\n11,1\n12,-1,,\n13,2.0,,\n";
+        6,1.0,,\n,1.0,,\n7,abc,,\n8,NaN,,\n9,,,\n10,1,1 2,3\n11,1\n12,-1,,\n13,2.0,,\n-300,1,,\n";
     let measured = Measured::parse("m.csv", text).unwrap();
     let places: Vec<f64> = measured.measurements.iter().map(|m| m.place).collect();
     assert_eq!(places, [6.0, 13.0]);
     let lines: Vec<usize> = measured.problems.iter().map(|p| p.line).collect();
-    assert_eq!(lines, [3, 4, 5, 6, 7, 8, 9]);
-    let words = ["motor_angle_deg is empty", "\"abc\"", "NaN", "neither", "front_x_mm has 2", "2 cells", "negative"];
+    assert_eq!(lines, [3, 4, 5, 6, 7, 8, 9, 11]);
+    let words = [
+        "motor_angle_deg is empty",
+        "\"abc\"",
+        "NaN",
+        "neither",
+        "front_x_mm has 2",
+        "2 cells",
+        "negative",
+        "-180 to 180",
+    ];
     for (problem, word) in measured.problems.iter().zip(words) {
         assert!(problem.reason.contains(word), "{problem} should tell of {word}");
     }
@@ -46,6 +55,7 @@ fn a_header_that_lacks_something_says_what() {
         ("motor_angle_deg,distance_mm,force_n\n1,1,1\n", "both"),
         ("motor_angle_deg,fx_n\n1,1\n", "the other of a pair"),
         ("motor_angle_deg\n1\n", "a force"),
+        ("motor_angle_deg;force_n\n1;2,5\n", "separated by commas"),
         ("", "no row"),
         ("motor_angle_deg,force_n\n1,x\n", "line 2"),
     ] {

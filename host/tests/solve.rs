@@ -97,6 +97,11 @@ fn json_has_the_contract_s_keys_in_its_order() {
         "steps",
         "elapsed_us",
         "model",
+        "branch",
+        "first_branch",
+        "contact_pressure",
+        "strains",
+        "beyond_max_strain",
     ];
     let places: Vec<usize> = order.iter().map(|key| text.find(&format!("\"{key}\"")).unwrap()).collect();
     assert!(places.is_sorted(), "{places:?}");
@@ -133,7 +138,9 @@ fn csv_and_text_say_the_same() {
     let expected = "status,motor_angle_deg,force_x_n,force_y_n,force_n,force_finger_frame_x_n,force_finger_frame_y_n,\
         motor_torque_nmm,energy_nmm,tip_x_mm,tip_y_mm,contacts,iterations,steps,elapsed_us,scheme,elements_per_beam,\
         elements_per_hinge,unknowns,physics,precision,max_strain_front,max_strain_back,max_strain_hinge,\
-        force_x_per_deg_n,force_y_per_deg_n,gap_mm";
+        force_x_per_deg_n,force_y_per_deg_n,gap_mm,force_x_per_centre_x_mm_n,force_y_per_centre_x_mm_n,\
+        force_x_per_centre_y_mm_n,force_y_per_centre_y_mm_n,max_pressure_n_per_mm2,beyond_max_strain,branch,\
+        first_branch_max_force_n,first_branch_max_force_at_deg,snap_after_deg,snap_before_deg";
     assert_eq!(header, expected.split(',').collect::<Vec<_>>(), "the header is stable: add at its end only");
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert!(rows.len() == 2 && rows.iter().all(|row| row.len() == header.len()), "{csv}");

@@ -17,6 +17,7 @@ use model_core::object::ObjectDesign;
 pub use error::{CaseError, Place};
 pub use finger::Finger;
 pub use motion::Path as MotionPath;
+pub(crate) use motion::{MAX_ANGLE, MAX_DISTANCE};
 pub use preset::{PRESETS, preset};
 
 use document::{Source, Table};

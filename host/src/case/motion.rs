@@ -9,9 +9,9 @@ use super::finger::Finger;
 /// The most places along a motion.
 const MAX_PLACES: usize = 10_000;
 /// The largest motor angle, degrees.
-const MAX_ANGLE: f64 = 180.0;
+pub(crate) const MAX_ANGLE: f64 = 180.0;
 /// The largest distance, mm.
-const MAX_DISTANCE: f64 = 1000.0;
+pub(crate) const MAX_DISTANCE: f64 = 1000.0;
 
 /// A motion and the places along it that are asked for, in the order of the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +33,14 @@ impl Path {
         match self.motion {
             Motion::Rotating { .. } => place.to_radians(),
             Motion::Translating { .. } => place,
+        }
+    }
+
+    /// The place in the file's unit (degrees or mm) of a coordinate of the solver (rad or mm).
+    pub fn place(&self, coordinate: f64) -> f64 {
+        match self.motion {
+            Motion::Rotating { .. } => coordinate.to_degrees(),
+            Motion::Translating { .. } => coordinate,
         }
     }
 }

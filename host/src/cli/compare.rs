@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use model_core::discretise::DiscretiseError;
+use model_core::design::{HingeFrom, HingeKind, MaterialLaw};
+use model_core::discretise::{DiscretiseError, Physics};
 use model_core::object::Motion;
 use serde::Serialize;
 
@@ -119,6 +120,9 @@ struct Comparison {
     model_seconds: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     fea: Option<FeaFigures>,
+    /// What the two sides do not have in common.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
     /// Rows of the file that were left out.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     left_out: Vec<String>,
@@ -217,7 +221,9 @@ fn with_fea(args: &Args, case: &Case) -> Result<Compared, String> {
     let last = both.filter_map(|(s, p)| p.as_ref().map(|p| (s, p))).find(|(s, _)| s.status.is_trustworthy());
     let scene =
         last.map(|(solution, pose)| overlay(case, solution, pose)).transpose().map_err(|error| error.to_string())?;
-    let comparison = Comparison { reference: "fea", rows, model_seconds, fea: Some(figures), left_out: Vec::new() };
+    let notes = notes(case, args);
+    let comparison =
+        Comparison { reference: "fea", rows, model_seconds, fea: Some(figures), notes, left_out: Vec::new() };
     Ok((comparison, scene))
 }
 
@@ -246,7 +252,33 @@ fn with_measurements(args: &Args, case: &mut Case, file: &Path) -> Result<Compar
     }
     let scene = (!known.is_empty()).then(|| residual_chart(case, &rows));
     let left_out = measured.problems.iter().map(|problem| format!("{}:{problem}", file.display())).collect();
-    Ok((Comparison { reference: "measured", rows, model_seconds, fea: None, left_out }, scene))
+    let comparison = Comparison { reference: "measured", rows, model_seconds, fea: None, notes: Vec::new(), left_out };
+    Ok((comparison, scene))
+}
+
+/// What finite elements have otherwise than the model.
+fn notes(case: &Case, args: &Args) -> Vec<String> {
+    let design = &case.finger.design;
+    let mut notes = Vec::new();
+    if design.material.law != MaterialLaw::StVenantKirchhoff {
+        notes.push("the finite elements' material is St. Venant–Kirchhoff; the case has another law".to_owned());
+    }
+    if args.model.options().discretisation.physics == Physics::Paper {
+        notes.push(
+            "the finite elements are the finger as it is built; the model has the paper's simplifications (--physics paper)"
+                .to_owned(),
+        );
+    } else if design.hinge.kind == HingeKind::Flexible && design.hinge.from == HingeFrom::Centreline {
+        notes.push(
+            "finger.hinge.from = \"centreline\": the model's hinges bend from the beams' centrelines, the mesh's necks from the \
+             faces"
+                .to_owned(),
+        );
+    }
+    if design.hinge.kind == HingeKind::Welded {
+        notes.push("welded lamellae: the model's are rigid, the mesh's bend as the beams do".to_owned());
+    }
+    notes
 }
 
 fn unit(case: &Case) -> &'static str {
@@ -317,6 +349,9 @@ fn write_text(out: &mut String, case: &Case, comparison: &Comparison) -> std::fm
             1e3 * comparison.model_seconds,
             fea.speed_ratio
         )?;
+    }
+    for note in &comparison.notes {
+        writeln!(out, "note: {note}")?;
     }
     let missing = comparison.rows.iter().filter(|row| row.reference_force_n.is_none()).count();
     if missing > 0 {

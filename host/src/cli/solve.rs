@@ -9,11 +9,16 @@ use model_core::discretise::DiscretiseError;
 use super::options::ModelArgs;
 use super::{UNTRUSTWORTHY, bad_input};
 use crate::case::Case;
-use crate::{draw, report, run};
+use crate::draw::{self, Scene, Theme};
+use crate::pictures::{self, Kind};
+use crate::report;
+use crate::run::{self, Solution};
 
 /// Solve a case: one equilibrium per motor angle, by continuation from no contact.
 ///
-/// The path leads through the angles in the case's order. Exit status: 0 all converged; 1 bad input; 2 some angle
+/// The path leads through the angles in the case's order. Beside the force it tells what a designer asks: largest strains
+/// (with a warning above finger.material.max_strain), largest contact pressure, the stiffness that the object sees, and the
+/// largest force on the first branch, before the finger snaps through. Exit status: 0 all converged; 1 bad input; 2 some angle
 /// without a trustworthy solution.
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -23,9 +28,20 @@ pub struct Args {
     /// Form of the results on standard output
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-    /// Draws the finger at the last trustworthy angle and, for several angles, the force over the angle
+    /// Draws what --plot-kind names into one file; by default the finger at the last trustworthy angle and, for several
+    /// angles, the force over the angle
     #[arg(long, value_name = "FILE.svg|FILE.png")]
     plot: Option<PathBuf>,
+    /// What is drawn, one below the other, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND,…", requires = "plot")]
+    plot_kind: Vec<KindWord>,
+    /// The angle (degrees) or distance (mm) of the finger, pressure and strain pictures; one of the case's [default: the last
+    /// with a trustworthy solution]
+    #[arg(long, value_name = "PLACE", requires = "plot", allow_hyphen_values = true)]
+    plot_at: Option<f64>,
+    /// Colours of a PNG; an SVG follows its viewer's
+    #[arg(long, value_enum, default_value = "light", requires = "plot")]
+    plot_theme: ThemeWord,
     #[command(flatten)]
     model: ModelArgs,
 }
@@ -40,6 +56,67 @@ enum Format {
     Csv,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum KindWord {
+    /// Deformed finger, object and contact forces to scale.
+    Finger,
+    /// Force over the motion, with branches and snap-throughs.
+    Force,
+    /// Contact force per length of the front beam (N/mm).
+    Pressure,
+    /// Strain at the outer fibres of both beams and in the hinges (%), with the material's limit.
+    Strain,
+    /// All of them.
+    All,
+}
+
+impl KindWord {
+    fn kinds(self) -> &'static [Kind] {
+        match self {
+            Self::Finger => &[Kind::Finger],
+            Self::Force => &[Kind::Force],
+            Self::Pressure => &[Kind::Pressure],
+            Self::Strain => &[Kind::Strain],
+            Self::All => &[Kind::Finger, Kind::Force, Kind::Pressure, Kind::Strain],
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ThemeWord {
+    /// On white, for paper.
+    Light,
+    /// On black, for screens.
+    Dark,
+}
+
+/// How near a place of the case --plot-at must be, degrees or mm.
+const SAME_PLACE: f64 = 1e-6;
+
+/// The pictures asked for; none if there is nothing to draw.
+fn picture(args: &Args, case: &Case, solutions: &[Solution]) -> Result<Option<Scene>, String> {
+    let kinds: Vec<Kind> = args.plot_kind.iter().flat_map(|word| word.kinds()).copied().collect();
+    let Some(place) = args.plot_at else {
+        let last = solutions.iter().rposition(|solution| solution.status.is_trustworthy());
+        return Ok(match last {
+            Some(last) if !kinds.is_empty() => pictures::stacked(case, solutions, last, &kinds),
+            _ => pictures::overview(case, solutions),
+        });
+    };
+    let at = index_of(case, place)?;
+    let kinds = if kinds.is_empty() { KindWord::Finger.kinds() } else { &kinds };
+    Ok(pictures::stacked(case, solutions, at, kinds))
+}
+
+/// Which of a case's places this is; a motion that comes back meets it twice: the first is meant.
+fn index_of(case: &Case, place: f64) -> Result<usize, String> {
+    let places = &case.path.places;
+    places.iter().position(|other| (other - place).abs() < SAME_PLACE).ok_or_else(|| {
+        let places: Vec<String> = places.iter().map(f64::to_string).collect();
+        format!("--plot-at {place}: is no place of the case; allowed is one of {}", places.join(", "))
+    })
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
     // The plot's name is checked before time is spent on solving.
@@ -50,6 +127,9 @@ pub fn run(args: &Args) -> ExitCode {
         Ok(case) => case,
         Err(error) => return bad_input(&error),
     };
+    if let Some(Err(error)) = args.plot_at.map(|place| index_of(&case, place)) {
+        return bad_input(&error);
+    }
     let solutions = match run::solve(&case, &args.model.options()) {
         Ok(solutions) => solutions,
         Err(DiscretiseError::Design(error)) => {
@@ -67,14 +147,25 @@ pub fn run(args: &Args) -> ExitCode {
     };
     // A reader that stops early (`fre … | head`) is no failure.
     let _ = std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes());
+    if !matches!(args.format, Format::Text) {
+        // The text has them already.
+        for words in report::warnings(&case, &solutions) {
+            eprintln!("fre: warning: {words}");
+        }
+    }
     if let Some(file) = &args.plot {
-        match report::picture(&case, &solutions) {
-            Some(scene) => {
-                if let Err(error) = draw::write(&scene, file) {
+        match picture(args, &case, &solutions) {
+            Ok(Some(scene)) => {
+                let theme = match args.plot_theme {
+                    ThemeWord::Light => Theme::Light,
+                    ThemeWord::Dark => Theme::Dark,
+                };
+                if let Err(error) = draw::write_in(&scene, file, theme) {
                     return bad_input(&error);
                 }
             }
-            None => eprintln!("fre: {}: nothing to draw, no angle has a trustworthy solution", file.display()),
+            Ok(None) => eprintln!("fre: {}: nothing to draw, there is no trustworthy solution there", file.display()),
+            Err(error) => return bad_input(&error),
         }
     }
     if solutions.iter().all(|solution| solution.status.is_trustworthy()) {

@@ -9,10 +9,10 @@ use crate::table1;
 
 /// Solve the paper's twenty cases (Table 1) with both physics at full and reduced resolution, and compare the models.
 ///
-/// Prints the tables as Markdown; with --out also writes report.html (one page with pictures), table1.md, table1.csv and
-/// errors.svg. The finger is the preset dhas-80, an approximation; the paper prints no object positions: they are chosen so
-/// that first contact is 6° before the first angle. Exit status: 0 all converged; 1 bad input; 2 some case without a
-/// trustworthy solution.
+/// Prints the tables as Markdown; with --out also writes report.html (one page with pictures), table1.md, table1.csv,
+/// errors.svg and errors.png. The finger is the preset dhas-80, an approximation; the paper prints no object positions: they
+/// are chosen so that first contact is 6° before the first angle. Exit status: 0 all converged; 1 bad input; 2 some case
+/// without a trustworthy solution.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Folder for report, table and data

@@ -136,10 +136,7 @@ fn html(pictures: &[Picture], seen: &Seen, summary: &Summary) -> String {
     }
     let _ = writeln!(out, "</tbody>\n</table></div>\n<p class=\"note\">{}</p>", escaped(&Summary::note()));
     for Picture { name, scene, caption } in pictures {
-        // Identifiers are the whole page's.
-        let svg = draw::svg(scene)
-            .replace("id=\"clip", &format!("id=\"{name}-clip"))
-            .replace("url(#clip", &format!("url(#{name}-clip"));
+        let svg = draw::svg_in_page(scene, &format!("{name}-"));
         let _ = writeln!(out, "<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", escaped(caption));
     }
     out += "<h2>The run</h2>\n<div class=\"wide\"><table class=\"facts\">\n";

@@ -18,6 +18,8 @@ pub enum Style {
     Dots,
     /// A thin line with a dot at every point.
     LineAndDots,
+    /// A line with the area between it and zero.
+    Area,
 }
 
 /// A series of points. A point that is not finite interrupts the line.
@@ -47,6 +49,20 @@ pub enum Mark {
     Ring {
         /// The point.
         at: [f64; 2],
+        /// What it is.
+        words: String,
+    },
+    /// A horizontal line: a value that must not be passed.
+    Level {
+        /// The value; drawn only if the axis reaches so far.
+        y: f64,
+        /// What it is.
+        words: String,
+    },
+    /// A stretch of the horizontal axis, such as a branch, named at the panel's bottom.
+    Stretch {
+        /// Where it begins and ends.
+        between: [f64; 2],
         /// What it is.
         words: String,
     },
@@ -184,9 +200,13 @@ fn vertical(panel: &Panel, height: f64) -> Scale {
     let points = panel.series.iter().flat_map(|series| series.points.iter().map(|p| p[1]));
     let bands = panel.marks.iter().flat_map(|mark| match mark {
         Mark::Band { low, high, .. } => vec![*low, *high],
+        Mark::Level { y, .. } => vec![*y],
         _ => Vec::new(),
     });
     let [low, high] = extent(points.chain(bands));
+    // Room for words at the top.
+    let words = panel.marks.iter().any(|mark| matches!(mark, Mark::At { words, .. } if words.len() > 3));
+    let high = if words { high + 0.12 * (high - low) } else { high };
     // An axis that nearly reaches zero shows it.
     let low = if low > 0.0 && low < 0.4 * high { 0.0 } else { low };
     Scale::covering(low, high, count, true)
@@ -238,6 +258,11 @@ impl PanelView<'_> {
         for series in &self.panel.series {
             for run in series.points.split(|p| !(p[0].is_finite() && p[1].is_finite())) {
                 let run: Vec<[f64; 2]> = run.iter().map(|&p| self.at(p)).collect();
+                if let (Style::Area, Some(first), Some(last)) = (series.style, run.first(), run.last()) {
+                    let zero = self.at([0.0, 0.0])[1].clamp(top, bottom);
+                    let area = run.iter().copied().chain([[last[0], zero], [first[0], zero]]);
+                    scene.fill(Path::polygon(area), Ink::Series(series.colour), 0.3);
+                }
                 draw_series(scene, series, &run);
             }
         }
@@ -286,6 +311,29 @@ impl PanelView<'_> {
                     let fits = x + 10.0 + self.fonts.width(&text) <= right + 8.0;
                     scene.text(if fits { text } else { Text { at: [x - 10.0, y - 8.0], ..text }.anchor(Anchor::End) });
                 }
+                Mark::Level { y, words } => {
+                    if !(self.y.low..=self.y.high).contains(y) {
+                        continue;
+                    }
+                    let y = self.at([0.0, *y])[1];
+                    scene.line(Path::lines([[left, y], [right, y]]), Stroke::new(Ink::Force, 1.4).dashed(7.0, 4.0));
+                    let below = if y - size < top { size + 3.0 } else { -5.0 };
+                    let text = Text::new([right - 4.0, y + below], size, words.clone()).ink(Ink::Force).halo();
+                    scene.text(text.anchor(Anchor::End));
+                }
+                Mark::Stretch { between, words } => {
+                    let [from, to] = between.map(|x| self.at([x, 0.0])[0].clamp(left, right));
+                    let y = bottom - 7.0;
+                    for line in [[[from + 2.0, y], [to - 2.0, y]], [[from + 2.0, y - 4.0], [from + 2.0, y + 4.0]]] {
+                        scene.line(Path::lines(line), Stroke::new(Ink::Muted, 1.0));
+                    }
+                    scene.line(Path::lines([[to - 2.0, y - 4.0], [to - 2.0, y + 4.0]]), Stroke::new(Ink::Muted, 1.0));
+                    let text = Text::new([0.5 * (from + to), y - 5.0], size, words.clone()).ink(Ink::Muted).halo();
+                    // A stretch too short for its words is left without.
+                    if self.fonts.width(&text) < to - from {
+                        scene.text(text.anchor(Anchor::Middle));
+                    }
+                }
                 Mark::Band { .. } => {}
             }
         }
@@ -297,6 +345,7 @@ impl Series {
         let ink = Ink::Series(self.colour);
         match self.style {
             Style::Line => Some(Stroke::new(ink, 2.0).round()),
+            Style::Area => Some(Stroke::new(ink, 1.4).round()),
             Style::Dashed => Some(Stroke::new(ink, 1.8).dashed(6.0, 4.0)),
             Style::LineAndDots => Some(Stroke::new(ink, 1.2).round()),
             Style::Dots => None,

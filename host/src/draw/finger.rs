@@ -452,7 +452,7 @@ fn round_below(most: f64) -> f64 {
 }
 
 /// At most so many decimals, without trailing zeros, with a true minus sign.
-pub(super) fn short(value: f64, decimals: usize) -> String {
+pub(crate) fn short(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     text.replace('-', "−")

@@ -5,7 +5,7 @@ use ttf_parser::{Face, OutlineBuilder};
 use super::scene::{Anchor, Path, SUBSCRIPT_DROP, SUBSCRIPT_SIZE, Step, Text};
 
 /// The faces that pictures use.
-pub(super) struct Fonts {
+pub(crate) struct Fonts {
     regular: Option<Face<'static>>,
     italic: Option<Face<'static>>,
     bold: Option<Face<'static>>,
@@ -13,7 +13,7 @@ pub(super) struct Fonts {
 
 impl Fonts {
     /// Opens the fonts inside the program.
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let face = |bytes| Face::parse(bytes, 0).ok();
         Self {
             regular: face(ttf_noto_sans::REGULAR),
@@ -30,8 +30,48 @@ impl Fonts {
         }
     }
 
+    /// The letters of a text, placed before any turn of it, for documents that hold each letter's outline once.
+    pub(crate) fn glyphs(&self, text: &Text) -> Vec<Glyph> {
+        let start = self.start(text);
+        let mut glyphs = Vec::new();
+        self.letters(text, |face, id, size, [x, y]| {
+            let style = [&self.regular, &self.italic, &self.bold]
+                .into_iter()
+                .position(|one| one.as_ref().is_some_and(|one| std::ptr::eq(one, face)));
+            let scale = size / f64::from(face.units_per_em());
+            let at = [text.at[0] + start + x, text.at[1] + y];
+            glyphs.push(Glyph { style: style.unwrap_or(0), id: id.0, scale, at });
+        });
+        glyphs
+    }
+
+    /// Outline of a letter in the font's units, y down; empty for a blank.
+    pub(crate) fn glyph_outline(&self, glyph: &Glyph) -> Path {
+        let mut path = Path::default();
+        let face = [&self.regular, &self.italic, &self.bold].get(glyph.style).and_then(|face| face.as_ref());
+        if let Some(face) = face {
+            let mut pen =
+                Pen { path: &mut path, scale: 1.0, offset: [0.0; 2], at: [0.0; 2], upright: false, last: [0.0; 2] };
+            face.outline_glyph(ttf_parser::GlyphId(glyph.id), &mut pen);
+        }
+        path
+    }
+
+    /// Offset of a text's left end from its position, px.
+    fn start(&self, text: &Text) -> f64 {
+        match text.anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => -0.5 * self.width(text),
+            Anchor::End => -self.width(text),
+        }
+    }
+
     /// Calls `place` for every letter with its face, glyph, size (px) and offset from the text's left end (px).
-    fn letters(&self, text: &Text, mut place: impl FnMut(&Face<'static>, ttf_parser::GlyphId, f64, [f64; 2])) -> f64 {
+    fn letters<'f>(
+        &'f self,
+        text: &Text,
+        mut place: impl FnMut(&'f Face<'static>, ttf_parser::GlyphId, f64, [f64; 2]),
+    ) -> f64 {
         let mut x = 0.0;
         for piece in text.pieces() {
             let Some(face) = self.face(text.bold, piece.italic) else { continue };
@@ -49,18 +89,13 @@ impl Fonts {
     }
 
     /// Width of a text, px.
-    pub(super) fn width(&self, text: &Text) -> f64 {
+    pub(crate) fn width(&self, text: &Text) -> f64 {
         self.letters(text, |_, _, _, _| {})
     }
 
     /// Outlines of a text, placed in the picture.
-    pub(super) fn outline(&self, text: &Text) -> Path {
-        let width = self.width(text);
-        let start = match text.anchor {
-            Anchor::Start => 0.0,
-            Anchor::Middle => -0.5 * width,
-            Anchor::End => -width,
-        };
+    pub(crate) fn outline(&self, text: &Text) -> Path {
+        let start = self.start(text);
         let mut path = Path::default();
         self.letters(text, |face, glyph, size, [x, y]| {
             let mut pen = Pen {
@@ -75,6 +110,19 @@ impl Fonts {
         });
         path
     }
+}
+
+/// A letter of a text.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Glyph {
+    /// Regular, italic, bold.
+    pub(crate) style: usize,
+    /// Number in its font.
+    pub(crate) id: u16,
+    /// Pixels per unit of the font.
+    pub(crate) scale: f64,
+    /// Where its origin lies before the text's turn, px.
+    pub(crate) at: [f64; 2],
 }
 
 /// Writes a glyph's outline into a path.

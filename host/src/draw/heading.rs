@@ -4,8 +4,8 @@ use super::font::Fonts;
 use super::palette::Ink;
 use super::scene::{Path, Scene, Stroke, Text};
 
-pub(super) const TEXT: f64 = 13.0;
-pub(super) const MARGIN: f64 = 14.0;
+pub(crate) const TEXT: f64 = 13.0;
+pub(crate) const MARGIN: f64 = 14.0;
 /// Length of a legend's sample, px.
 const SAMPLE: f64 = 26.0;
 /// A viewer's own font may be wider than the one measured here.
@@ -13,7 +13,7 @@ const OTHER_FONT: f64 = 1.1;
 
 /// The sample of a legend's entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Sample {
+pub(crate) enum Sample {
     /// A line.
     Line(Stroke),
     /// A line with dots.
@@ -25,7 +25,7 @@ pub(super) enum Sample {
 }
 
 /// Draws title, conditions and legend; returns the height they take up.
-pub(super) fn draw(scene: &mut Scene, fonts: &Fonts, [title, subtitle]: [&str; 2], legend: &[(&str, Sample)]) -> f64 {
+pub(crate) fn draw(scene: &mut Scene, fonts: &Fonts, [title, subtitle]: [&str; 2], legend: &[(&str, Sample)]) -> f64 {
     let mut y = MARGIN + 12.0;
     scene.text(Text::new([MARGIN, y], 16.0, title).bold());
     if !subtitle.is_empty() {

@@ -3,22 +3,23 @@
 mod axis;
 mod chart;
 mod finger;
-mod font;
-mod heading;
+pub(crate) mod font;
+pub(crate) mod heading;
 mod object;
 mod palette;
 mod png;
-mod scene;
+pub(crate) mod scene;
 mod svg;
 
 use std::path::Path;
 
 pub use chart::{Chart, Mark, Panel, Series, Style};
 pub use finger::FingerPicture;
+pub(crate) use finger::short;
 pub use palette::Ink;
 pub use png::{PngError, Theme, png};
 pub use scene::Scene;
-pub use svg::svg;
+pub use svg::{svg, svg_in_page};
 
 /// Pixels per CSS pixel of a PNG.
 const PNG_SCALE: f64 = 2.0;
@@ -68,14 +69,22 @@ impl Format {
     }
 }
 
-/// Writes a picture in the format that the file's ending names.
+/// Writes a picture in the format that the file's ending names; pixels on white.
 ///
 /// # Errors
 /// If the ending is not `.svg` or `.png`, or the file cannot be written.
 pub fn write(scene: &Scene, file: &Path) -> Result<(), DrawError> {
+    write_in(scene, file, Theme::Light)
+}
+
+/// As [`write`]; the theme is that of pixels, an SVG has both.
+///
+/// # Errors
+/// As there.
+pub fn write_in(scene: &Scene, file: &Path, theme: Theme) -> Result<(), DrawError> {
     let bytes = match Format::of(file)? {
         Format::Svg => svg(scene).into_bytes(),
-        Format::Png => png(scene, PNG_SCALE, Theme::Light)?,
+        Format::Png => png(scene, PNG_SCALE, theme)?,
     };
     std::fs::write(file, bytes).map_err(|source| DrawError::Unwritable { file: file.display().to_string(), source })
 }

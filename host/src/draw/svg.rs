@@ -1,13 +1,29 @@
-//! A picture as SVG: colours in a style sheet with a light and a dark set, texts as texts.
+//! A picture as SVG: colours in a style sheet with a light and a dark set.
+//!
+//! In a file letters are drawn as outlines, so that a picture looks the same everywhere and needs no font of the system; the
+//! words lie over them invisibly: they can be marked, searched and read aloud. In a page, whose other text needs fonts anyhow,
+//! they are text.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use super::font::Fonts;
 use super::palette::Ink;
 use super::scene::{Anchor, Item, Path, SUBSCRIPT_DROP, SUBSCRIPT_SIZE, Scene, Step, Text};
 
 /// The picture as an SVG document.
 pub fn svg(scene: &Scene) -> String {
+    written(scene, None)
+}
+
+/// The picture as an SVG element of a page; its identifiers begin with a prefix, since they are the whole page's.
+pub fn svg_in_page(scene: &Scene, prefix: &str) -> String {
+    written(scene, Some(prefix))
+}
+
+fn written(scene: &Scene, page: Option<&str>) -> String {
     let mut out = String::new();
+    let prefix = page.unwrap_or_default();
     let (width, height) = (number(scene.width), number(scene.height));
     let description = escape(&scene.description);
     // Writing into a String cannot fail.
@@ -17,6 +33,10 @@ pub fn svg(scene: &Scene) -> String {
     );
     let _ = writeln!(out, "<title>{description}</title>");
     out.push_str(&style());
+    let mut letters = Letters { fonts: Fonts::new(), outlines: BTreeMap::new() };
+    if page.is_none() {
+        out.push_str(&letters.definitions(scene));
+    }
     let _ = writeln!(out, r#"<rect class="f-paper" width="{width}" height="{height}"/>"#);
     let mut clips = 0;
     let mut clipped = false;
@@ -46,7 +66,12 @@ pub fn svg(scene: &Scene) -> String {
                 }
                 let _ = writeln!(out, r#"<path class="{}"{extra} d="{}"/>"#, classes.join(" "), steps(path));
             }
-            Item::Text(text) => write_text(&mut out, text),
+            Item::Text(text) => {
+                if page.is_none() {
+                    letters.draw(&mut out, text);
+                }
+                write_text(&mut out, text, page.is_some());
+            }
             Item::Clip(rect) => {
                 if clipped {
                     out.push_str("</g>\n");
@@ -55,7 +80,7 @@ pub fn svg(scene: &Scene) -> String {
                 clipped = true;
                 let _ = writeln!(
                     out,
-                    r#"<clipPath id="clip{clips}"><path d="{}"/></clipPath><g clip-path="url(#clip{clips})">"#,
+                    r#"<clipPath id="{prefix}clip{clips}"><path d="{}"/></clipPath><g clip-path="url(#{prefix}clip{clips})">"#,
                     steps(&Path::rectangle(*rect))
                 );
             }
@@ -86,13 +111,82 @@ fn style() -> String {
         }
     }
     format!(
-        "<style>text{{font-family:'Noto Sans','Helvetica Neue',Helvetica,Arial,'DejaVu Sans',sans-serif}}\
+        "<style>.words{{font-family:'Noto Sans','Helvetica Neue',Helvetica,Arial,'DejaVu Sans',sans-serif}}.hidden{{fill-opacity:0}}\
          .halo{{paint-order:stroke;stroke-linejoin:round}}{light}\
          @media (prefers-color-scheme:dark){{{dark}}}</style>\n"
     )
 }
 
-fn write_text(out: &mut String, text: &Text) {
+/// The letters of a document: each outline stands in it once.
+struct Letters {
+    fonts: Fonts,
+    /// Outlines by their names.
+    outlines: BTreeMap<String, String>,
+}
+
+impl Letters {
+    /// Definitions of all letters of a picture.
+    fn definitions(&mut self, scene: &Scene) -> String {
+        for item in &scene.items {
+            let Item::Text(text) = item else { continue };
+            for glyph in self.fonts.glyphs(text) {
+                let name = name(&glyph);
+                if !self.outlines.contains_key(&name) {
+                    let outline = steps(&self.fonts.glyph_outline(&glyph));
+                    self.outlines.insert(name, outline);
+                }
+            }
+        }
+        let mut out = String::from("<defs>\n");
+        for (name, outline) in self.outlines.iter().filter(|(_, outline)| !outline.is_empty()) {
+            let _ = writeln!(out, r#"<path id="{name}" d="{outline}"/>"#);
+        }
+        out.push_str("</defs>\n");
+        out
+    }
+
+    /// Draws a text's letters.
+    fn draw(&self, out: &mut String, text: &Text) {
+        let mut class = format!("f-{}", text.ink.class());
+        if text.halo > 0.0 {
+            class.push_str(" s-paper halo");
+        }
+        let turn = if text.upright {
+            let [x, y] = text.at.map(number);
+            format!(r#" transform="rotate(-90 {x} {y})""#)
+        } else {
+            String::new()
+        };
+        let _ = write!(out, r#"<g class="{class}"{turn} aria-hidden="true">"#);
+        // Rims first: a letter's must not cover its neighbour.
+        for rim in if text.halo > 0.0 { &[true, false][..] } else { &[false] } {
+            for glyph in self.fonts.glyphs(text) {
+                let name = name(&glyph);
+                if self.outlines.get(&name).is_none_or(String::is_empty) {
+                    continue;
+                }
+                let ([x, y], scale) = (glyph.at.map(number), glyph.scale);
+                let width = if *rim {
+                    format!(r#" stroke-width="{}""#, number(text.halo / scale))
+                } else if text.halo > 0.0 {
+                    r#" stroke="none""#.to_owned()
+                } else {
+                    String::new()
+                };
+                let _ =
+                    write!(out, r##"<use href="#{name}" transform="translate({x} {y}) scale({scale:.5})"{width}/>"##);
+            }
+        }
+        out.push_str("</g>\n");
+    }
+}
+
+/// A letter's name in the document.
+fn name(glyph: &super::font::Glyph) -> String {
+    format!("letter{}-{}", glyph.style, glyph.id)
+}
+
+fn write_text(out: &mut String, text: &Text, visible: bool) {
     let anchor = match text.anchor {
         Anchor::Start => "start",
         Anchor::Middle => "middle",
@@ -106,10 +200,13 @@ fn write_text(out: &mut String, text: &Text) {
     if text.upright {
         let _ = write!(extra, r#" transform="rotate(-90 {x} {y})""#);
     }
-    let mut class = format!("f-{}", text.ink.class());
-    if text.halo > 0.0 {
-        class.push_str(" s-paper halo");
-        let _ = write!(extra, r#" stroke-width="{}""#, number(text.halo));
+    let mut class = "hidden words".to_owned();
+    if visible {
+        class = format!("f-{} words", text.ink.class());
+        if text.halo > 0.0 {
+            class.push_str(" s-paper halo");
+            let _ = write!(extra, r#" stroke-width="{}""#, number(text.halo));
+        }
     }
     let size = number(text.size);
     let _ = write!(out, r#"<text class="{class}" x="{x}" y="{y}" font-size="{size}" text-anchor="{anchor}"{extra}>"#);

@@ -8,11 +8,12 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use model_core::design::{Design, PlaneStrain};
+use model_core::design::{Beam, Design, PlaneStrain};
+use model_core::discretise::plate_factor;
 
 use super::Plan;
 use super::mesh::{Mesh, Part};
-use super::outline::Point;
+use super::outline::{Point, dot, minus};
 
 /// Largest move of one increment: degrees of a rotation, mm of a translation.
 pub const STEP: f64 = 0.5;
@@ -129,21 +130,22 @@ pub fn lines(mesh: &Mesh) -> impl Iterator<Item = usize> {
     mesh.front_line.iter().chain(&mesh.back_line).copied()
 }
 
-/// Factor on Young's modulus of an element: the beam's own, a width that differs from the base's, and the plate's.
+/// Factor on Young's modulus of an element: the beam's own, a width that differs from the base's, and the plate's as the rods
+/// have it (plane strain proper is the elements' own).
 fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
-    let height = mesh.middle(element)[1];
-    let width = design.width.at(height);
+    let middle = mesh.middle(element);
+    let width = design.width.at(middle[1]);
+    let thickness = |beam: &Beam| {
+        let arc = dot(minus(middle, beam.base), beam.direction());
+        beam.thickness.at(arc)
+    };
     let (factor, thickness) = match mesh.parts[element] {
-        Part::Front => (design.front.stiffness_factor, design.front.thickness.at(height)),
-        Part::Back => (design.back.stiffness_factor, design.back.thickness.at(height)),
+        Part::Front => (design.front.stiffness_factor, thickness(&design.front)),
+        Part::Back => (design.back.stiffness_factor, thickness(&design.back)),
         Part::Lamella => (1.0, design.hinge.thickness),
     };
     let plate = match design.plane_strain {
-        PlaneStrain::Auto => {
-            // As the rods have it: the edges curl over about one thickness each.
-            let strain = 1.0 / (1.0 - design.material.poissons_ratio.powi(2));
-            1.0 + (strain - 1.0) * (1.0 - thickness / width).clamp(0.0, 1.0)
-        }
+        PlaneStrain::Auto => plate_factor(design, width, thickness),
         PlaneStrain::Stress | PlaneStrain::Strain => 1.0,
     };
     factor * plate * width / design.width.at(0.0)

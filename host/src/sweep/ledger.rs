@@ -181,6 +181,11 @@ pub(super) fn header(sweep: &Sweep) -> String {
             physics: String::new(),
             precision: Precision::F64,
         },
+        branch: None,
+        first_branch: None,
+        contact_pressure: Vec::new(),
+        strains: None,
+        beyond_max_strain: None,
     };
     let csv = report::csv(&[nothing]);
     let axes: String = sweep.axes.iter().map(|axis| format!("{},", axis.name())).collect();

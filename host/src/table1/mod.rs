@@ -195,6 +195,9 @@ pub enum Table1Error {
         /// The system's words.
         source: std::io::Error,
     },
+    /// The picture cannot be written.
+    #[error(transparent)]
+    Draw(#[from] crate::draw::DrawError),
 }
 
 /// Solves the twenty cases with every model, one after the other so that the times mean something.
@@ -239,14 +242,15 @@ pub fn write(folder: &Path, rows: &[Row]) -> Result<Vec<PathBuf>, Table1Error> {
     let failed = |file: &Path, source| Table1Error::File { file: file.display().to_string(), source };
     std::fs::create_dir_all(folder).map_err(|source| failed(folder, source))?;
     let mut files = Vec::new();
-    for (name, text) in [
-        ("report.html", page::html(rows)),
-        ("table1.md", markdown(rows)),
-        ("table1.csv", csv(rows)),
-        ("errors.svg", bars::svg(rows)),
-    ] {
+    for (name, text) in [("report.html", page::html(rows)), ("table1.md", markdown(rows)), ("table1.csv", csv(rows))] {
         let file = folder.join(name);
         std::fs::write(&file, text).map_err(|source| failed(&file, source))?;
+        files.push(file);
+    }
+    let bars = bars::scene(rows);
+    for name in ["errors.svg", "errors.png"] {
+        let file = folder.join(name);
+        crate::draw::write(&bars, &file)?;
         files.push(file);
     }
     Ok(files)

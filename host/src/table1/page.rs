@@ -28,7 +28,7 @@ pub(super) fn html(rows: &[Row]) -> String {
         "<figure class=\"wide\">\n{}<figcaption>Deviation of the front beams and error of the net force, per case, on a \
          logarithmic scale. A cross: not compared, because one of the two has no trustworthy solution or stands on another \
          branch (the tables say which).</figcaption>\n</figure>",
-        bars::svg(rows)
+        draw::svg_in_page(&bars::scene(rows), "bars-")
     );
     let _ = writeln!(
         out,
@@ -70,10 +70,7 @@ fn finger(row: &Row, index: usize) -> String {
         force: solution.force_n,
     }
     .scene();
-    // Identifiers are the whole page's.
-    draw::svg(&scene)
-        .replace("id=\"clip", &format!("id=\"f{index}-clip"))
-        .replace("url(#clip", &format!("url(#f{index}-clip"))
+    draw::svg_in_page(&scene, &format!("f{index}-"))
 }
 
 fn write_table(out: &mut String, Table { title, columns, rows }: &Table) {

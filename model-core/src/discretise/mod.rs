@@ -15,8 +15,9 @@ use crate::size::Size;
 use hinge::{rigid_tip, write_hinges};
 use rod::{Rod, write_rod};
 use samples::write_samples;
+pub use section::plate_factor;
 pub(crate) use section::{BAR_ROOT, face_distances};
-use section::{compliance, flexible_ends, plate_factor};
+use section::{compliance, flexible_ends};
 
 /// How a member of N elements is discretised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -42,8 +42,9 @@ pub(crate) fn face_distances(design: &Design, lamella: usize) -> [f64; 2] {
 /// 2 mm thick, ν = 0.48: 94.5 % of plane strain); other proportions are an extrapolation.
 const EDGE: f64 = 1.2;
 
-/// Factor on EI for a beam that cannot curl across its width.
-pub(crate) fn plate_factor(design: &Design, width: f64, thickness: f64) -> f64 {
+/// Factor on EI of a section (width, thickness, mm) that cannot curl across its width: 1 to 1/(1 − ν²), as the design's
+/// [`PlaneStrain`] has it.
+pub fn plate_factor(design: &Design, width: f64, thickness: f64) -> f64 {
     let nu = design.material.poissons_ratio;
     let strain = 1.0 / (1.0 - nu * nu);
     match design.plane_strain {

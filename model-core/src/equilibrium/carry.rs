@@ -30,7 +30,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// a motion; then takes the object that stands there.
     fn carry(&mut self, path: Motion, far: f64, to: O) -> Outcome {
         if !self.has_equilibrium() || !far.is_finite() {
-            return Outcome { status: Status::OutOfRange, iterations: 0, steps: 0, gradient: 0.0, length: 0.0 };
+            return Outcome {
+                status: Status::OutOfRange,
+                iterations: 0,
+                steps: 0,
+                snaps: 0,
+                gradient: 0.0,
+                length: 0.0,
+            };
         }
         let (object, motion, at) = (self.object, self.motion, self.at);
         self.object = object.displaced(&motion.world_to_finger(at));

@@ -57,7 +57,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
                 if inertia.is_stable() {
                     let moved = self.largest_move();
-                    self.snapped |= moved > T::of(SAME_BRANCH);
+                    if moved > T::of(SAME_BRANCH) {
+                        self.snapped = true;
+                        outcome.snaps += 1;
+                    }
                     self.accept(target);
                     outcome.steps += 1;
                     self.step = self.max_step() * T::of(0.125);

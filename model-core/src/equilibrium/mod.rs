@@ -81,6 +81,8 @@ pub struct Outcome {
     pub iterations: u32,
     /// Steps of the coordinate accepted in this call.
     pub steps: u32,
+    /// Snap-throughs to another branch in this call; the status stays `snapped` until the hand is open again.
+    pub snaps: u32,
     /// Largest gradient component at the last iterate, N·mm.
     pub gradient: f64,
     /// Largest closure or gap error at the last iterate, mm.
@@ -306,7 +308,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     ///
     /// With `max-iterations` the coordinate was not reached yet; the next call goes on from where this one stopped.
     pub fn follow_within(&mut self, to: f64, budget: u32) -> Outcome {
-        let mut outcome = Outcome { status: Status::OutOfRange, iterations: 0, steps: 0, gradient: 0.0, length: 0.0 };
+        let mut outcome =
+            Outcome { status: Status::OutOfRange, iterations: 0, steps: 0, snaps: 0, gradient: 0.0, length: 0.0 };
         if self.ladder.cells == 0 || !to.is_finite() {
             return outcome;
         }

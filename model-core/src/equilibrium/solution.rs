@@ -169,6 +169,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         })
     }
 
+    /// Arc lengths of all contact samples, touching or not, mm, base to tip.
+    pub fn sample_arcs(&self) -> impl Iterator<Item = T> + '_ {
+        self.ladder.samples.as_ref()[..self.ladder.sample_count].iter().map(|sample| sample.arc)
+    }
+
     /// Deformed centreline of the front beam, finger frame, mm, base to tip: the ends of its links, or the ends and
     /// middles of its quadratic elements.
     pub fn front(&self) -> impl Iterator<Item = [T; 2]> + '_ {

@@ -1,6 +1,7 @@
 //! Strains along beams and hinges, from the bends and stretches of an equilibrium.
 
 use super::Follower;
+use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
 
@@ -40,7 +41,7 @@ impl<T: Real> Strain<T> {
     }
 }
 
-impl<T: Real, S: Size> Follower<T, S> {
+impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Strains of all flexible members, span by span from the base: at the springs of `paper` and `trapezoid`, at both
     /// ends of the quadratic elements (between which the bend is linear). Pins and welds have none.
     pub fn strains(&self) -> impl Iterator<Item = Strain<T>> + '_ {
@@ -70,7 +71,7 @@ impl<T: Real, S: Size> Follower<T, S> {
     }
 }
 
-impl<T: Real, S: Size> Follower<T, S> {
+impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Arc, stretch and bend at an end of a quadratic element: even ends are starts.
     fn end(&self, node: usize, end: usize) -> (T, T, T) {
         let angle = self.state.angle.as_ref();

@@ -63,6 +63,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 status: self.standing(),
                 iterations: 1 + attempt.iterations,
                 steps: 1,
+                snaps: 0,
                 gradient: attempt.residual.gradient.to_f64(),
                 length: attempt.residual.length.to_f64(),
             };
@@ -71,6 +72,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.sweep = sweep;
         self.accept(target);
         let status = if self.snapped { Status::Snapped } else { Status::Tracking };
-        Outcome { status, iterations: 1, steps: 1, gradient, length }
+        Outcome { status, iterations: 1, steps: 1, snaps: 0, gradient, length }
     }
 }
