@@ -24,7 +24,8 @@ pub fn picture(name: &str, runs: &[Run], fit: &Fit) -> Scene {
         forces.push(series(format!("{}, fitted", short(run)), Style::Line, points(index, &|r| r.predicted_n)));
         forces.push(series(short(run), Style::Dots, points(index, &|r| Some(r.measured_n))));
         residuals.push(series(short(run), Style::Dots, points(index, &Residual::difference_n)));
-        let ratio = |r: &Residual| r.difference_n().map(|d| d / r.standard_deviation_n);
+        // An outlier would leave the others no height; the panel above has it.
+        let ratio = |r: &Residual| r.difference_n().filter(|_| !r.is_outlier()).map(|d| d / r.standard_deviation_n);
         standardised.push(series(short(run), Style::Dots, points(index, &ratio)));
     }
     let outliers = fit.residuals.iter().filter(|r| r.is_outlier());
