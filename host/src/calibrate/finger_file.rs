@@ -82,6 +82,9 @@ pub fn finger_file(finger: &Finger, remarks: &[String]) -> String {
 
 fn write_beam(out: &mut String, key: &str, beam: &Beam) {
     let _ = writeln!(out, "\n[{key}]\nbase_mm = {:?}\ntip_mm = {:?}", beam.base, beam.tip);
+    if beam.sagitta != 0.0 {
+        let _ = writeln!(out, "sagitta_mm = {:?}", beam.sagitta);
+    }
     let _ = writeln!(out, "thickness_mm = {}", profile(&beam.thickness));
     let _ = writeln!(out, "stiffness_factor = {:?}", beam.stiffness_factor);
 }
