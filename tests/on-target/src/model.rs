@@ -12,7 +12,7 @@ mod tests {
     use model_core::size::{Paper, Reduced, Size};
     use model_core::status::Status;
     use mps2::Board;
-    use reference_tests::{LadderRow, ladder_80, ladder_rows};
+    use reference_tests::{LadderRow, fea_80, fea_rows, ladder_80, ladder_rows};
     use static_cell::ConstStaticCell;
 
     include!(concat!(env!("OUT_DIR"), "/on_the_pc.rs"));
@@ -59,6 +59,32 @@ mod tests {
         let follower = FULL.take();
         let rows = ladder_rows().filter(|row| row.scheme.ends_with("170-20-nodes"));
         assert!(rows.map(|row| check(follower, &row, 1e-2, 1e-3)).count() == 12);
+    }
+
+    /// Force and front centreline of the reduced model with the extended physics against finite elements (mesh error 1 %).
+    #[test]
+    #[timeout(120)]
+    fn finite_elements_in_single_precision(_board: Board) {
+        let (follower, design) = (REDUCED.take(), fea_80());
+        let mut series = "";
+        let mut compared = 0;
+        for row in fea_rows() {
+            let Some((force_within, shape_within)) = row.allowed() else { continue };
+            if series != row.series {
+                series = row.series;
+                assert!(follower.configure(&design, &Discretisation::estimator(Physics::Extended)).is_ok());
+                follower.set_object(row.object(), Motion::Rotating { axis: design.motor_axis });
+                assert!(follower.start(0.0));
+            }
+            assert!(follower.follow(row.degrees.to_radians()).status == Status::Converged);
+            let [x, y] = follower.force_finger().map(f64::from);
+            let error = (x * x + y * y) / (row.force * row.force) - 1.0;
+            assert!(0.5 * error.abs() < force_within, "{} {}°: force off by half of {error}", row.series, row.degrees);
+            let shape = row.off(|| follower.front().map(|p| p.map(f64::from)));
+            assert!(shape < shape_within, "{} {}°: shape off by {shape} mm", row.series, row.degrees);
+            compared += 1;
+        }
+        assert!(compared == 19);
     }
 
     #[test]

@@ -124,6 +124,77 @@ pub fn ladder_rows() -> impl Iterator<Item = LadderRow> {
     })
 }
 
+/// A row of `fea-80-fine.csv`: the finger [`fea_80`] pressed on a circle, by finite elements; units in mm, N, degrees.
+#[derive(Clone, Debug)]
+pub struct FeaRow {
+    /// Name of the series.
+    pub series: &'static str,
+    /// Radius of the circle, and height of its centre; it touches at 0.
+    pub radius: f64,
+    /// Height of its centre.
+    pub height: f64,
+    /// Motor angle, degrees.
+    pub degrees: f64,
+    /// Magnitude of the force.
+    pub force: f64,
+    /// Deformed front centreline, finger frame.
+    pub front: Vec<[f64; 2], 48>,
+}
+
+impl FeaRow {
+    /// The object.
+    pub fn object(&self) -> ObjectDesign {
+        ObjectDesign::Circle { centre: [1.0 + self.radius, self.height], radius: self.radius }
+    }
+
+    /// Allowed deviations of force (relative) and front centreline (mm) of the extended physics; none beyond the peak at
+    /// High, where percentages mean nothing.
+    pub fn allowed(&self) -> Option<(f64, f64)> {
+        match (self.series, self.degrees) {
+            ("R40_High", angle) if angle > 10.5 => None,
+            ("R40_High", angle) if angle > 8.0 => Some((0.02, 0.14)),
+            ("R40_High", _) => Some((0.01, 0.08)),
+            _ => Some((0.01, 0.05)),
+        }
+    }
+
+    /// Largest nearest distance of the reference's centreline to a line of points, mm.
+    pub fn off<I: Iterator<Item = [f64; 2]>>(&self, line: impl Fn() -> I) -> f64 {
+        let distance = |p: &[f64; 2], a: [f64; 2], b: [f64; 2]| {
+            let d = [b[0] - a[0], b[1] - a[1]];
+            let along = ((p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1]) / (d[0] * d[0] + d[1] * d[1]);
+            let part = along.clamp(0.0, 1.0);
+            let off = [p[0] - a[0] - part * d[0], p[1] - a[1] - part * d[1]];
+            off[0] * off[0] + off[1] * off[1]
+        };
+        let nearest = |p| line().zip(line().skip(1)).map(|(a, b)| distance(p, a, b)).fold(f64::MAX, f64::min);
+        libm::sqrt(self.front.iter().map(nearest).fold(0.0, f64::max))
+    }
+}
+
+/// The rows of `fea-80-fine.csv`.
+///
+/// # Panics
+/// On a malformed file: the data are part of the tests.
+pub fn fea_rows() -> impl Iterator<Item = FeaRow> {
+    let mut lines = include_str!("../fea-80-fine.csv").lines();
+    let header = lines.next().expect("fea-80-fine.csv has a header");
+    assert!(header.starts_with("solver,case,diameter_mm,"), "unexpected header {header}");
+    lines.map(|line| {
+        let field = |column: usize| line.split(',').nth(column).expect("a column");
+        let number = |text: &str| -> f64 { text.parse().expect("a number") };
+        let list = |column: usize| field(column).split(' ').map(number);
+        FeaRow {
+            series: field(1),
+            radius: 0.5 * number(field(2)),
+            height: number(field(3)),
+            degrees: number(field(4)),
+            force: number(field(9)),
+            front: list(13).zip(list(14)).map(|(x, y)| [x, y]).collect(),
+        }
+    })
+}
+
 /// Radians per count of a Dynamixel position sensor.
 pub const COUNT: f64 = core::f64::consts::TAU / 4096.0;
 

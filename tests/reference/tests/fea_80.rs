@@ -10,72 +10,25 @@ use model_core::object::{Motion, ObjectDesign};
 use model_core::real::Real;
 use model_core::size::{Paper, Reduced, Size};
 use model_core::status::Status;
-use reference_tests::fea_80;
-
-struct Row {
-    series: &'static str,
-    radius: f64,
-    height: f64,
-    degrees: f64,
-    force: f64,
-    front: Vec<[f64; 2]>,
-}
-
-fn rows() -> impl Iterator<Item = Row> {
-    include_str!("../fea-80-fine.csv").lines().skip(1).map(|line| {
-        let field: Vec<&'static str> = line.split(',').collect();
-        let number = |text: &str| -> f64 { text.parse().expect("a number") };
-        let list = |column: usize| field[column].split(' ').map(number);
-        Row {
-            series: field[1],
-            radius: 0.5 * number(field[2]),
-            height: number(field[3]),
-            degrees: number(field[4]),
-            force: number(field[9]),
-            front: list(13).zip(list(14)).map(|(x, y)| [x, y]).collect(),
-        }
-    })
-}
-
-/// Largest nearest distance of the reference points to our centreline, mm.
-fn off(points: &[[f64; 2]], line: &[[f64; 2]]) -> f64 {
-    let distance = |p: &[f64; 2], a: [f64; 2], b: [f64; 2]| {
-        let d = [b[0] - a[0], b[1] - a[1]];
-        let along = ((p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1]) / (d[0] * d[0] + d[1] * d[1]);
-        let part = along.clamp(0.0, 1.0);
-        (p[0] - a[0] - part * d[0]).hypot(p[1] - a[1] - part * d[1])
-    };
-    let nearest = |p| line.windows(2).map(|w| distance(p, w[0], w[1])).fold(f64::MAX, f64::min);
-    points.iter().map(nearest).fold(0.0, f64::max)
-}
-
-/// Allowed deviations of force (relative) and shape (mm), and whether the row is beyond the peak.
-fn allowed(row: &Row) -> (f64, f64, bool) {
-    match (row.series, row.degrees) {
-        ("R40_High", angle) if angle > 8.0 => (0.02, 0.14, angle > 10.5),
-        ("R40_High", _) => (0.01, 0.08, false),
-        _ => (0.01, 0.05, false),
-    }
-}
+use reference_tests::{fea_80, fea_rows};
 
 fn compare<T: Real, S: Size>(how: &Discretisation) {
     let design = fea_80();
     let mut follower: Box<Follower<T, S>> = Box::new(Follower::EMPTY);
     let mut series = "";
     let mut after = 0;
-    for row in rows() {
+    for row in fea_rows() {
         if series != row.series {
             series = row.series;
             follower.configure(&design, how).expect("a valid design");
-            let object = ObjectDesign::Circle { centre: [1.0 + row.radius, row.height], radius: row.radius };
-            follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+            follower.set_object(row.object(), Motion::Rotating { axis: design.motor_axis });
             assert!(follower.start(0.0));
         }
         let outcome = follower.follow(row.degrees.to_radians());
         let [x, y] = follower.force_finger().map(Real::to_f64);
         let force = x.hypot(y);
         let line: Vec<[f64; 2]> = follower.front().map(|p| p.map(Real::to_f64)).collect();
-        let (error, shape) = (force / row.force - 1.0, off(&row.front, &line));
+        let (error, shape) = (force / row.force - 1.0, row.off(|| line.iter().copied()));
         println!(
             "{} {:5}° {:9} finite elements {:7.4} N, ours {force:7.4} N ({:+6.2} %), shape {shape:.3} mm",
             row.series,
@@ -85,8 +38,7 @@ fn compare<T: Real, S: Size>(how: &Discretisation) {
             100.0 * error
         );
         assert!(outcome.status.is_trustworthy(), "{} {}°: {outcome:?}", row.series, row.degrees);
-        let (force_within, shape_within, beyond) = allowed(&row);
-        if !beyond {
+        if let Some((force_within, shape_within)) = row.allowed() {
             assert!(error.abs() < force_within, "{} {}°: force off by {error}", row.series, row.degrees);
             assert!(shape < shape_within, "{} {}°: shape off by {shape} mm", row.series, row.degrees);
         } else if row.degrees >= 12.0 {
@@ -117,7 +69,7 @@ fn peak<T: Real, S: Size>(how: &Discretisation) {
             most = (x.hypot(y), degrees);
         }
     }
-    let reference = rows().filter(|row| row.series == "R40_High").map(|row| row.force).fold(0.0, f64::max);
+    let reference = fea_rows().filter(|row| row.series == "R40_High").map(|row| row.force).fold(0.0, f64::max);
     println!("peak at High {:.3} N at {:.1}°; finite elements {reference:.3} N at 10.5°", most.0, most.1);
     assert!((most.0 / reference - 1.0).abs() < 0.03 && (10.0..=11.5).contains(&most.1));
 }
