@@ -70,7 +70,9 @@ pub fn run(parts: &[&str]) -> Result<()> {
     let image = simulated.context("no board runs in QEMU")?;
     // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
     run_command(
-        cargo("test").args(["--workspace", "--test", "gripper", "--test", "grip"]).env("FRE_FIRMWARE_ELF", image),
+        cargo("test")
+            .args(["--workspace", "--test", "gripper", "--test", "grip", "--test", "faults"])
+            .env("FRE_FIRMWARE_ELF", image),
     )
 }
 

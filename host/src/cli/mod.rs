@@ -3,6 +3,7 @@
 mod calibrate;
 mod compare;
 mod demo;
+mod gripper;
 mod monitor;
 mod options;
 mod servo;
@@ -32,6 +33,7 @@ enum Command {
     Calibrate(calibrate::Args),
     Compare(compare::Args),
     Demo(demo::Args),
+    Gripper(gripper::Args),
     Monitor(monitor::Args),
     Servo(servo::Args),
     Solve(solve::Args),
@@ -54,6 +56,7 @@ pub fn run() -> ExitCode {
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Demo(args) => demo::run(args),
+        Command::Gripper(args) => gripper::run(&args),
         Command::Monitor(args) => monitor::run(&args),
         Command::Servo(args) => servo::run(&args),
         Command::Solve(args) => solve::run(&args),

@@ -22,6 +22,7 @@
 mod address;
 mod client;
 mod error;
+mod keys;
 mod port;
 #[cfg(test)]
 mod tests;
@@ -29,3 +30,4 @@ mod tests;
 pub use address::{Address, BadAddress};
 pub use client::{Link, Statistics, Told};
 pub use error::LinkError;
+pub use keys::{KeyError, pairs, set};

@@ -10,8 +10,10 @@
 //!
 //! The firmware's ELF is named by the environment variable `FRE_FIRMWARE_ELF`; `cargo xtask test` builds it and sets it.
 
+mod bench;
 mod machine;
 mod watch;
 
+pub use bench::{Bench, Flash, Meddling};
 pub use machine::{Machine, OBJECT, finger, load_of};
 pub use watch::Watch;

@@ -17,7 +17,7 @@ const COUNT: f64 = std::f64::consts::TAU / 4096.0;
 /// ROBOTIS' figure for this family.
 const BACKLASH_DEG: f64 = 0.25;
 const MOUNT: Mount =
-    Mount { open_angle: -DEGREE, backlash: BACKLASH_DEG as f32 * DEGREE, range: [-0.05, 0.25], ..Mount::DEFAULT };
+    Mount { open_angle: -DEGREE, backlash: BACKLASH_DEG as f32 * DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
 
 fn circle(radius: f64, x: f64, y: f64) -> ObjectDesign {
     ObjectDesign::Circle { centre: [x, y], radius }
@@ -76,7 +76,7 @@ fn allowed(load: &Load, servo: &Handle, force: f64) -> f64 {
 #[test]
 fn the_force_asked_for_is_the_force_there_is() {
     for object in [OBJECT, circle(40.0, 41.0, 60.0), circle(30.0, 31.0, 38.0)] {
-        let load = load_of(object, 13.0);
+        let load = load_of(object, 17.0);
         let machine = Machine::boot(servo(&load));
         let (link, mut watch) = ready(&machine, &settings(), &[object]);
         for force in [2.0_f64, 5.0, 10.0] {

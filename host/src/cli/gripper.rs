@@ -1,0 +1,228 @@
+//! `fre gripper`: what a gripper's page can do, for scripts.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use clap::Subcommand;
+use messages::{Finger, GripTo, Phase, Report, Which};
+use model_core::discretise::{Discretisation, Physics};
+
+use super::{UNTRUSTWORTHY, bad_input};
+use crate::case::Case;
+use crate::link::{Address, Link, LinkError, Told, pairs, set};
+
+/// Ask a gripper, set it, and let it grip.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Where the gripper is: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD
+    #[arg(long, value_name = "LINK", global = true, required = false)]
+    link: Option<Address>,
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Who it is, how it started, and what it has counted
+    Info,
+    /// Its settings as KEY = VALUE, and what its fingers and objects are
+    Get,
+    /// Change settings by KEY=VALUE, and give a finger the design and object of a case
+    Set {
+        /// What to change; `get` shows the keys
+        #[arg(value_name = "KEY=VALUE")]
+        pairs: Vec<String>,
+        /// Takes finger and object from a case file
+        #[arg(long, value_name = "CASE.toml")]
+        case: Option<PathBuf>,
+        /// The finger that the case is for
+        #[arg(long, value_name = "N", default_value_t = 0, requires = "case")]
+        finger: u8,
+        /// How the finger is modelled
+        #[arg(long, value_enum, default_value_t = Model::Extended, requires = "case")]
+        physics: Model,
+    },
+    /// Close until a force is reached, and keep it
+    Grip {
+        /// Force of each finger on the object
+        #[arg(long, value_name = "N")]
+        force_n: f32,
+        /// Greatest speed [default: the settings' own]
+        #[arg(long, value_name = "DEG/S")]
+        speed_deg_per_s: Option<f32>,
+        /// Motor angle beyond which no finger closes [default: the settings' range]
+        #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+        limit_deg: Option<f32>,
+        #[command(flatten)]
+        which: Fingers,
+        /// Waits so long until the force is reached; status 2 if it is not
+        #[arg(long, value_name = "S")]
+        wait: Option<f64>,
+    },
+    /// Open
+    Release(Fingers),
+    /// Stay where it is
+    Hold(Fingers),
+}
+
+#[derive(Clone, Copy, Debug, clap::Args)]
+struct Fingers {
+    /// One finger only, from 0 [default: all]
+    #[arg(long = "finger", value_name = "N", id = "which")]
+    finger: Option<u8>,
+}
+
+impl Fingers {
+    fn which(self) -> Which {
+        self.finger.map_or(Which::All, Which::One)
+    }
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Model {
+    /// What the finger says: stretch, roots, rigid tip
+    Extended,
+    /// Inextensible, hinges from the centrelines
+    Paper,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    let Some(address) = &args.link else {
+        return bad_input(&"--link says where the gripper is");
+    };
+    match act(address, &args.action) {
+        Ok(code) => code,
+        Err(error) => bad_input(&error),
+    }
+}
+
+fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let link = Link::open(address)?;
+    match action {
+        Action::Info => info(&link)?,
+        Action::Get => get(&link)?,
+        Action::Set { pairs, case, finger, physics } => {
+            if !pairs.is_empty() {
+                let mut settings = link.settings()?;
+                pairs.iter().try_for_each(|pair| set(&mut settings, pair))?;
+                link.set_settings(&settings)?;
+            }
+            if let Some(path) = case {
+                let case = Case::read(path)?;
+                let physics = match physics {
+                    Model::Extended => Physics::Extended,
+                    Model::Paper => Physics::Paper,
+                };
+                let design = Finger { design: case.finger.design, how: Discretisation::estimator(physics) };
+                link.set_finger(*finger, &design)?;
+                link.set_object(*finger, case.object)?;
+            }
+        }
+        Action::Grip { force_n, speed_deg_per_s, limit_deg, which, wait } => {
+            let told = link.listen();
+            link.grip(&GripTo {
+                fingers: which.which(),
+                force: *force_n,
+                speed: speed_deg_per_s.map(f32::to_radians),
+                limit: limit_deg.map(f32::to_radians),
+            })?;
+            if let Some(seconds) = wait {
+                let count = link.settings()?.count();
+                let longest = Duration::try_from_secs_f64(*seconds).map_err(|_| "--wait: not a time")?;
+                // What was told before says nothing about this grip.
+                let since_us = link.counters()?.uptime_us;
+                return Ok(wait_for(&told, which.which(), count, since_us, longest));
+            }
+        }
+        Action::Release(which) => link.open_fingers(which.which())?,
+        Action::Hold(which) => link.hold(which.which())?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn info(link: &Link) -> Result<(), LinkError> {
+    let version = link.version()?;
+    println!("board            {}", version.board);
+    println!("firmware         {}, protocol {}", version.firmware, version.protocol);
+    println!("room for         {} fingers", version.fingers);
+    let boot = link.boot()?;
+    println!("started because  {}", boot.cause.words());
+    if let Some(words) = boot.last_words {
+        println!("last words       {words}");
+    }
+    let counters = link.counters()?;
+    println!("running for      {:.1} s", counters.uptime_us as f64 * 1e-6);
+    println!("ticks            {}, {} of them late", counters.ticks, counters.late_ticks);
+    println!("rate             {:.1} Hz, {:.1} meant", counters.rate_hz, counters.chosen_hz);
+    println!("estimates        {}", counters.estimates);
+    println!(
+        "dropped          {} reports, {} grasps, {} shapes, {} events",
+        counters.dropped_reports, counters.dropped_grasps, counters.dropped_shapes, counters.dropped_events
+    );
+    println!(
+        "bus              {} timeouts, {} damaged, {} refused, {} other faults, {} losses of a servo",
+        counters.bus_timeouts, counters.bus_damaged, counters.bus_refused, counters.bus_other, counters.servo_losses
+    );
+    println!(
+        "link             {} frames, {} damaged, {} too large",
+        counters.link_frames, counters.link_damaged, counters.link_oversize
+    );
+    Ok(())
+}
+
+fn get(link: &Link) -> Result<(), LinkError> {
+    let settings = link.settings()?;
+    for (key, value) in pairs(&settings) {
+        println!("{key} = {value}");
+    }
+    for finger in 0..settings.count() as u8 {
+        match link.finger(finger)? {
+            Some(design) => println!("# finger {finger}: {} lamellae", design.design.lamellae.attachments.len()),
+            None => println!("# finger {finger}: no design"),
+        }
+        match link.object(finger)? {
+            Some(object) => println!("# finger {finger}: object {object:?}"),
+            None => println!("# finger {finger}: no object"),
+        }
+    }
+    Ok(())
+}
+
+/// Waits until every finger meant has reached its force, or says what it does instead.
+fn wait_for(told: &Receiver<Told>, which: Which, count: usize, since_us: u64, longest: Duration) -> ExitCode {
+    let end = Instant::now() + longest;
+    let mut last: Vec<Option<Report>> = vec![None; count];
+    let reached = loop {
+        match told.recv_timeout(end.saturating_duration_since(Instant::now())) {
+            Ok(Told::Report(report)) if report.time_us > since_us => {
+                if let Some(place) = last.get_mut(usize::from(report.finger)).filter(|_| which.is(report.finger.into()))
+                {
+                    *place = Some(report);
+                }
+            }
+            Ok(_) => continue,
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => break false,
+        }
+        let meant = || (0..count).filter(|finger| which.is(*finger)).map(|finger| last[finger]);
+        if meant().all(|report| report.is_some_and(|report| report.phase == Phase::Gripped)) {
+            break true;
+        }
+        // Nothing more comes of a finger that has stopped.
+        let stopped = |report: Report| matches!(report.phase, Phase::Held(_) | Phase::Released(_) | Phase::Moving);
+        if meant().flatten().any(stopped) && meant().all(|report| report.is_some()) {
+            let settled = meant().flatten().all(|report| report.phase == Phase::Gripped || stopped(report));
+            if settled {
+                break false;
+            }
+        }
+    };
+    for report in last.into_iter().flatten() {
+        let (force, angle) = (report.estimate.force_magnitude(), report.estimate.motor_angle.to_degrees());
+        let status = report.estimate.status;
+        println!("finger {}  {force:.3} N at {angle:.3}°  {status}  {}", report.finger, report.phase);
+    }
+    if reached { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) }
+}

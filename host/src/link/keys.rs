@@ -1,0 +1,176 @@
+//! A gripper's settings as keys and values for people and scripts: degrees instead of radians.
+
+use std::str::FromStr;
+
+use messages::{Direction, FINGERS, Mount, Reaction, Settings, Side};
+
+/// Why a key or a value makes no sense.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum KeyError {
+    /// No `=`.
+    #[error("`{0}` is not KEY=VALUE")]
+    NoValue(String),
+    /// Nobody knows the key.
+    #[error("`{0}` is no key; the keys are {keys}", keys = all().join(", "))]
+    Unknown(String),
+    /// The value cannot be that.
+    #[error("{key}: `{value}` is not {allowed}")]
+    Value {
+        /// The key.
+        key: String,
+        /// The value.
+        value: String,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A finger without those before it.
+    #[error("{key}: there are {count} fingers, the next one is finger.{count}")]
+    Gap {
+        /// The key.
+        key: String,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+/// One value of a finger's mount.
+struct Key {
+    name: &'static str,
+    get: fn(&Mount) -> String,
+    /// Sets it, or says what is allowed.
+    set: fn(&mut Mount, &str) -> Result<(), &'static str>,
+}
+
+const NUMBER: &str = "a number";
+
+fn number<T: FromStr>(words: &str, place: &mut T) -> Result<(), &'static str> {
+    *place = words.parse().map_err(|_| NUMBER)?;
+    Ok(())
+}
+
+fn degrees(words: &str, place: &mut f32) -> Result<(), &'static str> {
+    number(words, place)?;
+    *place = place.to_radians();
+    Ok(())
+}
+
+const KEYS: [Key; 12] = [
+    Key { name: "servo_id", get: |m| m.servo_id.to_string(), set: |m, v| number(v, &mut m.servo_id) },
+    Key { name: "zero_counts", get: |m| m.zero.to_string(), set: |m, v| number(v, &mut m.zero) },
+    Key {
+        name: "reversed",
+        get: |m| (m.direction == Direction::Reversed).to_string(),
+        set: |m, v| {
+            let reversed: bool = v.parse().map_err(|_| "true or false")?;
+            m.direction = if reversed { Direction::Reversed } else { Direction::Same };
+            Ok(())
+        },
+    },
+    Key { name: "gear_ratio", get: |m| m.gear_ratio.to_string(), set: |m, v| number(v, &mut m.gear_ratio) },
+    Key { name: "backlash_deg", get: |m| m.backlash.to_degrees().to_string(), set: |m, v| degrees(v, &mut m.backlash) },
+    Key {
+        name: "side",
+        get: |m| if m.side == Side::Left { "left" } else { "right" }.to_owned(),
+        set: |m, v| {
+            m.side = match v {
+                "left" => Side::Left,
+                "right" => Side::Right,
+                _ => return Err("left or right"),
+            };
+            Ok(())
+        },
+    },
+    Key { name: "least_deg", get: |m| m.range[0].to_degrees().to_string(), set: |m, v| degrees(v, &mut m.range[0]) },
+    Key { name: "most_deg", get: |m| m.range[1].to_degrees().to_string(), set: |m, v| degrees(v, &mut m.range[1]) },
+    Key { name: "open_deg", get: |m| m.open_angle.to_degrees().to_string(), set: |m, v| degrees(v, &mut m.open_angle) },
+    Key { name: "speed_deg_per_s", get: |m| m.speed.to_degrees().to_string(), set: |m, v| degrees(v, &mut m.speed) },
+    Key { name: "force_limit_n", get: |m| m.force_limit.to_string(), set: |m, v| number(v, &mut m.force_limit) },
+    Key { name: "current_limit_ma", get: |m| m.current_limit.to_string(), set: |m, v| number(v, &mut m.current_limit) },
+];
+
+/// Every key.
+fn all() -> Vec<String> {
+    let own = ["rate_hz", "shape_every", "on_fault"].map(str::to_owned);
+    own.into_iter().chain(KEYS.iter().map(|key| format!("finger.N.{}", key.name))).collect()
+}
+
+/// Keys and values of settings, in the order in which [`set`] may be told them.
+pub fn pairs(settings: &Settings) -> Vec<(String, String)> {
+    let on_fault = if settings.on_fault == Reaction::Hold { "hold" } else { "release" };
+    let mut pairs = vec![
+        ("rate_hz".to_owned(), settings.rate_hz.to_string()),
+        ("shape_every".to_owned(), settings.shape_every.to_string()),
+        ("on_fault".to_owned(), on_fault.to_owned()),
+    ];
+    for (finger, mount) in settings.fingers.iter().flatten().enumerate() {
+        pairs.extend(KEYS.iter().map(|key| (format!("finger.{finger}.{}", key.name), (key.get)(mount))));
+    }
+    pairs
+}
+
+/// Changes settings by `KEY=VALUE`. A key of the finger behind the last one adds a finger, whose servo's address is its
+/// number plus one.
+///
+/// # Errors
+/// The key or the value that makes no sense. (What is out of range the gripper refuses.)
+pub fn set(settings: &mut Settings, words: &str) -> Result<(), KeyError> {
+    let (key, value) = words.split_once('=').ok_or_else(|| KeyError::NoValue(words.to_owned()))?;
+    let (key, value) = (key.trim(), value.trim());
+    let wrong = |allowed| KeyError::Value { key: key.to_owned(), value: value.to_owned(), allowed };
+    match key {
+        "rate_hz" => return number(value, &mut settings.rate_hz).map_err(wrong),
+        "shape_every" => return number(value, &mut settings.shape_every).map_err(wrong),
+        "on_fault" => {
+            settings.on_fault = match value {
+                "hold" => Reaction::Hold,
+                "release" => Reaction::Release,
+                _ => return Err(wrong("hold or release")),
+            };
+            return Ok(());
+        }
+        _ => {}
+    }
+    let unknown = || KeyError::Unknown(key.to_owned());
+    let (finger, name) = key.strip_prefix("finger.").and_then(|rest| rest.split_once('.')).ok_or_else(unknown)?;
+    let finger: usize = finger.parse().ok().filter(|finger| *finger < FINGERS).ok_or_else(unknown)?;
+    let known = KEYS.iter().find(|known| known.name == name).ok_or_else(unknown)?;
+    let count = settings.count();
+    if finger > count {
+        return Err(KeyError::Gap { key: key.to_owned(), count });
+    }
+    let new = Mount { servo_id: finger as u8 + 1, ..Mount::DEFAULT };
+    (known.set)(settings.fingers[finger].get_or_insert(new), value).map_err(wrong)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_got_can_be_set() {
+        let mount = Mount { zero: 12.5, side: Side::Right, direction: Direction::Reversed, ..Mount::DEFAULT };
+        let mut settings = Settings { on_fault: Reaction::Release, rate_hz: 77, ..Settings::of(mount) };
+        settings.fingers[1] = Some(Mount { servo_id: 9, force_limit: 3.5, ..Mount::DEFAULT });
+        let mut back = Settings::DEFAULT;
+        for (key, value) in pairs(&settings) {
+            set(&mut back, &format!("{key} = {value}")).unwrap();
+        }
+        let mount = back.fingers[0].unwrap();
+        assert_eq!((mount.zero, mount.side, mount.direction), (12.5, Side::Right, Direction::Reversed));
+        // Degrees and back: the last digit may differ.
+        assert!((mount.range[1] - Mount::DEFAULT.range[1]).abs() < 1e-6 && back.rate_hz == 77);
+        assert_eq!((back.count(), back.on_fault), (2, Reaction::Release));
+        assert_eq!(back.fingers[1].unwrap().force_limit, 3.5);
+    }
+
+    #[test]
+    fn nonsense_is_explained() {
+        let error = |words: &str| set(&mut Settings::DEFAULT.clone(), words).unwrap_err().to_string();
+        assert_eq!(error("rate_hz"), "`rate_hz` is not KEY=VALUE");
+        assert!(error("finger.0.colour=red").contains("finger.N.servo_id"));
+        assert!(error("finger.7.side=left").contains("is no key"));
+        assert_eq!(error("finger.0.side=up"), "finger.0.side: `up` is not left or right");
+        assert_eq!(error("rate_hz=fast"), "rate_hz: `fast` is not a number");
+        assert_eq!(error("finger.2.side=left"), "finger.2.side: there are 1 fingers, the next one is finger.1");
+    }
+}

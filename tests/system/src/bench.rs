@@ -1,0 +1,475 @@
+//! The gripper's own program on this PC, in a time of its own: its three tasks over a bus with a simulated servo, a link,
+//! and flash, all in one thread. Nothing depends on how fast this PC is, an hour takes a minute, and every run is the same.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::future::{Future, poll_fn};
+use std::pin::Pin;
+use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll, Wake, Waker};
+
+use embassy_time::{Duration, MockDriver};
+use embedded_io_async::{ErrorType, Read, Write};
+use embedded_storage::nor_flash::{
+    self, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+};
+use gripper::{Board, Boot, BusPort, LastWords, Model, ResetCause, Shared};
+use host::servo::{Clock, Config, Servo, Truth};
+use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
+use messages::{EstimateTopic, Event, EventTopic, Notice, Report};
+use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
+use postcard_rpc::{Endpoint, Topic, postcard};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Time passes in steps of this, µs.
+pub const STEP_US: u64 = 100;
+/// Polls at one instant after which the program counts as hanging.
+const HANGS: u32 = 100_000;
+/// Bytes that the link holds on its way to the host.
+const LINK: usize = 2048;
+
+/// There is one clock.
+static TURN: Mutex<()> = Mutex::new(());
+
+/// What stands for a board.
+struct OnPc;
+
+impl Board for OnPc {
+    type Bus = Port;
+    type Flash = Flash;
+    type Watchdog = Dog;
+    const NAME: &'static str = "bench";
+    const FINGERS: usize = 2;
+    const BAUDS: &'static [u32] = &[1_000_000];
+    const BUS_LATENCY_US: u32 = 300;
+    const COST_HZ: u32 = 1_000_000;
+    const WATCHDOG_MS: u32 = 1_000;
+
+    fn cost_ticks() -> u32 {
+        0
+    }
+
+    fn restart() -> ! {
+        panic!("the program restarts itself");
+    }
+}
+
+/// Bytes on their way.
+#[derive(Default)]
+struct Line {
+    bytes: VecDeque<u8>,
+    reader: Option<Waker>,
+    writer: Option<Waker>,
+}
+
+type Shelf = Rc<RefCell<Line>>;
+
+/// A port: reads from one line, writes to another.
+struct Port {
+    from: Shelf,
+    to: Shelf,
+    /// Room of the line written to.
+    room: usize,
+}
+
+impl ErrorType for Port {
+    type Error = Infallible;
+}
+
+impl Read for Port {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        poll_fn(|context| {
+            let mut line = self.from.borrow_mut();
+            if line.bytes.is_empty() {
+                line.reader = Some(context.waker().clone());
+                return Poll::Pending;
+            }
+            let count = buffer.len().min(line.bytes.len());
+            for (place, byte) in buffer.iter_mut().zip(line.bytes.drain(..count)) {
+                *place = byte;
+            }
+            Poll::Ready(Ok(count))
+        })
+        .await
+    }
+}
+
+impl Write for Port {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        poll_fn(|context| {
+            let mut line = self.to.borrow_mut();
+            let count = bytes.len().min(self.room.saturating_sub(line.bytes.len()));
+            if count == 0 {
+                line.writer = Some(context.waker().clone());
+                return Poll::Pending;
+            }
+            line.bytes.extend(&bytes[..count]);
+            Poll::Ready(Ok(count))
+        })
+        .await
+    }
+
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+impl BusPort for Port {
+    fn set_baud(&mut self, baud: u32) -> u32 {
+        baud
+    }
+}
+
+/// Flash that outlives a bench.
+#[derive(Clone)]
+pub struct Flash(Rc<RefCell<Vec<u8>>>);
+
+impl Flash {
+    /// Erased.
+    #[allow(clippy::new_without_default)]
+    pub fn new() -> Self {
+        Self(Rc::new(RefCell::new(vec![0xFF; 16 * 1024])))
+    }
+
+    /// Overwrites one byte.
+    pub fn damage(&self, at: usize, byte: u8) {
+        let mut bytes = self.0.borrow_mut();
+        let length = bytes.len();
+        bytes[at % length] = byte;
+    }
+}
+
+impl nor_flash::ErrorType for Flash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        check_read(self, offset, bytes.len())?;
+        bytes.copy_from_slice(&self.0.borrow()[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.borrow().len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 8;
+    const ERASE_SIZE: usize = 2048;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        check_erase(self, from, to)?;
+        self.0.borrow_mut()[from as usize..to as usize].fill(0xFF);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        check_write(self, offset, bytes.len())?;
+        for (place, byte) in self.0.borrow_mut()[offset as usize..].iter_mut().zip(bytes) {
+            *place &= byte;
+        }
+        Ok(())
+    }
+}
+
+/// A watchdog that remembers its longest fast.
+struct Dog {
+    fed: Rc<RefCell<Fed>>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Fed {
+    last_us: u64,
+    longest_us: u64,
+}
+
+impl gripper::Watchdog for Dog {
+    fn feed(&mut self) {
+        let mut fed = self.fed.borrow_mut();
+        let now = embassy_time::Instant::now().as_micros();
+        fed.longest_us = fed.longest_us.max(now - fed.last_us);
+        fed.last_us = now;
+    }
+}
+
+struct Flag(AtomicBool);
+
+impl Wake for Flag {
+    fn wake(self: Arc<Self>) {
+        self.0.store(true, Ordering::Release);
+    }
+}
+
+struct Task {
+    future: Pin<Box<dyn Future<Output = ()>>>,
+    woken: Arc<Flag>,
+    waker: Waker,
+}
+
+impl Task {
+    fn new(future: impl Future<Output = ()> + 'static) -> Self {
+        let woken = Arc::new(Flag(AtomicBool::new(true)));
+        let waker = Waker::from(woken.clone());
+        Self { future: Box::pin(future), woken, waker }
+    }
+}
+
+/// What becomes of bytes on the bus; the flag says whether they go to the servo.
+pub type Meddling = Box<dyn FnMut(bool, Vec<u8>) -> Vec<u8>>;
+
+/// A gripper with its servo.
+pub struct Bench {
+    /// The servo on its bus.
+    pub servo: Servo,
+    /// Every report the host has heard, with what was true when the servo's answer began.
+    pub reports: Vec<(Report, Truth)>,
+    /// Every event the host has heard.
+    pub events: Vec<Event>,
+    /// What becomes of bytes on the bus.
+    pub meddling: Meddling,
+    /// Whether the host listens.
+    pub listens: bool,
+    /// Whether the reports are kept, or only looked at by [`Bench::run_with`].
+    pub keeps: bool,
+    tasks: Vec<Task>,
+    now_us: u64,
+    bus: [Shelf; 2],
+    link: [Shelf; 2],
+    /// Answers on their way to the master: when, and what.
+    coming: Vec<(u64, Vec<u8>)>,
+    said: Truth,
+    decoder: Box<Decoder>,
+    answers: VecDeque<(VarHeader, Vec<u8>)>,
+    sequence: u32,
+    fed: Rc<RefCell<Fed>>,
+    _turn: MutexGuard<'static, ()>,
+}
+
+impl Bench {
+    /// Switches it on. Its servo's clock is the bench's.
+    pub fn new(servo: Config, flash: &Flash) -> Self {
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        MockDriver::get().reset();
+        let servo = Config { clock: Clock::Wall, wire_time: true, return_delay_us: 0, ..servo };
+        let servo = Servo::new(servo).expect("a servo");
+        let said = servo.truth();
+        let [bus, link] = [0; 2].map(|_| [0; 2].map(|_| Shelf::default()));
+        let port = |[to, from]: &[Shelf; 2], room| Port { from: from.clone(), to: to.clone(), room };
+        // Bytes to the host and bytes from it are two tasks'.
+        let (bus_port, send_port, answer_port) = (port(&bus, usize::MAX), port(&link, LINK), port(&link, LINK));
+        let fed = Rc::new(RefCell::new(Fed::default()));
+        let dog = Dog { fed: fed.clone() };
+        // Tasks live as long as the program: so does what they share.
+        let shared: &'static Shared = Box::leak(Box::new(Shared::new()));
+        let models: &'static mut [Model] = Box::leak(Box::new([const { Model::EMPTY }; OnPc::FINGERS]));
+        let boot = Boot::new(ResetCause::PowerOn, &mut LastWords::EMPTY.clone());
+        let flash = flash.clone();
+        let tasks = vec![
+            Task::new(async move { gripper::control::<OnPc>(shared, models, bus_port, dog).await }),
+            Task::new(async move { gripper::send(shared, send_port).await }),
+            Task::new(async move { gripper::answer::<OnPc, _>(shared, answer_port, flash, boot).await }),
+        ];
+        Self {
+            servo,
+            reports: Vec::new(),
+            events: Vec::new(),
+            meddling: Box::new(|_, bytes| bytes),
+            listens: true,
+            keeps: true,
+            tasks,
+            now_us: 0,
+            bus,
+            link,
+            coming: Vec::new(),
+            said,
+            decoder: Box::new(Decoder::new()),
+            answers: VecDeque::new(),
+            sequence: 0,
+            fed,
+            _turn: turn,
+        }
+    }
+
+    /// Time since it was switched on, µs.
+    pub fn now_us(&self) -> u64 {
+        self.now_us
+    }
+
+    /// The longest time for which the watchdog was not fed, µs; and after how long it would have bitten.
+    pub fn longest_fast_us(&self) -> (u64, u64) {
+        let fed = *self.fed.borrow();
+        (fed.longest_us.max(self.now_us - fed.last_us), u64::from(OnPc::WATCHDOG_MS) * 1000)
+    }
+
+    /// Lets time pass, µs.
+    pub fn run(&mut self, us: u64) {
+        self.run_with(us, |_, _| {});
+    }
+
+    /// Lets time pass, and shows every report as it comes.
+    pub fn run_with(&mut self, us: u64, mut look: impl FnMut(&Report, &Truth)) {
+        let end = self.now_us + us;
+        while self.now_us < end {
+            self.step(&mut look);
+        }
+    }
+
+    /// Lets time pass until a report is so; panics after `us`.
+    pub fn until(&mut self, what: &str, us: u64, mut so: impl FnMut(&Report) -> bool) {
+        let end = self.now_us + us;
+        let mut done = false;
+        while !done {
+            assert!(self.now_us < end, "no {what} within {us} µs; last report: {:?}", self.reports.last());
+            self.step(&mut |report, _| done |= so(report));
+        }
+    }
+
+    fn step(&mut self, look: &mut impl FnMut(&Report, &Truth)) {
+        self.settle();
+        self.serve_bus();
+        self.hear_link(look);
+        self.now_us += STEP_US;
+        MockDriver::get().advance(Duration::from_micros(STEP_US));
+        self.servo.advance(self.now_us);
+        if let Some(answer) = self.servo.poll(self.now_us) {
+            self.coming.push((self.now_us + u64::from(answer.delay_us), answer.bytes));
+        }
+        while let Some(due) = self.coming.iter().position(|(due, _)| *due <= self.now_us) {
+            let (_, bytes) = self.coming.remove(due);
+            let bytes = (self.meddling)(false, bytes);
+            give(&self.bus[1], &bytes);
+        }
+    }
+
+    /// Runs the tasks until all of them wait, the control task first.
+    fn settle(&mut self) {
+        let mut polls = 0;
+        while let Some(task) = self.tasks.iter_mut().find(|task| task.woken.0.swap(false, Ordering::AcqRel)) {
+            let poll = task.future.as_mut().poll(&mut Context::from_waker(&task.waker));
+            assert!(poll.is_pending(), "a task has ended");
+            polls += 1;
+            assert!(polls < HANGS, "the program hangs at {} µs", self.now_us);
+        }
+    }
+
+    fn serve_bus(&mut self) {
+        let bytes: Vec<u8> = self.bus[0].borrow_mut().bytes.drain(..).collect();
+        if bytes.is_empty() {
+            return;
+        }
+        let bytes = (self.meddling)(true, bytes);
+        let reads = self.servo.statistics().position_reads;
+        for answer in self.servo.hear(self.now_us, &bytes) {
+            self.coming.push((self.now_us + u64::from(answer.delay_us), answer.bytes));
+        }
+        if self.servo.statistics().position_reads > reads {
+            self.said = self.servo.truth();
+        }
+    }
+
+    fn hear_link(&mut self, look: &mut impl FnMut(&Report, &Truth)) {
+        if !self.listens {
+            return;
+        }
+        let bytes: Vec<u8> = {
+            let mut line = self.link[0].borrow_mut();
+            line.writer.take().into_iter().for_each(Waker::wake);
+            line.bytes.drain(..).collect()
+        };
+        let mut bytes = bytes.as_slice();
+        while let Some(message) = self.decoder.feed(&mut bytes) {
+            let message = message.expect("what the gripper sends is sound");
+            let (header, body) = VarHeader::take_from_slice(message).expect("a header");
+            if is::<EstimateTopic>(&header) {
+                let report: Report = postcard::from_bytes(body).expect("a report");
+                look(&report, &self.said);
+                if self.keeps {
+                    self.reports.push((report, self.said));
+                }
+            } else if is::<EventTopic>(&header) {
+                let notice: Notice = postcard::from_bytes(body).expect("a notice");
+                self.events.push(notice.event);
+            } else if let VarSeq::Seq4(_) = header.seq_no {
+                let body = body.to_vec();
+                self.answers.push_back((header, body));
+            }
+        }
+    }
+
+    /// Puts bytes on the link as they are.
+    pub fn send_raw(&mut self, bytes: &[u8]) {
+        give(&self.link[1], bytes);
+    }
+
+    /// Frames a request and puts it on the link; gives its number.
+    pub fn send<E: Endpoint>(&mut self, request: &E::Request) -> u32
+    where
+        E::Request: Serialize,
+    {
+        let mut body = vec![0; MESSAGE];
+        let length = postcard::to_slice(request, &mut body).expect("a request").len();
+        self.send_body(VarKey::Key8(E::REQ_KEY), &body[..length])
+    }
+
+    /// The same with any body.
+    pub fn send_body(&mut self, key: VarKey, body: &[u8]) -> u32 {
+        self.sequence += 1;
+        let header = VarHeader { key, seq_no: VarSeq::Seq4(self.sequence) };
+        let (mut scratch, mut frame) = (vec![0; MESSAGE], vec![0; FRAME]);
+        let mut head = message(&header, &(), &mut scratch).expect("a header").to_vec();
+        head.extend(body);
+        let frame = encode(&head, &mut frame).expect("a frame").to_vec();
+        self.send_raw(&frame);
+        self.sequence
+    }
+
+    /// Asks, and lets time pass until the answer.
+    pub fn ask<E: Endpoint>(&mut self, request: &E::Request) -> E::Response
+    where
+        E::Request: Serialize,
+        E::Response: DeserializeOwned,
+    {
+        let number = self.send::<E>(request);
+        let end = self.now_us + 5_000_000;
+        loop {
+            assert!(self.now_us < end, "no answer to {}", E::PATH);
+            self.step(&mut |_, _| {});
+            while let Some((header, body)) = self.answers.pop_front() {
+                if header.seq_no == VarSeq::Seq4(number) {
+                    return postcard::from_bytes(&body).expect("an answer");
+                }
+            }
+        }
+    }
+
+    /// Bytes from the host that the gripper has not read yet.
+    pub fn unread(&self) -> usize {
+        self.link[1].borrow().bytes.len()
+    }
+
+    /// Answers that nobody has waited for.
+    pub fn forget_answers(&mut self) -> usize {
+        let count = self.answers.len();
+        self.answers.clear();
+        count
+    }
+}
+
+fn is<T: Topic>(header: &VarHeader) -> bool {
+    // A shortened key equals the whole one.
+    header.key == VarKey::Key8(T::TOPIC_KEY)
+}
+
+fn give(line: &Shelf, bytes: &[u8]) {
+    let mut line = line.borrow_mut();
+    line.bytes.extend(bytes);
+    line.reader.take().into_iter().for_each(Waker::wake);
+}

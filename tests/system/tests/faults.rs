@@ -1,0 +1,432 @@
+//! Everything that can go wrong, counted, in a time of its own: nothing stops the gripper, and no wrong force is called good.
+
+use std::sync::{Arc, OnceLock};
+
+use host::servo::{Config, Load, OnBranch, Truth};
+use messages::{
+    Event, Grip, GripTo, Mount, Phase, Reaction, Report, SetFinger, SetObject, SetSettings, Settings, Which, Why,
+};
+use model_core::object::ObjectDesign;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+use system_tests::{Bench, Flash, OBJECT, finger, load_of};
+
+const DEGREE: f32 = std::f32::consts::PI / 180.0;
+const COUNT: f64 = std::f64::consts::TAU / 4096.0;
+const BACKLASH_DEG: f64 = 0.25;
+const SECOND: u64 = 1_000_000;
+/// A period at 500 Hz, µs.
+const TICK: u64 = 2_000;
+const MOUNT: Mount =
+    Mount { open_angle: -DEGREE, backlash: BACKLASH_DEG as f32 * DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
+
+fn load() -> Arc<Load> {
+    static LOAD: OnceLock<Arc<Load>> = OnceLock::new();
+    LOAD.get_or_init(|| load_of(OBJECT, 13.0)).clone()
+}
+
+fn servo() -> Config {
+    Config {
+        baud_rate: 1_000_000,
+        backlash_deg: BACKLASH_DEG,
+        start_deg: Some(-1.0),
+        load: load(),
+        ..Config::default()
+    }
+}
+
+fn set_up(bench: &mut Bench, settings: &Settings, object: ObjectDesign) {
+    bench.ask::<SetSettings>(settings).unwrap();
+    bench.ask::<SetFinger>(&messages::For { finger: 0, what: finger() }).unwrap();
+    bench.ask::<SetObject>(&messages::For { finger: 0, what: object }).unwrap();
+    bench.until("sound estimate", 5 * SECOND, is_sound);
+}
+
+fn ready(settings: &Settings) -> Bench {
+    let mut bench = Bench::new(servo(), &Flash::new());
+    set_up(&mut bench, settings, OBJECT);
+    bench
+}
+
+fn is_sound(report: &Report) -> bool {
+    report.estimate.status.is_trustworthy() && report.estimate.age == 0
+}
+
+fn grip(force: f32) -> GripTo {
+    GripTo { fingers: Which::All, force, speed: None, limit: None }
+}
+
+/// Whether a report calls a force good that is not: more than 5 % or 0.1 N off every force that the finger has within a
+/// count of where it truly is.
+fn is_wrong(load: &Load, report: &Report, truth: &Truth) -> bool {
+    let magnitude = |angle: f64| {
+        let [x, y] = load.at(angle, &mut OnBranch::default()).force;
+        x.hypot(y)
+    };
+    let forces = [-1.0, 0.0, 1.0].map(|counts| magnitude(truth.finger_angle + counts * COUNT));
+    let (least, most) = (forces[0].min(forces[1]), forces[2].max(forces[1]));
+    let told = f64::from(report.estimate.force_magnitude());
+    let allowed = f64::max(0.05 * most, 0.1);
+    is_sound(report) && !(least - allowed..=most + allowed).contains(&told)
+}
+
+/// The judge of a campaign.
+#[derive(Default, Debug)]
+struct Judge {
+    reports: u64,
+    sound: u64,
+    wrong: u64,
+    first_wrong: Option<(Report, Truth)>,
+    /// Ticks in a row without a sound estimate.
+    bad: u32,
+}
+
+impl Judge {
+    fn look(&mut self, report: &Report, truth: &Truth) {
+        self.reports += 1;
+        if is_sound(report) {
+            self.sound += 1;
+            self.bad = 0;
+        } else {
+            self.bad += 1;
+        }
+        if is_wrong(&load(), report, truth) {
+            self.wrong += 1;
+            self.first_wrong.get_or_insert((*report, *truth));
+        }
+    }
+
+    fn run(&mut self, bench: &mut Bench, us: u64) {
+        bench.run_with(us, |report, truth| self.look(report, truth));
+    }
+
+    fn verdict(&self, what: &str, bench: &Bench) {
+        let (fast, bite) = bench.longest_fast_us();
+        eprintln!(
+            "{what}: {} reports, {} sound, {} wrong; longest fast {fast} µs",
+            self.reports, self.sound, self.wrong
+        );
+        assert_eq!(self.wrong, 0, "{:?}", self.first_wrong);
+        assert!(fast < bite, "the watchdog would have bitten after {fast} µs");
+    }
+}
+
+/// The grip in ideal surroundings: what is told is what is, at every tick.
+#[test]
+fn three_forces_on_three_objects() {
+    let circle = |radius, x, y| ObjectDesign::Circle { centre: [x, y], radius };
+    for object in [OBJECT, circle(40.0, 41.0, 60.0), circle(30.0, 31.0, 38.0)] {
+        let load = load_of(object, 17.0);
+        let mut bench = Bench::new(Config { load: load.clone(), ..servo() }, &Flash::new());
+        set_up(&mut bench, &Settings::of(MOUNT), object);
+        for force in [2.0_f64, 5.0, 10.0] {
+            bench.ask::<Grip>(&grip(force as f32)).unwrap();
+            let (mut most, mut wrong) = (0.0_f64, 0);
+            bench.run_with(2 * SECOND, |report, truth| {
+                most = most.max(truth.force[0].hypot(truth.force[1]));
+                wrong += u32::from(is_wrong(&load, report, truth));
+            });
+            let truth = bench.servo.truth();
+            let [x, y] = truth.force;
+            let magnitude = |counts: f64| {
+                let [x, y] = load.at(truth.finger_angle + counts * COUNT, &mut OnBranch::default()).force;
+                x.hypot(y)
+            };
+            let allowed = f64::max(0.05 * force, magnitude(0.5) - magnitude(-0.5));
+            let phase = bench.reports.last().unwrap().0.phase;
+            eprintln!("{object:?}: {force} N asked, {:.3} N reached (±{allowed:.3}), {most:.3} N most", x.hypot(y));
+            assert_eq!(phase, Phase::Gripped);
+            assert!((x.hypot(y) - force).abs() <= allowed, "{} N of {force} N", x.hypot(y));
+            assert!(most <= 1.1 * force, "{most} N on the way to {force} N");
+            assert_eq!(wrong, 0);
+            bench.ask::<messages::Open>(&Which::All).unwrap();
+            bench.run(2 * SECOND);
+        }
+    }
+}
+
+/// Random bytes among the packets in both directions, a million of them.
+#[test]
+fn a_million_random_bytes_on_the_bus() {
+    let mut bench = ready(&Settings::of(MOUNT));
+    bench.ask::<Grip>(&grip(5.0)).unwrap();
+    bench.run(2 * SECOND);
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let done = std::rc::Rc::new(std::cell::Cell::new(0_u32));
+    let count = done.clone();
+    bench.meddling = Box::new(move |_, bytes| {
+        // Every few packets: before, behind, or instead of one.
+        if random.next_u32() % 4 > 0 {
+            return bytes;
+        }
+        let mut noise = vec![0; (random.next_u32() % 96) as usize];
+        random.fill_bytes(&mut noise);
+        count.set(count.get() + noise.len() as u32);
+        match random.next_u32() % 3 {
+            0 => [noise, bytes].concat(),
+            1 => [bytes, noise].concat(),
+            _ => noise,
+        }
+    });
+    let mut judge = Judge::default();
+    bench.keeps = false;
+    while done.get() < 1_000_000 {
+        judge.run(&mut bench, SECOND);
+    }
+    recover(&mut bench, &mut judge);
+    judge.verdict("a million random bytes", &bench);
+    assert!(judge.sound > judge.reports / 10, "{judge:?}");
+}
+
+/// The bus is well again: a sound estimate within three ticks.
+fn recover(bench: &mut Bench, judge: &mut Judge) {
+    bench.meddling = Box::new(|_, bytes| bytes);
+    // What was on its way is old by then; a servo that was lost meanwhile is looked for.
+    judge.run(bench, SECOND);
+    assert_eq!(judge.bad, 0, "not recovered: {judge:?}");
+}
+
+/// Every bit flips with one in a thousand.
+#[test]
+fn bit_errors() {
+    let mut bench = ready(&Settings::of(MOUNT));
+    bench.ask::<Grip>(&grip(5.0)).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(2);
+    bench.meddling = Box::new(move |_, mut bytes| {
+        for byte in &mut bytes {
+            for bit in 0..8 {
+                if random.next_u32() < u32::MAX / 1000 {
+                    *byte ^= 1 << bit;
+                }
+            }
+        }
+        bytes
+    });
+    let mut judge = Judge::default();
+    bench.keeps = false;
+    judge.run(&mut bench, 100 * SECOND);
+    recover(&mut bench, &mut judge);
+    judge.verdict("bit errors of 1e-3", &bench);
+    assert!(judge.sound > judge.reports / 2, "{judge:?}");
+}
+
+/// Single faults, each followed by a well bus: the estimate is sound again within three ticks, whatever the fault was.
+#[test]
+fn every_fault_passes_within_three_ticks() {
+    let mut bench = ready(&Settings::of(MOUNT));
+    bench.ask::<Grip>(&grip(5.0)).unwrap();
+    bench.run(2 * SECOND);
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut judge = Judge::default();
+    bench.keeps = false;
+    let mut longest = 0;
+    for round in 0..3000_u32 {
+        let kind = round % 6;
+        let seed = random.next_u64();
+        let to_servo = random.next_u32() % 2 == 0;
+        let mut left = 1;
+        let mut last = Vec::new();
+        bench.meddling = Box::new(move |outwards, mut bytes| {
+            if left == 0 || outwards != to_servo || bytes.len() < 4 {
+                last.clone_from(&bytes);
+                return bytes;
+            }
+            left -= 1;
+            let at = (seed % bytes.len() as u64) as usize;
+            match kind {
+                // Lost, doubled, cut, damaged, too much, the one before once more.
+                0 => Vec::new(),
+                1 => [bytes.clone(), bytes].concat(),
+                2 => bytes[..at].to_vec(),
+                3 => {
+                    bytes[at] ^= 1 << (seed >> 32 & 7);
+                    bytes
+                }
+                4 => [vec![(seed >> 40) as u8; 20], bytes].concat(),
+                _ => [last.clone(), bytes].concat(),
+            }
+        });
+        let mut worst = 0;
+        bench.run_with(8 * TICK, |report, truth| {
+            judge.look(report, truth);
+            worst = worst.max(judge.bad);
+        });
+        assert_eq!(judge.bad, 0, "fault {kind} ({to_servo}) lasts");
+        longest = longest.max(worst);
+    }
+    eprintln!("longest: {longest} ticks without a sound estimate");
+    assert!(longest <= 3, "{longest} ticks");
+    judge.verdict("single faults", &bench);
+}
+
+/// The servo restarts in the middle of an answer, again and again; its torque is off then. The gripper finds it, says so
+/// and holds.
+#[test]
+fn a_servo_that_restarts() {
+    let mut bench = ready(&Settings::of(MOUNT));
+    let mut judge = Judge::default();
+    for round in 0..20 {
+        bench.ask::<Grip>(&grip(4.0)).unwrap();
+        judge.run(&mut bench, SECOND + 137 * round);
+        bench.servo.reset();
+        judge.run(&mut bench, SECOND);
+        assert_eq!(judge.bad, 0, "round {round}");
+        bench.ask::<messages::Open>(&Which::All).unwrap();
+        judge.run(&mut bench, SECOND);
+    }
+    judge.verdict("restarts of the servo", &bench);
+}
+
+/// The host vanishes for seconds: the control loop does not notice.
+#[test]
+fn a_host_that_vanishes() {
+    let mut bench = ready(&Settings::of(MOUNT));
+    bench.ask::<Grip>(&grip(5.0)).unwrap();
+    let mut judge = Judge::default();
+    let before = bench.ask::<messages::GetCounters>(&());
+    for _ in 0..5 {
+        bench.listens = false;
+        bench.run(4 * SECOND);
+        bench.listens = true;
+        // The oldest that waited are of before; their truth is another.
+        bench.run(SECOND / 10);
+        judge.run(&mut bench, SECOND / 2);
+    }
+    let after = bench.ask::<messages::GetCounters>(&());
+    let ticks = after.ticks - before.ticks;
+    assert!(ticks > 22 * 500 && after.estimates - before.estimates > ticks - 10, "{before:?} {after:?}");
+    assert!(after.dropped_reports > before.dropped_reports && after.late_ticks == before.late_ticks, "{after:?}");
+    judge.verdict("a host that vanishes", &bench);
+    assert_eq!(bench.reports.last().unwrap().0.phase, Phase::Gripped);
+}
+
+/// A hundred thousand requests of random bytes, sound frames all of them, and noise between them.
+#[test]
+fn random_requests() {
+    let mut bench = ready(&Settings::of(MOUNT));
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    let keys: Vec<_> = messages::ENDPOINTS.endpoints.iter().map(|(_, key, _)| *key).collect();
+    bench.keeps = false;
+    let mut answered = 0;
+    for round in 0..100_000_u32 {
+        let key = keys[random.next_u32() as usize % keys.len()];
+        let mut body = vec![0; (random.next_u32() % 64) as usize];
+        random.fill_bytes(&mut body);
+        // Small numbers are valid more often.
+        body.iter_mut().for_each(|byte| *byte = if *byte < 128 { *byte % 4 } else { *byte });
+        bench.send_body(postcard_rpc::header::VarKey::Key8(key), &body);
+        if round % 8 == 0 {
+            let mut noise = vec![0; 30];
+            random.fill_bytes(&mut noise);
+            bench.send_raw(&noise);
+        }
+        if round % 32 == 0 {
+            bench.run(TICK / 2);
+            answered += bench.forget_answers();
+        }
+    }
+    for _ in 0..600 {
+        bench.run(SECOND);
+        answered += bench.forget_answers();
+        if bench.unread() == 0 {
+            break;
+        }
+    }
+    eprintln!("{answered} answers");
+    assert_eq!(bench.unread(), 0, "{answered} answers");
+    assert!(answered > 32_000, "{answered} answers");
+    // As if nothing had been.
+    set_up(&mut bench, &Settings::of(MOUNT), OBJECT);
+    bench.ask::<Grip>(&grip(5.0)).unwrap();
+    bench.until("grip", 5 * SECOND, |report| report.phase == Phase::Gripped);
+    let (fast, bite) = bench.longest_fast_us();
+    assert!(fast < bite, "the watchdog would have bitten after {fast} µs");
+}
+
+/// What is set survives; what is damaged is told and gone, and never stops the start.
+#[test]
+fn settings_survive_and_damaged_ones_are_told() {
+    let flash = Flash::new();
+    let settings = Settings { on_fault: Reaction::Release, rate_hz: 250, ..Settings::of(MOUNT) };
+    let mut bench = Bench::new(servo(), &flash);
+    set_up(&mut bench, &settings, OBJECT);
+    drop(bench);
+
+    let mut bench = Bench::new(servo(), &flash);
+    bench.until("estimate without being told anything", 5 * SECOND, is_sound);
+    assert!(bench.events.contains(&Event::Restored { records: 3, damaged: 0 }), "{:?}", bench.events);
+    assert_eq!(bench.ask::<messages::GetSettings>(&()), settings);
+    assert_eq!(bench.ask::<messages::GetFinger>(&0), Some(finger()));
+    assert_eq!(bench.ask::<messages::GetObject>(&0), Some(OBJECT));
+    drop(bench);
+
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    for round in 0..40 {
+        for _ in 0..1 << (round % 12) {
+            flash.damage(random.next_u32() as usize, random.next_u32() as u8);
+        }
+        let mut bench = Bench::new(servo(), &flash);
+        bench.run(SECOND / 10);
+        set_up(&mut bench, &settings, OBJECT);
+        assert_eq!(bench.ask::<messages::GetSettings>(&()), settings);
+    }
+}
+
+/// An hour of gripping and releasing on a bus that is never quite well.
+#[test]
+fn an_hour() {
+    let settings = Settings { rate_hz: 100, shape_every: 0, ..Settings::of(MOUNT) };
+    let mut bench = ready(&settings);
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    bench.meddling = Box::new(move |_, mut bytes| {
+        match random.next_u32() % 500 {
+            0 => bytes.clear(),
+            1 => bytes.iter_mut().for_each(|byte| *byte = byte.wrapping_add(1)),
+            2 => bytes.truncate(5),
+            _ => {}
+        }
+        bytes
+    });
+    let mut judge = Judge::default();
+    bench.keeps = false;
+    let mut reached = 0;
+    for round in 0..360_u32 {
+        let force = 1.0 + (round % 10) as f32;
+        bench.ask::<Grip>(&grip(force)).unwrap();
+        judge.run(&mut bench, 5 * SECOND);
+        let [x, y] = bench.servo.truth().force;
+        reached += u32::from((x.hypot(y) - f64::from(force)).abs() < f64::max(1.0, 0.1 * f64::from(force)));
+        bench.ask::<messages::Open>(&Which::All).unwrap();
+        judge.run(&mut bench, 5 * SECOND);
+    }
+    assert!(bench.now_us() > 3_600 * SECOND);
+    judge.verdict("an hour", &bench);
+    assert!(reached > 350, "{reached} of 360 grips");
+    assert!(judge.sound > judge.reports * 9 / 10, "{judge:?}");
+    let counters = bench.ask::<messages::GetCounters>(&());
+    assert_eq!(counters.servo_losses, 0, "{counters:?}");
+}
+
+/// With `Release`, a single lost answer opens the finger in the tick it was missed.
+#[test]
+fn release_within_a_tick() {
+    let settings = Settings { on_fault: Reaction::Release, ..Settings::of(MOUNT) };
+    let mut bench = ready(&settings);
+    bench.ask::<Grip>(&grip(5.0)).unwrap();
+    bench.run(SECOND);
+    let before = bench.reports.len();
+    let mut left = 1;
+    bench.meddling = Box::new(move |outwards, bytes| {
+        if outwards || left == 0 {
+            return bytes;
+        }
+        left -= 1;
+        Vec::new()
+    });
+    bench.run(SECOND);
+    let first = bench.reports[before..].iter().position(|(report, _)| !is_sound(report)).unwrap();
+    assert_eq!(bench.reports[before + first].0.phase, Phase::Released(Why::Bus));
+    let goals: Vec<f32> = bench.reports[before + first..].iter().take(3).map(|(report, _)| report.goal).collect();
+    assert!(goals[1] < goals[0] || goals[2] < goals[1], "{goals:?}");
+    assert_eq!(bench.reports.last().unwrap().0.goal, MOUNT.open_angle);
+}
