@@ -5,7 +5,7 @@ use std::path::Path;
 use host::case::Case;
 use host::draw;
 use host::fea::{FeaError, Plan};
-use host::report;
+use host::pictures;
 use host::run::{self, Options, Precision, Solution};
 use host::servo::{Load, OnBranch};
 use host::sweep::{Axis, Document, Sweep};
@@ -83,7 +83,7 @@ fn a_translated_base_meets_every_shape() {
 fn pictures_show_every_shape() {
     for (name, text) in EXAMPLES {
         let (case, solutions) = solve(text);
-        let scene = report::picture(&case, &solutions).unwrap();
+        let scene = pictures::overview(&case, &solutions).unwrap();
         let svg = draw::svg(&scene);
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
         let tree = roxmltree::Document::parse(&svg).unwrap();

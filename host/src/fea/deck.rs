@@ -136,7 +136,8 @@ fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     let middle = mesh.middle(element);
     let width = design.width.at(middle[1]);
     let thickness = |beam: &Beam| {
-        let arc = dot(minus(middle, beam.base), beam.direction());
+        // Bowed beams are not meshed.
+        let arc = dot(minus(middle, beam.base), beam.direction(0.0));
         beam.thickness.at(arc)
     };
     let (factor, thickness) = match mesh.parts[element] {
