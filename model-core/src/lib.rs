@@ -51,6 +51,45 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # The mathematics
+//!
+//! **Discretisation** ([`discretise`]). Beams and hinges are chains of rigid links between joints. The unknowns are absolute changes of
+//! orientation θ, so the end of a chain is a sum, D = Σ lᵢ e(βᵢ + θᵢ) with e(a) = (cos a, sin a), and the bending energy
+//! ½ Σ EI/ℓ (θᵢ − θᵢ₋₁)² is a quadratic form ½ θᵀKθ with a constant, banded K. The members of a lamella share its three angles, so
+//! only positions are left to close: per cell k, h_k = Dᶠ_k + R_k − Dᵇ_k − R_{k−1} − const = 0, with the front and back spans D
+//! and the rungs R (front hinge, lamella, back hinge). `paper` is of first order, `trapezoid` of second, `simpson` (quadratic
+//! elements, weights h/6, 4h/6, h/6) of fourth.
+//!
+//! **Equilibrium** is a stationary point of the Lagrangian, L = ½ θᵀKθ + Σ λ_k·h_k − Σ μ_j g_j − ½ ε_c Σ μ_j², with
+//! μ_j ≥ 0, g_j + ε_c μ_j ≥ 0 and one of them zero at every contact sample. λ_k is the internal force of a cell, μ_j the contact force.
+//! Stretch and shear are eliminated link by link: under a force f the direction e becomes e + (f·e)/EA e + (f·e′)/κGA e′ ([`ladder`]).
+//!
+//! **One step** ([`newton`]). With f the force through link i, the Hessian is K − diag(lᵢ f·eᵢ): the geometric stiffness is diagonal.
+//! The linear system in (θ, λ, μ) is taken apart in an order whose cost is linear in elements and lamellae:
+//!
+//! 1. *Condensation.* A member's interior angles z are coupled to its two joints and its force only: H z = −r − B (a, b, f)ᵀ.
+//!    Eliminating them element by element leaves the Schur complement C − Bᵀ H⁻¹ B on (a, b, f).
+//! 2. *Banded KKT.* What is left are, per cell, λ_k and three joint angles, a symmetric matrix A of half-bandwidth 6, factorised as L D Lᵀ.
+//! 3. *Border.* Each contact row is a column q_j against A; all of them give the dense, small D = ε_c I − Z + Qᵀ A⁻¹ Q.
+//! 4. *Active set.* The complementarity problem μ ≥ 0, D Δμ − b ≥ 0 is solved by adding and dropping rows, D factorised with
+//!    1×1 and 2×2 pivots, as it may be indefinite where the contacts stabilise the finger.
+//! 5. *Back-substitution* of Δμ, Δλ and Δθ.
+//!
+//! **Stability** ([`equilibrium`]). By Sylvester's law and Haynsworth's additivity of inertia, the negative pivots met in 1 and 2, less
+//! the 2(K + 1) that the closures give, less the negative eigenvalues of D on the active set, count the directions in which the energy
+//! falls along closures and contacts. Zero: the equilibrium is stable. Only such ones are accepted.
+//!
+//! **Branches.** dα is walked in steps that are halved when a step fails, is unstable or wanders (its iterates may end on another
+//! branch). Where the smallest step fails the branch has folded: one pivot has passed through zero. The finger then moves by itself;
+//! the fold handler follows (H + s K₀) Δθ = −g, an implicit step 1/s long of a finger in a viscous bath, until it rests, and flags
+//! what it finds as snapped. The flag stays until the hand is open.
+//!
+//! **Derivatives** ([`sensitivity`]). At an equilibrium r(z, p) = 0 the implicit function theorem gives dz/dp = −(∂r/∂z)⁻¹ ∂r/∂p with the
+//! matrix that is factorised already, now with the turning of every contact normal. An independent check of all of it is the motor's
+//! work: τ = d(V + ½ ε_c Σ μ²)/dα.
+//!
+//! # The modules
+//!
 //! Data flow, each module knowing only those above it: [`design`] → [`discretise`] → [`ladder`] (kinematics, energy) →
 //! [`contact`] and [`object`] → [`newton`] (one step) → [`equilibrium`] (continuation, stability, folds; what can be read off) → [`sensitivity`],
 //! [`uncertainty`], [`estimator`], [`grasp`]. Units are mm, N, N·mm, rad, MPa; frames and signs are defined at [`object::Motion`] and

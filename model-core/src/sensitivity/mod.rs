@@ -2,7 +2,7 @@
 //! on the factorised KKT.
 //!
 //! With the interior, the joints and the closures condensed, a change of the object enters through the contact border
-//! only ([`border`]); a change of the design shifts every residual and is one more right-hand side ([`design`]).
+//! only (`border`); a change of the design shifts every residual and is one more right-hand side (`design`).
 //!
 //! All derivatives are taken with the touching samples staying the same. Where a sample comes into contact or leaves it the
 //! force has a kink: there they hold on the side of the present set.
