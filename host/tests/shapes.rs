@@ -6,6 +6,7 @@ use host::case::Case;
 use host::draw;
 use host::fea::{FeaError, Plan};
 use host::pictures;
+use host::report;
 use host::run::{self, Options, Precision, Solution};
 use host::servo::{Load, OnBranch};
 use host::sweep::{Axis, Document, Sweep};
