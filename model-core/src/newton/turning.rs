@@ -3,13 +3,16 @@
 //! A touching sample that moves by dP turns its normal by κ t (t·dP), with t the tangent and κ the curvature of the object's
 //! level line: its force changes by −ν t with ν = μκ t·dP. Exactly that is one row t·dP − ν/(μκ) = 0 per contact. Neighbouring
 //! samples of a beam that hardly stretches move alike along the object, so that one row, at the middle of the force, with the
-//! sum of the multipliers, does for all. Without it every second step of one servo count needs a second iteration (*measured*:
-//! 1.49 iterations against 1.0x, reduced model); being a matter of the step only, it leaves the solution as it is.
+//! sum of the multipliers, does for all. *Measured*: a closing to 11° in steps of 1° takes 60 iterations at Mid and 70 at High
+//! instead of 72 and 83. Being a matter of the step only, it leaves the solution as it is.
 
 use super::Workspace;
 use crate::contact::Row;
 use crate::real::Real;
 use crate::size::Size;
+
+/// A stiffness μκ below which the turning does not matter, and its row would only spoil the scale of the others, N/mm.
+const FAINT: f64 = 1e-3;
 
 /// Puts the row beside that of the sample at the middle of the contact force, if something touches and there is room.
 pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize) {
@@ -28,7 +31,7 @@ pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize)
     let Some(middle) = middle.filter(|_| total > T::ZERO) else { return };
     let row = rows[middle];
     let stiffness = total * row.curvature;
-    if stiffness.abs() <= T::EPSILON {
+    if stiffness.abs() <= T::of(FAINT) {
         return;
     }
     rows.copy_within(middle + 1..count, middle + 2);
