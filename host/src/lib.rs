@@ -13,6 +13,7 @@ pub mod measured;
 pub mod metrics;
 pub mod pictures;
 pub mod pressure;
+pub mod probe;
 pub mod report;
 pub mod run;
 pub mod servo;

@@ -4,11 +4,29 @@ use crate::command::{headline, run as run_command};
 use crate::cross::{Cross, TRIPLE};
 use crate::{paths, setup};
 use anyhow::{Context, Result, bail};
-use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 use std::path::PathBuf;
 
-/// Packages of `firmware/boards`; the image of each is called `gripper-BOARD`.
-pub const BOARDS: &[&str] = &[SIMULATED];
+/// A board: a package of `firmware/boards`, whose image is called `gripper-NAME`.
+#[derive(Debug)]
+pub struct Board {
+    /// Its name.
+    pub name: &'static str,
+    /// What its image may take of the flash, bytes.
+    flash: u64,
+    /// What its variables may take of the RAM, the stack not counted, bytes.
+    ram: u64,
+}
+
+const KB: u64 = 1024;
+
+/// The boards. A budget is below what the chip has: it is there to be noticed before the linker is.
+pub const BOARDS: &[Board] = &[
+    Board { name: SIMULATED, flash: 512 * KB, ram: 512 * KB },
+    Board { name: "opencr", flash: 448 * KB, ram: 192 * KB },
+    Board { name: "nucleo-h743zi", flash: 512 * KB, ram: 448 * KB },
+    Board { name: "nucleo-g474re", flash: 384 * KB, ram: 104 * KB },
+];
 /// The one that QEMU runs.
 pub const SIMULATED: &str = "mps2";
 
@@ -19,12 +37,12 @@ pub fn run(board: &str) -> Result<()> {
     show(board).map(drop)
 }
 
-/// Builds a board's image and prints its sections; returns the ELF's path.
+/// Builds a board's image and prints its sections; returns the ELF's path. An image over its budget is an error.
 pub fn show(board: &str) -> Result<PathBuf> {
     headline(&format!("image for {board}"));
     let image = build(board)?;
     println!("{}", image.display());
-    print_sections(&std::fs::read(&image).context("cannot read the image")?)?;
+    print_sections(check(board)?, &std::fs::read(&image).context("cannot read the image")?)?;
     Ok(image)
 }
 
@@ -36,14 +54,14 @@ fn build(board: &str) -> Result<PathBuf> {
     Ok(paths::boards_target().join(TRIPLE).join("release").join(format!("gripper-{board}")))
 }
 
-fn check(board: &str) -> Result<()> {
-    if !BOARDS.contains(&board) {
-        bail!("`{board}` is not a board; the boards are: {}", BOARDS.join(", "));
-    }
-    Ok(())
+fn check(board: &str) -> Result<&'static Board> {
+    BOARDS.iter().find(|known| known.name == board).with_context(|| {
+        let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
+        format!("`{board}` is not a board; the boards are: {}", names.join(", "))
+    })
 }
 
-fn print_sections(image: &[u8]) -> Result<()> {
+fn print_sections(board: &Board, image: &[u8]) -> Result<()> {
     let file = object::File::parse(image).context("the image is not an ELF file")?;
     let (mut flash, mut ram) = (0, 0);
     for section in file.sections() {
@@ -59,6 +77,35 @@ fn print_sections(image: &[u8]) -> Result<()> {
         flash += if zeros { 0 } else { section.size() };
         ram += if zeros || writable { section.size() } else { 0 };
     }
-    println!("flash {flash} bytes, static RAM {ram} bytes");
+    let symbol = |name: &str| file.symbols().find(|symbol| symbol.name() == Ok(name)).map(|symbol| symbol.address());
+    if let (Some(start), Some(end)) = (symbol("_stack_start"), symbol("_stack_end")) {
+        println!("{:<14} {:>8} bytes at {end:#010x}", "stack", start.saturating_sub(end));
+    }
+    println!("flash {flash} of {} bytes, static RAM {ram} of {} bytes", board.flash, board.ram);
+    within(board, flash, ram)
+}
+
+/// That an image keeps its budget.
+fn within(board: &Board, flash: u64, ram: u64) -> Result<()> {
+    for (what, used, allowed) in [("flash", flash, board.flash), ("static RAM", ram, board.ram)] {
+        if used > allowed {
+            bail!("the image for {} takes {used} bytes of {what}; its budget is {allowed}", board.name);
+        }
+    }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_budget_is_kept_or_named() {
+        let board = check("opencr").unwrap();
+        assert!(within(board, board.flash, board.ram).is_ok());
+        let error = within(board, board.flash + 1, 0).unwrap_err().to_string();
+        assert!(error.contains("opencr") && error.contains("of flash") && error.contains("458752"), "{error}");
+        assert!(within(board, 0, board.ram + 1).unwrap_err().to_string().contains("static RAM"));
+        assert!(check("uno").unwrap_err().to_string().contains("mps2, opencr, nucleo-h743zi, nucleo-g474re"));
+    }
 }

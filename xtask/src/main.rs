@@ -23,8 +23,9 @@ const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
   setup [--fea]          install or build what is missing: QEMU, cross target, Python packages for the tests
-  test [PART ...]        every check and test, or these parts of it: format, clippy, pc, target (in QEMU), system
-  firmware BOARD         build one board's image and print its sections (boards: mps2)
+  test [PART ...]        every check and test, or these parts of it: format, clippy, pc, target (in QEMU), system, boards
+  firmware BOARD         build one board's image and print its sections (boards: mps2, opencr,
+                         nucleo-h743zi, nucleo-g474re)
   qemu-run ELF           run an image in QEMU: its tests if it holds any, else the program with its log
   decode ELF             turn an image's log, on standard input, into text
   demo [--seconds N] [--live]

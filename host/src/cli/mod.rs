@@ -3,7 +3,9 @@
 mod calibrate;
 mod compare;
 mod demo;
+mod flash;
 mod gripper;
+mod log;
 mod monitor;
 mod options;
 mod servo;
@@ -34,6 +36,8 @@ enum Command {
     Compare(compare::Args),
     Demo(demo::Args),
     Gripper(gripper::Args),
+    Flash(flash::Args),
+    Log(log::Args),
     Monitor(monitor::Args),
     Servo(servo::Args),
     Solve(solve::Args),
@@ -57,6 +61,8 @@ pub fn run() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Demo(args) => demo::run(args),
         Command::Gripper(args) => gripper::run(&args),
+        Command::Flash(args) => flash::run(&args),
+        Command::Log(args) => log::run(&args),
         Command::Monitor(args) => monitor::run(&args),
         Command::Servo(args) => servo::run(&args),
         Command::Solve(args) => solve::run(&args),

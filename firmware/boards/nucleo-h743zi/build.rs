@@ -1,0 +1,14 @@
+//! Puts the memory map where the linker finds it, and links the image.
+
+use std::{env, fs, path::PathBuf};
+
+fn main() {
+    let folder = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    fs::copy("memory.x", folder.join("memory.x")).expect("memory.x can be copied");
+    println!("cargo::rustc-link-search={}", folder.display());
+    println!("cargo::rerun-if-changed=memory.x");
+    // `survivor.x` is the crate stm32's.
+    for script in ["link.x", "survivor.x", "defmt.x"] {
+        println!("cargo::rustc-link-arg-bins=-T{script}");
+    }
+}

@@ -1,0 +1,39 @@
+//! What the STM32 boards share.
+//!
+//! - [`Line`]: the half-duplex bus, served by one interrupt that also turns its direction round ([`port`] reads and
+//!   writes it).
+//! - [`critical`]: critical sections that let this one interrupt through.
+//! - [`usart`]: a chip's USART under a line. [`Settings`]: a stretch of flash. [`mod@reset`]: last words, why the
+//!   program started, how it ends. [`cycles`]: the processor's cycle counter.
+//!
+//! The log goes out over RTT (defmt-rtt). Without the feature `chip` there is only what needs no chip: the tests drive the line's logic with a simulated USART.
+#![no_std]
+
+#[cfg(feature = "chip")]
+use defmt_rtt as _;
+
+#[cfg(feature = "chip")]
+defmt::timestamp!("{=u64:us}", embassy_time::Instant::now().as_micros());
+
+#[cfg(feature = "chip")]
+mod bus;
+#[cfg(feature = "chip")]
+pub mod critical;
+#[cfg(feature = "chip")]
+pub mod cycles;
+#[cfg(feature = "chip")]
+mod flash;
+mod line;
+pub mod port;
+#[cfg(feature = "chip")]
+pub mod reset;
+mod ring;
+#[cfg(feature = "chip")]
+pub mod usart;
+
+#[cfg(feature = "chip")]
+pub use bus::Bus;
+#[cfg(feature = "chip")]
+pub use flash::{Care, Settings};
+pub use line::{Line, Status, Until, Usart};
+pub use ring::Ring;

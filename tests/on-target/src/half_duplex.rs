@@ -1,0 +1,232 @@
+//! The boards' half-duplex line on a simulated USART: the direction is turned exactly at the end of the last stop bit,
+//! however late the interrupt comes, and nothing is lost or echoed.
+
+use core::cell::RefCell;
+
+use stm32::{Line, Status, Until, Usart};
+
+/// What a USART and its transceiver do, by bit times; one step is one byte's time.
+#[derive(Default)]
+struct Wire {
+    /// Byte in the data register, and in the shift register.
+    data: Option<u8>,
+    shift: Option<u8>,
+    complete: bool,
+    until: Option<Until>,
+    driven: bool,
+    received: Option<u8>,
+    idle: bool,
+    overrun: bool,
+    /// What went out, and what went out while nobody drove the line.
+    sent: heapless::Vec<u8, 64>,
+    unheard: usize,
+    /// How often the line was left before the last stop bit was out.
+    cut: usize,
+}
+
+struct Simulated(RefCell<Wire>);
+
+impl Simulated {
+    fn new() -> Self {
+        Self(RefCell::new(Wire { complete: true, ..Wire::default() }))
+    }
+
+    /// A byte's time passes; what is sent is heard as well.
+    fn step(&self) {
+        let mut wire = self.0.borrow_mut();
+        if let Some(byte) = wire.shift.take() {
+            if !wire.driven {
+                wire.unheard += 1;
+            }
+            assert!(wire.sent.push(byte).is_ok());
+            wire.hear(byte);
+        }
+        wire.shift = wire.data.take();
+        if wire.shift.is_none() {
+            wire.complete = true;
+        }
+    }
+
+    /// A byte from somebody else.
+    fn hear(&self, byte: u8) {
+        self.0.borrow_mut().hear(byte);
+    }
+
+    /// Whether the USART raises its interrupt.
+    fn raised(&self) -> bool {
+        let wire = self.0.borrow();
+        let transmit = match wire.until {
+            Some(Until::Ready) => wire.data.is_none(),
+            Some(Until::Complete) => wire.complete,
+            _ => false,
+        };
+        transmit || wire.received.is_some() || wire.idle || wire.overrun
+    }
+}
+
+impl Wire {
+    fn hear(&mut self, byte: u8) {
+        self.overrun |= self.received.replace(byte).is_some();
+    }
+}
+
+impl Usart for Simulated {
+    fn status(&self) -> Status {
+        let wire = self.0.borrow();
+        Status {
+            received: wire.received.is_some(),
+            idle: wire.idle,
+            damaged: wire.overrun,
+            ready: wire.data.is_none(),
+            complete: wire.complete,
+        }
+    }
+
+    fn take(&self) -> u8 {
+        self.0.borrow_mut().received.take().unwrap_or(0xEE)
+    }
+
+    fn clear(&self) {
+        let mut wire = self.0.borrow_mut();
+        (wire.idle, wire.overrun) = (false, false);
+    }
+
+    fn give(&self, byte: u8) {
+        let mut wire = self.0.borrow_mut();
+        wire.complete = false;
+        if wire.shift.is_none() { wire.shift = Some(byte) } else { wire.data = Some(byte) }
+    }
+
+    fn interrupt(&self, until: Until) {
+        self.0.borrow_mut().until = Some(until);
+    }
+
+    fn drive(&self, on: bool) {
+        let mut wire = self.0.borrow_mut();
+        if !on && !wire.complete {
+            wire.cut += 1;
+        }
+        wire.driven = on;
+    }
+
+    fn is_half_duplex(&self) -> bool {
+        true
+    }
+}
+
+#[embedded_test::tests(executor = mps2::Executor::new())]
+mod tests {
+    use super::*;
+    use mps2::Board;
+
+    const WORDS: &[u8] = b"\xff\xff\xfd\x00\x01\x07\x00\x02";
+
+    #[init]
+    fn init() -> Board {
+        mps2::init()
+    }
+
+    /// Sends while the interrupt is served only every `late`-th byte's time; returns how many byte times the line stayed
+    /// driven after the last stop bit.
+    fn send(line: &Line<64, 32>, usart: &Simulated, late: usize) -> usize {
+        assert_eq!(line.give(WORDS), WORDS.len());
+        line.service(usart);
+        assert!(usart.0.borrow().driven, "driven before the first start bit is over");
+        let (mut after, mut time) = (0, 0_usize);
+        while !line.is_done() {
+            usart.step();
+            time += 1;
+            assert!(time < 1000, "the line is never left");
+            if usart.0.borrow().complete && usart.0.borrow().sent.len() == WORDS.len() {
+                after += 1;
+            }
+            if time.is_multiple_of(late) {
+                // As long as it is raised, as hardware does.
+                let mut entries = 0;
+                while usart.raised() {
+                    line.service(usart);
+                    entries += 1;
+                    assert!(entries < 10, "the interrupt does not end");
+                }
+            }
+        }
+        assert_eq!(usart.0.borrow().sent.as_slice(), WORDS);
+        after
+    }
+
+    #[test]
+    fn the_line_is_left_at_the_last_stop_bit(_board: Board) {
+        let (line, usart) = (Line::new(), Simulated::new());
+        // One look at the line after the last stop bit: it is left then, without another byte's time.
+        assert_eq!(send(&line, &usart, 1), 1);
+        let wire = usart.0.borrow();
+        assert!(!wire.driven && wire.unheard == 0 && wire.cut == 0);
+        assert_eq!(wire.until, Some(Until::Never));
+    }
+
+    /// A late interrupt stretches the packet; it never cuts a byte off, and the line is left when it is served.
+    #[test]
+    fn a_late_interrupt_cuts_nothing(_board: Board) {
+        for late in 2..6 {
+            let (line, usart) = (Line::new(), Simulated::new());
+            assert!(send(&line, &usart, late) <= late);
+            let wire = usart.0.borrow();
+            assert!(!wire.driven && wire.unheard == 0 && wire.cut == 0, "late by {}", late);
+        }
+    }
+
+    /// The interrupt may be raised at any time, without a reason.
+    #[test]
+    fn a_groundless_interrupt_changes_nothing(_board: Board) {
+        let (line, usart) = (Line::<64, 32>::new(), Simulated::new());
+        for _ in 0..3 {
+            assert!(!line.service(&usart));
+        }
+        assert_eq!(line.give(WORDS), WORDS.len());
+        let mut steps = 0;
+        while !line.is_done() {
+            for _ in 0..5 {
+                line.service(&usart);
+            }
+            usart.step();
+            steps += 1;
+            assert!(steps < 1000, "the line is never left");
+        }
+        let wire = usart.0.borrow();
+        assert_eq!((wire.sent.as_slice(), wire.cut, wire.unheard), (WORDS, 0, 0));
+    }
+
+    /// One's own bytes are not taken for an answer; the answer that follows at once is.
+    #[test]
+    fn the_echo_is_dropped_and_the_answer_is_not(_board: Board) {
+        let (line, usart) = (Line::<64, 32>::new(), Simulated::new());
+        send(&line, &usart, 1);
+        let mut buffer = [0; 16];
+        assert_eq!(line.take(&mut buffer), 0);
+        for byte in *b"answer" {
+            usart.hear(byte);
+            assert!(!line.service(&usart), "nobody is woken for a part");
+        }
+        usart.0.borrow_mut().idle = true;
+        assert!(line.service(&usart), "the pause wakes");
+        let taken = line.take(&mut buffer);
+        assert_eq!(&buffer[..taken], b"answer");
+    }
+
+    /// Long answers wake before the queue is full, and what does not fit is lost, not what came before.
+    #[test]
+    fn a_full_queue_keeps_what_it_has(_board: Board) {
+        let (line, usart) = (Line::<64, 32>::new(), Simulated::new());
+        let mut woken = None;
+        for byte in 0..100 {
+            usart.hear(byte);
+            if line.service(&usart) {
+                woken = woken.or(Some(byte));
+            }
+        }
+        assert_eq!(woken, Some(31));
+        let mut buffer = [0; 100];
+        assert_eq!(line.take(&mut buffer), 63);
+        assert!(buffer.iter().zip(0..63).all(|(byte, expected)| *byte == expected));
+    }
+}
