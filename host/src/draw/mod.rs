@@ -77,7 +77,7 @@ pub fn write(scene: &Scene, file: &Path) -> Result<(), DrawError> {
     write_in(scene, file, Theme::Light)
 }
 
-/// As [`write`]; the theme is that of pixels, an SVG has both.
+/// As [`write()`]; the theme is that of pixels, an SVG has both.
 ///
 /// # Errors
 /// As there.
