@@ -11,7 +11,7 @@ use model_core::design::{Attachments, Design};
 use model_core::discretise::{Discretisation, Elements, Physics, Sampling, Scheme};
 use model_core::equilibrium::{Follower, Settings};
 use model_core::object::Motion;
-use model_core::size::{Paper, Reduced};
+use model_core::size::Paper;
 use rayon::prelude::*;
 use reference_tests::random::Cases;
 use reference_tests::{COUNT, circle_80, ladder_80};
@@ -41,7 +41,7 @@ fn main() -> Result<(), Problem> {
     let mut points = Vec::new();
     for lamellae in 3..=12 {
         let mut design = ladder_80();
-        let pitch = 66.0 / f64::from(lamellae);
+        let pitch = 60.0 / f64::from(lamellae);
         design.lamellae.attachments = Attachments::Heights((1..=lamellae).map(|k| pitch * f64::from(k)).collect());
         points.push((f64::from(lamellae), warm_us(&design, &Discretisation::fine(Physics::Paper))?));
     }
@@ -102,7 +102,7 @@ fn batch() -> Result<(), Problem> {
             cases
                 .par_iter()
                 .map_init(
-                    || Box::new(Follower::<f64, Reduced>::EMPTY),
+                    || Box::new(Follower::<f64, Paper>::EMPTY),
                     |follower, case| {
                         if follower.configure(&case.design, &Discretisation::reduced(Physics::Paper)).is_err() {
                             return 0;
