@@ -39,7 +39,7 @@ fn main() -> Result<(), Problem> {
     print_fit("elements (trapezoid, seven lamellae)", &points);
 
     let mut points = Vec::new();
-    for lamellae in 3..=12 {
+    for lamellae in 3..=10 {
         let mut design = ladder_80();
         let pitch = 60.0 / f64::from(lamellae);
         design.lamellae.attachments = Attachments::Heights((1..=lamellae).map(|k| pitch * f64::from(k)).collect());
