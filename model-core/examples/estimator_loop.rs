@@ -13,7 +13,7 @@ mod finger;
 pub fn estimates() -> Result<Vec<Estimate>, Box<dyn Error>> {
     // On a microcontroller in a static: everything is in it, nothing is allocated.
     let mut estimator = Box::new(Estimator::<f32, Reduced>::EMPTY);
-    estimator.configure(&finger::design(), &Discretisation::estimator(Physics::Paper))?;
+    estimator.configure(&finger::design(), &Discretisation::estimator(Physics::Extended))?;
     estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 })?;
     let count = std::f64::consts::TAU / 4096.0;
     Ok((-5..=114).map(|position| estimator.update(f64::from(position) * count)).collect())

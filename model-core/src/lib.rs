@@ -36,7 +36,7 @@
 //!     motor_axis: [-14.0, -20.0],
 //! };
 //! let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
-//! estimator.configure(&design, &Discretisation::estimator(Physics::Paper))?;
+//! estimator.configure(&design, &Discretisation::estimator(Physics::Extended))?;
 //! estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 })?;
 //!
 //! // One count of the servo's position sensor per tick, from an open finger to 6°.
@@ -47,7 +47,7 @@
 //! }
 //! let estimate = estimator.update(68.0 * count);
 //! assert_eq!(estimate.status, Status::Converged);
-//! assert!((estimate.force_magnitude() - 4.26).abs() < 0.01, "{estimate:?}");
+//! assert!((estimate.force_magnitude() - 3.78).abs() < 0.01, "{estimate:?}");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
