@@ -455,11 +455,13 @@ impl Bench {
         self.link[1].borrow().bytes.len()
     }
 
-    /// Answers that nobody has waited for.
-    pub fn forget_answers(&mut self) -> usize {
-        let count = self.answers.len();
-        self.answers.clear();
-        count
+    /// Numbers of the requests whose answers nobody has waited for, in the order of the answers.
+    pub fn take_answered(&mut self) -> Vec<u32> {
+        let number = |(header, _): (VarHeader, Vec<u8>)| match header.seq_no {
+            VarSeq::Seq4(number) => Some(number),
+            _ => None,
+        };
+        self.answers.drain(..).filter_map(number).collect()
     }
 }
 

@@ -17,6 +17,8 @@ const BACKLASH_DEG: f64 = 0.25;
 const SECOND: u64 = 1_000_000;
 /// A period at 500 Hz, µs.
 const TICK: u64 = 2_000;
+/// Random requests of a campaign.
+const REQUESTS: u32 = 100_000;
 const MOUNT: Mount =
     Mount { open_angle: -DEGREE, backlash: BACKLASH_DEG as f32 * DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
 
@@ -300,21 +302,21 @@ fn a_host_that_vanishes() {
     assert_eq!(bench.reports.last().unwrap().0.phase, Phase::Gripped);
 }
 
-/// A hundred thousand requests of random bytes, sound frames all of them, and noise between them.
+/// Many requests of random bytes, sound frames all of them, and noise between them: each is answered, and once.
 #[test]
 fn random_requests() {
     let mut bench = ready(&Settings::of(MOUNT));
     let mut random = ChaCha8Rng::seed_from_u64(4);
     let keys: Vec<_> = messages::ENDPOINTS.endpoints.iter().map(|(_, key, _)| *key).collect();
     bench.keeps = false;
-    let mut answered = 0;
-    for round in 0..100_000_u32 {
+    let (mut sent, mut answered) = (Vec::new(), Vec::new());
+    for round in 0..REQUESTS {
         let key = keys[random.next_u32() as usize % keys.len()];
         let mut body = vec![0; (random.next_u32() % 64) as usize];
         random.fill_bytes(&mut body);
         // Small numbers are valid more often.
         body.iter_mut().for_each(|byte| *byte = if *byte < 128 { *byte % 4 } else { *byte });
-        bench.send_body(postcard_rpc::header::VarKey::Key8(key), &body);
+        sent.push(bench.send_body(postcard_rpc::header::VarKey::Key8(key), &body));
         if round % 8 == 0 {
             let mut noise = vec![0; 30];
             random.fill_bytes(&mut noise);
@@ -322,19 +324,22 @@ fn random_requests() {
         }
         if round % 32 == 0 {
             bench.run(TICK / 2);
-            answered += bench.forget_answers();
+            answered.extend(bench.take_answered());
         }
     }
     for _ in 0..600 {
         bench.run(SECOND);
-        answered += bench.forget_answers();
-        if bench.unread() == 0 {
+        answered.extend(bench.take_answered());
+        if bench.unread() == 0 && answered.len() >= sent.len() {
             break;
         }
     }
-    eprintln!("{answered} answers");
-    assert_eq!(bench.unread(), 0, "{answered} answers");
-    assert!(answered > 32_000, "{answered} answers");
+    eprintln!("{} requests, {} answers", sent.len(), answered.len());
+    assert_eq!(bench.unread(), 0, "{} answers", answered.len());
+    // One after the other, so in their order.
+    let differs = sent.iter().zip(&answered).find(|(sent, answered)| sent != answered);
+    assert_eq!(differs, None, "{} requests, {} answers", sent.len(), answered.len());
+    assert_eq!(answered.len(), sent.len());
     // As if nothing had been.
     set_up(&mut bench, &Settings::of(MOUNT), OBJECT);
     bench.ask::<Grip>(&grip(5.0)).unwrap();
