@@ -91,7 +91,6 @@ fn allowed(load: &Load, servo: &Handle, force: f64) -> f64 {
 
 /// Three objects, three forces: what was asked for is what the finger does, and never a tenth more on the way.
 #[test]
-#[ignore = "needs an idle PC: on a busy one QEMU loses the servo, which ends a grip"]
 fn the_force_asked_for_is_the_force_there_is() {
     for object in [OBJECT, circle(40.0, 41.0, 60.0), circle(30.0, 31.0, 38.0)] {
         let load = load_of(object, 17.0);
@@ -125,7 +124,6 @@ fn the_force_asked_for_is_the_force_there_is() {
 
 /// Two fingers on one bus, one mirrored: each grips by itself, and together they squeeze without a side force.
 #[test]
-#[ignore = "needs an idle PC: on a busy one QEMU loses the servo, which ends a grip"]
 fn two_fingers_squeeze() {
     let load = load_of(OBJECT, 12.0);
     let second = Config { id: 7, closing_up: false, zero_count: 1000, ..servo(&load) };
