@@ -69,6 +69,9 @@ fn bad_options_are_refused() {
         assert_eq!(code, 1);
         assert!(words.contains("--seconds") && words.contains("4 to 600"), "{words}");
     }
+    let (code, words) = failed(&demo("physics", None, &["--physics", "none"]));
+    assert_eq!(code, 1);
+    assert!(words.contains("--physics") && words.contains("paper, extended"), "{words}");
     for shift in ["11", "-1", "fast"] {
         let (code, words) = failed(&demo("icount", None, &[&format!("--icount={shift}")]));
         assert_eq!(code, 1);
@@ -142,12 +145,15 @@ const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius
 const COUNT: f64 = std::f64::consts::TAU / 4096.0;
 
 /// A run as it would be on the target: three ticks at each of the positions, closing and opening.
-fn seen() -> Seen {
+fn seen(physics: Physics) -> Seen {
     let design = preset("ladder-80").unwrap().unwrap().design;
     let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
-    estimator.configure(&design, &Discretisation::estimator(Physics::Paper)).unwrap();
+    estimator.configure(&design, &Discretisation::estimator(physics)).unwrap();
     estimator.set_object(OBJECT).unwrap();
-    let begin = |scheme| Reference::spawn(scheme, &design, OBJECT, -4.0 * COUNT).unwrap();
+    let begin = |scheme| {
+        let how = Discretisation::full(scheme, physics);
+        Reference::spawn(&how, &design, OBJECT, -4.0 * COUNT).unwrap()
+    };
     let mut references = [begin(Scheme::Trapezoid), begin(Scheme::Paper)];
     let mut samples = Vec::new();
     let mut shape = None;
@@ -192,6 +198,7 @@ fn seen() -> Seen {
     let counters = Counters { chosen_hz: 500.0, ..Counters::default() };
     Seen {
         design,
+        physics,
         version: Version {
             protocol: 2,
             fingers: 1,
@@ -234,8 +241,19 @@ fn shape_of(estimator: &Estimator<f32, Reduced>, sequence: u32) -> messages::Sha
 }
 
 #[test]
+fn the_schemes_differences_are_those_of_the_physics() {
+    for (physics, [least, most]) in [(Physics::Paper, [1.5, 4.0]), (Physics::Extended, [0.3, 1.0])] {
+        let summary = Summary::of(&seen(physics));
+        let [trapezoid, paper] = summary.differences.map(|ways| ways[0].max[1]);
+        assert!(trapezoid < 1.0 && paper > least && paper < most, "{physics:?}: {trapezoid} % and {paper} %");
+        assert!(paper > 1.5 * trapezoid, "{physics:?}: {trapezoid} % and {paper} %");
+        assert_eq!(summary.faults, [""; 0], "{physics:?}: {}", summary.text());
+    }
+}
+
+#[test]
 fn table_and_report_tell_what_was_seen() {
-    let mut seen = seen();
+    let mut seen = seen(Physics::Extended);
     let summary = Summary::of(&seen);
     assert_eq!(summary.faults, [""; 0], "{}", summary.text());
     assert_eq!((summary.estimates, summary.reports), (seen.samples.len(), seen.samples.len()));
@@ -246,8 +264,6 @@ fn table_and_report_tell_what_was_seen() {
             assert!(difference.rms[0] > 0.0 && difference.rms[0] < difference.max[0], "{name}: {difference:?}");
         }
     }
-    let [trapezoid, paper] = summary.differences.map(|ways| ways[0].max[1]);
-    assert!(trapezoid < 1.0 && paper > 1.5 && paper < 4.0, "{trapezoid} % and {paper} %");
     let [off, angle] = summary.shape_off.unwrap();
     assert!(off < 0.1 && (angle - 10.986).abs() < 0.01, "{off} mm at {angle}°");
     // 10,000 ticks of 40 ns in instructions of 4 ns.
@@ -257,6 +273,7 @@ fn table_and_report_tell_what_was_seen() {
     let files = write_report(&folder, &seen, &summary).unwrap();
     assert!(files.iter().all(|file| fs::metadata(file).unwrap().len() > 1000), "{files:?}");
     let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(page.contains("Physics: extended"));
     assert!(page.contains(&summary.verdict()) && page.matches("<svg").count() == 3);
     // It needs nothing from elsewhere, and no identifier stands twice.
     assert!(!page.contains("src=") && !page.contains("@import"));
@@ -282,7 +299,7 @@ fn table_and_report_tell_what_was_seen() {
 
 #[test]
 fn what_is_not_trustworthy_counts_against_it() {
-    let mut seen = seen();
+    let mut seen = seen(Physics::Extended);
     for sample in &mut seen.samples {
         sample.report.estimate.status = Status::Stale;
     }

@@ -19,6 +19,8 @@ const LAST_LINES: usize = 20;
 struct Options<'a> {
     /// Passed on: `fre` says what is allowed.
     seconds: Option<&'a str>,
+    /// Likewise.
+    physics: Option<&'a str>,
     live: bool,
 }
 
@@ -42,6 +44,9 @@ pub fn run(arguments: &[&str]) -> Result<()> {
     if let Some(seconds) = options.seconds {
         demo.args(["--seconds", seconds]);
     }
+    if let Some(physics) = options.physics {
+        demo.args(["--physics", physics]);
+    }
     let outcome = run_command(&mut demo);
     let log = decode(&image)?;
     if outcome.is_err() && !log.is_empty() {
@@ -52,15 +57,20 @@ pub fn run(arguments: &[&str]) -> Result<()> {
 }
 
 fn parse<'a>(arguments: &[&'a str]) -> Result<Options<'a>> {
-    let mut options = Options { seconds: None, live: false };
+    let mut options = Options { seconds: None, physics: None, live: false };
     let mut rest = arguments.iter();
     while let Some(&argument) = rest.next() {
         match argument {
             "--live" => options.live = true,
             "--seconds" => options.seconds = Some(rest.next().context("--seconds needs a number")?),
-            _ => match argument.strip_prefix("--seconds=") {
-                Some(seconds) => options.seconds = Some(seconds),
-                None => bail!("`{argument}` is not an option of demo; usage: cargo xtask demo [--seconds N] [--live]"),
+            "--physics" => options.physics = Some(rest.next().context("--physics needs paper or extended")?),
+            _ => match argument.split_once('=') {
+                Some(("--seconds", seconds)) => options.seconds = Some(seconds),
+                Some(("--physics", physics)) => options.physics = Some(physics),
+                _ => bail!(
+                    "`{argument}` is not an option of demo; usage: cargo xtask demo [--seconds N] \
+                     [--physics paper|extended] [--live]"
+                ),
             },
         }
     }
@@ -96,6 +106,10 @@ mod tests {
         assert_eq!(seconds(&["--seconds", "8"]).unwrap(), Some("8"));
         assert_eq!(seconds(&["--seconds=8"]).unwrap(), Some("8"));
         assert!(seconds(&["--seconds"]).is_err());
+        let physics = |words: &[&'static str]| parse(words).map(|options| options.physics);
+        assert_eq!(physics(&["--physics", "paper"]).unwrap(), Some("paper"));
+        assert_eq!(physics(&["--physics=paper"]).unwrap(), Some("paper"));
+        assert!(physics(&["--physics"]).is_err());
         assert!(seconds(&["8"]).unwrap_err().to_string().contains("`8`"));
         assert!(parse(&["--live"]).unwrap().live);
     }

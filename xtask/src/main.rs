@@ -28,7 +28,7 @@ usage: cargo xtask COMMAND
                          nucleo-h743zi, nucleo-g474re)
   qemu-run ELF           run an image in QEMU: its tests if it holds any, else the program with its log
   decode ELF             turn an image's log, on standard input, into text
-  demo [--seconds N] [--live]
+  demo [--seconds N] [--physics paper|extended] [--live]
                          the firmware in QEMU beside the full-resolution model: live lines, a table, target/demo/report.html
   bench [--json FILE]
   fuzz [--seconds N] [TARGET ...]

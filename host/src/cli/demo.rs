@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+use super::options::PhysicsWord;
 use super::{UNTRUSTWORTHY, bad_input};
 use crate::demo::{self, Options, Pace};
 
@@ -30,6 +31,9 @@ pub struct Args {
     /// An instruction takes 2^N ns of QEMU's time, 0 to 10, or off: as fast as QEMU can (costs are then wall time)
     #[arg(long, value_name = "N|off", default_value = "2", value_parser = pace)]
     icount: Pace,
+    /// Physics of the target, the references and the servo's load
+    #[arg(long, value_enum, default_value = "extended")]
+    physics: PhysicsWord,
 }
 
 fn pace(words: &str) -> Result<Pace, String> {
@@ -48,10 +52,11 @@ pub fn run(args: Args) -> ExitCode {
             return bad_input(&format!("no signals: {error}"));
         }
     }
-    let Args { firmware, seconds, report, icount } = args;
+    let Args { firmware, seconds, report, icount, physics } = args;
     let mut out = std::io::stdout();
     let terminal = out.is_terminal();
-    let options = Options { firmware, seconds, folder: report, pace: icount, terminal };
+    let physics = physics.physics();
+    let options = Options { firmware, seconds, folder: report, pace: icount, physics, terminal };
     match demo::run(&options, &mut out, &stop) {
         Ok(summary) if summary.faults.is_empty() => ExitCode::SUCCESS,
         Ok(_) => ExitCode::from(UNTRUSTWORTHY),

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 
 use clap::Subcommand;
 use messages::{Finger, GripTo, Phase, Report, Which};
-use model_core::discretise::{Discretisation, Physics};
+use model_core::discretise::Discretisation;
 
+use super::options::PhysicsWord;
 use super::{UNTRUSTWORTHY, bad_input};
 use crate::case::Case;
 use crate::link::{Address, Link, LinkError, Told, pairs, set};
@@ -41,8 +42,8 @@ enum Action {
         #[arg(long, value_name = "N", default_value_t = 0, requires = "case")]
         finger: u8,
         /// How the finger is modelled
-        #[arg(long, value_enum, default_value_t = Model::Extended, requires = "case")]
-        physics: Model,
+        #[arg(long, value_enum, default_value = "extended", requires = "case")]
+        physics: PhysicsWord,
     },
     /// Close until a force is reached, and keep it
     Grip {
@@ -80,14 +81,6 @@ impl Fingers {
     }
 }
 
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Model {
-    /// What the finger says: stretch, roots, rigid tip
-    Extended,
-    /// Inextensible, hinges from the centrelines
-    Paper,
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
     let Some(address) = &args.link else {
@@ -112,11 +105,8 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
             }
             if let Some(path) = case {
                 let case = Case::read(path)?;
-                let physics = match physics {
-                    Model::Extended => Physics::Extended,
-                    Model::Paper => Physics::Paper,
-                };
-                let design = Finger { design: case.finger.design, how: Discretisation::estimator(physics) };
+                let how = Discretisation::estimator(physics.physics());
+                let design = Finger { design: case.finger.design, how };
                 link.set_finger(*finger, &design)?;
                 link.set_object(*finger, case.object)?;
             }

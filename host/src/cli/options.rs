@@ -16,12 +16,23 @@ enum SchemeWord {
     Simpson,
 }
 
+/// What a finger is made of.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum PhysicsWord {
+pub enum PhysicsWord {
     /// Inextensible, hinges from the centrelines, no rigid tip, plane stress.
     Paper,
     /// What the finger says, with stretch.
     Extended,
+}
+
+impl PhysicsWord {
+    /// The physics that it names.
+    pub fn physics(self) -> Physics {
+        match self {
+            Self::Paper => Physics::Paper,
+            Self::Extended => Physics::Extended,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -85,10 +96,7 @@ impl ModelArgs {
             Sampling::PerElement(_) => 1e-3,
             Sampling::Nodes => 0.0,
         });
-        let physics = match self.physics {
-            PhysicsWord::Paper => Physics::Paper,
-            PhysicsWord::Extended => Physics::Extended,
-        };
+        let physics = self.physics.physics();
         Options {
             discretisation: Discretisation { scheme, elements: self.elements, sampling, softness, physics },
             hessian: match self.hessian {

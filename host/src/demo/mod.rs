@@ -30,6 +30,7 @@ use model_core::status::Status;
 
 use crate::case::preset;
 use crate::link::{Statistics, Told};
+use crate::run::{self, physics_word};
 use crate::servo::{Clock, Config, Load, OnBranch, Servo};
 use crate::shape::{Contact, Shape};
 
@@ -75,6 +76,8 @@ pub struct Options {
     pub folder: PathBuf,
     /// How QEMU's time passes.
     pub pace: Pace,
+    /// Physics of the servo's load, the target and both references.
+    pub physics: Physics,
     /// Whether a person looks on: more lines.
     pub terminal: bool,
 }
@@ -83,6 +86,8 @@ pub struct Options {
 pub struct Seen {
     /// The finger.
     pub design: Design,
+    /// Physics of the target and both references.
+    pub physics: Physics,
     /// The gripper.
     pub version: Version,
     /// How QEMU's time passed.
@@ -133,7 +138,9 @@ pub fn run(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<
 /// Boots, leads and listens.
 fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Seen, DemoError> {
     let design = preset(PRESET).ok_or(DemoError::Preset(PRESET))??.design;
-    let load = Arc::new(Load::of(&design, OBJECT, &Load::REFERENCE, CLOSED_DEG + MARGIN_DEG)?);
+    let physics = options.physics;
+    let truth = run::Options { discretisation: Discretisation::full(Scheme::Paper, physics), ..Load::REFERENCE };
+    let load = Arc::new(Load::of(&design, OBJECT, &truth, CLOSED_DEG + MARGIN_DEG)?);
     let [x, y] = load.at(CLOSED_DEG.to_radians(), &mut OnBranch::default()).force;
     let servo = Config {
         baud_rate: 1_000_000,
@@ -148,7 +155,7 @@ fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Se
     let (mut machine, link) = Machine::boot(&options.firmware, Servo::new(servo.clone())?, &log, options.pace, stop)?;
     let mut heard = Heard { told: link.listen(), last: Instant::now() };
     let version = link.version().map_err(|error| machine.blame(error))?;
-    let finger = messages::Finger { design: design.clone(), how: Discretisation::estimator(Physics::Paper) };
+    let finger = messages::Finger { design: design.clone(), how: Discretisation::estimator(physics) };
     let mount = Mount { open_angle: OPEN_DEG.to_radians() as f32, ..Mount::DEFAULT };
     let settings = Settings { shape_every: SHAPE_EVERY, ..Settings::of(mount) };
     let told = link
@@ -160,8 +167,8 @@ fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Se
 
     let from = OPEN_DEG.to_radians();
     let mut references = [
-        Reference::spawn(Scheme::Trapezoid, &design, OBJECT, from)?,
-        Reference::spawn(Scheme::Paper, &design, OBJECT, from)?,
+        Reference::spawn(&Discretisation::full(Scheme::Trapezoid, physics), &design, OBJECT, from)?,
+        Reference::spawn(&Discretisation::full(Scheme::Paper, physics), &design, OBJECT, from)?,
     ];
     let mut lead = Lead::new(options.seconds);
     introduce(out, options, &version, &lead).map_err(DemoError::Output)?;
@@ -215,6 +222,7 @@ fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Se
     });
     Ok(Seen {
         design,
+        physics,
         version,
         pace: options.pace,
         shape: log.shape.map(|(shape, _)| shape),
@@ -240,7 +248,9 @@ fn introduce(out: &mut dyn Write, options: &Options, version: &Version, lead: &L
         Pace::Counted { shift } => format!("counting instructions of {} ns", 1_u32 << shift.min(31)),
     };
     writeln!(out, "target      {}, firmware {} in QEMU, {time}", version.board, version.firmware)?;
+    let physics = physics_word(options.physics);
     writeln!(out, "            model simpson 17/1 in single precision, 500 estimates per second wanted")?;
+    writeln!(out, "physics     {physics}, of the target, the references and the servo's load")?;
     writeln!(
         out,
         "finger      {PRESET}, on a simulated XM430-W350-T (Dynamixel Protocol 2.0, 1 Mbaud, 0.088° per count)"

@@ -6,6 +6,7 @@ use super::sample::{REFERENCES, Sample, Way};
 use super::summary::ALLOWED_PERCENT;
 use super::{OBJECT, RADIUS, Seen};
 use crate::draw::{Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
+use crate::run::physics_word;
 use crate::shape::Shape;
 
 /// Points of a curve over time.
@@ -46,7 +47,11 @@ pub fn force(seen: &Seen) -> Scene {
     let samples = once_per_angle(&seen.samples);
     let mut chart = Chart::new(
         format!("Contact force while closing on a cylinder Ø{} mm and opening again", 2.0 * RADIUS),
-        format!("finger {}, cylinder at Mid height, physics paper, one point per count of the servo", super::PRESET),
+        format!(
+            "finger {}, cylinder at Mid height, physics {}, one point per count of the servo",
+            super::PRESET,
+            physics_word(seen.physics)
+        ),
         "motor angle *α* (°)",
     );
     let series = |name: &str, colour: u8, style: Style, value: &dyn Fn(&Sample) -> Option<f64>| Series {

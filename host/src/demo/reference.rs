@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use model_core::design::Design;
-use model_core::discretise::{Discretisation, Physics, Scheme};
+use model_core::discretise::Discretisation;
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
 
@@ -59,9 +59,9 @@ impl Reference {
     ///
     /// # Errors
     /// The model cannot be made or finds no place to begin; no thread.
-    pub fn spawn(scheme: Scheme, design: &Design, object: ObjectDesign, from: f64) -> Result<Self, DemoError> {
+    pub fn spawn(how: &Discretisation, design: &Design, object: ObjectDesign, from: f64) -> Result<Self, DemoError> {
         let mut follower: Follower<f64, Host> = Follower::EMPTY;
-        follower.configure(design, &Discretisation::full(scheme, Physics::Paper)).map_err(DemoError::Model)?;
+        follower.configure(design, how).map_err(DemoError::Model)?;
         follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
         if !follower.start(from) {
             return Err(DemoError::NoRoom);

@@ -9,6 +9,7 @@ use super::sample::Sample;
 use super::summary::Summary;
 use super::{Seen, pictures};
 use crate::draw::{self, Scene};
+use crate::run::physics_word;
 
 /// A picture with its name and what to see in it.
 struct Picture {
@@ -81,12 +82,14 @@ fn introduction(seen: &Seen, summary: &Summary) -> String {
     format!(
         "The gripper's firmware {} ({}) read the position of a simulated XM430-W350-T over Dynamixel Protocol 2.0, led it \
          {cycles} from {}° to {}° and back, and estimated the force of the finger {} on a cylinder from every position \
-         (0.088° per count). The references follow the same positions on the PC at full resolution. Greatest force: {:.2} N.",
+         (0.088° per count). The references follow the same positions on the PC at full resolution. Physics: {}. Greatest \
+         force: {:.2} N.",
         seen.version.firmware,
         seen.version.board,
         super::OPEN_DEG.to_string().replace('-', "−"),
         super::CLOSED_DEG,
         super::PRESET,
+        physics_word(seen.physics),
         summary.greatest_force
     )
 }

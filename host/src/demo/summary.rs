@@ -249,8 +249,8 @@ impl Summary {
     pub fn note() -> String {
         format!(
             "Differences here are the lengths of the differences of the force vectors, in the lines and charts those of \
-             the magnitudes. Percentages are of the reference's force, below {FLOOR_N} N of {FLOOR_N} N. The scheme paper itself is up to 4 % off its limit at 170/20; \
-             trapezoid is what the target is judged by (at most {ALLOWED_PERCENT} %)."
+             the magnitudes. Percentages are of the reference's force, below {FLOOR_N} N of {FLOOR_N} N. The scheme paper is of first order: at 170/20 it is itself up \
+             to 4 % off (physics paper) or 1 % (extended); trapezoid is what the target is judged by (at most {ALLOWED_PERCENT} %)."
         )
     }
 
