@@ -1,7 +1,7 @@
 //! The main job, shown: the firmware in QEMU estimates the contact force from the angle of a simulated servo, beside the
 //! full-resolution model on this PC.
 //!
-//! [`run`] boots the gripper ([`Machine`]), leads its finger ([`Lead`]) to an object and back, hands every estimate's
+//! [`run()`] boots the gripper ([`Machine`]), leads its finger ([`Lead`]) to an object and back, hands every estimate's
 //! angle to the references ([`Reference`]), shows both while they come ([`Live`]), and ends with a table ([`Summary`])
 //! and a folder with pictures and data (the report).
 
