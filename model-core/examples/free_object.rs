@@ -2,37 +2,16 @@
 //!
 //!     cargo run --release -p model-core --example free_object
 
-use model_core::design::{
-    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
-};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Follower;
 use model_core::grasp::{Finger, Grasp, Load, Placement};
 use model_core::object::{Motion, ObjectDesign};
 use model_core::size::Paper;
 
+mod finger;
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let beam =
-        |base| Beam { base, tip: [0.0, 80.0], sagitta: 0.0, thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
-    let design = Design {
-        width: Profile::constant(20.0),
-        plane_strain: PlaneStrain::Stress,
-        material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
-        front: beam([0.0, 0.0]),
-        back: beam([-28.0, 0.0]),
-        lamellae: Lamellae {
-            attachments: Attachments::Heights((1..=7).map(|k| 9.0 * f64::from(k)).collect()),
-            thickness: 3.0,
-        },
-        hinge: Hinge {
-            kind: HingeKind::Flexible,
-            length: [2.5].into_iter().collect(),
-            thickness: 0.8,
-            from: HingeFrom::Centreline,
-        },
-        rigid_above: None,
-        motor_axis: [-14.0, -20.0],
-    };
+    let design = finger::design();
     let mut models: [Box<Follower<f64, Paper>>; 2] = [Box::new(Follower::EMPTY), Box::new(Follower::EMPTY)];
     for model in &mut models {
         model.configure(&design, &Discretisation::reduced(Physics::Extended))?;

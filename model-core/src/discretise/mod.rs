@@ -41,7 +41,8 @@ pub enum Scheme {
 pub enum Physics {
     /// The paper's: inextensible, hinges from the centrelines, no rigid tip, plane stress.
     Paper,
-    /// Stretch in every member, effective hinges, rigid tip wedge and plate stiffening as the design says.
+    /// Stretch and shear in every member, a bending stiffness that follows the stretch by the material's law, effective hinges,
+    /// rigid tip wedge and plate stiffening as the design says.
     #[default]
     Extended,
 }

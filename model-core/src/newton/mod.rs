@@ -27,14 +27,15 @@ use banded::BAND;
 pub enum Hessian {
     /// The energy's plus the exact geometric stiffness of links and contacts.
     ///
-    /// The default: the geometric stiffness is diagonal, so it costs next to nothing, and without it a compressed beam
+    /// The default: the geometric stiffness stays within an element, so it costs next to nothing, and without it a compressed beam
     /// looks as stiff as a stretched one.
     #[default]
     Newton,
     /// The energy's alone (Gauss–Newton): blind to compression, so no stability test is possible.
     ///
-    /// *Measured* on the target, one servo count in contact (`cargo xtask bench`, reduced model): without stretch and shear 25
-    /// iterations and a quarter of the ticks failed, where the default needs 1.1; with them 1.8 against 1.5, none failed.
+    /// *Measured* on the target, one servo count in contact (`cargo xtask bench`, reduced model): without stretch and shear 23 to
+    /// 26 iterations and a quarter of the ticks failed, where the default needs 1.1; with them 1.5 to 1.7 against 1.0 to 1.1, none
+    /// failed.
     GaussNewton,
 }
 
