@@ -18,6 +18,7 @@ pub mod report;
 pub mod run;
 pub mod servo;
 pub mod shape;
+pub mod source;
 pub mod strains;
 pub mod sweep;
 pub mod table1;

@@ -11,7 +11,9 @@ use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::Vec;
-use messages::{CloseTo, Event, FINGERS, GripTo, Outcome, Refusal, Report, SPEEDS, Settings, SettingsField, Which};
+use messages::{
+    CloseTo, Event, FINGERS, GripTo, Outcome, Refusal, Report, SPEEDS, Settings, SettingsField, Shape, Which,
+};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
 
@@ -21,7 +23,6 @@ use crate::grasp::grasp;
 use crate::health::Health;
 use crate::rate::Meter;
 use crate::servo::{BusError, Found, Reading, Servos, Turn};
-use crate::shape::shape;
 use crate::shared::{Command, Order, Shared, now_us};
 use crate::unit::Unit;
 
@@ -251,7 +252,7 @@ impl<'a, B: Board> Core<'a, B> {
         }
         let time_us = now_us();
         let start = B::cost_ticks();
-        let estimate = unit.model.update(unit.finger_angle(reading.position));
+        let estimate = unit.model.update(unit.calibration.finger_angle(reading.position));
         let cost = B::cost_ticks().wrapping_sub(start);
         // The age counts every tick since the last trustworthy estimate, those without a position too.
         let age = if estimate.age == 0 { 0 } else { unit.last.estimate.age.saturating_add(1) };
@@ -266,7 +267,7 @@ impl<'a, B: Board> Core<'a, B> {
             && self.ticks.wrapping_add(finger as u32).is_multiple_of(every)
             && let Some(unit) = self.units.get(finger)
         {
-            self.shared.show(|| shape(unit.model.follower(), &unit.last));
+            self.shared.show(|| Shape::of(unit.model.follower(), &unit.last));
         }
     }
 

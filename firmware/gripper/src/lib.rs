@@ -38,7 +38,6 @@ macro_rules! log {
 }
 
 mod board;
-mod calibration;
 mod control;
 pub mod device_table;
 mod grasp;
@@ -49,7 +48,6 @@ mod link;
 mod motion;
 mod rate;
 mod servo;
-mod shape;
 mod shared;
 mod slope;
 mod stall;
@@ -57,12 +55,12 @@ mod store;
 mod unit;
 
 pub use board::{Board, Boot, BusPort, Watchdog};
-pub use calibration::Calibration;
 pub use control::control;
 pub use grip::{Grip, Touch};
 pub use health::Health;
 pub use last_words::LastWords;
 pub use link::{answer, send};
+pub use messages::Calibration;
 pub use messages::{FINGERS, ResetCause};
 pub use motion::Motion;
 pub use rate::{Meter, period_us};

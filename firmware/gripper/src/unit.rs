@@ -1,12 +1,11 @@
 //! One finger within the control task: its mount, its model, its grip, its last report.
 
 use dynamixel::Id;
-use messages::{Mount, Phase, Reaction, Report, Why};
+use messages::{Calibration, Mount, Phase, Reaction, Report, Why};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
 
 use crate::Model;
-use crate::calibration::Calibration;
 use crate::grip::{Grip, Touch};
 use crate::health::Health;
 use crate::servo::Reading;
@@ -101,13 +100,6 @@ impl<'a> Unit<'a> {
             None => self.grip.goal(),
         };
         self.calibration.position(goal)
-    }
-
-    /// The angle of the finger itself, which the estimate is for: a finger that touches is pushed to the open side of its
-    /// play.
-    pub(crate) fn finger_angle(&self, position: i32) -> f64 {
-        let play = self.mount.map_or(0.0, |mount| f64::from(mount.backlash));
-        self.calibration.angle(position) - 0.5 * play
     }
 
     /// Leads by what the servo and the model say.

@@ -14,11 +14,14 @@
     deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable)
 )]
 
+mod calibration;
 pub mod frame;
 mod request;
+mod shape;
 mod topic;
 mod words;
 
+pub use calibration::Calibration;
 pub use request::{
     BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Mount, Outcome, Reaction, Refusal, ResetCause,
     SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,

@@ -106,7 +106,7 @@ fn watch(args: &Args) -> Result<(), Stop> {
             Ok(Told::Event(notice)) => {
                 writeln!(out, "{:9.3}  * {}", notice.time_us as f64 * 1e-6, notice.event)?;
             }
-            Ok(Told::Grasp(_) | Told::Shape(_)) => {}
+            Ok(Told::Grasp(_) | Told::Shape(_) | Told::Setup(_)) => {}
             Err(RecvTimeoutError::Timeout) if left.is_none_or(|left| left > SILENCE) => {
                 writeln!(out, "           * nothing for {} s", SILENCE.as_secs())?;
             }

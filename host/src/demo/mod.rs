@@ -337,11 +337,11 @@ impl Log {
                 shape.contacts.iter().for_each(|contact| (x, y) = (x + contact.force[0], y + contact.force[1]));
                 let force = f64::from(x.hypot(y));
                 if shape.status.is_trustworthy() && self.shape.as_ref().is_none_or(|(_, best)| force > *best) {
-                    self.shape = Some((shape, force));
+                    self.shape = Some((*shape, force));
                 }
             }
             // They are in the firmware's log.
-            Told::Event(_) | Told::Grasp(_) => {}
+            Told::Event(_) | Told::Grasp(_) | Told::Setup(_) => {}
         }
     }
 

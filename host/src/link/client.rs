@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError, channel, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{
     BootReport, Close, CloseTo, Counters, EstimateTopic, EventTopic, Finger, For, GetBoot, GetCounters, GetFinger,
-    GetObject, GetSettings, GetVersion, Grasp, GraspTopic, Grip, GripTo, Hold, Notice, Open, Report, SetFinger,
-    SetObject, SetSettings, Settings, Shape, ShapeTopic, Version, Which,
+    GetObject, GetSettings, GetVersion, GraspTopic, Grip, GripTo, Hold, Open, Report, SetFinger, SetObject,
+    SetSettings, Settings, ShapeTopic, Version, Which,
 };
 use model_core::object::ObjectDesign;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
@@ -23,30 +23,12 @@ use serde::de::DeserializeOwned;
 
 use super::port::Port;
 use super::{Address, LinkError};
+use crate::source::{Listeners, Modelled, Order, OrderError, Origin, Sequence, Setup, Source, Told, WAITING};
 
-/// Messages that wait for a listener: 8 s at 500 Hz.
-const WAITING: usize = 4096;
 /// How long an answer is waited for if nothing else is said.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// How often the reading thread looks whether it is still wanted.
 const GLANCE: Duration = Duration::from_millis(50);
-
-/// A leap of the sequence number by this much is a new beginning, not a loss: half an hour at 500 Hz.
-const RESTART: u32 = 1 << 20;
-
-/// What the gripper tells unasked.
-#[derive(Clone, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant)]
-pub enum Told {
-    /// A finger's part of a tick of its control loop.
-    Report(Report),
-    /// What the fingers come to together.
-    Grasp(Grasp),
-    /// The deformed finger.
-    Shape(Shape),
-    /// Something that happened.
-    Event(Notice),
-}
 
 /// What was heard so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -78,7 +60,7 @@ type Answer = (VarKey, Vec<u8>);
 #[derive(Debug, Default)]
 struct Heard {
     pending: Mutex<HashMap<u32, Sender<Answer>>>,
-    listeners: Mutex<Vec<SyncSender<Told>>>,
+    listeners: Listeners,
     counts: Counts,
     stop: AtomicBool,
     closed: AtomicBool,
@@ -92,6 +74,7 @@ pub struct Link {
     sequence: AtomicU32,
     reader: Option<JoinHandle<()>>,
     patience: Duration,
+    place: String,
 }
 
 /// The lock, also if another thread stopped while it held it.
@@ -105,7 +88,7 @@ impl Link {
     /// # Errors
     /// Nobody is there.
     pub fn open(address: &Address) -> Result<Self, LinkError> {
-        Self::over(Port::open(address)?)
+        Self::over(Port::open(address)?, address.to_string())
     }
 
     /// Connects as soon as somebody is there.
@@ -127,10 +110,10 @@ impl Link {
     /// # Errors
     /// The system has no more threads or sockets.
     pub fn over_stream(stream: UnixStream) -> Result<Self, LinkError> {
-        Self::over(Port::unix(stream).map_err(LinkError::Start)?)
+        Self::over(Port::unix(stream).map_err(LinkError::Start)?, "a socket".to_owned())
     }
 
-    fn over(writer: Port) -> Result<Self, LinkError> {
+    fn over(writer: Port, place: String) -> Result<Self, LinkError> {
         let mut reader = writer.try_clone().map_err(LinkError::Start)?;
         let heard = Arc::<Heard>::default();
         let for_thread = heard.clone();
@@ -142,6 +125,7 @@ impl Link {
             sequence: AtomicU32::new(1),
             reader: Some(thread),
             patience: PATIENCE,
+            place,
         })
     }
 
@@ -152,12 +136,7 @@ impl Link {
 
     /// Everything that the gripper tells from now on. Ends with the link.
     pub fn listen(&self) -> Receiver<Told> {
-        let (sender, receiver) = sync_channel(WAITING);
-        let mut listeners = lock(&self.heard.listeners);
-        if !self.heard.closed.load(Ordering::Acquire) {
-            listeners.push(sender);
-        }
-        receiver
+        self.heard.listeners.add(WAITING)
     }
 
     /// What was heard so far.
@@ -329,6 +308,58 @@ impl Link {
     }
 }
 
+impl Source for Link {
+    fn setup(&self) -> Result<Setup, OrderError> {
+        let version = self.version()?;
+        let settings = self.settings()?;
+        let mut models = Vec::new();
+        for number in 0..settings.count() as u8 {
+            models.push(Modelled { finger: self.finger(number)?, object: self.object(number)? });
+        }
+        Ok(Setup {
+            origin: Origin::Gripper,
+            place: self.place.clone(),
+            board: version.board.as_str().to_owned(),
+            firmware: version.firmware.as_str().to_owned(),
+            protocol: version.protocol,
+            cost_hz: version.cost_hz,
+            settings,
+            models,
+        })
+    }
+
+    fn hear(&self, waiting: usize) -> Receiver<Told> {
+        self.heard.listeners.add(waiting)
+    }
+
+    fn statistics(&self) -> Statistics {
+        Self::statistics(self)
+    }
+
+    fn counters(&self) -> Result<Option<Counters>, OrderError> {
+        Ok(Some(Self::counters(self)?))
+    }
+
+    fn order(&self, order: &Order) -> Result<(), OrderError> {
+        match order {
+            Order::Object(finger, object) => self.set_object(*finger, *object)?,
+            Order::Finger(finger, design) => self.set_finger(*finger, design)?,
+            Order::Settings(settings) => self.set_settings(settings)?,
+            Order::Open(which) => return Ok(self.open_fingers(*which)?),
+            Order::Close(to) => return Ok(self.close(to.fingers, to.angle, to.speed)?),
+            Order::Grip(to) => return Ok(self.grip(to)?),
+            Order::Hold(which) => return Ok(self.hold(*which)?),
+        }
+        let setup = Source::setup(self)?;
+        self.heard.spread(&Told::Setup(Box::new(setup)));
+        Ok(())
+    }
+
+    fn is_closed(&self) -> bool {
+        Self::is_closed(self)
+    }
+}
+
 impl Drop for Link {
     fn drop(&mut self) {
         self.heard.stop.store(true, Ordering::Release);
@@ -343,7 +374,7 @@ impl Heard {
     fn hear(&self, port: &mut Port) {
         let mut decoder = Box::new(Decoder::<FRAME>::new());
         let mut chunk = [0; 4096];
-        let mut last = None;
+        let mut sequence = Sequence::default();
         while !self.stop.load(Ordering::Acquire) {
             let count = match port.receive(&mut chunk, GLANCE) {
                 Ok(None) => continue,
@@ -353,14 +384,14 @@ impl Heard {
             let mut bytes = &chunk[..count];
             while let Some(event) = decoder.feed(&mut bytes) {
                 match event {
-                    Ok(message) => self.message(message, &mut last),
+                    Ok(message) => self.message(message, &mut sequence),
                     Err(_) => self.add(|counts| &counts.damaged, 1),
                 }
             }
         }
         self.closed.store(true, Ordering::Release);
         // Whoever still waits is told by the end of the channel.
-        lock(&self.listeners).clear();
+        self.listeners.close();
         lock(&self.pending).clear();
     }
 
@@ -368,22 +399,19 @@ impl Heard {
         which(&self.counts).fetch_add(number, Ordering::Relaxed);
     }
 
-    fn message(&self, message: &[u8], last: &mut Option<u32>) {
+    fn message(&self, message: &[u8], sequence: &mut Sequence) {
         self.add(|counts| &counts.frames, 1);
         let understood = VarHeader::take_from_slice(message).and_then(|(header, body)| {
             let is = |key| header.key == VarKey::Key8(key);
             if is(EstimateTopic::TOPIC_KEY) {
                 let report: Report = postcard::from_bytes(body).ok()?;
-                let expected = last.replace(report.sequence).map(|last| last.wrapping_add(1));
-                let missing = expected.map_or(0, |expected| report.sequence.wrapping_sub(expected));
-                // A gripper that starts again counts anew.
-                let missing = if missing < RESTART { missing } else { 0 };
-                self.add(|counts| &counts.missing_reports, u64::from(missing));
+                let missing = sequence.take(report.sequence).map_or(0, |gap| u64::from(gap.missing));
+                self.add(|counts| &counts.missing_reports, missing);
                 self.spread(&Told::Report(report));
             } else if is(GraspTopic::TOPIC_KEY) {
                 self.spread(&Told::Grasp(postcard::from_bytes(body).ok()?));
             } else if is(ShapeTopic::TOPIC_KEY) {
-                self.spread(&Told::Shape(postcard::from_bytes(body).ok()?));
+                self.spread(&Told::Shape(Box::new(postcard::from_bytes(body).ok()?)));
             } else if is(EventTopic::TOPIC_KEY) {
                 self.spread(&Told::Event(postcard::from_bytes(body).ok()?));
             } else {
@@ -399,13 +427,6 @@ impl Heard {
     }
 
     fn spread(&self, told: &Told) {
-        lock(&self.listeners).retain(|listener| match listener.try_send(told.clone()) {
-            Ok(()) => true,
-            Err(TrySendError::Full(_)) => {
-                self.add(|counts| &counts.unheard, 1);
-                true
-            }
-            Err(TrySendError::Disconnected(_)) => false,
-        });
+        self.add(|counts| &counts.unheard, self.listeners.tell(told));
     }
 }

@@ -28,6 +28,8 @@ mod port;
 mod tests;
 
 pub use address::{Address, BadAddress};
-pub use client::{Link, Statistics, Told};
+pub use client::{Link, Statistics};
 pub use error::LinkError;
 pub use keys::{KeyError, pairs, set};
+
+pub use crate::source::Told;

@@ -38,8 +38,9 @@ impl Watch {
             match told {
                 Told::Report(report) => self.reports.push(report),
                 Told::Grasp(grasp) => self.grasps.push(grasp),
-                Told::Shape(shape) => self.shapes.push(shape),
+                Told::Shape(shape) => self.shapes.push(*shape),
                 Told::Event(notice) => self.events.push(notice.event),
+                Told::Setup(_) => {}
             }
             if done {
                 return;

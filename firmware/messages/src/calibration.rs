@@ -1,14 +1,18 @@
 //! Between the servo's counts and the motor angle.
 
 use core::f64::consts::TAU;
-use dynamixel::xm430::COUNTS_PER_REVOLUTION;
-use messages::{Direction, Mount};
+
+use crate::{Direction, Mount};
+
+/// Counts of a servo of the X series per revolution.
+const COUNTS_PER_REVOLUTION: f64 = 4096.0;
 
 /// Linear relation of counts and angle: angle = (counts − zero) · 2π / 4096 / gear ratio, reversed if so mounted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     zero: f64,
     counts_per_radian: f64,
+    play: f64,
 }
 
 impl Calibration {
@@ -20,7 +24,8 @@ impl Calibration {
         };
         Self {
             zero: f64::from(mount.zero),
-            counts_per_radian: sign * f64::from(mount.gear_ratio) * f64::from(COUNTS_PER_REVOLUTION) / TAU,
+            counts_per_radian: sign * f64::from(mount.gear_ratio) * COUNTS_PER_REVOLUTION / TAU,
+            play: f64::from(mount.backlash),
         }
     }
 
@@ -32,6 +37,11 @@ impl Calibration {
     /// Motor angle at a position of the servo, rad.
     pub fn angle(&self, position: i32) -> f64 {
         (f64::from(position) - self.zero) / self.counts_per_radian
+    }
+
+    /// Angle of the finger itself, rad, which an estimate is for: a finger that touches is pushed to the open side of its play.
+    pub fn finger_angle(&self, position: i32) -> f64 {
+        self.angle(position) - 0.5 * self.play
     }
 
     /// The servo's position nearest to a motor angle (rad), counts.

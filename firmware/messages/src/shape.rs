@@ -1,28 +1,31 @@
 //! The deformed finger, thinned for the link.
 
 use heapless::Vec;
-use messages::{Contact, Report, Shape};
 use model_core::equilibrium::Follower;
 use model_core::real::Real;
 use model_core::size::Size;
 
-/// What the model shows at present.
-pub(crate) fn shape<T: Real, S: Size>(follower: &Follower<T, S>, report: &Report) -> Shape {
-    let single = |point: [T; 2]| point.map(|x| x.to_f64() as f32);
-    let contact = |contact: model_core::contact::Contact<T>| {
-        let pushed = contact.normal.map(|n| (-contact.force * n).to_f64() as f32);
-        Contact { position: single(contact.position), force: pushed }
-    };
-    Shape {
-        sequence: report.sequence,
-        finger: report.finger,
-        status: report.estimate.status,
-        motor_angle: follower.coordinate() as f32,
-        front: thinned(follower.front().count(), follower.front().map(single)),
-        back: thinned(follower.back().count(), follower.back().map(single)),
-        lamella_front: first(follower.lamellae().map(|[front, _]| single(front))),
-        lamella_back: first(follower.lamellae().map(|[_, back]| single(back))),
-        contacts: first(follower.contacts().map(contact)),
+use crate::{Contact, Report, Shape};
+
+impl Shape {
+    /// What the model shows that has made this report.
+    pub fn of<T: Real, S: Size>(follower: &Follower<T, S>, report: &Report) -> Self {
+        let single = |point: [T; 2]| point.map(|x| x.to_f64() as f32);
+        let contact = |contact: model_core::contact::Contact<T>| {
+            let pushed = contact.normal.map(|n| (-contact.force * n).to_f64() as f32);
+            Contact { position: single(contact.position), force: pushed }
+        };
+        Self {
+            sequence: report.sequence,
+            finger: report.finger,
+            status: report.estimate.status,
+            motor_angle: follower.coordinate() as f32,
+            front: thinned(follower.front().count(), follower.front().map(single)),
+            back: thinned(follower.back().count(), follower.back().map(single)),
+            lamella_front: first(follower.lamellae().map(|[front, _]| single(front))),
+            lamella_back: first(follower.lamellae().map(|[_, back]| single(back))),
+            contacts: first(follower.contacts().map(contact)),
+        }
     }
 }
 

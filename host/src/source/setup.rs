@@ -1,0 +1,47 @@
+//! Who tells, and how its numbers come about.
+
+use messages::{Finger, Settings};
+use model_core::object::ObjectDesign;
+use serde::{Deserialize, Serialize};
+
+/// What kind of source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// A gripper, which estimates itself.
+    Gripper,
+    /// Servos on a bus of this PC, which estimates.
+    Bus,
+    /// A recording.
+    Recording,
+}
+
+/// A finger's model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Modelled {
+    /// Its design, if it has one.
+    pub finger: Option<Finger>,
+    /// Its object, world frame, if it has one.
+    pub object: Option<ObjectDesign>,
+}
+
+/// Everything that the numbers depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Setup {
+    /// What kind of source.
+    pub origin: Origin,
+    /// Where it is: an address, a port, a file.
+    pub place: String,
+    /// The gripper's board; for a bus its servos.
+    pub board: String,
+    /// Version of the program that estimates.
+    pub firmware: String,
+    /// Version of what its messages mean.
+    pub protocol: u16,
+    /// Ticks per second of the clock in which costs are told.
+    pub cost_hz: u32,
+    /// Its settings; a finger's number is its place in them.
+    pub settings: Settings,
+    /// One model per finger of the settings.
+    pub models: Vec<Modelled>,
+}
