@@ -49,8 +49,10 @@ pub(crate) struct Row<T> {
     pub sample: u16,
     /// Signed gap g, mm.
     pub gap: T,
-    /// Normal out of the object.
+    /// Normal out of the object: of a sample that touches the one that strains the beam.
     pub normal: [T; 2],
+    /// How far the object's normal at the sample is turned from it, rad, counter-clockwise.
+    pub tilt: T,
     /// Curvature of the object's level line there, 1/mm.
     pub curvature: T,
     /// Softness ε_c of the row, mm/N.
@@ -64,6 +66,7 @@ impl<T: Real> Blank for Row<T> {
         sample: 0,
         gap: T::ZERO,
         normal: [T::ZERO; 2],
+        tilt: T::ZERO,
         curvature: T::ZERO,
         softness: T::ZERO,
         multiplier: T::ZERO,

@@ -306,6 +306,9 @@ impl<T: Real, S: Size> State<T, S> {
         let then = from.touching.as_ref()[..from.touching_count].iter().zip(from.multiplier.as_ref());
         let mut then = then.zip(from.normal.as_ref()).peekable();
         let count = self.touching_count;
+        let sum = |multipliers: &[T]| multipliers.iter().fold(T::ZERO, |sum, &multiplier| sum + multiplier);
+        let mut whole = sum(&self.multiplier.as_ref()[..count]);
+        beyond(&mut whole, sum(&from.multiplier.as_ref()[..from.touching_count]));
         let now = self.multiplier.as_mut()[..count].iter_mut().zip(&mut self.normal.as_mut()[..count]);
         for (sample, (now, normal)) in self.touching.as_ref()[..count].iter().zip(now) {
             while then.next_if(|((other, _), _)| *other < sample).is_some() {}
@@ -317,6 +320,13 @@ impl<T: Real, S: Size> State<T, S> {
                 beyond(now, multiplier);
                 *now = now.max(least);
             }
+        }
+        // The force goes on smoothly where the samples that carry it come and go.
+        let multipliers = &mut self.multiplier.as_mut()[..count];
+        let found = sum(multipliers);
+        if whole > T::ZERO && found > T::ZERO {
+            let scale = whole / found;
+            multipliers.iter_mut().for_each(|multiplier| *multiplier *= scale);
         }
     }
 

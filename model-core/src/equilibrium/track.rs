@@ -26,6 +26,10 @@ impl Tracking {
     pub const DEFAULT: Self = Self { gradient: 1.0, length: 0.008 };
 }
 
+/// Gap within which a sample takes part in the one step, mm: one that the step would press into the object unseen. *Measured*:
+/// without, 18 mN off where a sample comes in (test `tracking`); with it, 1.3 mN.
+const NEAR: f64 = 0.002;
+
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Follows the equilibrium to a coordinate (rad or mm) with one Newton iteration if that is enough: the status is then
     /// `tracking`, and the outcome's residuals are those found before the iteration. Otherwise as [`Self::follow_within`].
@@ -38,7 +42,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         self.extrapolate(target);
         let object = self.object.displaced(&self.motion.world_to_finger(target));
-        let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
+        let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::of(NEAR));
         gaps::thin(&mut self.work, super::MANY);
         let (gradient, length) = (residual.gradient.to_f64(), residual.length.to_f64());
         let small = gradient <= within.gradient && length <= within.length && !sweep.overflow;

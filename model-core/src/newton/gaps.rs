@@ -1,6 +1,7 @@
 //! Gaps of the contact samples, and the rows they make.
 
 use super::Workspace;
+use super::strain::place_front;
 use crate::contact::{Row, Sample, sample_gap};
 use crate::ladder::{Ladder, State, vec2_of};
 use crate::object::Object;
@@ -22,8 +23,8 @@ pub(crate) struct Sweep<T> {
     pub crowded: bool,
 }
 
-/// Makes rows of the samples that touched last, with the normals they had: what strains the front beam while its gaps are
-/// not known yet.
+/// Makes rows of the samples that touch, with the normals of the state: what strains the front beam, and so says where the gaps
+/// are. That the normals there are the same is one more thing that must hold at an equilibrium.
 pub(crate) fn recall<T: Real, S: Size>(state: &State<T, S>, work: &mut Workspace<T, S>) {
     work.row_count = state.touching_count;
     work.turning = None;
@@ -80,7 +81,12 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
             found.nearest = gap.distance;
             found.normal = [gap.normal.x, gap.normal.y];
         }
+        let now = [gap.normal.x, gap.normal.y];
+        let (mut normal, mut tilt) = (now, T::ZERO);
         let multiplier = if touching < state.touching_count && usize::from(state.touching.as_ref()[touching]) == index {
+            // The beam is strained with this one.
+            normal = state.normal.as_ref()[touching];
+            tilt = normal[0] * now[1] - normal[1] * now[0];
             touching += 1;
             Some(state.multiplier.as_ref()[touching - 1])
         } else {
@@ -100,7 +106,8 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
         rows[count] = Row {
             sample: index as u16,
             gap: gap.distance,
-            normal: [gap.normal.x, gap.normal.y],
+            normal,
+            tilt,
             curvature: gap.curvature,
             softness: ladder.softness,
             multiplier: multiplier.unwrap_or(T::ZERO),
@@ -109,6 +116,41 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     }
     work.row_count = count;
     found
+}
+
+/// Strains the front beam anew with the normals that the sweep found where its samples touch, and measures those gaps again.
+///
+/// What the normals are then still behind is of second order in what they were behind before.
+pub(crate) fn replace<T: Real, S: Size, O: Object<T>>(
+    ladder: &Ladder<T, S>,
+    state: &State<T, S>,
+    work: &mut Workspace<T, S>,
+    object: &O,
+) {
+    let count = work.row_count;
+    for row in work.rows.as_mut()[..count].iter_mut().filter(|row| row.multiplier > T::ZERO) {
+        row.normal = turned_by(row.normal, row.tilt);
+    }
+    place_front(ladder, state, work);
+    for j in 0..count {
+        let mut row = work.rows.as_ref()[j];
+        let Some(sample) = ladder.samples.as_ref().get(usize::from(row.sample)) else { continue };
+        let gap = sample_gap(object, sample, sample_position(ladder, work, sample));
+        row.gap = gap.distance;
+        row.curvature = gap.curvature;
+        if row.multiplier > T::ZERO {
+            row.tilt = row.normal[0] * gap.normal.y - row.normal[1] * gap.normal.x;
+        } else {
+            row.normal = [gap.normal.x, gap.normal.y];
+        }
+        work.rows.as_mut()[j] = row;
+    }
+}
+
+/// A unit vector turned by a small angle, rad; of length one up to third order whatever it was.
+pub(crate) fn turned_by<T: Real>([x, y]: [T; 2], angle: T) -> [T; 2] {
+    let length = T::of(1.5) - T::of(0.5) * (x * x + y * y + angle * angle);
+    [length * (x - angle * y), length * (y + angle * x)]
 }
 
 /// Samples beyond a touching one that stay among the rows when they are thinned.

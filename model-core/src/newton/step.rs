@@ -15,6 +15,9 @@ use crate::size::Size;
 /// Largest change of an angle in one step, rad.
 const CLIP: f64 = 0.4;
 
+/// Tolerance of a length below which it matters that the front beam is strained with the object's present normals, mm.
+const REPLACED: f64 = 1e-6;
+
 /// What a factorisation says about the state it was made at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Inertia {
@@ -49,6 +52,9 @@ pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     // Too many near samples: only those that penetrate need rows.
     if sweep.crowded {
         sweep = gaps::sweep(ladder, state, work, object, T::ZERO);
+    }
+    if T::TOLERANCE.length < T::of(REPLACED) {
+        gaps::replace(ladder, state, work, object);
     }
     (residual::gradient(ladder, state, work, &sweep), sweep)
 }
@@ -250,7 +256,7 @@ pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T
         lambda[0] += part * work.rhs.as_ref()[PER_CELL * cell];
         lambda[1] += part * work.rhs.as_ref()[PER_CELL * cell + 1];
     }
-    let turn = part * turning::turn(work);
+    let slide = turning::slide(work);
     let mut count = 0;
     for j in (0..work.row_count).filter(|&j| work.turning != Some(j as u16)) {
         let row = &work.rows.as_ref()[j];
@@ -259,9 +265,7 @@ pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T
         if keeps && multiplier > T::ZERO {
             state.touching.as_mut()[count] = row.sample;
             state.multiplier.as_mut()[count] = multiplier;
-            let [x, y] = row.normal;
-            let by = turn * row.curvature;
-            state.normal.as_mut()[count] = [x - by * y, y + by * x];
+            state.normal.as_mut()[count] = gaps::turned_by(row.normal, part * (row.tilt + slide * row.curvature));
             count += 1;
         }
     }

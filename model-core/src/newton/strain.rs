@@ -144,14 +144,13 @@ pub(crate) fn strain<T: Real, S: Size>(
     own: core::ops::Range<usize>,
 ) {
     if ladder.members.as_ref()[index].compliance == [T::ZERO; 2] {
-        strain_all::<T, S, true, false>(ladder, work, index, own);
+        strain_all::<T, S, true>(ladder, work, index, own);
     } else {
-        strain_all::<T, S, false, false>(ladder, work, index, own);
+        strain_all::<T, S, false>(ladder, work, index, own);
     }
 }
 
-/// As [`strain`]; with `PLACE` directions and chord only.
-fn strain_all<T: Real, S: Size, const RIGID: bool, const PLACE: bool>(
+fn strain_all<T: Real, S: Size, const RIGID: bool>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
@@ -197,9 +196,6 @@ fn strain_all<T: Real, S: Size, const RIGID: bool, const PLACE: bool>(
         let node = strained::<T, RIGID>(e, w, force, member.compliance, shorter);
         *direction = node.direction;
         chord = [chord[0] + w * node.direction[0], chord[1] + w * node.direction[1]];
-        if PLACE {
-            continue;
-        }
         *lever = node.lever;
         if !RIGID {
             *pull = node.pull;
@@ -218,25 +214,14 @@ fn strain_all<T: Real, S: Size, const RIGID: bool, const PLACE: bool>(
     out.strain_energy = T::of(0.5) * energy;
 }
 
-/// Forces and strained positions of the front spans, so that gaps can be measured.
+/// Forces, and the front spans strained and placed, so that gaps can be measured.
 pub(crate) fn place_front<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
     forces(ladder, state, work);
     let mut from = 0;
     for cell in 0..ladder.cells {
-        let member = &ladder.members.as_ref()[4 * cell];
-        if member.compliance == [T::ZERO; 2] {
-            let (e, strained, weight) = (work.e.as_ref(), work.strained.as_mut(), ladder.weight.as_ref());
-            let mut chord = [T::ZERO; 2];
-            for node in member.nodes() {
-                strained[node] = e[node];
-                chord = [chord[0] + weight[node] * e[node][0], chord[1] + weight[node] * e[node][1]];
-            }
-            work.members.as_mut()[4 * cell].chord = chord;
-        } else {
-            let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], 4 * cell, from);
-            from = own.end;
-            strain_all::<T, S, false, true>(ladder, work, 4 * cell, own);
-        }
+        let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], 4 * cell, from);
+        from = own.end;
+        strain(ladder, work, 4 * cell, own);
     }
     starts(ladder, work);
 }

@@ -81,6 +81,7 @@ fn random_model(random: &mut Random) -> Model {
             work.rows[count] = Row {
                 sample: sample as u16,
                 gap: 0.1 * random.signed(),
+                tilt: 0.0,
                 normal: [-libm::cos(turn), libm::sin(turn)],
                 curvature: 0.0,
                 softness: ladder.softness,

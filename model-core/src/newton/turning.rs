@@ -31,12 +31,13 @@ pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize)
     let Some(middle) = middle.filter(|_| total > T::ZERO) else { return };
     let row = rows[middle];
     let stiffness = total * row.curvature;
+    let tilted = rows[..count].iter().fold(T::ZERO, |sum, row| sum + row.multiplier * row.tilt);
     if stiffness.abs() <= T::of(FAINT) {
         return;
     }
     rows.copy_within(middle + 1..count, middle + 2);
     rows[middle + 1] = Row {
-        gap: T::ZERO,
+        gap: tilted / stiffness,
         normal: [-row.normal[1], row.normal[0]],
         softness: -T::one() / stiffness,
         multiplier: T::ZERO,
@@ -48,11 +49,11 @@ pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize)
 
 /// How far the touching samples slide along the object by the step, mm; positive turns the normals counter-clockwise for a
 /// convex object.
-pub(crate) fn turn<T: Real, S: Size>(work: &Workspace<T, S>) -> T {
+pub(crate) fn slide<T: Real, S: Size>(work: &Workspace<T, S>) -> T {
     let Some(index) = work.turning.map(usize::from) else { return T::ZERO };
     match (work.rows.as_ref().get(index), work.row_delta.as_ref().get(index)) {
-        // ν = μκ t·dP, and the row's softness is −1/(μκ).
-        (Some(row), Some(&delta)) => -delta * row.softness,
+        // ν = μκ t·dP + Σ μ tilt, and the row's softness is −1/(μκ).
+        (Some(row), Some(&delta)) => -delta * row.softness - row.gap,
         _ => T::ZERO,
     }
 }
