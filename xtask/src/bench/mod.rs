@@ -15,13 +15,20 @@ use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::Path;
 
-/// Measures, prints a table and, if asked, writes the figures as JSON.
+/// Parts of the bench that can be left out. The target's forces are compared with this PC's, which are always made.
+const PARTS: &[&str] = &["peer", "scaling", "branches", "target"];
+
+/// Measures, prints a table and, if asked, writes the figures as JSON; with names of parts, those only.
 pub fn run(arguments: &[&str]) -> Result<()> {
-    let json = match arguments {
-        [] => None,
-        ["--json", file] => Some(Path::new(file)),
-        _ => bail!("`bench` takes nothing but `--json FILE`; found `{}`", arguments.join(" ")),
+    let (json, parts) = match arguments {
+        ["--json", file] => (Some(Path::new(file)), PARTS),
+        [] => (None, PARTS),
+        parts => (None, parts),
     };
+    if let Some(unknown) = parts.iter().find(|part| !PARTS.contains(part)) {
+        bail!("`bench` takes `--json FILE`, or some of its parts ({}); found `{unknown}`", PARTS.join(", "));
+    }
+    let wanted = |part| parts.contains(&part);
     headline("set-up");
     setup::run(setup::Parts::Firmware)?;
     let cross = Cross::find()?;
@@ -30,29 +37,34 @@ pub fn run(arguments: &[&str]) -> Result<()> {
     let pc = pc::measure()?;
     print!("{}", table::pc(&pc.times));
 
-    headline("CasADi + IPOPT on the paper's model");
-    let peer = peer::measure(&pc.peer)?;
-    if let Some(peer) = &peer {
-        print!("{}", table::peer(peer));
+    let mut peer = None;
+    if wanted("peer") {
+        headline("CasADi + IPOPT on the paper's model");
+        peer = peer::measure(&pc.peer)?;
+        if let Some(peer) = &peer {
+            print!("{}", table::peer(peer));
+        }
     }
-
-    headline("how the cost grows");
-    pc::show("scaling")?;
-
-    headline("branches");
-    pc::show("branches")?;
-
-    headline("the target, in QEMU");
-    let images = target::build(&cross)?;
-    let rows = target::measure(&images, &pc.forces)?;
-    print!("{}", table::target(&rows));
-
-    let document = document::write(&cross.rustc_version()?, &images.opt_level, &rows, &pc.times, peer.as_ref());
-    document::check(&document)?;
-    println!("\n{}, opt-level {}", document["rustc"].as_str().unwrap_or_default(), images.opt_level);
-    if let Some(file) = json {
-        fs::write(file, format!("{document:#}\n")).with_context(|| format!("cannot write {}", file.display()))?;
-        println!("figures: {}", file.display());
+    if wanted("scaling") {
+        headline("how the cost grows");
+        pc::show("scaling")?;
+    }
+    if wanted("branches") {
+        headline("branches");
+        pc::show("branches")?;
+    }
+    if wanted("target") {
+        headline("the target, in QEMU");
+        let images = target::build(&cross)?;
+        let rows = target::measure(&images, &pc.forces)?;
+        print!("{}", table::target(&rows));
+        let document = document::write(&cross.rustc_version()?, &images.opt_level, &rows, &pc.times, peer.as_ref());
+        document::check(&document)?;
+        println!("\n{}, opt-level {}", document["rustc"].as_str().unwrap_or_default(), images.opt_level);
+        if let Some(file) = json {
+            fs::write(file, format!("{document:#}\n")).with_context(|| format!("cannot write {}", file.display()))?;
+            println!("figures: {}", file.display());
+        }
     }
     Ok(())
 }
