@@ -1,11 +1,13 @@
 //! The library behind the `fre` command: cases, solving, pictures.
 
 pub mod branch;
+pub mod bus;
 pub mod calibrate;
 pub mod case;
 pub mod cli;
 pub mod demo;
 pub mod draw;
+pub mod estimator;
 pub mod fea;
 pub mod heap;
 pub mod link;
@@ -14,6 +16,7 @@ pub mod metrics;
 pub mod pictures;
 pub mod pressure;
 pub mod probe;
+pub mod record;
 pub mod report;
 pub mod run;
 pub mod servo;

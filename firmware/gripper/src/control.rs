@@ -12,14 +12,13 @@ use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::Vec;
 use messages::{
-    CloseTo, Event, FINGERS, GripTo, Outcome, Refusal, Report, SPEEDS, Settings, SettingsField, Shape, Which,
+    CloseTo, Event, FINGERS, Grasp, GripTo, Outcome, Refusal, Report, SPEEDS, Settings, SettingsField, Shape, Which,
 };
 use model_core::estimator::Estimate;
 use model_core::status::Status;
 
 use crate::Model;
 use crate::board::{Board, BusPort, Watchdog};
-use crate::grasp::grasp;
 use crate::health::Health;
 use crate::rate::Meter;
 use crate::servo::{BusError, Found, Reading, Servos, Turn};
@@ -312,7 +311,7 @@ impl<'a, B: Board> Core<'a, B> {
         }
         if self.settings.count() > 1 {
             let fingers = self.units.iter().filter_map(|unit| Some((&unit.last, unit.mount?.side)));
-            self.shared.grasp(grasp(fingers));
+            self.shared.grasp(Grasp::of(fingers));
         }
     }
 

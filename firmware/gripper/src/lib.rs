@@ -40,7 +40,6 @@ macro_rules! log {
 mod board;
 mod control;
 pub mod device_table;
-mod grasp;
 mod grip;
 mod health;
 mod last_words;

@@ -16,6 +16,7 @@
 
 mod calibration;
 pub mod frame;
+mod grasp;
 mod request;
 mod shape;
 mod topic;

@@ -160,7 +160,7 @@ pub enum Event {
         /// Damaged ones.
         damaged: u8,
     },
-    /// A servo answers, and holds its position unless it has shut down ([`Self::ServoAlert`]).
+    /// A servo answers. A gripper's holds its position unless it has shut down ([`Self::ServoAlert`]).
     ServoReady {
         /// Whose.
         finger: u8,

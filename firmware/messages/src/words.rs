@@ -75,10 +75,9 @@ impl Display for Event {
             Self::Restored { records, damaged } => {
                 write!(f, "{records} settings were found in flash, and {damaged} that are damaged and gone")
             }
-            Self::ServoReady { finger, model, firmware, baud } => write!(
-                f,
-                "finger {finger}: the servo (model {model}, firmware {firmware}) answers at {baud} baud and holds its position"
-            ),
+            Self::ServoReady { finger, model, firmware, baud } => {
+                write!(f, "finger {finger}: the servo (model {model}, firmware {firmware}) answers at {baud} baud")
+            }
             Self::Rate { hz, wanted_hz } if hz < wanted_hz => {
                 write!(f, "{hz:.1} ticks a second: the bus is too slow for {wanted_hz:.0}")
             }

@@ -5,11 +5,13 @@ mod compare;
 mod demo;
 mod flash;
 mod gripper;
+mod keep;
 mod log;
 mod monitor;
 mod options;
 mod servo;
 mod solve;
+mod source;
 mod sweep;
 mod table1;
 

@@ -1,19 +1,25 @@
-//! `fre monitor`: what a gripper tells, as lines of text.
+//! `fre monitor`: what a gripper, or the estimator on this PC, tells.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
 use messages::{PROTOCOL_VERSION, Report};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+use super::keep::KeepArgs;
+use super::source::SourceArgs;
 use super::{BAD_INPUT, bad_input};
-use crate::link::{Address, Link, LinkError, Told};
+use crate::link::Statistics;
+use crate::source::{Origin, Source, Told, WAITING};
 
 /// How long a gripper may tell nothing before that is said.
 const SILENCE: Duration = Duration::from_secs(2);
+/// How often is looked whether somebody has stopped it.
+const GLANCE: Duration = Duration::from_millis(100);
 
 /// Show what a gripper estimates, a line per report, and what happens to it.
 ///
@@ -22,18 +28,16 @@ const SILENCE: Duration = Duration::from_secs(2);
 /// tracking, snapped or no-contact is an old one.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Where the gripper is: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD
-    #[arg(long, value_name = "LINK")]
-    link: Address,
+    #[command(flatten)]
+    source: SourceArgs,
     /// Ends after this time [default: when the link closes]
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     /// Shows every N-th report
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
-    /// Writes every report to a CSV file
-    #[arg(long, value_name = "FILE")]
-    log: Option<PathBuf>,
+    #[command(flatten)]
+    keep: KeepArgs,
 }
 
 /// Runs the command.
@@ -62,8 +66,8 @@ impl From<std::io::Error> for Stop {
     }
 }
 
-impl From<LinkError> for Stop {
-    fn from(error: LinkError) -> Self {
+impl From<Box<dyn std::error::Error>> for Stop {
+    fn from(error: Box<dyn std::error::Error>) -> Self {
         Self::Input(error.to_string())
     }
 }
@@ -76,30 +80,49 @@ fn watch(args: &Args) -> Result<(), Stop> {
         ),
         None => None,
     };
-    let mut log = args.log.as_deref().map(Log::create).transpose()?;
-    let link = Link::open(&args.link)?;
-    let version = link.version()?;
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register(signal, stop.clone())?;
+    }
+    let source = args.source.open()?;
+    let keeping = args.keep.start(&source)?;
+    let result = lines(&source, length, args.every, &stop);
+    // What was kept is whole whatever became of the lines.
+    let kept = keeping.finish()?;
+    result?;
+    for line in kept {
+        println!("{line}");
+    }
+    Ok(())
+}
+
+/// Lines of text until the time is over, somebody stops it, or nothing more comes.
+fn lines(source: &Arc<dyn Source>, length: Option<Duration>, every: u32, stop: &AtomicBool) -> Result<(), Stop> {
+    let setup = source.setup().map_err(|error| Stop::Input(error.to_string()))?;
     let mut out = std::io::stdout().lock();
-    writeln!(out, "gripper {} on {}, protocol {}", version.firmware, version.board, version.protocol)?;
-    if version.protocol != PROTOCOL_VERSION {
+    match setup.origin {
+        Origin::Gripper => writeln!(out, "gripper {} on {}, protocol {}", setup.firmware, setup.board, setup.protocol)?,
+        Origin::Bus => writeln!(out, "servos on {}, estimated on this PC", setup.place)?,
+        Origin::Recording => writeln!(out, "recording {}", setup.place)?,
+    }
+    if setup.protocol != PROTOCOL_VERSION {
         writeln!(out, "this program speaks protocol {PROTOCOL_VERSION}: what follows may be incomplete")?;
     }
     writeln!(out, "   time_s  angle_deg   goal_deg  force_n     fx_n     fy_n  torque_nmm  current_ma  status")?;
-    let told = link.listen();
+    let told = source.hear(WAITING);
     let start = Instant::now();
+    let mut heard = start;
     let mut reports = 0_u64;
     let closed = loop {
         let left = length.map(|length| length.saturating_sub(start.elapsed()));
-        if left == Some(Duration::ZERO) {
+        if left == Some(Duration::ZERO) || stop.load(Ordering::Relaxed) {
             break false;
         }
-        match told.recv_timeout(left.map_or(SILENCE, |left| left.min(SILENCE))) {
+        match told.recv_timeout(left.map_or(GLANCE, |left| left.min(GLANCE))) {
             Ok(Told::Report(report)) => {
+                heard = Instant::now();
                 reports += 1;
-                if let Some(log) = &mut log {
-                    log.write(&report)?;
-                }
-                if report.sequence.is_multiple_of(args.every) {
+                if report.sequence.is_multiple_of(every) {
                     writeln!(out, "{}", line(&report))?;
                 }
             }
@@ -107,7 +130,8 @@ fn watch(args: &Args) -> Result<(), Stop> {
                 writeln!(out, "{:9.3}  * {}", notice.time_us as f64 * 1e-6, notice.event)?;
             }
             Ok(Told::Grasp(_) | Told::Shape(_) | Told::Setup(_)) => {}
-            Err(RecvTimeoutError::Timeout) if left.is_none_or(|left| left > SILENCE) => {
+            Err(RecvTimeoutError::Timeout) if heard.elapsed() > SILENCE => {
+                heard = Instant::now();
                 writeln!(out, "           * nothing for {} s", SILENCE.as_secs())?;
             }
             Err(RecvTimeoutError::Timeout) => {}
@@ -115,18 +139,19 @@ fn watch(args: &Args) -> Result<(), Stop> {
         }
         out.flush()?;
     };
-    let statistics = link.statistics();
+    let Statistics { missing_reports, damaged, .. } = source.statistics();
     let rate = reports as f64 / start.elapsed().as_secs_f64();
-    writeln!(
-        out,
-        "{reports} reports, {rate:.0} a second; {} missing, {} frames damaged{}",
-        statistics.missing_reports,
-        statistics.damaged,
-        if closed { "; the link was closed" } else { "" }
-    )?;
-    if let Some(log) = log {
-        log.finish()?;
-    }
+    let words = match setup.origin {
+        Origin::Bus => "questions unanswered",
+        Origin::Gripper | Origin::Recording => "frames damaged",
+    };
+    let end = match (closed, setup.origin) {
+        (false, _) => "",
+        (true, Origin::Gripper) => "; the link was closed",
+        (true, Origin::Bus) => "; the port is gone",
+        (true, Origin::Recording) => "; the recording is over",
+    };
+    writeln!(out, "{reports} reports, {rate:.0} a second; {missing_reports} missing, {damaged} {words}{end}")?;
     Ok(())
 }
 
@@ -144,51 +169,4 @@ fn line(report: &Report) -> String {
         report.current,
         estimate.status,
     )
-}
-
-/// Every report, a row each.
-struct Log {
-    file: BufWriter<File>,
-}
-
-impl Log {
-    fn create(path: &Path) -> Result<Self, Stop> {
-        let file = File::create(path).map_err(|error| Stop::Input(format!("{}: {error}", path.display())))?;
-        let mut file = BufWriter::new(file);
-        writeln!(
-            file,
-            "sequence,time_us,motor_angle_deg,goal_deg,position_counts,current_ma,status,age,force_x_n,force_y_n,\
-             contact_x_mm,contact_y_mm,contact_extent_mm,torque_nmm,distance_mm,iterations,residual_nmm,cost,finger,phase,\
-             force_x_per_deg_n,force_y_per_deg_n,standard_deviation_n,sensitivity_age"
-        )?;
-        Ok(Self { file })
-    }
-
-    fn write(&mut self, report: &Report) -> std::io::Result<()> {
-        let Report { sequence, finger, phase, time_us, estimate, goal, position, current, cost } = report;
-        let (angle, goal) = (estimate.motor_angle.to_degrees(), goal.to_degrees());
-        let ([fx, fy], [cx, cy]) = (estimate.force, estimate.contact_centre);
-        writeln!(
-            self.file,
-            "{sequence},{time_us},{angle},{goal},{position},{current},{},{},{fx},{fy},{cx},{cy},{},{},{},{},{},{cost},{finger},{},\
-             {},{},{},{}",
-            estimate.status,
-            estimate.age,
-            estimate.contact_extent,
-            estimate.torque,
-            estimate.distance,
-            estimate.iterations,
-            estimate.residual,
-            phase.word(),
-            // Per degree: a radian's worth times π/180.
-            estimate.force_per_angle[0].to_radians(),
-            estimate.force_per_angle[1].to_radians(),
-            estimate.standard_deviation,
-            estimate.sensitivity_age
-        )
-    }
-
-    fn finish(mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
 }

@@ -31,5 +31,6 @@ pub use address::{Address, BadAddress};
 pub use client::{Link, Statistics};
 pub use error::LinkError;
 pub use keys::{KeyError, pairs, set};
+pub(crate) use port::Port;
 
 pub use crate::source::Told;

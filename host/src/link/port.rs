@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 
 /// One end of the link; both halves are clones of it.
 #[derive(Debug)]
-pub(super) enum Port {
+pub(crate) enum Port {
     Unix(UnixStream),
     Tcp(TcpStream),
     Serial(File),
@@ -26,7 +26,11 @@ pub(super) enum Port {
 
 impl Port {
     pub(super) fn open(address: &Address) -> Result<Self, LinkError> {
-        let opened = match address {
+        Self::connect(address).map_err(|source| LinkError::Open { address: address.clone(), source })
+    }
+
+    pub(crate) fn connect(address: &Address) -> io::Result<Self> {
+        match address {
             Address::Unix(path) => UnixStream::connect(path).and_then(Self::unix),
             Address::Tcp(address) => TcpStream::connect(address).and_then(|stream| {
                 stream.set_nodelay(true)?;
@@ -34,8 +38,7 @@ impl Port {
                 Ok(Self::Tcp(stream))
             }),
             Address::Serial { path, baud } => serial(path, *baud).map(Self::Serial),
-        };
-        opened.map_err(|source| LinkError::Open { address: address.clone(), source })
+        }
     }
 
     pub(super) fn unix(stream: UnixStream) -> io::Result<Self> {
@@ -52,7 +55,7 @@ impl Port {
     }
 
     /// Waits a while for bytes: `None` if there are none yet, 0 at the end.
-    pub(super) fn receive(&mut self, into: &mut [u8], longest: Duration) -> io::Result<Option<usize>> {
+    pub(crate) fn receive(&mut self, into: &mut [u8], longest: Duration) -> io::Result<Option<usize>> {
         if !self.wait(PollFlags::IN, longest) {
             return Ok(None);
         }
@@ -68,7 +71,7 @@ impl Port {
     }
 
     /// Writes all of it, or says why not.
-    pub(super) fn send(&mut self, mut bytes: &[u8]) -> io::Result<()> {
+    pub(crate) fn send(&mut self, mut bytes: &[u8]) -> io::Result<()> {
         while !bytes.is_empty() {
             let result = match self {
                 Self::Unix(stream) => stream.write(bytes),
@@ -88,6 +91,21 @@ impl Port {
             }
         }
         Ok(())
+    }
+
+    /// Changes the rate; a socket has none.
+    pub(crate) fn set_baud(&self, baud: u32) -> io::Result<()> {
+        if let Self::Serial(file) = self {
+            let mut settings = tcgetattr(file)?;
+            settings.set_speed(baud)?;
+            tcsetattr(file, OptionalActions::Flush, &settings)?;
+        }
+        Ok(())
+    }
+
+    /// Waits until there are bytes to read, at most so long.
+    pub(crate) fn wait_for_bytes(&self, longest: Duration) {
+        self.wait(PollFlags::IN, longest);
     }
 
     fn wait(&self, what: PollFlags, longest: Duration) -> bool {

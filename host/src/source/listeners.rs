@@ -14,6 +14,7 @@ pub struct Listeners {
 #[derive(Debug, Default)]
 struct Inner {
     senders: Vec<SyncSender<Told>>,
+    greeting: Vec<Told>,
     closed: bool,
 }
 
@@ -22,10 +23,19 @@ impl Listeners {
     pub fn add(&self, waiting: usize) -> Receiver<Told> {
         let (sender, receiver) = sync_channel(waiting);
         let mut inner = self.lock();
+        for told in &inner.greeting {
+            // Whoever has no room for it wants none.
+            let _ = sender.try_send(told.clone());
+        }
         if !inner.closed {
             inner.senders.push(sender);
         }
         receiver
+    }
+
+    /// What everybody hears who comes later.
+    pub fn greet(&self, told: Told) {
+        self.lock().greeting.push(told);
     }
 
     /// Tells all; how many had no room for it.
@@ -50,11 +60,6 @@ impl Listeners {
             // Whoever is gone is dropped by the next `tell`, or with the source.
             let _ = listener.send(told.clone());
         }
-    }
-
-    /// Whether anybody listens.
-    pub fn is_empty(&self) -> bool {
-        self.lock().senders.is_empty()
     }
 
     /// Nothing more comes: every channel ends.

@@ -1,0 +1,85 @@
+//! Which source of estimates a command watches: a gripper's link, or a bus of this PC.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use messages::{Finger, Settings};
+
+use super::options::ModelArgs;
+use crate::bus::{Bus, BusAddress, BusOptions};
+use crate::case::Case;
+use crate::link::{Address, Link, set};
+use crate::source::{Modelled, Source};
+
+/// Which source.
+#[derive(Debug, clap::Args)]
+pub struct SourceArgs {
+    /// Where the gripper is: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD
+    #[arg(long, value_name = "LINK", required_unless_present = "bus", conflicts_with = "bus")]
+    pub link: Option<Address>,
+    /// Servos on this PC's own bus instead, read through a USB adapter (U2D2): a serial port as PORT or PORT@BAUD (without BAUD
+    /// the usual rates are tried), or unix:PATH or tcp:HOST:PORT. The estimator runs on this PC; nothing is written to a servo
+    #[arg(long, value_name = "PORT")]
+    bus: Option<BusAddress>,
+    /// With --bus: finger and object of a case file; repeated, one per finger, the last one for all behind it
+    #[arg(long, value_name = "CASE.toml", requires = "bus")]
+    case: Vec<PathBuf>,
+    /// With --bus: settings as KEY = VALUE lines, as `fre gripper get` prints them: which servo each finger has, its zero,
+    /// direction and gear ratio
+    #[arg(long, value_name = "FILE", requires = "bus")]
+    settings: Option<PathBuf>,
+    /// With --bus: one setting, as finger.0.zero_counts=2048, finger.0.servo_id=3 or rate_hz=200; may be repeated. If no
+    /// servo_id is named, the servos that answer are the fingers, in the order of their addresses
+    #[arg(long, value_name = "KEY=VALUE", requires = "bus")]
+    set: Vec<String>,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+impl SourceArgs {
+    /// Opens it. What a person should know of it goes to standard error.
+    ///
+    /// # Errors
+    /// For people.
+    pub fn open(&self) -> Result<Arc<dyn Source>, Box<dyn std::error::Error>> {
+        match (&self.link, &self.bus) {
+            (Some(link), _) => Ok(Arc::new(Link::open(link)?)),
+            (None, Some(address)) => {
+                let bus = Bus::open(address, &self.bus_options()?)?;
+                for note in bus.notes() {
+                    eprintln!("fre: {note}");
+                }
+                Ok(Arc::new(bus))
+            }
+            (None, None) => Err("--link or --bus says where the estimates come from".into()),
+        }
+    }
+
+    fn bus_options(&self) -> Result<BusOptions, Box<dyn std::error::Error>> {
+        let mut settings = Settings::DEFAULT;
+        let mut names_servos = false;
+        let mut take = |words: &str| {
+            names_servos |= words.contains(".servo_id");
+            set(&mut settings, words)
+        };
+        if let Some(path) = &self.settings {
+            let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+            for (number, line) in text.lines().enumerate() {
+                if !line.trim().is_empty() && !line.trim_start().starts_with('#') {
+                    take(line).map_err(|error| format!("{}:{}: {error}", path.display(), number + 1))?;
+                }
+            }
+        }
+        for words in &self.set {
+            take(words).map_err(|error| format!("--set {error}"))?;
+        }
+        let options = self.model.options();
+        let mut models = Vec::new();
+        for path in &self.case {
+            let case = Case::read(path)?;
+            let finger = Finger { design: case.finger.design, how: options.discretisation };
+            models.push(Modelled { finger: Some(finger), object: Some(case.object) });
+        }
+        Ok(BusOptions { settings, names_servos, models, precision: options.precision, hessian: options.hessian })
+    }
+}
