@@ -9,6 +9,7 @@ mod keep;
 mod log;
 mod monitor;
 mod options;
+mod replay;
 mod servo;
 mod solve;
 mod source;
@@ -41,6 +42,7 @@ enum Command {
     Flash(flash::Args),
     Log(log::Args),
     Monitor(monitor::Args),
+    Replay(replay::Args),
     Servo(servo::Args),
     Solve(solve::Args),
     Sweep(sweep::Args),
@@ -66,6 +68,7 @@ pub fn run() -> ExitCode {
         Command::Flash(args) => flash::run(&args),
         Command::Log(args) => log::run(&args),
         Command::Monitor(args) => monitor::run(&args),
+        Command::Replay(args) => replay::run(&args),
         Command::Servo(args) => servo::run(&args),
         Command::Solve(args) => solve::run(&args),
         Command::Sweep(args) => sweep::run(&args),

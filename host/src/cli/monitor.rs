@@ -44,10 +44,17 @@ pub struct Args {
 pub fn run(args: &Args) -> ExitCode {
     match watch(args) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(Stop::Input(message)) => bad_input(&message),
+        Err(stop) => exit(stop),
+    }
+}
+
+/// Tells the person.
+pub(super) fn exit(stop: Stop) -> ExitCode {
+    match stop {
+        Stop::Input(message) => bad_input(&message),
         // Whoever reads the lines has read enough.
-        Err(Stop::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
-        Err(Stop::Output(error)) => {
+        Stop::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Stop::Output(error) => {
             eprintln!("fre: cannot write: {error}");
             ExitCode::from(BAD_INPUT)
         }
@@ -55,7 +62,7 @@ pub fn run(args: &Args) -> ExitCode {
 }
 
 /// Why there are no more lines.
-enum Stop {
+pub(super) enum Stop {
     Input(String),
     Output(std::io::Error),
 }
@@ -97,7 +104,12 @@ fn watch(args: &Args) -> Result<(), Stop> {
 }
 
 /// Lines of text until the time is over, somebody stops it, or nothing more comes.
-fn lines(source: &Arc<dyn Source>, length: Option<Duration>, every: u32, stop: &AtomicBool) -> Result<(), Stop> {
+pub(super) fn lines(
+    source: &Arc<dyn Source>,
+    length: Option<Duration>,
+    every: u32,
+    stop: &AtomicBool,
+) -> Result<(), Stop> {
     let setup = source.setup().map_err(|error| Stop::Input(error.to_string()))?;
     let mut out = std::io::stdout().lock();
     match setup.origin {

@@ -114,7 +114,8 @@ impl ModelArgs {
 /// The most elements per beam or hinge.
 const MOST_ELEMENTS: u16 = 2000;
 
-fn elements(text: &str) -> Result<Elements, String> {
+/// Reads a number of elements.
+pub fn elements(text: &str) -> Result<Elements, String> {
     match text {
         "paper" => return Ok(Elements::PAPER),
         "reduced" => return Ok(Elements::REDUCED),

@@ -16,6 +16,8 @@ use std::path::Path;
 pub use chart::{Chart, Mark, Panel, Series, Style};
 pub use finger::FingerPicture;
 pub(crate) use finger::short;
+#[cfg_attr(not(feature = "record"), allow(unused_imports))]
+pub(crate) use object::object_outline;
 pub use palette::Ink;
 pub use png::{PngError, Theme, png};
 pub use scene::Scene;

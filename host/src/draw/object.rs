@@ -24,6 +24,32 @@ pub(super) fn outline(object: &ObjectDesign, middle: [f64; 2], reach: f64) -> Pa
     }
 }
 
+/// The outline as points, for programs that know no curves.
+#[cfg_attr(not(feature = "record"), allow(dead_code))]
+pub(crate) fn object_outline(object: &ObjectDesign, middle: [f64; 2], reach: f64) -> Vec<[f64; 2]> {
+    const PIECES: u32 = 12;
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    for step in outline(object, middle, reach).0 {
+        match step {
+            Step::Move(to) | Step::Line(to) => points.push(to),
+            Step::Cubic(b, c, d) => {
+                let a = points.last().copied().unwrap_or(b);
+                points.extend((1..=PIECES).map(|k| {
+                    let t = f64::from(k) / f64::from(PIECES);
+                    let u = 1.0 - t;
+                    let weights = [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t];
+                    let along = |axis: usize| {
+                        weights[0] * a[axis] + weights[1] * b[axis] + weights[2] * c[axis] + weights[3] * d[axis]
+                    };
+                    [along(0), along(1)]
+                }));
+            }
+            Step::Close => {}
+        }
+    }
+    points
+}
+
 /// The outline at a distance from a convex polygon.
 fn rounded(corners: &[[f64; 2]], rounding: f64) -> Path {
     if let [corner] = corners {

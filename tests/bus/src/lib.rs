@@ -1,5 +1,5 @@
-//! What the tests of the Dynamixel bus have in common.
+//! What tests that speak with other programs have in common.
 
 mod python;
 
-pub use python::python;
+pub use python::{python, python_with};
