@@ -79,6 +79,8 @@ pub struct Ladder<T: Real, S: Size> {
     pub(crate) direction: S::Nodes<[T; 2]>,
     /// Entries of the energy matrix K towards the next node and the one after, N·mm; K's rows sum to zero.
     pub(crate) coupling: S::Nodes<[T; 2]>,
+    /// Diagonal of the energy matrix K, N·mm.
+    pub(crate) diagonal: S::Nodes<T>,
     /// Half the thickness over the length of the spring or element that begins at a node: strain per bend.
     pub(crate) fibre: S::Nodes<T>,
     /// Front span, back span, front hinge, back hinge of each cell; the tip cell has no hinges.
@@ -106,6 +108,7 @@ impl<T: Real, S: Size> Ladder<T, S> {
         weight: <S::Nodes<T> as Storage<T>>::EMPTY,
         direction: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         coupling: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        diagonal: <S::Nodes<T> as Storage<T>>::EMPTY,
         fibre: <S::Nodes<T> as Storage<T>>::EMPTY,
         members: <S::Members<Member<T>> as Storage<Member<T>>>::EMPTY,
         samples: <S::Samples<Sample<T>> as Storage<Sample<T>>>::EMPTY,
@@ -135,7 +138,11 @@ impl<T: Real, S: Size> Ladder<T, S> {
 
     /// Makes room for nodes; false if there is none.
     pub(crate) fn fit_nodes(&mut self, count: usize) -> bool {
-        self.weight.fit(count) && self.direction.fit(count) && self.coupling.fit(count) && self.fibre.fit(count)
+        self.weight.fit(count)
+            && self.direction.fit(count)
+            && self.coupling.fit(count)
+            && self.diagonal.fit(count)
+            && self.fibre.fit(count)
     }
 
     /// Unknown of a joint: slot 2 is the front beam's angle at a lamella, 3 the lamella's, 4 the back beam's; the tip has
@@ -162,6 +169,13 @@ impl<T: Real, S: Size> Ladder<T, S> {
         4 * self.cells - 2
     }
 
+    /// The members in use.
+    #[inline]
+    pub(crate) fn members(&self) -> &[Member<T>] {
+        // The tip cell has no hinges.
+        self.members.as_ref().get(..(4 * self.cells).saturating_sub(2)).unwrap_or(&[])
+    }
+
     /// Number of angles of the model (interior nodes and joints).
     pub fn angles(&self) -> usize {
         if self.cells == 0 {
@@ -170,6 +184,23 @@ impl<T: Real, S: Size> Ladder<T, S> {
         let interior: usize =
             self.members.as_ref()[..self.member_count()].iter().map(|m| usize::from(m.interior)).sum();
         interior + 3 * (self.cells - 1) + 1
+    }
+
+    /// Sets K's diagonal from the entries beside it.
+    pub(crate) fn complete_stiffness(&mut self) {
+        let count = self.member_count();
+        for member in &self.members.as_ref()[..count] {
+            let nodes = member.nodes();
+            let diagonal = &mut self.diagonal.as_mut()[nodes.clone()];
+            diagonal.fill(T::ZERO);
+            for (node, &[next, after]) in self.coupling.as_ref()[nodes].iter().enumerate() {
+                for (at, entry) in [(node, next), (node + 1, next), (node, after), (node + 2, after)] {
+                    if let Some(value) = diagonal.get_mut(at) {
+                        *value -= entry;
+                    }
+                }
+            }
+        }
     }
 
     /// Sets the closures' constants so that the undeformed ladder is exactly closed in this precision.

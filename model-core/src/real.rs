@@ -156,20 +156,30 @@ fn sin_cos_f32(angle: f32) -> (f32, f32) {
     const TWO_OVER_PI: f32 = core::f32::consts::FRAC_2_PI;
     // The first two parts of π/2 have trailing zero bits, so that their products with small integers are exact.
     const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
+    if angle.abs() <= core::f32::consts::FRAC_PI_4 {
+        return near_zero(angle);
+    }
     let scaled = angle * TWO_OVER_PI;
     // Truncation saturates on huge angles and maps NaN to 0: no branch can panic.
     let quadrant = (if scaled >= 0.0 { scaled + 0.5 } else { scaled - 0.5 }) as i32;
     let turns = quadrant as f32;
     let r = ((angle - turns * HALF_PI[0]) - turns * HALF_PI[1]) - turns * HALF_PI[2];
-    let z = r * r;
-    let sin = r + r * z * (-0.166_666_54 + z * (0.008_332_083 + z * -0.000_195_043_18));
-    let cos = 1.0 - 0.5 * z + z * z * (0.041_666_646 + z * (-0.001_388_724_3 + z * 2.442_388_9e-5));
+    let (sin, cos) = near_zero(r);
     match quadrant & 3 {
         0 => (sin, cos),
         1 => (cos, -sin),
         2 => (-sin, -cos),
         _ => (-cos, sin),
     }
+}
+
+/// Sine and cosine of an angle of at most π/4.
+#[inline]
+fn near_zero(r: f32) -> (f32, f32) {
+    let z = r * r;
+    let sin = r + r * z * (-0.166_666_54 + z * (0.008_332_083 + z * -0.000_195_043_18));
+    let cos = 1.0 - 0.5 * z + z * z * (0.041_666_646 + z * (-0.001_388_724_3 + z * 2.442_388_9e-5));
+    (sin, cos)
 }
 
 /// z component of the cross product a × b.

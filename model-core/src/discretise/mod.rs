@@ -324,6 +324,7 @@ pub fn discretise<T: Real, S: Size>(
     let (f, b) = (design.front.base, design.back.base);
     ladder.base_rung = [T::of(b[0] - f[0]), T::of(b[1] - f[1])];
     ladder.base = f.map(T::of);
+    ladder.complete_stiffness();
     ladder.close_at_rest();
     Ok(())
 }

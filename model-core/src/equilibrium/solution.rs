@@ -136,8 +136,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Elastic energy V (without the contact term), N·mm.
     pub fn energy(&self) -> T {
-        let strained = &self.work.members.as_ref()[..self.members()];
-        strained.iter().fold(self.state.bending_energy(&self.ladder), |sum, m| sum + m.strain_energy)
+        self.state.bending_energy(&self.ladder) + strain::energy(&self.ladder, &self.work)
     }
 
     /// Elastic energy with the contact's softness, V + ½ ε_c Σ μ², N·mm: what torque and force are derivatives of.

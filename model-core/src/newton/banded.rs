@@ -153,15 +153,25 @@ fn eliminate<T: Real>(rows: &mut [[T; BAND + 1]; BAND], column: &mut [T; BAND], 
 /// y = L⁻¹ x in place.
 #[inline]
 pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T]) {
-    // The last values, newest first: registers instead of indices.
+    // The last values, each in the place of its unknown modulo the bandwidth: registers instead of indices.
     let mut last = [T::ZERO; BAND];
-    for (row, x) in band.iter().zip(x) {
+    let (rows, rows_left) = band.as_chunks::<BAND>();
+    let (blocks, left) = x.as_chunks_mut::<BAND>();
+    let mut one = |at: usize, row: &[T; BAND + 1], x: &mut T| {
         let mut value = *x;
         for k in 0..BAND {
-            value -= row[BAND - 1 - k] * last[k];
+            value -= row[BAND - 1 - k] * last[(at + BAND - 1 - k) % BAND];
         }
         *x = value;
-        last = [value, last[0], last[1], last[2], last[3], last[4]];
+        last[at] = value;
+    };
+    for (rows, block) in rows.iter().zip(blocks) {
+        for at in 0..BAND {
+            one(at, &rows[at], &mut block[at]);
+        }
+    }
+    for (at, (row, x)) in rows_left.iter().zip(left).enumerate() {
+        one(at % BAND, row, x);
     }
 }
 

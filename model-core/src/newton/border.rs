@@ -185,22 +185,40 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
 /// D = −Z + Qᵀ KKT⁻¹ Q, b = r_μ − Qᵀ KKT⁻¹ r with `rhs` = −r already forward-substituted.
 pub(crate) fn complete<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let n = ladder.unknowns();
-    let band = &work.band.as_ref()[..n];
-    let columns = work.columns.as_mut();
-    for j in 0..work.row_count {
-        banded::forward(band, &mut columns[j * n..(j + 1) * n]);
-    }
-    let scaled = &mut work.scaled.as_mut()[..n];
-    for j in 0..work.row_count {
-        for ((scaled, &y), row) in scaled.iter_mut().zip(&columns[j * n..(j + 1) * n]).zip(band) {
+    let (Some(band), Some(rhs), Some(scaled)) =
+        (work.band.as_ref().get(..n), work.rhs.as_ref().get(..n), work.scaled.as_mut().get_mut(..n))
+    else {
+        return;
+    };
+    let flexibility = work.flexibility.as_mut();
+    let right = work.row_rhs.as_mut().iter_mut().take(work.row_count);
+    for (j, right) in right.enumerate() {
+        let Some((below, column)) =
+            work.columns.as_mut().get_mut(..(j + 1) * n).and_then(|all| all.split_at_mut_checked(j * n))
+        else {
+            return;
+        };
+        banded::forward(band, column);
+        for ((scaled, &mut y), row) in scaled.iter_mut().zip(column.iter_mut()).zip(band) {
             *scaled = y * row[banded::BAND];
         }
-        let dot = |other: &[T]| scaled.iter().zip(other).fold(T::ZERO, |sum, (&a, &b)| sum + a * b);
-        work.row_rhs.as_mut()[j] += dot(&work.rhs.as_ref()[..n]);
-        for k in 0..=j {
-            let entry = work.flexibility.as_ref()[j * S::CONTACTS + k] + dot(&columns[k * n..(k + 1) * n]);
-            work.flexibility.as_mut()[j * S::CONTACTS + k] = entry;
-            work.flexibility.as_mut()[k * S::CONTACTS + j] = entry;
+        *right += product(scaled, rhs);
+        for (k, other) in below.chunks_exact(n).chain([&*column]).enumerate() {
+            let Some(entry) = flexibility.get_mut(j * S::CONTACTS + k) else { return };
+            *entry += product(scaled, other);
+            let value = *entry;
+            if let Some(mirrored) = flexibility.get_mut(k * S::CONTACTS + j) {
+                *mirrored = value;
+            }
         }
     }
+}
+
+/// Σ aᵢ bᵢ, in order.
+#[inline]
+fn product<T: Real>(a: &[T], b: &[T]) -> T {
+    let ((a, a_left), (b, b_left)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let four = |sum: T, (a, b): (&[T; 4], &[T; 4])| sum + a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+    let sum = a.iter().zip(b).fold(T::ZERO, four);
+    a_left.iter().zip(b_left).fold(sum, |sum, (&a, &b)| sum + a * b)
 }

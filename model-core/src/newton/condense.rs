@@ -79,7 +79,7 @@ pub(crate) fn condense<T: Real, S: Size>(
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
     let stiffening = T::one() + diagonal.shift;
-    let constant = &ladder.coupling.as_ref()[nodes.clone()];
+    let at_rest = &ladder.diagonal.as_ref()[nodes.clone()];
     let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
     let lever = &work.lever.as_ref()[nodes.clone()];
     let gradient = &work.gradient.as_ref()[nodes.clone()];
@@ -89,17 +89,7 @@ pub(crate) fn condense<T: Real, S: Size>(
     let bound = pivot_bound::<T>();
     let zero = T::ZERO;
 
-    let springs = |i: usize| {
-        let mut sum = constant[i][0] + constant[i][1];
-        if i >= 1 {
-            sum += constant[i - 1][0];
-        }
-        if i >= 2 {
-            sum += constant[i - 2][1];
-        }
-        -sum
-    };
-    let own = |i: usize| springs(i) * stiffening - diagonal.curvature * curvature[i];
+    let own = |i: usize| at_rest[i] * stiffening - diagonal.curvature * curvature[i];
     let raw = |i: usize, a: T| [a, lever[i][0], lever[i][1], gradient[i]];
     let last = interior + 1;
     let mut negative = 0;
@@ -119,7 +109,7 @@ pub(crate) fn condense<T: Real, S: Size>(
         next_column = raw(2, coupling[0][1]);
     }
     for i in 1..=interior {
-        let (p, is_negative) = bounded(pivot, bound * springs(i));
+        let (p, is_negative) = bounded(pivot, bound * at_rest[i]);
         negative += usize::from(is_negative);
         let inverse = T::one() / p;
         let far = coupling[i][1];

@@ -11,11 +11,11 @@ use crate::size::{Blank, Size};
 /// What a sweep over the samples found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sweep<T> {
-    /// Smallest gap of all samples, mm.
+    /// Smallest gap of all samples, mm; while some touch, of those and the ones near them.
     pub nearest: T,
     /// Normal there, out of the object.
     pub normal: [T; 2],
-    /// Smallest gap of the samples that did not touch before, mm.
+    /// Smallest gap of the samples that did not touch before, mm, if it is below the margin.
     pub nearest_free: T,
     /// Some sample that penetrates found no room among the rows.
     pub overflow: bool,
@@ -76,6 +76,11 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
             }
         }
         let position = vec2_of(starts[cell]) + local + vec2_of(members[4 * cell].rigid_end) * sample.rigid;
+        let touches = touching < state.touching_count && usize::from(state.touching.as_ref()[touching]) == index;
+        // While something touches, where the others are does not matter.
+        if !touches && state.touching_count > 0 && object.clears(position, sample.half_thickness + margin) {
+            continue;
+        }
         let gap = sample_gap(object, sample, position);
         if gap.distance < found.nearest {
             found.nearest = gap.distance;
@@ -83,7 +88,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
         }
         let now = [gap.normal.x, gap.normal.y];
         let (mut normal, mut tilt) = (now, T::ZERO);
-        let multiplier = if touching < state.touching_count && usize::from(state.touching.as_ref()[touching]) == index {
+        let multiplier = if touches {
             // The beam is strained with this one.
             normal = state.normal.as_ref()[touching];
             tilt = normal[0] * now[1] - normal[1] * now[0];

@@ -53,8 +53,6 @@ pub(crate) struct MemberWork<T> {
     pub end_force: [T; 2],
     /// −Σ lᵢ Cᵢ with C = e eᵀ/EA + e′e′ᵀ/κGA: entries xx, xy, yy of the force with itself, mm/N.
     pub give: [T; 3],
-    /// Energy of stretch and shear, N·mm.
-    pub strain_energy: T,
 }
 
 impl<T: Real> Blank for MemberWork<T> {
@@ -65,7 +63,6 @@ impl<T: Real> Blank for MemberWork<T> {
         force: [T::ZERO; 2],
         end_force: [T::ZERO; 2],
         give: [T::ZERO; 3],
-        strain_energy: T::ZERO,
     };
 }
 
@@ -101,8 +98,6 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) above: S::Cells<[T; 2]>,
     /// Closure errors, mm.
     pub(crate) closure: S::Cells<[T; 2]>,
-    /// Cosine and sine of the joint angles.
-    pub(crate) turn: S::Unknowns<[T; 2]>,
     /// Lower band of the condensed KKT matrix, then its factors; the last entry of a row is the diagonal.
     pub(crate) band: S::Unknowns<[T; BAND + 1]>,
     /// Right-hand side, then the step in joint angles and λ.
@@ -149,7 +144,6 @@ impl<T: Real, S: Size> Workspace<T, S> {
         start: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         above: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         closure: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
-        turn: <S::Unknowns<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         band: <S::Unknowns<[T; BAND + 1]> as Storage<[T; BAND + 1]>>::EMPTY,
         rhs: <S::Unknowns<T> as Storage<T>>::EMPTY,
         scaled: <S::Unknowns<T> as Storage<T>>::EMPTY,
@@ -188,7 +182,6 @@ impl<T: Real, S: Size> Workspace<T, S> {
             && self.start.fit(cells)
             && self.above.fit(cells)
             && self.closure.fit(cells)
-            && self.turn.fit(unknowns)
             && self.band.fit(unknowns)
             && self.rhs.fit(unknowns)
             && self.scaled.fit(unknowns)

@@ -2,7 +2,7 @@
 //! L = V(θ) + Σ λ_k·h_k(θ, λ, μ) − Σ μ_j g_j − ½ ε_c Σ μ_j², stretch and shear eliminated (see [`crate::ladder`]).
 
 use super::gaps::Sweep;
-use super::strain::{closures, directions, forces, own_rows, starts, strain};
+use super::strain::{closures, directions, energy, forces, own_rows, starts, strain};
 use super::{Workspace, bend};
 use crate::ladder::{CLAMPED, Ladder, State};
 use crate::real::Real;
@@ -95,15 +95,13 @@ pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T
     directions(ladder, state, work);
     bend::shorten(ladder, state, work);
     forces(ladder, state, work);
-    let mut energy = state.bending_energy(ladder);
     let mut from = 0;
     for index in 0..ladder.member_count() {
         let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], index, from);
         from = own.end;
         strain(ladder, work, index, own);
-        energy += work.members.as_ref()[index].strain_energy;
     }
     closures(ladder, work);
     starts(ladder, work);
-    energy
+    state.bending_energy(ladder) + energy(ladder, work)
 }

@@ -1,8 +1,8 @@
 //! Kinematics: directions of the links, the forces through them, and what those do to them.
 
 use super::{MemberWork, Workspace};
-use crate::contact::Row;
-use crate::ladder::{CLAMPED, Ladder, State, turned};
+use crate::contact::{Row, Sample};
+use crate::ladder::{Ladder, State, turned};
 use crate::real::Real;
 use crate::size::Size;
 
@@ -14,29 +14,20 @@ pub(crate) fn end_to_end<T: Real>(work: &MemberWork<T>) -> [T; 2] {
 
 /// Directions of all links and turned rigid parts.
 pub(crate) fn directions<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
-    let angle = state.angle.as_ref();
-    let members = &ladder.members.as_ref()[..ladder.member_count()];
-    let turn = work.turn.as_mut();
-    for (index, member) in members.iter().enumerate() {
-        // Each joint ends one of these; the back spans' ends are needed where the back beam has an angle of its own.
-        if index % 4 != 1 || index + 1 < members.len() {
-            let (s, c) = angle[member.nodes().end - 1].sin_cos();
-            turn[usize::from(member.end)] = [c, s];
-        }
+    let (e, rest) = (work.e.as_mut(), ladder.direction.as_ref());
+    // Joint angles come once per member that meets there: that is cheaper than to look for them.
+    for ((e, &rest), angle) in e.iter_mut().zip(rest).zip(state.angle.as_ref()).take(ladder.node_count) {
+        let (s, c) = angle.sin_cos();
+        *e = turned(rest, c, s);
     }
-    let (e, direction) = (work.e.as_mut(), ladder.direction.as_ref());
-    for (member, out) in members.iter().zip(work.members.as_mut()) {
-        let nodes = member.nodes();
-        let start = if member.start == CLAMPED { [T::one(), T::ZERO] } else { turn[usize::from(member.start)] };
-        let end = turn[usize::from(member.end)];
-        e[nodes.start] = turned(direction[nodes.start], start[0], start[1]);
-        for node in nodes.start + 1..nodes.end - 1 {
-            let (s, c) = angle[node].sin_cos();
-            e[node] = turned(direction[node], c, s);
-        }
-        e[nodes.end - 1] = turned(direction[nodes.end - 1], end[0], end[1]);
-        out.rigid_start = turned(member.rigid_start, start[0], start[1]);
-        out.rigid_end = turned(member.rigid_end, end[0], end[1]);
+    // A rigid part turns as the node at its end.
+    let like = |part: [T; 2], node: usize| match (rest.get(node), e.get(node)) {
+        (Some(&[x, y]), Some(&[u, v])) if part != [T::ZERO; 2] => turned(part, x * u + y * v, x * v - y * u),
+        _ => [T::ZERO; 2],
+    };
+    for (member, out) in ladder.members().iter().zip(work.members.as_mut()) {
+        out.rigid_start = like(member.rigid_start, usize::from(member.first));
+        out.rigid_end = like(member.rigid_end, usize::from(member.first + member.interior) + 1);
     }
 }
 
@@ -99,8 +90,6 @@ struct Strained<T> {
     /// First derivative of w ψ with respect to the angle, and the second with its sign changed, N·mm.
     gradient: T,
     curvature: T,
-    /// The energy of stretch and shear, twice.
-    energy: T,
     /// f·e and f·e′.
     pull: [T; 2],
 }
@@ -117,9 +106,8 @@ fn strained<T: Real, const RIGID: bool>(
     let a = force[0] * x + force[1] * y;
     let b = force[1] * x - force[0] * y;
     if RIGID {
-        let energy = T::ZERO;
         let lever = [-(w * y), w * x];
-        return Strained { direction: e, lever, gradient: w * b, curvature: w * a, energy, pull: [a, b] };
+        return Strained { direction: e, lever, gradient: w * b, curvature: w * a, pull: [a, b] };
     }
     let k = stretch - shear;
     let whole = T::one() - shorter;
@@ -130,7 +118,6 @@ fn strained<T: Real, const RIGID: bool>(
         lever: [-(w * (y * r + t * x)), w * (x * r - t * y)],
         gradient: w * b * r,
         curvature: w * (a * r + b * t),
-        energy: w * (stretch * a * a + shear * b * b),
         pull: [a, b],
     }
 }
@@ -150,6 +137,54 @@ pub(crate) fn strain<T: Real, S: Size>(
     }
 }
 
+/// Forces through a member's nodes, from its end to its start.
+struct Walk<'a, T> {
+    /// Touching samples on the member, base to tip; those beyond the present node are taken off.
+    own: &'a [Row<T>],
+    samples: &'a [Sample<T>],
+    carried: [T; 2],
+}
+
+impl<T: Real> Walk<'_, T> {
+    /// Force per weight through a node of weight w: contacts beyond the node pull the whole of it, those at it a part.
+    #[inline(always)]
+    fn force(&mut self, node: usize, w: T) -> [T; 2] {
+        let mut force = self.carried;
+        if self.own.is_empty() {
+            return force;
+        }
+        let place = |row: &Row<T>| self.samples.get(usize::from(row.sample));
+        while let Some((row, below)) = self.own.split_last()
+            && place(row).is_some_and(|sample| usize::from(sample.node) > node)
+        {
+            self.own = below;
+            force = [force[0] - row.multiplier * row.normal[0], force[1] - row.multiplier * row.normal[1]];
+        }
+        self.carried = force;
+        if w != T::ZERO {
+            for row in self.own {
+                let part =
+                    place(row).and_then(|sample| sample.weights.get(node.wrapping_sub(usize::from(sample.node))));
+                if let Some(&part) = part {
+                    let share = row.multiplier * part / w;
+                    force = [force[0] - share * row.normal[0], force[1] - share * row.normal[1]];
+                }
+            }
+        }
+        force
+    }
+}
+
+/// A member's walk; `own` are its rows.
+fn walk<'a, T: Real, S: Size>(
+    ladder: &'a Ladder<T, S>,
+    rows: &'a [Row<T>],
+    force: [T; 2],
+    own: core::ops::Range<usize>,
+) -> Walk<'a, T> {
+    Walk { own: rows.get(own).unwrap_or(&[]), samples: ladder.samples.as_ref(), carried: force }
+}
+
 fn strain_all<T: Real, S: Size, const RIGID: bool>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
@@ -158,60 +193,54 @@ fn strain_all<T: Real, S: Size, const RIGID: bool>(
 ) {
     let member = &ladder.members.as_ref()[index];
     let nodes = member.nodes();
-    let samples = ladder.samples.as_ref();
     let out = &mut work.members.as_mut()[index];
-    let rows = &work.rows.as_ref()[..work.row_count];
-    let mut carried = out.force;
-    let mut next = own.end;
+    let mut walk = walk(ladder, work.rows.as_ref(), out.force, own);
     let mut chord = [T::ZERO; 2];
     // Σ w e eᵀ.
     let mut inertia = [T::ZERO; 3];
-    let mut energy = T::ZERO;
     let input = ladder.weight.as_ref()[nodes.clone()].iter().zip(&work.e.as_ref()[nodes.clone()]);
     let directions = work.strained.as_mut()[nodes.clone()].iter_mut().zip(&mut work.lever.as_mut()[nodes.clone()]);
     let slopes = work.gradient.as_mut()[nodes.clone()].iter_mut().zip(&mut work.curvature.as_mut()[nodes.clone()]);
     let pulls = work.bent.as_ref()[nodes.clone()].iter().zip(&mut work.coupling.as_mut()[nodes.clone()]);
     let all = nodes.zip(input).zip(directions.zip(slopes)).zip(pulls);
     for (((node, (&w, &e)), ((direction, lever), (gradient, curvature))), (bent, pull)) in all.rev() {
-        let mut force = carried;
-        if next > own.start {
-            // Contacts beyond this node pull the whole of it, those at it a part.
-            while next > own.start && usize::from(samples[usize::from(rows[next - 1].sample)].node) > node {
-                next -= 1;
-                let row = &rows[next];
-                carried = [carried[0] - row.multiplier * row.normal[0], carried[1] - row.multiplier * row.normal[1]];
-            }
-            force = carried;
-            if w != T::ZERO {
-                for row in &rows[own.start..next] {
-                    let sample = &samples[usize::from(row.sample)];
-                    if let Some(&part) = sample.weights.get(node - usize::from(sample.node)) {
-                        let share = row.multiplier * part / w;
-                        force = [force[0] - share * row.normal[0], force[1] - share * row.normal[1]];
-                    }
-                }
-            }
-        }
         let shorter = if RIGID { T::ZERO } else { bent[1] };
-        let node = strained::<T, RIGID>(e, w, force, member.compliance, shorter);
-        *direction = node.direction;
-        chord = [chord[0] + w * node.direction[0], chord[1] + w * node.direction[1]];
-        *lever = node.lever;
+        let strained = strained::<T, RIGID>(e, w, walk.force(node, w), member.compliance, shorter);
+        *direction = strained.direction;
+        chord = [chord[0] + w * strained.direction[0], chord[1] + w * strained.direction[1]];
+        *lever = strained.lever;
+        *gradient = strained.gradient;
+        *curvature = strained.curvature;
         if !RIGID {
-            *pull = node.pull;
-        }
-        *gradient = node.gradient;
-        *curvature = node.curvature;
-        if !RIGID {
+            *pull = strained.pull;
             let (wx, wy) = (w * e[0], w * e[1]);
             inertia = [inertia[0] + wx * e[0], inertia[1] + wx * e[1], inertia[2] + wy * e[1]];
-            energy += node.energy;
         }
     }
     out.chord = chord;
     let ([stretch, shear], [xx, xy, yy]) = (member.compliance, inertia);
     out.give = [-(stretch * xx + shear * yy), (shear - stretch) * xy, -(stretch * yy + shear * xx)];
-    out.strain_energy = T::of(0.5) * energy;
+}
+
+/// Energy of stretch and shear of a strained ladder, N·mm.
+pub(crate) fn energy<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
+    let rows = work.rows.as_ref().get(..work.row_count).unwrap_or(&[]);
+    let (mut from, mut twice) = (0, T::ZERO);
+    for (index, (member, out)) in ladder.members().iter().zip(work.members.as_ref()).enumerate() {
+        let own = own_rows(ladder, rows, index, from);
+        from = own.end;
+        let mut walk = walk(ladder, rows, out.force, own);
+        let [stretch, shear] = member.compliance;
+        for node in member.nodes().rev() {
+            let (Some(&w), Some(&[x, y])) = (ladder.weight.as_ref().get(node), work.e.as_ref().get(node)) else {
+                continue;
+            };
+            let force = walk.force(node, w);
+            let (a, b) = (force[0] * x + force[1] * y, force[1] * x - force[0] * y);
+            twice += w * (stretch * a * a + shear * b * b);
+        }
+    }
+    T::of(0.5) * twice
 }
 
 /// Forces, and the front spans strained and placed, so that gaps can be measured.

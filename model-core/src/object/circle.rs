@@ -36,6 +36,13 @@ impl<T: Real> Object<T> for Circle<T> {
         let inverse = T::one() / distance;
         Gap { distance: distance - self.radius, normal: offset * inverse, curvature: inverse }
     }
+
+    #[inline]
+    fn clears(&self, point: Vec2<T>, least: T) -> bool {
+        let (offset, reach) = (point - self.centre, self.radius + least);
+        // A thousandth more than rounding takes.
+        offset.x * offset.x + offset.y * offset.y > reach * reach * T::of(1.001)
+    }
 }
 
 impl<T: Real> Blank for Circle<T> {

@@ -91,6 +91,15 @@ impl<T: Real> Object<T> for Ellipse<T> {
         let normal = Vec2::new(nu * self.axis.x - nv * self.axis.y, nu * self.axis.y + nv * self.axis.x);
         Gap { distance, normal, curvature }
     }
+
+    #[inline]
+    fn clears(&self, point: Vec2<T>, least: T) -> bool {
+        let offset = point - self.centre;
+        let u = offset.x * self.axis.x + offset.y * self.axis.y;
+        let v = offset.y * self.axis.x - offset.x * self.axis.y;
+        // Beside the box around it.
+        u.abs() > (self.long + least) * T::of(1.001) || v.abs() > (self.short + least) * T::of(1.001)
+    }
 }
 
 impl<T: Real> Blank for Ellipse<T> {

@@ -107,6 +107,16 @@ impl<T: Real> Object<T> for Polygon<T> {
         let inverse = T::one() / distance;
         Gap { distance: distance - self.rounding, normal: corner * inverse, curvature: inverse }
     }
+
+    #[inline]
+    fn clears(&self, point: Vec2<T>, least: T) -> bool {
+        let reach = (self.rounding + least) * T::of(1.001);
+        let outside = |edge: &Edge<T>| {
+            let offset = point - edge.start;
+            edge.length > T::ZERO && offset.x * edge.along.y - offset.y * edge.along.x > reach
+        };
+        self.edges.iter().take(self.count).any(outside)
+    }
 }
 
 impl<T: Real> Blank for Polygon<T> {

@@ -168,6 +168,27 @@ fn normals_and_curvatures_are_those_of_differences() {
 }
 
 #[test]
+fn what_clears_a_shape_is_farther_away_than_asked() {
+    let mut random = Random::new(47);
+    let mut spared = [0; 4];
+    for case in 0..4000 {
+        let object = Shape::<f64>::from(random.design(case % 4));
+        let p: Vec2<f64> = vec2(random.point(90.0));
+        let distance = object.gap(p).distance;
+        for least in [0.0, 0.9 * distance.max(0.0), 3.0] {
+            let clears = object.clears(p, least);
+            assert!(!clears || distance > least, "{object:?} at {p:?}: {distance} against {least}");
+            spared[case % 4] += usize::from(clears);
+        }
+        if case % 4 == 0 {
+            assert!(distance < 0.1 || object.clears(p, 0.0), "a circle: {object:?} at {p:?}");
+        }
+    }
+    // A half-plane's gap is as cheap as any test.
+    assert!(spared[..3].iter().all(|&count| count > 300), "{spared:?}");
+}
+
+#[test]
 fn a_displacement_moves_points_and_objects_alike() {
     let mut random = Random::new(43);
     for case in 0..2000 {
