@@ -10,6 +10,7 @@
 //! which is −f in the Lagrangian's sign. Stretch and shear thus need no unknowns of their own: they are eliminated node by
 //! node, and λ carries their compliance. The bending stiffness follows the stretch (see `newton::bend`).
 
+use crate::access::Access;
 use crate::contact::Sample;
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size, Storage};
@@ -306,42 +307,45 @@ impl<T: Real, S: Size> State<T, S> {
 
     /// Takes another state of the same ladder.
     pub(crate) fn copy_from(&mut self, other: &Self, ladder: &Ladder<T, S>) {
-        let (n, c) = (ladder.node_count, ladder.cells);
-        self.angle.as_mut()[..n].copy_from_slice(&other.angle.as_ref()[..n]);
-        self.lambda.as_mut()[..c].copy_from_slice(&other.lambda.as_ref()[..c]);
-        let t = other.touching_count;
-        self.touching.as_mut()[..t].copy_from_slice(&other.touching.as_ref()[..t]);
-        self.multiplier.as_mut()[..t].copy_from_slice(&other.multiplier.as_ref()[..t]);
-        self.normal.as_mut()[..t].copy_from_slice(&other.normal.as_ref()[..t]);
-        self.touching_count = t;
+        fn copy<X: Blank>(into: &mut [X], from: &[X], count: usize) {
+            for (into, &from) in into.iter_mut().zip(from).take(count) {
+                *into = from;
+            }
+        }
+        copy(self.angle.as_mut(), other.angle.as_ref(), ladder.node_count);
+        copy(self.lambda.as_mut(), other.lambda.as_ref(), ladder.cells);
+        let touching = other.touching_count;
+        copy(self.touching.as_mut(), other.touching.as_ref(), touching);
+        copy(self.multiplier.as_mut(), other.multiplier.as_ref(), touching);
+        copy(self.normal.as_mut(), other.normal.as_ref(), touching);
+        self.touching_count = touching;
         (self.load, self.load_cell) = (other.load, other.load_cell);
     }
 
     /// The same samples touch in another state.
     pub(crate) fn touches_like(&self, other: &Self) -> bool {
         self.touching_count == other.touching_count
-            && self.touching.as_ref()[..self.touching_count] == other.touching.as_ref()[..self.touching_count]
+            && self.touching.as_ref().iter().zip(other.touching.as_ref()).take(self.touching_count).all(|(a, b)| a == b)
     }
 
     /// Goes on from another state to this one and `part` as far beyond. A contact that is new keeps its multiplier.
     pub(crate) fn extrapolate(&mut self, from: &Self, part: T, ladder: &Ladder<T, S>) {
         let beyond = |now: &mut T, then: T| *now += part * (*now - then);
-        let n = ladder.node_count;
-        for (now, &then) in self.angle.as_mut()[..n].iter_mut().zip(from.angle.as_ref()) {
+        for (now, &then) in self.angle.as_mut().iter_mut().zip(from.angle.as_ref()).take(ladder.node_count) {
             beyond(now, then);
         }
-        for (now, then) in self.lambda.as_mut()[..ladder.cells].iter_mut().zip(from.lambda.as_ref()) {
+        for (now, then) in self.lambda.as_mut().iter_mut().zip(from.lambda.as_ref()).take(ladder.cells) {
             beyond(&mut now[0], then[0]);
             beyond(&mut now[1], then[1]);
         }
-        let then = from.touching.as_ref()[..from.touching_count].iter().zip(from.multiplier.as_ref());
+        let then = from.touching.as_ref().run(0..from.touching_count).iter().zip(from.multiplier.as_ref());
         let mut then = then.zip(from.normal.as_ref()).peekable();
         let count = self.touching_count;
         let sum = |multipliers: &[T]| multipliers.iter().fold(T::ZERO, |sum, &multiplier| sum + multiplier);
-        let mut whole = sum(&self.multiplier.as_ref()[..count]);
-        beyond(&mut whole, sum(&from.multiplier.as_ref()[..from.touching_count]));
-        let now = self.multiplier.as_mut()[..count].iter_mut().zip(&mut self.normal.as_mut()[..count]);
-        for (sample, (now, normal)) in self.touching.as_ref()[..count].iter().zip(now) {
+        let mut whole = sum(self.multiplier.as_ref().run(0..count));
+        beyond(&mut whole, sum(from.multiplier.as_ref().run(0..from.touching_count)));
+        let now = self.multiplier.as_mut().iter_mut().zip(self.normal.as_mut());
+        for (sample, (now, normal)) in self.touching.as_ref().run(0..count).iter().zip(now) {
             while then.next_if(|((other, _), _)| *other < sample).is_some() {}
             if let Some(((_, &multiplier), &turned)) = then.next_if(|((other, _), _)| *other == sample) {
                 beyond(&mut normal[0], turned[0]);
@@ -353,7 +357,7 @@ impl<T: Real, S: Size> State<T, S> {
             }
         }
         // The force goes on smoothly where the samples that carry it come and go.
-        let multipliers = &mut self.multiplier.as_mut()[..count];
+        let multipliers = self.multiplier.as_mut().run_mut(0..count);
         let found = sum(multipliers);
         if whole > T::ZERO && found > T::ZERO {
             let scale = whole / found;
@@ -365,13 +369,12 @@ impl<T: Real, S: Size> State<T, S> {
     pub(crate) fn bending_energy(&self, ladder: &Ladder<T, S>) -> T {
         let (angle, coupling) = (self.angle.as_ref(), ladder.coupling.as_ref());
         let mut twice = T::ZERO;
-        for member in &ladder.members.as_ref()[..ladder.member_count()] {
-            let nodes = member.nodes();
-            for node in nodes.clone() {
-                for ahead in 1..=2 {
-                    if node + ahead < nodes.end {
-                        let bend = angle[node + ahead] - angle[node];
-                        twice -= coupling[node][ahead - 1] * bend * bend;
+        for member in ladder.members() {
+            let angle = angle.run(member.nodes());
+            for (node, (&[next, after], &from)) in coupling.run(member.nodes()).iter().zip(angle).enumerate() {
+                for (ahead, entry) in [(1, next), (2, after)] {
+                    if let Some(&to) = angle.get(node + ahead) {
+                        twice -= entry * (to - from) * (to - from);
                     }
                 }
             }

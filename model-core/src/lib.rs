@@ -102,6 +102,7 @@ extern crate std;
 #[cfg(all(feature = "random", not(test)))]
 extern crate std;
 
+mod access;
 pub mod contact;
 pub mod design;
 pub mod discretise;

@@ -9,6 +9,7 @@ mod firmware;
 mod fuzz;
 mod logging;
 mod on_target;
+mod panic_free;
 mod paths;
 mod qemu;
 mod setup;

@@ -2,7 +2,7 @@
 
 use crate::command::{headline, run as run_command};
 use crate::cross::{Cross, TRIPLE};
-use crate::{firmware, on_target, paths, setup};
+use crate::{firmware, on_target, panic_free, paths, setup};
 use anyhow::{Context, Result};
 use std::env;
 use std::path::PathBuf;
@@ -59,6 +59,8 @@ pub fn run(parts: &[&str]) -> Result<()> {
     if wanted("target") {
         headline("tests on the target, in QEMU");
         on_target::run(&build_on_target(&cross)?)?;
+        headline("the estimator's image, searched for panics");
+        panic_free::check(&cross)?;
     }
 
     if wanted("system") {

@@ -116,14 +116,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Largest difference of an angle between the present and the accepted state, rad.
     fn largest_move(&self) -> T {
-        let n = self.ladder.node_count;
-        let (now, then) = (&self.state.angle.as_ref()[..n], &self.accepted.angle.as_ref()[..n]);
-        now.iter().zip(then).fold(T::ZERO, |most, (&a, &b)| most.max((a - b).abs()))
+        let now = self.state.angle.as_ref().iter().take(self.ladder.node_count);
+        now.zip(self.accepted.angle.as_ref()).fold(T::ZERO, |most, (&a, &b)| most.max((a - b).abs()))
     }
 
     /// A small deterministic disturbance of the interior angles, to leave a saddle.
     fn nudge(&mut self) {
-        for (node, angle) in self.state.angle.as_mut()[..self.ladder.node_count].iter_mut().enumerate() {
+        for (node, angle) in self.state.angle.as_mut().iter_mut().enumerate().take(self.ladder.node_count) {
             let sign = if node % 3 == 0 { T::of(1e-3) } else { T::of(-5e-4) };
             *angle += sign;
         }

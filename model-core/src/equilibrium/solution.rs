@@ -3,6 +3,7 @@
 //! Shapes are in the finger frame, mm; forces act on the object, N. [`Follower::to_world`] turns points into the world frame.
 
 use super::{Follower, Phase};
+use crate::access::Access;
 use crate::contact::Contact;
 use crate::ladder::{Ladder, State};
 use crate::newton::{gaps, strain};
@@ -152,10 +153,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Touching samples, base to tip, finger frame.
     pub fn contacts(&self) -> impl Iterator<Item = Contact<T>> + '_ {
-        let rows = &self.work.rows.as_ref()[..self.work.row_count];
-        rows.iter().filter(|row| row.multiplier > T::ZERO).map(|row| {
-            let sample = &self.ladder.samples.as_ref()[usize::from(row.sample)];
-            let centre = gaps::sample_position(&self.ladder, &self.work, sample);
+        let rows = self.work.rows.as_ref().iter().take(self.work.row_count);
+        rows.filter(|row| row.multiplier > T::ZERO).map(|row| {
+            let sample = self.ladder.samples.as_ref().at(usize::from(row.sample));
+            let centre = gaps::sample_position(&self.ladder, &self.work, &sample);
             Contact {
                 arc: sample.arc,
                 position: [

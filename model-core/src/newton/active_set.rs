@@ -4,6 +4,8 @@
 //! L B Lᵀ with 1×1 and 2×2 pivots and complete pivoting (Bunch & Parlett, SIAM J. Numer. Anal. 8, 1971); the signs in B
 //! are the inertia that the stability test needs.
 
+use crate::access::Access;
+use crate::contact::Row;
 use crate::real::Real;
 
 /// Bunch and Parlett's (1 + √17)/8: below this ratio of the largest diagonal to the largest entry a 2×2 pivot is taken.
@@ -11,17 +13,35 @@ const ALPHA: f64 = 0.640_388_203_202_208_4;
 /// Marks the first of two rows of a 2×2 pivot in the pivot order.
 const PAIR: u16 = 0x8000;
 
+/// Entry in row i and column j. What lies outside of the matrix is zero.
+#[inline(always)]
+fn entry<T: Real>(a: &[T], stride: usize, i: usize, j: usize) -> T {
+    a.at(i * stride + j)
+}
+
 /// Exchanges rows and columns i and j of a symmetric matrix in full storage.
 fn exchange<T: Real>(a: &mut [T], n: usize, stride: usize, i: usize, j: usize) {
+    let mut swap = |from: usize, to: usize| {
+        let (x, y) = (a.at(from), a.at(to));
+        a.put(from, y);
+        a.put(to, x);
+    };
     if i == j {
         return;
     }
     for k in 0..n {
-        a.swap(i * stride + k, j * stride + k);
+        swap(i * stride + k, j * stride + k);
     }
     for k in 0..n {
-        a.swap(k * stride + i, k * stride + j);
+        swap(k * stride + i, k * stride + j);
     }
+}
+
+/// Exchanges two places in the order of the pivots.
+fn swap(order: &mut [u16], i: usize, j: usize) {
+    let (x, y) = (order.at(i), order.at(j));
+    order.put(i, y);
+    order.put(j, x);
 }
 
 /// Factorises the lower triangle of the leading n×n block as L D Lᵀ without interchanges; the number of negative eigenvalues, or
@@ -69,9 +89,9 @@ pub(crate) fn factorise<T: Real>(a: &mut [T], n: usize, stride: usize, order: &m
     let mut negative = 0;
     let mut largest = T::ZERO;
     for i in 0..n {
-        order[i] = i as u16;
+        order.put(i, i as u16);
         for j in 0..n {
-            largest = largest.max(a[i * stride + j].abs());
+            largest = largest.max(entry(a, stride, i, j).abs());
         }
     }
     let least = (largest * T::EPSILON).max(T::of(1e-30));
@@ -80,106 +100,116 @@ pub(crate) fn factorise<T: Real>(a: &mut [T], n: usize, stride: usize, order: &m
         let (mut r, mut diagonal) = (k, T::ZERO);
         let (mut p, mut q, mut off) = (k, k, T::ZERO);
         for i in k..n {
-            if a[i * stride + i].abs() > diagonal {
-                (r, diagonal) = (i, a[i * stride + i].abs());
+            let here = entry(a, stride, i, i).abs();
+            if here > diagonal {
+                (r, diagonal) = (i, here);
             }
             for j in k..i {
-                if a[i * stride + j].abs() > off {
-                    (p, q, off) = (i, j, a[i * stride + j].abs());
+                let here = entry(a, stride, i, j).abs();
+                if here > off {
+                    (p, q, off) = (i, j, here);
                 }
             }
         }
         if diagonal >= T::of(ALPHA) * off {
             exchange(a, n, stride, k, r);
-            order.swap(k, r);
-            let mut pivot = a[k * stride + k];
+            swap(order, k, r);
+            let mut pivot = entry(a, stride, k, k);
             if pivot.abs() < least {
                 pivot = least;
             }
             negative += usize::from(pivot < T::ZERO);
-            a[k * stride + k] = pivot;
+            a.put(k * stride + k, pivot);
             let inverse = T::one() / pivot;
             for i in k + 1..n {
-                let l = a[i * stride + k] * inverse;
+                let l = entry(a, stride, i, k) * inverse;
                 for j in k + 1..=i {
                     // The upper triangle still holds the undivided column.
-                    let v = a[i * stride + j] - l * a[k * stride + j];
-                    a[i * stride + j] = v;
-                    a[j * stride + i] = v;
+                    let v = entry(a, stride, i, j) - l * entry(a, stride, k, j);
+                    a.put(i * stride + j, v);
+                    a.put(j * stride + i, v);
                 }
-                a[i * stride + k] = l;
+                a.put(i * stride + k, l);
             }
             k += 1;
         } else {
             exchange(a, n, stride, k, q);
-            order.swap(k, q);
+            swap(order, k, q);
             // The exchange may have moved row p.
             let p = if p == k { q } else { p };
             exchange(a, n, stride, k + 1, p);
-            order.swap(k + 1, p);
-            let (d, e, f) = (a[k * stride + k], a[(k + 1) * stride + k], a[(k + 1) * stride + k + 1]);
+            swap(order, k + 1, p);
+            let (d, e, f) = pair(a, stride, k);
             // |e| is the largest entry and both diagonals are smaller than ALPHA |e|: the determinant is negative.
             let inverse = T::one() / (d * f - e * e);
             negative += 1;
             for i in k + 2..n {
-                let (u, v) = (a[i * stride + k], a[i * stride + k + 1]);
+                let (u, v) = (entry(a, stride, i, k), entry(a, stride, i, k + 1));
                 let (l, m) = ((u * f - v * e) * inverse, (v * d - u * e) * inverse);
                 for j in k + 2..=i {
-                    let w = a[i * stride + j] - l * a[k * stride + j] - m * a[(k + 1) * stride + j];
-                    a[i * stride + j] = w;
-                    a[j * stride + i] = w;
+                    let w = entry(a, stride, i, j) - l * entry(a, stride, k, j) - m * entry(a, stride, k + 1, j);
+                    a.put(i * stride + j, w);
+                    a.put(j * stride + i, w);
                 }
-                a[i * stride + k] = l;
-                a[i * stride + k + 1] = m;
+                a.put(i * stride + k, l);
+                a.put(i * stride + k + 1, m);
             }
-            order[k] |= PAIR;
+            order.put(k, order.at(k) | PAIR);
             k += 2;
         }
     }
     negative
 }
 
+/// Diagonal, off-diagonal and second diagonal entry of the 2×2 block at k.
+fn pair<T: Real>(a: &[T], stride: usize, k: usize) -> (T, T, T) {
+    (entry(a, stride, k, k), entry(a, stride, k + 1, k), entry(a, stride, k + 1, k + 1))
+}
+
 /// Solves with the factors; `x` is in and out, `y` is scratch.
 pub(crate) fn solve<T: Real>(a: &[T], n: usize, stride: usize, order: &[u16], x: &mut [T], y: &mut [T]) {
+    let (Some(y), Some(order)) = (y.get_mut(..n), order.get(..n)) else { return };
+    for (y, &place) in y.iter_mut().zip(order) {
+        *y = x.at(usize::from(place & !PAIR));
+    }
+    // Row by row: what the rows above it, but for the other of its own pair, have taken.
+    let mut second = false;
     for i in 0..n {
-        y[i] = x[usize::from(order[i] & !PAIR)];
-    }
-    let mut k = 0;
-    while k < n {
-        let pair = order[k] & PAIR != 0;
-        let width = if pair { 2 } else { 1 };
-        for i in k + width..n {
-            for c in k..k + width {
-                let l = a[i * stride + c];
-                y[i] -= l * y[c];
-            }
+        let (above, rest) = y.split_at_mut(i);
+        let (Some(row), Some(value)) = (a.get(i * stride..), rest.first_mut()) else { return };
+        let above = above.get(..i - usize::from(second)).unwrap_or(&[]);
+        for (&l, &x) in row.iter().zip(above) {
+            *value -= l * x;
         }
-        k += width;
+        second = !second && order.at(i) & PAIR != 0;
     }
     let mut k = 0;
     while k < n {
-        if order[k] & PAIR != 0 {
-            let (d, e, f) = (a[k * stride + k], a[(k + 1) * stride + k], a[(k + 1) * stride + k + 1]);
+        if order.at(k) & PAIR != 0 {
+            let (d, e, f) = pair(a, stride, k);
             let inverse = T::one() / (d * f - e * e);
-            let (u, v) = (y[k], y[k + 1]);
-            y[k] = (u * f - v * e) * inverse;
-            y[k + 1] = (v * d - u * e) * inverse;
+            let (u, v) = (y.at(k), y.at(k + 1));
+            y.put(k, (u * f - v * e) * inverse);
+            y.put(k + 1, (v * d - u * e) * inverse);
             k += 2;
         } else {
-            y[k] /= a[k * stride + k];
+            y.put(k, y.at(k) / entry(a, stride, k, k));
             k += 1;
         }
     }
     for k in (0..n).rev() {
         // Within a pair there is no multiplier: L's block is the identity.
-        let first = if k > 0 && order[k - 1] & PAIR != 0 { k + 1 } else { k + 1 + usize::from(order[k] & PAIR != 0) };
-        for i in first..n {
-            let l = a[i * stride + k];
-            y[k] -= l * y[i];
+        let second = k > 0 && order.at(k - 1) & PAIR != 0;
+        let first = if second { k + 1 } else { k + 1 + usize::from(order.at(k) & PAIR != 0) };
+        let mut value = y.at(k);
+        let column = a.get(first * stride + k..).unwrap_or(&[]).iter().step_by(stride.max(1));
+        for (&l, &y) in column.zip(y.get(first..).unwrap_or(&[])) {
+            value -= l * y;
         }
+        y.put(k, value);
     }
-    for i in 0..n {
-        x[usize::from(order[i] & !PAIR)] = y[i];
+    for (&y, &place) in y.iter().zip(order) {
+        x.put(usize::from(place & !PAIR), y);
     }
 }
 
@@ -190,8 +220,8 @@ pub(crate) struct Problem<'a, T> {
     pub stride: usize,
     /// Right-hand side b.
     pub rhs: &'a [T],
-    /// Present multipliers μ, N.
-    pub multiplier: &'a dyn Fn(usize) -> T,
+    /// The rows, with their present multipliers μ, N.
+    pub rows: &'a [Row<T>],
     /// A row that is an equation: always in the set, its multiplier of either sign.
     pub free: Option<usize>,
     /// Gap below which a row that does not touch is taken in, mm.
@@ -226,44 +256,51 @@ pub(crate) fn settle<T: Real>(
 ) -> Settled {
     let stride = problem.stride;
     let mut outcome = Settled { settled: false, negative: 0 };
-    for j in 0..count {
-        delta[j] = if active[j] { T::ZERO } else { -(problem.multiplier)(j) };
+    // All of one length.
+    let (Some(rows), Some(active), Some(delta)) =
+        (problem.rows.get(..count), active.get_mut(..count), delta.get_mut(..count))
+    else {
+        return outcome;
+    };
+    for ((delta, row), &active) in delta.iter_mut().zip(rows).zip(&*active) {
+        *delta = if active { T::ZERO } else { -row.multiplier };
     }
     let mut newest = None;
     let mut refused = false;
     for _ in 0..4 * count + 8 {
-        outcome.negative = solve_on(problem, count, active, delta);
+        outcome.negative = solve_on(problem, active, delta);
         // How far towards it the multipliers stay non-negative.
         let mut part = T::one();
-        let mut i = 0;
-        for j in 0..count {
-            if active[j] {
-                let (now, then) = ((problem.multiplier)(j) + delta[j], (problem.multiplier)(j) + problem.scratch[i]);
-                if then < T::ZERO && problem.free != Some(j) {
-                    part = part.min(if now > T::ZERO { now / (now - then) } else { T::ZERO });
-                }
-                i += 1;
+        let mut targets = problem.scratch.iter();
+        for (j, ((row, delta), active)) in rows.iter().zip(&*delta).zip(&*active).enumerate() {
+            if !active {
+                continue;
+            }
+            let target = targets.next().copied().unwrap_or(T::ZERO);
+            let (now, then) = (row.multiplier + *delta, row.multiplier + target);
+            if then < T::ZERO && problem.free != Some(j) {
+                part = part.min(if now > T::ZERO { now / (now - then) } else { T::ZERO });
             }
         }
         let mut dropped = false;
-        let mut i = 0;
-        for j in 0..count {
-            if active[j] {
-                let multiplier = (problem.multiplier)(j);
-                let target = problem.scratch[i];
-                i += 1;
-                let now = multiplier + delta[j];
-                delta[j] = if part == T::one() { target } else { delta[j] + part * (target - delta[j]) };
-                let limits = part < T::one()
-                    && problem.free != Some(j)
-                    && multiplier + target < T::ZERO
-                    && multiplier + delta[j] <= now.abs() * T::of(4.0) * T::EPSILON;
-                if limits {
-                    delta[j] = -multiplier;
-                    active[j] = false;
-                    dropped = true;
-                    refused |= newest == Some(j) && part == T::ZERO;
-                }
+        let mut targets = problem.scratch.iter();
+        for (j, ((row, delta), active)) in rows.iter().zip(&mut *delta).zip(&mut *active).enumerate() {
+            if !*active {
+                continue;
+            }
+            let multiplier = row.multiplier;
+            let target = targets.next().copied().unwrap_or(T::ZERO);
+            let now = multiplier + *delta;
+            *delta = if part == T::one() { target } else { *delta + part * (target - *delta) };
+            let limits = part < T::one()
+                && problem.free != Some(j)
+                && multiplier + target < T::ZERO
+                && multiplier + *delta <= now.abs() * T::of(4.0) * T::EPSILON;
+            if limits {
+                *delta = -multiplier;
+                *active = false;
+                dropped = true;
+                refused |= newest == Some(j) && part == T::ZERO;
             }
         }
         if dropped && !refused {
@@ -271,47 +308,44 @@ pub(crate) fn settle<T: Real>(
         }
         if refused {
             // The row that just came in would have to pull: leave the set as it was before.
-            outcome.negative = solve_on(problem, count, active, delta);
-            let mut i = 0;
-            for j in 0..count {
-                if active[j] {
-                    delta[j] = problem.scratch[i];
-                    i += 1;
-                }
+            outcome.negative = solve_on(problem, active, delta);
+            let steps = delta.iter_mut().zip(&*active).filter(|(_, active)| **active).map(|(delta, _)| delta);
+            for (delta, &target) in steps.zip(&*problem.scratch) {
+                *delta = target;
             }
             return outcome;
         }
         // Take in the most violated gap.
         let mut worst: Option<(usize, T)> = None;
-        for j in (0..count).filter(|&j| !active[j]) {
-            let row = &problem.flexibility[j * stride..j * stride + count];
-            let mut gap = -problem.rhs[j];
-            for m in 0..count {
-                gap += row[m] * delta[m];
+        let matrix = problem.flexibility.chunks(stride.max(1));
+        for (j, ((row, &rhs), &active)) in matrix.zip(problem.rhs).zip(&*active).enumerate() {
+            if active {
+                continue;
             }
+            let gap = row.iter().zip(&*delta).fold(-rhs, |gap, (&entry, &delta)| gap + entry * delta);
             if gap < -problem.tolerance && worst.is_none_or(|(_, least)| gap < least) {
                 worst = Some((j, gap));
             }
         }
-        let Some((j, _)) = worst else {
+        let Some(found) = worst.and_then(|(j, _)| active.get_mut(j).map(|active| (j, active))) else {
             outcome.settled = true;
             return outcome;
         };
-        active[j] = true;
-        newest = Some(j);
+        *found.1 = true;
+        newest = Some(found.0);
     }
     outcome
 }
 
 /// Solves for the steps of the active rows (in order, into `scratch`), the others keeping theirs; returns the number of
 /// negative eigenvalues of D on the active set.
-fn solve_on<T: Real>(problem: &mut Problem<'_, T>, count: usize, active: &[bool], delta: &[T]) -> usize {
+fn solve_on<T: Real>(problem: &mut Problem<'_, T>, active: &[bool], delta: &[T]) -> usize {
     let stride = problem.stride;
-    let listed = list(problem, count, active, delta);
+    let listed = list(problem, active, delta);
     let negative = match factorise_in_order(problem.factored, listed, stride, problem.order) {
         Some(negative) => negative,
         None => {
-            list(problem, count, active, delta);
+            list(problem, active, delta);
             factorise(problem.factored, listed, stride, problem.order)
         }
     };
@@ -320,22 +354,26 @@ fn solve_on<T: Real>(problem: &mut Problem<'_, T>, count: usize, active: &[bool]
 }
 
 /// Copies D of the active rows into `factored` and their right-hand sides into `scratch`; the number of active rows.
-fn list<T: Real>(problem: &mut Problem<'_, T>, count: usize, active: &[bool], delta: &[T]) -> usize {
-    let stride = problem.stride;
+fn list<T: Real>(problem: &mut Problem<'_, T>, active: &[bool], delta: &[T]) -> usize {
+    let stride = problem.stride.max(1);
+    let mut into = problem.factored.chunks_mut(stride).zip(&mut *problem.scratch);
     let mut listed = 0;
-    for j in (0..count).filter(|&j| active[j]) {
-        let row = &problem.flexibility[j * stride..j * stride + count];
-        let mut value = problem.rhs[j];
-        let mut k = 0;
-        for m in 0..count {
-            if active[m] {
-                problem.factored[listed * stride + k] = row[m];
-                k += 1;
-            } else if delta[m] != T::ZERO {
-                value -= row[m] * delta[m];
+    for ((row, &rhs), &is_active) in problem.flexibility.chunks(stride).zip(problem.rhs).zip(active) {
+        if !is_active {
+            continue;
+        }
+        let Some((factored, value)) = into.next() else { break };
+        let mut factored = factored.iter_mut();
+        *value = rhs;
+        for ((&entry, &is_active), &delta) in row.iter().zip(active).zip(delta) {
+            if is_active {
+                if let Some(slot) = factored.next() {
+                    *slot = entry;
+                }
+            } else if delta != T::ZERO {
+                *value -= entry * delta;
             }
         }
-        problem.scratch[listed] = value;
         listed += 1;
     }
     listed

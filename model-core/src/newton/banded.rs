@@ -7,20 +7,13 @@
 
 use super::Workspace;
 use super::condense::{Condensed, bounded, pivot_bound};
+use crate::access::Access;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::real::Real;
 use crate::size::Size;
 
 /// Half-bandwidth.
 pub(crate) const BAND: usize = 6;
-
-/// Adds to the entry of a row and a column that is not beyond the diagonal.
-#[inline(always)]
-fn add<T: Real>(band: &mut [[T; BAND + 1]], row: usize, column: usize, value: T) {
-    if let Some(entry) = band.get_mut(row).and_then(|entries| entries.get_mut((BAND + column).wrapping_sub(row))) {
-        *entry += value;
-    }
-}
 
 /// The closures a member's force is made of, with signs: unknown of λx and ±1.
 #[inline]
@@ -36,16 +29,20 @@ pub(crate) fn force_terms<T: Real>(index: usize) -> ([(usize, T); 2], usize) {
 
 /// Begins the matrix, and the residual of the closures; on entry `rhs` holds the joints' gradients.
 pub(crate) fn begin<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
-    let n = ladder.unknowns();
-    let (band, rhs) = (work.band.as_mut(), work.rhs.as_mut());
-    band[..n].fill([T::ZERO; BAND + 1]);
-    for cell in 0..ladder.cells {
-        let closure = work.closure.as_ref()[cell];
-        rhs[PER_CELL * cell] = closure[0];
-        rhs[PER_CELL * cell + 1] = closure[1];
-        if ladder.welded && cell + 1 < ladder.cells {
-            band[PER_CELL * cell + 2][BAND] = T::one();
-            band[PER_CELL * cell + 3][BAND] = T::one();
+    let band = work.band.as_mut().run_mut(0..ladder.unknowns());
+    band.fill([T::ZERO; BAND + 1]);
+    if ladder.welded {
+        // The angles that a weld leaves without a use; the tip cell has none.
+        for cell in band.chunks_exact_mut(PER_CELL) {
+            if let [_, _, front, lamella, _] = cell {
+                (front[BAND], lamella[BAND]) = (T::one(), T::one());
+            }
+        }
+    }
+    let cells = work.rhs.as_mut().chunks_mut(PER_CELL).take(ladder.cells);
+    for (rhs, &closure) in cells.zip(work.closure.as_ref()) {
+        if let [x, y, ..] = rhs {
+            [*x, *y] = closure;
         }
     }
 }
@@ -57,52 +54,84 @@ pub(crate) fn add_member<T: Real, S: Size>(
     index: usize,
     c: &Condensed<T>,
 ) {
-    let member = &ladder.members.as_ref()[index];
-    let (band, rhs) = (work.band.as_mut(), work.rhs.as_mut());
+    let Some(member) = ladder.members.as_ref().get(index) else { return };
     let own = PER_CELL * (index / 4);
-    let b = usize::from(member.end);
-    // Own closure before the end joint, and its start joint before that (a span's) or between the two (a hinge's).
+    let (a, b) = (usize::from(member.start), usize::from(member.end));
+    let rhs = work.rhs.as_mut();
+    let spans = index % 4 < 2;
     let side = if index % 4 == 1 { -T::one() } else { T::one() };
-    add(band, b, b, c.bb);
-    add(band, b, own, side * c.bx[0]);
-    add(band, b, own + 1, side * c.bx[1]);
-    add(band, own, own, c.xx);
-    add(band, own + 1, own, c.xy);
-    add(band, own + 1, own + 1, c.yy);
-    rhs[b] += c.rb;
-    rhs[own] += side * c.rx[0];
-    rhs[own + 1] += side * c.rx[1];
-    let clamped = member.start == CLAMPED;
-    let a = usize::from(member.start);
-    if !clamped {
-        add(band, a, a, c.aa);
-        // A weld joins both ends in one unknown.
-        add(band, b, a, if a == b { c.ab + c.ab } else { c.ab });
-        rhs[a] += c.ra;
+    rhs.add(b, c.rb);
+    rhs.add(own, side * c.rx[0]);
+    rhs.add(own + 1, side * c.rx[1]);
+    if !spans {
+        rhs.add(own + PER_CELL, -c.rx[0]);
+        rhs.add(own + PER_CELL + 1, -c.rx[1]);
     }
-    if index % 4 < 2 {
-        if !clamped {
-            add(band, own, a, side * c.ax[0]);
-            add(band, own + 1, a, side * c.ax[1]);
-        }
-        return;
+    if member.start != CLAMPED {
+        rhs.add(a, c.ra);
     }
-    let next = own + PER_CELL;
-    add(band, a, own, c.ax[0]);
-    add(band, a, own + 1, c.ax[1]);
-    for (at, joint) in [(a, c.ax), (b, c.bx)] {
-        add(band, next, at, -joint[0]);
-        add(band, next + 1, at, -joint[1]);
+    // Where the joints lie beside the member's own closure decides where the entries go: known places, no look-ups.
+    let band = work.band.as_mut();
+    match (spans, member.start != CLAMPED, own.wrapping_sub(a), b.wrapping_sub(own)) {
+        (true, false, _, 2) => add_span::<T, 0, 2>(band, own, side, c),
+        (true, false, _, _) => add_span::<T, 0, 4>(band, own, side, c),
+        (true, true, 3, _) => add_span::<T, 3, 2>(band, own, side, c),
+        (true, true, _, 2) => add_span::<T, 1, 2>(band, own, side, c),
+        (true, true, ..) => add_span::<T, 1, 4>(band, own, side, c),
+        (false, _, _, 3) => add_hinge::<T, 2, 3>(band, own, c),
+        (false, _, _, _) if a == b => add_hinge::<T, 4, 4>(band, own, c),
+        (false, ..) => add_hinge::<T, 3, 4>(band, own, c),
     }
-    for (row, entries) in [(next, [c.xx, c.xy]), (next + 1, [c.xy, c.yy])] {
-        add(band, row, own, -entries[0]);
-        add(band, row, own + 1, -entries[1]);
+}
+
+/// Adds a span whose start joint is `A` unknowns before its closure (0: clamped) and its end joint `B` after.
+#[inline(always)]
+fn add_span<T: Real, const A: usize, const B: usize>(
+    band: &mut [[T; BAND + 1]],
+    own: usize,
+    side: T,
+    c: &Condensed<T>,
+) {
+    let Some(rows) = band.get_mut(own - A.min(own)..).and_then(|rows| rows.get_mut(..=A + B)) else { return };
+    rows[A][BAND] += c.xx;
+    rows[A + 1][BAND - 1] += c.xy;
+    rows[A + 1][BAND] += c.yy;
+    rows[A + B][BAND] += c.bb;
+    rows[A + B][BAND - B] += side * c.bx[0];
+    rows[A + B][BAND - B + 1] += side * c.bx[1];
+    if A > 0 {
+        rows[0][BAND] += c.aa;
+        rows[A][BAND - A] += side * c.ax[0];
+        rows[A + 1][BAND - A - 1] += side * c.ax[1];
+        rows[A + B][BAND - A - B] += c.ab;
     }
-    add(band, next, next, c.xx);
-    add(band, next + 1, next, c.xy);
-    add(band, next + 1, next + 1, c.yy);
-    rhs[next] -= c.rx[0];
-    rhs[next + 1] -= c.rx[1];
+}
+
+/// Adds a hinge whose joints are `A` and `B` unknowns after its own closure; the next closure is a cell further on. A weld joins
+/// both in one unknown.
+#[inline(always)]
+fn add_hinge<T: Real, const A: usize, const B: usize>(band: &mut [[T; BAND + 1]], own: usize, c: &Condensed<T>) {
+    const NEXT: usize = PER_CELL;
+    let Some(rows) = band.get_mut(own..).and_then(|rows| rows.first_chunk_mut::<{ PER_CELL + 2 }>()) else { return };
+    rows[0][BAND] += c.xx;
+    rows[1][BAND - 1] += c.xy;
+    rows[1][BAND] += c.yy;
+    rows[A][BAND] += c.aa;
+    rows[B][BAND] += c.bb;
+    rows[B][BAND + A - B] += if A == B { c.ab + c.ab } else { c.ab };
+    for (joint, force) in [(A, c.ax), (B, c.bx)] {
+        rows[joint][BAND - joint] += force[0];
+        rows[joint][BAND - joint + 1] += force[1];
+        rows[NEXT][BAND + joint - NEXT] -= force[0];
+        rows[NEXT + 1][BAND + joint - NEXT - 1] -= force[1];
+    }
+    rows[NEXT][BAND - NEXT] -= c.xx;
+    rows[NEXT][BAND - NEXT + 1] -= c.xy;
+    rows[NEXT + 1][BAND - NEXT - 1] -= c.xy;
+    rows[NEXT + 1][BAND - NEXT] -= c.yy;
+    rows[NEXT][BAND] += c.xx;
+    rows[NEXT + 1][BAND - 1] += c.xy;
+    rows[NEXT + 1][BAND] += c.yy;
 }
 
 /// Factorises in place; the diagonal becomes the inverse pivots. Returns the number of negative pivots.
@@ -124,10 +153,9 @@ pub(crate) fn factorise<T: Real>(band: &mut [[T; BAND + 1]], scale: &[T]) -> usi
         } else {
             // The last rows: padded with zeros.
             let mut padded = [[T::ZERO; BAND + 1]; BAND];
-            let count = below.len();
-            padded[..count].copy_from_slice(below);
+            padded.iter_mut().zip(&*below).for_each(|(into, from)| *into = *from);
             eliminate(&mut padded, &mut column, inverse);
-            below.copy_from_slice(&padded[..count]);
+            below.iter_mut().zip(&padded).for_each(|(into, from)| *into = *from);
         }
         rest = below;
     }

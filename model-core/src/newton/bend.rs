@@ -24,30 +24,32 @@ fn carrier<T: Real>(weight: &[T], node: usize) -> usize {
 /// Slopes t ∂(½q)/∂θ and shortening η of all members whose stiffness follows the stretch, from the angles alone.
 pub(crate) fn shorten<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
     let half = T::of(0.5);
-    for member in &ladder.members.as_ref()[..ladder.member_count()] {
+    for member in ladder.members() {
         let t = member.stiffening;
         if t == T::ZERO {
             continue;
         }
         let nodes = member.nodes();
-        let (angle, coupling) = (&state.angle.as_ref()[nodes.clone()], &ladder.coupling.as_ref()[nodes.clone()]);
-        let weight = &ladder.weight.as_ref()[nodes.clone()];
-        let bent = &mut work.bent.as_mut()[nodes];
+        let (Some(angle), Some(coupling), Some(weight), Some(bent)) = (
+            state.angle.as_ref().get(nodes.clone()),
+            ladder.coupling.as_ref().get(nodes.clone()),
+            ladder.weight.as_ref().get(nodes.clone()),
+            work.bent.as_mut().get_mut(nodes),
+        ) else {
+            return;
+        };
         if ladder.quadratic {
-            for element in 0..angle.len() / 2 {
-                let at = 2 * element;
-                let (Some(&[a, m, b]), Some(&[[k, far], _]), Some(&[_, w]), Some([first, middle])) = (
-                    angle.get(at..).and_then(|x| x.first_chunk::<3>()),
-                    coupling.get(at..).and_then(|x| x.first_chunk::<2>()),
-                    weight.get(at..).and_then(|x| x.first_chunk::<2>()),
-                    bent.get_mut(at..).and_then(|x| x.first_chunk_mut::<2>()),
-                ) else {
-                    break;
-                };
+            // An element's middle and end come in pairs; its start is the end of the one before.
+            let Some((&first, angles)) = angle.split_first() else { return };
+            let mut a = first;
+            let elements = angles.as_chunks::<2>().0.iter().zip(coupling.as_chunks::<2>().0);
+            let slopes = weight.as_chunks::<2>().0.iter().zip(bent.as_chunks_mut::<2>().0);
+            for ((&[m, b], &[[k, far], _]), (&[_, w], [first, middle])) in elements.zip(slopes) {
                 let across = far * (b - a);
                 let (ka, kb) = (k * (m - a) + across, k * (m - b) - across);
                 *first = [t * ka, T::ZERO];
                 *middle = [t * kb, half * t * (ka * (a - m) + kb * (b - m)) / w];
+                a = b;
             }
             continue;
         }
@@ -108,34 +110,44 @@ pub(crate) fn stretched<T: Real, S: Size>(
     work: &mut Workspace<T, S>,
     index: usize,
 ) {
-    let member = &ladder.members.as_ref()[index];
+    let Some(member) = ladder.members.as_ref().get(index) else { return };
     let (t, nodes) = (member.stiffening, member.nodes());
-    let (angle, stiffness) = (&state.angle.as_ref()[nodes.clone()], &ladder.coupling.as_ref()[nodes.clone()]);
-    let weight = &ladder.weight.as_ref()[nodes.clone()];
-    let (e, bent) = (&work.e.as_ref()[nodes.clone()], &work.bent.as_ref()[nodes.clone()]);
-    let (lever, coupling) = (&mut work.lever.as_mut()[nodes.clone()], &mut work.coupling.as_mut()[nodes.clone()]);
-    let (gradient, curvature) = (&mut work.gradient.as_mut()[nodes.clone()], &mut work.curvature.as_mut()[nodes]);
+    let (Some(angle), Some(stiffness), Some(weight), Some(e), Some(bent)) = (
+        state.angle.as_ref().get(nodes.clone()),
+        ladder.coupling.as_ref().get(nodes.clone()),
+        ladder.weight.as_ref().get(nodes.clone()),
+        work.e.as_ref().get(nodes.clone()),
+        work.bent.as_ref().get(nodes.clone()),
+    ) else {
+        return;
+    };
+    let (Some(lever), Some(coupling), Some(gradient), Some(curvature)) = (
+        work.lever.as_mut().get_mut(nodes.clone()),
+        work.coupling.as_mut().get_mut(nodes.clone()),
+        work.gradient.as_mut().get_mut(nodes.clone()),
+        work.curvature.as_mut().get_mut(nodes),
+    ) else {
+        return;
+    };
     let shift = |lever: &mut [T; 2], slope: T, e: [T; 2]| *lever = [lever[0] - slope * e[0], lever[1] - slope * e[1]];
     let two = T::of(2.0);
     if ladder.quadratic {
-        for element in 0..angle.len() / 2 {
-            let at = 2 * element;
-            let (Some(&[a, m, b]), Some(&[[k, far], _]), Some(&[_, e]), Some(&[[sa, _], [sb, _]])) = (
-                angle.get(at..).and_then(|x| x.first_chunk::<3>()),
-                stiffness.get(at..).and_then(|x| x.first_chunk::<2>()),
-                e.get(at..).and_then(|x| x.first_chunk::<2>()),
-                bent.get(at..).and_then(|x| x.first_chunk::<2>()),
-            ) else {
-                return;
-            };
-            let (Some([la, lm, lb]), Some([ca, cm]), Some([ga, gm, gb]), Some([da, dm, db])) = (
-                lever.get_mut(at..).and_then(|x| x.first_chunk_mut::<3>()),
-                coupling.get_mut(at..).and_then(|x| x.first_chunk_mut::<2>()),
-                gradient.get_mut(at..).and_then(|x| x.first_chunk_mut::<3>()),
-                curvature.get_mut(at..).and_then(|x| x.first_chunk_mut::<3>()),
-            ) else {
-                return;
-            };
+        // An element's middle and end come in pairs; its start is the end of the one before.
+        let (Some((&first, angles)), Some((la, levers)), Some((ga, gradients)), Some((da, curvatures))) =
+            (angle.split_first(), lever.split_first_mut(), gradient.split_first_mut(), curvature.split_first_mut())
+        else {
+            return;
+        };
+        let (mut a, mut la, mut ga, mut da) = (first, la, ga, da);
+        let rest = angles.as_chunks::<2>().0.iter().zip(stiffness.as_chunks::<2>().0);
+        let strained = e.as_chunks::<2>().0.iter().zip(bent.as_chunks::<2>().0);
+        let ends = levers.as_chunks_mut::<2>().0.iter_mut().zip(gradients.as_chunks_mut::<2>().0);
+        let seconds = curvatures.as_chunks_mut::<2>().0.iter_mut().zip(coupling.as_chunks_mut::<2>().0);
+        for (
+            ((&[m, b], &[[k, far], _]), (&[_, e], &[[sa, _], [sb, _]])),
+            (([lm, lb], [gm, gb]), ([dm, db], [ca, cm])),
+        ) in rest.zip(strained).zip(ends.zip(seconds))
+        {
             let [pull, across] = *cm;
             let softer = t * pull;
             let (near, far_now) = (k - softer * k, far - softer * far);
@@ -154,6 +166,7 @@ pub(crate) fn stretched<T: Real, S: Size>(
             shift(la, sa, e);
             shift(lm, sm, e);
             shift(lb, sb, e);
+            (a, la, ga, da) = (b, lb, gb, db);
         }
         return;
     }
@@ -195,15 +208,21 @@ pub(crate) fn sample_lever<T: Real, S: Size>(
     index: usize,
     sample: &Sample<T>,
 ) -> [[T; 2]; 3] {
-    let member = &ladder.members.as_ref()[index];
-    let nodes = member.nodes();
     let mut own = [[T::ZERO; 2]; 3];
+    let Some(member) = ladder.members.as_ref().get(index) else { return own };
+    let nodes = member.nodes();
     // The wedge's samples lie beyond the last node.
     let Some(first) = usize::from(sample.node).checked_sub(nodes.start).filter(|&node| node < nodes.len()) else {
         return own;
     };
-    let (weight, lever) = (&ladder.weight.as_ref()[nodes.clone()], &work.lever.as_ref()[nodes.clone()]);
-    let (e, bent) = (&work.e.as_ref()[nodes.clone()], &work.bent.as_ref()[nodes]);
+    let (Some(weight), Some(lever), Some(e), Some(bent)) = (
+        ladder.weight.as_ref().get(nodes.clone()),
+        work.lever.as_ref().get(nodes.clone()),
+        work.e.as_ref().get(nodes.clone()),
+        work.bent.as_ref().get(nodes),
+    ) else {
+        return own;
+    };
     let share = |k: usize| {
         let (part, all) = (sample.weights[k], weight.get(first + k).copied().unwrap_or(T::ZERO));
         if part == T::ZERO || all == T::ZERO { T::ZERO } else { part / all }

@@ -2,7 +2,10 @@
 
 use super::banded;
 use super::condense::solve_interior;
+use super::strain::cell_of;
 use super::{Workspace, bend};
+use crate::access::Access;
+use crate::contact::Sample;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::real::Real;
 use crate::size::{Blank, Size};
@@ -36,155 +39,191 @@ fn give<T: Real>(e: [T; 2], compliance: [T; 2], n: [T; 2], m: [T; 2]) -> T {
 
 /// Fills columns Q, the right-hand sides of the rows and −Z, all condensed.
 pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
-    let n = ladder.unknowns();
-    let count = work.row_count;
-    let samples = ladder.samples.as_ref();
     let mut span_start = 0;
-    for j in 0..count {
-        let row = work.rows.as_ref()[j];
-        let sample = samples[usize::from(row.sample)];
-        let cell = usize::from(sample.cell);
-        let normal = row.normal;
-        if j > 0 && samples[usize::from(work.rows.as_ref()[j - 1].sample)].cell != sample.cell {
-            span_start = j;
+    let mut cell = usize::MAX;
+    for j in 0..work.row_count {
+        let row = work.rows.as_ref().at(j);
+        let Some(sample) = ladder.samples.as_ref().get(usize::from(row.sample)) else { continue };
+        if cell != usize::from(sample.cell) {
+            (cell, span_start) = (usize::from(sample.cell), j);
         }
-        let index = 4 * cell;
-        let member = ladder.members.as_ref()[index];
-        let nodes = member.nodes();
-        let interior = usize::from(member.interior);
-        let mut own = Own { lever: bend::sample_lever(ladder, work, index, &sample), ..Own::BLANK };
-        // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
-        let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
-        let z = &mut work.delta.as_mut()[nodes.clone()];
-        let mut tensor = [T::ZERO; 3];
-        let mut weigh = |w: T, e: [T; 2]| {
-            tensor = [tensor[0] + w * e[0] * e[0], tensor[1] + w * e[0] * e[1], tensor[2] + w];
-        };
-        let (e, lever) = (&work.e.as_ref()[nodes.clone()], &work.lever.as_ref()[nodes.clone()]);
-        let weight = &ladder.weight.as_ref()[nodes.clone()];
-        for (((z, lever), &e), &w) in z[..first].iter_mut().zip(lever).zip(e).zip(weight) {
-            *z = -dot(normal, *lever);
-            weigh(w, e);
+        if let Some((ends, residual)) = own_span(ladder, work, j, span_start, sample) {
+            spans_below(ladder, work, j, span_start, cell, ends, residual);
         }
-        let (_, beyond) = z.split_at_mut(first);
-        for z in beyond.iter_mut() {
-            *z = T::ZERO;
-        }
-        for (((z, &e), lever), &w) in beyond.iter_mut().zip(&e[first..]).zip(&own.lever).zip(&sample.weights) {
-            *z = -dot(normal, *lever);
-            weigh(w, e);
-        }
-        let ([stretch, shear], [xx, xy, all]) = (member.compliance, tensor);
-        let (k, yy) = (stretch - shear, all - xx);
-        own.strain = [
-            k * (xx * normal[0] + xy * normal[1]) + shear * all * normal[0],
-            k * (xy * normal[0] + yy * normal[1]) + shear * all * normal[1],
-        ];
-        own.x = own.strain;
-        let mut ends = [z[0], z[interior + 1]];
-        let m = &work.members.as_ref()[index];
-        let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
-        ends[0] -= turn(m.rigid_start);
-        ends[1] -= sample.rigid * turn(m.rigid_end);
-        solve_interior(&work.factor.as_ref()[nodes.clone()], z, interior, T::ZERO);
-        // Eliminate the interior: entries with a, b, force, gradient.
-        let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
-        let (mut a, mut b) = (ends[0], ends[1]);
-        if interior >= 1 {
-            a -= coupling[0][0] * z[1];
-            b -= coupling[interior][0] * z[interior];
-        }
-        if interior >= 2 {
-            a -= coupling[0][1] * z[2];
-            b -= coupling[interior - 1][1] * z[interior - 1];
-        }
-        let gradient = &work.gradient.as_ref()[nodes.clone()];
-        let mut residual = T::ZERO;
-        for i in 1..=interior {
-            let [x, y] = lever[i];
-            own.x[0] -= z[i] * x;
-            own.x[1] -= z[i] * y;
-            residual -= gradient[i] * z[i];
-        }
-        let force = own.x;
-        work.own.as_mut()[j] = own;
-
-        // Rows on the same span, this one included: −Z = −Σ n′·∂P′ z + Σ w w′/l n·C·n′.
-        let mut swept = [T::ZERO; 2];
-        let mut at = 1;
-        for k in span_start..=j {
-            let other = &work.rows.as_ref()[k];
-            let (lower, own) = (&samples[usize::from(other.sample)], &work.own.as_ref()[k]);
-            let start = usize::from(lower.node).saturating_sub(nodes.start);
-            while at < start.min(interior + 1) {
-                swept = [swept[0] + lever[at][0] * z[at], swept[1] + lever[at][1] * z[at]];
-                at += 1;
-            }
-            let mut sum = dot(normal, own.strain) - dot(other.normal, swept);
-            for (t, (&lever, &w)) in own.lever.iter().zip(&lower.weights).enumerate() {
-                let node = start + t;
-                if (1..=interior).contains(&node) {
-                    sum -= dot(other.normal, lever) * z[node];
-                }
-                // A node that this row's sample has in part only.
-                if node >= first && node < nodes.len() && w != T::ZERO {
-                    let part = sample.weights.get(node - first).copied().unwrap_or(T::ZERO);
-                    let missing = part / weight[node] - T::one();
-                    sum += w * missing * give(e[node], member.compliance, normal, other.normal);
-                }
-            }
-            work.flexibility.as_mut()[j * S::CONTACTS + k] = sum;
-        }
-        // Rows on lower spans see this one through their own span's force.
-        for k in 0..span_start {
-            work.flexibility.as_mut()[j * S::CONTACTS + k] = dot(work.own.as_ref()[k].x, normal);
-        }
-        let start = j * n;
-        let column = &mut work.columns.as_mut()[start..start + n];
-        column.fill(T::ZERO);
-        if member.start != CLAMPED {
-            column[usize::from(member.start)] += a;
-        }
-        column[usize::from(member.end)] += b;
-        column[PER_CELL * cell] += force[0];
-        column[PER_CELL * cell + 1] += force[1];
-        // Spans below: the row pulls at their force.
-        let mut next = 0;
-        let mut below = [T::ZERO; 2];
-        for lower in 0..=cell {
-            // Z: nᵀ XX n′ of every span below both rows, for those rows up to this one that lie on this span.
-            while next <= j {
-                let other = &work.rows.as_ref()[next];
-                if usize::from(samples[usize::from(other.sample)].cell) != lower {
-                    break;
-                }
-                work.flexibility.as_mut()[j * S::CONTACTS + next] -= dot(below, other.normal);
-                next += 1;
-            }
-            if lower == cell {
-                break;
-            }
-            let member = &ladder.members.as_ref()[4 * lower];
-            let c = &work.fronts.as_ref()[lower];
-            let xn = [c.xx * normal[0] + c.xy * normal[1], c.xy * normal[0] + c.yy * normal[1]];
-            below = [below[0] + xn[0], below[1] + xn[1]];
-            if member.start != CLAMPED {
-                column[usize::from(member.start)] -= dot(c.ax, normal);
-            }
-            column[usize::from(member.end)] -= dot(c.bx, normal);
-            column[PER_CELL * lower] -= xn[0];
-            column[PER_CELL * lower + 1] -= xn[1];
-            residual -= dot(c.rx, normal);
-        }
-        work.flexibility.as_mut()[j * S::CONTACTS + j] += row.softness;
-        work.row_rhs.as_mut()[j] = -row.gap - row.softness * row.multiplier + residual;
     }
+}
+
+/// A row's own span, condensed: its entries with the start joint and the end joint, and what its residual gets.
+fn own_span<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &mut Workspace<T, S>,
+    j: usize,
+    span_start: usize,
+    sample: &Sample<T>,
+) -> Option<([T; 2], T)> {
+    let index = 4 * usize::from(sample.cell);
+    let normal = work.rows.as_ref().at(j).normal;
+    let (member, m) = (ladder.members.as_ref().get(index)?, work.members.as_ref().get(index)?);
+    let nodes = member.nodes();
+    let interior = usize::from(member.interior);
+    let mut own = Own { lever: bend::sample_lever(ladder, work, index, sample), ..Own::BLANK };
+    // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
+    let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
+    let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
+    let factor = work.factor.as_ref().get(nodes.clone())?;
+    let z = work.delta.as_mut().get_mut(nodes.clone())?;
+    let (e, lever) = (work.e.as_ref().get(nodes.clone())?, work.lever.as_ref().get(nodes.clone())?);
+    let weight = ladder.weight.as_ref().get(nodes.clone())?;
+    let mut tensor = [T::ZERO; 3];
+    let mut weigh = |w: T, e: [T; 2]| {
+        tensor = [tensor[0] + w * e[0] * e[0], tensor[1] + w * e[0] * e[1], tensor[2] + w];
+    };
+    let (below, beyond) = z.split_at_mut_checked(first)?;
+    for (((z, lever), &e), &w) in below.iter_mut().zip(lever).zip(e).zip(weight) {
+        *z = -dot(normal, *lever);
+        weigh(w, e);
+    }
+    beyond.fill(T::ZERO);
+    for (((z, &e), lever), &w) in beyond.iter_mut().zip(e.get(first..)?).zip(&own.lever).zip(&sample.weights) {
+        *z = -dot(normal, *lever);
+        weigh(w, e);
+    }
+    let ([stretch, shear], [xx, xy, all]) = (member.compliance, tensor);
+    let (k, yy) = (stretch - shear, all - xx);
+    own.strain = [
+        k * (xx * normal[0] + xy * normal[1]) + shear * all * normal[0],
+        k * (xy * normal[0] + yy * normal[1]) + shear * all * normal[1],
+    ];
+    own.x = own.strain;
+    let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
+    let (Some(&z_start), Some(&z_end)) = (z.first(), z.last()) else { return None };
+    let mut ends = [z_start - turn(m.rigid_start), z_end - sample.rigid * turn(m.rigid_end)];
+    solve_interior(factor, z, interior, T::ZERO);
+    // Eliminate the interior: entries with a, b, force, gradient.
+    let [_, inner @ .., _] = &*z else { return None };
+    if let ([first, ..], [.., last], Some(start), Some(end)) = (inner, inner, coupling.first(), coupling.get(interior))
+    {
+        ends = [ends[0] - start[0] * *first, ends[1] - end[0] * *last];
+        if let ([_, second, ..], [.., second_last, _], Some(end)) = (inner, inner, coupling.get(interior - 1)) {
+            ends = [ends[0] - start[1] * *second, ends[1] - end[1] * *second_last];
+        }
+    }
+    let gradient = work.gradient.as_ref().get(nodes.clone())?;
+    let mut residual = T::ZERO;
+    for ((&z, &[x, y]), &gradient) in inner.iter().zip(lever.get(1..)?).zip(gradient.get(1..)?) {
+        own.x = [own.x[0] - z * x, own.x[1] - z * y];
+        residual -= gradient * z;
+    }
+    *work.own.as_mut().get_mut(j)? = own;
+
+    // Rows on the same span, this one included: −Z = −Σ n′·∂P′ z + Σ w w′/l n·C·n′.
+    let mut swept = [T::ZERO; 2];
+    let levers = lever.get(1..=interior)?;
+    let mut at = 0;
+    let entries = work.flexibility.as_mut().get_mut(j * S::CONTACTS..)?.get_mut(span_start..=j)?;
+    let rows = work.rows.as_ref().get(span_start..=j)?.iter().zip(work.own.as_ref().get(span_start..=j)?);
+    for ((other, own), entry) in rows.zip(entries) {
+        let lower = ladder.samples.as_ref().get(usize::from(other.sample))?;
+        let start = usize::from(lower.node).saturating_sub(nodes.start);
+        while at + 1 < start
+            && let (Some(&z), Some(&[x, y])) = (inner.get(at), levers.get(at))
+        {
+            swept = [swept[0] + x * z, swept[1] + y * z];
+            at += 1;
+        }
+        let mut sum = dot(normal, own.strain) - dot(other.normal, swept);
+        for (t, (&lever, &w)) in own.lever.iter().zip(&lower.weights).enumerate() {
+            let node = start + t;
+            // The joints at both ends come by their columns.
+            if let Some(&z) = inner.get(node.wrapping_sub(1)) {
+                sum -= dot(other.normal, lever) * z;
+            }
+            // A node that this row's sample has in part only.
+            if w != T::ZERO
+                && let (Some(part), Some(&e), Some(&weight)) = (node.checked_sub(first), e.get(node), weight.get(node))
+            {
+                let part = sample.weights.get(part).copied().unwrap_or(T::ZERO);
+                sum += w * (part / weight - T::one()) * give(e, member.compliance, normal, other.normal);
+            }
+        }
+        *entry = sum;
+    }
+    Some((ends, residual))
+}
+
+/// A row's column, its entries with the rows on lower spans, and its right-hand side.
+fn spans_below<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &mut Workspace<T, S>,
+    j: usize,
+    span_start: usize,
+    cell: usize,
+    ends: [T; 2],
+    mut residual: T,
+) {
+    let n = ladder.unknowns();
+    let row = work.rows.as_ref().at(j);
+    let normal = row.normal;
+    let (Some(column), Some(entries)) = (
+        work.columns.as_mut().get_mut(j * n..(j + 1) * n),
+        work.flexibility.as_mut().get_mut(j * S::CONTACTS..(j + 1) * S::CONTACTS),
+    ) else {
+        return;
+    };
+    column.fill(T::ZERO);
+    let (Some(fronts), Some(members)) = (work.fronts.as_ref().get(..cell), ladder.members.as_ref().get(..4 * cell))
+    else {
+        return;
+    };
+    let (Some(rows), Some(owns)) = (work.rows.as_ref().get(..span_start), work.own.as_ref().get(..span_start)) else {
+        return;
+    };
+    let mut next = 0;
+    let mut below = [T::ZERO; 2];
+    for (lower, (c, members)) in fronts.iter().zip(members.chunks_exact(4)).enumerate() {
+        let [member, ..] = members else { return };
+        // They see this one through their own span's force, and by nᵀ XX n′ of every span below both.
+        while let (Some(other), Some(own)) = (rows.get(next), owns.get(next))
+            && cell_of(ladder, other) == lower
+        {
+            entries.put(next, dot(own.x, normal) - dot(below, other.normal));
+            next += 1;
+        }
+        // Spans below: the row pulls at their force.
+        let xn = [c.xx * normal[0] + c.xy * normal[1], c.xy * normal[0] + c.yy * normal[1]];
+        below = [below[0] + xn[0], below[1] + xn[1]];
+        if member.start != CLAMPED {
+            column.add(usize::from(member.start), -dot(c.ax, normal));
+        }
+        column.add(usize::from(member.end), -dot(c.bx, normal));
+        column.add(PER_CELL * lower, -xn[0]);
+        column.add(PER_CELL * lower + 1, -xn[1]);
+        residual -= dot(c.rx, normal);
+    }
+    if let Some(member) = ladder.members.as_ref().get(4 * cell) {
+        let own = work.own.as_ref().at(j);
+        if member.start != CLAMPED {
+            column.add(usize::from(member.start), ends[0]);
+        }
+        column.add(usize::from(member.end), ends[1]);
+        column.add(PER_CELL * cell, own.x[0]);
+        column.add(PER_CELL * cell + 1, own.x[1]);
+    }
+    let rows = work.rows.as_ref().get(span_start..=j).unwrap_or(&[]);
+    for (other, entry) in rows.iter().zip(entries.get_mut(span_start..).unwrap_or(&mut [])) {
+        *entry -= dot(below, other.normal);
+    }
+    entries.add(j, row.softness);
+    work.row_rhs.as_mut().put(j, -row.gap - row.softness * row.multiplier + residual);
 }
 
 /// Forward-substitutes the columns and completes D and the right-hand sides:
 /// D = −Z + Qᵀ KKT⁻¹ Q, b = r_μ − Qᵀ KKT⁻¹ r with `rhs` = −r already forward-substituted.
 pub(crate) fn complete<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let n = ladder.unknowns();
+    if n == 0 {
+        return;
+    }
     let (Some(band), Some(rhs), Some(scaled)) =
         (work.band.as_ref().get(..n), work.rhs.as_ref().get(..n), work.scaled.as_mut().get_mut(..n))
     else {

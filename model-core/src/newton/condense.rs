@@ -4,7 +4,8 @@
 //! eliminated element by element. An interior block may be singular or indefinite on a healthy branch (the back beam's spans buckle between lamellae): its pivots are bounded away from zero,
 //! which perturbs the step and not the solution, and its negative pivots are counted for the stability test.
 
-use super::{MemberWork, Workspace};
+use super::Workspace;
+use crate::access::Access;
 use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::{Blank, Size};
@@ -75,23 +76,29 @@ pub(crate) fn condense<T: Real, S: Size>(
     index: usize,
     diagonal: Diagonal<T>,
 ) -> (Condensed<T>, usize) {
-    let member = &ladder.members.as_ref()[index];
+    let (Some(member), Some(out)) = (ladder.members.as_ref().get(index), work.members.as_ref().get(index)) else {
+        return (Condensed::BLANK, 0);
+    };
     let nodes = member.nodes();
-    let interior = usize::from(member.interior);
+    let count = usize::from(member.interior) + 2;
     let stiffening = T::one() + diagonal.shift;
-    let at_rest = &ladder.diagonal.as_ref()[nodes.clone()];
     let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
-    let lever = &work.lever.as_ref()[nodes.clone()];
-    let gradient = &work.gradient.as_ref()[nodes.clone()];
-    let curvature = &work.curvature.as_ref()[nodes.clone()];
-    let factor = &mut work.factor.as_mut()[nodes];
-    let out: &MemberWork<T> = &work.members.as_ref()[index];
+    // All of one length, which the indices below stay within.
+    let (Some(at_rest), Some(lever), Some(gradient), Some(curvature), Some(coupling), Some(factor)) = (
+        ladder.diagonal.as_ref().run(nodes.clone()).get(..count),
+        work.lever.as_ref().run(nodes.clone()).get(..count),
+        work.gradient.as_ref().run(nodes.clone()).get(..count),
+        work.curvature.as_ref().run(nodes.clone()).get(..count),
+        coupling.get(..count),
+        work.factor.as_mut().run_mut(nodes).get_mut(..count),
+    ) else {
+        return (Condensed::BLANK, 0);
+    };
     let bound = pivot_bound::<T>();
     let zero = T::ZERO;
 
     let own = |i: usize| at_rest[i] * stiffening - diagonal.curvature * curvature[i];
     let raw = |i: usize, a: T| [a, lever[i][0], lever[i][1], gradient[i]];
-    let last = interior + 1;
     let mut negative = 0;
     // Border sums: everything with everything but the gradient with itself.
     let mut aa = own(0);
@@ -104,11 +111,11 @@ pub(crate) fn condense<T: Real, S: Size>(
     let mut column = raw(1, coupling[0][0]);
     let mut next_pivot = zero;
     let mut next_column = [zero; 4];
-    if last >= 2 {
+    if count > 2 {
         next_pivot = own(2);
         next_column = raw(2, coupling[0][1]);
     }
-    for i in 1..=interior {
+    for i in 1..count - 1 {
         let (p, is_negative) = bounded(pivot, bound * at_rest[i]);
         negative += usize::from(is_negative);
         let inverse = T::one() / p;
@@ -130,7 +137,7 @@ pub(crate) fn condense<T: Real, S: Size>(
             column[k] = next_column[k] - l1 * c[k];
         }
         pivot = next_pivot - l1 * near;
-        if i + 2 <= last {
+        if i + 2 < count {
             near = coupling[i + 1][0] - l1 * far;
             next_pivot = own(i + 2);
             next_column = raw(i + 2, zero);
@@ -142,10 +149,10 @@ pub(crate) fn condense<T: Real, S: Size>(
             }
         }
     }
+    let start = raw(0, zero);
     // Now `pivot` and `column` are the end joint's. The joints' own entries:
     let (f, g) = (out.force, out.end_force);
     let (ra, rb) = (out.rigid_start, out.rigid_end);
-    let start = raw(0, zero);
     let condensed = Condensed {
         aa: aa - diagonal.curvature * (f[0] * ra[0] + f[1] * ra[1]),
         ab: column[A],
@@ -157,7 +164,7 @@ pub(crate) fn condense<T: Real, S: Size>(
         yy,
         // The joints' full gradients are gathered elsewhere; these are the interior's corrections.
         ra: ar,
-        rb: column[R] - gradient[last],
+        rb: column[R] - gradient[count - 1],
         rx: [xr, yr],
     };
     (condensed, negative)
@@ -166,19 +173,20 @@ pub(crate) fn condense<T: Real, S: Size>(
 /// Solves H z = r on a member's interior in place, with `after` the value of the end joint (0, or its step with the
 /// right-hand side still lacking the end joint's coupling).
 pub(crate) fn solve_interior<T: Real>(factor: &[[T; 3]], z: &mut [T], interior: usize, after: T) {
-    for i in 2..=interior {
-        let mut v = z[i] - factor[i - 1][1] * z[i - 1];
-        if i >= 3 {
-            v -= factor[i - 2][2] * z[i - 2];
-        }
-        z[i] = v;
+    let Some([_, inner @ .., end]) = z.get_mut(..interior + 2) else { return };
+    let factor = factor.get(1..=interior).unwrap_or(&[]);
+    // What the nodes before take: the nearest one, the one before it, and that from the next node.
+    let (mut near_before, mut far_before, mut far_next) = (T::ZERO, T::ZERO, T::ZERO);
+    for (z, &[_, near, far]) in inner.iter_mut().zip(factor) {
+        let v = *z - near_before - far_before;
+        *z = v;
+        (near_before, far_before, far_next) = (near * v, far_next, far * v);
     }
-    z[interior + 1] = after;
-    for i in (1..=interior).rev() {
-        let mut v = z[i] * factor[i][0] - factor[i][1] * z[i + 1];
-        if i + 2 <= interior + 1 {
-            v -= factor[i][2] * z[i + 2];
-        }
-        z[i] = v;
+    *end = after;
+    let (mut above, mut over) = (after, T::ZERO);
+    for (z, &[inverse, near, far]) in inner.iter_mut().zip(factor).rev() {
+        let v = *z * inverse - near * above - far * over;
+        *z = v;
+        (over, above) = (above, v);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Workspace;
 use super::strain::place_front;
+use crate::access::Access;
 use crate::contact::{Row, Sample, sample_gap};
 use crate::ladder::{Ladder, State, vec2_of};
 use crate::object::Object;
@@ -28,13 +29,10 @@ pub(crate) struct Sweep<T> {
 pub(crate) fn recall<T: Real, S: Size>(state: &State<T, S>, work: &mut Workspace<T, S>) {
     work.row_count = state.touching_count;
     work.turning = None;
-    for (j, row) in work.rows.as_mut()[..state.touching_count].iter_mut().enumerate() {
-        *row = Row {
-            sample: state.touching.as_ref()[j],
-            normal: state.normal.as_ref()[j],
-            multiplier: state.multiplier.as_ref()[j],
-            ..Row::BLANK
-        };
+    let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
+    let rows = work.rows.as_mut().iter_mut().zip(touching).take(state.touching_count);
+    for (row, ((&sample, &multiplier), &normal)) in rows {
+        *row = Row { sample, normal, multiplier, ..Row::BLANK };
     }
 }
 
@@ -48,37 +46,46 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     object: &O,
     margin: T,
 ) -> Sweep<T> {
-    let samples = &ladder.samples.as_ref()[..ladder.sample_count];
+    let samples = ladder.samples.as_ref().iter().take(ladder.sample_count);
     let (strained, weight) = (work.strained.as_ref(), ladder.weight.as_ref());
-    let (starts, members) = (work.start.as_ref(), work.members.as_ref());
-    let rows = work.rows.as_mut();
+    let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
+    let mut touching = touching.take(state.touching_count).peekable();
+    // Room is kept for the samples that touch further up the beam.
+    let mut reserved = state.touching_count;
     let mut count = 0;
     let far = T::of(1e9);
     let mut found = Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, crowded: false };
-    let mut touching = 0;
     let mut cell = usize::MAX;
     let mut node = 0;
     let mut prefix = Vec2::new(T::ZERO, T::ZERO);
-    for (index, sample) in samples.iter().enumerate() {
+    let mut rigid_end = prefix;
+    for (index, sample) in samples.enumerate() {
         if cell != usize::from(sample.cell) {
             cell = usize::from(sample.cell);
-            node = usize::from(ladder.members.as_ref()[4 * cell].first);
-            prefix = Vec2::new(T::ZERO, T::ZERO);
+            node = ladder.members.as_ref().get(4 * cell).map_or(0, |front| usize::from(front.first));
+            prefix = vec2_of(work.start.as_ref().at(cell));
+            rigid_end = work.members.as_ref().get(4 * cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
         }
-        while node < usize::from(sample.node) {
-            prefix += vec2_of(strained[node]) * weight[node];
+        while node < usize::from(sample.node)
+            && let (Some(&direction), Some(&weight)) = (strained.get(node), weight.get(node))
+        {
+            prefix += vec2_of(direction) * weight;
             node += 1;
         }
-        let mut local = prefix;
-        for (k, &w) in sample.weights.iter().enumerate() {
+        let mut position = prefix;
+        // A node without a weight may be another member's, and not yet strained.
+        let from = strained.get(usize::from(sample.node)..).unwrap_or(&[]);
+        for (&direction, &w) in from.iter().zip(&sample.weights) {
             if w != T::ZERO {
-                local += vec2_of(strained[node + k]) * w;
+                position += vec2_of(direction) * w;
             }
         }
-        let position = vec2_of(starts[cell]) + local + vec2_of(members[4 * cell].rigid_end) * sample.rigid;
-        let touches = touching < state.touching_count && usize::from(state.touching.as_ref()[touching]) == index;
+        if sample.rigid != T::ZERO {
+            position += rigid_end * sample.rigid;
+        }
+        let touched = touching.next_if(|((touching, _), _)| usize::from(**touching) == index);
         // While something touches, where the others are does not matter.
-        if !touches && state.touching_count > 0 && object.clears(position, sample.half_thickness + margin) {
+        if touched.is_none() && state.touching_count > 0 && object.clears(position, sample.half_thickness + margin) {
             continue;
         }
         let gap = sample_gap(object, sample, position);
@@ -87,37 +94,34 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
             found.normal = [gap.normal.x, gap.normal.y];
         }
         let now = [gap.normal.x, gap.normal.y];
-        let (mut normal, mut tilt) = (now, T::ZERO);
-        let multiplier = if touches {
+        let (normal, tilt, multiplier) = if let Some(((_, &multiplier), &normal)) = touched {
+            reserved -= 1;
             // The beam is strained with this one.
-            normal = state.normal.as_ref()[touching];
-            tilt = normal[0] * now[1] - normal[1] * now[0];
-            touching += 1;
-            Some(state.multiplier.as_ref()[touching - 1])
+            (normal, normal[0] * now[1] - normal[1] * now[0], multiplier)
         } else {
             found.nearest_free = found.nearest_free.min(gap.distance);
-            None
+            if gap.distance > margin {
+                continue;
+            }
+            if count + reserved >= S::CONTACTS {
+                found.overflow |= gap.distance < T::ZERO;
+                found.crowded = true;
+                continue;
+            }
+            (now, T::ZERO, T::ZERO)
         };
-        if multiplier.is_none() && gap.distance > margin {
-            continue;
+        if let Some(row) = work.rows.as_mut().get_mut(count) {
+            *row = Row {
+                sample: index as u16,
+                gap: gap.distance,
+                normal,
+                tilt,
+                curvature: gap.curvature,
+                softness: ladder.softness,
+                multiplier,
+            };
+            count += 1;
         }
-        // Room is kept for the samples that touch further up the beam.
-        let reserved = state.touching_count - touching;
-        if multiplier.is_none() && count + reserved >= S::CONTACTS {
-            found.overflow |= gap.distance < T::ZERO;
-            found.crowded = true;
-            continue;
-        }
-        rows[count] = Row {
-            sample: index as u16,
-            gap: gap.distance,
-            normal,
-            tilt,
-            curvature: gap.curvature,
-            softness: ladder.softness,
-            multiplier: multiplier.unwrap_or(T::ZERO),
-        };
-        count += 1;
     }
     work.row_count = count;
     found
@@ -133,12 +137,12 @@ pub(crate) fn replace<T: Real, S: Size, O: Object<T>>(
     object: &O,
 ) {
     let count = work.row_count;
-    for row in work.rows.as_mut()[..count].iter_mut().filter(|row| row.multiplier > T::ZERO) {
+    for row in work.rows.as_mut().iter_mut().take(count).filter(|row| row.multiplier > T::ZERO) {
         row.normal = turned_by(row.normal, row.tilt);
     }
     place_front(ladder, state, work);
     for j in 0..count {
-        let mut row = work.rows.as_ref()[j];
+        let mut row = work.rows.as_ref().at(j);
         let Some(sample) = ladder.samples.as_ref().get(usize::from(row.sample)) else { continue };
         let gap = sample_gap(object, sample, sample_position(ladder, work, sample));
         row.gap = gap.distance;
@@ -148,7 +152,7 @@ pub(crate) fn replace<T: Real, S: Size, O: Object<T>>(
         } else {
             row.normal = [gap.normal.x, gap.normal.y];
         }
-        work.rows.as_mut()[j] = row;
+        work.rows.as_mut().put(j, row);
     }
 }
 
@@ -167,7 +171,7 @@ const REACH: u16 = 2;
 /// Where the motion has a kink, the extrapolated beam penetrates with many samples that will not touch, and a step costs the
 /// square of its rows. What is left out and still penetrates after the step is a row of the next iteration.
 pub(crate) fn thin<T: Real, S: Size>(work: &mut Workspace<T, S>, many: usize) {
-    let rows = &mut work.rows.as_mut()[..work.row_count];
+    let rows = work.rows.as_mut().run_mut(0..work.row_count);
     let touches = |row: &Row<T>| row.multiplier > T::ZERO;
     let new = rows.iter().filter(|row| !touches(row)).count();
     if new <= many || new == rows.len() {
@@ -177,19 +181,20 @@ pub(crate) fn thin<T: Real, S: Size>(work: &mut Workspace<T, S>, many: usize) {
     let mut below: Option<Row<T>> = None;
     let mut touching_below: Option<u16> = None;
     for j in 0..rows.len() {
-        let row = rows[j];
+        let row = rows.at(j);
+        let above = rows.get(j + 1..).unwrap_or(&[]);
         let keeps = touches(&row) || {
             let near_below = touching_below.is_some_and(|k| row.sample - k <= REACH);
-            let near_above = rows[j + 1..].iter().take_while(|r| r.sample - row.sample <= REACH).any(touches);
+            let near_above = above.iter().take_while(|r| r.sample - row.sample <= REACH).any(touches);
             let deeper = |other: &Row<T>| other.sample.abs_diff(row.sample) > 1 || row.gap < other.gap;
-            near_below || near_above || (below.as_ref().is_none_or(deeper) && rows.get(j + 1).is_none_or(deeper))
+            near_below || near_above || (below.as_ref().is_none_or(deeper) && above.first().is_none_or(deeper))
         };
         if touches(&row) {
             touching_below = Some(row.sample);
         }
         below = Some(row);
         if keeps {
-            rows[count] = row;
+            rows.put(count, row);
             count += 1;
         }
     }
@@ -202,18 +207,19 @@ pub(crate) fn sample_position<T: Real, S: Size>(
     work: &Workspace<T, S>,
     sample: &Sample<T>,
 ) -> Vec2<T> {
-    let index = 4 * usize::from(sample.cell);
+    let cell = usize::from(sample.cell);
     let (strained, weight) = (work.strained.as_ref(), ladder.weight.as_ref());
-    let first = usize::from(sample.node);
-    let mut local = Vec2::new(T::ZERO, T::ZERO);
-    for node in usize::from(ladder.members.as_ref()[index].first)..first {
-        local += vec2_of(strained[node]) * weight[node];
+    let (first, node) =
+        (ladder.members.as_ref().get(4 * cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
+    let mut position = vec2_of(work.start.as_ref().at(cell));
+    for (&direction, &weight) in strained.run(first..node).iter().zip(weight.run(first..node)) {
+        position += vec2_of(direction) * weight;
     }
     for (k, &w) in sample.weights.iter().enumerate() {
         if w != T::ZERO {
-            local += vec2_of(strained[first + k]) * w;
+            position += vec2_of(strained.at(node + k)) * w;
         }
     }
-    let rigid = vec2_of(work.members.as_ref()[index].rigid_end) * sample.rigid;
-    vec2_of(work.start.as_ref()[usize::from(sample.cell)]) + local + rigid
+    let rigid_end = work.members.as_ref().get(4 * cell).map_or([T::ZERO; 2], |front| front.rigid_end);
+    position + vec2_of(rigid_end) * sample.rigid
 }

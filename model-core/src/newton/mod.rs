@@ -15,6 +15,7 @@ pub(crate) mod strain;
 mod tests;
 pub(crate) mod turning;
 
+use crate::access::Access;
 use crate::contact::Row;
 use crate::ladder::Ladder;
 use crate::real::Real;
@@ -201,8 +202,8 @@ impl<T: Real, S: Size> Workspace<T, S> {
     /// Position of the front tip (deformed), finger frame, mm; needs the kinematics.
     pub(crate) fn tip(&self, ladder: &Ladder<T, S>) -> [T; 2] {
         let mut tip = ladder.base;
-        for cell in 0..ladder.cells {
-            let d = strain::end_to_end(&self.members.as_ref()[4 * cell]);
+        for front in self.members.as_ref().iter().step_by(4).take(ladder.cells) {
+            let d = strain::end_to_end(front);
             tip = [tip[0] + d[0], tip[1] + d[1]];
         }
         tip
@@ -217,7 +218,7 @@ pub(crate) fn coupling<'a, T: Real, S: Size>(
     curved: bool,
     index: usize,
 ) -> &'a [[T; 2]] {
-    let member = &ladder.members.as_ref()[index];
+    let Some(member) = ladder.members.as_ref().get(index) else { return &[] };
     let all = if curved && member.stiffening != T::ZERO { stretched } else { ladder.coupling.as_ref() };
-    &all[member.nodes()]
+    all.run(member.nodes())
 }

@@ -4,7 +4,8 @@
 use super::gaps::Sweep;
 use super::strain::{closures, directions, energy, forces, own_rows, starts, strain};
 use super::{Workspace, bend};
-use crate::ladder::{CLAMPED, Ladder, State};
+use crate::access::Access;
+use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
 use crate::real::Real;
 use crate::size::Size;
 
@@ -26,49 +27,49 @@ pub(crate) fn gradient<T: Real, S: Size>(
     sweep: &Sweep<T>,
 ) -> Residual<T> {
     let mut worst = Residual { gradient: T::ZERO, length: T::ZERO };
-    work.rhs.as_mut()[..ladder.unknowns()].fill(T::ZERO);
-    for (index, member) in ladder.members.as_ref()[..ladder.member_count()].iter().enumerate() {
+    work.rhs.as_mut().run_mut(0..ladder.unknowns()).fill(T::ZERO);
+    for (index, member) in ladder.members().iter().enumerate() {
         if !index.is_multiple_of(4) {
             strain(ladder, work, index, 0..0);
         }
-        let (angle, coupling) = (state.angle.as_ref(), ladder.coupling.as_ref());
         let nodes = member.nodes();
         if member.stiffening == T::ZERO {
-            let gradient = &mut work.gradient.as_mut()[nodes.clone()];
-            bend::moments(&angle[nodes.clone()], &coupling[nodes.clone()], gradient, ladder.quadratic);
+            let (angle, coupling) = (state.angle.as_ref(), ladder.coupling.as_ref());
+            let gradient = work.gradient.as_mut().run_mut(nodes.clone());
+            bend::moments(angle.run(nodes.clone()), coupling.run(nodes.clone()), gradient, ladder.quadratic);
         } else {
             bend::stretched(ladder, state, work, index);
         }
-        let gradient = work.gradient.as_ref();
-        for slope in &gradient[nodes.start + 1..nodes.end - 1] {
+        let ([first, interior @ .., last], Some(out)) =
+            (work.gradient.as_ref().run(nodes), work.members.as_ref().get(index))
+        else {
+            continue;
+        };
+        for slope in interior {
             worst.gradient = worst.gradient.max(slope.abs());
         }
-        let out = &work.members.as_ref()[index];
         let joints = work.rhs.as_mut();
-        let (first, last) = (nodes.start, nodes.end - 1);
+        let turn = |f: [T; 2], rigid: [T; 2]| f[1] * rigid[0] - f[0] * rigid[1];
         if member.start != CLAMPED {
-            joints[usize::from(member.start)] +=
-                gradient[first] + out.force[1] * out.rigid_start[0] - out.force[0] * out.rigid_start[1];
+            joints.add(usize::from(member.start), *first + turn(out.force, out.rigid_start));
         }
-        joints[usize::from(member.end)] +=
-            gradient[last] + out.end_force[1] * out.rigid_end[0] - out.end_force[0] * out.rigid_end[1];
+        joints.add(usize::from(member.end), *last + turn(out.end_force, out.rigid_end));
     }
     closures(ladder, work);
-    let joints = work.rhs.as_ref();
-    let rows = &work.rows.as_ref()[..work.row_count];
     // NaN anywhere reaches a closure or a joint; the comparisons alone would drop it.
     let mut total = T::ZERO;
-    for cell in 0..ladder.cells {
-        for i in 0..2 {
-            total += work.closure.as_ref()[cell][i];
-            worst.length = worst.length.max(work.closure.as_ref()[cell][i].abs());
+    let joints = work.rhs.as_ref().run(0..ladder.unknowns()).chunks(PER_CELL);
+    for (closure, joints) in work.closure.as_ref().iter().zip(joints) {
+        for error in closure {
+            total += *error;
+            worst.length = worst.length.max(error.abs());
         }
-        let angles = if cell + 1 == ladder.cells { 2..3 } else { 2..5 };
-        for slot in angles {
-            total += joints[5 * cell + slot];
-            worst.gradient = worst.gradient.max(joints[5 * cell + slot].abs());
+        for slope in joints.iter().skip(2) {
+            total += *slope;
+            worst.gradient = worst.gradient.max(slope.abs());
         }
     }
+    let rows = work.rows.as_ref().run(0..work.row_count);
     // By how much the gradient is off for normals that are not the object's where the samples are: force times a node's weight.
     let (mut astray, mut arm) = (T::ZERO, T::ZERO);
     for row in rows {
@@ -97,7 +98,7 @@ pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T
     forces(ladder, state, work);
     let mut from = 0;
     for index in 0..ladder.member_count() {
-        let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], index, from);
+        let own = own_rows(ladder, work.rows.as_ref().run(0..work.row_count), index, from);
         from = own.end;
         strain(ladder, work, index, own);
     }

@@ -7,6 +7,7 @@ use super::condense::{self, Diagonal, solve_interior};
 use super::gaps::{self, Sweep};
 use super::residual::{self, Residual};
 use super::{Hessian, Workspace, bend, strain, turning};
+use crate::access::Access;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
 use crate::object::Object;
 use crate::real::Real;
@@ -74,16 +75,16 @@ pub(crate) fn factorise<T: Real, S: Size>(
         negative += below_zero;
         banded::add_member(ladder, work, index, &condensed);
         if index % 4 == 0 {
-            work.fronts.as_mut()[index / 4] = condensed;
+            work.fronts.as_mut().put(index / 4, condensed);
         }
     }
     // The right-hand side is the negative residual.
-    for value in &mut work.rhs.as_mut()[..n] {
+    for value in work.rhs.as_mut().run_mut(0..n) {
         *value = -*value;
     }
     border::assemble(ladder, work);
-    negative += banded::factorise(&mut work.band.as_mut()[..n], &ladder.scale.as_ref()[..n]);
-    banded::forward(&work.band.as_ref()[..n], &mut work.rhs.as_mut()[..n]);
+    negative += banded::factorise(work.band.as_mut().run_mut(0..n), ladder.scale.as_ref());
+    banded::forward(work.band.as_ref().run(0..n), work.rhs.as_mut().run_mut(0..n));
     border::complete(ladder, work);
     negative
 }
@@ -102,17 +103,17 @@ pub(crate) fn solve<T: Real, S: Size>(
     let negative = factorise(ladder, work, Diagonal { curvature, shift });
     let count = work.row_count;
     let rows = work.rows.as_ref();
-    for j in 0..count {
-        work.active.as_mut()[j] = rows[j].multiplier > T::ZERO || work.turning == Some(j as u16);
+    let turning = work.turning.map(usize::from);
+    for (j, (active, row)) in work.active.as_mut().iter_mut().zip(rows).enumerate().take(count) {
+        *active = row.multiplier > T::ZERO || turning == Some(j);
     }
-    let multiplier = |j: usize| rows[j].multiplier;
     let settled = active_set::settle(
         &mut Problem {
             flexibility: work.flexibility.as_ref(),
             stride: S::CONTACTS,
             rhs: work.row_rhs.as_ref(),
-            multiplier: &multiplier,
-            free: work.turning.map(usize::from),
+            rows,
+            free: turning,
             tolerance: T::TOLERANCE.length * T::of(0.1),
             factored: work.factored.as_mut(),
             order: work.order.as_mut(),
@@ -134,39 +135,40 @@ pub(crate) fn solve<T: Real, S: Size>(
 /// Increments of all unknowns from those of the contact rows.
 pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let n = ladder.unknowns();
-    for j in 0..work.row_count {
-        let delta = work.row_delta.as_ref()[j];
+    let rhs = work.rhs.as_mut().run_mut(0..n);
+    let columns = work.columns.as_ref().chunks_exact(n.max(1));
+    for (&delta, column) in work.row_delta.as_ref().iter().zip(columns).take(work.row_count) {
         if delta != T::ZERO {
-            let column = &work.columns.as_ref()[j * n..(j + 1) * n];
-            for (value, &entry) in work.rhs.as_mut()[..n].iter_mut().zip(column) {
+            for (value, &entry) in rhs.iter_mut().zip(column) {
                 *value -= entry * delta;
             }
         }
     }
-    banded::backward(&work.band.as_ref()[..n], &mut work.rhs.as_mut()[..n]);
+    banded::backward(work.band.as_ref().run(0..n), rhs);
     recover(ladder, work);
 }
 
 /// Increments of the stretches and of all interior angles from those of joints, λ and μ.
 fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
-    let samples = ladder.samples.as_ref();
     let mut above = [T::ZERO; 2];
-    let mut row = work.row_count;
+    let mut end = work.row_count;
     for cell in (0..ladder.cells).rev() {
+        let rows = work.rows.as_ref().run(0..end);
+        let own = rows.iter().rev().take_while(|row| strain::cell_of(ladder, row) == cell).count();
+        let rows = end - own..end;
+        end = rows.start;
         let mut own_force = [T::ZERO; 2];
-        let row_end = row;
-        while row > 0 && usize::from(samples[usize::from(work.rows.as_ref()[row - 1].sample)].cell) == cell {
-            row -= 1;
+        let deltas = work.row_delta.as_ref().run(rows.clone()).iter();
+        for (row, &delta) in work.rows.as_ref().run(rows.clone()).iter().zip(deltas) {
             for i in 0..2 {
-                own_force[i] += work.row_delta.as_ref()[row] * work.rows.as_ref()[row].normal[i];
+                own_force[i] += delta * row.normal[i];
             }
         }
-        for kind in 0..if cell + 1 == ladder.cells { 2 } else { 4 } {
-            let rows = if kind == 0 { row..row_end } else { 0..0 };
-            recover_member(ladder, work, 4 * cell + kind, if kind == 0 { above } else { [T::ZERO; 2] }, rows);
+        recover_member(ladder, work, 4 * cell, above, rows);
+        for index in 4 * cell + 1..(4 * cell + 4).min(ladder.member_count()) {
+            recover_member(ladder, work, index, [T::ZERO; 2], 0..0);
         }
-        above[0] += own_force[0];
-        above[1] += own_force[1];
+        above = [above[0] + own_force[0], above[1] + own_force[1]];
     }
 }
 
@@ -177,67 +179,65 @@ fn recover_member<T: Real, S: Size>(
     above: [T; 2],
     rows: core::ops::Range<usize>,
 ) {
-    let member = &ladder.members.as_ref()[index];
-    let samples = ladder.samples.as_ref();
+    let Some(member) = ladder.members.as_ref().get(index) else { return };
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
     let joints = work.rhs.as_ref();
-    let da = if member.start == CLAMPED { T::ZERO } else { joints[usize::from(member.start)] };
-    let db = joints[usize::from(member.end)];
+    let da = if member.start == CLAMPED { T::ZERO } else { joints.at(usize::from(member.start)) };
+    let db = joints.at(usize::from(member.end));
     let (terms, count) = force_terms::<T>(index);
-    let mut force = [-above[0], -above[1]];
-    for &(u, sign) in &terms[..count] {
-        force[0] += sign * joints[u];
-        force[1] += sign * joints[u + 1];
+    let mut carried = [-above[0], -above[1]];
+    for &(u, sign) in terms.iter().take(count) {
+        carried = [carried[0] + sign * joints.at(u), carried[1] + sign * joints.at(u + 1)];
     }
-    let lever = work.lever.as_ref();
     let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
-    let gradient = work.gradient.as_ref();
-    let z = &mut work.delta.as_mut()[nodes.clone()];
-    let mut carried = force;
-    let mut next = rows.end;
-    for i in (1..=interior).rev() {
-        let node = nodes.start + i;
-        while next > rows.start {
-            let row = &work.rows.as_ref()[next - 1];
-            if usize::from(samples[usize::from(row.sample)].node) <= node {
-                break;
+    let (Some(z), Some(lever), Some(gradient), Some(factor)) = (
+        work.delta.as_mut().get_mut(nodes.clone()),
+        work.lever.as_ref().get(nodes.clone()),
+        work.gradient.as_ref().get(nodes.clone()),
+        work.factor.as_ref().get(nodes.clone()),
+    ) else {
+        return;
+    };
+    if rows.is_empty() {
+        for (z, (&[x, y], &gradient)) in z.iter_mut().zip(lever.iter().zip(gradient)) {
+            *z = -gradient - (carried[0] * x + carried[1] * y);
+        }
+    } else {
+        let samples = ladder.samples.as_ref();
+        let own = work.rows.as_ref().run(rows.clone()).iter().zip(work.row_delta.as_ref().run(rows.clone()));
+        let mut beyond = own.clone().rev().peekable();
+        for (i, (z, (&[x, y], &gradient))) in z.iter_mut().zip(lever.iter().zip(gradient)).enumerate().rev() {
+            // Contacts beyond this node pull the whole of it.
+            while let Some((row, &delta)) = beyond.next_if(|(row, _)| {
+                samples.get(usize::from(row.sample)).is_some_and(|sample| usize::from(sample.node) > nodes.start + i)
+            }) {
+                carried = [carried[0] - delta * row.normal[0], carried[1] - delta * row.normal[1]];
             }
-            next -= 1;
-            let delta = work.row_delta.as_ref()[next];
-            carried[0] -= delta * row.normal[0];
-            carried[1] -= delta * row.normal[1];
+            *z = -gradient - (carried[0] * x + carried[1] * y);
         }
-        let [x, y] = lever[node];
-        z[i] = -gradient[node] - (carried[0] * x + carried[1] * y);
-    }
-    for j in rows {
-        let row = &work.rows.as_ref()[j];
-        let sample = &samples[usize::from(row.sample)];
-        let delta = work.row_delta.as_ref()[j];
-        if delta == T::ZERO {
-            continue;
-        }
-        for (k, &[x, y]) in work.own.as_ref()[j].lever.iter().enumerate() {
-            let local = (usize::from(sample.node) + k).wrapping_sub(nodes.start);
-            if local >= 1 && local <= interior {
-                z[local] += delta * (row.normal[0] * x + row.normal[1] * y);
+        for ((row, &delta), own) in own.zip(work.own.as_ref().run(rows)) {
+            let Some(sample) = samples.get(usize::from(row.sample)).filter(|_| delta != T::ZERO) else { continue };
+            let first = usize::from(sample.node).wrapping_sub(nodes.start);
+            for (k, &[x, y]) in own.lever.iter().enumerate() {
+                if let Some(z) = z.get_mut(first.wrapping_add(k)) {
+                    *z += delta * (row.normal[0] * x + row.normal[1] * y);
+                }
             }
         }
     }
-    if interior >= 1 {
-        z[1] -= coupling[0][0] * da;
+    if let (Some((start, inner)), Some(&[near, far])) = (z.split_first_mut(), coupling.first()) {
+        *start = da;
+        for (z, entry) in inner.iter_mut().zip([near, far]) {
+            *z -= entry * da;
+        }
     }
-    if interior >= 2 {
-        z[2] -= coupling[0][1] * da;
-    }
-    z[0] = da;
-    solve_interior(&work.factor.as_ref()[nodes], z, interior, db);
+    solve_interior(factor, z, interior, db);
 }
 
 /// Largest change of an angle that the increments ask for, rad.
 pub(crate) fn pace<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
-    work.delta.as_ref()[..ladder.node_count].iter().fold(T::ZERO, |most, &delta| most.max(delta.abs()))
+    work.delta.as_ref().iter().take(ladder.node_count).fold(T::ZERO, |most, &delta| most.max(delta.abs()))
 }
 
 /// Factor that keeps the largest change of an angle within the clip.
@@ -248,39 +248,43 @@ pub(crate) fn clip<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, 
 
 /// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples.
 pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
-    let angles = &mut state.angle.as_mut()[..ladder.node_count];
-    for (angle, &delta) in angles.iter_mut().zip(work.delta.as_ref()) {
+    for (angle, &delta) in state.angle.as_mut().iter_mut().zip(work.delta.as_ref()).take(ladder.node_count) {
         *angle += part * delta;
     }
-    for (cell, lambda) in state.lambda.as_mut()[..ladder.cells].iter_mut().enumerate() {
-        lambda[0] += part * work.rhs.as_ref()[PER_CELL * cell];
-        lambda[1] += part * work.rhs.as_ref()[PER_CELL * cell + 1];
-    }
-    let slide = turning::slide(work);
-    let mut count = 0;
-    for j in (0..work.row_count).filter(|&j| work.turning != Some(j as u16)) {
-        let row = &work.rows.as_ref()[j];
-        let multiplier = row.multiplier + part * work.row_delta.as_ref()[j];
-        let keeps = part != T::one() || work.active.as_ref()[j];
-        if keeps && multiplier > T::ZERO {
-            state.touching.as_mut()[count] = row.sample;
-            state.multiplier.as_mut()[count] = multiplier;
-            state.normal.as_mut()[count] = gaps::turned_by(row.normal, part * (row.tilt + slide * row.curvature));
-            count += 1;
+    let steps = work.rhs.as_ref().chunks(PER_CELL).take(ladder.cells);
+    for (lambda, step) in state.lambda.as_mut().iter_mut().zip(steps) {
+        if let [x, y, ..] = step {
+            lambda[0] += part * *x;
+            lambda[1] += part * *y;
         }
     }
-    state.touching_count = count;
+    let slide = turning::slide(work);
+    let mut touching = state.touching.as_mut().iter_mut().zip(state.multiplier.as_mut()).zip(state.normal.as_mut());
+    let rows = work.rows.as_ref().iter().zip(work.row_delta.as_ref()).zip(work.active.as_ref());
+    state.touching_count = 0;
+    for (j, ((row, &delta), &active)) in rows.enumerate().take(work.row_count) {
+        let multiplier = row.multiplier + part * delta;
+        let keeps = part != T::one() || active;
+        if work.turning != Some(j as u16)
+            && keeps
+            && multiplier > T::ZERO
+            && let Some(((sample, slot), normal)) = touching.next()
+        {
+            (*sample, *slot) = (row.sample, multiplier);
+            *normal = gaps::turned_by(row.normal, part * (row.tilt + slide * row.curvature));
+            state.touching_count += 1;
+        }
+    }
 }
 
 /// Gives the rows the multipliers and normals that the last whole step has given the state, so that the contacts can be read
 /// without another evaluation.
 pub(crate) fn settle_rows<T: Real, S: Size>(state: &State<T, S>, work: &mut Workspace<T, S>) {
-    let touching = state.touching.as_ref()[..state.touching_count].iter();
+    let touching = state.touching.as_ref().iter().take(state.touching_count);
     let forces = state.multiplier.as_ref().iter().zip(state.normal.as_ref());
     let mut settled = touching.zip(forces).peekable();
     let turning = work.turning.map(usize::from);
-    let count = work.row_count;
-    for (j, row) in work.rows.as_mut()[..count].iter_mut().enumerate() {
+    for (j, row) in work.rows.as_mut().iter_mut().enumerate().take(work.row_count) {
         row.multiplier = T::ZERO;
         if turning != Some(j)
             && let Some((_, (&multiplier, &normal))) = settled.next_if(|(sample, _)| **sample == row.sample)
@@ -292,20 +296,19 @@ pub(crate) fn settle_rows<T: Real, S: Size>(state: &State<T, S>, work: &mut Work
 
 /// Makes the joint angles that members repeat agree again: that of the member which ends at the joint counts.
 pub(crate) fn share_joints<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>) {
-    let members = &ladder.members.as_ref()[..ladder.member_count()];
     let angle = state.angle.as_mut();
-    for owner in 0..members.len() {
-        let (joint, value) = (members[owner].end, angle[members[owner].nodes().end - 1]);
-        for member in members {
+    for owner in ladder.members() {
+        let (joint, value) = (owner.end, angle.at(owner.nodes().end - 1));
+        for member in ladder.members() {
             if member.start == joint {
-                angle[usize::from(member.first)] = value;
+                angle.put(usize::from(member.first), value);
             }
             if member.end == joint {
-                angle[member.nodes().end - 1] = value;
+                angle.put(member.nodes().end - 1, value);
             }
         }
     }
-    for member in members.iter().filter(|m| m.start == CLAMPED) {
-        angle[usize::from(member.first)] = T::ZERO;
+    for member in ladder.members().iter().filter(|member| member.start == CLAMPED) {
+        angle.put(usize::from(member.first), T::ZERO);
     }
 }

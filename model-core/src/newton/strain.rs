@@ -1,6 +1,7 @@
 //! Kinematics: directions of the links, the forces through them, and what those do to them.
 
 use super::{MemberWork, Workspace};
+use crate::access::Access;
 use crate::contact::{Row, Sample};
 use crate::ladder::{Ladder, State, turned};
 use crate::real::Real;
@@ -34,9 +35,10 @@ pub(crate) fn directions<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<
 /// Starts of the front spans from their end-to-end vectors.
 pub(crate) fn starts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let mut position = ladder.base;
-    for cell in 0..ladder.cells {
-        work.start.as_mut()[cell] = position;
-        let d = end_to_end(&work.members.as_ref()[4 * cell]);
+    let fronts = work.members.as_ref().iter().step_by(4);
+    for (start, front) in work.start.as_mut().iter_mut().zip(fronts).take(ladder.cells) {
+        *start = position;
+        let d = end_to_end(front);
         position = [position[0] + d[0], position[1] + d[1]];
     }
 }
@@ -44,21 +46,22 @@ pub(crate) fn starts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspa
 /// Closure errors from the members' end-to-end vectors.
 pub(crate) fn closures<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let mut rung = ladder.base_rung;
-    let members = work.members.as_ref();
-    for cell in 0..ladder.cells {
-        let (front, back) = (end_to_end(&members[4 * cell]), end_to_end(&members[4 * cell + 1]));
-        let next = if cell + 1 < ladder.cells {
-            let (f, b) = (end_to_end(&members[4 * cell + 2]), end_to_end(&members[4 * cell + 3]));
-            [f[0] + b[0], f[1] + b[1]]
-        } else {
-            [T::ZERO; 2]
-        };
-        let rest = ladder.rest.as_ref()[cell];
-        for i in 0..2 {
-            work.closure.as_mut()[cell][i] = front[i] - back[i] + (next[i] - rung[i]) - rest[i];
-        }
+    let members = work.members.as_ref().run(0..ladder.member_count());
+    let rests = ladder.rest.as_ref().iter().zip(work.closure.as_mut());
+    for (members, (rest, closure)) in members.chunks(4).zip(rests) {
+        let [front, back, hinges @ ..] = members else { return };
+        let (front, back) = (end_to_end(front), end_to_end(back));
+        // The tip cell has none.
+        let next = hinges.iter().map(end_to_end).fold([T::ZERO; 2], |sum, d| [sum[0] + d[0], sum[1] + d[1]]);
+        *closure = [0, 1].map(|i| front[i] - back[i] + (next[i] - rung[i]) - rest[i]);
         rung = next;
     }
+}
+
+/// Cell whose front span a row touches.
+#[inline]
+pub(crate) fn cell_of<T: Real, S: Size>(ladder: &Ladder<T, S>, row: &Row<T>) -> usize {
+    ladder.samples.as_ref().get(usize::from(row.sample)).map_or(usize::MAX, |sample| usize::from(sample.cell))
 }
 
 /// The rows that touch a front span, in order; `from` is where to begin to look.
@@ -71,10 +74,8 @@ pub(crate) fn own_rows<T: Real, S: Size>(
 ) -> core::ops::Range<usize> {
     let mut end = from;
     if index.is_multiple_of(4) {
-        let samples = ladder.samples.as_ref();
-        while end < rows.len() && usize::from(samples[usize::from(rows[end].sample)].cell) == index / 4 {
-            end += 1;
-        }
+        let above = rows.get(from..).unwrap_or(&[]);
+        end += above.iter().take_while(|row| cell_of(ladder, row) == index / 4).count();
     }
     from..end
 }
@@ -130,7 +131,8 @@ pub(crate) fn strain<T: Real, S: Size>(
     index: usize,
     own: core::ops::Range<usize>,
 ) {
-    if ladder.members.as_ref()[index].compliance == [T::ZERO; 2] {
+    let Some(member) = ladder.members.as_ref().get(index) else { return };
+    if member.compliance == [T::ZERO; 2] {
         strain_all::<T, S, true>(ladder, work, index, own);
     } else {
         strain_all::<T, S, false>(ladder, work, index, own);
@@ -191,18 +193,28 @@ fn strain_all<T: Real, S: Size, const RIGID: bool>(
     index: usize,
     own: core::ops::Range<usize>,
 ) {
-    let member = &ladder.members.as_ref()[index];
+    let (Some(member), Some(out)) = (ladder.members.as_ref().get(index), work.members.as_mut().get_mut(index)) else {
+        return;
+    };
     let nodes = member.nodes();
-    let out = &mut work.members.as_mut()[index];
     let mut walk = walk(ladder, work.rows.as_ref(), out.force, own);
     let mut chord = [T::ZERO; 2];
     // Σ w e eᵀ.
     let mut inertia = [T::ZERO; 3];
-    let input = ladder.weight.as_ref()[nodes.clone()].iter().zip(&work.e.as_ref()[nodes.clone()]);
-    let directions = work.strained.as_mut()[nodes.clone()].iter_mut().zip(&mut work.lever.as_mut()[nodes.clone()]);
-    let slopes = work.gradient.as_mut()[nodes.clone()].iter_mut().zip(&mut work.curvature.as_mut()[nodes.clone()]);
-    let pulls = work.bent.as_ref()[nodes.clone()].iter().zip(&mut work.coupling.as_mut()[nodes.clone()]);
-    let all = nodes.zip(input).zip(directions.zip(slopes)).zip(pulls);
+    let (Some(weight), Some(e), Some(direction), Some(lever), Some(gradient), Some(curvature), Some(bent), Some(pull)) = (
+        ladder.weight.as_ref().get(nodes.clone()),
+        work.e.as_ref().get(nodes.clone()),
+        work.strained.as_mut().get_mut(nodes.clone()),
+        work.lever.as_mut().get_mut(nodes.clone()),
+        work.gradient.as_mut().get_mut(nodes.clone()),
+        work.curvature.as_mut().get_mut(nodes.clone()),
+        work.bent.as_ref().get(nodes.clone()),
+        work.coupling.as_mut().get_mut(nodes.clone()),
+    ) else {
+        return;
+    };
+    let slopes = direction.iter_mut().zip(lever).zip(gradient.iter_mut().zip(curvature));
+    let all = nodes.zip(weight.iter().zip(e)).zip(slopes).zip(bent.iter().zip(pull));
     for (((node, (&w, &e)), ((direction, lever), (gradient, curvature))), (bent, pull)) in all.rev() {
         let shorter = if RIGID { T::ZERO } else { bent[1] };
         let strained = strained::<T, RIGID>(e, w, walk.force(node, w), member.compliance, shorter);
@@ -224,7 +236,7 @@ fn strain_all<T: Real, S: Size, const RIGID: bool>(
 
 /// Energy of stretch and shear of a strained ladder, N·mm.
 pub(crate) fn energy<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
-    let rows = work.rows.as_ref().get(..work.row_count).unwrap_or(&[]);
+    let rows = work.rows.as_ref().run(0..work.row_count);
     let (mut from, mut twice) = (0, T::ZERO);
     for (index, (member, out)) in ladder.members().iter().zip(work.members.as_ref()).enumerate() {
         let own = own_rows(ladder, rows, index, from);
@@ -248,7 +260,7 @@ pub(crate) fn place_front<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State
     forces(ladder, state, work);
     let mut from = 0;
     for cell in 0..ladder.cells {
-        let own = own_rows(ladder, &work.rows.as_ref()[..work.row_count], 4 * cell, from);
+        let own = own_rows(ladder, work.rows.as_ref().run(0..work.row_count), 4 * cell, from);
         from = own.end;
         strain(ladder, work, 4 * cell, own);
     }
@@ -257,36 +269,37 @@ pub(crate) fn place_front<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State
 
 /// Forces through the members: front λ_k − load − Σ μ n above, back −λ_k, rung λ_k − λ_{k+1}.
 pub(crate) fn forces<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
-    let samples = ladder.samples.as_ref();
     let mut sum = [T::ZERO; 2];
-    let mut row = work.row_count;
-    let lambda = state.lambda.as_ref();
-    for cell in (0..ladder.cells).rev() {
+    let mut rows = work.rows.as_ref().run(0..work.row_count);
+    let lambda = state.lambda.as_ref().run(0..ladder.cells);
+    let members = work.members.as_mut().run_mut(0..ladder.member_count());
+    let cells = lambda.iter().zip(work.above.as_mut()).zip(members.chunks_mut(4)).enumerate();
+    let mut next = [T::ZERO; 2];
+    for (cell, ((l, above), members)) in cells.rev() {
         if cell == state.load_cell {
             // A dead load acts like a contact just above this span.
             sum = [sum[0] + state.load[0], sum[1] + state.load[1]];
         }
-        work.above.as_mut()[cell] = sum;
-        let (l, members) = (lambda[cell], work.members.as_mut());
-        let front = [l[0] - sum[0], l[1] - sum[1]];
-        (members[4 * cell].force, members[4 * cell].end_force) = (front, front);
-        let back = [-l[0], -l[1]];
-        (members[4 * cell + 1].force, members[4 * cell + 1].end_force) = (back, back);
-        if cell + 1 < ladder.cells {
-            let next = lambda[cell + 1];
-            let rung = [l[0] - next[0], l[1] - next[1]];
-            for hinge in 2..4 {
-                (members[4 * cell + hinge].force, members[4 * cell + hinge].end_force) = (rung, rung);
-            }
+        *above = sum;
+        let [front, back, hinges @ ..] = members else { return };
+        front.force = [l[0] - sum[0], l[1] - sum[1]];
+        front.end_force = front.force;
+        back.force = [-l[0], -l[1]];
+        back.end_force = back.force;
+        let rung = [l[0] - next[0], l[1] - next[1]];
+        for hinge in hinges {
+            (hinge.force, hinge.end_force) = (rung, rung);
         }
-        while row > 0 && usize::from(samples[usize::from(work.rows.as_ref()[row - 1].sample)].cell) == cell {
-            row -= 1;
-            let touching = &work.rows.as_ref()[row];
-            let part = samples[usize::from(touching.sample)].rigid;
+        next = *l;
+        while let Some((touching, below)) = rows.split_last()
+            && cell_of(ladder, touching) == cell
+        {
+            rows = below;
+            let part = ladder.samples.as_ref().get(usize::from(touching.sample)).map_or(T::ZERO, |sample| sample.rigid);
             for i in 0..2 {
                 let f = touching.multiplier * touching.normal[i];
                 sum[i] += f;
-                members[4 * cell].end_force[i] -= part * f;
+                front.end_force[i] -= part * f;
             }
         }
     }

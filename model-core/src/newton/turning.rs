@@ -7,6 +7,7 @@
 //! instead of 72 and 83. Being a matter of the step only, it leaves the solution as it is.
 
 use super::Workspace;
+use crate::access::Access;
 use crate::contact::Row;
 use crate::real::Real;
 use crate::size::Size;
@@ -18,31 +19,32 @@ const FAINT: f64 = 1e-3;
 pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize) {
     let count = work.row_count;
     work.turning = None;
-    let Some(rows) = work.rows.as_mut().get_mut(..capacity.min(count + 1)) else { return };
-    if rows.len() <= count {
-        return;
-    }
-    let total = rows[..count].iter().fold(T::ZERO, |sum, row| sum + row.multiplier);
+    let Some(rows) = work.rows.as_mut().get_mut(..count).filter(|_| count < capacity) else { return };
+    let total = rows.iter().fold(T::ZERO, |sum, row| sum + row.multiplier);
     let mut below = T::ZERO;
-    let middle = rows[..count].iter().position(|row| {
+    let middle = rows.iter().position(|row| {
         below += row.multiplier;
         below + below >= total
     });
     let Some(middle) = middle.filter(|_| total > T::ZERO) else { return };
-    let row = rows[middle];
+    let row = rows.at(middle);
     let stiffness = total * row.curvature;
-    let tilted = rows[..count].iter().fold(T::ZERO, |sum, row| sum + row.multiplier * row.tilt);
+    let tilted = rows.iter().fold(T::ZERO, |sum, row| sum + row.multiplier * row.tilt);
     if stiffness.abs() <= T::of(FAINT) {
         return;
     }
-    rows.copy_within(middle + 1..count, middle + 2);
-    rows[middle + 1] = Row {
+    let turning = Row {
         gap: tilted / stiffness,
         normal: [-row.normal[1], row.normal[0]],
         softness: -T::one() / stiffness,
         multiplier: T::ZERO,
         ..row
     };
+    // Those above make room.
+    let mut moved = turning;
+    for slot in work.rows.as_mut().iter_mut().take(count + 1).skip(middle + 1) {
+        core::mem::swap(slot, &mut moved);
+    }
     work.row_count = count + 1;
     work.turning = Some((middle + 1) as u16);
 }

@@ -6,6 +6,7 @@
 //! their own: s t·dP ∓ y = s t·v with ν = s y, the upper sign for κ > 0.
 
 use super::quarter;
+use crate::access::Access;
 use crate::contact::Row;
 use crate::ladder::Ladder;
 use crate::newton::condense::Diagonal;
@@ -74,31 +75,31 @@ fn cross<T: Real>(a: [T; 2], b: [T; 2]) -> T {
 /// Makes two rows of each touching sample and notes where the samples are; returns how many touch, `None` if there is no
 /// room. [`narrow`] is the way back.
 pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Option<usize> {
-    let touching = work.rows.as_ref()[..work.row_count].iter().filter(|row| row.multiplier > T::ZERO).count();
+    let touching = work.rows.as_ref().iter().take(work.row_count).filter(|row| row.multiplier > T::ZERO).count();
     if 2 * touching > S::CONTACTS {
         return None;
     }
     let mut kept = 0;
     for j in 0..work.row_count {
-        let row = work.rows.as_ref()[j];
+        let row = work.rows.as_ref().at(j);
         if row.multiplier > T::ZERO {
-            work.rows.as_mut()[kept] = row;
+            work.rows.as_mut().put(kept, row);
             kept += 1;
         }
     }
     // A face whose radius is beyond this is flat for all the precision there is.
     let flat = T::EPSILON.sqrt();
     for j in (0..touching).rev() {
-        let row = work.rows.as_ref()[j];
-        let position = gaps::sample_position(ladder, work, &ladder.samples.as_ref()[usize::from(row.sample)]);
-        work.scratch.as_mut()[2 * j] = position.x;
-        work.scratch.as_mut()[2 * j + 1] = position.y;
+        let row = work.rows.as_ref().at(j);
+        let position = gaps::sample_position(ladder, work, &ladder.samples.as_ref().at(usize::from(row.sample)));
+        work.scratch.as_mut().put(2 * j, position.x);
+        work.scratch.as_mut().put(2 * j + 1, position.y);
         let hollow = row.curvature < T::ZERO;
         let size = row.curvature.abs().max(flat);
         let scale = (row.multiplier * size).sqrt();
         let tangent = quarter(row.normal);
-        work.rows.as_mut()[2 * j] = row;
-        work.rows.as_mut()[2 * j + 1] = Row {
+        work.rows.as_mut().put(2 * j, row);
+        let turning = Row {
             normal: tangent.map(|x| scale * x),
             softness: if hollow { T::one() } else { -T::one() },
             curvature: if hollow { -size } else { size },
@@ -106,6 +107,7 @@ pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
             multiplier: T::ZERO,
             ..row
         };
+        work.rows.as_mut().put(2 * j + 1, turning);
     }
     work.row_count = 2 * touching;
     Some(touching)
@@ -114,7 +116,8 @@ pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
 /// The gap rows alone.
 pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, touching: usize) {
     for j in 0..touching {
-        work.rows.as_mut()[j] = work.rows.as_ref()[2 * j];
+        let row = work.rows.as_ref().at(2 * j);
+        work.rows.as_mut().put(j, row);
     }
     work.row_count = touching;
 }
@@ -123,8 +126,9 @@ pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, touching: usi
 pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     step::factorise(ladder, work, Diagonal { curvature: T::one(), shift: T::ZERO });
     let rows = work.row_count;
-    let entries = (rows * S::CONTACTS).min(work.flexibility.as_ref().len());
-    work.factored.as_mut()[..entries].copy_from_slice(&work.flexibility.as_ref()[..entries]);
+    for (into, &from) in work.factored.as_mut().iter_mut().zip(work.flexibility.as_ref()).take(rows * S::CONTACTS) {
+        *into = from;
+    }
     active_set::factorise(work.factored.as_mut(), rows, S::CONTACTS, work.order.as_mut());
 }
 
@@ -137,15 +141,16 @@ pub(super) fn respond<T: Real, S: Size>(
 ) -> Response<T> {
     let count = work.row_count;
     for j in (0..count).step_by(2) {
-        let (row, turning) = (&work.rows.as_ref()[j], &work.rows.as_ref()[j + 1]);
-        let v = cause.velocity([work.scratch.as_ref()[j], work.scratch.as_ref()[j + 1]]);
+        let (row, turning) = (work.rows.as_ref().at(j), work.rows.as_ref().at(j + 1));
+        let v = cause.velocity([work.scratch.as_ref().at(j), work.scratch.as_ref().at(j + 1)]);
         let scale = dot(turning.normal, quarter(row.normal));
-        let own = if cause.residuals { [work.row_rhs.as_ref()[j], work.row_rhs.as_ref()[j + 1]] } else { [T::ZERO; 2] };
+        let own =
+            if cause.residuals { [work.row_rhs.as_ref().at(j), work.row_rhs.as_ref().at(j + 1)] } else { [T::ZERO; 2] };
         let grown = cause.growth + cause.thickening - cause.softening * row.multiplier;
         let delta = work.row_delta.as_mut();
-        delta[j] = own[0] + dot(row.normal, v) + grown;
+        delta.put(j, own[0] + dot(row.normal, v) + grown);
         // The normals turn with the object: v at the centre of curvature.
-        delta[j + 1] = own[1] + dot(turning.normal, v) - scale * cause.turn / turning.curvature;
+        delta.put(j + 1, own[1] + dot(turning.normal, v) - scale * cause.turn / turning.curvature);
     }
     let (x, y) = (work.row_delta.as_mut(), work.spare.as_mut());
     active_set::solve(work.factored.as_ref(), count, S::CONTACTS, work.order.as_ref(), x, y);
@@ -155,13 +160,13 @@ pub(super) fn respond<T: Real, S: Size>(
         Response { turn: cause.turn, force_change: zero, moment_change: T::ZERO, centre: zero, centre_change: zero };
     let (mut total, mut total_change) = (T::ZERO, T::ZERO);
     for j in (0..count).step_by(2) {
-        let (row, turning) = (&work.rows.as_ref()[j], &work.rows.as_ref()[j + 1]);
-        let half = ladder.samples.as_ref()[usize::from(row.sample)].half_thickness;
-        let p = [work.scratch.as_ref()[j], work.scratch.as_ref()[j + 1]];
+        let (row, turning) = (work.rows.as_ref().at(j), work.rows.as_ref().at(j + 1));
+        let half = ladder.samples.as_ref().at(usize::from(row.sample)).half_thickness;
+        let p = [work.scratch.as_ref().at(j), work.scratch.as_ref().at(j + 1)];
         let (n, t) = (row.normal, quarter(row.normal));
-        let change = work.row_delta.as_ref()[j];
+        let change = work.row_delta.as_ref().at(j);
         // Of the normal, per unit; the force across it changes by μ times that.
-        let tilt = dot(turning.normal, t) * work.row_delta.as_ref()[j + 1] / row.multiplier;
+        let tilt = dot(turning.normal, t) * work.row_delta.as_ref().at(j + 1) / row.multiplier;
         let v = cause.velocity(p);
         let along = (tilt - cause.turn) / turning.curvature + dot(t, v);
         let out =
