@@ -12,7 +12,8 @@ use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::Vec;
 use messages::{
-    CloseTo, Event, FINGERS, Grasp, GripTo, Outcome, Refusal, Report, SPEEDS, Settings, SettingsField, Shape, Which,
+    CloseTo, Event, FINGERS, Grasp, GripTo, Outcome, Refusal, Report, Role, SPEEDS, Settings, SettingsField, Shape,
+    Which,
 };
 use model_core::estimator::Estimate;
 use model_core::status::Status;
@@ -20,13 +21,18 @@ use model_core::status::Status;
 use crate::Model;
 use crate::board::{Board, BusPort, Watchdog};
 use crate::health::Health;
+use crate::listening;
 use crate::rate::Meter;
 use crate::servo::{BusError, Found, Reading, Servos, Turn};
 use crate::shared::{Command, Order, Shared, now_us};
+use crate::store::Key;
 use crate::unit::Unit;
 
 /// How often a servo that is gone is looked for while others are there: the search takes ticks from them.
 const SEARCH: Duration = Duration::from_millis(250);
+
+/// The records that there are: settings, and each finger's design and object.
+const UNKEPT: usize = 1 + 2 * FINGERS;
 
 /// Runs the gripper for ever. It waits until [`crate::answer`] has read what is kept in flash.
 pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bus, mut watchdog: B::Watchdog) -> ! {
@@ -38,9 +44,16 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
         Timer::after_millis(1).await;
     }
     let mut core = Core::<B>::new(shared, models);
+    let mut ears = None;
     loop {
         core.begin().await;
         watchdog.feed();
+        if core.settings.role != Role::Master {
+            listening::listen(&mut core, servos.port_mut(), &mut ears).await;
+            baud = None;
+            continue;
+        }
+        ears = None;
         if let Some((finger, id)) = core.sought() {
             // While another servo is there, the bus keeps its rate.
             let rate = match baud {
@@ -87,13 +100,13 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
 }
 
 /// Everything but the bus.
-struct Core<'a, B> {
-    shared: &'a Shared,
-    units: Vec<Unit<'a>, FINGERS>,
-    settings: Settings,
+pub(crate) struct Core<'a, B> {
+    pub(crate) shared: &'a Shared,
+    pub(crate) units: Vec<Unit<'a>, FINGERS>,
+    pub(crate) settings: Settings,
     period: Duration,
     /// When the present period ends.
-    end: Instant,
+    pub(crate) end: Instant,
     meter: Meter,
     /// Reports made.
     sequence: u32,
@@ -102,7 +115,15 @@ struct Core<'a, B> {
     /// When a servo is looked for next, and where the search goes on.
     search: Instant,
     next_sought: usize,
-    settings_changed: bool,
+    pub(crate) settings_changed: bool,
+    /// Something was set that the control table has to show.
+    pub(crate) setup_is_new: bool,
+    /// What the bus's master has set and the flash has not got yet.
+    pub(crate) unkept: Vec<Key, UNKEPT>,
+    /// The bus's master wants a restart.
+    pub(crate) restart: bool,
+    /// An order that waits for a transaction's end.
+    waiting: Option<Order>,
     board: core::marker::PhantomData<B>,
 }
 
@@ -132,6 +153,10 @@ impl<'a, B: Board> Core<'a, B> {
             search: now,
             next_sought: 0,
             settings_changed: false,
+            setup_is_new: true,
+            unkept: Vec::new(),
+            restart: false,
+            waiting: None,
             board: core::marker::PhantomData,
         }
     }
@@ -144,7 +169,7 @@ impl<'a, B: Board> Core<'a, B> {
         1e6 / self.period.as_micros() as f32
     }
 
-    fn pace(&mut self, period_us: u64) {
+    pub(crate) fn pace(&mut self, period_us: u64) {
         self.period = Duration::from_micros(period_us.max(1));
         let hz = self.chosen_hz();
         self.shared.count(|counters| counters.chosen_hz = hz);
@@ -161,7 +186,7 @@ impl<'a, B: Board> Core<'a, B> {
             yield_now().await;
         }
         self.advance();
-        self.obey();
+        self.obey(true);
     }
 
     /// Begins a period where the last one ended, or now if that is more than a period ago.
@@ -185,7 +210,7 @@ impl<'a, B: Board> Core<'a, B> {
     }
 
     /// Waits for the bus; periods that pass meanwhile are reported as stale.
-    async fn patiently<F: Future>(&mut self, transaction: F) -> F::Output {
+    pub(crate) async fn patiently<F: Future>(&mut self, transaction: F) -> F::Output {
         let mut transaction = pin!(transaction);
         loop {
             match select(transaction.as_mut(), Timer::at(self.end)).await {
@@ -193,7 +218,7 @@ impl<'a, B: Board> Core<'a, B> {
                 Either::Second(()) => {
                     self.finish();
                     self.advance();
-                    self.obey();
+                    self.obey(false);
                 }
             }
         }
@@ -237,7 +262,7 @@ impl<'a, B: Board> Core<'a, B> {
     }
 
     /// A position came: estimates and reports.
-    fn fresh(&mut self, finger: usize, reading: &Reading) {
+    pub(crate) fn fresh(&mut self, finger: usize, reading: &Reading) {
         let seconds = self.seconds();
         let Some(unit) = self.units.get_mut(finger) else {
             return;
@@ -249,7 +274,7 @@ impl<'a, B: Board> Core<'a, B> {
             self.shared.add(|counters| &mut counters.bus_refused);
             self.shared.tell(Event::GoalRefused { finger: finger as u8, position, error: error.code() });
         }
-        let time_us = now_us();
+        let time_us = reading.at_us;
         let start = B::cost_ticks();
         let estimate = unit.model.update(unit.calibration.finger_angle(reading.position));
         let cost = B::cost_ticks().wrapping_sub(start);
@@ -257,7 +282,9 @@ impl<'a, B: Board> Core<'a, B> {
         let age = if estimate.age == 0 { 0 } else { unit.last.estimate.age.saturating_add(1) };
         let (position, current) = (reading.position, reading.current);
         unit.last = Report { time_us, position, current, cost, estimate: Estimate { age, ..estimate }, ..unit.last };
-        unit.feel(reading, seconds, self.settings.on_fault);
+        if self.settings.role == Role::Master {
+            unit.feel(reading, seconds, self.settings.on_fault);
+        }
         self.shared.add(|counters| &mut counters.estimates);
         self.publish(finger);
         let every = u32::from(self.settings.shape_every);
@@ -287,7 +314,7 @@ impl<'a, B: Board> Core<'a, B> {
         self.publish(finger);
     }
 
-    fn publish(&mut self, finger: usize) {
+    pub(crate) fn publish(&mut self, finger: usize) {
         let Some(unit) = self.units.get_mut(finger) else {
             return;
         };
@@ -303,9 +330,11 @@ impl<'a, B: Board> Core<'a, B> {
     }
 
     /// Ends a tick: fingers without a report are stale, and the grasp is summed up.
-    fn finish(&mut self) {
+    pub(crate) fn finish(&mut self) {
         for finger in 0..self.units.len() {
-            if self.units.get(finger).is_some_and(|unit| unit.mount.is_some() && !unit.is_reported) {
+            if self.units.get(finger).is_some_and(|unit| unit.mount.is_some() && !unit.is_reported)
+                && !self.repeat(finger)
+            {
                 self.stale(finger);
             }
         }
@@ -329,7 +358,7 @@ impl<'a, B: Board> Core<'a, B> {
         self.shared.count(|counters| {
             let counter = match error {
                 Error::Timeout { .. } | Error::Truncated { .. } => &mut counters.bus_timeouts,
-                Error::Damaged(_) | Error::Babble { .. } => &mut counters.bus_damaged,
+                Error::Damaged(_) | Error::Babble { .. } | Error::Block { .. } => &mut counters.bus_damaged,
                 Error::Refused { .. } => &mut counters.bus_refused,
                 _ => &mut counters.bus_other,
             };
@@ -372,15 +401,21 @@ impl<'a, B: Board> Core<'a, B> {
         self.shared.tell(Event::ServoAlert { finger: finger as u8, hardware_error });
     }
 
-    /// Obeys one order, if there is one.
-    fn obey(&mut self) {
-        if let Ok(Order { ticket, command }) = self.shared.orders.try_receive() {
-            let outcome = self.execute(command);
-            self.shared.outcome.signal((ticket, outcome));
+    /// Obeys one order, if there is one. The role changes between transactions only: after that nothing more is sent.
+    fn obey(&mut self, between: bool) {
+        let Some(Order { ticket, command }) = self.waiting.take().or_else(|| self.shared.orders.try_receive().ok())
+        else {
+            return;
+        };
+        if !between && matches!(&command, Command::Settings(settings) if settings.role != self.settings.role) {
+            self.waiting = Some(Order { ticket, command });
+            return;
         }
+        let outcome = self.execute(command);
+        self.shared.outcome.signal((ticket, outcome));
     }
 
-    fn execute(&mut self, command: Command) -> Outcome {
+    pub(crate) fn execute(&mut self, command: Command) -> Outcome {
         match command {
             Command::Finger(what) => {
                 let unit = self.unit(what.finger)?;
@@ -401,6 +436,7 @@ impl<'a, B: Board> Core<'a, B> {
                 unit.model.set_object(what.what).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
                 unit.has_object = true;
                 self.shared.set_object(what.finger, what.what);
+                self.setup_is_new = true;
                 Ok(())
             }
             Command::Settings(settings) => {
@@ -408,8 +444,11 @@ impl<'a, B: Board> Core<'a, B> {
                 for (unit, mount) in self.units.iter_mut().zip(settings.fingers) {
                     unit.set_mount(mount);
                 }
+                if settings.role != self.settings.role {
+                    self.units.iter_mut().for_each(Unit::forget_servo);
+                }
                 self.settings = settings;
-                self.settings_changed = true;
+                (self.settings_changed, self.setup_is_new) = (true, true);
                 self.shared.set(|setup| setup.settings = settings);
                 Ok(())
             }
@@ -447,6 +486,9 @@ impl<'a, B: Board> Core<'a, B> {
         check: impl Fn(&Unit<'a>, &messages::Mount) -> Outcome,
         lead: impl Fn(&mut Unit<'a>, &messages::Mount),
     ) -> Outcome {
+        if self.settings.role != Role::Master {
+            return Err(Refusal::NotMaster);
+        }
         if let Which::One(finger) = which {
             SettingsField::Finger.check(f32::from(finger), 0.0, self.settings.count().saturating_sub(1) as f32)?;
         }

@@ -8,6 +8,9 @@
 //!   counted.
 //! - [`answer`] hears the host's requests.
 //!
+//! That is the role of a master. As a tap or a device ([`messages::Role`]) the gripper leaves the servos to another master,
+//! and [`control`] estimates from what that one reads of them.
+//!
 //! A gripper starts without finger and object: every estimate is `out-of-range` until the host has set both.
 //!
 //! A board brings a bus, a link, flash, a watchdog and clocks ([`Board`]) and runs the three as tasks: [`control`] in an
@@ -44,6 +47,7 @@ mod grip;
 mod health;
 mod last_words;
 mod link;
+mod listening;
 mod motion;
 mod rate;
 mod servo;

@@ -1,13 +1,14 @@
 //! The servos on their bus: found, set up, led and read.
 
 use dynamixel::xm430;
-use dynamixel::{Answer, Id, Master, StatusError, StatusReturn, SyncAnswer, Timing};
+use dynamixel::{Answer, Id, Identity, Master, StatusError, StatusReturn, SyncAnswer, Timing};
 use embassy_time::Delay;
 use heapless::Vec;
 use messages::FINGERS;
 
 use crate::board::BusPort;
 use crate::rate;
+use crate::shared::now_us;
 
 /// First of the registers read in every tick: Present Current, Velocity, Position.
 const PRESENT: u16 = xm430::PRESENT_CURRENT.address();
@@ -31,6 +32,8 @@ pub(crate) struct Found {
 /// What a tick reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reading {
+    /// When it came, µs.
+    pub(crate) at_us: u64,
     /// Counts.
     pub(crate) position: i32,
     /// mA.
@@ -70,13 +73,22 @@ pub(crate) struct Servos<U: BusPort> {
     delay: u8,
     /// The goals last written.
     written: [Option<i32>; FINGERS],
+    /// Which servos can be read together in one packet.
+    fast: [bool; FINGERS],
     apart: u8,
 }
 
 impl<U: BusPort> Servos<U> {
     pub(crate) fn new(bus: U, latency_us: u32) -> Self {
         let timing = Timing { baud_rate: 1_000_000, latency_us, status_return: StatusReturn::All };
-        Self { master: Master::new(bus, Delay, timing), latency_us, delay: 0, written: [None; FINGERS], apart: 0 }
+        Self {
+            master: Master::new(bus, Delay, timing),
+            latency_us,
+            delay: 0,
+            written: [None; FINGERS],
+            fast: [false; FINGERS],
+            apart: 0,
+        }
     }
 
     /// Looks for a finger's servo at one rate, makes it answer at once and hold its position.
@@ -90,8 +102,15 @@ impl<U: BusPort> Servos<U> {
         self.listen_at(self.master.timing().baud_rate, u32::from(self.delay));
         if let Ok(found) = &found {
             self.wrote(finger, Some(found.position));
+            self.reads_fast(finger, Identity { model: found.model, firmware: found.firmware }.reads_fast());
         }
         found
+    }
+
+    fn reads_fast(&mut self, finger: usize, fast: bool) {
+        if let Some(known) = self.fast.get_mut(finger) {
+            *known = fast;
+        }
     }
 
     async fn look_for(&mut self, id: Id, baud: u32) -> Result<Found, BusError<U>> {
@@ -137,6 +156,11 @@ impl<U: BusPort> Servos<U> {
     /// Forgets the servos' return delays: none is there.
     pub(crate) fn forget(&mut self) {
         self.delay = 0;
+    }
+
+    /// The bus itself.
+    pub(crate) fn port_mut(&mut self) -> &mut U {
+        self.master.port_mut()
     }
 
     fn wrote(&mut self, finger: usize, goal: Option<i32>) {
@@ -204,8 +228,21 @@ impl<U: BusPort> Servos<U> {
                 self.wrote(turn.finger, Some(turn.goal));
             }
         }
-        match self.master.sync_read(PRESENT, &mut answers).await {
+        let fast = turns.iter().all(|turn| self.fast.get(turn.finger) == Some(&true));
+        let asked = if fast {
+            self.master.fast_sync_read(PRESENT, &mut answers).await
+        } else {
+            self.master.sync_read(PRESENT, &mut answers).await
+        };
+        match asked {
             Ok(()) => {
+                // Who does not know the instruction is silent: from then on the plain one is used, until it is found anew.
+                let is_silent = |answer: &SyncAnswer<U::Error, PRESENT_BYTES>| {
+                    matches!(answer.result, Some(Err(dynamixel::Error::Timeout { .. })))
+                };
+                if fast && let Some(silent) = answers.iter().position(is_silent) {
+                    self.reads_fast(turns.get(silent).map_or(FINGERS, |turn| turn.finger), false);
+                }
                 for (turn, answer) in turns.iter_mut().zip(answers) {
                     if let Some(result) = answer.result {
                         turn.result = result.map(reading);
@@ -229,9 +266,151 @@ impl<U: BusPort> Servos<U> {
 fn reading(answer: Answer<[u8; PRESENT_BYTES]>) -> Reading {
     let [c0, c1, _, _, _, _, p0, p1, p2, p3] = answer.value;
     Reading {
+        at_us: now_us(),
         position: i32::from_le_bytes([p0, p1, p2, p3]),
         current: f32::from(i16::from_le_bytes([c0, c1])) * xm430::MILLIAMPERES_PER_UNIT,
         alert: answer.alert,
         refused: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::convert::Infallible;
+    use core::future::poll_fn;
+    use core::task::Poll;
+    use dynamixel::{ControlTable, Device, Instruction};
+    use embassy_futures::block_on;
+    use embedded_io_async::{ErrorType, Read, Write};
+    use std::collections::VecDeque;
+
+    /// A servo's registers; `knows` is whether it does what its firmware promises.
+    struct Table {
+        memory: [u8; 147],
+        knows: bool,
+    }
+
+    impl ControlTable for Table {
+        fn id(&self) -> Id {
+            Id::new(self.memory[7]).unwrap()
+        }
+        fn model_number(&self) -> u16 {
+            xm430::MODEL
+        }
+        fn firmware_version(&self) -> u8 {
+            self.memory[6]
+        }
+        fn fast_reads(&self) -> bool {
+            self.knows
+        }
+        fn read(&mut self, address: u16, bytes: &mut [u8]) -> Result<(), StatusError> {
+            bytes.copy_from_slice(&self.memory[usize::from(address)..][..bytes.len()]);
+            Ok(())
+        }
+        fn write(&mut self, address: u16, bytes: &[u8]) -> Result<(), StatusError> {
+            self.memory[usize::from(address)..][..bytes.len()].copy_from_slice(bytes);
+            Ok(())
+        }
+    }
+
+    /// Two servos, whose answers come at once.
+    struct Wire {
+        servos: [(Device<128>, Table); 2],
+        inbox: VecDeque<u8>,
+        asked: Vec<u8, 64>,
+    }
+
+    impl Wire {
+        /// Servos 1 and 2 at 1 Mbaud.
+        fn new(firmware: [u8; 2], knows: bool) -> Self {
+            let servo = |id: u8, firmware| {
+                let mut memory = [0; 147];
+                (memory[6], memory[7], memory[8], memory[132]) = (firmware, id, 3, 10 * id);
+                (Device::new(Timing::at(1_000_000)), Table { memory, knows })
+            };
+            let servos = [servo(1, firmware[0]), servo(2, firmware[1])];
+            Self { servos, inbox: VecDeque::new(), asked: Vec::new() }
+        }
+    }
+
+    impl ErrorType for Wire {
+        type Error = Infallible;
+    }
+
+    impl Read for Wire {
+        async fn read(&mut self, into: &mut [u8]) -> Result<usize, Infallible> {
+            poll_fn(|_| {
+                let count = into.len().min(self.inbox.len());
+                into.iter_mut().zip(self.inbox.drain(..count)).for_each(|(to, byte)| *to = byte);
+                if count > 0 { Poll::Ready(Ok(count)) } else { Poll::Pending }
+            })
+            .await
+        }
+    }
+
+    impl Write for Wire {
+        async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+            let _ = self.asked.push(bytes[7]);
+            let mut spoken = VecDeque::from([(None, bytes.to_vec())]);
+            while let Some((by, words)) = spoken.pop_front() {
+                for (index, (device, table)) in self.servos.iter_mut().enumerate().filter(|it| by != Some(it.0)) {
+                    let mut rest = words.as_slice();
+                    while let Some(reply) = device.hear(0, &mut rest, table) {
+                        self.inbox.extend(reply.bytes);
+                        spoken.push_back((Some(index), reply.bytes.to_vec()));
+                    }
+                }
+            }
+            Ok(bytes.len())
+        }
+        async fn flush(&mut self) -> Result<(), Infallible> {
+            Ok(())
+        }
+    }
+
+    impl BusPort for Wire {
+        fn set_baud(&mut self, baud: u32) -> u32 {
+            baud
+        }
+    }
+
+    fn ready(wire: Wire) -> Servos<Wire> {
+        let mut servos = Servos::new(wire, 2_000);
+        for finger in [0, 1] {
+            let id = Id::new(finger as u8 + 1).unwrap();
+            block_on(servos.bring_up(finger, id, 1_000_000)).unwrap();
+        }
+        servos
+    }
+
+    /// A tick that leads nobody anywhere: the positions read, and the instruction that asked for them.
+    fn tick(servos: &mut Servos<Wire>) -> ([Option<i32>; 2], u8) {
+        let mut turns =
+            [0, 1].map(|finger| Turn::new(finger, Id::new(finger as u8 + 1).unwrap(), 10 + 10 * finger as i32));
+        servos.master.port_mut().asked.clear();
+        block_on(servos.tick(&mut turns));
+        let asked = servos.master.port_mut().asked[0];
+        (turns.map(|turn| turn.result.ok().map(|reading| reading.position)), asked)
+    }
+
+    #[test]
+    fn servos_are_read_together_as_fast_as_all_of_them_know_how() {
+        let (fast, plain) = (Instruction::FastSyncRead.code(), Instruction::SyncRead.code());
+        for (firmware, asked) in [([45, 45], fast), ([45, 44], plain), ([44, 44], plain)] {
+            let mut servos = ready(Wire::new(firmware, true));
+            assert_eq!(tick(&mut servos), ([Some(10), Some(20)], asked), "{firmware:?}");
+            assert_eq!(tick(&mut servos), ([Some(10), Some(20)], asked), "{firmware:?}");
+        }
+    }
+
+    #[test]
+    fn a_servo_that_does_not_keep_its_promise_costs_one_tick() {
+        let mut servos = ready(Wire::new([45, 45], false));
+        assert_eq!(tick(&mut servos), ([None, None], Instruction::FastSyncRead.code()));
+        for _ in 0..APART {
+            assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::Read.code()));
+        }
+        assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::SyncRead.code()));
     }
 }

@@ -1,7 +1,7 @@
 //! What the tasks have in common: queues, what is set, what was counted.
 
 use core::cell::RefCell;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex as Raw;
@@ -69,7 +69,9 @@ pub struct Shared {
     pub(crate) outcome: Signal<Raw, (u32, Outcome)>,
     /// Records to be kept in flash, and whether the last one was.
     pub(crate) keep: Channel<Raw, Key, 1>,
-    pub(crate) kept: Signal<Raw, bool>,
+    pub(crate) kept: Signal<Raw, (Key, bool)>,
+    /// Records that are to be kept and are not yet.
+    unkept: AtomicU32,
     setup: Mutex<Raw, RefCell<Setup>>,
     restored: AtomicBool,
     counters: Mutex<Raw, RefCell<Counters>>,
@@ -94,6 +96,7 @@ impl Shared {
             outcome: Signal::new(),
             keep: Channel::new(),
             kept: Signal::new(),
+            unkept: AtomicU32::new(0),
             setup: Mutex::new(RefCell::new(Setup {
                 settings: Settings::DEFAULT,
                 fingers: [const { None }; FINGERS],
@@ -177,6 +180,33 @@ impl Shared {
     /// What is kept in flash was read, or there is nothing: the servos may be looked for.
     pub(crate) fn restored(&self) {
         self.restored.store(true, Ordering::Release);
+    }
+
+    /// Has a record written to flash.
+    pub(crate) async fn keep(&self, key: Key) {
+        self.unkept.fetch_add(1, Ordering::AcqRel);
+        self.keep.send(key).await;
+    }
+
+    /// The same without waiting; false if others wait already.
+    pub(crate) fn keep_soon(&self, key: Key) -> bool {
+        self.unkept.fetch_add(1, Ordering::AcqRel);
+        let taken = self.keep.try_send(key).is_ok();
+        if !taken {
+            self.unkept.fetch_sub(1, Ordering::AcqRel);
+        }
+        taken
+    }
+
+    /// A record was written, or cannot be.
+    pub(crate) fn kept(&self, key: Key, is_kept: bool) {
+        self.unkept.fetch_sub(1, Ordering::AcqRel);
+        self.kept.signal((key, is_kept));
+    }
+
+    /// Whether nothing waits to be written.
+    pub(crate) fn is_all_kept(&self) -> bool {
+        self.unkept.load(Ordering::Acquire) == 0
     }
 
     /// Tells the host of the whole grasp, if the link keeps up.

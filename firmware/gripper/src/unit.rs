@@ -25,6 +25,10 @@ pub(crate) struct Unit<'a> {
     /// Whether the model has a design and an object: without, no force can be asked for.
     pub(crate) has_design: bool,
     pub(crate) has_object: bool,
+    /// When the position behind the last estimate was heard, µs; nothing while the gripper leads the servo itself.
+    pub(crate) heard_us: Option<u64>,
+    /// The hardware errors last heard of.
+    pub(crate) hardware_error: u8,
     /// Whether this tick's report is made.
     pub(crate) is_reported: bool,
 }
@@ -52,6 +56,8 @@ impl<'a> Unit<'a> {
             alert_changed: false,
             has_design: false,
             has_object: false,
+            heard_us: None,
+            hardware_error: 0,
             is_reported: false,
         }
     }
@@ -91,6 +97,14 @@ impl<'a> Unit<'a> {
         if self.id() != id {
             self.health = Health::Absent;
         }
+    }
+
+    /// Somebody else leads the servo from now on, or does so no more.
+    pub(crate) fn forget_servo(&mut self) {
+        self.health = Health::Absent;
+        self.heard_us = None;
+        self.hardware_error = 0;
+        self.grip.renamed(self.grip.goal());
     }
 
     /// The next goal, counts.

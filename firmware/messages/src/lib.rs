@@ -18,6 +18,7 @@ mod calibration;
 pub mod frame;
 mod grasp;
 mod request;
+mod role;
 mod shape;
 mod topic;
 mod words;
@@ -27,6 +28,7 @@ pub use request::{
     BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Mount, Outcome, Reaction, Refusal, ResetCause,
     SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,
 };
+pub use role::{BAUDS, Role};
 pub use topic::{CONTACTS, Contact, Event, Grasp, LAMELLAE, Notice, POINTS, Phase, Report, Shape, Why};
 
 use model_core::object::ObjectDesign;

@@ -8,6 +8,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::FINGERS;
+use crate::role::{BAUDS, Role};
 
 /// Longest [`Text`], bytes.
 pub const TEXT: usize = 104;
@@ -190,17 +191,23 @@ pub struct Settings {
     pub shape_every: u16,
     /// What a gripping finger does when something is wrong.
     pub on_fault: Reaction,
+    /// How the gripper takes part in the bus.
+    pub role: Role,
+    /// Rate of the bus, one of [`BAUDS`], bits per second. A master sets its servos to it; `None`: it keeps the rate at which
+    /// it finds them. A gripper that only listens needs it; `None`: the first one of its board.
+    pub baud: Option<u32>,
     /// Its fingers, the first ones used.
     pub fingers: [Option<Mount>; FINGERS],
 }
 
 impl Settings {
-    /// One finger as [`Mount::DEFAULT`], 500 Hz, 20 shapes a second, hold when something is wrong.
+    /// One finger as [`Mount::DEFAULT`], 500 Hz, 20 shapes a second, hold when something is wrong, master of its servo.
     pub const DEFAULT: Self = Self::of(Mount::DEFAULT);
 
     /// Of a gripper with one finger; the rest as in [`Self::DEFAULT`].
     pub const fn of(mount: Mount) -> Self {
-        Self { rate_hz: 500, shape_every: 25, on_fault: Reaction::Hold, fingers: [Some(mount), None, None, None] }
+        let fingers = [Some(mount), None, None, None];
+        Self { rate_hz: 500, shape_every: 25, on_fault: Reaction::Hold, role: Role::Master, baud: None, fingers }
     }
 
     /// The finger of this number, from 0.
@@ -230,7 +237,11 @@ impl Settings {
                 return Err(Refusal::SameServo { servo_id: mount.servo_id });
             }
         }
-        Ok(())
+        match self.baud {
+            Some(baud) if !BAUDS.contains(&baud) => return Err(Refusal::Baud { baud }),
+            _ => {}
+        }
+        self.role.validate(self.fingers.iter().flatten().map(|mount| mount.servo_id))
     }
 }
 
@@ -316,6 +327,10 @@ pub enum SettingsField {
     Limit,
     /// The finger's number.
     Finger,
+    /// The gripper's own address on the bus.
+    DeviceId,
+    /// Its return delay, 2 µs.
+    ReturnDelay,
 }
 
 impl SettingsField {
@@ -338,6 +353,8 @@ impl SettingsField {
             Self::Force => "force in N",
             Self::Limit => "limit of the angle in rad",
             Self::Finger => "finger's number",
+            Self::DeviceId => "gripper's own id on the bus",
+            Self::ReturnDelay => "gripper's return delay in 2 µs",
         }
     }
 
@@ -374,6 +391,18 @@ pub enum Refusal {
         /// Its address.
         servo_id: u8,
     },
+    /// The gripper itself would have the address of a servo.
+    OwnAddress {
+        /// The address.
+        id: u8,
+    },
+    /// A rate of the bus that its servos do not have.
+    Baud {
+        /// Bits per second.
+        baud: u32,
+    },
+    /// Another master leads the servos.
+    NotMaster,
     /// The force cannot be controlled without finger and object.
     NoModel,
     /// No servo answers on the bus.
@@ -402,6 +431,9 @@ impl fmt::Display for Refusal {
                 write!(f, "{} is {value}; allowed is {min} to {max}", field.name())
             }
             Self::SameServo { servo_id } => write!(f, "servo {servo_id} is given to two fingers"),
+            Self::OwnAddress { id } => write!(f, "id {id} would be the gripper's own and a servo's"),
+            Self::Baud { baud } => write!(f, "baud is {baud}; allowed are {BAUDS:?}"),
+            Self::NotMaster => f.write_str("another master leads the servos: the gripper's role is to listen"),
             Self::NoModel => f.write_str("the force cannot be controlled before finger and object are set"),
             Self::NoServo => f.write_str("no servo answers on the bus"),
             Self::NotKept => f.write_str("in force, but not kept: the flash does not take it"),

@@ -171,6 +171,11 @@ pub enum Event {
         /// Bits per second on the bus.
         baud: u32,
     },
+    /// Another master reads the servo's position: the first one was heard.
+    ServoHeard {
+        /// Whose.
+        finger: u8,
+    },
     /// The control loop's rate; below the one wanted if the bus is too slow for it.
     Rate {
         /// Ticks per second from now on.
@@ -185,7 +190,7 @@ pub enum Event {
         /// Ticks per second it should have been.
         chosen_hz: f32,
     },
-    /// The servo has stopped answering; estimates are stale from here on.
+    /// The servo has stopped answering, or its master asking; estimates are stale from here on.
     ServoLost {
         /// Whose.
         finger: u8,

@@ -78,6 +78,7 @@ impl Display for Event {
             Self::ServoReady { finger, model, firmware, baud } => {
                 write!(f, "finger {finger}: the servo (model {model}, firmware {firmware}) answers at {baud} baud")
             }
+            Self::ServoHeard { finger } => write!(f, "finger {finger}: another master reads the servo's position"),
             Self::Rate { hz, wanted_hz } if hz < wanted_hz => {
                 write!(f, "{hz:.1} ticks a second: the bus is too slow for {wanted_hz:.0}")
             }
@@ -87,7 +88,7 @@ impl Display for Event {
             }
             Self::RateReached { hz, .. } => write!(f, "{hz:.1} ticks a second are reached again"),
             Self::ServoLost { finger } => {
-                write!(f, "finger {finger}: the servo has stopped answering; estimates are stale")
+                write!(f, "finger {finger}: the servo is not heard any more; estimates are stale")
             }
             Self::ServoAlert { finger, hardware_error: 0 } => {
                 write!(f, "finger {finger}: the servo has no hardware error any more")

@@ -1,7 +1,7 @@
 //! The largest of every message fits a frame, and comes back as it was.
 
 use heapless::Vec;
-use messages::{CONTACTS, Contact, Finger, LAMELLAE, Mount, POINTS, Phase, Report, Settings, Shape, Why, frame};
+use messages::{CONTACTS, Contact, Finger, LAMELLAE, Mount, POINTS, Phase, Report, Role, Settings, Shape, Why, frame};
 use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, MAX_KNOTS, MAX_LAMELLAE, Material, MaterialLaw,
     PlaneStrain, Profile,
@@ -114,7 +114,8 @@ fn a_report_is_small() {
 
 #[test]
 fn settings_of_four_fingers_are_small() {
-    let settings = Settings { fingers: [Some(Mount { zero: -1.5, ..Mount::DEFAULT }); 4], ..Settings::DEFAULT };
+    let fingers = [Some(Mount { zero: -1.5, ..Mount::DEFAULT }); 4];
+    let settings = Settings { fingers, role: Role::DEVICE, baud: Some(4_000_000), ..Settings::DEFAULT };
     let (length, back) = through(&settings);
     assert_eq!(back, settings);
     assert!(length <= 256, "{length} bytes");

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use messages::{Direction, FINGERS, Mount, Reaction, Settings, Side};
+use messages::{Direction, FINGERS, Mount, Reaction, Role, Settings, Side};
 
 /// Why a key or a value makes no sense.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -90,7 +90,7 @@ const KEYS: [Key; 12] = [
 
 /// Every key.
 fn all() -> Vec<String> {
-    let own = ["rate_hz", "shape_every", "on_fault"].map(str::to_owned);
+    let own = ["rate_hz", "shape_every", "on_fault", "role", "device_id", "return_delay_us", "baud"].map(str::to_owned);
     own.into_iter().chain(KEYS.iter().map(|key| format!("finger.N.{}", key.name))).collect()
 }
 
@@ -102,6 +102,17 @@ pub fn pairs(settings: &Settings) -> Vec<(String, String)> {
         ("shape_every".to_owned(), settings.shape_every.to_string()),
         ("on_fault".to_owned(), on_fault.to_owned()),
     ];
+    let role = match settings.role {
+        Role::Master => "master",
+        Role::Tap => "tap",
+        Role::Device { .. } => "device",
+    };
+    pairs.push(("role".to_owned(), role.to_owned()));
+    if let Role::Device { id, return_delay } = settings.role {
+        pairs.push(("device_id".to_owned(), id.to_string()));
+        pairs.push(("return_delay_us".to_owned(), (2 * u32::from(return_delay)).to_string()));
+    }
+    pairs.push(("baud".to_owned(), settings.baud.map_or("found".to_owned(), |baud| baud.to_string())));
     for (finger, mount) in settings.fingers.iter().flatten().enumerate() {
         pairs.extend(KEYS.iter().map(|key| (format!("finger.{finger}.{}", key.name), (key.get)(mount))));
     }
@@ -128,6 +139,34 @@ pub fn set(settings: &mut Settings, words: &str) -> Result<(), KeyError> {
             };
             return Ok(());
         }
+        "role" => {
+            settings.role = match (value, settings.role) {
+                ("master", _) => Role::Master,
+                ("tap", _) => Role::Tap,
+                ("device", known @ Role::Device { .. }) => known,
+                ("device", _) => Role::DEVICE,
+                _ => return Err(wrong("master, tap or device")),
+            };
+            return Ok(());
+        }
+        "device_id" | "return_delay_us" => {
+            let Role::Device { id, return_delay } = &mut settings.role else {
+                return Err(wrong("for this role: set role=device first"));
+            };
+            if key == "device_id" {
+                return number(value, id).map_err(wrong);
+            }
+            let us: u16 = value.parse().map_err(|_| wrong(NUMBER))?;
+            *return_delay = u8::try_from(us.div_ceil(2)).map_err(|_| wrong("0 to 508"))?;
+            return Ok(());
+        }
+        "baud" => {
+            settings.baud = match value {
+                "found" => None,
+                _ => Some(value.parse().map_err(|_| wrong("a number, or `found`"))?),
+            };
+            return Ok(());
+        }
         _ => {}
     }
     let unknown = || KeyError::Unknown(key.to_owned());
@@ -149,7 +188,9 @@ mod tests {
     #[test]
     fn what_is_got_can_be_set() {
         let mount = Mount { zero: 12.5, side: Side::Right, direction: Direction::Reversed, ..Mount::DEFAULT };
-        let mut settings = Settings { on_fault: Reaction::Release, rate_hz: 77, ..Settings::of(mount) };
+        let role = Role::Device { id: 77, return_delay: 25 };
+        let own = Settings { role, baud: Some(57_600), ..Settings::of(mount) };
+        let mut settings = Settings { on_fault: Reaction::Release, rate_hz: 77, ..own };
         settings.fingers[1] = Some(Mount { servo_id: 9, force_limit: 3.5, ..Mount::DEFAULT });
         let mut back = Settings::DEFAULT;
         for (key, value) in pairs(&settings) {
@@ -160,6 +201,10 @@ mod tests {
         // Degrees and back: the last digit may differ.
         assert!((mount.range[1] - Mount::DEFAULT.range[1]).abs() < 1e-6 && back.rate_hz == 77);
         assert_eq!((back.count(), back.on_fault), (2, Reaction::Release));
+        assert_eq!((back.role, back.baud), (role, Some(57_600)));
+        set(&mut back, "baud=found").unwrap();
+        set(&mut back, "role=tap").unwrap();
+        assert_eq!((back.role, back.baud), (Role::Tap, None));
         assert_eq!(back.fingers[1].unwrap().force_limit, 3.5);
     }
 
@@ -170,6 +215,8 @@ mod tests {
         assert!(error("finger.0.colour=red").contains("finger.N.servo_id"));
         assert!(error("finger.7.side=left").contains("is no key"));
         assert_eq!(error("finger.0.side=up"), "finger.0.side: `up` is not left or right");
+        assert_eq!(error("role=slave"), "role: `slave` is not master, tap or device");
+        assert_eq!(error("device_id=7"), "device_id: `7` is not for this role: set role=device first");
         assert_eq!(error("rate_hz=fast"), "rate_hz: `fast` is not a number");
         assert_eq!(error("finger.2.side=left"), "finger.2.side: there are 1 fingers, the next one is finger.1");
     }

@@ -41,8 +41,8 @@ async fn keep<F: NorFlash>(shared: &Shared, mut store: Store<F>) -> ! {
     loop {
         let key = shared.keep.receive().await;
         let setup = shared.setup(Setup::clone);
-        let kept = store.keep(key, &setup).await.is_ok();
-        shared.kept.signal(kept);
+        let is_kept = store.keep(key, &setup).await.is_ok();
+        shared.kept(key, is_kept);
     }
 }
 
@@ -113,8 +113,14 @@ impl Context {
         let outcome = self.order(command).await;
         if matches!(outcome, Ok(()) | Err(Refusal::Finger(_))) {
             self.shared.kept.reset();
-            self.shared.keep.send(key).await;
-            let kept = self.shared.kept.wait().await;
+            self.shared.keep(key).await;
+            let kept = loop {
+                // The bus's master has things kept too.
+                let (what, kept) = self.shared.kept.wait().await;
+                if what == key {
+                    break kept;
+                }
+            };
             if outcome.is_ok() && !kept {
                 return Err(Refusal::NotKept);
             }

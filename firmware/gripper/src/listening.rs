@@ -1,0 +1,317 @@
+//! The roles tap and device: another master leads the servos. The gripper listens to what that master reads of them and
+//! estimates from it; as a device it answers too, under an address of its own, what its control table says.
+//!
+//! A finger's estimate is made as soon as a position is heard, once per period at most. In a period without a new position
+//! the last estimate is reported again, with the time of its position, as long as that is [`YOUNG_US`] old at most; after
+//! that it is `stale`.
+//!
+//! A tap has nothing that writes to the bus.
+
+use dynamixel::{Device, Heard, Id, Reply, StatusReturn, Tap, Timing, Watched, xm430};
+use embassy_futures::select::{Either, select};
+use embassy_time::{Instant, Timer};
+use embedded_io_async::{Read, Write};
+use messages::{Direction, Event, FINGERS, For, Role, Settings};
+
+use crate::board::{Board, BusPort};
+use crate::control::Core;
+use crate::device_table::{BusSettings, Change, DeviceTable, FingerSettings, FingerState};
+use crate::health::Health;
+use crate::servo::Reading;
+use crate::shared::{Command, now_us};
+use crate::store::Key;
+
+/// Longest packet that is understood, bytes: an answer with 180 bytes of data.
+const PACKET: usize = 256;
+/// Age up to which a position counts though no newer one was heard, µs.
+const YOUNG_US: u64 = 100_000;
+/// Age of a position from which its servo counts as gone, µs.
+const LOST_US: u64 = 1_000_000;
+/// The longest return delay that servos can be set to, µs.
+const RETURN_DELAY_US: u32 = xm430::RETURN_DELAY_TIME.item.max as u32 * xm430::RETURN_DELAY_US_PER_UNIT;
+/// Version of this program as the control table has it: ten times the major number, and the minor one.
+const FIRMWARE: u8 = 10 * number(env!("CARGO_PKG_VERSION_MAJOR")) + number(env!("CARGO_PKG_VERSION_MINOR"));
+
+const fn number(digits: &str) -> u8 {
+    match u8::from_str_radix(digits, 10) {
+        Ok(number) => number,
+        Err(_) => 0,
+    }
+}
+
+/// What the gripper makes of the bus while another master leads.
+pub(crate) struct Ears {
+    tap: Tap<PACKET, FINGERS>,
+    /// Of a device.
+    voice: Option<Voice>,
+    role: Role,
+    baud: u32,
+}
+
+/// What a device answers with.
+struct Voice {
+    device: Device<PACKET>,
+    table: DeviceTable,
+}
+
+/// One period of a gripper that listens.
+pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, ears: &mut Option<Ears>) {
+    let baud = core.settings.baud.or_else(|| B::BAUDS.first().copied()).unwrap_or(1_000_000);
+    let is_open = ears.as_ref().is_some_and(|ears| (ears.role, ears.baud) == (core.settings.role, baud));
+    if !is_open || core.settings_changed {
+        core.settings_changed = false;
+        core.pace(1_000_000 / u64::from(core.settings.rate_hz.max(1)));
+    }
+    let ears = match ears {
+        Some(ears) if is_open => ears,
+        _ => {
+            bus.set_baud(baud);
+            core.setup_is_new = true;
+            ears.insert(Ears::new::<B>(&core.settings, baud))
+        }
+    };
+    if core::mem::take(&mut core.setup_is_new) {
+        ears.follow(core);
+    }
+    let mut chunk = [0; 64];
+    while Instant::now() < core.end {
+        let due = ears.deadline().map_or(core.end, |due_us| core.end.min(Instant::from_micros(due_us)));
+        let heard = match select(bus.read(&mut chunk), Timer::at(due)).await {
+            Either::First(Ok(count)) => count,
+            Either::First(Err(_)) => {
+                core.shared.add(|counters| &mut counters.bus_other);
+                // A port that fails at once must not take all of the processor.
+                Timer::after_micros(100).await;
+                0
+            }
+            Either::Second(()) => 0,
+        };
+        ears.hear(core, bus, chunk.get(..heard).unwrap_or_default()).await;
+    }
+    core.finish();
+    core.keep_next();
+}
+
+impl Ears {
+    fn new<B: Board>(settings: &Settings, baud: u32) -> Self {
+        let latency_us = B::BUS_LATENCY_US + RETURN_DELAY_US;
+        // What comes while an estimate is made is heard when that is done.
+        let busy_us = 1_000_000 / u32::from(settings.rate_hz.max(1));
+        let timing = |latency_us| Timing { baud_rate: baud, latency_us, status_return: StatusReturn::All };
+        let voice = match settings.role {
+            Role::Device { id, return_delay } => {
+                let bus = BusSettings { id: Id::new(id).unwrap_or(Id::MAX), baud_rate: baud, return_delay };
+                let table = DeviceTable::new(&bus, FIRMWARE, settings.count());
+                Some(Voice { device: Device::new(timing(latency_us)), table })
+            }
+            Role::Master | Role::Tap => None,
+        };
+        Self { tap: Tap::new(timing(latency_us + busy_us)), voice, role: settings.role, baud }
+    }
+
+    /// Takes what is set.
+    fn follow<B: Board>(&mut self, core: &mut Core<'_, B>) {
+        self.tap.forget();
+        for unit in &mut core.units {
+            unit.heard_us = None;
+            if let Some(id) = unit.id() {
+                // There is room for as many as there are fingers.
+                self.tap.watch(id);
+            }
+        }
+        let Some(Voice { table, .. }) = &mut self.voice else {
+            return;
+        };
+        let objects = core.shared.setup(|setup| setup.objects);
+        for (finger, (mount, object)) in core.settings.fingers.iter().zip(&objects).enumerate() {
+            if let Some(mount) = mount {
+                let reversed = mount.direction == Direction::Reversed;
+                let (servo_id, gear_ratio, zero) = (mount.servo_id, mount.gear_ratio, mount.zero);
+                table.set_finger(finger, &FingerSettings { servo_id, reversed, gear_ratio, zero });
+            }
+            table.set_object(finger, object.as_ref());
+        }
+    }
+
+    /// When to call [`Self::hear`] though nothing has come, µs.
+    fn deadline(&self) -> Option<u64> {
+        self.voice.as_ref()?.device.deadline()
+    }
+
+    /// Takes what was heard: answers first, because a master waits for that, and estimates then.
+    async fn hear<B: Board>(&mut self, core: &mut Core<'_, B>, bus: &mut B::Bus, bytes: &[u8]) {
+        let now = now_us();
+        let mut rest = bytes;
+        while let Some(heard) = self.tap.hear(now, &mut rest) {
+            core.overheard(&heard);
+        }
+        if let Some(Voice { device, table }) = &mut self.voice {
+            core.show(table, now);
+            let mut rest = bytes;
+            while let Some(reply) = device.hear(now, &mut rest, table) {
+                say(core, bus, &mut self.tap, &reply).await;
+            }
+            if let Some(reply) = device.poll(now_us(), table) {
+                say(core, bus, &mut self.tap, &reply).await;
+            }
+            while let Some(change) = table.take() {
+                core.change(change);
+            }
+        }
+        for finger in 0..core.units.len() {
+            let id = core.units.get(finger).and_then(|unit| unit.id());
+            if let Some(servo) = id.and_then(|id| self.tap.servo(id)) {
+                core.listen_to(finger, servo);
+            }
+        }
+    }
+}
+
+/// Sends an answer, and has the tap hear it like everybody else: a port does not hear itself.
+async fn say<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, tap: &mut Tap<PACKET, FINGERS>, reply: &Reply<'_>) {
+    let speak = async {
+        if reply.delay_us > 0 {
+            Timer::after_micros(u64::from(reply.delay_us)).await;
+        }
+        bus.write_all(reply.bytes).await?;
+        bus.flush().await
+    };
+    if core.patiently(speak).await.is_err() {
+        core.shared.add(|counters| &mut counters.bus_other);
+    }
+    let mut own = reply.bytes;
+    while tap.hear(now_us(), &mut own).is_some() {}
+}
+
+impl<B: Board> Core<'_, B> {
+    /// Something was said on the bus.
+    fn overheard(&mut self, heard: &Heard<'_>) {
+        match *heard {
+            Heard::Damaged(_) => self.shared.add(|counters| &mut counters.bus_damaged),
+            Heard::Refused { .. } => self.shared.add(|counters| &mut counters.bus_refused),
+            Heard::Read { id, address, bytes, .. } => {
+                let place = xm430::HARDWARE_ERROR_STATUS.address().checked_sub(address);
+                let Some(&hardware_error) = place.and_then(|place| bytes.get(usize::from(place))) else {
+                    return;
+                };
+                if let Some(unit) = self.units.iter_mut().find(|unit| unit.id() == Some(id))
+                    && core::mem::replace(&mut unit.hardware_error, hardware_error) != hardware_error
+                {
+                    self.shared.tell(Event::ServoAlert { finger: unit.last.finger, hardware_error });
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Shows the master what the fingers feel.
+    fn show(&self, table: &mut DeviceTable, now: u64) {
+        for (finger, unit) in self.units.iter().enumerate().filter(|(_, unit)| unit.mount.is_some()) {
+            let age_us = unit.heard_us.map(|at_us| u32::try_from(now.saturating_sub(at_us)).unwrap_or(u32::MAX - 1));
+            let (estimate, position, current) = (unit.last.estimate, unit.last.position, unit.last.current);
+            table.show(finger, &FingerState { estimate, position, current, age_us, alert: unit.alert });
+        }
+    }
+
+    /// Estimates from a position that was not there before, once per period.
+    fn listen_to(&mut self, finger: usize, servo: &Watched) {
+        let Some(unit) = self.units.get_mut(finger) else {
+            return;
+        };
+        if let Some(goal) = servo.goal {
+            let goal = unit.calibration.angle(goal.value);
+            if goal != unit.grip.goal() {
+                unit.grip.renamed(goal);
+            }
+        }
+        let Some(seen) = servo.position else {
+            return;
+        };
+        if unit.is_reported || unit.heard_us == Some(seen.at_us) {
+            return;
+        }
+        unit.heard_us = Some(seen.at_us);
+        if !unit.health.is_present() {
+            unit.health = Health::READY;
+            self.shared.tell(Event::ServoHeard { finger: finger as u8 });
+        }
+        // A current that the master does not read is 0.
+        let current = servo.current.map_or(0.0, |current| f32::from(current.value) * xm430::MILLIAMPERES_PER_UNIT);
+        let reading = Reading { at_us: seen.at_us, position: seen.value, current, alert: servo.alert, refused: None };
+        self.fresh(finger, &reading);
+    }
+
+    /// A period without a new position: the last one counts, as long as it is young. Returns whether it does.
+    pub(crate) fn repeat(&mut self, finger: usize) -> bool {
+        let Some(unit) = self.units.get_mut(finger) else {
+            return false;
+        };
+        let Some(at_us) = unit.heard_us else {
+            return false;
+        };
+        let age_us = now_us().saturating_sub(at_us);
+        if age_us > LOST_US && unit.health.is_present() {
+            unit.health = Health::Absent;
+            self.shared.add(|counters| &mut counters.servo_losses);
+            self.shared.tell(Event::ServoLost { finger: finger as u8 });
+            return false;
+        }
+        if age_us > YOUNG_US {
+            return false;
+        }
+        if unit.last.estimate.age > 0 {
+            // It is not there yet: a further tick at the same position.
+            let (position, current, alert) = (unit.last.position, unit.last.current, unit.alert);
+            self.fresh(finger, &Reading { at_us, position, current, alert, refused: None });
+        } else {
+            self.publish(finger);
+        }
+        true
+    }
+
+    /// Does what the master wants.
+    fn change(&mut self, change: Change) {
+        let mut settings = self.settings;
+        let (command, key) = match change {
+            Change::Reboot => {
+                self.restart = true;
+                return;
+            }
+            Change::Bus(BusSettings { id, baud_rate, return_delay }) => {
+                settings.role = Role::Device { id: id.get(), return_delay };
+                settings.baud = Some(baud_rate);
+                (Command::Settings(settings), Key::Settings)
+            }
+            Change::Finger(finger, FingerSettings { servo_id, reversed, gear_ratio, zero }) => {
+                let direction = if reversed { Direction::Reversed } else { Direction::Same };
+                if let Some(Some(mount)) = settings.fingers.get_mut(finger) {
+                    *mount = messages::Mount { servo_id, direction, gear_ratio, zero, ..*mount };
+                }
+                (Command::Settings(settings), Key::Settings)
+            }
+            Change::Object(finger, what) => {
+                (Command::Object(For { finger: finger as u8, what }), Key::Object(finger as u8))
+            }
+        };
+        match self.execute(command) {
+            Ok(()) if !self.unkept.contains(&key) => {
+                // There is room for every key.
+                let _ = self.unkept.push(key);
+            }
+            Ok(()) => {}
+            // The table says again what holds.
+            Err(_) => self.setup_is_new = true,
+        }
+    }
+
+    /// Has one thing that the master has set written to flash; restarts, if it wants that, when all of them are.
+    fn keep_next(&mut self) {
+        if let Some(&key) = self.unkept.first() {
+            if self.shared.keep_soon(key) {
+                self.unkept.remove(0);
+            }
+        } else if self.restart && self.shared.is_all_kept() {
+            B::restart();
+        }
+    }
+}
