@@ -23,7 +23,7 @@ use crate::board::{Board, BusPort, Watchdog};
 use crate::health::Health;
 use crate::listening;
 use crate::rate::Meter;
-use crate::servo::{BusError, Found, Reading, Servos, Turn};
+use crate::servo::{BusError, Found, Rates, Reading, Servos, Turn};
 use crate::shared::{Command, Order, Shared, now_us};
 use crate::store::Key;
 use crate::unit::Unit;
@@ -39,6 +39,7 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
     let mut servos = Servos::new(bus, B::BUS_LATENCY_US);
     let mut bauds = B::BAUDS.iter().copied().cycle();
     let mut baud = None;
+    let mut elsewhere = true;
     while !shared.is_restored() {
         watchdog.feed();
         Timer::after_millis(1).await;
@@ -55,12 +56,15 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
         }
         ears = None;
         if let Some((finger, id)) = core.sought() {
-            // While another servo is there, the bus keeps its rate.
-            let rate = match baud {
-                Some(rate) => rate,
-                None => bauds.next().unwrap_or(1_000_000),
+            // While another servo is there, the bus keeps its rate, but for a moment if all are to have the one that is set.
+            let wanted = core.settings.baud;
+            let other = bauds.next().unwrap_or(1_000_000);
+            elsewhere = !elsewhere;
+            let look = match baud.or(wanted) {
+                Some(rate) if !elsewhere || (baud.is_some() && wanted.is_none()) => rate,
+                _ => other,
             };
-            let found = core.patiently(servos.bring_up(finger, id, rate)).await;
+            let found = core.patiently(servos.bring_up(finger, id, Rates { look, wanted, bus: baud })).await;
             if !core.is_any_present() {
                 // Found once, the servos are looked for at their rate first, then at the others.
                 baud = None;

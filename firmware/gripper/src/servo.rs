@@ -44,6 +44,17 @@ pub(crate) struct Reading {
     pub(crate) refused: Option<(i32, StatusError)>,
 }
 
+/// Rates of the bus, bits per second.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rates {
+    /// At which a servo is looked for.
+    pub(crate) look: u32,
+    /// To which one without torque is set.
+    pub(crate) wanted: Option<u32>,
+    /// At which others are led.
+    pub(crate) bus: Option<u32>,
+}
+
 /// One finger's part of a tick.
 pub(crate) struct Turn<U: BusPort> {
     pub(crate) finger: usize,
@@ -94,12 +105,20 @@ impl<U: BusPort> Servos<U> {
     /// Looks for a finger's servo at one rate, makes it answer at once and hold its position.
     ///
     /// A servo that already has torque keeps it, and its settings: it may be holding something.
-    pub(crate) async fn bring_up(&mut self, finger: usize, id: Id, baud: u32) -> Result<Found, BusError<U>> {
+    pub(crate) async fn bring_up(&mut self, finger: usize, id: Id, rates: Rates) -> Result<Found, BusError<U>> {
         self.wrote(finger, None);
         let others = self.delay;
-        let found = self.look_for(id, baud).await;
+        let mut found = self.look_for(id, rates).await;
         self.delay = self.delay.max(others);
-        self.listen_at(self.master.timing().baud_rate, u32::from(self.delay));
+        let mut rate = self.master.timing().baud_rate;
+        if let Some(bus) = rates.bus.filter(|bus| *bus != rate) {
+            // The other servos are led at theirs.
+            rate = bus;
+            self.master.port_mut().set_baud(bus);
+            // It cannot be led with them: for this bus it is silent.
+            found = found.and(Err(dynamixel::Error::Timeout { id, waited_us: 0 }));
+        }
+        self.listen_at(rate, u32::from(self.delay));
         if let Ok(found) = &found {
             self.wrote(finger, Some(found.position));
             self.reads_fast(finger, Identity { model: found.model, firmware: found.firmware }.reads_fast());
@@ -113,18 +132,29 @@ impl<U: BusPort> Servos<U> {
         }
     }
 
-    async fn look_for(&mut self, id: Id, baud: u32) -> Result<Found, BusError<U>> {
-        let baud_rate = self.master.port_mut().set_baud(baud);
+    async fn look_for(&mut self, id: Id, rates: Rates) -> Result<Found, BusError<U>> {
+        let baud_rate = self.master.port_mut().set_baud(rates.look);
         self.listen_at(baud_rate, xm430::RETURN_DELAY_TIME.item.max as u32);
         let identity = self.master.ping(id).await?.value;
         let code = self.master.get(id, xm430::BAUD_RATE).await?.value;
         // The servo knows its rate better than the board's divider.
-        let baud = xm430::bits_per_second(code).unwrap_or(baud_rate);
+        let mut baud = xm430::bits_per_second(code).unwrap_or(baud_rate);
         let torque = self.master.get(id, xm430::TORQUE_ENABLE).await?.value != 0;
         if !torque {
             self.master.set(id, xm430::STATUS_RETURN_LEVEL, 2).await?;
             self.ensure(id, xm430::RETURN_DELAY_TIME, 0).await?;
             self.ensure(id, xm430::OPERATING_MODE, xm430::POSITION_CONTROL).await?;
+            if let Some(wanted) = rates.wanted.filter(|wanted| *wanted != baud)
+                && let Some(code) = xm430::baud_code(wanted)
+                && self.reaches(wanted, rates.look)
+            {
+                // It answers at the old rate.
+                self.master.set(id, xm430::BAUD_RATE, code).await?;
+                self.master.port_mut().set_baud(wanted);
+                self.listen_at(wanted, xm430::RETURN_DELAY_TIME.item.max as u32);
+                self.master.ping(id).await?;
+                baud = wanted;
+            }
         }
         self.delay = self.master.get(id, xm430::RETURN_DELAY_TIME).await?.value;
         self.listen_at(baud, u32::from(self.delay));
@@ -138,6 +168,13 @@ impl<U: BusPort> Servos<U> {
             }
         }
         Ok(Found { model: identity.model, firmware: identity.firmware, baud, position })
+    }
+
+    /// Whether the port has a rate, within what a receiver bears; the port is left at `present`.
+    fn reaches(&mut self, wanted: u32, present: u32) -> bool {
+        let reached = self.master.port_mut().set_baud(wanted);
+        self.master.port_mut().set_baud(present);
+        u64::from(reached.abs_diff(wanted)) * 50 <= u64::from(wanted)
     }
 
     fn listen_at(&mut self, baud_rate: u32, delay_units: u32) {
@@ -279,9 +316,10 @@ mod tests {
     use super::*;
     use core::convert::Infallible;
     use core::future::poll_fn;
-    use core::task::Poll;
+    use core::pin::pin;
+    use core::task::{Context, Poll, Waker};
     use dynamixel::{ControlTable, Device, Instruction};
-    use embassy_futures::block_on;
+    use embassy_time::{Duration, MockDriver};
     use embedded_io_async::{ErrorType, Read, Write};
     use std::collections::VecDeque;
 
@@ -319,6 +357,7 @@ mod tests {
         servos: [(Device<128>, Table); 2],
         inbox: VecDeque<u8>,
         asked: Vec<u8, 64>,
+        baud: u32,
     }
 
     impl Wire {
@@ -330,7 +369,7 @@ mod tests {
                 (Device::new(Timing::at(1_000_000)), Table { memory, knows })
             };
             let servos = [servo(1, firmware[0]), servo(2, firmware[1])];
-            Self { servos, inbox: VecDeque::new(), asked: Vec::new() }
+            Self { servos, inbox: VecDeque::new(), asked: Vec::new(), baud: 1_000_000 }
         }
     }
 
@@ -355,6 +394,9 @@ mod tests {
             let mut spoken = VecDeque::from([(None, bytes.to_vec())]);
             while let Some((by, words)) = spoken.pop_front() {
                 for (index, (device, table)) in self.servos.iter_mut().enumerate().filter(|it| by != Some(it.0)) {
+                    if xm430::bits_per_second(table.memory[8]) != Some(self.baud) {
+                        continue;
+                    }
                     let mut rest = words.as_slice();
                     while let Some(reply) = device.hear(0, &mut rest, table) {
                         self.inbox.extend(reply.bytes);
@@ -371,15 +413,30 @@ mod tests {
 
     impl BusPort for Wire {
         fn set_baud(&mut self, baud: u32) -> u32 {
-            baud
+            // No further than the slowest board.
+            self.baud = baud.min(1_500_000);
+            self.baud
         }
+    }
+
+    /// Polls, and lets time pass: a silent servo is waited for.
+    fn wait_for<F: Future>(future: F) -> F::Output {
+        let mut future = pin!(future);
+        for _ in 0..10_000 {
+            if let Poll::Ready(output) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+                return output;
+            }
+            MockDriver::get().advance(Duration::from_micros(100));
+        }
+        panic!("a second has passed");
     }
 
     fn ready(wire: Wire) -> Servos<Wire> {
         let mut servos = Servos::new(wire, 2_000);
         for finger in [0, 1] {
             let id = Id::new(finger as u8 + 1).unwrap();
-            block_on(servos.bring_up(finger, id, 1_000_000)).unwrap();
+            let rates = Rates { look: 1_000_000, wanted: None, bus: None };
+            wait_for(servos.bring_up(finger, id, rates)).unwrap();
         }
         servos
     }
@@ -389,7 +446,7 @@ mod tests {
         let mut turns =
             [0, 1].map(|finger| Turn::new(finger, Id::new(finger as u8 + 1).unwrap(), 10 + 10 * finger as i32));
         servos.master.port_mut().asked.clear();
-        block_on(servos.tick(&mut turns));
+        wait_for(servos.tick(&mut turns));
         let asked = servos.master.port_mut().asked[0];
         (turns.map(|turn| turn.result.ok().map(|reading| reading.position)), asked)
     }
@@ -412,5 +469,37 @@ mod tests {
             assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::Read.code()));
         }
         assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::SyncRead.code()));
+    }
+
+    #[test]
+    fn servos_come_to_the_rate_that_is_set() {
+        let mut wire = Wire::new([45, 45], true);
+        // The second as it comes from the factory.
+        wire.servos[1].1.memory[8] = xm430::baud_code(57_600).unwrap();
+        let mut servos = Servos::new(wire, 2_000);
+        let [one, two] = [1, 2].map(|id| Id::new(id).unwrap());
+        let at = |look, wanted, bus| Rates { look, wanted, bus };
+        wait_for(servos.bring_up(0, one, at(1_000_000, Some(1_000_000), None))).unwrap();
+        // Not there at the others' rate, found at its own, led at the others'.
+        assert!(wait_for(servos.bring_up(1, two, at(1_000_000, Some(1_000_000), Some(1_000_000)))).is_err());
+        // Where no rate is set it stays as it is, and the bus goes on at the others' rate.
+        assert!(wait_for(servos.bring_up(1, two, at(57_600, None, Some(1_000_000)))).is_err());
+        assert_eq!(servos.port_mut().baud, 1_000_000);
+        servos.port_mut().servos[1].1.memory[64] = 0;
+        let found = wait_for(servos.bring_up(1, two, at(57_600, Some(1_000_000), Some(1_000_000)))).unwrap();
+        assert_eq!(
+            (found.baud, servos.port_mut().servos[1].1.memory[8], servos.port_mut().servos[1].1.memory[9]),
+            (1_000_000, 3, 0)
+        );
+        assert_eq!(servos.master.timing().baud_rate, 1_000_000);
+        assert_eq!(tick(&mut servos).0, [Some(10), Some(20)]);
+    }
+
+    #[test]
+    fn a_rate_that_the_board_does_not_have_is_left_alone() {
+        let mut servos = Servos::new(Wire::new([45, 45], true), 2_000);
+        let rates = Rates { look: 1_000_000, wanted: Some(4_000_000), bus: None };
+        let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates)).unwrap();
+        assert_eq!((found.baud, servos.port_mut().servos[0].1.memory[8]), (1_000_000, 3));
     }
 }

@@ -219,3 +219,31 @@ fn the_documentation_tells_the_truth() {
     assert_eq!((tables, documented), (2, coded));
     assert_eq!(FingerBlock::of(3).object_radius.address(), 128 + 3 * 96 + 76);
 }
+
+/// `docs/device.md` says of every register where it stands, how long it is, and whether it can be written; of nothing else.
+#[test]
+fn the_documentation_is_the_table() {
+    let text = include_str!("../../../docs/device.md");
+    let mut told = Vec::new();
+    let mut first = None;
+    for line in text.lines() {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        match cells[..] {
+            ["address", ..] => first = Some((0, 1)),
+            ["offset", ..] => first = Some((FIRST_BLOCK, BLOCKS as u16)),
+            [addresses, bytes, access @ ("R" | "W"), ..] => {
+                let (base, blocks) = first.unwrap();
+                let length: u16 = bytes.parse().unwrap();
+                for (block, address) in (0..blocks).flat_map(|block| addresses.split(", ").map(move |it| (block, it))) {
+                    told.push((base + block * BLOCK + address.parse::<u16>().unwrap(), length, access == "W"));
+                }
+            }
+            _ => {}
+        }
+    }
+    told.sort();
+    let is = |item: &dynamixel::Item| (item.address, u16::from(item.length), item.access == Access::ReadWrite);
+    let mut items: Vec<_> = ITEMS.iter().map(is).collect();
+    items.sort();
+    assert_eq!(told, items);
+}

@@ -193,8 +193,9 @@ pub struct Settings {
     pub on_fault: Reaction,
     /// How the gripper takes part in the bus.
     pub role: Role,
-    /// Rate of the bus, one of [`BAUDS`], bits per second. A master sets its servos to it; `None`: it keeps the rate at which
-    /// it finds them. A gripper that only listens needs it; `None`: the first one of its board.
+    /// Rate of the bus, one of [`BAUDS`], bits per second. A master sets a servo without torque to it as it
+    /// finds it (one with torque may be holding something); `None`: it keeps the rate at which it finds them. A gripper that
+    /// listens needs it; `None`: the first one of its board.
     pub baud: Option<u32>,
     /// Its fingers, the first ones used.
     pub fingers: [Option<Mount>; FINGERS],

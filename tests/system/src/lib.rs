@@ -12,8 +12,10 @@
 
 mod bench;
 mod machine;
+mod shared_bus;
 mod watch;
 
 pub use bench::{Bench, Flash, Meddling};
 pub use machine::{Machine, OBJECT, finger, load_of};
+pub use shared_bus::SharedBus;
 pub use watch::Watch;

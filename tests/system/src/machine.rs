@@ -1,8 +1,11 @@
 //! Boots the firmware in QEMU with a simulated servo on its bus.
 
+use std::error::Error;
 use std::fs::File;
-use std::path::PathBuf;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -13,6 +16,8 @@ use messages::Finger;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::object::ObjectDesign;
 use tempfile::TempDir;
+
+use crate::shared_bus::{SharedBus, carry};
 
 /// How long QEMU may take to open its sockets.
 const BOOT: Duration = Duration::from_secs(20);
@@ -75,6 +80,27 @@ impl Machine {
 
     /// Boots with several servos.
     pub fn boot_all(servos: Vec<Config>, arguments: &[&str]) -> Self {
+        Self::boot_on(Hub::new(), servos, arguments, |hub, socket| hub.connect_unix(socket).map_err(Into::into))
+    }
+
+    /// Boots on a bus that another master leads.
+    pub fn boot_shared(servo: Config) -> (Self, SharedBus) {
+        let mut hub = Hub::new();
+        let port = hub.pty().expect("a pseudo-terminal");
+        let said = Arc::<AtomicU64>::default();
+        let bus = SharedBus { port, said: said.clone() };
+        let machine = Self::boot_on(hub, vec![servo], &[], |hub, socket| {
+            Ok(carry(UnixStream::connect(socket)?, hub.stream()?, said.clone())?)
+        });
+        (machine, bus)
+    }
+
+    fn boot_on(
+        mut hub: Hub,
+        servos: Vec<Config>,
+        arguments: &[&str],
+        connect: impl Fn(&mut Hub, &Path) -> Result<(), Box<dyn Error>>,
+    ) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(elf) = std::env::var_os("FRE_FIRMWARE_ELF").map(PathBuf::from) else {
             panic!("FRE_FIRMWARE_ELF does not name the firmware's ELF: run these tests by `cargo xtask test`");
@@ -93,9 +119,8 @@ impl Machine {
         let log = File::create(folder.path().join("log")).expect("a file for the log");
         let qemu = command.arg("-kernel").arg(&elf).stdin(Stdio::null()).stdout(log).spawn();
         let qemu = qemu.unwrap_or_else(|error| panic!("qemu-system-arm: {error}; `cargo xtask setup` installs it"));
-        let mut hub = Hub::new();
         let end = Instant::now() + BOOT;
-        while let Err(error) = hub.connect_unix(&folder.path().join("bus")) {
+        while let Err(error) = connect(&mut hub, &folder.path().join("bus")) {
             assert!(Instant::now() < end, "QEMU does not open its bus: {error}");
             std::thread::sleep(Duration::from_millis(10));
         }

@@ -53,10 +53,10 @@ def go(goal):
 
 
 def results():
-    """The finger's results, once they belong to the servo's present position."""
-    position = patient(lambda: packets.read4ByteTxRx(port, SERVO, 132))[0]
+    """The finger's results, once they belong to the servo's present position, which the gripper hears us read."""
     deadline = time.monotonic() + 20
     while True:
+        position = patient(lambda: packets.read4ByteTxRx(port, SERVO, 132))[0]
         block, error = patient(lambda: packets.readTxRx(port, GRIPPER, BLOCK, 40))
         assert error == 0, packets.getRxPacketError(error)
         x, y, size, cx, cy, torque, status, sound, _, age, angle, at = struct.unpack("<iiIiiiBBhIii", bytes(block))
@@ -127,4 +127,15 @@ say("action", raw(packet(GRIPPER, 0x05), 11))
 say("delay", *patient(lambda: packets.read1ByteTxRx(port, GRIPPER, 9)))
 go(start)
 say("opened", *results())
+
+# Another address, another zero, another rate; a restart forgets none of them.
+patient(lambda: packets.write4ByteTxRx(port, GRIPPER, BLOCK + 48, 204850))
+patient(lambda: packets.write1ByteTxRx(port, GRIPPER, 7, GRIPPER + 1))
+say("moved", *packets.ping(port, GRIPPER))
+say("renamed", *patient(lambda: packets.ping(port, GRIPPER + 1)))
+patient(lambda: packets.write1ByteTxRx(port, GRIPPER + 1, 8, 1))
+patient(lambda: packets.reboot(port, GRIPPER + 1))
+say("restarted", *patient(lambda: packets.ping(port, GRIPPER + 1)))
+say("rate", *patient(lambda: packets.read1ByteTxRx(port, GRIPPER + 1, 8)))
+say("zero", *patient(lambda: packets.read4ByteTxRx(port, GRIPPER + 1, BLOCK + 48)))
 port.closePort()

@@ -1,48 +1,6 @@
 //! The gripper as a device on the Dynamixel bus: its control table.
 //!
-//! Numbers are little-endian, negative ones in two's complement; R can be read, W written too. The first registers are where
-//! ROBOTIS' own devices have theirs.
-//!
-//! | address | bytes | | register | unit, values |
-//! |---|---|---|---|---|
-//! | 0 | 2 | R | model number | 21062 ("FR") |
-//! | 2 | 4 | R | version of this table | 1 |
-//! | 6 | 1 | R | firmware version | |
-//! | 7 | 1 | W | ID | 0 to 252 |
-//! | 8 | 1 | W | baud rate | 1 57,600; 2 115,200; 3 1 M; 4 2 M; 5 3 M; 6 4 M |
-//! | 9 | 1 | W | return delay time | 2 µs, 0 to 254 |
-//! | 10 | 1 | R | fingers | 1 to 4 |
-//! | 13 | 1 | R | protocol | 2 |
-//! | 68 | 1 | W | status return level | 0 Ping; 1 and reads; 2 all |
-//! | 69 | 1 | R | registered instruction | 1 while a Reg Write waits |
-//! | 70 | 1 | R | hardware error status | bit k: the servo of finger k has one |
-//!
-//! Finger k = 0 to 3 from address 128 + 96 k on:
-//!
-//! | offset | bytes | | register | unit, values |
-//! |---|---|---|---|---|
-//! | 0, 4 | 4 | R | force x, y on the object, world frame | mN |
-//! | 8 | 4 | R | its magnitude | mN |
-//! | 12, 16 | 4 | R | contact centre x, y, world frame | µm |
-//! | 20 | 4 | R | torque demanded of the motor | mN·mm |
-//! | 24 | 1 | R | status | 0 converged; 1 tracking; 2 no-contact; 3 snapped; 4 max-iterations; 5 stagnated; 6 folded; 7 contact-capacity; 8 out-of-range; 9 stale |
-//! | 25 | 1 | R | trustworthy | 1 if the numbers may be used (status 0 to 3, and the position is fresh) |
-//! | 26 | 2 | R | current of the servo | mA |
-//! | 28 | 4 | R | age of the position behind the numbers | µs; 4294967295: there is none |
-//! | 32 | 4 | R | motor angle | µrad |
-//! | 36 | 4 | R | position of the servo | counts |
-//! | 40 | 1 | W | servo's ID | 0 to 252 |
-//! | 41 | 1 | W | counts fall as the finger closes | 0, 1 |
-//! | 44 | 4 | W | gear ratio, servo to finger | 1/1000, 10 to 100,000 |
-//! | 48 | 4 | W | position at motor angle 0 | 1/100 count |
-//! | 64 | 1 | R | object's shape | 0 none; 1 circle; 2 another |
-//! | 68, 72 | 4 | W | circle's centre x, y, world frame | µm, ±10 m |
-//! | 76 | 4 | W | circle's radius | µm |
-//!
-//! A finger's results are from one tick: read them in one read. What can be written survives power-off, but for the status
-//! return level. Errors: 7 where nothing stands or nothing can be written, and in blocks of fingers that the gripper does
-//! not have; 5 if a write ends inside a register; 4 outside a register's range; 6 for an address that is somebody else's
-//! already, and for a circle that is no object.
+#![doc = include_str!("../../../../docs/device.md")]
 
 mod registers;
 
