@@ -70,6 +70,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
         run_command(
             cargo("test")
                 .args(["--workspace", "--test", "gripper", "--test", "grip", "--test", "faults", "--test", "log"])
+                .args(["--test", "device", "--test", "roles"])
                 .env("FRE_FIRMWARE_ELF", image),
         )?;
     }
