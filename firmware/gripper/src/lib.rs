@@ -45,6 +45,7 @@ mod control;
 pub mod device_table;
 mod grip;
 mod health;
+mod lag;
 mod last_words;
 mod link;
 mod listening;

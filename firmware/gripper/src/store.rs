@@ -201,6 +201,10 @@ mod tests {
     use embassy_futures::block_on;
     use embedded_storage::nor_flash::{NorFlashErrorKind, check_erase, check_read, check_write};
     use messages::{Mount, Reaction};
+    use model_core::design::{
+        Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
+    };
+    use model_core::discretise::{Discretisation, Physics};
 
     use super::*;
 
@@ -277,6 +281,29 @@ mod tests {
         setup
     }
 
+    fn full<X: Clone, const N: usize>(value: X) -> heapless::Vec<X, N> {
+        core::iter::repeat_n(value, N).collect()
+    }
+
+    /// A finger with as much of everything as there is room for.
+    fn longest() -> Finger {
+        let profile = || Profile { knots: full([1.5, 2.5]) };
+        let beam = || Beam { base: [1.5; 2], tip: [2.5; 2], sagitta: 0.1, thickness: profile(), stiffness_factor: 1.1 };
+        let arcs = Attachments::Arcs { front: full(0.1), back: full(0.2) };
+        let design = Design {
+            width: profile(),
+            plane_strain: PlaneStrain::Auto,
+            material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
+            front: beam(),
+            back: beam(),
+            lamellae: Lamellae { attachments: arcs, thickness: 3.0 },
+            hinge: Hinge { kind: HingeKind::Welded, length: full(2.5), thickness: 0.8, from: HingeFrom::Face },
+            rigid_above: Some(70.0),
+            motor_axis: [-14.0, -20.0],
+        };
+        Finger { design, how: Discretisation::estimator(Physics::Extended) }
+    }
+
     fn keep<const WORD: usize>(flash: &mut Flash<WORD>, key: Key, setup: &Setup) -> Result<(), NotKept> {
         block_on(Store::new(flash).keep(key, setup))
     }
@@ -313,53 +340,79 @@ mod tests {
         assert_eq!(flash.done, done);
     }
 
-    /// Power lost after every single byte: afterwards there is the old record or the new one, never anything else, and the
-    /// next one can be kept.
-    fn cut_everywhere<const WORD: usize>(rounds: [u32; 2]) {
+    /// Power lost after every single byte of a write: afterwards there is the old record or the new one, never anything
+    /// else, the other records are as they were, and the next one can be kept. Of every flash's turn, the writes around the
+    /// one that erases a sector.
+    fn cut_everywhere<const WORD: usize>(key: Key, make: fn(u32) -> Setup) {
+        let part = |setup: &Setup| match key {
+            Key::Settings => format!("{:?}", setup.settings),
+            Key::Finger(finger) => format!("{:?}", setup.fingers[usize::from(finger)]),
+            Key::Object(finger) => format!("{:?}", setup.objects[usize::from(finger)]),
+        };
         let mut flash = Flash::<WORD>::new();
-        let mut old = with(0.0, 0);
-        keep(&mut flash, Key::Settings, &old).unwrap();
+        let mut old = make(0);
+        keep(&mut flash, key, &old).unwrap();
         keep(&mut flash, Key::Object(1), &old).unwrap();
-        let (mut cuts, mut erasures) = (0, 0);
-        // Until the flash is nearly full: then sectors are erased.
-        for round in 1..rounds[0] {
-            old = with(round as f32, 0);
-            keep(&mut flash, Key::Settings, &old).unwrap();
-        }
-        for round in rounds[0]..rounds[1] {
-            let new = with(round as f32, 0);
+        let written = |flash: &Flash<WORD>, setup: &Setup| {
             let mut whole = flash.clone();
-            keep(&mut whole, Key::Settings, &new).unwrap();
-            let bytes = whole.done - flash.done;
-            erasures += usize::from(bytes > SECTOR);
-            // Every byte where a sector is erased would be slow: each of the first and last ones, and every seventh.
-            for cut in (0..bytes).filter(|cut| *cut < 400 || bytes - cut < 400 || cut % 7 == 0) {
-                let mut broken = flash.clone();
-                broken.left = cut;
-                let kept = keep(&mut broken, Key::Settings, &new);
-                broken.left = usize::MAX;
-                let (back, found) = restore(&mut broken);
-                assert_eq!(found.damaged, 0, "cut after {cut} of {bytes} bytes in round {round}");
-                let is_old = back.settings == old.settings;
-                assert!(is_old || back.settings == new.settings, "cut after {cut} of {bytes} bytes in round {round}");
-                assert!(!(is_old && kept.is_ok()), "kept, it said, after {cut} of {bytes} bytes in round {round}");
-                assert_eq!(back.objects[1], old.objects[1], "cut after {cut} of {bytes} bytes in round {round}");
-                let next = with(0.5, 0);
-                keep(&mut broken, Key::Settings, &next).unwrap();
-                assert_eq!(restore(&mut broken).0.settings, next.settings);
-                cuts += 1;
+            keep(&mut whole, key, setup).unwrap();
+            (whole.done - flash.done, whole)
+        };
+        let (mut cuts, mut erasures, mut round) = (0, 0, 1);
+        while erasures < 3 {
+            assert!(round < 1_000, "nothing is ever erased");
+            let (next, new) = (make(round + 1), make(round));
+            let (bytes, whole) = written(&flash, &new);
+            let erases = bytes > SECTOR;
+            // This write, or the one behind it, erases; or the first of all, onto a fresh flash.
+            if erases || round == 1 || written(&whole, &next).0 > SECTOR {
+                erasures += usize::from(erases);
+                for cut in 0..bytes {
+                    let mut broken = flash.clone();
+                    broken.left = cut;
+                    let kept = keep(&mut broken, key, &new);
+                    broken.left = usize::MAX;
+                    let place = format!("cut after {cut} of {bytes} bytes in round {round}");
+                    let (back, found) = restore(&mut broken);
+                    assert_eq!(found, Found { records: 2, damaged: 0 }, "{place}");
+                    let is_old = part(&back) == part(&old);
+                    assert!(is_old || part(&back) == part(&new), "{place}");
+                    assert!(!(is_old && kept.is_ok()), "kept, it said, {place}");
+                    assert_eq!(back.objects[1], old.objects[1], "{place}");
+                    keep(&mut broken, key, &next).unwrap();
+                    assert_eq!(part(&restore(&mut broken).0), part(&next), "{place}");
+                    cuts += 1;
+                }
             }
             (flash, old) = (whole, new);
+            round += 1;
         }
-        assert!(cuts > 1000 && erasures > 0, "{cuts} cuts, {erasures} erasures");
+        assert!(cuts > 3 * SECTOR, "{cuts} cuts");
     }
 
     #[test]
     fn a_write_cut_at_any_byte_leaves_the_old() {
-        cut_everywhere::<1>([95, 135]);
-        cut_everywhere::<4>([85, 125]);
-        cut_everywhere::<8>([85, 125]);
-        cut_everywhere::<32>([50, 85]);
+        let make = |round| with(round as f32, 0);
+        cut_everywhere::<1>(Key::Settings, make);
+        cut_everywhere::<4>(Key::Settings, make);
+        cut_everywhere::<8>(Key::Settings, make);
+        cut_everywhere::<32>(Key::Settings, make);
+    }
+
+    /// The longest records: a whole finger.
+    #[test]
+    fn a_long_write_cut_at_any_byte_leaves_the_old() {
+        let make = |round: u32| {
+            let mut setup = with(0.0, 0);
+            let mut finger = longest();
+            finger.design.youngs_modulus += f64::from(round);
+            setup.fingers[2] = Some(finger);
+            setup
+        };
+        assert!(encode(Key::Finger(2), &make(0), &mut [0; RECORD]).unwrap() > 500);
+        cut_everywhere::<1>(Key::Finger(2), make);
+        cut_everywhere::<8>(Key::Finger(2), make);
+        cut_everywhere::<32>(Key::Finger(2), make);
     }
 
     /// Noise instead of flash: told, survived, and written anew.

@@ -126,10 +126,17 @@ impl<'a> Unit<'a> {
         let touch = Touch {
             angle: self.calibration.angle(reading.position),
             force: trust.then(|| f64::from(estimate.force_magnitude())),
-            slope: None,
+            slope: force_slope(estimate),
             current: reading.current.abs(),
             alert: reading.alert,
         };
         self.grip.feel(&touch, self.calibration.count(), seconds, mount, reaction);
     }
+}
+
+/// Slope of the force's magnitude over the motor angle, N/rad, if the estimate knows it.
+fn force_slope(estimate: &Estimate) -> Option<f64> {
+    let ([x, y], [u, v], force) = (estimate.force, estimate.force_per_angle, estimate.force_magnitude());
+    let slope = f64::from((x * u + y * v) / force);
+    slope.is_finite().then_some(slope)
 }

@@ -108,9 +108,9 @@ impl Load {
         Self::default()
     }
 
-    /// The model of the reference: the paper's scheme and physics at 170/20.
+    /// The model of the reference: the paper's scheme at 170/20 in the extended physics, which is the estimator's default.
     pub const REFERENCE: Options = Options {
-        discretisation: Discretisation::full(Scheme::Paper, Physics::Paper),
+        discretisation: Discretisation::full(Scheme::Paper, Physics::Extended),
         hessian: Hessian::Newton,
         precision: Precision::F64,
     };

@@ -30,10 +30,10 @@ pub const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], ra
 /// The preset `ladder-80` as the microcontroller models it.
 pub fn finger() -> Finger {
     let finger = preset("ladder-80").expect("a preset").expect("a sound one");
-    Finger { design: finger.design, how: Discretisation::estimator(Physics::Paper) }
+    Finger { design: finger.design, how: Discretisation::estimator(Physics::Extended) }
 }
 
-/// What the finger asks of the servo: the paper's model at full resolution, on [`OBJECT`].
+/// What the finger asks of the servo: the same physics at full resolution, on [`OBJECT`].
 fn load() -> Arc<Load> {
     static LOAD: OnceLock<Arc<Load>> = OnceLock::new();
     LOAD.get_or_init(|| load_of(OBJECT, 14.0)).clone()
