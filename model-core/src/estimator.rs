@@ -187,6 +187,12 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.follower.set_settings(solver);
     }
 
+    /// Allows so many Newton iterations per tick from now on: what is left of a control loop's period may differ from tick to
+    /// tick.
+    pub fn set_budget(&mut self, budget: u32) {
+        self.settings = Some(EstimatorSettings { budget, ..self.settings.unwrap_or(EstimatorSettings::DEFAULT) });
+    }
+
     /// Says how uncertain angle and parameters are.
     ///
     /// # Errors

@@ -111,6 +111,7 @@ mod elastica;
 pub mod equilibrium;
 pub mod estimator;
 pub mod grasp;
+pub mod identify;
 pub mod ladder;
 pub mod newton;
 pub mod object;

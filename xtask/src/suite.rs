@@ -70,7 +70,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
         run_command(
             cargo("test")
                 .args(["--workspace", "--test", "gripper", "--test", "grip", "--test", "faults", "--test", "log"])
-                .args(["--test", "device", "--test", "roles"])
+                .args(["--test", "device", "--test", "roles", "--test", "restart", "--test", "contact"])
                 .env("FRE_FIRMWARE_ELF", image),
         )?;
     }

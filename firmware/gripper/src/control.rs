@@ -169,6 +169,14 @@ impl<'a, B: Board> Core<'a, B> {
         self.period.as_micros() as f64 * 1e-6
     }
 
+    /// This finger's share of what is left of the period, ticks of the cost clock: the fingers behind it want theirs too.
+    fn left(&self, finger: usize) -> u32 {
+        let us = self.end.saturating_duration_since(Instant::now()).as_micros();
+        let behind = self.units.iter().skip(finger).filter(|unit| unit.health.is_present() && !unit.is_reported);
+        let ticks = us.saturating_mul(u64::from(B::COST_HZ)) / 1_000_000;
+        u32::try_from(ticks / behind.count().max(1) as u64).unwrap_or(u32::MAX)
+    }
+
     fn chosen_hz(&self) -> f32 {
         1e6 / self.period.as_micros() as f32
     }
@@ -268,6 +276,7 @@ impl<'a, B: Board> Core<'a, B> {
     /// A position came: estimates and reports.
     pub(crate) fn fresh(&mut self, finger: usize, reading: &Reading) {
         let seconds = self.seconds();
+        let left = self.left(finger);
         let Some(unit) = self.units.get_mut(finger) else {
             return;
         };
@@ -280,14 +289,24 @@ impl<'a, B: Board> Core<'a, B> {
         }
         let time_us = reading.at_us;
         let start = B::cost_ticks();
+        unit.model.set_budget(unit.budget.iterations(left));
         let estimate = unit.model.update(unit.calibration.finger_angle(reading.position));
         let cost = B::cost_ticks().wrapping_sub(start);
+        unit.budget.spent(cost, u32::from(estimate.iterations));
         // The age counts every tick since the last trustworthy estimate, those without a position too.
         let age = if estimate.age == 0 { 0 } else { unit.last.estimate.age.saturating_add(1) };
         let (position, current) = (reading.position, reading.current);
         unit.last = Report { time_us, position, current, cost, estimate: Estimate { age, ..estimate }, ..unit.last };
         if self.settings.role == Role::Master {
             unit.feel(reading, seconds, self.settings.on_fault);
+            let told = unit.witness(reading, seconds);
+            if let Some(angle) = told.touched {
+                self.shared.tell(Event::Touched { finger: finger as u8, angle: angle as f32 });
+            }
+            if let Some(disagree) = told.disagree {
+                let (finger, demanded) = (finger as u8, unit.last.estimate.torque);
+                self.shared.tell(Event::TorquesDisagree { finger, disagree, demanded, current });
+            }
         }
         self.shared.add(|counters| &mut counters.estimates);
         self.publish(finger);
@@ -456,6 +475,7 @@ impl<'a, B: Board> Core<'a, B> {
                 self.shared.set(|setup| setup.settings = settings);
                 Ok(())
             }
+            Command::Hang => crate::provoke::hang(),
             Command::Open(which) => self.lead(which, |_, _| Ok(()), |unit, mount| unit.grip.open(mount)),
             Command::Hold(which) => self.lead(which, |_, _| Ok(()), |unit, _| unit.grip.hold()),
             Command::Close(CloseTo { fingers, angle, speed }) => self.lead(

@@ -41,6 +41,8 @@ macro_rules! log {
 }
 
 mod board;
+mod budget;
+mod contact;
 mod control;
 pub mod device_table;
 mod grip;
@@ -50,6 +52,7 @@ mod last_words;
 mod link;
 mod listening;
 mod motion;
+mod provoke;
 mod rate;
 mod servo;
 mod shared;
@@ -59,6 +62,7 @@ mod store;
 mod unit;
 
 pub use board::{Board, Boot, BusPort, Watchdog};
+pub use contact::{Contact, Told};
 pub use control::control;
 pub use grip::{Grip, Touch};
 pub use health::Health;

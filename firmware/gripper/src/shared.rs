@@ -42,6 +42,7 @@ pub(crate) enum Command {
     Close(CloseTo),
     Grip(GripTo),
     Hold(Which),
+    Hang,
 }
 
 /// A command and the number by which its outcome is known.

@@ -1,11 +1,13 @@
 //! One finger within the control task: its mount, its model, its grip, its last report.
 
 use dynamixel::Id;
-use messages::{Calibration, Mount, Phase, Reaction, Report, Why};
+use messages::{Calibration, Direction, Mount, Phase, Reaction, Report, Why};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
 
 use crate::Model;
+use crate::budget::Budget;
+use crate::contact::{Contact, Told};
 use crate::grip::{Grip, Touch};
 use crate::health::Health;
 use crate::servo::Reading;
@@ -18,6 +20,8 @@ pub(crate) struct Unit<'a> {
     pub(crate) mount: Option<Mount>,
     pub(crate) calibration: Calibration,
     pub(crate) grip: Grip,
+    pub(crate) contact: Contact,
+    pub(crate) budget: Budget,
     pub(crate) health: Health,
     pub(crate) last: Report,
     pub(crate) alert: bool,
@@ -40,6 +44,8 @@ impl<'a> Unit<'a> {
             mount,
             calibration: Calibration::new(&mount.unwrap_or(Mount::DEFAULT)),
             grip: Grip::REST,
+            contact: Contact::NONE,
+            budget: Budget::NEW,
             health: Health::Absent,
             last: Report {
                 sequence: 0,
@@ -114,6 +120,20 @@ impl<'a> Unit<'a> {
             None => self.grip.goal(),
         };
         self.calibration.position(goal)
+    }
+
+    /// What the current tells.
+    pub(crate) fn witness(&mut self, reading: &Reading, seconds: f64) -> Told {
+        let estimate = &self.last.estimate;
+        let trust = estimate.status.is_trustworthy() && estimate.age == 0;
+        // Through the gears, and in the finger's direction.
+        let ratio = self.mount.map_or(1.0, |mount| match mount.direction {
+            Direction::Same => mount.gear_ratio,
+            Direction::Reversed => -mount.gear_ratio,
+        });
+        let demanded = trust.then_some(estimate.torque);
+        let angle = self.calibration.angle(reading.position);
+        self.contact.feel(angle, reading.current * ratio, self.calibration.count(), demanded, seconds as f32)
     }
 
     /// Leads by what the servo and the model say.

@@ -25,8 +25,8 @@ mod words;
 
 pub use calibration::Calibration;
 pub use request::{
-    BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Mount, Outcome, Reaction, Refusal, ResetCause,
-    SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,
+    BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Mount, Outcome, Provocation, Reaction, Refusal,
+    ResetCause, SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,
 };
 pub use role::{BAUDS, Role};
 pub use topic::{CONTACTS, Contact, Event, Grasp, LAMELLAE, Notice, POINTS, Phase, Report, Shape, Why};
@@ -67,6 +67,7 @@ endpoints! {
     | Grip        | GripTo       | Outcome     | "grip"         |
     | Hold        | Which        | Outcome     | "hold"         |
     | GetCounters | ()           | Counters    | "counters"     |
+    | Provoke     | Provocation  | Outcome     | "provoke"      |
 }
 
 topics! {

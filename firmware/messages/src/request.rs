@@ -52,6 +52,19 @@ pub enum ResetCause {
     Unknown,
 }
 
+/// A way to go wrong on purpose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Provocation {
+    /// A start anew that the program asks for.
+    Restart,
+    /// A panic.
+    Panic,
+    /// A control loop that stops.
+    Hang,
+    /// A stack that overflows.
+    StackOverflow,
+}
+
 /// How the gripper's program started.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct BootReport {
@@ -408,6 +421,8 @@ pub enum Refusal {
     NoModel,
     /// No servo answers on the bus.
     NoServo,
+    /// Only programs built for tests go wrong on purpose.
+    NotProvokable,
     /// The settings are in force, but the flash does not take them: they are lost with the power.
     NotKept,
     /// The control loop has not taken the request in time.
@@ -437,6 +452,7 @@ impl fmt::Display for Refusal {
             Self::NotMaster => f.write_str("another master leads the servos: the gripper's role is to listen"),
             Self::NoModel => f.write_str("the force cannot be controlled before finger and object are set"),
             Self::NoServo => f.write_str("no servo answers on the bus"),
+            Self::NotProvokable => f.write_str("only a program built for tests goes wrong on purpose"),
             Self::NotKept => f.write_str("in force, but not kept: the flash does not take it"),
             Self::Busy => f.write_str("the control loop has not taken the request in time"),
         }

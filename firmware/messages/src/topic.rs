@@ -218,6 +218,25 @@ pub enum Event {
         /// What setting up took, in ticks of the cost clock.
         cost: u32,
     },
+    /// The current rose while the finger closed: it has met something. Told three ticks after the rise began.
+    Touched {
+        /// Which.
+        finger: u8,
+        /// Motor angle at which the current began to rise, rad.
+        angle: f32,
+    },
+    /// The torque that the estimate demands of the motor and the one that its current shows have begun to disagree: the
+    /// object is not where, or not what, it is said to be. Or they agree again.
+    TorquesDisagree {
+        /// Of which finger.
+        finger: u8,
+        /// From now on.
+        disagree: bool,
+        /// Demanded, N·mm.
+        demanded: f32,
+        /// Measured current, mA.
+        current: f32,
+    },
     /// A finger does something else from now on.
     PhaseChanged {
         /// Which.

@@ -100,6 +100,16 @@ impl Display for Event {
                 write!(f, "finger {finger}: the servo refused the goal {position}, error {error}")
             }
             Self::ModelReady { finger, .. } => write!(f, "finger {finger}: the model was set up anew"),
+            Self::Touched { finger, angle } => {
+                write!(f, "finger {finger} met something at {:.2}°", angle.to_degrees())
+            }
+            Self::TorquesDisagree { finger, disagree: true, demanded, current } => write!(
+                f,
+                "finger {finger}: {demanded:.0} N·mm are demanded of the motor, which {current:.0} mA do not show: the object is not as described"
+            ),
+            Self::TorquesDisagree { finger, .. } => {
+                write!(f, "finger {finger}: current and demanded torque agree again")
+            }
             Self::PhaseChanged { finger, phase } => write!(f, "finger {finger} {phase}"),
         }
     }

@@ -7,7 +7,7 @@ use std::convert::Infallible;
 use std::future::{Future, poll_fn};
 use std::pin::Pin;
 use std::rc::Rc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Wake, Waker};
 
@@ -32,6 +32,10 @@ const HANGS: u32 = 100_000;
 /// Bytes that the link holds on its way to the host.
 const LINK: usize = 2048;
 
+/// What an estimate costs, µs, and the clock that tells it: every look at it is that much later than the last one.
+static COST: AtomicU32 = AtomicU32::new(0);
+static CLOCK: AtomicU32 = AtomicU32::new(0);
+
 /// There is one clock.
 static TURN: Mutex<()> = Mutex::new(());
 
@@ -50,7 +54,7 @@ impl Board for OnPc {
     const WATCHDOG_MS: u32 = 1_000;
 
     fn cost_ticks() -> u32 {
-        0
+        CLOCK.fetch_add(COST.load(Ordering::Relaxed), Ordering::Relaxed)
     }
 
     fn restart() -> ! {
@@ -258,6 +262,7 @@ impl Bench {
     pub fn new(servo: Config, flash: &Flash) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         MockDriver::get().reset();
+        COST.store(0, Ordering::Relaxed);
         let servo = Config { clock: Clock::Wall, wire_time: true, return_delay_us: 0, ..servo };
         let servo = Servo::new(servo).expect("a servo");
         let said = servo.truth();
@@ -307,6 +312,11 @@ impl Bench {
     pub fn longest_fast_us(&self) -> (u64, u64) {
         let fed = *self.fed.borrow();
         (fed.longest_us.max(self.now_us - fed.last_us), u64::from(OnPc::WATCHDOG_MS) * 1000)
+    }
+
+    /// What an estimate seems to cost the processor from now on, µs.
+    pub fn set_cost(&mut self, us: u32) {
+        COST.store(us, Ordering::Relaxed);
     }
 
     /// Lets time pass, µs.

@@ -51,11 +51,42 @@ unsafe fn DefaultHandler(number: i16) {
     }
 }
 
-// SAFETY: ends the program.
-#[exception]
-unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
-    defmt::error!("hard fault at {=u32:#010x}, called from {=u32:#010x}", frame.pc(), frame.lr());
-    end(&format_args!("hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()))
+// A fault may come of a stack that has left the RAM: the handler gets a fresh one. r0: where the processor has put (or
+// wanted to put) pc and the like; r1: that pc, 0 if it could not be put there.
+core::arch::global_asm!(
+    ".section .HardFault.user, \"ax\"",
+    ".global HardFault",
+    ".type HardFault, %function",
+    ".thumb_func",
+    "HardFault:",
+    "mrs r0, msp",
+    "ldr r2, =_stack_end",
+    "movs r1, #0",
+    "cmp r0, r2",
+    "blo 1f",
+    "ldr r1, [r0, #24]",
+    "1:",
+    "ldr r2, =_stack_start",
+    "msr msp, r2",
+    "b mps2_hard_fault",
+    ".ltorg",
+);
+
+// SAFETY: called by the code above only, as C would.
+#[unsafe(no_mangle)]
+extern "C" fn mps2_hard_fault(frame: usize, pc: usize) -> ! {
+    let bottom = (&raw const _stack_end) as usize;
+    // An overflow is noticed up to a frame above the bottom.
+    if frame < bottom + 256 {
+        defmt::error!("the stack has overflowed");
+        end(&"the stack has overflowed");
+    }
+    defmt::error!("hard fault at {=usize:#010x}", pc);
+    end(&format_args!("hard fault at {pc:#010x}"))
+}
+
+unsafe extern "C" {
+    static _stack_end: u32;
 }
 
 fn end(words: &impl core::fmt::Display) -> ! {

@@ -8,7 +8,8 @@ use heapless::String;
 use messages::{
     BootReport, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger, GetObject,
     GetSettings, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, ObjectFor, Open, Outcome, PROTOCOL_VERSION,
-    Refusal, SetFinger, SetObject, SetSettings, Settings, TOPICS_IN, TOPICS_OUT, Version, Which, frame,
+    Provocation, Provoke, Refusal, SetFinger, SetObject, SetSettings, Settings, TOPICS_IN, TOPICS_OUT, Version, Which,
+    frame,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarKeyKind};
@@ -16,6 +17,7 @@ use postcard_rpc::server::{Dispatch, Server, WireSpawn};
 
 use super::wire::{Answers, Requests};
 use crate::board::{Board, Boot};
+use crate::provoke::provoke;
 use crate::shared::{Command, Order, Setup, Shared};
 use crate::store::{self, Key, Store};
 
@@ -59,7 +61,10 @@ async fn serve<B: Board, R: Read>(shared: &'static Shared, port: R, boot: Boot) 
     };
     let mut ticket = 0;
     loop {
-        let app = Gripper::new(Context { shared, version: version.clone(), boot: boot.clone(), ticket }, NoTasks);
+        let app = Gripper::new(
+            Context { shared, version: version.clone(), boot: boot.clone(), ticket, restart: B::restart },
+            NoTasks,
+        );
         let key = app.min_key_len();
         let mut server = Server::new(Answers(shared), &mut requests, &mut buffer[..], app, key);
         // Ends when the port closes or fails; it may come back.
@@ -85,6 +90,7 @@ pub struct Context {
     version: Version,
     boot: BootReport,
     ticket: u32,
+    restart: fn() -> !,
 }
 
 impl Context {
@@ -179,6 +185,13 @@ async fn hold(context: &mut Context, _: VarHeader, which: Which) -> Outcome {
     context.order(Command::Hold(which)).await
 }
 
+async fn provoke_it(context: &mut Context, _: VarHeader, what: Provocation) -> Outcome {
+    match provoke(context.restart, what)? {
+        Some(command) => context.order(command).await,
+        None => Ok(()),
+    }
+}
+
 fn get_counters(context: &mut Context, _: VarHeader, (): ()) -> Counters {
     context.shared.counters()
 }
@@ -226,6 +239,7 @@ define_dispatch! {
         | Grip        | async    | grip         |
         | Hold        | async    | hold         |
         | GetCounters | blocking | get_counters |
+        | Provoke     | async    | provoke_it   |
     };
     topics_in: {
         list: TOPICS_IN;
