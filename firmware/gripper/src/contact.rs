@@ -134,7 +134,8 @@ mod tests {
 
     #[test]
     fn free_motion_touches_nothing() {
-        assert_eq!(close(&mut Contact::NONE, 9.0, 0.0, 5_000), None);
+        let mut contact = Contact::NONE;
+        assert_eq!(close(&mut contact, 9.0, 0.0, 5_000), None);
     }
 
     #[test]

@@ -405,7 +405,7 @@ mod tests {
         let make = |round: u32| {
             let mut setup = with(0.0, 0);
             let mut finger = longest();
-            finger.design.youngs_modulus += f64::from(round);
+            finger.design.material.youngs_modulus += f64::from(round);
             setup.fingers[2] = Some(finger);
             setup
         };
