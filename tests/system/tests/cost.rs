@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use host::servo::{Config, Fault};
-use messages::{CloseTo, Finger, GripTo, Mount, Report, Settings, Which};
+use messages::{Finger, GripTo, Mount, Report, Settings, Which};
 use model_core::discretise::{Discretisation, Sampling};
 use model_core::object::ObjectDesign;
 use model_core::status::Status;

@@ -5,6 +5,7 @@
 mod document;
 mod pc;
 mod peer;
+mod run_time;
 mod table;
 mod target;
 
@@ -16,7 +17,7 @@ use std::fs;
 use std::path::Path;
 
 /// Parts of the bench that can be left out. The target's forces are compared with this PC's, which are always made.
-const PARTS: &[&str] = &["peer", "scaling", "branches", "target"];
+const PARTS: &[&str] = &["peer", "scaling", "branches", "target", "rates", "soak"];
 
 /// Measures, prints a table and, if asked, writes the figures as JSON; with names of parts, those only.
 pub fn run(arguments: &[&str]) -> Result<()> {
@@ -65,6 +66,14 @@ pub fn run(arguments: &[&str]) -> Result<()> {
             fs::write(file, format!("{document:#}\n")).with_context(|| format!("cannot write {}", file.display()))?;
             println!("figures: {}", file.display());
         }
+    }
+    if wanted("rates") {
+        headline("the dearest tick over a campaign of faults in QEMU, and the rates that follow");
+        run_time::rates()?;
+    }
+    if wanted("soak") {
+        headline("an hour of gripping on a bus that is never quite well, in a time of its own");
+        run_time::soak()?;
     }
     Ok(())
 }
