@@ -73,6 +73,8 @@ struct Judge {
     sound: u64,
     wrong: u64,
     first_wrong: Option<(Report, Truth)>,
+    /// Sound ones in contact.
+    touching: u64,
     /// The largest error of a sound one.
     worst: f64,
     /// Ticks in a row without a sound estimate.
@@ -85,6 +87,7 @@ impl Judge {
         if is_sound(report) {
             self.sound += 1;
             self.bad = 0;
+            self.touching += u64::from(report.estimate.force != [0.0; 2]);
             let error = error(report, truth);
             self.worst = self.worst.max(error);
             if error > 1.0 {
@@ -103,8 +106,8 @@ impl Judge {
     fn verdict(&self, what: &str, bench: &Bench) {
         let (fast, bite) = bench.longest_fast_us();
         eprintln!(
-            "{what}: {} reports, {} sound, {} wrong, the worst {:.2} of what is allowed; longest fast {fast} µs",
-            self.reports, self.sound, self.wrong, self.worst
+            "{what}: {} reports, {} sound ({} in contact), {} wrong, the worst {:.2} of what is allowed; longest fast {fast} µs",
+            self.reports, self.sound, self.touching, self.wrong, self.worst
         );
         assert_eq!(self.wrong, 0, "{:?}", self.first_wrong);
         assert!(fast < bite, "the watchdog would have bitten after {fast} µs");
@@ -204,9 +207,14 @@ fn bit_errors() {
     });
     let mut judge = Judge::default();
     bench.keeps = false;
-    judge.run(&mut bench, 100 * SECOND);
+    for _ in 0..100 {
+        // Several answers lost in a row lose the servo, which ends a grip; refused as long as it is not found again.
+        let _ = bench.ask::<Grip>(&grip(5.0));
+        judge.run(&mut bench, SECOND);
+    }
     recover(&mut bench, &mut judge);
     judge.verdict("bit errors of 1e-3", &bench);
+    assert!(judge.touching > judge.sound / 2, "{judge:?}");
     assert!(judge.sound > judge.reports / 2, "{judge:?}");
 }
 
@@ -407,7 +415,8 @@ fn an_hour() {
     assert!(reached > 350, "{reached} of 360 grips");
     assert!(judge.sound > judge.reports * 9 / 10, "{judge:?}");
     let counters = bench.ask::<messages::GetCounters>(&());
-    assert_eq!(counters.servo_losses, 0, "{counters:?}");
+    // Three ticks in a row without an answer: by chance about once in that hour.
+    assert!(counters.servo_losses <= 5, "{counters:?}");
 }
 
 /// A processor that is too slow for its rate: a tick that would take too long tells the last good force with its age, none
