@@ -13,6 +13,8 @@ pub mod heap;
 pub mod link;
 pub mod measured;
 pub mod metrics;
+#[cfg(feature = "outline")]
+pub mod outline;
 pub mod pictures;
 pub mod pressure;
 pub mod probe;

@@ -53,7 +53,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
 
     if wanted("pc") {
         headline("tests on this PC");
-        run_command(cargo("test").args(["--workspace", "--exclude", "system-tests"]))?;
+        run_command(cargo("test").args(["--workspace", "--exclude", "system-tests", "--features", "host/outline"]))?;
     }
 
     if wanted("target") {

@@ -10,6 +10,7 @@ mod log;
 mod monitor;
 mod options;
 mod replay;
+mod outline;
 mod servo;
 mod solve;
 mod source;
@@ -43,6 +44,7 @@ enum Command {
     Log(log::Args),
     Monitor(monitor::Args),
     Replay(replay::Args),
+    Outline(outline::Args),
     Servo(servo::Args),
     Solve(solve::Args),
     Sweep(sweep::Args),
@@ -69,6 +71,7 @@ pub fn run() -> ExitCode {
         Command::Log(args) => log::run(&args),
         Command::Monitor(args) => monitor::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Outline(args) => outline::run(&args),
         Command::Servo(args) => servo::run(&args),
         Command::Solve(args) => solve::run(&args),
         Command::Sweep(args) => sweep::run(&args),

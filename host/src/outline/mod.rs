@@ -1,0 +1,143 @@
+//! The front beam's shape from a photograph.
+//!
+//! Marks whose place in the finger's plane is known give the plane's perspective, pictures of a checkerboard the lens's
+//! distortion. Both edges of the beam are found between the pixels and followed from base to tip; the outline is the
+//! centreline between them in the finger frame, as [`crate::measured`] reads it. All places are sampled in the photograph
+//! itself: nothing is warped before edges are looked for.
+
+pub mod beam;
+pub mod camera;
+pub mod checkerboard;
+pub mod dots;
+pub mod edge;
+mod error;
+pub mod homography;
+mod least_squares;
+pub mod marks;
+pub mod overlay;
+pub mod photo;
+pub mod plane;
+pub mod pose;
+mod smooth;
+pub mod zhang;
+
+use model_core::design::Beam;
+
+pub use error::OutlineError;
+
+use beam::{Line, Look, SPACING, Search, Station};
+use photo::Photo;
+use plane::Plane;
+
+/// The farthest a point of the outline may be from a place where an edge was seen, mm.
+const SEEN: f64 = 1.0;
+
+/// What is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// First arc length, mm.
+    pub from: f64,
+    /// Last arc length, mm.
+    pub to: f64,
+    /// How far to either side neighbours smooth a point, mm.
+    pub smooth: f64,
+    /// Distance of the outline's points, mm.
+    pub spacing: f64,
+}
+
+impl Options {
+    /// The whole beam but one thickness at either end, where base and tip round the edges off; points 1 mm apart,
+    /// smoothed over 2.5 mm to either side.
+    pub fn of(beam: &Beam) -> Self {
+        let length = beam.length();
+        let end = length - beam.thickness.at(length);
+        Self { from: beam.thickness.at(0.0), to: end, smooth: 2.5, spacing: 1.0 }
+    }
+}
+
+/// A point of the front centreline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutlinePoint {
+    /// Arc length from the base, mm.
+    pub arc: f64,
+    /// Finger frame, mm.
+    pub point: [f64; 2],
+    /// Direction from base to tip.
+    pub tangent: [f64; 2],
+    /// Standard deviation across the beam from the scatter of the edges, mm; the calibration's error comes on top.
+    pub deviation: f64,
+}
+
+/// The outline of a front beam.
+#[derive(Clone, Debug)]
+pub struct Outline {
+    /// Base to tip.
+    pub points: Vec<OutlinePoint>,
+    /// Stretches of arc length without a visible edge, mm.
+    pub gaps: Vec<[f64; 2]>,
+    /// Contrast in linear light, and thickness seen over thickness of the design.
+    pub look: Look,
+    /// Standard deviation of the edges' blur, pixels (median).
+    pub blur_px: f64,
+    /// Standard deviation of a single place from the smoothed line, mm (median).
+    pub scatter: f64,
+    /// Millimetres per pixel in the middle of the beam.
+    pub mm_per_pixel: f64,
+}
+
+/// Finds the front beam of a finger; `plane` leads from the finger frame to pixels.
+///
+/// # Errors
+/// The beam is not in the picture, its contrast is too low, or its edges end before the places wanted.
+pub fn extract(photo: &Photo, plane: &Plane, beam: &Beam, options: &Options) -> Result<Outline, OutlineError> {
+    let search = Search { photo, plane, beam };
+    let (seed, first_look) = search.seed(options.from, options.to)?;
+    let first = search.follow(seed, &first_look, options.from, options.to)?;
+    // The thickness where both edges were seen tells where the centre is where only one is.
+    let ratio = median(first.iter().filter_map(|station| station.ratio)).unwrap_or(first_look.ratio);
+    let look = Look { ratio, ..first_look };
+    // Once more with directions across the beam that noise does not turn, at even distances along it.
+    let rough = Line::new(&first, options.smooth.max(2.0));
+    let (from, to) = (first.first().map_or(0.0, |s| s.arc), first.last().map_or(0.0, |s| s.arc));
+    let along = even(&rough, from, to);
+    let stations: Vec<Station> =
+        along.iter().filter_map(|(arc, on)| search.station(*arc, on.point, on.tangent, &look)).collect();
+    let line = Line::new(&stations, options.smooth.max(SPACING));
+    let mut points = Vec::new();
+    let mut scatters = Vec::new();
+    let count = ((options.to - options.from) / options.spacing + 1e-9).floor().max(0.0) as usize;
+    for i in 0..=count {
+        let arc = options.from + options.spacing * i as f64;
+        let Some(on) = line.at(arc).filter(|on| on.nearest <= SEEN) else { continue };
+        scatters.push(on.scatter);
+        points.push(OutlinePoint { arc, point: on.point, tangent: on.tangent, deviation: on.deviation });
+    }
+    let mm_per_pixel = plane.mm_per_pixel(beam.point(0.5 * beam.length())).unwrap_or(f64::NAN);
+    Ok(Outline {
+        gaps: gaps(&stations, options),
+        points,
+        look,
+        blur_px: median(stations.iter().map(|station| station.edge.blur)).unwrap_or(f64::NAN) / mm_per_pixel,
+        scatter: median(scatters).unwrap_or(f64::NAN),
+        mm_per_pixel,
+    })
+}
+
+/// Places `SPACING` apart, with arc lengths measured along the line from its start.
+fn even(line: &Line<'_>, from: f64, to: f64) -> Vec<(f64, beam::OnLine)> {
+    let count = ((to - from) / SPACING).round().max(0.0) as usize;
+    (0..=count).map(|i| from + SPACING * i as f64).filter_map(|arc| Some((arc, line.at(arc)?))).collect()
+}
+
+fn gaps(stations: &[Station], options: &Options) -> Vec<[f64; 2]> {
+    let ends = [options.from - SPACING, options.to + SPACING];
+    let arcs: Vec<f64> =
+        std::iter::once(ends[0]).chain(stations.iter().map(|station| station.arc)).chain([ends[1]]).collect();
+    arcs.windows(2).filter(|pair| pair[1] - pair[0] > 2.0 * SEEN).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}

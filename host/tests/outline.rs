@@ -1,0 +1,361 @@
+//! `fre outline` on photographs whose truth is known: accuracy with perspective, lens, noise and blur; and its refusals.
+
+mod outline_scene;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use host::case::Case;
+use host::measured::Measured;
+use host::metrics::distance;
+use host::run::{self, Options, Solution};
+use model_core::object::ObjectDesign;
+
+use outline_scene::{DARK_FINGER, Eye, Lights, Sheet, checkerboard, save};
+
+const ANGLE: f64 = 8.0;
+const CASE: &str = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\n\
+    centre_mm = [41.0, 45.0]\n[motion]\nmotor_angles_deg = [8.0]\n";
+/// Places of the marks, mm, and their dots' diameter.
+const MARKS: [[f64; 2]; 4] = [[-42.0, -12.0], [24.0, -14.0], [14.0, 97.0], [-44.0, 90.0]];
+const DOT: f64 = 4.0;
+
+/// 0.1 mm per pixel from 170 mm, without distortion.
+const STRAIGHT: Eye =
+    Eye { size: [1000, 1300], focal: [1700.0, 1700.0], centre: [499.5, 649.5], lens: [0.0; 4], pose: [[0.0; 3]; 3] };
+const LENS: [f64; 4] = [-0.24, 0.07, 0.001, -0.0015];
+
+/// A folder of its own for each test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("fre-outline-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        std::fs::write(path.join("case.toml"), CASE).unwrap();
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn fre(&self, words: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_fre")).args(words).current_dir(&self.0).output().unwrap()
+    }
+
+    /// The outline's points of a photograph, with marks and more options.
+    fn outline(&self, marks: &[String], options: &[&str]) -> Vec<[f64; 2]> {
+        let output = self.fre(&command(marks, options));
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
+        println!("{}", words(&output.stderr));
+        let text = words(&output.stdout);
+        let measured = Measured::parse("outline", &text).unwrap();
+        assert!(measured.problems.is_empty(), "{:?}", measured.problems);
+        assert_eq!((measured.measurements.len(), measured.measurements[0].place), (1, ANGLE));
+        measured.measurements[0].front.clone()
+    }
+
+    fn refusal(&self, marks: &[String], options: &[&str]) -> String {
+        let output = self.fre(&command(marks, options));
+        assert_eq!(output.status.code(), Some(1), "{} {}", words(&output.stdout), words(&output.stderr));
+        assert!(output.stdout.is_empty());
+        words(&output.stderr)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if std::env::var_os("FRE_KEEP").is_none() {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
+    }
+}
+
+fn command<'a>(marks: &'a [String], options: &[&'a str]) -> Vec<&'a str> {
+    let mut command = vec!["outline", "photo.png", "--case", "case.toml", "--angle-deg", "8"];
+    command.extend(options);
+    command.push("--marks");
+    command.extend(marks.iter().map(String::as_str));
+    command
+}
+
+fn words(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn mark([px, py]: [f64; 2], [x, y]: [f64; 2]) -> String {
+    format!("{px:.2},{py:.2}={x},{y}")
+}
+
+fn case() -> Case {
+    Case::parse("case.toml", CASE).unwrap()
+}
+
+fn solved() -> Solution {
+    run::solve(&case(), &Options::default()).unwrap().remove(0)
+}
+
+/// The deformed finger, its object and the marks; world frame if asked for.
+fn sheet(lights: Lights, solution: &Solution, marks: &[[f64; 2]], world: bool) -> Sheet {
+    let case = case();
+    let design = &case.finger.design;
+    let place = |p: [f64; 2]| if world { turned(p, design.motor_axis, -ANGLE) } else { p };
+    let line = |points: &[[f64; 2]]| points.iter().map(|&p| place(p)).collect::<Vec<_>>();
+    let along = |points: &[[f64; 2]], arc: f64| {
+        let mut before = 0.0;
+        for pair in points.windows(2) {
+            let length = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+            if before + length >= arc {
+                let part = (arc - before) / length;
+                return [0, 1].map(|i| pair[0][i] + part * (pair[1][i] - pair[0][i]));
+            }
+            before += length;
+        }
+        points[points.len() - 1]
+    };
+    let ObjectDesign::Circle { centre, radius } = case.object else { panic!("the case has a circle") };
+    Sheet::draw(lights, |pen| {
+        pen.disc(place(turned(centre, design.motor_axis, ANGLE)), radius, lights.object);
+        pen.line(&line(&solution.front_mm), 2.0, lights.finger);
+        pen.line(&line(&solution.back_mm), 2.0, lights.finger);
+        pen.line(&line(&[[1.0, -2.0], [-29.0, -2.0]]), 4.0, lights.finger);
+        for (lamella, bar) in solution.lamellae_mm.iter().enumerate() {
+            let arcs = design.attachment_arcs(lamella);
+            pen.line(&line(bar), 3.0, lights.finger);
+            pen.line(&line(&[along(&solution.front_mm, arcs[0]), bar[0]]), 0.8, lights.finger);
+            pen.line(&line(&[bar[1], along(&solution.back_mm, arcs[1])]), 0.8, lights.finger);
+        }
+        for &at in marks {
+            pen.disc(at, 0.5 * DOT, lights.dots);
+        }
+    })
+}
+
+/// A point turned about an axis, counter-clockwise.
+fn turned(p: [f64; 2], axis: [f64; 2], degrees: f64) -> [f64; 2] {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let [x, y] = [p[0] - axis[0], p[1] - axis[1]];
+    [axis[0] + cos * x - sin * y, axis[1] + sin * x + cos * y]
+}
+
+/// Mean and largest distance of points to the true centreline, mm.
+fn deviation(points: &[[f64; 2]], truth: &[[f64; 2]]) -> [f64; 2] {
+    let each: Vec<f64> = points.iter().map(|&p| distance(p, truth).unwrap()).collect();
+    let mean = each.iter().sum::<f64>() / each.len() as f64;
+    [mean, each.into_iter().fold(0.0, f64::max)]
+}
+
+fn exact_marks(eye: &Eye) -> Vec<String> {
+    MARKS.iter().map(|&mm| mark(eye.pixel(mm), mm)).collect()
+}
+
+/// Pictures of the checkerboard, tilted differently.
+fn boards(eye: &Eye, folder: &Path) -> Vec<String> {
+    let tilts: [[f64; 3]; 7] = [
+        [28.0, 4.0, 88.0],
+        [-30.0, 8.0, 95.0],
+        [6.0, 30.0, 85.0],
+        [-4.0, -32.0, 92.0],
+        [22.0, 22.0, 100.0],
+        [-20.0, 24.0, 80.0],
+        [3.0, -5.0, 90.0],
+    ];
+    let shift = [[0.0, 0.0], [6.0, 2.0], [-5.0, 3.0], [4.0, -4.0], [0.0, 5.0], [-6.0, -2.0], [3.0, 0.0]];
+    let name = |i: usize| format!("board-{i}.png");
+    for (i, (tilt, [dx, dy])) in tilts.into_iter().zip(shift).enumerate() {
+        let eye = eye.looking_at([48.0 + dx, 30.0 + dy], 175.0, tilt, false);
+        save(&eye.photograph(checkerboard, 0.9, 2.0, 50 + i as u64), &folder.join(name(i)));
+    }
+    (0..tilts.len()).map(name).collect()
+}
+
+#[test]
+fn perspective_noise_and_blur_leave_a_tenth_of_a_millimetre() {
+    let folder = Folder::new("perspective");
+    let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [14.0, -17.0, 6.0], false);
+    let solution = solved();
+    let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);
+    save(&eye.photograph(sheet.light(), 1.3, 3.0, 1), &folder.path("photo.png"));
+    // Marks are clicked, a few pixels off; their dots are found.
+    let clicks = [[7.0, -5.0], [-6.0, 4.0], [3.0, 9.0], [-8.0, -3.0]];
+    let clicked: Vec<String> = MARKS
+        .iter()
+        .zip(clicks)
+        .map(|(&mm, [dx, dy])| {
+            let [x, y] = eye.pixel(mm);
+            mark([x + dx, y + dy], mm)
+        })
+        .collect();
+    let points = folder.outline(&clicked, &["--dot-mm", "4", "--plot", "overlay.png"]);
+    let [mean, max] = deviation(&points, &solution.front_mm);
+    println!("perspective, clicked dots: mean {mean:.4} mm, max {max:.4} mm of {} points", points.len());
+    assert!(mean < 0.03 && max < 0.3, "mean {mean}, max {max}");
+    // From base to tip, without holes.
+    assert!(points[0][1] < 3.0 && points[points.len() - 1][1] > 66.0, "{points:?}");
+    assert!(points.windows(2).all(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]) < 2.5));
+    let overlay = image::open(folder.path("overlay.png")).unwrap().to_rgb8();
+    let red = overlay.pixels().filter(|p| p.0[0] > 180 && p.0[1] < 90 && p.0[2] < 90).count();
+    assert!(red > 800, "{red} red pixels of the outline");
+
+    // A similarity instead of a perspective through the same marks is far off: the perspective is really needed.
+    let similar: Vec<[f64; 2]> = MARKS.iter().map(|&mm| eye.pixel(mm)).collect();
+    let flat: Vec<String> = similarity(&MARKS, &similar).iter().zip(MARKS).map(|(&p, mm)| mark(p, mm)).collect();
+    let output = folder.fre(&command(&flat, &[]));
+    if output.status.success() {
+        let measured = Measured::parse("flat", &words(&output.stdout)).unwrap();
+        let [mean, _] = deviation(&measured.measurements[0].front, &solution.front_mm);
+        println!("without perspective: mean {mean:.3} mm");
+        assert!(mean > 0.5, "mean {mean}");
+    }
+}
+
+/// Least-squares similarity (mirrored: y is up in mm, down in pixels) of places, applied to them.
+fn similarity(mm: &[[f64; 2]], pixels: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let count = mm.len() as f64;
+    let centre = |points: &[[f64; 2]]| [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / count);
+    let (from, to) = (centre(mm), centre(pixels));
+    let (mut a, mut b, mut size) = (0.0, 0.0, 0.0);
+    for (p, q) in mm.iter().zip(pixels) {
+        let (x, y) = (p[0] - from[0], from[1] - p[1]);
+        let (u, v) = (q[0] - to[0], q[1] - to[1]);
+        a += x * u + y * v;
+        b += x * v - y * u;
+        size += x * x + y * y;
+    }
+    let (a, b) = (a / size, b / size);
+    let map = |p: &[f64; 2]| {
+        let (x, y) = (p[0] - from[0], from[1] - p[1]);
+        [to[0] + a * x - b * y, to[1] + b * x + a * y]
+    };
+    mm.iter().map(map).collect()
+}
+
+#[test]
+fn a_checkerboard_removes_the_lens() {
+    let folder = Folder::new("lens");
+    let lens = Eye { lens: LENS, centre: [507.0, 640.0], focal: [1705.0, 1698.0], ..STRAIGHT };
+    let eye = lens.looking_at([-8.0, 40.0], 170.0, [-10.0, 12.0, -4.0], false);
+    let solution = solved();
+    let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);
+    save(&eye.photograph(sheet.light(), 1.1, 2.5, 2), &folder.path("photo.png"));
+    let boards = boards(&lens, &folder.0);
+    let marks = exact_marks(&eye);
+    let mut options = vec!["--squares", "10x7", "--square-mm", "12", "--save-camera", "camera.toml", "--checkerboard"];
+    options.extend(boards.iter().map(String::as_str));
+    let points = folder.outline(&marks, &options);
+    let [mean, max] = deviation(&points, &solution.front_mm);
+    println!("lens and perspective: mean {mean:.4} mm, max {max:.4} mm");
+    assert!(mean < 0.03 && max < 0.3, "mean {mean}, max {max}");
+
+    // The camera kept in a file gives the same.
+    let again = folder.outline(&marks, &["--camera", "camera.toml"]);
+    assert_eq!(points, again);
+
+    // Without it the lens is really in the way.
+    let [ignored, max] = deviation(&folder.outline(&marks, &[]), &solution.front_mm);
+    println!("lens ignored: mean {ignored:.4} mm, max {max:.4} mm");
+    assert!(ignored > 3.0 * mean && max > 0.12, "mean {ignored}, max {max}");
+}
+
+#[test]
+fn compare_reads_a_series_and_finds_the_model_again() {
+    let folder = Folder::new("series");
+    let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [8.0, 10.0, 0.0], false);
+    let solution = solved();
+    let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);
+    save(&eye.photograph(sheet.light(), 1.3, 3.0, 4), &folder.path("photo.png"));
+    let marks = exact_marks(&eye);
+    let force = format!("{}", solution.force_magnitude_n.unwrap());
+    let file = ["--output", "measured.csv", "--force-n", &force];
+    assert_eq!(folder.fre(&command(&marks, &file)).status.code(), Some(0));
+    // The same photograph as if at another angle: another place in the same file.
+    let mut other = command(&marks, &["--output", "measured.csv", "--append"]);
+    other[5] = "9";
+    assert_eq!(folder.fre(&other).status.code(), Some(0));
+    let output = folder.fre(&["compare", "case.toml", "--measured", "measured.csv", "--format", "json"]);
+    assert_eq!(output.status.code(), Some(2), "the second place has no force: {}", words(&output.stderr));
+    let compared: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = compared["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2);
+    let number = |row: usize, key: &str| rows[row][key].as_f64().unwrap();
+    assert!(number(0, "shape_mean_mm") < 0.05, "{compared}");
+    assert!(number(0, "difference_n").abs() < 1e-6, "{compared}");
+    assert!(number(1, "shape_mean_mm") > 2.0 * number(0, "shape_mean_mm"), "{compared}");
+
+    std::fs::write(folder.path("measured.csv"), "something,else\n").unwrap();
+    assert!(
+        words(&folder.fre(&command(&marks, &["--output", "measured.csv", "--append"])).stderr)
+            .contains("measured.csv:1")
+    );
+}
+
+#[test]
+fn what_cannot_be_measured_is_said() {
+    let folder = Folder::new("refusals");
+    let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [0.0, 0.0, 0.0], false);
+    let solution = solved();
+    let marks = exact_marks(&eye);
+    let faint = Lights { ground: 120, finger: 117, object: 118, dots: 10 };
+    save(&eye.photograph(sheet(faint, &solution, &MARKS, false).light(), 1.2, 1.0, 5), &folder.path("photo.png"));
+    let told = folder.refusal(&marks, &[]);
+    assert!(told.contains("contrast is too low"), "{told}");
+    let blank = Sheet::draw(DARK_FINGER, |_| ());
+    save(&eye.photograph(blank.light(), 1.2, 2.0, 6), &folder.path("photo.png"));
+    assert!(folder.refusal(&marks, &[]).contains("contrast is too low"));
+    assert!(folder.refusal(&marks, &["--dot-mm", "4"]).contains("not on a round dot"));
+
+    let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);
+    save(&eye.photograph(sheet.light(), 1.2, 2.0, 7), &folder.path("photo.png"));
+    let mut changed = marks.clone();
+    changed[2] = mark([4000.0, 20.0], MARKS[2]);
+    assert!(folder.refusal(&changed, &[]).contains("4000,20=14,97 lies outside the picture"));
+    let on_line: Vec<String> =
+        [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [5.0, 60.0]].iter().map(|&mm| mark(eye.pixel(mm), mm)).collect();
+    assert!(folder.refusal(&on_line, &[]).contains("on a line"));
+    assert!(folder.refusal(&marks[..3], &[]).contains("at least 4"));
+    let crossed: Vec<String> = MARKS.iter().zip([0, 1, 3, 2]).map(|(&mm, i)| mark(eye.pixel(MARKS[i]), mm)).collect();
+    assert!(folder.refusal(&crossed, &[]).contains("each other's millimetres"));
+    let shifted: Vec<String> = MARKS.iter().map(|&mm| mark(eye.pixel(mm), [mm[0] + 12.0, mm[1]])).collect();
+    assert!(folder.refusal(&shifted, &[]).contains("none so far apart"));
+    let away: Vec<String> = MARKS.iter().map(|&mm| mark(eye.pixel(mm), [mm[0], mm[1] + 200.0])).collect();
+    assert!(folder.refusal(&away, &[]).contains("outside the picture"));
+    assert!(folder.refusal(&marks, &["--plot", "x.svg"]).contains("ends in .png"));
+    assert!(folder.refusal(&marks, &["--to-mm", "99"]).contains("--to-mm is 99; allowed is"));
+    assert!(folder.refusal(&marks, &["--marks", "1,2=3"]).contains("PX,PY=X,Y"));
+    let board = ["--squares", "10x7", "--checkerboard", "photo.png", "photo.png", "photo.png"];
+    assert!(folder.refusal(&marks, &board).contains("needed is 9 by 6"));
+
+    std::fs::write(folder.path("marks.toml"), "[[mark]]\npixel = [1.0, 2.0]\nmm = \"here\"\n").unwrap();
+    let file = ["outline", "photo.png", "--case", "case.toml", "--angle-deg", "8", "--marks-file", "marks.toml"];
+    assert!(words(&folder.fre(&file).stderr).contains("marks.toml:3:"), "{}", words(&folder.fre(&file).stderr));
+    std::fs::write(folder.path("photo.png"), b"no picture").unwrap();
+    assert!(folder.refusal(&marks, &[]).contains("photo.png: cannot be read"));
+    std::fs::remove_file(folder.path("photo.png")).unwrap();
+    assert!(folder.refusal(&marks, &[]).contains("photo.png: cannot be read"));
+}
+
+#[test]
+fn a_camera_held_upright_is_turned_as_its_file_says() {
+    let folder = Folder::new("exif");
+    let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [6.0, -5.0, 2.0], false);
+    let solution = solved();
+    let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);
+    let upright = eye.photograph(sheet.light(), 1.2, 2.0, 8);
+    // Stored lying; orientation 6: turn clockwise to see it upright.
+    let mut jpeg = Vec::new();
+    let stored = image::imageops::rotate270(&upright);
+    image::codecs::jpeg::JpegEncoder::new_with_quality(&mut jpeg, 95).encode_image(&stored).unwrap();
+    let tiff = [&b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0"[..]].concat();
+    let mut file = vec![0xFF, 0xD8, 0xFF, 0xE1];
+    file.extend(((2 + 6 + tiff.len()) as u16).to_be_bytes());
+    file.extend(b"Exif\0\0");
+    file.extend(tiff);
+    file.extend(&jpeg[2..]);
+    // The content counts, not the ending.
+    std::fs::write(folder.path("photo.png"), file).unwrap();
+    let points = folder.outline(&exact_marks(&eye), &[]);
+    let [mean, max] = deviation(&points, &solution.front_mm);
+    println!("JPEG with orientation: mean {mean:.4} mm, max {max:.4} mm");
+    assert!(mean < 0.03 && max < 0.3, "mean {mean}, max {max}");
+}
