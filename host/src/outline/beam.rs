@@ -105,8 +105,6 @@ impl Search<'_> {
 
     /// A place near the base where both edges stand as far apart as the beam is thick, and their look.
     pub fn seed(&self, from: f64, to: f64) -> Result<(Station, Look), OutlineError> {
-        let tangent = self.beam.direction();
-        let normal = [tangent[1], -tangent[0]];
         let length = self.beam.length();
         let (low, high) = (from.max(0.05 * length), to.min(0.4 * length).max(from.max(0.05 * length) + 2.0));
         let mut best: Option<(f64, Station, Look)> = None;
@@ -114,6 +112,8 @@ impl Search<'_> {
         let places = ((high - low) / 1.0).floor() as usize;
         for i in 0..=places {
             let arc = low + i as f64;
+            let tangent = self.beam.direction(arc);
+            let normal = [tangent[1], -tangent[0]];
             let thickness = self.beam.thickness.at(arc);
             let on = self.beam.point(arc);
             let shifts = (2.0 * LOST / 0.25) as i32;
@@ -231,7 +231,7 @@ impl Search<'_> {
         } else {
             stations.iter().take_while(|station| station.arc - arc < FORETOLD_FROM + SPACING).collect()
         };
-        let rest = self.beam.direction();
+        let rest = self.beam.direction(arc);
         let Some(&&nearest) = near.first().or(stations.back().as_ref()) else { return (self.beam.point(arc), rest) };
         let ahead = arc - nearest.arc;
         let straight = [nearest.centre[0] + ahead * rest[0], nearest.centre[1] + ahead * rest[1]];
