@@ -11,7 +11,7 @@ use host::metrics::distance;
 use host::run::{self, Options, Solution};
 use model_core::object::ObjectDesign;
 
-use outline_scene::{DARK_FINGER, Eye, Lights, Sheet, checkerboard, save};
+use outline_scene::{BRIGHT_FINGER, DARK_FINGER, Eye, Lights, Sheet, checkerboard, save};
 
 const ANGLE: f64 = 8.0;
 const CASE: &str = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\n\
@@ -143,7 +143,11 @@ fn turned(p: [f64; 2], axis: [f64; 2], degrees: f64) -> [f64; 2] {
 fn deviation(points: &[[f64; 2]], truth: &[[f64; 2]]) -> [f64; 2] {
     let each: Vec<f64> = points.iter().map(|&p| distance(p, truth).unwrap()).collect();
     let mean = each.iter().sum::<f64>() / each.len() as f64;
-    [mean, each.into_iter().fold(0.0, f64::max)]
+    let max = each.iter().copied().fold(0.0, f64::max);
+    let last: Vec<String> =
+        points.iter().zip(&each).rev().take(6).map(|(p, d)| format!("y {:.2}: {d:.4}", p[1])).collect();
+    println!("last points: {}", last.join(", "));
+    [mean, max]
 }
 
 fn exact_marks(eye: &Eye) -> Vec<String> {
@@ -190,7 +194,7 @@ fn perspective_noise_and_blur_leave_a_tenth_of_a_millimetre() {
     let points = folder.outline(&clicked, &["--dot-mm", "4", "--plot", "overlay.png"]);
     let [mean, max] = deviation(&points, &solution.front_mm);
     println!("perspective, clicked dots: mean {mean:.4} mm, max {max:.4} mm of {} points", points.len());
-    assert!(mean < 0.03 && max < 0.3, "mean {mean}, max {max}");
+    assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
     // From base to tip, without holes.
     assert!(points[0][1] < 3.0 && points[points.len() - 1][1] > 66.0, "{points:?}");
     assert!(points.windows(2).all(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]) < 2.5));
@@ -201,13 +205,9 @@ fn perspective_noise_and_blur_leave_a_tenth_of_a_millimetre() {
     // A similarity instead of a perspective through the same marks is far off: the perspective is really needed.
     let similar: Vec<[f64; 2]> = MARKS.iter().map(|&mm| eye.pixel(mm)).collect();
     let flat: Vec<String> = similarity(&MARKS, &similar).iter().zip(MARKS).map(|(&p, mm)| mark(p, mm)).collect();
-    let output = folder.fre(&command(&flat, &[]));
-    if output.status.success() {
-        let measured = Measured::parse("flat", &words(&output.stdout)).unwrap();
-        let [mean, _] = deviation(&measured.measurements[0].front, &solution.front_mm);
-        println!("without perspective: mean {mean:.3} mm");
-        assert!(mean > 0.5, "mean {mean}");
-    }
+    let [mean, _] = deviation(&folder.outline(&flat, &[]), &solution.front_mm);
+    println!("without perspective: mean {mean:.3} mm");
+    assert!(mean > 0.5, "mean {mean}");
 }
 
 /// Least-squares similarity (mirrored: y is up in mm, down in pixels) of places, applied to them.
@@ -246,7 +246,7 @@ fn a_checkerboard_removes_the_lens() {
     let points = folder.outline(&marks, &options);
     let [mean, max] = deviation(&points, &solution.front_mm);
     println!("lens and perspective: mean {mean:.4} mm, max {max:.4} mm");
-    assert!(mean < 0.03 && max < 0.3, "mean {mean}, max {max}");
+    assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
 
     // The camera kept in a file gives the same.
     let again = folder.outline(&marks, &["--camera", "camera.toml"]);
@@ -256,6 +256,26 @@ fn a_checkerboard_removes_the_lens() {
     let [ignored, max] = deviation(&folder.outline(&marks, &[]), &solution.front_mm);
     println!("lens ignored: mean {ignored:.4} mm, max {max:.4} mm");
     assert!(ignored > 3.0 * mean && max > 0.12, "mean {ignored}, max {max}");
+}
+
+#[test]
+fn marks_that_stand_still_and_a_bright_finger_seen_from_behind() {
+    let folder = Folder::new("world");
+    let eye = STRAIGHT.looking_at([0.0, 38.0], 170.0, [-9.0, 8.0, -5.0], true);
+    let solution = solved();
+    // Everything is drawn where it stands in the world; the outline must come back in the finger frame.
+    let sheet = sheet(BRIGHT_FINGER, &solution, &MARKS, true);
+    save(&eye.photograph(sheet.light(), 1.2, 2.5, 3), &folder.path("photo.png"));
+    let marks = exact_marks(&eye);
+    let points = folder.outline(&marks, &["--frame", "world"]);
+    let [mean, max] = deviation(&points, &solution.front_mm);
+    println!("world frame, mirrored, bright: mean {mean:.4} mm, max {max:.4} mm of {} points", points.len());
+    assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
+
+    // Taken for the finger frame, the same marks have the finger turned by the motor's angle.
+    let [mean, _] = deviation(&folder.outline(&marks, &[]), &solution.front_mm);
+    println!("world taken for finger: mean {mean:.3} mm");
+    assert!(mean > 2.0, "mean {mean}");
 }
 
 #[test]
@@ -357,5 +377,5 @@ fn a_camera_held_upright_is_turned_as_its_file_says() {
     let points = folder.outline(&exact_marks(&eye), &[]);
     let [mean, max] = deviation(&points, &solution.front_mm);
     println!("JPEG with orientation: mean {mean:.4} mm, max {max:.4} mm");
-    assert!(mean < 0.03 && max < 0.3, "mean {mean}, max {max}");
+    assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
 }

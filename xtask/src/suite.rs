@@ -15,6 +15,9 @@ const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "target", "system", "b
 /// only: clippy would have the chip library checked for each of them once more.
 const LINTED: &str = "opencr";
 
+/// Features of the tests on this PC, the same in every part: so that nothing is built a second time with others.
+const FEATURES: [&str; 2] = ["--features", "host/outline"];
+
 /// Runs the parts named, or all; stops at the first step that fails.
 pub fn run(parts: &[&str]) -> Result<()> {
     if let Some(unknown) = parts.iter().find(|part| !PARTS.contains(part)) {
@@ -48,12 +51,17 @@ pub fn run(parts: &[&str]) -> Result<()> {
 
     if wanted("doc") {
         headline("documentation");
-        run_command(cargo("doc").args(["--quiet", "--no-deps", "--workspace"]).env("RUSTDOCFLAGS", "-D warnings"))?;
+        run_command(
+            cargo("doc")
+                .args(["--quiet", "--no-deps", "--workspace"])
+                .args(FEATURES)
+                .env("RUSTDOCFLAGS", "-D warnings"),
+        )?;
     }
 
     if wanted("pc") {
         headline("tests on this PC");
-        run_command(cargo("test").args(["--workspace", "--exclude", "system-tests", "--features", "host/outline"]))?;
+        run_command(cargo("test").args(["--workspace", "--exclude", "system-tests"]).args(FEATURES))?;
     }
 
     if wanted("target") {
@@ -71,6 +79,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
             cargo("test")
                 .args(["--workspace", "--test", "gripper", "--test", "grip", "--test", "faults", "--test", "log"])
                 .args(["--test", "device", "--test", "roles", "--test", "restart", "--test", "contact"])
+                .args(FEATURES)
                 .env("FRE_FIRMWARE_ELF", image),
         )?;
     }

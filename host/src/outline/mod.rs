@@ -31,6 +31,8 @@ use plane::Plane;
 
 /// The farthest a point of the outline may be from a place where an edge was seen, mm.
 const SEEN: f64 = 1.0;
+/// The last stretch before the edges are lost, mm: what hides them has begun to bend them there.
+const BEFORE_LOSS: f64 = 2.0;
 
 /// What is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,19 +104,28 @@ pub fn extract(photo: &Photo, plane: &Plane, beam: &Beam, options: &Options) -> 
     let along = even(&rough, from, to);
     let stations: Vec<Station> =
         along.iter().filter_map(|(arc, on)| search.station(*arc, on.point, on.tangent, &look)).collect();
+    let stations = before_losses(&stations, options);
     let line = Line::new(&stations, options.smooth.max(SPACING));
     let mut points = Vec::new();
     let mut scatters = Vec::new();
     let count = ((options.to - options.from) / options.spacing + 1e-9).floor().max(0.0) as usize;
     for i in 0..=count {
         let arc = options.from + options.spacing * i as f64;
+        // Inside a gap a point may lie between edges; beyond the last edge there is nothing to hold it.
+        if !within(stations, arc) {
+            continue;
+        }
         let Some(on) = line.at(arc).filter(|on| on.nearest <= SEEN) else { continue };
         scatters.push(on.scatter);
         points.push(OutlinePoint { arc, point: on.point, tangent: on.tangent, deviation: on.deviation });
     }
+    if points.is_empty() {
+        let at = plane.pixel(beam.point(options.from)).unwrap_or([f64::NAN; 2]);
+        return Err(OutlineError::NoEdge { from: options.from, to: options.to, at, inside: photo.contains(at) });
+    }
     let mm_per_pixel = plane.mm_per_pixel(beam.point(0.5 * beam.length())).unwrap_or(f64::NAN);
     Ok(Outline {
-        gaps: gaps(&stations, options),
+        gaps: gaps(stations, options),
         points,
         look,
         blur_px: median(stations.iter().map(|station| station.edge.blur)).unwrap_or(f64::NAN) / mm_per_pixel,
@@ -127,6 +138,21 @@ pub fn extract(photo: &Photo, plane: &Plane, beam: &Beam, options: &Options) -> 
 fn even(line: &Line<'_>, from: f64, to: f64) -> Vec<(f64, beam::OnLine)> {
     let count = ((to - from) / SPACING).round().max(0.0) as usize;
     (0..=count).map(|i| from + SPACING * i as f64).filter_map(|arc| Some((arc, line.at(arc)?))).collect()
+}
+
+/// The stations without those just before an end that was not reached.
+fn before_losses<'a>(stations: &'a [Station], options: &Options) -> &'a [Station] {
+    let (Some(first), Some(last)) = (stations.first(), stations.last()) else { return stations };
+    let low = if first.arc > options.from + 2.0 * SPACING { first.arc + BEFORE_LOSS } else { first.arc };
+    let high = if last.arc < options.to - 2.0 * SPACING { last.arc - BEFORE_LOSS } else { last.arc };
+    let start = stations.partition_point(|station| station.arc < low);
+    let end = stations.partition_point(|station| station.arc <= high);
+    stations.get(start..end).unwrap_or_default()
+}
+
+fn within(stations: &[Station], arc: f64) -> bool {
+    let ends = stations.first().zip(stations.last());
+    ends.is_some_and(|(first, last)| (first.arc - SPACING..=last.arc + SPACING).contains(&arc))
 }
 
 fn gaps(stations: &[Station], options: &Options) -> Vec<[f64; 2]> {

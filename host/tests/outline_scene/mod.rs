@@ -27,6 +27,7 @@ pub struct Lights {
 }
 
 pub const DARK_FINGER: Lights = Lights { ground: 215, finger: 28, object: 95, dots: 15 };
+pub const BRIGHT_FINGER: Lights = Lights { ground: 30, finger: 205, object: 110, dots: 235 };
 
 /// A plane with light on it, mm.
 pub struct Sheet {
