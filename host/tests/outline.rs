@@ -46,14 +46,25 @@ impl Folder {
 
     /// The outline's points of a photograph, with marks and more options.
     fn outline(&self, marks: &[String], options: &[&str]) -> Vec<[f64; 2]> {
-        let output = self.fre(&command(marks, options));
+        self.outline_and_arcs(ANGLE, marks, options).0
+    }
+
+    /// The same at an angle, and their arc lengths.
+    fn outline_and_arcs(&self, angle: f64, marks: &[String], options: &[&str]) -> (Vec<[f64; 2]>, Vec<f64>) {
+        let angle_words = angle.to_string();
+        let mut command = command(marks, options);
+        command[5] = &angle_words;
+        let output = self.fre(&command);
         assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
         println!("{}", words(&output.stderr));
         let text = words(&output.stdout);
         let measured = Measured::parse("outline", &text).unwrap();
         assert!(measured.problems.is_empty(), "{:?}", measured.problems);
-        assert_eq!((measured.measurements.len(), measured.measurements[0].place), (1, ANGLE));
-        measured.measurements[0].front.clone()
+        assert_eq!((measured.measurements.len(), measured.measurements[0].place), (1, angle));
+        let arcs: Vec<f64> = text.lines().skip(1).map(|row| row.split(',').nth(4).unwrap().parse().unwrap()).collect();
+        let front = measured.measurements[0].front.clone();
+        assert_eq!(arcs.len(), front.len());
+        (front, arcs)
     }
 
     fn refusal(&self, marks: &[String], options: &[&str]) -> String {
@@ -93,14 +104,20 @@ fn case() -> Case {
 }
 
 fn solved() -> Solution {
-    run::solve(&case(), &Options::default()).unwrap().remove(0)
+    solved_at(&[ANGLE]).remove(0)
+}
+
+fn solved_at(angles: &[f64]) -> Vec<Solution> {
+    let text = CASE.replace("[8.0]", &format!("{angles:?}"));
+    run::solve(&Case::parse("case.toml", &text).unwrap(), &Options::default()).unwrap()
 }
 
 /// The deformed finger, its object and the marks; world frame if asked for.
 fn sheet(lights: Lights, solution: &Solution, marks: &[[f64; 2]], world: bool) -> Sheet {
     let case = case();
     let design = &case.finger.design;
-    let place = |p: [f64; 2]| if world { turned(p, design.motor_axis, -ANGLE) } else { p };
+    let angle = solution.place();
+    let place = |p: [f64; 2]| if world { turned(p, design.motor_axis, -angle) } else { p };
     let line = |points: &[[f64; 2]]| points.iter().map(|&p| place(p)).collect::<Vec<_>>();
     let along = |points: &[[f64; 2]], arc: f64| {
         let mut before = 0.0;
@@ -116,7 +133,7 @@ fn sheet(lights: Lights, solution: &Solution, marks: &[[f64; 2]], world: bool) -
     };
     let ObjectDesign::Circle { centre, radius } = case.object else { panic!("the case has a circle") };
     Sheet::draw(lights, |pen| {
-        pen.disc(place(turned(centre, design.motor_axis, ANGLE)), radius, lights.object);
+        pen.disc(place(turned(centre, design.motor_axis, angle)), radius, lights.object);
         pen.line(&line(&solution.front_mm), 2.0, lights.finger);
         pen.line(&line(&solution.back_mm), 2.0, lights.finger);
         pen.line(&line(&[[1.0, -2.0], [-29.0, -2.0]]), 4.0, lights.finger);
@@ -148,6 +165,27 @@ fn deviation(points: &[[f64; 2]], truth: &[[f64; 2]]) -> [f64; 2] {
         points.iter().zip(&each).rev().take(6).map(|(p, d)| format!("y {:.2}: {d:.4}", p[1])).collect();
     println!("last points: {}", last.join(", "));
     [mean, max]
+}
+
+/// Largest difference of arc lengths to those of the nearest places of the true centreline, mm.
+fn arc_error(points: &[[f64; 2]], arcs: &[f64], truth: &[[f64; 2]]) -> f64 {
+    let nearest = |p: [f64; 2]| {
+        let (mut before, mut best) = (0.0, [f64::INFINITY, 0.0]);
+        for pair in truth.windows(2) {
+            let along = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+            let length = along[0].hypot(along[1]);
+            let part = ((p[0] - pair[0][0]) * along[0] + (p[1] - pair[0][1]) * along[1]) / length;
+            let part = part.clamp(0.0, length);
+            let at = [0, 1].map(|i| pair[0][i] + part / length * along[i]);
+            let distance = (p[0] - at[0]).hypot(p[1] - at[1]);
+            if distance < best[0] {
+                best = [distance, before + part];
+            }
+            before += length;
+        }
+        best[1]
+    };
+    points.iter().zip(arcs).map(|(&p, arc)| (nearest(p) - arc).abs()).fold(0.0, f64::max)
 }
 
 fn exact_marks(eye: &Eye) -> Vec<String> {
@@ -191,12 +229,15 @@ fn perspective_noise_and_blur_leave_a_tenth_of_a_millimetre() {
             mark([x + dx, y + dy], mm)
         })
         .collect();
-    let points = folder.outline(&clicked, &["--dot-mm", "4", "--plot", "overlay.png"]);
+    let (points, arcs) = folder.outline_and_arcs(ANGLE, &clicked, &["--dot-mm", "4", "--plot", "overlay.png"]);
+    let off = arc_error(&points, &arcs, &solution.front_mm);
+    println!("arc lengths within {off:.3} mm");
+    assert!(off < 0.3, "arc length off by {off}");
     let [mean, max] = deviation(&points, &solution.front_mm);
     println!("perspective, clicked dots: mean {mean:.4} mm, max {max:.4} mm of {} points", points.len());
     assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
     // From base to tip, without holes.
-    assert!(points[0][1] < 3.0 && points[points.len() - 1][1] > 66.0, "{points:?}");
+    assert!(points[0][1] < 3.0 && points[points.len() - 1][1] > 75.0, "{points:?}");
     assert!(points.windows(2).all(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1]) < 2.5));
     let overlay = image::open(folder.path("overlay.png")).unwrap().to_rgb8();
     let red = overlay.pixels().filter(|p| p.0[0] > 180 && p.0[1] < 90 && p.0[2] < 90).count();
@@ -255,7 +296,7 @@ fn a_checkerboard_removes_the_lens() {
     // Without it the lens is really in the way.
     let [ignored, max] = deviation(&folder.outline(&marks, &[]), &solution.front_mm);
     println!("lens ignored: mean {ignored:.4} mm, max {max:.4} mm");
-    assert!(ignored > 3.0 * mean && max > 0.12, "mean {ignored}, max {max}");
+    assert!(ignored > 4.0 * mean && max > 0.15, "mean {ignored}, max {max}");
 }
 
 #[test]
@@ -279,6 +320,43 @@ fn marks_that_stand_still_and_a_bright_finger_seen_from_behind() {
 }
 
 #[test]
+fn any_load_and_light_will_do() {
+    let folder = Folder::new("lights");
+    let solutions = solved_at(&[0.0, 4.0, 11.0]);
+    // Free, touching, and bent as far as it goes without a snap.
+    assert!(solutions[0].force_magnitude_n == Some(0.0) && solutions[2].force_magnitude_n > Some(10.0));
+    let lights = [
+        Lights { ground: 250, finger: 60, object: 140, dots: 10 },
+        Lights { ground: 90, finger: 30, object: 160, dots: 220 },
+        Lights { ground: 60, finger: 110, object: 10, dots: 240 },
+    ];
+    for (i, (solution, lights)) in solutions.iter().zip(lights).chain(solutions.iter().rev().zip(lights)).enumerate() {
+        let tilt = [10.0 - 4.0 * i as f64, 3.0 * i as f64 - 8.0, 2.0];
+        let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, tilt, false);
+        let sheet = sheet(lights, solution, &MARKS, false);
+        save(
+            &eye.photograph(sheet.light(), 1.0 + 0.2 * i as f64, 1.0 + 0.5 * i as f64, 20 + i as u64),
+            &folder.path("photo.png"),
+        );
+        let plot = format!("overlay-{i}.png");
+        let (points, arcs) = folder.outline_and_arcs(solution.place(), &exact_marks(&eye), &["--plot", &plot]);
+        let [mean, max] = deviation(&points, &solution.front_mm);
+        let off = arc_error(&points, &arcs, &solution.front_mm);
+        println!(
+            "{} degrees: mean {mean:.4} mm, max {max:.4} mm of {} points, arc length {off:.3} mm",
+            solution.place(),
+            points.len()
+        );
+        assert!(
+            mean < 0.05 && max < 0.2 && off < 0.3,
+            "{} degrees: mean {mean}, max {max}, arc length {off}",
+            solution.place()
+        );
+        assert!(points.len() > 60, "{} points", points.len());
+    }
+}
+
+#[test]
 fn compare_reads_a_series_and_finds_the_model_again() {
     let folder = Folder::new("series");
     let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [8.0, 10.0, 0.0], false);
@@ -294,7 +372,7 @@ fn compare_reads_a_series_and_finds_the_model_again() {
     other[5] = "9";
     assert_eq!(folder.fre(&other).status.code(), Some(0));
     let output = folder.fre(&["compare", "case.toml", "--measured", "measured.csv", "--format", "json"]);
-    assert_eq!(output.status.code(), Some(2), "the second place has no force: {}", words(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
     let compared: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let rows = compared["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 2);
@@ -337,7 +415,7 @@ fn what_cannot_be_measured_is_said() {
     let crossed: Vec<String> = MARKS.iter().zip([0, 1, 3, 2]).map(|(&mm, i)| mark(eye.pixel(MARKS[i]), mm)).collect();
     assert!(folder.refusal(&crossed, &[]).contains("each other's millimetres"));
     let shifted: Vec<String> = MARKS.iter().map(|&mm| mark(eye.pixel(mm), [mm[0] + 12.0, mm[1]])).collect();
-    assert!(folder.refusal(&shifted, &[]).contains("none so far apart"));
+    assert!(folder.refusal(&shifted, &[]).contains("no two edges so far apart"));
     let away: Vec<String> = MARKS.iter().map(|&mm| mark(eye.pixel(mm), [mm[0], mm[1] + 200.0])).collect();
     assert!(folder.refusal(&away, &[]).contains("outside the picture"));
     assert!(folder.refusal(&marks, &["--plot", "x.svg"]).contains("ends in .png"));

@@ -5,6 +5,7 @@
 //! seen (a hinge, the object, the tip's wedge) it is half a thickness from the other.
 
 use std::collections::VecDeque;
+use std::ops::RangeInclusive;
 
 use model_core::design::Beam;
 
@@ -29,12 +30,22 @@ const FORETOLD_FROM: f64 = 6.0;
 pub const FAINTEST: f64 = 0.02;
 /// The most of an edge's height that its step may leave unexplained (root mean square).
 const CLEAR: f64 = 0.1;
-/// Part of the contrast that an edge has at least: an object behind it takes some.
+/// Part of the contrast that the outer edge has at least: an object behind it takes some.
 const LEAST_HEIGHT: f64 = 0.2;
+/// Part of the contrast that an edge before the background has.
+const PLAIN: RangeInclusive<f64> = 0.8..=1.25;
+/// The most by which an edge that nothing disturbs is more blurred than the first one.
+const SHARP: f64 = 1.25;
+/// Part of the contrast that the inner edge has, which a neck may take some of.
+const INNER_HEIGHT: RangeInclusive<f64> = 0.6..=1.6;
+/// Part of the arc lengths looked at first that must have a pair of edges which agrees with the best one.
+const SUPPORT: f64 = 0.35;
+/// The most by which a bent beam may lean away from its direction without load, mm per mm.
+const STEEPEST: f64 = 0.4;
 /// How far from its place without load the beam is first looked for, mm.
 const LOST: f64 = 4.0;
 /// Part of the thickness by which the edges' distance may differ from it.
-const THICKNESS: f64 = 0.15;
+const THICKNESS: f64 = 0.06;
 
 /// The beam at one arc length.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +67,26 @@ pub struct Look {
     pub contrast: f64,
     /// Distance of the edges over the thickness of the design.
     pub ratio: f64,
+    /// Standard deviation of the blur, mm.
+    pub blur: f64,
+}
+
+/// Two edges that may be the beam's.
+struct Pair {
+    score: f64,
+    /// Distance from the beam without load, towards the object, mm.
+    shift: f64,
+    station: Station,
+    look: Look,
+}
+
+impl Pair {
+    /// Whether both may belong to one beam: the same light, and a line between them that a bent beam may take.
+    fn agrees(&self, other: &Self) -> bool {
+        let share = self.look.contrast / other.look.contrast;
+        let apart = (self.station.arc - other.station.arc).abs();
+        (0.5..=2.0).contains(&share) && (self.shift - other.shift).abs() < 0.3 + STEEPEST * apart
+    }
 }
 
 /// Where to look.
@@ -104,56 +135,85 @@ impl Search<'_> {
     }
 
     /// A place near the base where both edges stand as far apart as the beam is thick, and their look.
+    ///
+    /// A pair of edges counts if pairs at other arc lengths agree with it: noise, dots and hinges make single ones.
     pub fn seed(&self, from: f64, to: f64) -> Result<(Station, Look), OutlineError> {
         let length = self.beam.length();
-        let (low, high) = (from.max(0.05 * length), to.min(0.4 * length).max(from.max(0.05 * length) + 2.0));
-        let mut best: Option<(f64, Station, Look)> = None;
-        let (mut strongest, mut inside) = (0.0_f64, false);
-        let places = ((high - low) / 1.0).floor() as usize;
-        for i in 0..=places {
-            let arc = low + i as f64;
-            let tangent = self.beam.direction(arc);
-            let normal = [tangent[1], -tangent[0]];
-            let thickness = self.beam.thickness.at(arc);
-            let on = self.beam.point(arc);
-            let shifts = (2.0 * LOST / 0.25) as i32;
-            for j in 0..=shifts {
-                let shift = -LOST + 0.25 * f64::from(j);
-                let centre = [on[0] + shift * normal[0], on[1] + shift * normal[1]];
-                inside |= self.plane.pixel(centre).is_some_and(|pixel| self.photo.contains(pixel));
-                let [Some(inner), Some(outer)] = self.edges(arc, centre, tangent, 1.0) else { continue };
-                // From the beam to the background the light changes one way on one side, the other way on the other.
-                let contrast = 0.5 * (outer.height - inner.height);
-                if inner.height * outer.height >= 0.0 {
-                    continue;
-                }
-                strongest = strongest.max(contrast.abs());
-                let ratio = (outer.at - inner.at) / thickness;
-                let middle = 0.5 * (outer.at + inner.at);
-                if contrast.abs() < FAINTEST || (ratio - 1.0).abs() > 0.3 || middle.abs() > 0.2 {
-                    continue;
-                }
-                let equal = inner.height.abs().min(outer.height.abs()) / inner.height.abs().max(outer.height.abs());
-                let score = contrast.abs() * equal * (1.0 - (ratio - 1.0).abs());
-                if best.as_ref().is_none_or(|(known, ..)| score > *known) {
-                    let centre = [centre[0] + middle * normal[0], centre[1] + middle * normal[1]];
-                    let station = Station { arc, centre, ratio: Some(ratio), edge: outer };
-                    best = Some((score, station, Look { contrast, ratio }));
-                }
-            }
-        }
+        let low = from.max(0.05 * length);
+        let high = to.min(0.4 * length).max(low + 2.0);
+        let places = ((high - low) / 1.0).floor() as usize + 1;
+        let mut inside = false;
+        let pairs: Vec<Pair> = (0..places).filter_map(|i| self.pair(low + i as f64, &mut inside)).collect();
+        let supporters = |pair: &Pair| -> Vec<f64> {
+            pairs.iter().filter(|other| other.agrees(pair)).map(|other| other.look.contrast).collect()
+        };
+        let best = pairs.iter().max_by(|a, b| {
+            let weight = |pair: &Pair| pair.score * supporters(pair).len() as f64;
+            weight(a).total_cmp(&weight(b))
+        });
+        let at = self.plane.pixel(self.beam.point(low)).unwrap_or([f64::NAN; 2]);
+        let thickness = self.beam.thickness.at(low);
+        let none = |contrast| OutlineError::NoBeam { thickness, from: low, to: high, at, contrast };
+        let supporters = best.map(supporters).unwrap_or_default();
         match best {
-            Some((_, station, look)) => Ok((station, look)),
-            None if !inside => {
-                let at = self.plane.pixel(self.beam.point(low)).unwrap_or([f64::NAN; 2]);
-                Err(OutlineError::FingerOutside { at })
+            Some(best) if supporters.len() as f64 >= SUPPORT * places as f64 => {
+                let contrast = super::median(supporters).unwrap_or(0.0);
+                if contrast.abs() < FAINTEST {
+                    return Err(none(contrast.abs()));
+                }
+                Ok((best.station, Look { contrast, ..best.look }))
             }
-            None => {
-                let at = self.plane.pixel(self.beam.point(low)).unwrap_or([f64::NAN; 2]);
-                let thickness = self.beam.thickness.at(low);
-                Err(OutlineError::NoBeam { thickness, from: low, to: high, at, strongest })
+            _ if !inside => Err(OutlineError::FingerOutside { at }),
+            _ => Err(none((0..places).filter_map(|i| self.contrast(low + i as f64)).fold(0.0, f64::max))),
+        }
+    }
+
+    /// The most by which light changes across the place where the beam is looked for, noise averaged out.
+    fn contrast(&self, arc: f64) -> Option<f64> {
+        let profile = self.profile(self.beam.point(arc), self.beam.direction(arc), -LOST, LOST)?;
+        let window = (0.25 * self.beam.thickness.at(arc) / LOST * profile.len() as f64).max(1.0) as usize;
+        let means = profile.windows(window).map(|part| part.iter().map(|p| p.1).sum::<f64>() / window as f64);
+        let (least, most) = means.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), x| (l.min(x), m.max(x)));
+        (most >= least).then_some(most - least)
+    }
+
+    /// The clearest pair of edges across the beam at an arc length that stand about as far apart as the beam is thick.
+    /// `inside` is set if any of the places looked at lies in the picture.
+    fn pair(&self, arc: f64, inside: &mut bool) -> Option<Pair> {
+        let tangent = self.beam.direction(arc);
+        let normal = [tangent[1], -tangent[0]];
+        let thickness = self.beam.thickness.at(arc);
+        let on = self.beam.point(arc);
+        let mut best: Option<Pair> = None;
+        for j in 0..=(2.0 * LOST / 0.25) as i32 {
+            let shift = -LOST + 0.25 * f64::from(j);
+            let centre = [on[0] + shift * normal[0], on[1] + shift * normal[1]];
+            *inside |= self.plane.pixel(centre).is_some_and(|pixel| self.photo.contains(pixel));
+            let [Some(inner), Some(outer)] = self.edges(arc, centre, tangent, 1.0) else { continue };
+            // From the beam to the background the light changes one way on one side, the other way on the other.
+            if inner.height * outer.height >= 0.0 {
+                continue;
+            }
+            let contrast = 0.5 * (outer.height - inner.height);
+            let ratio = (outer.at - inner.at) / thickness;
+            let middle = 0.5 * (outer.at + inner.at);
+            if (ratio - 1.0).abs() > 0.3 || middle.abs() > 0.2 {
+                continue;
+            }
+            let equal = inner.height.abs().min(outer.height.abs()) / inner.height.abs().max(outer.height.abs());
+            let score = contrast.abs() * equal * (1.0 - (ratio - 1.0).abs());
+            if best.as_ref().is_none_or(|known| score > known.score) {
+                let centre = [centre[0] + middle * normal[0], centre[1] + middle * normal[1]];
+                let station = Station { arc, centre, ratio: Some(ratio), edge: outer };
+                best = Some(Pair {
+                    score,
+                    shift: shift + middle,
+                    station,
+                    look: Look { contrast, ratio, blur: inner.blur.min(outer.blur) },
+                });
             }
         }
+        best
     }
 
     /// The beam at a place, given where it is expected; none without an edge that looks like it.
@@ -161,13 +221,20 @@ impl Search<'_> {
         let normal = [tangent[1], -tangent[0]];
         let width = look.ratio * self.beam.thickness.at(arc);
         let fits = |edge: &Edge, side: f64| {
-            let height = side * edge.height * look.contrast.signum();
-            height > LEAST_HEIGHT * look.contrast.abs() && height < 2.0 * look.contrast.abs()
+            let share = side * edge.height / look.contrast;
+            // Behind the inner edge lies the background, or a neck that hides it; behind the outer one an object of any light.
+            if side < 0.0 { INNER_HEIGHT.contains(&share) } else { share > LEAST_HEIGHT }
         };
         let [inner, outer] = self.edges(arc, centre, tangent, look.ratio);
         let inner = inner.filter(|edge| fits(edge, -1.0));
         let outer = outer.filter(|edge| fits(edge, 1.0));
         let (middle, ratio, edge) = match (inner, outer) {
+            // An object behind the outer edge, and what is left of the background before it, shift that edge.
+            (Some(inner), Some(outer))
+                if !PLAIN.contains(&(outer.height / look.contrast)) && inner.blur < SHARP * look.blur =>
+            {
+                (inner.at + 0.5 * width, None, inner)
+            }
             (Some(inner), Some(outer)) => {
                 let apart = outer.at - inner.at;
                 if (apart - width).abs() < THICKNESS * width {
@@ -186,10 +253,16 @@ impl Search<'_> {
         Some(Station { arc, centre, ratio, edge })
     }
 
-    /// Follows the beam from a place to both ends.
+    /// Follows the beam from a place to both ends. Arc lengths are counted from the end at the base, where the beam lies
+    /// as without load.
     pub fn follow(&self, seed: Station, look: &Look, from: f64, to: f64) -> Result<Vec<Station>, OutlineError> {
         let mut stations = VecDeque::from([seed]);
         self.walk(&mut stations, look, -1.0, from)?;
+        if let Some(first) = stations.front().copied() {
+            let (on, along) = (self.beam.point(first.arc), self.beam.direction(first.arc));
+            let ahead = (first.centre[0] - on[0]) * along[0] + (first.centre[1] - on[1]) * along[1];
+            stations.iter_mut().for_each(|station| station.arc += ahead);
+        }
         self.walk(&mut stations, look, 1.0, to)?;
         Ok(stations.into())
     }
@@ -240,16 +313,17 @@ impl Search<'_> {
         }
         let axis = |axis: usize| {
             let points: Vec<(f64, f64)> =
-                near.iter().map(|station| (station.arc - arc, station.centre[axis])).collect();
+                near.iter().map(|station| (station.arc - nearest.arc, station.centre[axis])).collect();
             parabola(&points)
         };
-        match (axis(0), axis(1)) {
-            (Some((x, dx)), Some((y, dy))) if dx.hypot(dy) > 0.5 => {
-                let size = dx.hypot(dy);
-                ([x, y], [dx / size, dy / size])
-            }
-            _ => (straight, rest),
-        }
+        let (Some([x, dx, ddx]), Some([y, dy, ddy])) = (axis(0), axis(1)) else { return (straight, rest) };
+        let unit = |dx: f64, dy: f64| (dx.hypot(dy) > 0.5).then(|| [dx / dx.hypot(dy), dy / dx.hypot(dy)]);
+        let slopes = [0.0, ahead, 2.0 * ahead].map(|twice| unit(dx + ddx * twice, dy + ddy * twice));
+        let [Some(here), Some(half), Some(there)] = slopes else { return (straight, rest) };
+        // Along the beam as far as the arc length says, not as the parabola does: its error would come back at every step.
+        let behind = (nearest.centre[0] - x) * here[0] + (nearest.centre[1] - y) * here[1];
+        let onward = |axis: usize| [x, y][axis] + behind * here[axis] + ahead * half[axis];
+        ([onward(0), onward(1)], there)
     }
 }
 
@@ -264,13 +338,13 @@ fn before_gap(profile: &[(f64, f64)], side: f64) -> &[(f64, f64)] {
     if side > 0.0 { &profile[..=farthest] } else { &profile[farthest..] }
 }
 
-/// Value and slope at 0 of the least-squares parabola through points; a line through fewer than eight of them.
-fn parabola(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+/// Coefficients of 1, u and u² of the least-squares parabola through points; a line through fewer than eight of them.
+fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
     let columns = if points.len() < 8 { 2 } else { 3 };
     let matrix = nalgebra::DMatrix::from_fn(points.len(), columns, |row, power| points[row].0.powi(power as i32));
     let values = nalgebra::DVector::from_iterator(points.len(), points.iter().map(|point| point.1));
     let solved = matrix.svd(true, true).solve(&values, 1e-12).ok()?;
-    Some((solved[0], solved[1]))
+    Some([solved[0], solved[1], solved.get(2).copied().unwrap_or(0.0)])
 }
 
 /// A smooth line through stations.

@@ -96,10 +96,10 @@ pub enum OutlineError {
     /// Nothing that looks like the beam.
     #[error(
         "no beam {thickness} mm thick near pixel {:.0},{:.0} (arc length {from:.0} to {to:.0} mm); {}", .at[0], .at[1],
-        if *.strongest < super::beam::FAINTEST {
-            format!("the contrast is too low: {:.1} % of white, needed is {:.0} %", 100.0 * .strongest, 100.0 * super::beam::FAINTEST)
+        if *.contrast < super::beam::FAINTEST {
+            format!("the contrast is too low: {:.1} % of white, needed is {:.0} %", 100.0 * .contrast, 100.0 * super::beam::FAINTEST)
         } else {
-            "there are edges, but none so far apart: check the marks, the motor angle, --frame and the finger's thickness".to_owned()
+            "no two edges so far apart along it: check the light, the marks, the motor angle, --frame and the finger's thickness".to_owned()
         }
     )]
     NoBeam {
@@ -111,8 +111,8 @@ pub enum OutlineError {
         to: f64,
         /// Where it was looked for, pixels.
         at: [f64; 2],
-        /// The strongest pair of edges, linear light.
-        strongest: f64,
+        /// Change of light there, linear light of 0 to 1.
+        contrast: f64,
     },
     /// The edges end.
     #[error(

@@ -105,7 +105,7 @@ pub fn extract(photo: &Photo, plane: &Plane, beam: &Beam, options: &Options) -> 
     let stations: Vec<Station> =
         along.iter().filter_map(|(arc, on)| search.station(*arc, on.point, on.tangent, &look)).collect();
     let stations = before_losses(&stations, options);
-    let line = Line::new(&stations, options.smooth.max(SPACING));
+    let line = Line::new(stations, options.smooth.max(SPACING));
     let mut points = Vec::new();
     let mut scatters = Vec::new();
     let count = ((options.to - options.from) / options.spacing + 1e-9).floor().max(0.0) as usize;
@@ -134,10 +134,18 @@ pub fn extract(photo: &Photo, plane: &Plane, beam: &Beam, options: &Options) -> 
     })
 }
 
-/// Places `SPACING` apart, with arc lengths measured along the line from its start.
+/// Places about `SPACING` apart, with their lengths along the line from its start at `from`.
 fn even(line: &Line<'_>, from: f64, to: f64) -> Vec<(f64, beam::OnLine)> {
     let count = ((to - from) / SPACING).round().max(0.0) as usize;
-    (0..=count).map(|i| from + SPACING * i as f64).filter_map(|arc| Some((arc, line.at(arc)?))).collect()
+    let mut places: Vec<(f64, beam::OnLine)> = Vec::with_capacity(count + 1);
+    for on in (0..=count).filter_map(|i| line.at(from + SPACING * i as f64)) {
+        let length = match places.last() {
+            Some((length, before)) => length + (on.point[0] - before.point[0]).hypot(on.point[1] - before.point[1]),
+            None => from,
+        };
+        places.push((length, on));
+    }
+    places
 }
 
 /// The stations without those just before an end that was not reached.

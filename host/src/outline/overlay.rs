@@ -9,6 +9,9 @@ use super::photo::Photo;
 use super::plane::Plane;
 use super::{Outline, OutlineError};
 
+/// A line with gaps: points on the page.
+type Pieces = Vec<Vec<[f32; 2]>>;
+
 /// The longest side of the picture, pixels; larger photographs are shrunk.
 const LONGEST: f64 = 2000.0;
 
@@ -39,8 +42,8 @@ pub fn png(
 
     // Middles of pixels are whole numbers in the photograph, halves on the page.
     let on_page = |[x, y]: [f64; 2]| [((x + 0.5) * scale) as f32, ((y + 0.5) * scale) as f32];
-    let mut lines: Vec<(Color, f32, Vec<Vec<[f32; 2]>>)> = Vec::new();
-    let shifted = |part: f64| -> Vec<Vec<[f32; 2]>> {
+    let mut lines: Vec<(Color, f32, Pieces)> = Vec::new();
+    let shifted = |part: f64| -> Pieces {
         let mut pieces = vec![Vec::new()];
         let mut last: Option<f64> = None;
         for on in &outline.points {

@@ -19,6 +19,8 @@ use crate::outline::{Options, Outline, OutlineError, checkerboard, dots, extract
 
 /// Take the front beam's shape from a photograph of a finger before a plain background, for `fre compare --measured`.
 ///
+/// The finger is darker or brighter than the background; an object that it touches is of another light than the finger.
+///
 /// The case gives the finger's dimensions; --angle-deg (or --distance-mm) says where along its motion the photograph was taken.
 ///
 /// At least four marks, points in the plane of the finger's near side whose place in mm is known, give scale and
