@@ -100,6 +100,6 @@ p{max-width:85ch}figcaption{color:var(--muted);font-size:.9rem;max-width:85ch}.b
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:.875rem;font-variant-numeric:tabular-nums}\
 th,td{padding:.25rem 0 .25rem .9rem;text-align:right;vertical-align:bottom;border-bottom:1px solid var(--rule)}\
 th:first-child,td:first-child{text-align:left;padding-left:0;white-space:nowrap}th{font-weight:600;line-height:1.25}\
-figure{margin:1.5rem 0}figure svg{max-width:100%;height:auto;display:block}\
+figure{margin:1.5rem 0}figure svg{max-width:100%;height:auto;display:block}figure.wide svg{min-width:760px}\
 .fingers{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,500px),1fr));gap:0 1rem}\
 .fingers figure{margin:.5rem 0}";
