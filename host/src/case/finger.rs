@@ -7,6 +7,7 @@ use model_core::design::{
 
 use super::document::{Table, Value};
 use super::error::CaseError;
+use crate::shape::Shape;
 
 /// Pascal per megapascal (N/mm²), the solver's unit.
 const PA_PER_MPA: f64 = 1e6;
@@ -78,6 +79,7 @@ pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
         motor_axis: motor.unwrap_or([0.0, 0.0]),
     };
     design.validate().map_err(|error| explain(&table, error))?;
+    lamellae_apart(&table, &design)?;
     Ok(Finger { name, design, has_motor: motor.is_some(), max_strain })
 }
 
@@ -217,6 +219,55 @@ fn profile(value: &Value<'_>) -> Result<Profile, CaseError> {
         return Err(value.refuse("is empty; needed is at least one pair [position_mm, value_mm]"));
     }
     Ok(Profile { knots })
+}
+
+/// Lamellae of their thickness must not reach into each other or into the base.
+fn lamellae_apart(table: &Table<'_>, design: &Design) -> Result<(), CaseError> {
+    let thickness = design.lamellae.thickness;
+    let key = match design.lamellae.attachments {
+        Attachments::Heights(_) => "lamellae.heights_mm",
+        Attachments::Arcs { .. } => "lamellae.front_arc_mm",
+    };
+    let refuse = |lamella: usize, reason: String| {
+        let entries = table.find(key).and_then(|value| value.entries("", usize::MAX).ok());
+        match entries.as_ref().and_then(|entries| entries.get(lamella)) {
+            Some(value) => value.refuse(reason),
+            None => table.refuse(key, reason),
+        }
+    };
+    let base = [design.front.base, design.back.base];
+    let bars = Shape::undeformed(design).lamellae;
+    for (lamella, bar) in bars.iter().enumerate() {
+        let (below, what, needed) = match lamella.checked_sub(1).and_then(|before| bars.get(before)) {
+            Some(before) => (before, "the lamella below", thickness),
+            None => (&base, "the base", 0.5 * thickness),
+        };
+        let apart = distance(bar, below);
+        if apart < needed - 1e-9 {
+            return Err(refuse(
+                lamella,
+                format!(
+                    "its lamella's middle is {} mm from {what}'s; its thickness of {thickness} mm needs {} mm",
+                    rounded(apart),
+                    rounded(needed)
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Distance of two segments that do not cross.
+fn distance(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> f64 {
+    let to_segment = |p: [f64; 2], [q, r]: &[[f64; 2]; 2]| {
+        let along = [r[0] - q[0], r[1] - q[1]];
+        let square = along[0] * along[0] + along[1] * along[1];
+        let part = ((p[0] - q[0]) * along[0] + (p[1] - q[1]) * along[1]) / square.max(f64::MIN_POSITIVE);
+        let part = part.clamp(0.0, 1.0);
+        (p[0] - q[0] - part * along[0]).hypot(p[1] - q[1] - part * along[1])
+    };
+    let each = [to_segment(a[0], b), to_segment(a[1], b), to_segment(b[0], a), to_segment(b[1], a)];
+    each.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// A design error in the file's words: its line, its key, its units.
