@@ -8,12 +8,12 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use model_core::design::{Beam, Design, PlaneStrain};
+use model_core::design::{Design, PlaneStrain};
 use model_core::discretise::plate_factor;
 
 use super::Plan;
 use super::mesh::{Mesh, Part};
-use super::outline::{Point, dot, minus};
+use super::outline::{Faces, minus};
 
 /// Largest move of one increment: degrees of a rotation, mm of a translation.
 pub const STEP: f64 = 0.5;
@@ -21,23 +21,11 @@ pub const STEP: f64 = 0.5;
 pub const HOLD_STEPS: usize = 2;
 /// Contact penalty, multiples of Young's modulus per mm.
 const PENALTY: f64 = 2.0;
-/// Depth of the ring of elements that stands for the object, mm.
-const RING: f64 = 2.0;
-/// Half the angle of the ring's arc: more than a finger can wrap around.
-const HALF_ARC: f64 = 1.5;
+/// Stiffness of a pinned lamella's rigid link, multiples of Young's modulus times width: a hundred times that of as long a
+/// piece of a beam, and the elements beside its pins give more.
+const LINK: f64 = 100.0;
 
-/// Rigid circle in the finger frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Circle {
-    /// Radius, mm.
-    pub radius: f64,
-    /// Centre at which the finger is not deformed, mm.
-    pub centre: Point,
-    /// Direction from the centre to the finger, rad.
-    pub facing: f64,
-}
-
-/// The deck of a design pressed on a circle as a plan has it.
+/// The deck of a design pressed on an object as a plan has it.
 pub fn deck(title: &str, design: &Design, plan: &Plan) -> String {
     let mut text = String::with_capacity(200 * plan.mesh.nodes.len());
     // Writing to a string cannot fail.
@@ -46,9 +34,9 @@ pub fn deck(title: &str, design: &Design, plan: &Plan) -> String {
 }
 
 fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fmt::Result {
-    let Plan { mesh, circle, path, stops, refinement } = plan;
+    let Plan { mesh, surface, path, turns, pivot, stops } = plan;
     writeln!(out, "*HEADING\n{}", title.chars().filter(|c| c.is_ascii_graphic() || *c == ' ').collect::<String>())?;
-    let ring = ring(circle, *refinement);
+    let ring = surface.nodes();
     writeln!(out, "*NODE,NSET=NALL")?;
     for (i, [x, y]) in mesh.nodes.iter().chain(&ring).enumerate() {
         writeln!(out, "{},{x:.9},{y:.9},0.", i + 1)?;
@@ -69,7 +57,7 @@ fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fm
         }
     }
     let (first_node, first_element) = (mesh.nodes.len() + 1, mesh.elements.len() + 1);
-    let arcs = (ring.len() - 3) / 5;
+    let arcs = surface.elements();
     writeln!(out, "*ELEMENT,TYPE=CPE8R,ELSET=ERING")?;
     for i in 0..arcs {
         // Per element five nodes: outer corner, inner corner, middle of the radial side, outer and inner middle.
@@ -82,6 +70,10 @@ fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fm
             inner + 5,
             radial + 5
         )?;
+    }
+    for (link, ends) in mesh.links.iter().enumerate() {
+        let number = first_element + arcs + link;
+        writeln!(out, "*ELEMENT,TYPE=SPRINGA,ELSET=ELINKS\n{number},{},{}", ends[0] + 1, ends[1] + 1)?;
     }
     set(out, "*NSET,NSET=NCLAMP", mesh.clamped.iter().map(|n| n + 1))?;
     set(out, "*NSET,NSET=NRING", first_node..first_node + ring.len())?;
@@ -97,6 +89,9 @@ fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fm
         writeln!(out, "*SOLID SECTION,ELSET=E{group},MATERIAL=M{group}\n{width}")?;
     }
     writeln!(out, "*SOLID SECTION,ELSET=ERING,MATERIAL=M0\n{width}")?;
+    if !mesh.links.is_empty() {
+        writeln!(out, "*SPRING,ELSET=ELINKS\n\n{:.6}", LINK * youngs_modulus * width)?;
+    }
 
     writeln!(out, "*SURFACE,NAME=SFINGER,TYPE=ELEMENT")?;
     for side in &mesh.contact_face {
@@ -110,16 +105,37 @@ fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fm
     writeln!(out, "{:.6}", PENALTY * youngs_modulus)?;
     writeln!(out, "*CONTACT PAIR,INTERACTION=TOUCH,TYPE=SURFACE TO SURFACE\nSFINGER,SRING")?;
     writeln!(out, "*BOUNDARY\nNCLAMP,1,2")?;
-    for (axis, name) in ["AX", "AY"].into_iter().enumerate() {
+    // An object that turns moves every node of its own; one that does not (or is round) moves as a whole.
+    let turning = turns.iter().any(|&turn| turn != 0.0);
+    let amplitude = |out: &mut String, name: &str, moved: &dyn Fn(usize) -> f64| -> std::fmt::Result {
         writeln!(out, "*AMPLITUDE,NAME={name},TIME=TOTAL TIME\n0.,0.")?;
-        for (i, displacement) in path.iter().enumerate() {
-            writeln!(out, "{}.,{:.9}", i + 1, displacement[axis])?;
+        (0..path.len()).try_for_each(|i| writeln!(out, "{}.,{:.9}", i + 1, moved(i)))
+    };
+    if turning {
+        for (k, &node) in ring.iter().enumerate() {
+            let [x, y] = minus(node, *pivot);
+            for (axis, name) in ["AX", "AY"].into_iter().enumerate() {
+                amplitude(out, &format!("{name}{k}"), &|i| {
+                    let (sin, cos) = turns[i].sin_cos();
+                    path[i][axis] + [(cos - 1.0) * x - sin * y, sin * x + (cos - 1.0) * y][axis]
+                })?;
+            }
         }
+    } else {
+        amplitude(out, "AX", &|i| path[i][0])?;
+        amplitude(out, "AY", &|i| path[i][1])?;
     }
 
     for (begin, end) in [0].into_iter().chain(stops.iter().copied()).zip(stops.iter().copied()) {
         writeln!(out, "*STEP,NLGEOM,INC=1000\n*STATIC\n1.,{}.,1e-4,1.", end - begin)?;
-        writeln!(out, "*BOUNDARY,AMPLITUDE=AX\nNRING,1,1,1.\n*BOUNDARY,AMPLITUDE=AY\nNRING,2,2,1.")?;
+        if turning {
+            for k in 0..ring.len() {
+                let node = first_node + k;
+                writeln!(out, "*BOUNDARY,AMPLITUDE=AX{k}\n{node},1,1,1.\n*BOUNDARY,AMPLITUDE=AY{k}\n{node},2,2,1.")?;
+            }
+        } else {
+            writeln!(out, "*BOUNDARY,AMPLITUDE=AX\nNRING,1,1,1.\n*BOUNDARY,AMPLITUDE=AY\nNRING,2,2,1.")?;
+        }
         writeln!(out, "*NODE PRINT,NSET=NLINES\nU\n*NODE PRINT,NSET=NRING,TOTALS=ONLY\nRF\n*END STEP")?;
     }
     Ok(())
@@ -135,14 +151,10 @@ pub fn lines(mesh: &Mesh) -> impl Iterator<Item = usize> {
 fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     let middle = mesh.middle(element);
     let width = design.width.at(middle[1]);
-    let thickness = |beam: &Beam| {
-        // Bowed beams are not meshed.
-        let arc = dot(minus(middle, beam.base), beam.direction(0.0));
-        beam.thickness.at(arc)
-    };
+    let beside = |faces: Faces<'_>| faces.thickness(faces.arc_beside(middle));
     let (factor, thickness) = match mesh.parts[element] {
-        Part::Front => (design.front.stiffness_factor, thickness(&design.front)),
-        Part::Back => (design.back.stiffness_factor, thickness(&design.back)),
+        Part::Front => (design.front.stiffness_factor, beside(Faces::front(design))),
+        Part::Back => (design.back.stiffness_factor, beside(Faces::back(design))),
         Part::Lamella => (1.0, design.hinge.thickness),
     };
     let plate = match design.plane_strain {
@@ -150,26 +162,6 @@ fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
         PlaneStrain::Stress | PlaneStrain::Strain => 1.0,
     };
     factor * plate * width / design.width.at(0.0)
-}
-
-/// Nodes of the object's ring: five per element and three for the last edge.
-fn ring(circle: &Circle, refinement: usize) -> Vec<Point> {
-    let edge = (0.75 / refinement as f64).min(0.05 * circle.radius);
-    let elements = (2.0 * HALF_ARC * circle.radius / edge).ceil() as usize;
-    let inner = circle.radius - RING.min(0.5 * circle.radius);
-    let at = |radius: f64, step: f64| {
-        let angle = circle.facing + HALF_ARC * (2.0 * step / elements as f64 - 1.0);
-        [circle.centre[0] + radius * angle.cos(), circle.centre[1] + radius * angle.sin()]
-    };
-    let mut nodes = Vec::with_capacity(5 * elements + 3);
-    for i in 0..=elements {
-        let i = i as f64;
-        nodes.extend([at(circle.radius, i), at(inner, i), at(0.5 * (inner + circle.radius), i)]);
-        if (i as usize) < elements {
-            nodes.extend([at(circle.radius, i + 0.5), at(inner, i + 0.5)]);
-        }
-    }
-    nodes
 }
 
 /// A set, sixteen numbers a line.

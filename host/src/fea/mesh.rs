@@ -5,7 +5,9 @@
 
 use std::collections::HashMap;
 
-use super::outline::{Outline, Point, cross, minus};
+use model_core::design::HingeKind;
+
+use super::outline::{Faces, Outline, Point, cross, minus};
 
 /// Nodes closer than this are one, mm.
 const SAME: f64 = 1e-6;
@@ -50,6 +52,8 @@ pub struct Mesh {
     pub front_line: Vec<usize>,
     /// Back beam's centreline up to where the beams merge.
     pub back_line: Vec<usize>,
+    /// Rigid links of pinned lamellae between the beams' centrelines (front, back), base to tip.
+    pub links: Vec<[usize; 2]>,
     places: HashMap<[i64; 2], usize>,
 }
 
@@ -76,9 +80,9 @@ impl Mesh {
             let arcs = stations(&joints, merge, &sizes(beam_size), refinement);
             let mut lines: Vec<[Point; 2]> = arcs.iter().map(|&s| [faces.outer(s), faces.inner(s)]).collect();
             // The wedge: from the notch to the middle of the tip on one side, along the outer face on the other.
-            let corner = outline.top[if front { 0 } else { 2 }];
-            let below = faces.outer(merge);
-            lines.extend(tip.iter().skip(1).map(|&t| [mix(below, corner, t), mix(outline.notch, outline.top[1], t)]));
+            let end = outline.ends[if front { 0 } else { 1 }];
+            let wedge = |&t: &f64| [faces.outer(lerp([merge, end], t)), mix(outline.notch, outline.top[1], t)];
+            lines.extend(tip.iter().skip(1).map(wedge));
             let rows: Vec<Vec<Point>> = lines
                 .iter()
                 .map(|&[a, b]| even(2 * THROUGH_BEAM * refinement).map(|t| mix(a, b, t)).collect())
@@ -106,12 +110,19 @@ impl Mesh {
 
     fn add_lamella(&mut self, outline: &Outline<'_>, k: usize, sizes: &impl Fn(f64) -> Sizes, refinement: usize) {
         let joint = &outline.joints[k];
+        if outline.kind == HingeKind::Pinned {
+            let middle = |faces: &Faces<'_>, [low, high]: [f64; 2]| faces.centre(0.5 * (low + high));
+            let ends = [middle(&outline.front, joint.front), middle(&outline.back, joint.back)];
+            let link = ends.map(|end| self.node(end));
+            self.links.push(link);
+            return;
+        }
         let steps = 2 * THROUGH_NECK * refinement;
         let at = |along: f64, up: f64| [0, 1].map(|i| joint.start[i] + along * joint.along[i] + up * joint.up[i]);
         let front: Vec<Point> = even(steps).map(|t| outline.front.inner(lerp(joint.front, t))).collect();
         let back: Vec<Point> = even(steps).map(|t| outline.back.inner(lerp(joint.back, t))).collect();
         let middle: Vec<f64> = even(steps).map(|t| lerp([-joint.neck, joint.neck], t)).collect();
-        if !outline.necks {
+        if outline.kind == HingeKind::Welded {
             let columns = sizes(joint.bar).fractions(length(front[0], back[0]), [true, true]);
             self.add_band(&front, &back, &columns);
             return;

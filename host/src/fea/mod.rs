@@ -1,24 +1,26 @@
 //! Finite elements: the same finger as a plane continuum, pressed on the same object by CalculiX (`ccx`).
 //!
 //! The finger is meshed with its real thicknesses, hinge necks, lamella bars and solid tip, in second-order elements; the
-//! object is a rigid circle that moves in the finger frame as the motion tells. Frictionless; St. Venant–Kirchhoff material.
-//! Forces are those on the object.
+//! object is a rigid surface that moves in the finger frame as the motion tells. A pinned lamella is a stiff link between the
+//! centrelines. Frictionless; St. Venant–Kirchhoff material. Forces are those on the object.
 
 mod ccx;
 mod deck;
 mod mesh;
 mod outline;
+mod surface;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use model_core::design::Design;
-use model_core::object::{Motion, ObjectDesign};
+use model_core::object::{Motion, Object as _, ObjectDesign, Shape};
 
 pub use ccx::{Printed, Progress, parse_dat, parse_sta};
-pub use deck::{Circle, HOLD_STEPS, STEP, deck};
+pub use deck::{HOLD_STEPS, STEP, deck};
 pub use mesh::{Element, Mesh, Part, Side};
 pub use outline::{Faces, Joint, Outline, Point};
+pub use surface::Surface;
 
 use crate::case::Case;
 
@@ -131,14 +133,17 @@ pub struct Analysis {
 pub struct Plan {
     /// The mesh.
     pub mesh: Mesh,
-    /// The object at the beginning.
-    pub circle: Circle,
-    /// Displacement of the object at the times 1, 2, …, mm, finger frame.
+    /// The object's surface at the beginning, finger frame.
+    pub surface: Surface,
+    /// Displacement of the object's pivot at the times 1, 2, …, mm, finger frame.
     pub path: Vec<Point>,
+    /// Turn of the object about its pivot since the beginning at those times, rad, counter-clockwise, finger frame; 0 for a
+    /// round one.
+    pub turns: Vec<f64>,
+    /// The object's pivot at the beginning, finger frame, mm: the centre of a round one.
+    pub pivot: Point,
     /// Time at which each place has been reached and held.
     pub stops: Vec<usize>,
-    /// Refinement of the mesh.
-    pub refinement: usize,
 }
 
 impl Plan {
@@ -154,26 +159,37 @@ impl Plan {
         let outline = Outline::of(design)?;
         let thickness = design.front.thickness.at(0.0).min(design.back.thickness.at(0.0));
         let mesh = Mesh::finger(&outline, thickness, refinement);
-        let (centre, radius) = circle(case)?;
-        let centre_at = |place: f64| in_finger(case, centre, place);
+        let begin = start(case, design)?;
+        let touching = closest(case, design, begin).1;
+        let reach = 1.25 * design.front.length();
+        let round = match case.object {
+            ObjectDesign::Circle { centre, .. } => Some(centre),
+            _ => None,
+        };
+        let middle = world_point(case, touching, begin);
+        let surface = Surface::whole(&case.object, middle, reach, refinement)
+            .near(middle, reach)
+            .displaced(&case.path.motion.world_to_finger(case.path.coordinate(begin)));
 
-        let begin = start(case, design, centre, radius)?;
-        let origin = centre_at(begin);
-        let mut path = Vec::new();
-        let mut stops = Vec::new();
+        let pivot = round.unwrap_or(middle);
+        let origin = in_finger(case, pivot, begin);
+        let turn = |place: f64| match (case.path.motion, round) {
+            (Motion::Rotating { .. }, None) => case.path.coordinate(place) - case.path.coordinate(begin),
+            _ => 0.0,
+        };
+        let (mut path, mut turns, mut stops) = (Vec::new(), Vec::new(), Vec::new());
         let mut from = begin;
         for &place in &case.path.places {
             let moves = ((place - from).abs() / STEP - 1e-9).ceil().max(1.0) as usize;
             let moving = (1..=moves).map(|i| from + (place - from) * i as f64 / moves as f64);
             for at in moving.chain([place; HOLD_STEPS]) {
-                path.push(outline::minus(centre_at(at), origin));
+                path.push(outline::minus(in_finger(case, pivot, at), origin));
+                turns.push(turn(at));
             }
             stops.push(path.len());
             from = place;
         }
-        let facing = outline::minus(nearest_on_front(design, origin).0, origin);
-        let circle = Circle { radius, centre: origin, facing: facing[1].atan2(facing[0]) };
-        Ok(Self { mesh, circle, path, stops, refinement })
+        Ok(Self { mesh, surface, path, turns, pivot: origin, stops })
     }
 
     /// The deck.
@@ -226,58 +242,54 @@ impl Plan {
     }
 }
 
-/// Centre (world frame) and radius of a case's object, mm.
-///
-/// # Errors
-/// For other shapes: the mesh has round objects only.
-pub fn circle(case: &Case) -> Result<(Point, f64), FeaError> {
-    let what = match case.object {
-        ObjectDesign::Circle { centre, radius } => return Ok((centre, radius)),
-        ObjectDesign::Ellipse { .. } => "object.shape = \"ellipse\"",
-        ObjectDesign::Polygon { .. } => "object.shape = \"polygon\"",
-        ObjectDesign::HalfPlane { .. } => "object.shape = \"half-plane\"",
-    };
-    Err(FeaError::Unsupported { what, allowed: "object.shape = \"circle\"" })
+/// The object's outline at a place of the motion, finger frame, mm: of a wall the part within `reach` of a point of that frame.
+pub fn object_line(case: &Case, place: f64, middle: Point, reach: f64) -> Vec<Point> {
+    Surface::whole(&case.object, world_point(case, middle, place), reach, 1)
+        .displaced(&case.path.motion.world_to_finger(case.path.coordinate(place)))
+        .line()
+        .collect()
 }
 
-/// A world point (the object's centre) in the finger frame at a place of the motion (degrees or mm), mm.
+/// A world point in the finger frame at a place of the motion (degrees or mm), mm.
 pub fn in_finger(case: &Case, point: Point, place: f64) -> Point {
-    let coordinate = case.path.coordinate(place);
-    match case.path.motion {
-        Motion::Rotating { axis } => {
-            let (sin, cos) = coordinate.sin_cos();
-            let [x, y] = outline::minus(point, axis);
-            [axis[0] + cos * x - sin * y, axis[1] + sin * x + cos * y]
-        }
-        Motion::Translating { direction } => {
-            [point[0] - coordinate * direction[0], point[1] - coordinate * direction[1]]
-        }
-    }
+    let p = case.path.motion.world_to_finger(case.path.coordinate(place)).point(point.into());
+    [p.x, p.y]
 }
 
-/// The nearest point of the undeformed front beam's outer face, and its distance.
-fn nearest_on_front(design: &Design, p: Point) -> (Point, f64) {
+/// A point of the finger frame in the world, mm.
+fn world_point(case: &Case, point: Point, place: f64) -> Point {
+    let displacement = case.path.motion.world_to_finger::<f64>(case.path.coordinate(place));
+    let moved = outline::minus(point, [displacement.translation.x, displacement.translation.y]);
+    let p = displacement.vector_back(moved.into());
+    [p.x, p.y]
+}
+
+/// Distance of the undeformed front beam's outer face to the object, and the object's nearest point, finger frame, mm.
+fn closest(case: &Case, design: &Design, place: f64) -> (f64, Point) {
+    const SAMPLES: usize = 200;
     let faces = Faces::front(design);
-    let count = 200;
-    let at = |i: usize| faces.outer(faces.length() * i as f64 / count as f64);
-    let mut best = (at(0), f64::INFINITY);
-    for i in 0..count {
-        let (a, b) = (at(i), at(i + 1));
-        let d = outline::minus(b, a);
-        let t = (outline::dot(outline::minus(p, a), d) / outline::dot(d, d)).clamp(0.0, 1.0);
-        let q = [a[0] + t * d[0], a[1] + t * d[1]];
-        let distance = (p[0] - q[0]).hypot(p[1] - q[1]);
-        if distance < best.1 {
-            best = (q, distance);
-        }
+    let by = case.path.motion.world_to_finger(case.path.coordinate(place));
+    let object = Shape::<f64>::from(case.object).displaced(&by);
+    let gap = |arc: f64| object.gap(faces.outer(arc).into());
+    let step = faces.length() / SAMPLES as f64;
+    let distances = (0..=SAMPLES).map(|i| (i, gap(step * i as f64).distance));
+    let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |found| found.0);
+    // Between the neighbours of the nearest sample, by thirds.
+    let mut low = step * nearest.saturating_sub(1) as f64;
+    let mut high = step * (nearest + 1).min(SAMPLES) as f64;
+    for _ in 0..100 {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if gap(a).distance < gap(b).distance { high = b } else { low = a }
     }
-    best
+    let arc = 0.5 * (low + high);
+    let (point, gap) = (faces.outer(arc), gap(arc));
+    (gap.distance, [point[0] - gap.distance * gap.normal.x, point[1] - gap.distance * gap.normal.y])
 }
 
 /// The place where the motion begins: the first place if nothing touches there, else where the undeformed finger, opened
 /// from there (or, failing that, closed), just touches.
-fn start(case: &Case, design: &Design, centre: Point, radius: f64) -> Result<f64, FeaError> {
-    let gap = |place: f64| nearest_on_front(design, in_finger(case, centre, place)).1 - radius;
+fn start(case: &Case, design: &Design) -> Result<f64, FeaError> {
+    let gap = |place: f64| closest(case, design, place).0;
     let first = case.path.places.first().copied().unwrap_or(0.0);
     // A rounding error of a tangent beginning is not a penetration.
     if gap(first) >= -1e-9 {

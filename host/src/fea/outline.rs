@@ -8,30 +8,44 @@ use crate::shape::insets;
 /// A point or vector of the finger frame, mm.
 pub type Point = [f64; 2];
 
-/// A straight beam with its two faces; arcs are those of its centreline, mm.
+/// A beam with its two faces; arcs are those of its centreline, mm.
 #[derive(Clone, Copy, Debug)]
 pub struct Faces<'d> {
     beam: &'d Beam,
-    /// Unit normal towards the other beam.
-    inward: Point,
+    /// 1 if the other beam lies to the left of the way from base to tip, −1 if to the right.
+    side: f64,
 }
 
 impl<'d> Faces<'d> {
     /// The front beam's.
     pub fn front(design: &'d Design) -> Self {
-        let e = design.front.direction(0.0);
-        Self { beam: &design.front, inward: [-e[1], e[0]] }
+        Self { beam: &design.front, side: 1.0 }
     }
 
     /// The back beam's.
     pub fn back(design: &'d Design) -> Self {
-        let e = design.back.direction(0.0);
-        Self { beam: &design.back, inward: [e[1], -e[0]] }
+        Self { beam: &design.back, side: -1.0 }
     }
 
     /// Length of the centreline.
     pub fn length(&self) -> f64 {
         self.beam.length()
+    }
+
+    /// Unit normal towards the other beam at an arc.
+    pub fn inward(&self, arc: f64) -> Point {
+        let e = self.beam.direction(arc);
+        [-self.side * e[1], self.side * e[0]]
+    }
+
+    /// The point of the centreline at an arc.
+    pub fn centre(&self, arc: f64) -> Point {
+        self.beam.point(arc)
+    }
+
+    /// Thickness at an arc, mm.
+    pub fn thickness(&self, arc: f64) -> f64 {
+        self.beam.thickness.at(arc)
     }
 
     /// The point of the face towards the other beam, across from an arc.
@@ -46,15 +60,24 @@ impl<'d> Faces<'d> {
 
     fn off_centre(&self, arc: f64, part: f64) -> Point {
         let by = part * self.beam.thickness.at(arc);
-        let p = self.beam.point(arc);
-        [p[0] + by * self.inward[0], p[1] + by * self.inward[1]]
+        let (p, inward) = (self.beam.point(arc), self.inward(arc));
+        [p[0] + by * inward[0], p[1] + by * inward[1]]
+    }
+
+    /// Arc of the centreline's point next to a point.
+    pub fn arc_beside(&self, p: Point) -> f64 {
+        let mut arc = dot(minus(p, self.beam.base), self.beam.direction(0.0));
+        // Exact at once for a straight beam; a bowed one turns slowly.
+        for _ in 0..30 {
+            arc += dot(minus(p, self.beam.point(arc)), self.beam.direction(arc));
+        }
+        arc
     }
 
     /// Distance of a point from the inner face, towards the other beam, and its arc.
     fn height_over_inner(&self, p: Point) -> (f64, f64) {
-        let from = minus(p, self.beam.base);
-        let arc = dot(from, self.beam.direction(0.0));
-        (dot(from, self.inward) - 0.5 * self.beam.thickness.at(arc), arc)
+        let arc = self.arc_beside(p);
+        (dot(minus(p, self.beam.point(arc)), self.inward(arc)) - 0.5 * self.thickness(arc), arc)
     }
 
     /// Arc at which a face crosses the line through `p` along `d`; `near` is a first guess.
@@ -105,14 +128,16 @@ pub struct Outline<'d> {
     pub back: Faces<'d>,
     /// The lamellae, base to tip.
     pub joints: Vec<Joint>,
-    /// True if the lamellae have necks.
-    pub necks: bool,
+    /// How the lamellae are joined to the beams.
+    pub kind: HingeKind,
     /// Arcs (front, back) at which the beams' inner faces meet.
     pub merge: [f64; 2],
     /// Point where they meet.
     pub notch: Point,
     /// Corners of the tip: on the front beam's outer face, on its centreline, on the back beam's outer face.
     pub top: [Point; 3],
+    /// Arcs (front, back) at which the outer faces end in the tip's corners.
+    pub ends: [f64; 2],
 }
 
 impl<'d> Outline<'d> {
@@ -125,25 +150,14 @@ impl<'d> Outline<'d> {
         let merge = merge(&front, &back)?;
         let notch = front.inner(merge[0]);
         let tip = design.front.tip;
-        let across = front.inward;
+        let across = front.inward(front.length());
         let top_arc = Faces::crossing(|s| back.outer(s), tip, across, back.length());
         let top = [front.outer(front.length()), tip, back.outer(top_arc)];
 
-        if design.front.sagitta != 0.0 || design.back.sagitta != 0.0 {
-            return Err(FeaError::Unsupported { what: "a bowed beam (sagitta_mm)", allowed: "straight beams" });
-        }
-        let necks = match design.hinge.kind {
-            HingeKind::Flexible => true,
-            HingeKind::Welded => false,
-            HingeKind::Pinned => {
-                return Err(FeaError::Unsupported {
-                    what: "finger.hinge.kind = \"pinned\"",
-                    allowed: "\"flexible\" or \"welded\"",
-                });
-            }
-        };
         let joints = (0..design.lamella_count()).map(|k| joint(design, k, &front, &back, merge));
-        Ok(Self { joints: joints.collect::<Result<_, _>>()?, front, back, necks, merge, notch, top })
+        let joints = joints.collect::<Result<_, _>>()?;
+        let ends = [front.length(), top_arc];
+        Ok(Self { joints, front, back, kind: design.hinge.kind, merge, notch, top, ends })
     }
 }
 
@@ -194,9 +208,12 @@ fn joint(
             Faces::crossing(|s| faces.inner(s), edge, along, arc)
         })
     };
+    // A pin joins the centrelines; the elements beside it are as small as at a bar's edges.
+    let pinned = design.hinge.kind == HingeKind::Pinned;
+    let sides = |faces: &Faces<'_>, arc: f64| if pinned { [arc - neck, arc + neck] } else { edges(faces, arc) };
     let joint = Joint {
-        front: edges(front, arcs[0]),
-        back: edges(back, arcs[1]),
+        front: sides(front, arcs[0]),
+        back: sides(back, arcs[1]),
         start,
         along,
         up,
