@@ -23,7 +23,11 @@ pub mod report;
 pub mod run;
 pub mod servo;
 pub mod shape;
+pub mod shown;
 pub mod source;
 pub mod strains;
 pub mod sweep;
 pub mod table1;
+pub mod terminal;
+#[cfg(feature = "web")]
+pub mod web;

@@ -27,25 +27,26 @@ struct Options<'a> {
 /// Builds and shows.
 pub fn run(arguments: &[&str]) -> Result<()> {
     let options = parse(arguments)?;
-    if options.live {
-        bail!("the live page is not available yet; without --live the demo shows lines of text and writes a report");
-    }
     headline("set-up");
     setup::run(setup::Parts::Firmware)?;
     let image = firmware::show(firmware::SIMULATED)?;
     headline("fre");
     let fre = ["--release", "--package", "host", "--bin", "fre"];
-    run_command(cargo("build").arg("--quiet").args(fre))?;
+    let features: &[&str] = if options.live { &["--features", "web"] } else { &[] };
+    run_command(cargo("build").arg("--quiet").args(fre).args(features))?;
     println!("built");
 
     headline("demo");
     let mut demo = cargo("run");
-    demo.arg("--quiet").args(fre).args(["--", "demo", "--report", REPORT, "--firmware"]).arg(&image);
+    demo.arg("--quiet").args(fre).args(features).args(["--", "demo", "--report", REPORT, "--firmware"]).arg(&image);
     if let Some(seconds) = options.seconds {
         demo.args(["--seconds", seconds]);
     }
     if let Some(physics) = options.physics {
         demo.args(["--physics", physics]);
+    }
+    if options.live {
+        demo.arg("--live");
     }
     let outcome = run_command(&mut demo);
     let log = decode(&image)?;
@@ -112,10 +113,5 @@ mod tests {
         assert!(physics(&["--physics"]).is_err());
         assert!(seconds(&["8"]).unwrap_err().to_string().contains("`8`"));
         assert!(parse(&["--live"]).unwrap().live);
-    }
-
-    #[test]
-    fn the_live_page_is_not_pretended() {
-        assert!(run(&["--live"]).unwrap_err().to_string().contains("not available yet"));
     }
 }

@@ -16,7 +16,7 @@ const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "target", "system", "b
 const LINTED: &str = "opencr";
 
 /// Features of the tests on this PC, the same in every part: so that nothing is built a second time with others.
-const FEATURES: [&str; 2] = ["--features", "host/outline,host/record"];
+const FEATURES: [&str; 2] = ["--features", "host/outline,host/record,host/web"];
 
 /// Runs the parts named, or all; stops at the first step that fails.
 pub fn run(parts: &[&str]) -> Result<()> {
@@ -75,13 +75,15 @@ pub fn run(parts: &[&str]) -> Result<()> {
         let image = firmware::show(firmware::SIMULATED)?;
         headline("system tests: firmware, servo and host together");
         // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
-        run_command(
-            cargo("test")
-                .args(["--workspace", "--test", "gripper", "--test", "grip", "--test", "faults", "--test", "log"])
-                .args(["--test", "device", "--test", "roles", "--test", "restart", "--test", "contact"])
-                .args(FEATURES)
-                .env("FRE_FIRMWARE_ELF", image),
-        )?;
+        let mut tests = cargo("test");
+        tests.arg("--workspace").args(FEATURES).env("FRE_FIRMWARE_ELF", &image);
+        for test in ["gripper", "grip", "faults", "log", "device", "roles", "restart", "contact", "live_page"] {
+            tests.args(["--test", test]);
+        }
+        run_command(&mut tests)?;
+        // `fre` itself on the firmware: cargo builds the program for tests of its own package only.
+        let own = ["--test", "gripper_command", "--", "--ignored", "--test-threads=1"];
+        run_command(cargo("test").arg("--workspace").args(FEATURES).args(own).env("FRE_FIRMWARE_ELF", image))?;
     }
 
     // Last: the chip library is built once per chip and way, which takes minutes the first time.

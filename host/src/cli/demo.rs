@@ -1,6 +1,7 @@
 //! `fre demo`: the firmware in QEMU beside the full-resolution references.
 
 use std::io::IsTerminal;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -34,6 +35,12 @@ pub struct Args {
     /// Physics of the target, the references and the servo's load
     #[arg(long, value_enum, default_value = "extended")]
     physics: PhysicsWord,
+    /// Serves a live page and goes on until it is stopped (needs a build with `--features web`)
+    #[arg(long, conflicts_with = "seconds")]
+    live: bool,
+    /// Where the live page is; an address that others can reach needs the token that is printed with it
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "live")]
+    listen: SocketAddr,
 }
 
 fn pace(words: &str) -> Result<Pace, String> {
@@ -52,7 +59,10 @@ pub fn run(args: Args) -> ExitCode {
             return bad_input(&format!("no signals: {error}"));
         }
     }
-    let Args { firmware, seconds, report, icount, physics } = args;
+    if args.live {
+        return live(&args, &stop);
+    }
+    let Args { firmware, seconds, report, icount, physics, .. } = args;
     let mut out = std::io::stdout();
     let terminal = out.is_terminal();
     let physics = physics.physics();
@@ -60,6 +70,24 @@ pub fn run(args: Args) -> ExitCode {
     match demo::run(&options, &mut out, &stop) {
         Ok(summary) if summary.faults.is_empty() => ExitCode::SUCCESS,
         Ok(_) => ExitCode::from(UNTRUSTWORTHY),
+        Err(error) => bad_input(&error),
+    }
+}
+
+#[cfg(not(feature = "web"))]
+fn live(_: &Args, _: &AtomicBool) -> ExitCode {
+    bad_input(&"--live: this program was built without `web`; `cargo xtask demo --live` builds it with it")
+}
+
+#[cfg(feature = "web")]
+fn live(args: &Args, stop: &AtomicBool) -> ExitCode {
+    let ready = |url: &str| {
+        println!("live page   {url}");
+        println!("            Ctrl-C ends the demonstration");
+        crate::web::open_browser(url);
+    };
+    match demo::live(&args.firmware, &args.report, args.icount, args.physics.physics(), args.listen, stop, ready) {
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => bad_input(&error),
     }
 }

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use clap::Subcommand;
 use messages::{Finger, GripTo, Phase, Report, Which};
 use model_core::discretise::Discretisation;
+use model_core::object::ObjectDesign;
 
 use super::options::PhysicsWord;
 use super::{UNTRUSTWORTHY, bad_input};
@@ -163,6 +164,21 @@ fn info(link: &Link) -> Result<(), LinkError> {
     Ok(())
 }
 
+/// An object by the keys of a case file.
+fn words(object: &ObjectDesign) -> String {
+    match object {
+        ObjectDesign::Circle { centre, radius } => format!("circle, radius_mm = {radius}, centre_mm = {centre:?}"),
+        ObjectDesign::Ellipse { centre, semi_axes, angle } => {
+            let degrees = angle.to_degrees();
+            format!("ellipse, centre_mm = {centre:?}, semi_axes_mm = {semi_axes:?}, angle_deg = {degrees}")
+        }
+        ObjectDesign::Polygon { corners, rounding } => {
+            format!("polygon, corners_mm = {:?}, rounding_mm = {rounding}", corners.to_vec())
+        }
+        ObjectDesign::HalfPlane { point, normal } => format!("half-plane, point_mm = {point:?}, normal = {normal:?}"),
+    }
+}
+
 fn get(link: &Link) -> Result<(), LinkError> {
     let settings = link.settings()?;
     for (key, value) in pairs(&settings) {
@@ -174,7 +190,7 @@ fn get(link: &Link) -> Result<(), LinkError> {
             None => println!("# finger {finger}: no design"),
         }
         match link.object(finger)? {
-            Some(object) => println!("# finger {finger}: object {object:?}"),
+            Some(object) => println!("# finger {finger}: {}", words(&object)),
             None => println!("# finger {finger}: no object"),
         }
     }

@@ -16,6 +16,7 @@ mod solve;
 mod source;
 mod sweep;
 mod table1;
+mod view;
 
 use std::process::ExitCode;
 

@@ -8,6 +8,7 @@ use model_core::discretise::Elements;
 
 use super::bad_input;
 use super::options::{PhysicsWord, elements};
+use super::view::ViewArgs;
 
 /// What a program without recordings says.
 #[cfg(not(feature = "record"))]
@@ -34,9 +35,8 @@ pub struct Args {
     /// Shows it as fast as it can
     #[arg(long, conflicts_with_all = ["csv", "speed"])]
     at_once: bool,
-    /// Shows every N-th report
-    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
-    every: u32,
+    #[command(flatten)]
+    view: ViewArgs,
     /// Estimates the forces anew and compares them with the recorded ones; with --csv they stand beside them
     #[arg(long)]
     again: bool,
@@ -102,7 +102,7 @@ mod run {
     use model_core::discretise::{Discretisation, Physics};
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-    use super::super::{bad_input, monitor};
+    use super::super::bad_input;
     use super::{Args, PrecisionWord};
     use crate::case::Case;
     use crate::record::{Again, Changes, Csv, Difference, Playback, Recorded, Recording, Speed, beginning};
@@ -130,9 +130,9 @@ mod run {
             Err(error) => return bad_input(&error),
         };
         let source: Arc<dyn Source> = playback.clone();
-        let shown = monitor::lines(&source, None, args.every, &stop);
+        let shown = args.view.show(&source, None, &stop);
         match (shown, playback.failed()) {
-            (Err(stop), _) => monitor::exit(stop),
+            (Err(stop), _) => stop.exit(),
             (Ok(()), Some(why)) => bad_input(&why),
             (Ok(()), None) => ExitCode::SUCCESS,
         }

@@ -82,6 +82,10 @@ pub enum DemoError {
     /// The link.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// The live page.
+    #[cfg(feature = "web")]
+    #[error(transparent)]
+    Web(#[from] crate::web::WebError),
     /// A picture.
     #[error(transparent)]
     Draw(#[from] DrawError),

@@ -9,6 +9,8 @@ mod error;
 mod lead;
 mod live;
 mod machine;
+#[cfg(feature = "web")]
+mod page;
 mod pictures;
 mod reference;
 mod report;
@@ -16,7 +18,7 @@ mod sample;
 mod summary;
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -29,7 +31,7 @@ use model_core::object::ObjectDesign;
 use model_core::status::Status;
 
 use crate::case::preset;
-use crate::link::{Statistics, Told};
+use crate::link::{Link, Statistics, Told};
 use crate::run::{self, physics_word};
 use crate::servo::{Clock, Config, Load, OnBranch, Servo};
 use crate::shape::{Contact, Shape};
@@ -38,6 +40,8 @@ pub use error::DemoError;
 pub use lead::{CLOSED_DEG, Lead, OPEN_DEG, Order};
 pub use live::Live;
 pub use machine::{Machine, Pace};
+#[cfg(feature = "web")]
+pub use page::live;
 pub use reference::{Answer, Followed, Reference};
 pub use report::write as write_report;
 pub use sample::{FLOOR_N, REFERENCES, Sample, Way};
@@ -137,33 +141,9 @@ pub fn run(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<
 
 /// Boots, leads and listens.
 fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Seen, DemoError> {
-    let design = preset(PRESET).ok_or(DemoError::Preset(PRESET))??.design;
     let physics = options.physics;
-    let truth = run::Options { discretisation: Discretisation::full(Scheme::Paper, physics), ..Load::REFERENCE };
-    let load = Arc::new(Load::of(&design, OBJECT, &truth, CLOSED_DEG + MARGIN_DEG)?);
-    let [x, y] = load.at(CLOSED_DEG.to_radians(), &mut OnBranch::default()).force;
-    let servo = Config {
-        baud_rate: 1_000_000,
-        return_delay_us: 0,
-        clock: Clock::Wall,
-        start_deg: Some(OPEN_DEG),
-        noise_ma: 3.0,
-        load,
-        ..Config::default()
-    };
-    let log = options.folder.join("firmware.defmt");
-    let (mut machine, link) = Machine::boot(&options.firmware, Servo::new(servo.clone())?, &log, options.pace, stop)?;
-    let mut heard = Heard { told: link.listen(), last: Instant::now() };
-    let version = link.version().map_err(|error| machine.blame(error))?;
-    let finger = messages::Finger { design: design.clone(), how: Discretisation::estimator(physics) };
-    let mount = Mount { open_angle: OPEN_DEG.to_radians() as f32, ..Mount::DEFAULT };
-    let settings = Settings { shape_every: SHAPE_EVERY, ..Settings::of(mount) };
-    let told = link
-        .set_finger(0, &finger)
-        .and_then(|()| link.set_object(0, OBJECT))
-        .and_then(|()| link.set_settings(&settings));
-    told.map_err(|error| machine.blame(error))?;
-    heard.until_ready(&mut machine, stop)?;
+    let booted = boot(&options.firmware, &options.folder, options.pace, physics, SHAPE_EVERY, stop)?;
+    let Booted { mut machine, link, mut heard, version, design, servo, hardest } = booted;
 
     let from = OPEN_DEG.to_radians();
     let mut references = [
@@ -172,7 +152,7 @@ fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Se
     ];
     let mut lead = Lead::new(options.seconds);
     introduce(out, options, &version, &lead).map_err(DemoError::Output)?;
-    let mut live = Live::new(options.terminal, options.pace, version.cost_hz, x.hypot(y));
+    let mut live = Live::new(options.terminal, options.pace, version.cost_hz, hardest);
     let mut log = Log::new(servo);
     let counters = link.counters().map_err(|error| machine.blame(error))?;
     let statistics = link.statistics();
@@ -236,6 +216,56 @@ fn watch(options: &Options, out: &mut dyn Write, stop: &AtomicBool) -> Result<Se
         followed,
         left_out,
     })
+}
+
+/// A gripper that knows its finger and its object, and whose first estimate has come.
+struct Booted {
+    machine: Machine,
+    link: Link,
+    heard: Heard,
+    version: Version,
+    design: Design,
+    servo: Config,
+    /// Force of the closed finger, N.
+    hardest: f64,
+}
+
+/// Boots the firmware with a servo on its bus; its log goes to the folder.
+fn boot(
+    firmware: &Path,
+    folder: &Path,
+    pace: Pace,
+    physics: Physics,
+    shape_every: u16,
+    stop: &AtomicBool,
+) -> Result<Booted, DemoError> {
+    let design = preset(PRESET).ok_or(DemoError::Preset(PRESET))??.design;
+    let truth = run::Options { discretisation: Discretisation::full(Scheme::Paper, physics), ..Load::REFERENCE };
+    let load = Arc::new(Load::of(&design, OBJECT, &truth, CLOSED_DEG + MARGIN_DEG)?);
+    let [x, y] = load.at(CLOSED_DEG.to_radians(), &mut OnBranch::default()).force;
+    let servo = Config {
+        baud_rate: 1_000_000,
+        return_delay_us: 0,
+        clock: Clock::Wall,
+        start_deg: Some(OPEN_DEG),
+        noise_ma: 3.0,
+        load,
+        ..Config::default()
+    };
+    let log = folder.join("firmware.defmt");
+    let (mut machine, link) = Machine::boot(firmware, Servo::new(servo.clone())?, &log, pace, stop)?;
+    let mut heard = Heard { told: link.listen(), last: Instant::now() };
+    let version = link.version().map_err(|error| machine.blame(error))?;
+    let finger = messages::Finger { design: design.clone(), how: Discretisation::estimator(physics) };
+    let mount = Mount { open_angle: OPEN_DEG.to_radians() as f32, ..Mount::DEFAULT };
+    let settings = Settings { shape_every, ..Settings::of(mount) };
+    let told = link
+        .set_finger(0, &finger)
+        .and_then(|()| link.set_object(0, OBJECT))
+        .and_then(|()| link.set_settings(&settings));
+    told.map_err(|error| machine.blame(error))?;
+    heard.until_ready(&mut machine, stop)?;
+    Ok(Booted { machine, link, heard, version, design, servo, hardest: x.hypot(y) })
 }
 
 fn introduce(out: &mut dyn Write, options: &Options, version: &Version, lead: &Lead) -> std::io::Result<()> {

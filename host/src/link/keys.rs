@@ -54,6 +54,12 @@ fn degrees(words: &str, place: &mut f32) -> Result<(), &'static str> {
     Ok(())
 }
 
+/// An angle in degrees, without the digits that a single-precision radian has not.
+fn shown(angle: f32) -> String {
+    let degrees = f64::from(angle).to_degrees();
+    ((degrees * 1e5).round() / 1e5 + 0.0).to_string()
+}
+
 const KEYS: [Key; 12] = [
     Key { name: "servo_id", get: |m| m.servo_id.to_string(), set: |m, v| number(v, &mut m.servo_id) },
     Key { name: "zero_counts", get: |m| m.zero.to_string(), set: |m, v| number(v, &mut m.zero) },
@@ -67,7 +73,7 @@ const KEYS: [Key; 12] = [
         },
     },
     Key { name: "gear_ratio", get: |m| m.gear_ratio.to_string(), set: |m, v| number(v, &mut m.gear_ratio) },
-    Key { name: "backlash_deg", get: |m| m.backlash.to_degrees().to_string(), set: |m, v| degrees(v, &mut m.backlash) },
+    Key { name: "backlash_deg", get: |m| shown(m.backlash), set: |m, v| degrees(v, &mut m.backlash) },
     Key {
         name: "side",
         get: |m| if m.side == Side::Left { "left" } else { "right" }.to_owned(),
@@ -80,10 +86,10 @@ const KEYS: [Key; 12] = [
             Ok(())
         },
     },
-    Key { name: "least_deg", get: |m| m.range[0].to_degrees().to_string(), set: |m, v| degrees(v, &mut m.range[0]) },
-    Key { name: "most_deg", get: |m| m.range[1].to_degrees().to_string(), set: |m, v| degrees(v, &mut m.range[1]) },
-    Key { name: "open_deg", get: |m| m.open_angle.to_degrees().to_string(), set: |m, v| degrees(v, &mut m.open_angle) },
-    Key { name: "speed_deg_per_s", get: |m| m.speed.to_degrees().to_string(), set: |m, v| degrees(v, &mut m.speed) },
+    Key { name: "least_deg", get: |m| shown(m.range[0]), set: |m, v| degrees(v, &mut m.range[0]) },
+    Key { name: "most_deg", get: |m| shown(m.range[1]), set: |m, v| degrees(v, &mut m.range[1]) },
+    Key { name: "open_deg", get: |m| shown(m.open_angle), set: |m, v| degrees(v, &mut m.open_angle) },
+    Key { name: "speed_deg_per_s", get: |m| shown(m.speed), set: |m, v| degrees(v, &mut m.speed) },
     Key { name: "force_limit_n", get: |m| m.force_limit.to_string(), set: |m, v| number(v, &mut m.force_limit) },
     Key { name: "current_limit_ma", get: |m| m.current_limit.to_string(), set: |m, v| number(v, &mut m.current_limit) },
 ];
@@ -196,6 +202,8 @@ mod tests {
         for (key, value) in pairs(&settings) {
             set(&mut back, &format!("{key} = {value}")).unwrap();
         }
+        let ranges = pairs(&settings).into_iter().filter(|(key, _)| key.ends_with("_deg"));
+        assert!(ranges.clone().any(|(_, value)| value == "-60"), "{:?}", ranges.collect::<Vec<_>>());
         let mount = back.fingers[0].unwrap();
         assert_eq!((mount.zero, mount.side, mount.direction), (12.5, Side::Right, Direction::Reversed));
         // Degrees and back: the last digit may differ.

@@ -11,11 +11,13 @@
 //! The firmware's ELF is named by the environment variable `FRE_FIRMWARE_ELF`; `cargo xtask test` builds it and sets it.
 
 mod bench;
+mod browser;
 mod machine;
 mod shared_bus;
 mod watch;
 
 pub use bench::{Bench, Flash, Meddling};
+pub use browser::Browser;
 pub use machine::{Machine, OBJECT, finger, load_of};
 pub use shared_bus::SharedBus;
 pub use watch::Watch;

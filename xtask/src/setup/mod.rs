@@ -16,7 +16,7 @@ use std::process::Command;
 pub enum Parts {
     /// To build firmware and run it: QEMU and the cross target.
     Firmware,
-    /// And the Python packages that the protocol tests compare against.
+    /// And the Python packages that the protocol tests compare against, and the browser that the live page is tested in.
     Everything,
     /// And CalculiX.
     EverythingAndFea,
@@ -33,6 +33,7 @@ pub fn run(parts: Parts) -> Result<()> {
     let mut wanted: Vec<Part> = vec![("QEMU", qemu), ("cross target", cross_target::provide)];
     if parts != Parts::Firmware {
         wanted.push(("Python packages", python::provide));
+        wanted.push(("Chromium", chromium));
     }
     if parts == Parts::EverythingAndFea {
         wanted.push(("CalculiX", calculix));
@@ -57,6 +58,14 @@ fn qemu() -> Result<String> {
     }
     let version = output(Command::new(PROGRAM).arg("--version"))?;
     Ok(version.lines().next().unwrap_or_default().to_owned())
+}
+
+fn chromium() -> Result<String> {
+    if find("chromium").is_none() {
+        apt::install(&["chromium"], Otherwise::Fail)?;
+    }
+    let chromium = find("chromium").context("chromium is installed, but `chromium` is not in PATH")?;
+    Ok(chromium.display().to_string())
 }
 
 fn calculix() -> Result<String> {

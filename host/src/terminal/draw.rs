@@ -1,0 +1,441 @@
+//! The picture.
+
+use messages::Side;
+use model_core::status::Status;
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style, Stylize};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph};
+
+use super::seen::{Finger, Seen, WINDOW_S};
+use crate::source::Origin;
+
+/// Lines of a finger that has its numbers below each other, and of one that has a line only.
+const TALL: u16 = 10;
+/// Lines of the numbers, and least ones of a chart below them.
+const LINES: u16 = 8;
+const CHART: u16 = 6;
+/// Columns of the numbers.
+const NUMBERS: u16 = 46;
+/// Columns from which there is room for a chart beside them.
+const WIDE: u16 = 76;
+/// Silence that is said.
+const QUIET_S: f32 = 0.5;
+/// One colour per finger.
+const COLOURS: [Color; 4] = [Color::Cyan, Color::Yellow, Color::Magenta, Color::Green];
+
+/// Draws all of it.
+pub fn picture(frame: &mut Frame<'_>, seen: &Seen) {
+    let events = if frame.area().height >= 20 { 4 } else { 0 };
+    let [head, body, below, keys] = Layout::vertical([
+        Constraint::Length(2),
+        Constraint::Min(3),
+        Constraint::Length(events),
+        Constraint::Length(1),
+    ])
+    .areas(frame.area());
+    frame.render_widget(Paragraph::new(heading(seen)), head);
+    fingers(frame, body, seen);
+    let skip = seen.events.len().saturating_sub(usize::from(events.saturating_sub(1)));
+    let words = seen.events.iter().skip(skip).map(|words| Line::raw(words.as_str()));
+    frame.render_widget(Paragraph::new(words.collect::<Vec<_>>()).block(Block::new().title("events".dim())), below);
+    frame.render_widget(Paragraph::new(footer(seen)), keys);
+}
+
+fn heading(seen: &Seen) -> Vec<Line<'static>> {
+    let setup = &seen.setup;
+    let who = match setup.origin {
+        Origin::Gripper => format!("gripper {} on {}, {}", setup.firmware, setup.board, setup.place),
+        Origin::Bus => format!("{} on {}, estimated on this PC", setup.board, setup.place),
+        Origin::Recording => format!("recording {}", setup.place),
+    };
+    let quiet = seen.silence().as_secs_f32();
+    let state = if quiet > QUIET_S {
+        Span::styled(format!("nothing for {quiet:.1} s"), bad())
+    } else {
+        Span::styled("live", Style::new().fg(Color::Green).add_modifier(Modifier::BOLD))
+    };
+    let statistics = &seen.statistics;
+    let mut counts = vec![
+        state,
+        Span::raw(format!("  {:.0} reports/s", seen.per_second)),
+        count("missing", statistics.missing_reports),
+        count(if setup.origin == Origin::Bus { "unanswered" } else { "damaged" }, statistics.damaged),
+    ];
+    if let Some(counters) = &seen.counters {
+        let dropped =
+            [counters.dropped_reports, counters.dropped_grasps, counters.dropped_shapes, counters.dropped_events];
+        counts.push(Span::raw(format!("  loop {:.0} of {:.0} Hz", counters.rate_hz, counters.chosen_hz)));
+        counts.push(count("late", u64::from(counters.late_ticks)));
+        counts.push(count("dropped", dropped.map(u64::from).iter().sum()));
+        counts.push(count("servo lost", u64::from(counters.servo_losses)));
+    }
+    vec![Line::from(who.bold()), Line::from(counts)]
+}
+
+fn count(name: &str, number: u64) -> Span<'static> {
+    let words = format!("  {name} {number}");
+    if number > 0 { Span::styled(words, Style::new().fg(Color::Yellow)) } else { Span::raw(words).dim() }
+}
+
+fn footer(seen: &Seen) -> Line<'static> {
+    let mut words = vec![" q ".reversed(), " end  ".into()];
+    if seen.moves() {
+        let red = Style::new().fg(Color::White).bg(Color::Red).add_modifier(Modifier::BOLD);
+        words.extend([Span::styled(" space ", red), Span::from(" STOP all fingers  ")]);
+    }
+    match &seen.stop {
+        _ if seen.stopping => words.push("stopping …".bold()),
+        Some(Ok(answer)) => words.push(Span::styled(answer.clone(), Style::new().fg(Color::Green))),
+        Some(Err(answer)) => words.push(Span::styled(answer.clone(), bad())),
+        None => {}
+    }
+    Line::from(words)
+}
+
+fn bad() -> Style {
+    Style::new().fg(Color::White).bg(Color::Red).add_modifier(Modifier::BOLD)
+}
+
+fn fingers(frame: &mut Frame<'_>, area: Rect, seen: &Seen) {
+    let count = seen.fingers.len().max(1) as u16;
+    let grasp = u16::from(seen.grasp.is_some());
+    if area.height >= count * TALL + grasp {
+        let rooms = [grasp].into_iter().map(Constraint::Length).chain((0..count).map(|_| Constraint::Fill(1)));
+        let areas = Layout::vertical(rooms).split(area);
+        together(frame, areas[0], seen);
+        for (number, finger) in seen.fingers.iter().enumerate() {
+            whole(frame, areas[number + 1], seen, number, finger);
+        }
+        return;
+    }
+    // Not that many lines: one per finger, and one chart for all.
+    let [table, sum, chart] =
+        Layout::vertical([Constraint::Length(count + 1), Constraint::Length(grasp), Constraint::Fill(1)]).areas(area);
+    let head = "finger        force N    ±  angle °  torque Nmm  status";
+    let rows = seen.fingers.iter().enumerate().map(|(number, finger)| row(seen, number, finger));
+    frame.render_widget(Paragraph::new([Line::from(head.dim())].into_iter().chain(rows).collect::<Vec<_>>()), table);
+    together(frame, sum, seen);
+    if chart.height >= 5 {
+        forces(frame, chart, &seen.fingers.iter().enumerate().collect::<Vec<_>>());
+    }
+}
+
+/// What the fingers come to together.
+fn together(frame: &mut Frame<'_>, area: Rect, seen: &Seen) {
+    let Some(grasp) = seen.grasp else { return };
+    let line = if grasp.is_trustworthy {
+        let [x, y] = grasp.sum;
+        let balance = 100.0 * grasp.balance;
+        Line::raw(format!(
+            "grasp  pressed together {:.2} N, sum {x:.2}, {y:.2} N, balance {balance:.0} %",
+            grasp.squeeze
+        ))
+    } else {
+        Line::from("grasp  an estimate is untrustworthy".red())
+    };
+    frame.render_widget(Paragraph::new(line), area);
+}
+
+fn name(seen: &Seen, number: usize) -> String {
+    match seen.setup.settings.fingers.get(number).copied().flatten().map(|mount| mount.side) {
+        Some(Side::Left) => format!("finger {number}, left"),
+        Some(Side::Right) => format!("finger {number}, right"),
+        None => format!("finger {number}"),
+    }
+}
+
+fn status(status: Status, age: u32) -> Span<'static> {
+    let words = if age > 0 { format!(" {status}, {age} ticks old ") } else { format!(" {status} ") };
+    if status.is_trustworthy() {
+        Span::styled(words, Style::new().fg(Color::Black).bg(Color::Green).add_modifier(Modifier::BOLD))
+    } else {
+        Span::styled(words, bad())
+    }
+}
+
+fn deviation(value: f32) -> String {
+    if value.is_finite() { format!("{value:.2}") } else { "?".to_owned() }
+}
+
+/// No minus before a zero.
+fn fixed(value: f32, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    if text.bytes().all(|byte| matches!(byte, b'-' | b'0' | b'.')) { text.replace('-', "") } else { text }
+}
+
+fn row(seen: &Seen, number: usize, finger: &Finger) -> Line<'static> {
+    let name = format!("{:<13}", name(seen, number).replace("finger ", ""));
+    let Some(report) = finger.shown.report() else { return Line::raw(name + "nothing yet") };
+    let estimate = report.estimate;
+    let force = format!("{:>8.2} {:>4}", estimate.force_magnitude(), deviation(estimate.standard_deviation));
+    let rest = format!("  {:>7.2}  {:>10.0}  ", estimate.motor_angle.to_degrees(), estimate.torque);
+    let force = if estimate.status.is_trustworthy() { force.bold() } else { force.dim().crossed_out() };
+    Line::from(vec![
+        Span::styled(name, Style::new().fg(COLOURS[number % COLOURS.len()])),
+        force,
+        rest.into(),
+        status(estimate.status, estimate.age),
+    ])
+}
+
+fn whole(frame: &mut Frame<'_>, area: Rect, seen: &Seen, number: usize, finger: &Finger) {
+    let colour = COLOURS[number % COLOURS.len()];
+    let block =
+        Block::bordered().title(Span::styled(format!(" {} ", name(seen, number)), Style::new().fg(colour).bold()));
+    let inside = block.inner(area);
+    frame.render_widget(block, area);
+    let Some(report) = finger.shown.report() else {
+        frame.render_widget(Paragraph::new("nothing yet"), inside);
+        return;
+    };
+    let (numbers, chart) = if inside.width >= WIDE {
+        let [numbers, chart] = Layout::horizontal([Constraint::Length(NUMBERS), Constraint::Fill(1)]).areas(inside);
+        (numbers, Some(chart))
+    } else if inside.height >= LINES + CHART {
+        let [numbers, chart] = Layout::vertical([Constraint::Length(LINES), Constraint::Fill(1)]).areas(inside);
+        (numbers, Some(chart))
+    } else {
+        (inside, None)
+    };
+    let estimate = report.estimate;
+    let trustworthy = estimate.status.is_trustworthy();
+    let value = |words: String| if trustworthy { Span::raw(words) } else { words.dim().crossed_out() };
+    let row = |name: &'static str, words: String| Line::from(vec![format!("{name:<13}").dim(), value(words)]);
+    let force = format!("{:.2} N", estimate.force_magnitude());
+    let [fx, fy] = estimate.force.map(|x| fixed(x, 2));
+    let touching = estimate.force != [0.0; 2];
+    let contact = if touching {
+        let [x, y] = estimate.contact_centre.map(|x| fixed(x, 1));
+        row("contact", format!("at {x}, {y} mm, {:.1} mm long", estimate.contact_extent))
+    } else {
+        row("distance", format!("{} mm", fixed(estimate.distance, 2)))
+    };
+    let micros = 1e6 * f64::from(report.cost) / f64::from(seen.setup.cost_hz.max(1));
+    let lines = vec![
+        Line::from(vec![
+            "force        ".dim(),
+            if trustworthy { Span::styled(force, Style::new().fg(colour).bold()) } else { force.dim().crossed_out() },
+            Span::raw(format!(" ± {} ", deviation(estimate.standard_deviation))),
+            status(estimate.status, estimate.age),
+        ]),
+        row("components", format!("{fx}, {fy} N")),
+        row(
+            "motor angle",
+            format!("{}° → {}°", fixed(estimate.motor_angle.to_degrees(), 2), fixed(report.goal.to_degrees(), 2)),
+        ),
+        contact,
+        row("torque", format!("{} N·mm", fixed(estimate.torque, 0))),
+        Line::from(vec![
+            "current      ".dim(),
+            format!("{} mA, limit {:.0}", fixed(report.current, 0), limit(seen, number)).into(),
+        ]),
+        Line::from(vec!["cost         ".dim(), format!("{micros:.0} µs, {} iterations", estimate.iterations).into()]),
+        Line::from(vec!["doing        ".dim(), report.phase.to_string().into(), lost(finger)]),
+    ];
+    frame.render_widget(Paragraph::new(lines), numbers);
+    if let Some(chart) = chart {
+        forces(frame, chart, &[(number, finger)]);
+    }
+}
+
+/// How many estimates may not be used, lately.
+fn lost(finger: &Finger) -> Span<'static> {
+    match finger.shown.untrustworthy_percent() {
+        0.0 => Span::raw(""),
+        percent => Span::styled(format!("  ({percent:.0} % untrustworthy)"), Style::new().fg(Color::Yellow)),
+    }
+}
+
+/// The finger's limit of the current, mA.
+fn limit(seen: &Seen, number: usize) -> f32 {
+    seen.setup.settings.fingers.get(number).copied().flatten().map_or(f32::NAN, |mount| mount.current_limit)
+}
+
+/// Force over the last seconds.
+fn forces(frame: &mut Frame<'_>, area: Rect, fingers: &[(usize, &Finger)]) {
+    let now =
+        fingers.iter().filter_map(|(_, finger)| finger.shown.report()).map(|report| report.time_us).max().unwrap_or(0);
+    let now = now as f64 * 1e-6;
+    let points: Vec<Vec<(f64, f64)>> = fingers
+        .iter()
+        .map(|(_, finger)| finger.forces.iter().map(|&(time, force)| (time - now, force)).collect())
+        .collect();
+    let greatest = points.iter().flatten().map(|point| point.1).fold(0.0, f64::max);
+    let top = ceiling(1.05 * greatest);
+    let sets = points.iter().zip(fingers).map(|(points, (number, _))| {
+        Dataset::default()
+            .marker(Marker::Braille)
+            .graph_type(GraphType::Line)
+            .style(Style::new().fg(COLOURS[number % COLOURS.len()]))
+            .data(points)
+    });
+    let digits = usize::from(top < 5.0);
+    let chart = Chart::new(sets.collect())
+        .x_axis(
+            Axis::default()
+                .style(Style::new().dim())
+                .bounds([-WINDOW_S, 0.0])
+                .labels([format!("−{WINDOW_S:.0} s"), "now".to_owned()]),
+        )
+        .y_axis(Axis::default().style(Style::new().dim()).bounds([0.0, top]).labels([
+            "0".to_owned(),
+            format!("{:.digits$}", 0.5 * top),
+            format!("{top:.digits$} N"),
+        ]));
+    frame.render_widget(chart, area);
+}
+
+/// A round number above this.
+fn ceiling(greatest: f64) -> f64 {
+    let power = 10_f64.powf(greatest.max(0.5).log10().floor());
+    [1.0, 2.0, 4.0, 6.0, 8.0].into_iter().map(|k| k * power).find(|&top| top >= greatest).unwrap_or(10.0 * power)
+}
+
+#[cfg(test)]
+mod tests {
+    use messages::{Event, Grasp, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings};
+    use model_core::estimator::Estimate;
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    use super::*;
+    use crate::source::{Modelled, Setup, Told};
+
+    fn seen(fingers: u8) -> Seen {
+        let mut settings = Settings::DEFAULT;
+        for number in 1..fingers {
+            let side = if number % 2 == 0 { Side::Left } else { Side::Right };
+            settings.fingers[usize::from(number)] = Some(Mount { servo_id: number + 1, side, ..Mount::DEFAULT });
+        }
+        let mut seen = Seen::new(Setup {
+            origin: Origin::Gripper,
+            place: "unix:link".to_owned(),
+            board: "mps2".to_owned(),
+            firmware: "0.1.0".to_owned(),
+            protocol: PROTOCOL_VERSION,
+            cost_hz: 25_000_000,
+            settings,
+            models: vec![Modelled::default(); usize::from(fingers)],
+        });
+        for tick in 0..1000_u32 {
+            for finger in 0..fingers {
+                seen.take(Told::Report(report(finger, tick, 5.0 * tick as f32 / 999.0, Status::Converged)));
+            }
+        }
+        seen
+    }
+
+    fn report(finger: u8, tick: u32, force: f32, status: Status) -> Report {
+        let estimate = Estimate {
+            motor_angle: 0.1,
+            force: [0.8 * force, -0.6 * force],
+            contact_centre: [1.04, 44.96],
+            contact_extent: 12.3,
+            torque: 345.4,
+            iterations: 2,
+            standard_deviation: 0.114,
+            age: if status.is_trustworthy() { 0 } else { 7 },
+            ..Estimate::blank(status)
+        };
+        Report {
+            sequence: tick,
+            finger,
+            phase: Phase::Gripped,
+            time_us: 20_000 * u64::from(tick),
+            estimate,
+            goal: 0.2,
+            position: 0,
+            current: 81.0,
+            cost: 10_000,
+        }
+    }
+
+    fn drawn(seen: &Seen, width: u16, height: u16) -> Vec<String> {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+        terminal.draw(|frame| picture(frame, seen)).unwrap();
+        let buffer = terminal.backend().buffer();
+        (0..height).map(|y| (0..width).map(|x| buffer[(x, y)].symbol()).collect()).collect()
+    }
+
+    fn has(lines: &[String], words: &str) {
+        assert!(lines.iter().any(|line| line.contains(words)), "no `{words}` in\n{}", lines.join("\n"));
+    }
+
+    #[test]
+    fn a_finger_shows_every_number_with_its_status() {
+        let mut seen = seen(1);
+        seen.take(Told::Event(Notice { time_us: 1_500_000, event: Event::ServoLost { finger: 0 } }));
+        let lines = drawn(&seen, 110, 24);
+        for words in [
+            "gripper 0.1.0 on mps2, unix:link",
+            "live",
+            "missing 0",
+            "finger 0, left",
+            "5.00 N ± 0.11  converged",
+            "4.00, -3.00 N",
+            "5.73° → 11.46°",
+            "at 1.0, 45.0 mm, 12.3 mm long",
+            "345 N·mm",
+            "81 mA",
+            "400 µs, 2 iterations",
+            "gripped",
+            "STOP all fingers",
+            "1.500 s",
+        ] {
+            has(&lines, words);
+        }
+        // The chart rises from the left to the right, and its greatest value is the newest force.
+        let braille = |line: &String| line.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count();
+        assert!(lines.iter().filter(|line| braille(line) > 0).count() >= 5, "{}", lines.join("\n"));
+        has(&lines, "6 N");
+        has(&lines, "−20 s");
+    }
+
+    #[test]
+    fn what_may_not_be_used_is_said() {
+        let mut seen = seen(1);
+        seen.take(Told::Report(report(0, 1010, 9.0, Status::Stale)));
+        has(&drawn(&seen, 100, 24), "stale, 7 ticks old");
+        assert!(seen.fingers[0].forces.iter().all(|&(_, force)| force <= 5.0), "an untrustworthy force in the chart");
+        seen.asked();
+        has(&drawn(&seen, 100, 24), "stopping …");
+        seen.answered(Err("NOT STOPPED: no answer".to_owned()));
+        has(&drawn(&seen, 100, 24), "NOT STOPPED: no answer");
+    }
+
+    #[test]
+    fn four_fingers_fit_into_a_small_terminal_and_a_large_one() {
+        let mut seen = seen(4);
+        seen.take(Told::Grasp(Grasp {
+            sequence: 1,
+            is_trustworthy: true,
+            sum: [0.0, -6.0],
+            squeeze: 8.0,
+            balance: 0.7,
+        }));
+        let small = drawn(&seen, 80, 24);
+        for words in ["0, left", "3, right", "5.00 0.11     5.73", "pressed together 8.00 N", "balance 70 %"] {
+            has(&small, words);
+        }
+        let large = drawn(&seen, 120, 60);
+        has(&large, "finger 3, right");
+        assert_eq!(large.iter().filter(|line| line.contains("5.00 N ± 0.11  converged")).count(), 4);
+        // Nothing, and nobody, in a terminal of any size.
+        for (width, height) in [(1, 1), (10, 3), (30, 8), (75, 12), (300, 100)] {
+            drawn(&seen, width, height);
+        }
+    }
+
+    #[test]
+    fn the_chart_ends_at_a_round_number() {
+        for (greatest, top) in [(0.0, 0.5), (0.3, 0.4), (0.7, 0.8), (1.0, 1.0), (5.2, 6.0), (9.0, 10.0), (11.0, 20.0)] {
+            assert!(ceiling(greatest) >= greatest);
+            if greatest >= 0.5 {
+                assert!((ceiling(greatest) - top).abs() < 1e-9, "{greatest}: {}", ceiling(greatest));
+            }
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! The live page in a real browser, on the firmware in QEMU.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use host::source::{Source, Told, WAITING};
+use host::web;
+use messages::{Mount, Report, Settings};
+use serde_json::json;
+use system_tests::{Browser, Machine, OBJECT, Watch, finger};
+
+/// The object touches the finger at 0 just so: open is at −1°.
+const MOUNT: Mount = Mount { open_angle: -std::f32::consts::PI / 180.0, ..Mount::DEFAULT };
+const DESK: [u32; 2] = [1280, 1000];
+const PHONE: [u32; 2] = [390, 844];
+
+/// Where pictures go: for people.
+fn pictures() -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("live-page");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn the_page_shows_the_stream_and_leads_the_gripper() {
+    let machine = Machine::boot(Machine::servo());
+    let link = Arc::new(machine.link());
+    let mut watch = Watch::new(&link);
+    link.set_settings(&Settings::of(MOUNT)).unwrap();
+    link.set_finger(0, &finger()).unwrap();
+    link.set_object(0, OBJECT).unwrap();
+    watch.until_report("trustworthy estimate", Duration::from_secs(20), |r| r.estimate.status.is_trustworthy());
+    drop(watch);
+
+    let stop = AtomicBool::new(false);
+    let stream = Mutex::new(Vec::<Report>::new());
+    let (address, ready) = channel();
+    let told = link.hear(WAITING);
+    std::thread::scope(|scope| {
+        let (stop, stream, gripper) = (&stop, &stream, link.clone());
+        let server = scope.spawn(move || {
+            let ready = |url: &str| address.send(url.to_owned()).unwrap();
+            web::serve(gripper, "127.0.0.1:0".parse().unwrap(), None, None, stop, ready)
+        });
+        // Whatever fails below, the server ends.
+        let _end = OnDrop(stop);
+        scope.spawn(move || {
+            while !stop.load(Ordering::Relaxed) {
+                if let Ok(Told::Report(report)) = told.recv_timeout(Duration::from_millis(100)) {
+                    stream.lock().unwrap().push(report);
+                }
+            }
+        });
+        let url = ready.recv_timeout(Duration::from_secs(20)).expect("the page's address");
+        assert!(url.starts_with("http://127.0.0.1:") && !url.contains("token"), "{url}");
+        let mut page = Browser::start();
+        visit(&mut page, &url, stream, &link);
+        drop(page);
+        stop.store(true, Ordering::Relaxed);
+        server.join().unwrap().unwrap();
+    });
+}
+
+struct OnDrop<'a>(&'a AtomicBool);
+
+impl Drop for OnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+fn visit(page: &mut Browser, url: &str, stream: &Mutex<Vec<Report>>, link: &host::link::Link) {
+    let is = |name: &str| format!("document.querySelector('[data-is={name}]').textContent");
+    page.open(url, DESK, false);
+    page.until(&format!("document.getElementById('link').textContent === 'live' && {} === 'no-contact'", is("status")));
+    assert!(page.eval("document.getElementById('target').textContent").as_str().unwrap().contains("mps2"));
+
+    // Grip from the keyboard: the force asked for is reached, and kept.
+    page.eval("document.getElementById('force').value = '5'");
+    page.press_until("g", &format!("{} === 'gripped'", is("phase")));
+    page.until("document.getElementById('answer').className === 'good'");
+    let force: f64 = page.eval(&is("force")).as_str().unwrap().parse().unwrap();
+    assert!((force - 5.0).abs() < 0.5, "{force} N instead of 5");
+    page.picture(&pictures().join("light.png"));
+
+    // What the page shows is what the gripper told, number by number, of the report that it names.
+    for _ in 0..20 {
+        let shown = page.eval(&format!(
+            "[Number(document.querySelector('.finger').dataset.sequence), {}, {}, {}, {}, {}, {}, {}, {}]",
+            is("force"),
+            is("angle"),
+            is("status"),
+            is("torque"),
+            is("current"),
+            is("deviation"),
+            is("components"),
+            is("centre")
+        ));
+        let report = *stream
+            .lock()
+            .unwrap()
+            .iter()
+            .rev()
+            .find(|report| json!(report.sequence) == shown[0])
+            .unwrap_or_else(|| panic!("no report {}", shown[0]));
+        let near = |text: &serde_json::Value, value: f32, digits: i32| {
+            let shown: f64 = text.as_str().unwrap().parse().unwrap();
+            assert!(
+                (shown - f64::from(value)).abs() <= 0.501 * 10_f64.powi(-digits),
+                "{shown} is not {value}: {report:?}"
+            );
+        };
+        near(&shown[1], report.estimate.force_magnitude(), 2);
+        near(&shown[2], report.estimate.motor_angle.to_degrees(), 2);
+        assert!(shown[3].as_str().unwrap().starts_with(report.estimate.status.word()), "{shown} {report:?}");
+        near(&shown[4], report.estimate.torque, 0);
+        near(&shown[5], report.current, 0);
+        near(&shown[6], report.estimate.standard_deviation, 2);
+        for (place, values, digits) in [(7, report.estimate.force, 2), (8, report.estimate.contact_centre, 1)] {
+            let parts: Vec<_> = shown[place].as_str().unwrap().split(", ").map(|part| json!(part)).collect();
+            assert_eq!(parts.len(), 2, "{shown}");
+            parts.iter().zip(values).for_each(|(part, value)| near(part, value, digits));
+        }
+        std::thread::sleep(Duration::from_millis(40));
+    }
+    // The picture has colours of beam and force, and the charts are filled.
+    let colours = page.eval(
+        "[...document.querySelectorAll('canvas')].map(c => { const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; \
+         const seen = new Set(); for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200) seen.add((d[i] >> 4) + ',' + (d[i + 1] >> 4) + ',' + (d[i + 2] >> 4)); return seen.size; })",
+    );
+    for count in colours.as_array().unwrap() {
+        assert!(count.as_u64().unwrap() > 6, "an empty picture: {colours}");
+    }
+
+    // The stop, while it closes: it stays where it is, and says that the target has taken it. Slowly: a busy PC clicks late.
+    let slow = Mount { speed: 0.3_f32.to_radians(), ..MOUNT };
+    link.set_settings(&Settings::of(slow)).unwrap();
+    page.eval("document.getElementById('angle').value = '11'");
+    page.eval("document.querySelector('#close-form button').click()");
+    page.until(&format!("{} === 'moving'", is("phase")));
+    page.click("#stop");
+    page.until("document.getElementById('answer').textContent.startsWith('stopped')");
+    page.until(&format!("{}.startsWith('held')", is("phase")));
+    let stopped = stream.lock().unwrap().last().unwrap().goal;
+    assert!(stopped < 10.9_f32.to_radians(), "it had arrived before the stop");
+    std::thread::sleep(Duration::from_secs(1));
+    assert_eq!(stream.lock().unwrap().last().unwrap().goal, stopped, "it moved after the stop");
+
+    // Escape stops as well, also out of a field, where a space is a space.
+    page.eval("document.getElementById('answer').textContent = ''; document.getElementById('force').focus()");
+    page.press("Escape");
+    page.until("document.getElementById('answer').textContent.startsWith('stopped')");
+    link.set_settings(&Settings::of(MOUNT)).unwrap();
+    page.eval("document.activeElement.blur()");
+    page.press_until("r", &format!("{} === 'no-contact'", is("status")));
+
+    // Settings: sent, acknowledged, and read back from the target.
+    page.eval(
+        "document.forms['limits-form'].speed_deg_s.value = '12.5'; document.forms['limits-form'].requestSubmit()",
+    );
+    page.until("document.querySelector('#limits-form output').textContent === 'the target has the limits'");
+    let speed = link.settings().unwrap().fingers[0].unwrap().speed.to_degrees();
+    assert!((speed - 12.5).abs() < 1e-4, "{speed}");
+    page.eval("document.forms['limits-form'].speed_deg_s.value = '-1'; document.forms['limits-form'].requestSubmit()");
+    page.until("document.querySelector('#limits-form output').className === 'bad'");
+    let words = page.eval("document.querySelector('#limits-form output').textContent");
+    assert!(words.as_str().unwrap().contains("speed in rad/s is -0.0"), "{words}");
+    let fill = "const f = document.forms['object-form']; f.elements.radius_mm.value = '30'; f.elements.centre_mm.value = '34, 45'; f.requestSubmit()";
+    page.eval(&format!("{{ {fill} }}"));
+    page.until("document.querySelector('#object-form output').textContent === 'the target has the object'");
+    let object = link.object(0).unwrap();
+    let wanted = model_core::object::ObjectDesign::Circle { centre: [34.0, 45.0], radius: 30.0 };
+    assert_eq!(object, Some(wanted));
+    page.until("setup.fingers[0].object.circle.radius_mm === 30");
+    page.eval("{ const f = document.forms['object-form']; f.elements.radius_mm.value = 'ten'; f.requestSubmit() }");
+    page.until("document.querySelector('#object-form output').className === 'bad'");
+
+    // Thirty frames a second, give or take what a busy PC takes; never the gripper's hundreds.
+    let frames = page.eval(
+        "new Promise(done => { let n = 0; const count = () => n++; events.addEventListener('frame', count); \
+         setTimeout(() => { events.removeEventListener('frame', count); done(n); }, 3000); })",
+    );
+    let frames = frames.as_u64().unwrap();
+    assert!((10..=100).contains(&frames), "{frames} frames in 3 s");
+
+    page.press_until("g", &format!("{} === 'gripped'", is("phase")));
+    page.look(DESK, true);
+    page.until("document.documentElement.classList.contains('dark')");
+    std::thread::sleep(Duration::from_millis(300));
+    page.picture(&pictures().join("dark.png"));
+    page.look(PHONE, false);
+    std::thread::sleep(Duration::from_millis(300));
+    page.picture(&pictures().join("phone.png"));
+    // Nothing is wider than the phone, and the stop is on the screen wherever one scrolls.
+    let wide = page.eval("document.documentElement.scrollWidth <= document.documentElement.clientWidth");
+    assert_eq!(wide, json!(true), "wider than the phone");
+    page.eval("scrollTo(0, document.body.scrollHeight)");
+    let there = page.eval(
+        "(() => { const r = document.getElementById('stop').getBoundingClientRect(); \
+         return r.top >= 0 && r.bottom <= innerHeight && r.height >= 60 && r.width >= 120; })()",
+    );
+    assert_eq!(there, json!(true), "the stop is not on the screen");
+    page.picture(&pictures().join("phone-below.png"));
+    let loaded = page.eval(
+        "performance.getEntriesByType('resource').map(r => new URL(r.name).origin).every(o => o === location.origin)",
+    );
+    assert_eq!(loaded, json!(true), "something came from outside");
+    page.complaints.retain(|words| !words.contains("/command"));
+    assert!(page.complaints.is_empty(), "{:?}", page.complaints);
+}
