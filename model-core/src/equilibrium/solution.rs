@@ -120,7 +120,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let (Some(member), Some(work)) = (members.get(side), work.get(side)) else {
                 return ([T::ZERO; 2], T::ZERO);
             };
-            let moment = self.work.gradient.as_ref().get(usize::from(member.first)).copied().unwrap_or(T::ZERO);
+            let moment = self.work.nodes.as_ref().get(usize::from(member.first)).map_or(T::ZERO, |node| node.gradient);
             let mut force = work.force;
             if side == 0 {
                 // A member's force is the one at its end: contacts on the span itself come on top.
@@ -210,18 +210,18 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The point of a member's centreline that belongs to a node after the first; `at` is the last link's or element's
     /// end and moves on.
     fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
-        let (e, weight) = (self.work.strained.as_ref(), self.ladder.weight.as_ref());
+        let (e, weight) = (|node: usize| self.work.nodes.as_ref().at(node).strained, self.ladder.weight.as_ref());
         let nodes = self.ladder.members.as_ref()[index].nodes();
         if !self.ladder.quadratic || nodes.len() < 3 {
             let w = weight[node];
-            *at = [at[0] + w * e[node][0], at[1] + w * e[node][1]];
+            *at = [at[0] + w * e(node)[0], at[1] + w * e(node)[1]];
             return (w > T::ZERO).then_some(*at);
         }
         let local = node - nodes.start;
         let middle = if local % 2 == 1 { node } else { node - 1 };
         // Simpson's weight of the middle is 4h/6.
         let h = weight[middle] * T::of(1.5);
-        let (a, m, b) = (e[middle - 1], e[middle], e[middle + 1]);
+        let (a, m, b) = (e(middle - 1), e(middle), e(middle + 1));
         let sixth = h * T::of(1.0 / 6.0);
         let chord = [0, 1].map(|i| sixth * (a[i] + T::of(4.0) * m[i] + b[i]));
         if local % 2 == 1 {

@@ -1,6 +1,7 @@
 //! Strains along beams and hinges, from the bends and stretches of an equilibrium.
 
 use super::Follower;
+use crate::access::Access;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
@@ -98,7 +99,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     fn stretch(&self, node: usize) -> T {
-        let (e, d) = (self.work.e.as_ref()[node], self.work.strained.as_ref()[node]);
+        let on = self.work.nodes.as_ref().at(node);
+        let (e, d) = (on.e, on.strained);
         (d[0] - e[0]) * e[0] + (d[1] - e[1]) * e[1]
     }
 

@@ -48,11 +48,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let small = gradient <= within.gradient && length <= within.length && !sweep.overflow;
         // Without a stable factorisation, or with a step that wants clipping, the whole method decides.
         let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
-        let whole = inertia.is_stable() && step::clip(&self.ladder, &self.work) == T::one();
-        if whole {
-            step::apply(&self.ladder, &mut self.state, &self.work, T::one());
-        }
-        if !whole || self.state.touching_count == 0 {
+        let moved = step::apply(&self.ladder, &mut self.state, &self.work, T::one());
+        let finite = self.state.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
+        if !inertia.is_stable() || !finite || moved > T::of(step::CLIP) || self.state.touching_count == 0 {
             self.state.copy_from(&self.accepted, &self.ladder);
             return self.follow_within(to, budget);
         }

@@ -69,24 +69,30 @@ fn own_span<T: Real, S: Size>(
     let mut own = Own { lever: bend::sample_lever(ladder, work, index, sample), ..Own::BLANK };
     // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
     let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
-    let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
-    let factor = work.factor.as_ref().get(nodes.clone())?;
-    let z = work.delta.as_mut().get_mut(nodes.clone())?;
-    let (e, lever) = (work.e.as_ref().get(nodes.clone())?, work.lever.as_ref().get(nodes.clone())?);
+    let (start, end, before_end) = if work.curved {
+        let coupling = |node: usize| work.nodes.as_ref().at(nodes.start + node).coupling;
+        (coupling(0), coupling(interior), coupling(interior.saturating_sub(1)))
+    } else {
+        let coupling = |node: usize| ladder.coupling.as_ref().at(nodes.start + node);
+        (coupling(0), coupling(interior), coupling(interior.saturating_sub(1)))
+    };
+    let list = work.nodes.as_mut().get_mut(nodes.clone())?;
     let weight = ladder.weight.as_ref().get(nodes.clone())?;
     let mut tensor = [T::ZERO; 3];
     let mut weigh = |w: T, e: [T; 2]| {
         tensor = [tensor[0] + w * e[0] * e[0], tensor[1] + w * e[0] * e[1], tensor[2] + w];
     };
-    let (below, beyond) = z.split_at_mut_checked(first)?;
-    for (((z, lever), &e), &w) in below.iter_mut().zip(lever).zip(e).zip(weight) {
-        *z = -dot(normal, *lever);
-        weigh(w, e);
+    let (below, beyond) = list.split_at_mut_checked(first)?;
+    for (node, &w) in below.iter_mut().zip(weight) {
+        node.delta = -dot(normal, node.lever);
+        weigh(w, node.e);
     }
-    beyond.fill(T::ZERO);
-    for (((z, &e), lever), &w) in beyond.iter_mut().zip(e.get(first..)?).zip(&own.lever).zip(&sample.weights) {
-        *z = -dot(normal, *lever);
-        weigh(w, e);
+    for node in &mut *beyond {
+        node.delta = T::ZERO;
+    }
+    for ((node, lever), &w) in beyond.iter_mut().zip(&own.lever).zip(&sample.weights) {
+        node.delta = -dot(normal, *lever);
+        weigh(w, node.e);
     }
     let ([stretch, shear], [xx, xy, all]) = (member.compliance, tensor);
     let (k, yy) = (stretch - shear, all - xx);
@@ -96,29 +102,27 @@ fn own_span<T: Real, S: Size>(
     ];
     own.x = own.strain;
     let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
-    let (Some(&z_start), Some(&z_end)) = (z.first(), z.last()) else { return None };
-    let mut ends = [z_start - turn(m.rigid_start), z_end - sample.rigid * turn(m.rigid_end)];
-    solve_interior(factor, z, interior, T::ZERO);
+    let (Some(first_node), Some(last_node)) = (list.first(), list.last()) else { return None };
+    let mut ends = [first_node.delta - turn(m.rigid_start), last_node.delta - sample.rigid * turn(m.rigid_end)];
+    solve_interior(list, T::ZERO);
     // Eliminate the interior: entries with a, b, force, gradient.
-    let [_, inner @ .., _] = &*z else { return None };
-    if let ([first, ..], [.., last], Some(start), Some(end)) = (inner, inner, coupling.first(), coupling.get(interior))
-    {
-        ends = [ends[0] - start[0] * *first, ends[1] - end[0] * *last];
-        if let ([_, second, ..], [.., second_last, _], Some(end)) = (inner, inner, coupling.get(interior - 1)) {
-            ends = [ends[0] - start[1] * *second, ends[1] - end[1] * *second_last];
-        }
+    let [_, inner @ .., _] = &*list else { return None };
+    if let ([first, ..], [.., last]) = (inner, inner) {
+        ends = [ends[0] - start[0] * first.delta, ends[1] - end[0] * last.delta];
     }
-    let gradient = work.gradient.as_ref().get(nodes.clone())?;
+    if let ([_, second, ..], [.., second_last, _]) = (inner, inner) {
+        ends = [ends[0] - start[1] * second.delta, ends[1] - before_end[1] * second_last.delta];
+    }
     let mut residual = T::ZERO;
-    for ((&z, &[x, y]), &gradient) in inner.iter().zip(lever.get(1..)?).zip(gradient.get(1..)?) {
-        own.x = [own.x[0] - z * x, own.x[1] - z * y];
-        residual -= gradient * z;
+    for node in inner {
+        let z = node.delta;
+        own.x = [own.x[0] - z * node.lever[0], own.x[1] - z * node.lever[1]];
+        residual -= node.gradient * z;
     }
     *work.own.as_mut().get_mut(j)? = own;
 
     // Rows on the same span, this one included: −Z = −Σ n′·∂P′ z + Σ w w′/l n·C·n′.
     let mut swept = [T::ZERO; 2];
-    let levers = lever.get(1..=interior)?;
     let mut at = 0;
     let entries = work.flexibility.as_mut().get_mut(j * S::CONTACTS..)?.get_mut(span_start..=j)?;
     let rows = work.rows.as_ref().get(span_start..=j)?.iter().zip(work.own.as_ref().get(span_start..=j)?);
@@ -126,24 +130,25 @@ fn own_span<T: Real, S: Size>(
         let lower = ladder.samples.as_ref().get(usize::from(other.sample))?;
         let start = usize::from(lower.node).saturating_sub(nodes.start);
         while at + 1 < start
-            && let (Some(&z), Some(&[x, y])) = (inner.get(at), levers.get(at))
+            && let Some(node) = inner.get(at)
         {
-            swept = [swept[0] + x * z, swept[1] + y * z];
+            swept = [swept[0] + node.lever[0] * node.delta, swept[1] + node.lever[1] * node.delta];
             at += 1;
         }
         let mut sum = dot(normal, own.strain) - dot(other.normal, swept);
         for (t, (&lever, &w)) in own.lever.iter().zip(&lower.weights).enumerate() {
             let node = start + t;
             // The joints at both ends come by their columns.
-            if let Some(&z) = inner.get(node.wrapping_sub(1)) {
-                sum -= dot(other.normal, lever) * z;
+            if let Some(inner) = inner.get(node.wrapping_sub(1)) {
+                sum -= dot(other.normal, lever) * inner.delta;
             }
             // A node that this row's sample has in part only.
             if w != T::ZERO
-                && let (Some(part), Some(&e), Some(&weight)) = (node.checked_sub(first), e.get(node), weight.get(node))
+                && let (Some(part), Some(on), Some(&weight)) =
+                    (node.checked_sub(first), list.get(node), weight.get(node))
             {
                 let part = sample.weights.get(part).copied().unwrap_or(T::ZERO);
-                sum += w * (part / weight - T::one()) * give(e, member.compliance, normal, other.normal);
+                sum += w * (part / weight - T::one()) * give(on.e, member.compliance, normal, other.normal);
             }
         }
         *entry = sum;

@@ -4,8 +4,7 @@
 //! eliminated element by element. An interior block may be singular or indefinite on a healthy branch (the back beam's spans buckle between lamellae): its pivots are bounded away from zero,
 //! which perturbs the step and not the solution, and its negative pivots are counted for the stability test.
 
-use super::Workspace;
-use crate::access::Access;
+use super::{Node, Workspace};
 use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::{Blank, Size};
@@ -82,46 +81,47 @@ pub(crate) fn condense<T: Real, S: Size>(
     let nodes = member.nodes();
     let count = usize::from(member.interior) + 2;
     let stiffening = T::one() + diagonal.shift;
-    let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
     // All of one length, which the indices below stay within.
-    let (Some(at_rest), Some(lever), Some(gradient), Some(curvature), Some(coupling), Some(factor)) = (
-        ladder.diagonal.as_ref().run(nodes.clone()).get(..count),
-        work.lever.as_ref().run(nodes.clone()).get(..count),
-        work.gradient.as_ref().run(nodes.clone()).get(..count),
-        work.curvature.as_ref().run(nodes.clone()).get(..count),
-        coupling.get(..count),
-        work.factor.as_mut().run_mut(nodes).get_mut(..count),
+    let (Some(at_rest), Some(constant), Some(list)) = (
+        ladder.diagonal.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
+        ladder.coupling.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
+        work.nodes.as_mut().get_mut(nodes).and_then(|all| all.get_mut(..count)),
     ) else {
         return (Condensed::BLANK, 0);
     };
+    let curved = work.curved;
+    let coupling = |i: usize, node: &Node<T>| if curved { node.coupling } else { constant[i] };
     let bound = pivot_bound::<T>();
     let zero = T::ZERO;
 
-    let own = |i: usize| at_rest[i] * stiffening - diagonal.curvature * curvature[i];
-    let raw = |i: usize, a: T| [a, lever[i][0], lever[i][1], gradient[i]];
+    let own = |i: usize, node: &Node<T>| at_rest[i] * stiffening - diagonal.curvature * node.curvature;
+    let raw = |node: &Node<T>, a: T| [a, node.lever[0], node.lever[1], node.gradient];
     let mut negative = 0;
     // Border sums: everything with everything but the gradient with itself.
-    let mut aa = own(0);
+    let start = list[0];
+    let from_start = coupling(0, &start);
+    let mut aa = own(0, &start);
     let (mut ax, mut ay, mut ar) = (zero, zero, zero);
     let [mut xx, mut xy, mut yy] = out.give;
     let (mut xr, mut yr) = (zero, zero);
 
-    let mut pivot = own(1);
-    let mut near = coupling[1][0];
-    let mut column = raw(1, coupling[0][0]);
+    let mut pivot = own(1, &list[1]);
+    let mut coupled = coupling(1, &list[1]);
+    let mut near = coupled[0];
+    let mut column = raw(&list[1], from_start[0]);
     let mut next_pivot = zero;
     let mut next_column = [zero; 4];
     if count > 2 {
-        next_pivot = own(2);
-        next_column = raw(2, coupling[0][1]);
+        next_pivot = own(2, &list[2]);
+        next_column = raw(&list[2], from_start[1]);
     }
     for i in 1..count - 1 {
         let (p, is_negative) = bounded(pivot, bound * at_rest[i]);
         negative += usize::from(is_negative);
         let inverse = T::one() / p;
-        let far = coupling[i][1];
+        let far = coupled[1];
         let (l1, l2) = (near * inverse, far * inverse);
-        factor[i] = [inverse, l1, l2];
+        list[i].factor = [inverse, l1, l2];
         let c = column;
         let scaled = [c[A] * inverse, c[X] * inverse, c[Y] * inverse];
         aa -= scaled[A] * c[A];
@@ -138,9 +138,10 @@ pub(crate) fn condense<T: Real, S: Size>(
         }
         pivot = next_pivot - l1 * near;
         if i + 2 < count {
-            near = coupling[i + 1][0] - l1 * far;
-            next_pivot = own(i + 2);
-            next_column = raw(i + 2, zero);
+            coupled = coupling(i + 1, &list[i + 1]);
+            near = coupled[0] - l1 * far;
+            next_pivot = own(i + 2, &list[i + 2]);
+            next_column = raw(&list[i + 2], zero);
             if far != zero {
                 next_pivot -= l2 * far;
                 for k in [A, X, Y, R] {
@@ -149,7 +150,7 @@ pub(crate) fn condense<T: Real, S: Size>(
             }
         }
     }
-    let start = raw(0, zero);
+    let start = raw(&start, zero);
     // Now `pivot` and `column` are the end joint's. The joints' own entries:
     let (f, g) = (out.force, out.end_force);
     let (ra, rb) = (out.rigid_start, out.rigid_end);
@@ -164,29 +165,30 @@ pub(crate) fn condense<T: Real, S: Size>(
         yy,
         // The joints' full gradients are gathered elsewhere; these are the interior's corrections.
         ra: ar,
-        rb: column[R] - gradient[count - 1],
+        rb: column[R] - list[count - 1].gradient,
         rx: [xr, yr],
     };
     (condensed, negative)
 }
 
-/// Solves H z = r on a member's interior in place, with `after` the value of the end joint (0, or its step with the
-/// right-hand side still lacking the end joint's coupling).
-pub(crate) fn solve_interior<T: Real>(factor: &[[T; 3]], z: &mut [T], interior: usize, after: T) {
-    let Some([_, inner @ .., end]) = z.get_mut(..interior + 2) else { return };
-    let factor = factor.get(1..=interior).unwrap_or(&[]);
+/// Solves H z = r on a member's interior in place, z being the nodes' `delta`, with `after` the value of the end joint (0, or its
+/// step with the right-hand side still lacking the end joint's coupling).
+pub(crate) fn solve_interior<T: Real>(nodes: &mut [Node<T>], after: T) {
+    let [_, inner @ .., end] = nodes else { return };
     // What the nodes before take: the nearest one, the one before it, and that from the next node.
     let (mut near_before, mut far_before, mut far_next) = (T::ZERO, T::ZERO, T::ZERO);
-    for (z, &[_, near, far]) in inner.iter_mut().zip(factor) {
-        let v = *z - near_before - far_before;
-        *z = v;
+    for node in &mut *inner {
+        let [_, near, far] = node.factor;
+        let v = node.delta - near_before - far_before;
+        node.delta = v;
         (near_before, far_before, far_next) = (near * v, far_next, far * v);
     }
-    *end = after;
+    end.delta = after;
     let (mut above, mut over) = (after, T::ZERO);
-    for (z, &[inverse, near, far]) in inner.iter_mut().zip(factor).rev() {
-        let v = *z * inverse - near * above - far * over;
-        *z = v;
+    for node in inner.iter_mut().rev() {
+        let [inverse, near, far] = node.factor;
+        let v = node.delta * inverse - near * above - far * over;
+        node.delta = v;
         (over, above) = (above, v);
     }
 }

@@ -47,11 +47,10 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     margin: T,
 ) -> Sweep<T> {
     let samples = ladder.samples.as_ref().iter().take(ladder.sample_count);
-    let (strained, weight) = (work.strained.as_ref(), ladder.weight.as_ref());
-    let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
-    let mut touching = touching.take(state.touching_count).peekable();
-    // Room is kept for the samples that touch further up the beam.
-    let mut reserved = state.touching_count;
+    let (nodes, weight) = (work.nodes.as_ref(), ladder.weight.as_ref());
+    let listed = state.touching.as_ref().run(0..state.touching_count);
+    let mut touching = 0;
+    let mut next = listed.first().map(|&sample| usize::from(sample));
     let mut count = 0;
     let far = T::of(1e9);
     let mut found = Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, crowded: false };
@@ -67,25 +66,25 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
             rigid_end = work.members.as_ref().get(4 * cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
         }
         while node < usize::from(sample.node)
-            && let (Some(&direction), Some(&weight)) = (strained.get(node), weight.get(node))
+            && let (Some(on), Some(&weight)) = (nodes.get(node), weight.get(node))
         {
-            prefix += vec2_of(direction) * weight;
+            prefix += vec2_of(on.strained) * weight;
             node += 1;
         }
         let mut position = prefix;
         // A node without a weight may be another member's, and not yet strained.
-        let from = strained.get(usize::from(sample.node)..).unwrap_or(&[]);
-        for (&direction, &w) in from.iter().zip(&sample.weights) {
+        let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
+        for (on, &w) in from.iter().zip(&sample.weights) {
             if w != T::ZERO {
-                position += vec2_of(direction) * w;
+                position += vec2_of(on.strained) * w;
             }
         }
         if sample.rigid != T::ZERO {
             position += rigid_end * sample.rigid;
         }
-        let touched = touching.next_if(|((touching, _), _)| usize::from(**touching) == index);
+        let touched = next == Some(index);
         // While something touches, where the others are does not matter.
-        if touched.is_none() && state.touching_count > 0 && object.clears(position, sample.half_thickness + margin) {
+        if !touched && state.touching_count > 0 && object.clears(position, sample.half_thickness + margin) {
             continue;
         }
         let gap = sample_gap(object, sample, position);
@@ -94,16 +93,19 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
             found.normal = [gap.normal.x, gap.normal.y];
         }
         let now = [gap.normal.x, gap.normal.y];
-        let (normal, tilt, multiplier) = if let Some(((_, &multiplier), &normal)) = touched {
-            reserved -= 1;
-            // The beam is strained with this one.
+        let (normal, tilt, multiplier) = if touched {
+            let (multiplier, normal) = (state.multiplier.as_ref().at(touching), state.normal.as_ref().at(touching));
+            touching += 1;
+            next = listed.get(touching).map(|&sample| usize::from(sample));
+            // The beam is strained with this normal.
             (normal, normal[0] * now[1] - normal[1] * now[0], multiplier)
         } else {
             found.nearest_free = found.nearest_free.min(gap.distance);
             if gap.distance > margin {
                 continue;
             }
-            if count + reserved >= S::CONTACTS {
+            // Room is kept for the samples that touch further up the beam.
+            if count + listed.len() - touching >= S::CONTACTS {
                 found.overflow |= gap.distance < T::ZERO;
                 found.crowded = true;
                 continue;
@@ -208,16 +210,16 @@ pub(crate) fn sample_position<T: Real, S: Size>(
     sample: &Sample<T>,
 ) -> Vec2<T> {
     let cell = usize::from(sample.cell);
-    let (strained, weight) = (work.strained.as_ref(), ladder.weight.as_ref());
+    let (nodes, weight) = (work.nodes.as_ref(), ladder.weight.as_ref());
     let (first, node) =
         (ladder.members.as_ref().get(4 * cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
     let mut position = vec2_of(work.start.as_ref().at(cell));
-    for (&direction, &weight) in strained.run(first..node).iter().zip(weight.run(first..node)) {
-        position += vec2_of(direction) * weight;
+    for (on, &weight) in nodes.run(first..node).iter().zip(weight.run(first..node)) {
+        position += vec2_of(on.strained) * weight;
     }
     for (k, &w) in sample.weights.iter().enumerate() {
         if w != T::ZERO {
-            position += vec2_of(strained.at(node + k)) * w;
+            position += vec2_of(nodes.at(node + k).strained) * w;
         }
     }
     let rigid_end = work.members.as_ref().get(4 * cell).map_or([T::ZERO; 2], |front| front.rigid_end);

@@ -15,7 +15,6 @@ pub(crate) mod strain;
 mod tests;
 pub(crate) mod turning;
 
-use crate::access::Access;
 use crate::contact::Row;
 use crate::ladder::Ladder;
 use crate::real::Real;
@@ -38,6 +37,44 @@ pub enum Hessian {
     /// 26 iterations and a quarter of the ticks failed, where the default needs 1.1; with them 1.5 to 1.7 against 1.0 to 1.1, none
     /// failed.
     GaussNewton,
+}
+
+/// A node while a step is made: one run of numbers, as the loops over a member's nodes need most of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node<T> {
+    /// Direction e(β+θ).
+    pub e: [T; 2],
+    /// Strained direction d: the node's weight times d is its part of the end-to-end vector.
+    pub strained: [T; 2],
+    /// Derivative of the member's end-to-end vector with respect to the node's angle, mm.
+    pub lever: [T; 2],
+    /// Of the element or spring that begins at the node: t ∂(½q)/∂θ of its start, at a quadratic element's middle that of its
+    /// end, mm; and the shortening η that the node carries (see `bend`).
+    pub bent: [T; 2],
+    /// Second derivatives towards the next node and the one after it, N·mm: the ladder's, or as the stretch has made them.
+    pub coupling: [T; 2],
+    /// Gradient of the Lagrangian, N·mm.
+    pub gradient: T,
+    /// Geometric softening, N·mm: what the force takes from the diagonal of K.
+    pub curvature: T,
+    /// Factorised interior: inverse pivot and the two multipliers towards the next nodes.
+    pub factor: [T; 3],
+    /// Interior solution: contact columns while the border is built, then the step's increment Δθ, rad.
+    pub delta: T,
+}
+
+impl<T: Real> Blank for Node<T> {
+    const BLANK: Self = Self {
+        e: [T::ZERO; 2],
+        strained: [T::ZERO; 2],
+        lever: [T::ZERO; 2],
+        bent: [T::ZERO; 2],
+        coupling: [T::ZERO; 2],
+        gradient: T::ZERO,
+        curvature: T::ZERO,
+        factor: [T::ZERO; 3],
+        delta: T::ZERO,
+    };
 }
 
 /// A member while a step is made.
@@ -69,27 +106,9 @@ impl<T: Real> Blank for MemberWork<T> {
 
 /// Room for one step. Nothing in it outlives a solve.
 pub struct Workspace<T: Real, S: Size> {
-    /// Direction e(β+θ) at each node.
-    pub(crate) e: S::Nodes<[T; 2]>,
-    /// Strained direction d at each node: its weight times d is the node's part of the end-to-end vector.
-    pub(crate) strained: S::Nodes<[T; 2]>,
-    /// Derivative of the member's end-to-end vector with respect to the node's angle, mm.
-    pub(crate) lever: S::Nodes<[T; 2]>,
-    /// Of the element or spring that begins at a node: t ∂(½q)/∂θ of its start, at a quadratic element's middle that of its
-    /// end, mm; and the shortening η that the node carries (see `bend`).
-    pub(crate) bent: S::Nodes<[T; 2]>,
-    /// As the ladder's coupling, for members whose stiffness follows the stretch.
-    pub(crate) coupling: S::Nodes<[T; 2]>,
-    /// The factorisation has the second derivatives of the force's part: it takes this coupling, not the ladder's.
+    pub(crate) nodes: S::Nodes<Node<T>>,
+    /// The factorisation has the second derivatives of the force's part: it takes the nodes' coupling, not the ladder's.
     pub(crate) curved: bool,
-    /// Gradient of the Lagrangian at each node, N·mm.
-    pub(crate) gradient: S::Nodes<T>,
-    /// Geometric softening of a node, N·mm: what the force takes from the diagonal of K.
-    pub(crate) curvature: S::Nodes<T>,
-    /// Factorised interior: inverse pivot and the two multipliers towards the next nodes.
-    pub(crate) factor: S::Nodes<[T; 3]>,
-    /// Interior solutions: contact columns while the border is built, then the step's increments Δθ, rad.
-    pub(crate) delta: S::Nodes<T>,
     pub(crate) members: S::Members<MemberWork<T>>,
     /// Condensed front spans: what the contact rows on the spans above pull at.
     pub(crate) fronts: S::Cells<condense::Condensed<T>>,
@@ -130,16 +149,8 @@ pub struct Workspace<T: Real, S: Size> {
 impl<T: Real, S: Size> Workspace<T, S> {
     /// Room before anything was fitted.
     pub const EMPTY: Self = Self {
-        e: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
-        strained: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
-        lever: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
-        bent: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
-        coupling: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        nodes: <S::Nodes<Node<T>> as Storage<Node<T>>>::EMPTY,
         curved: false,
-        gradient: <S::Nodes<T> as Storage<T>>::EMPTY,
-        curvature: <S::Nodes<T> as Storage<T>>::EMPTY,
-        factor: <S::Nodes<[T; 3]> as Storage<[T; 3]>>::EMPTY,
-        delta: <S::Nodes<T> as Storage<T>>::EMPTY,
         members: <S::Members<MemberWork<T>> as Storage<MemberWork<T>>>::EMPTY,
         fronts: <S::Cells<condense::Condensed<T>> as Storage<condense::Condensed<T>>>::EMPTY,
         start: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
@@ -168,16 +179,8 @@ impl<T: Real, S: Size> Workspace<T, S> {
         let (nodes, members, cells) = (ladder.node_count, ladder.member_count(), ladder.cells);
         let (unknowns, rows) = (ladder.unknowns(), S::CONTACTS);
         // What no element ends up writing must not be left from another ladder.
-        self.bent.as_mut().fill([T::ZERO; 2]);
-        self.e.fit(nodes)
-            && self.strained.fit(nodes)
-            && self.lever.fit(nodes)
-            && self.bent.fit(nodes)
-            && self.coupling.fit(nodes)
-            && self.gradient.fit(nodes)
-            && self.curvature.fit(nodes)
-            && self.factor.fit(nodes)
-            && self.delta.fit(nodes)
+        self.nodes.as_mut().fill(Node::BLANK);
+        self.nodes.fit(nodes)
             && self.members.fit(members)
             && self.fronts.fit(cells)
             && self.start.fit(cells)
@@ -208,17 +211,4 @@ impl<T: Real, S: Size> Workspace<T, S> {
         }
         tip
     }
-}
-
-/// Second derivatives of a member off the diagonal: constant, or as its stretch has made them.
-#[inline]
-pub(crate) fn coupling<'a, T: Real, S: Size>(
-    ladder: &'a Ladder<T, S>,
-    stretched: &'a [[T; 2]],
-    curved: bool,
-    index: usize,
-) -> &'a [[T; 2]] {
-    let Some(member) = ladder.members.as_ref().get(index) else { return &[] };
-    let all = if curved && member.stiffening != T::ZERO { stretched } else { ladder.coupling.as_ref() };
-    all.run(member.nodes())
 }

@@ -32,28 +32,25 @@ pub(crate) fn gradient<T: Real, S: Size>(
         if !index.is_multiple_of(4) {
             strain(ladder, work, index, 0..0);
         }
-        let nodes = member.nodes();
         if member.stiffening == T::ZERO {
-            let (angle, coupling) = (state.angle.as_ref(), ladder.coupling.as_ref());
-            let gradient = work.gradient.as_mut().run_mut(nodes.clone());
-            bend::moments(angle.run(nodes.clone()), coupling.run(nodes.clone()), gradient, ladder.quadratic);
+            bend::moments(ladder, state, work, member);
         } else {
-            bend::stretched(ladder, state, work, index);
+            bend::stretched(ladder, state, work, member);
         }
-        let ([first, interior @ .., last], Some(out)) =
-            (work.gradient.as_ref().run(nodes), work.members.as_ref().get(index))
+        let (Some([first, interior @ .., last]), Some(out)) =
+            (work.nodes.as_ref().get(member.nodes()), work.members.as_ref().get(index))
         else {
             continue;
         };
-        for slope in interior {
-            worst.gradient = worst.gradient.max(slope.abs());
+        for node in interior {
+            worst.gradient = worst.gradient.max(node.gradient.abs());
         }
         let joints = work.rhs.as_mut();
         let turn = |f: [T; 2], rigid: [T; 2]| f[1] * rigid[0] - f[0] * rigid[1];
         if member.start != CLAMPED {
-            joints.add(usize::from(member.start), *first + turn(out.force, out.rigid_start));
+            joints.add(usize::from(member.start), first.gradient + turn(out.force, out.rigid_start));
         }
-        joints.add(usize::from(member.end), *last + turn(out.end_force, out.rigid_end));
+        joints.add(usize::from(member.end), last.gradient + turn(out.end_force, out.rigid_end));
     }
     closures(ladder, work);
     // NaN anywhere reaches a closure or a joint; the comparisons alone would drop it.

@@ -14,7 +14,7 @@ use crate::real::Real;
 use crate::size::Size;
 
 /// Largest change of an angle in one step, rad.
-const CLIP: f64 = 0.4;
+pub(crate) const CLIP: f64 = 0.4;
 
 /// Tolerance of a length below which it matters that the front beam is strained with the object's present normals, mm.
 const REPLACED: f64 = 1e-6;
@@ -181,7 +181,6 @@ fn recover_member<T: Real, S: Size>(
 ) {
     let Some(member) = ladder.members.as_ref().get(index) else { return };
     let nodes = member.nodes();
-    let interior = usize::from(member.interior);
     let joints = work.rhs.as_ref();
     let da = if member.start == CLAMPED { T::ZERO } else { joints.at(usize::from(member.start)) };
     let db = joints.at(usize::from(member.end));
@@ -190,54 +189,51 @@ fn recover_member<T: Real, S: Size>(
     for &(u, sign) in terms.iter().take(count) {
         carried = [carried[0] + sign * joints.at(u), carried[1] + sign * joints.at(u + 1)];
     }
-    let coupling = super::coupling(ladder, work.coupling.as_ref(), work.curved, index);
-    let (Some(z), Some(lever), Some(gradient), Some(factor)) = (
-        work.delta.as_mut().get_mut(nodes.clone()),
-        work.lever.as_ref().get(nodes.clone()),
-        work.gradient.as_ref().get(nodes.clone()),
-        work.factor.as_ref().get(nodes.clone()),
-    ) else {
-        return;
+    let from_start = if work.curved {
+        work.nodes.as_ref().at(nodes.start).coupling
+    } else {
+        ladder.coupling.as_ref().at(nodes.start)
     };
+    let Some(list) = work.nodes.as_mut().get_mut(nodes.clone()) else { return };
     if rows.is_empty() {
-        for (z, (&[x, y], &gradient)) in z.iter_mut().zip(lever.iter().zip(gradient)) {
-            *z = -gradient - (carried[0] * x + carried[1] * y);
+        for node in &mut *list {
+            node.delta = -node.gradient - (carried[0] * node.lever[0] + carried[1] * node.lever[1]);
         }
     } else {
         let samples = ladder.samples.as_ref();
         let own = work.rows.as_ref().run(rows.clone()).iter().zip(work.row_delta.as_ref().run(rows.clone()));
         let mut beyond = own.clone().rev().peekable();
-        for (i, (z, (&[x, y], &gradient))) in z.iter_mut().zip(lever.iter().zip(gradient)).enumerate().rev() {
+        for (i, node) in list.iter_mut().enumerate().rev() {
             // Contacts beyond this node pull the whole of it.
             while let Some((row, &delta)) = beyond.next_if(|(row, _)| {
                 samples.get(usize::from(row.sample)).is_some_and(|sample| usize::from(sample.node) > nodes.start + i)
             }) {
                 carried = [carried[0] - delta * row.normal[0], carried[1] - delta * row.normal[1]];
             }
-            *z = -gradient - (carried[0] * x + carried[1] * y);
+            node.delta = -node.gradient - (carried[0] * node.lever[0] + carried[1] * node.lever[1]);
         }
         for ((row, &delta), own) in own.zip(work.own.as_ref().run(rows)) {
             let Some(sample) = samples.get(usize::from(row.sample)).filter(|_| delta != T::ZERO) else { continue };
             let first = usize::from(sample.node).wrapping_sub(nodes.start);
             for (k, &[x, y]) in own.lever.iter().enumerate() {
-                if let Some(z) = z.get_mut(first.wrapping_add(k)) {
-                    *z += delta * (row.normal[0] * x + row.normal[1] * y);
+                if let Some(node) = list.get_mut(first.wrapping_add(k)) {
+                    node.delta += delta * (row.normal[0] * x + row.normal[1] * y);
                 }
             }
         }
     }
-    if let (Some((start, inner)), Some(&[near, far])) = (z.split_first_mut(), coupling.first()) {
-        *start = da;
-        for (z, entry) in inner.iter_mut().zip([near, far]) {
-            *z -= entry * da;
+    if let Some((start, inner)) = list.split_first_mut() {
+        start.delta = da;
+        for (node, entry) in inner.iter_mut().zip(from_start) {
+            node.delta -= entry * da;
         }
     }
-    solve_interior(factor, z, interior, db);
+    solve_interior(list, db);
 }
 
 /// Largest change of an angle that the increments ask for, rad.
 pub(crate) fn pace<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
-    work.delta.as_ref().iter().take(ladder.node_count).fold(T::ZERO, |most, &delta| most.max(delta.abs()))
+    work.nodes.as_ref().iter().take(ladder.node_count).fold(T::ZERO, |most, node| most.max(node.delta.abs()))
 }
 
 /// Factor that keeps the largest change of an angle within the clip.
@@ -246,10 +242,18 @@ pub(crate) fn clip<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, 
     if largest > clip { clip / largest } else { T::one() }
 }
 
-/// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples.
-pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
-    for (angle, &delta) in state.angle.as_mut().iter_mut().zip(work.delta.as_ref()).take(ladder.node_count) {
-        *angle += part * delta;
+/// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples. Returns the largest
+/// increment of an angle, rad.
+pub(crate) fn apply<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    state: &mut State<T, S>,
+    work: &Workspace<T, S>,
+    part: T,
+) -> T {
+    let mut largest = T::ZERO;
+    for (angle, node) in state.angle.as_mut().iter_mut().zip(work.nodes.as_ref()).take(ladder.node_count) {
+        *angle += part * node.delta;
+        largest = largest.max(node.delta.abs());
     }
     let steps = work.rhs.as_ref().chunks(PER_CELL).take(ladder.cells);
     for (lambda, step) in state.lambda.as_mut().iter_mut().zip(steps) {
@@ -275,6 +279,7 @@ pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T
             state.touching_count += 1;
         }
     }
+    largest
 }
 
 /// Gives the rows the multipliers and normals that the last whole step has given the state, so that the contacts can be read

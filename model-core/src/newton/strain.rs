@@ -1,6 +1,6 @@
 //! Kinematics: directions of the links, the forces through them, and what those do to them.
 
-use super::{MemberWork, Workspace};
+use super::{MemberWork, Node, Workspace};
 use crate::access::Access;
 use crate::contact::{Row, Sample};
 use crate::ladder::{Ladder, State, turned};
@@ -15,15 +15,17 @@ pub(crate) fn end_to_end<T: Real>(work: &MemberWork<T>) -> [T; 2] {
 
 /// Directions of all links and turned rigid parts.
 pub(crate) fn directions<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
-    let (e, rest) = (work.e.as_mut(), ladder.direction.as_ref());
+    let (nodes, rest) = (work.nodes.as_mut(), ladder.direction.as_ref());
     // Joint angles come once per member that meets there: that is cheaper than to look for them.
-    for ((e, &rest), angle) in e.iter_mut().zip(rest).zip(state.angle.as_ref()).take(ladder.node_count) {
+    for ((node, &rest), angle) in nodes.iter_mut().zip(rest).zip(state.angle.as_ref()).take(ladder.node_count) {
         let (s, c) = angle.sin_cos();
-        *e = turned(rest, c, s);
+        node.e = turned(rest, c, s);
     }
     // A rigid part turns as the node at its end.
-    let like = |part: [T; 2], node: usize| match (rest.get(node), e.get(node)) {
-        (Some(&[x, y]), Some(&[u, v])) if part != [T::ZERO; 2] => turned(part, x * u + y * v, x * v - y * u),
+    let like = |part: [T; 2], node: usize| match (rest.get(node), nodes.get(node)) {
+        (Some(&[x, y]), Some(&Node { e: [u, v], .. })) if part != [T::ZERO; 2] => {
+            turned(part, x * u + y * v, x * v - y * u)
+        }
         _ => [T::ZERO; 2],
     };
     for (member, out) in ladder.members().iter().zip(work.members.as_mut()) {
@@ -114,9 +116,10 @@ fn strained<T: Real, const RIGID: bool>(
     let whole = T::one() - shorter;
     let (p, q) = (whole - stretch * a, shear * b);
     let (r, t) = (whole - k * a, k * b);
+    let (wx, wy) = (w * x, w * y);
     Strained {
         direction: [x * p + q * y, y * p - q * x],
-        lever: [-(w * (y * r + t * x)), w * (x * r - t * y)],
+        lever: [-(wy * r + wx * t), wx * r - wy * t],
         gradient: w * b * r,
         curvature: w * (a * r + b * t),
         pull: [a, b],
@@ -201,30 +204,22 @@ fn strain_all<T: Real, S: Size, const RIGID: bool>(
     let mut chord = [T::ZERO; 2];
     // Σ w e eᵀ.
     let mut inertia = [T::ZERO; 3];
-    let (Some(weight), Some(e), Some(direction), Some(lever), Some(gradient), Some(curvature), Some(bent), Some(pull)) = (
-        ladder.weight.as_ref().get(nodes.clone()),
-        work.e.as_ref().get(nodes.clone()),
-        work.strained.as_mut().get_mut(nodes.clone()),
-        work.lever.as_mut().get_mut(nodes.clone()),
-        work.gradient.as_mut().get_mut(nodes.clone()),
-        work.curvature.as_mut().get_mut(nodes.clone()),
-        work.bent.as_ref().get(nodes.clone()),
-        work.coupling.as_mut().get_mut(nodes.clone()),
-    ) else {
+    let (Some(weight), Some(list)) =
+        (ladder.weight.as_ref().get(nodes.clone()), work.nodes.as_mut().get_mut(nodes.clone()))
+    else {
         return;
     };
-    let slopes = direction.iter_mut().zip(lever).zip(gradient.iter_mut().zip(curvature));
-    let all = nodes.zip(weight.iter().zip(e)).zip(slopes).zip(bent.iter().zip(pull));
-    for (((node, (&w, &e)), ((direction, lever), (gradient, curvature))), (bent, pull)) in all.rev() {
-        let shorter = if RIGID { T::ZERO } else { bent[1] };
-        let strained = strained::<T, RIGID>(e, w, walk.force(node, w), member.compliance, shorter);
-        *direction = strained.direction;
+    for ((index, &w), node) in nodes.zip(weight).zip(list).rev() {
+        let shorter = if RIGID { T::ZERO } else { node.bent[1] };
+        let e = node.e;
+        let strained = strained::<T, RIGID>(e, w, walk.force(index, w), member.compliance, shorter);
+        node.strained = strained.direction;
         chord = [chord[0] + w * strained.direction[0], chord[1] + w * strained.direction[1]];
-        *lever = strained.lever;
-        *gradient = strained.gradient;
-        *curvature = strained.curvature;
+        node.lever = strained.lever;
+        node.gradient = strained.gradient;
+        node.curvature = strained.curvature;
         if !RIGID {
-            *pull = strained.pull;
+            node.coupling = strained.pull;
             let (wx, wy) = (w * e[0], w * e[1]);
             inertia = [inertia[0] + wx * e[0], inertia[1] + wx * e[1], inertia[2] + wy * e[1]];
         }
@@ -244,7 +239,9 @@ pub(crate) fn energy<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T
         let mut walk = walk(ladder, rows, out.force, own);
         let [stretch, shear] = member.compliance;
         for node in member.nodes().rev() {
-            let (Some(&w), Some(&[x, y])) = (ladder.weight.as_ref().get(node), work.e.as_ref().get(node)) else {
+            let (Some(&w), Some(&[x, y])) =
+                (ladder.weight.as_ref().get(node), work.nodes.as_ref().get(node).map(|node| &node.e))
+            else {
                 continue;
             };
             let force = walk.force(node, w);

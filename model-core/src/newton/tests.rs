@@ -254,7 +254,7 @@ fn gradient(
     let sweep = Sweep { nearest: 0.0, normal: [0.0; 2], nearest_free: 0.0, overflow: false, crowded: false };
     residual::gradient(ladder, state, work, &sweep);
     let value = |place: &Place| match *place {
-        Place::Node(node) => work.gradient[node],
+        Place::Node(node) => work.nodes[node].gradient,
         Place::Joint(joint) => work.rhs[usize::from(joint)],
         Place::Lambda(cell, i) => work.closure[cell][i],
         Place::Row(j) => {
@@ -367,7 +367,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         steps += 1;
         for (place, exact) in places.iter().zip(exact.iter()) {
             let found = match *place {
-                Place::Node(node) => work.delta[node],
+                Place::Node(node) => work.nodes[node].delta,
                 Place::Joint(joint) => work.rhs[usize::from(joint)],
                 Place::Lambda(cell, i) => work.rhs[5 * cell + i],
                 Place::Row(row) => work.row_delta[row],

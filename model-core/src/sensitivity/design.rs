@@ -158,7 +158,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     *into = if sign > 0.0 { part * from } else { *into + part * from };
                 }
             };
-            gather(&mut work.gradient.as_mut()[..ladder.node_count], probe.work.gradient.as_ref());
+            for (into, from) in work.nodes.as_mut()[..ladder.node_count].iter_mut().zip(probe.work.nodes.as_ref()) {
+                gather(core::slice::from_mut(&mut into.gradient), &[from.gradient]);
+            }
             gather(&mut work.rhs.as_mut()[..ladder.unknowns()], probe.work.rhs.as_ref());
             for cell in 0..ladder.cells {
                 gather(&mut work.closure.as_mut()[cell], &probe.work.closure.as_ref()[cell]);
