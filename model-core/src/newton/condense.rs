@@ -5,6 +5,7 @@
 //! which perturbs the step and not the solution, and its negative pivots are counted for the stability test.
 
 use super::{Node, Workspace};
+use crate::access::Access;
 use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::{Blank, Size};
@@ -90,33 +91,34 @@ pub(crate) fn condense<T: Real, S: Size>(
         return (Condensed::BLANK, 0);
     };
     let curved = work.curved;
-    let coupling = |i: usize, node: &Node<T>| if curved { node.coupling } else { constant[i] };
+    let coupling = |i: usize, node: &Node<T>| if curved { node.coupling } else { constant.at(i) };
     let bound = pivot_bound::<T>();
     let zero = T::ZERO;
 
-    let own = |i: usize, node: &Node<T>| at_rest[i] * stiffening - diagonal.curvature * node.curvature;
+    let own = |i: usize, node: &Node<T>| at_rest.at(i) * stiffening - diagonal.curvature * node.curvature;
     let raw = |node: &Node<T>, a: T| [a, node.lever[0], node.lever[1], node.gradient];
     let mut negative = 0;
     // Border sums: everything with everything but the gradient with itself.
-    let start = list[0];
+    let &mut [start, first, ..] = &mut *list else { return (Condensed::BLANK, 0) };
     let from_start = coupling(0, &start);
     let mut aa = own(0, &start);
     let (mut ax, mut ay, mut ar) = (zero, zero, zero);
     let [mut xx, mut xy, mut yy] = out.give;
     let (mut xr, mut yr) = (zero, zero);
 
-    let mut pivot = own(1, &list[1]);
-    let mut coupled = coupling(1, &list[1]);
+    let mut pivot = own(1, &first);
+    let mut coupled = coupling(1, &first);
     let mut near = coupled[0];
-    let mut column = raw(&list[1], from_start[0]);
+    let mut column = raw(&first, from_start[0]);
     let mut next_pivot = zero;
     let mut next_column = [zero; 4];
-    if count > 2 {
-        next_pivot = own(2, &list[2]);
-        next_column = raw(&list[2], from_start[1]);
+    if let Some(second) = list.get(2) {
+        next_pivot = own(2, second);
+        next_column = raw(second, from_start[1]);
     }
     for i in 1..count - 1 {
-        let (p, is_negative) = bounded(pivot, bound * at_rest[i]);
+        let Some(&least) = at_rest.get(i) else { break };
+        let (p, is_negative) = bounded(pivot, bound * least);
         negative += usize::from(is_negative);
         let inverse = T::one() / p;
         let far = coupled[1];
@@ -165,7 +167,7 @@ pub(crate) fn condense<T: Real, S: Size>(
         yy,
         // The joints' full gradients are gathered elsewhere; these are the interior's corrections.
         ra: ar,
-        rb: column[R] - list[count - 1].gradient,
+        rb: column[R] - list.last().map_or(zero, |end| end.gradient),
         rx: [xr, yr],
     };
     (condensed, negative)
