@@ -206,16 +206,25 @@ pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T]) {
 /// x = L⁻ᵀ D⁻¹ y in place.
 #[inline]
 pub(crate) fn backward<T: Real>(band: &[[T; BAND + 1]], y: &mut [T]) {
-    for (y, row) in y.iter_mut().zip(band) {
-        *y *= row[BAND];
-    }
-    let mut rest = y;
-    let mut rows = band.iter().rev();
-    while let (Some((value, above)), Some(row)) = (rest.split_last_mut(), rows.next()) {
-        // A row's multipliers belong to the unknowns just above it; before the first there are none.
-        for (x, &multiplier) in above.iter_mut().rev().zip(row[..BAND].iter().rev()) {
-            *x -= multiplier * *value;
+    // What the unknowns above have taken from the next ones below, each in its place modulo the bandwidth.
+    let mut taken = [T::ZERO; BAND];
+    let (rows, rows_left) = band.as_chunks::<BAND>();
+    let (blocks, left) = y.as_chunks_mut::<BAND>();
+    let mut one = |at: usize, row: &[T; BAND + 1], y: &mut T| {
+        let value = *y * row[BAND] - taken[at];
+        *y = value;
+        for k in 1..BAND {
+            taken[(at + BAND - k) % BAND] += row[BAND - k] * value;
         }
-        rest = above;
+        // The farthest one, for which this is the first.
+        taken[at] = row[0] * value;
+    };
+    for (at, (row, y)) in rows_left.iter().zip(left).enumerate().rev() {
+        one(at % BAND, row, y);
+    }
+    for (rows, block) in rows.iter().zip(blocks).rev() {
+        for at in (0..BAND).rev() {
+            one(at, &rows[at], &mut block[at]);
+        }
     }
 }
