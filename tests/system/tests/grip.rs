@@ -81,6 +81,15 @@ impl Again {
     }
 }
 
+/// For how many reports a finger has kept its force. A tick that a busy PC makes stale moves nothing and counts for nothing.
+fn keeps(reports: u32, report: &Report) -> u32 {
+    match report.phase {
+        Phase::Gripped => reports + 1,
+        Phase::Waiting(Why::Bus) => reports,
+        _ => 0,
+    }
+}
+
 /// True force of a servo's finger, N.
 fn truth(servo: &Handle) -> f64 {
     let [x, y] = servo.truth().force;
@@ -110,7 +119,7 @@ fn the_force_asked_for_is_the_force_there_is() {
             watch.until_report("grip", SECONDS(120), |report| {
                 again.look(&link, report, force as f32);
                 most = f64::max(most, truth(&machine.servo));
-                kept = if report.phase == Phase::Gripped { kept + 1 } else { 0 };
+                kept = keeps(kept, report);
                 kept > 50
             });
             let (reached, allowed) = (truth(&machine.servo), allowed(&load, &machine.servo, force));
@@ -146,7 +155,7 @@ fn two_fingers_squeeze() {
     watch.until_report("grip of both", SECONDS(120), |report| {
         again.look(&link, report, 6.0);
         let kept_one = &mut kept[usize::from(report.finger)];
-        *kept_one = if report.phase == Phase::Gripped { *kept_one + 1 } else { 0 };
+        *kept_one = keeps(*kept_one, report);
         kept.iter().all(|kept| *kept > 50)
     });
     for servo in &machine.servos {
