@@ -1,6 +1,6 @@
 //! The whole gripper at work: system tests that print figures, run by name.
 
-use crate::{command, firmware, paths};
+use crate::{command, firmware, paths, suite};
 use anyhow::Result;
 use std::env;
 use std::process::Command;
@@ -20,6 +20,7 @@ fn test(program: &str, name: &str) -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(paths::root());
     // `--workspace`: as the suite builds them.
-    command.args(["test", "--quiet", "--workspace", "--test", program, name, "--", "--exact", "--nocapture"]);
+    command.args(["test", "--quiet", "--workspace", "--test", program]).args(suite::FEATURES);
+    command.args([name, "--", "--exact", "--nocapture"]);
     command
 }
