@@ -81,6 +81,19 @@ impl Again {
     }
 }
 
+/// Opens the finger, however often a busy PC loses the servo meanwhile.
+fn opened(link: &Link, watch: &mut Watch) {
+    let mut asked = Instant::now() - SECONDS(2);
+    watch.until_report("open finger", SECONDS(120), |report| {
+        if asked.elapsed() > SECONDS(1) && report.goal != MOUNT.open_angle {
+            // Refused as long as the servo is not found.
+            let _ = link.open_fingers(Which::All);
+            asked = Instant::now();
+        }
+        report.estimate.status == Status::NoContact && report.goal == MOUNT.open_angle
+    });
+}
+
 /// For how many reports a finger has kept its force. A tick that a busy PC makes stale moves nothing and counts for nothing.
 fn keeps(reports: u32, report: &Report) -> u32 {
     match report.phase {
@@ -189,13 +202,6 @@ fn no_limit_is_passed() {
     let load = load_of(OBJECT, 17.0);
     let machine = Machine::boot(servo(&load));
     let (link, mut watch) = ready(&machine, &settings(), &[OBJECT]);
-    let open = |link: &Link, watch: &mut Watch| {
-        link.open_fingers(Which::All).unwrap();
-        watch.until_report("open finger", SECONDS(60), |report| {
-            report.estimate.status == Status::NoContact && report.goal == MOUNT.open_angle
-        });
-    };
-
     let limit = 6.0 * DEGREE;
     link.grip(&GripTo { limit: Some(limit), ..grip(50.0) }).unwrap();
     let mut furthest = f32::MIN;
@@ -204,7 +210,7 @@ fn no_limit_is_passed() {
         report.phase == Phase::Held(Why::Angle)
     });
     assert!(furthest <= limit && machine.servo.truth().motor_angle <= f64::from(limit) + COUNT, "{furthest}");
-    open(&link, &mut watch);
+    opened(&link, &mut watch);
 
     // Whatever leads the motor on: here an angle.
     let most = 4.0;
@@ -221,7 +227,7 @@ fn no_limit_is_passed() {
     });
     assert!(greatest <= 1.05 * f64::from(most), "{greatest} N");
     assert!(matches!(link.grip(&grip(most + 1.0)), Err(LinkError::Refused(Refusal::Setting { .. }))));
-    open(&link, &mut watch);
+    opened(&link, &mut watch);
 
     let most = 350.0;
     link.set_settings(&Settings {
@@ -248,33 +254,42 @@ fn a_bad_estimate_or_a_stall_holds_or_releases() {
     let (link, mut watch) = ready(&machine, &settings, &[OBJECT]);
     for reaction in [Reaction::Hold, Reaction::Release] {
         link.set_settings(&Settings { on_fault: reaction, ..settings }).unwrap();
-        link.grip(&grip(8.0)).unwrap();
-        let mut again = Again::new();
-        watch.until_report("contact", SECONDS(60), |report| {
-            again.look(&link, report, 8.0);
-            report.estimate.force_magnitude() > 1.0 && report.phase == Phase::Gripping
-        });
-        // It touches the finger at every angle: there is nowhere to begin.
-        let (from, before) = (watch.reports.len(), truth(&machine.servo));
-        link.set_object(0, circle(300.0, -14.0, -20.0)).unwrap();
         let phase = match reaction {
             Reaction::Hold => Phase::Waiting(Why::Estimate),
             Reaction::Release => Phase::Released(Why::Estimate),
         };
-        watch.until_report("reaction", SECONDS(20), |report| report.phase == phase);
-        let mut since = watch.reports[from..].iter().filter(|report| report.estimate.status != Status::Stale);
-        let first = *since.find(|report| !report.estimate.status.is_trustworthy()).unwrap();
-        assert_eq!(first.phase, phase, "{first:?}");
-        if reaction == Reaction::Hold {
-            watch.until_report("some time", SECONDS(20), |report| report.sequence > first.sequence + 50);
-            let after = truth(&machine.servo);
-            assert!(after - before < 1.0, "{before} N before, {after} N after");
-        }
-        link.set_object(0, OBJECT).unwrap();
-        link.open_fingers(Which::All).unwrap();
-        watch.until_report("open finger", SECONDS(60), |report| {
-            report.estimate.status == Status::NoContact && report.goal == MOUNT.open_angle
+        let tries = (0..10).find(|_| {
+            link.grip(&grip(8.0)).unwrap();
+            let mut again = Again::new();
+            watch.until_report("contact", SECONDS(120), |report| {
+                again.look(&link, report, 8.0);
+                report.estimate.force_magnitude() > 1.0 && report.phase == Phase::Gripping
+            });
+            // It touches the finger at every angle: there is nowhere to begin.
+            let (from, before) = (watch.reports.len(), truth(&machine.servo));
+            link.set_object(0, circle(300.0, -14.0, -20.0)).unwrap();
+            let mut ended = false;
+            watch.until_report("reaction", SECONDS(60), |report| {
+                // The bus of a busy PC may be quicker.
+                ended |= [Phase::Held(Why::ServoLost), Phase::Released(Why::Bus)].contains(&report.phase);
+                report.phase == phase || ended
+            });
+            if !ended {
+                let mut since = watch.reports[from..].iter().filter(|report| report.estimate.status != Status::Stale);
+                let first = *since.find(|report| !report.estimate.status.is_trustworthy()).unwrap();
+                assert_eq!(first.phase, phase, "{first:?}");
+                if reaction == Reaction::Hold {
+                    let some_time = |report: &Report| report.sequence > first.sequence + 50;
+                    watch.until_report("some time", SECONDS(60), some_time);
+                    let after = truth(&machine.servo);
+                    assert!(after - before < 1.0, "{before} N before, {after} N after");
+                }
+            }
+            link.set_object(0, OBJECT).unwrap();
+            opened(&link, &mut watch);
+            !ended
         });
+        assert!(tries.is_some(), "no {phase:?}");
     }
     for reaction in [Reaction::Hold, Reaction::Release] {
         link.set_settings(&Settings { on_fault: reaction, ..settings }).unwrap();
@@ -290,10 +305,7 @@ fn a_bad_estimate_or_a_stall_holds_or_releases() {
             report.phase == phase
         });
         set_pwm(&machine.servo, 885);
-        link.open_fingers(Which::All).unwrap();
-        watch.until_report("open finger", SECONDS(60), |report| {
-            report.estimate.status == Status::NoContact && report.goal == MOUNT.open_angle
-        });
+        opened(&link, &mut watch);
     }
 }
 
@@ -318,7 +330,11 @@ fn a_silent_bus_holds_or_releases() {
         let (link, mut watch) = ready(&machine, &settings, &[OBJECT]);
         let grip = GripTo { speed: Some(0.02), ..grip(5.0) };
         link.grip(&grip).unwrap();
-        watch.until_report("contact", SECONDS(30), |report| report.estimate.force_magnitude() > 1.0);
+        let mut again = Again::new();
+        watch.until_report("contact", SECONDS(120), |report| {
+            again.ask(&link, report, &grip);
+            report.estimate.force_magnitude() > 1.0 && report.phase == Phase::Gripping
+        });
         let why = Phase::Waiting(Why::Bus);
         let phase = if reaction == Reaction::Hold { why } else { Phase::Released(Why::Bus) };
         machine.servo.silence(SECONDS(3600));
