@@ -11,6 +11,7 @@ mod outline;
 mod parameter;
 mod picture;
 mod run;
+mod send;
 pub mod synthetic;
 
 pub use finger_file::finger_file;
@@ -19,3 +20,4 @@ pub use gripper::{uncertainty, zero_counts};
 pub use parameter::Parameter;
 pub use picture::picture;
 pub use run::{Model, Prediction, Reading, Run, Trial};
+pub use send::{Calibrated, SendError, send};

@@ -5,17 +5,19 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use model_core::discretise::DiscretiseError;
+use model_core::discretise::{Discretisation, DiscretiseError};
 use model_core::object::{Motion, ObjectDesign};
 use serde_json::{Value, json};
 
 use super::options::ModelArgs;
 use super::{UNTRUSTWORTHY, bad_input};
 use crate::calibrate::{
-    Combination, Fit, Loss, Model, Noise, Parameter, Run, finger_file, fit, picture, uncertainty, zero_counts,
+    Calibrated, Combination, Fit, Loss, Model, Noise, Parameter, Run, finger_file, fit, picture, send, uncertainty,
+    zero_counts,
 };
 use crate::case::{Case, Finger};
 use crate::draw;
+use crate::link::{Address, Link};
 use crate::measured::{Coordinate, Measured};
 use crate::run::Precision;
 
@@ -56,6 +58,13 @@ pub struct Args {
     /// Writes the finger with the fitted values
     #[arg(long, value_name = "finger.toml")]
     write: Option<PathBuf>,
+    /// Sends the finger, its zero position and, if there is one run, its object to a gripper, and reads them back: unix:PATH,
+    /// tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD. Not if some parameter is undetermined
+    #[arg(long, value_name = "LINK")]
+    send: Option<Address>,
+    /// The gripper's finger that was measured, from 0
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "send")]
+    finger: u8,
     /// Form of the results on standard output
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -161,7 +170,38 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     if let Some(file) = &args.plot {
         draw::write(&picture(&input.finger.name, &input.runs, &found), file).map_err(|error| error.to_string())?;
     }
-    Ok(found.converged && found.undetermined.is_empty())
+    let whole = found.converged && found.undetermined.is_empty();
+    if let Some(address) = &args.send {
+        if whole {
+            transmit(args, address, &input, &found)?;
+        } else {
+            eprintln!("fre: nothing was sent: the fit is not whole");
+        }
+    }
+    Ok(whole)
+}
+
+/// Sends the calibration to a gripper.
+fn transmit(args: &Args, address: &Address, input: &Input, fit: &Fit) -> Result<(), String> {
+    let design = &input.finger.design;
+    let finger = messages::Finger {
+        design: fit.trial.design(design),
+        how: Discretisation::estimator(args.model.options().discretisation.physics),
+    };
+    let object = match input.objects.as_slice() {
+        [one] => Some(fit.trial.object(*one, design)),
+        // Which of them is in the gripper is not known.
+        _ => None,
+    };
+    let calibrated = Calibrated { finger, zero_counts: zero_counts(fit, design), object };
+    let link = Link::open(address).map_err(|error| error.to_string())?;
+    let [before, now] = send(&link, args.finger, &calibrated).map_err(|error| format!("--send {address}: {error}"))?;
+    let and = if object.is_some() { " and object" } else { "" };
+    eprintln!(
+        "fre: sent to finger {} of the gripper at {address}, and read back: finger{and}, zero position {before:.2} → {now:.2} counts",
+        args.finger
+    );
+    Ok(())
 }
 
 fn read(args: &Args) -> Result<Input, String> {
@@ -275,7 +315,7 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
         writeln!(out, "{remark}")?;
     }
     let given = uncertainty(fit, design);
-    writeln!(out, "for the gripper (not sent):")?;
+    writeln!(out, "for the gripper (--send does it):")?;
     writeln!(
         out,
         "  zero position {:+.2} counts, if its counts grow on closing and it has no gear",

@@ -1,0 +1,73 @@
+//! A calibration goes into the firmware's memory, and the force that it estimates changes as the fit says.
+
+use std::time::Duration;
+
+use host::calibrate::{Calibrated, SendError, send};
+use messages::{Direction, Mount, Report, Settings};
+use model_core::object::ObjectDesign;
+use model_core::status::Status;
+use system_tests::{Machine, OBJECT, Watch, finger};
+
+/// Longest wait for anything, on a busy PC.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+#[test]
+fn what_was_fitted_is_sent_and_read_back() {
+    let machine = Machine::boot(Machine::servo());
+    let link = machine.link();
+    let mut watch = Watch::new(&link);
+    // Its angle is called 10° although it is open, so that it stands in the object without moving.
+    let counts = 4096.0 / 360.0;
+    let mount = Mount { zero: 2048.0 - 10.0 * counts, gear_ratio: 1.0, ..Mount::DEFAULT };
+    link.set_settings(&Settings::of(mount)).unwrap();
+    link.set_finger(0, &finger()).unwrap();
+    link.set_object(0, OBJECT).unwrap();
+    let mut settled = |what: &str, angle_deg: f32| -> Report {
+        let mut last = None;
+        watch.until_report(what, PATIENCE, |report| {
+            let near = (report.estimate.motor_angle.to_degrees() - angle_deg).abs() < 0.2;
+            let settled = near && report.estimate.status == Status::Converged && report.estimate.age == 0;
+            last = settled.then_some(*report);
+            settled
+        });
+        last.expect("a report")
+    };
+    let before = settled("a force at 9°", 9.0);
+    assert!(before.estimate.force_magnitude() > 3.0, "{before:?}");
+
+    // Twice as stiff, 2° less, the object half a millimetre higher.
+    let mut fitted = finger();
+    fitted.design.material.youngs_modulus *= 2.0;
+    let object = ObjectDesign::Circle { centre: [41.0, 45.5], radius: 40.0 };
+    let zero_counts = 2.0 * counts;
+    let calibrated = Calibrated { finger: fitted.clone(), zero_counts: f64::from(zero_counts), object: Some(object) };
+    let [was, now] = send(&link, 0, &calibrated).unwrap();
+    assert_eq!(was, mount.zero);
+    assert!((now - was - zero_counts).abs() < 1e-3, "{was} {now}");
+    assert_eq!(link.finger(0).unwrap(), Some(fitted.clone()));
+    assert_eq!(link.object(0).unwrap(), Some(object));
+    let after = settled("a force at 7°", 7.0);
+    // The same as the model makes of it on this PC.
+    let mut model = host::estimator::estimator(host::run::Precision::F64, Default::default());
+    model.configure(&fitted.design, &fitted.how).unwrap();
+    model.set_object(object).unwrap();
+    let expected = model.update(f64::from(after.estimate.motor_angle));
+    let apart = (expected.force_magnitude() - after.estimate.force_magnitude()).abs();
+    assert!(apart < 0.05, "{after:?}, this PC says {expected:?}");
+
+    // Reversed and geared, the zero goes the other way, by more.
+    let reversed = Mount { direction: Direction::Reversed, gear_ratio: 2.0, ..mount };
+    link.set_settings(&Settings::of(reversed)).unwrap();
+    let only_zero = Calibrated { object: None, ..calibrated };
+    let [was, now] = send(&link, 0, &only_zero).unwrap();
+    assert!((now - was + 2.0 * zero_counts).abs() < 1e-3, "{was} {now}");
+    assert_eq!(link.object(0).unwrap(), Some(object), "it stays");
+
+    let error = send(&link, 2, &only_zero).unwrap_err();
+    assert!(matches!(error, SendError::NoFinger { number: 2, count: 1 }), "{error}");
+    let mut bad = only_zero;
+    bad.finger.design.material.youngs_modulus = -1.0;
+    let error = send(&link, 0, &bad).unwrap_err();
+    assert!(error.to_string().contains("youngs_modulus"), "{error}");
+    assert_eq!(link.settings().unwrap().fingers[0].unwrap().zero, now, "a refused finger leaves the zero alone");
+}
