@@ -322,12 +322,6 @@ impl<T: Real, S: Size> State<T, S> {
         (self.load, self.load_cell) = (other.load, other.load_cell);
     }
 
-    /// The same samples touch in another state.
-    pub(crate) fn touches_like(&self, other: &Self) -> bool {
-        self.touching_count == other.touching_count
-            && self.touching.as_ref().iter().zip(other.touching.as_ref()).take(self.touching_count).all(|(a, b)| a == b)
-    }
-
     /// Goes on from another state to this one and `part` as far beyond. A contact that is new keeps its multiplier.
     pub(crate) fn extrapolate(&mut self, from: &Self, part: T, ladder: &Ladder<T, S>) {
         let beyond = |now: &mut T, then: T| *now += part * (*now - then);
