@@ -16,7 +16,7 @@ const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "target", "system", "b
 const LINTED: &str = "opencr";
 
 /// Features of the tests on this PC, the same in every part: so that nothing is built a second time with others.
-pub const FEATURES: [&str; 2] = ["--features", "host/outline,host/record,host/web"];
+pub const FEATURES: [&str; 2] = ["--features", "host/outline,host/probe,host/record,host/web"];
 
 /// Runs the parts named, or all; stops at the first step that fails.
 pub fn run(parts: &[&str]) -> Result<()> {
