@@ -9,7 +9,7 @@ use model_core::discretise::Elements;
 
 use super::options::ModelArgs;
 use super::{UNTRUSTWORTHY, bad_input};
-use crate::sweep::{self, Axis, Document, Ledger, Progress, Sweep, SweepError, Tally};
+use crate::sweep::{self, Axis, Document, Ledger, Progress, Sweep, SweepError, Tally, Tuned};
 
 /// Failures told one by one.
 const MOST_TOLD: usize = 20;
@@ -17,7 +17,7 @@ const MOST_TOLD: usize = 20;
 /// Solve a case over ranges of angles and a grid of any of its numbers, in parallel, as CSV.
 ///
 /// One row per grid point and angle, each with its status; every grid point is followed from no contact through all
-/// angles. With --out a stopped sweep (killed, too) goes on where it was when it is started again with the same arguments.
+/// angles. Several resolutions end in a table of error against time on standard error. With --out a stopped sweep (killed, too) goes on where it was when it is started again with the same arguments.
 /// The first line of the CSV names the sweep (read the table from the second line on). Exit status: 0 all converged;
 /// 1 bad input; 2 some row without a trustworthy solution.
 #[derive(Debug, clap::Args)]
@@ -103,14 +103,57 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
             let _ = std::io::stderr().flush();
         }
     };
-    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    let stdout = std::io::BufWriter::new(std::io::stdout().lock());
+    let mut out = Kept { out: stdout, keep: sweep.has_resolutions(), text: Vec::new() };
     let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, args.jobs, tell);
     if terminal {
         eprintln!();
     }
     let tally = tally?;
     summarise(&sweep, &tally);
+    if sweep.has_resolutions() {
+        let text = match &args.out {
+            Some(file) => std::fs::read_to_string(file)
+                .map_err(|source| SweepError::File { file: file.display().to_string(), source })?,
+            None => String::from_utf8_lossy(&out.text).into_owned(),
+        };
+        if let Some(found) = sweep::study(&sweep, &text) {
+            eprint!("{}", study_words(&found));
+        }
+    }
     Ok(tally)
+}
+
+/// A stream whose text is kept as well if it is wanted at the end.
+struct Kept<W> {
+    out: W,
+    keep: bool,
+    text: Vec<u8>,
+}
+
+impl<W: std::io::Write> std::io::Write for Kept<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        if self.keep {
+            self.text.extend(bytes.iter().take(written));
+        }
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// Error against time, one line per resolution.
+fn study_words(found: &[Tuned]) -> String {
+    let mut text = "fre: error of the force against the resolution with the most unknowns, and time\n".to_owned();
+    text += "     elements  unknowns  time ms  mean error %  max error %  rows compared\n";
+    for Tuned { elements, unknowns, time_ms, compared, error_percent } in found {
+        let [mean, most] = error_percent.map_or(["–".to_owned(), "–".to_owned()], |e| e.map(|e| format!("{e:.4}")));
+        text += &format!("     {elements:>8}  {unknowns:>8}  {time_ms:>7.3}  {mean:>12}  {most:>11}  {compared:>13}\n");
+    }
+    text
 }
 
 fn progress_words(progress: Progress) -> String {

@@ -4,6 +4,7 @@
 mod axis;
 mod document;
 mod ledger;
+mod study;
 mod work;
 
 use std::sync::Arc;
@@ -19,6 +20,7 @@ use crate::run::{self, Options, Solution};
 pub use axis::{Axis, numbers};
 pub use document::Document;
 pub use ledger::Ledger;
+pub use study::{Tuned, study};
 pub use work::{Progress, Tally, run};
 
 /// The most rows of a sweep.
@@ -158,6 +160,11 @@ impl Sweep {
     /// Motor angles (degrees) or distances (mm) at every point.
     pub fn places(&self) -> &[f64] {
         &self.places
+    }
+
+    /// True if several resolutions are compared.
+    pub fn has_resolutions(&self) -> bool {
+        self.axes.iter().any(|axis| matches!(axis, Axis::Elements(values) if values.len() > 1))
     }
 
     /// Number of rows of the result.
