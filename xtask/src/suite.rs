@@ -77,9 +77,19 @@ pub fn run(parts: &[&str]) -> Result<()> {
         // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
         let mut tests = cargo("test");
         tests.arg("--workspace").args(FEATURES).env("FRE_FIRMWARE_ELF", &image);
-        for test in
-            ["gripper", "grip", "faults", "log", "device", "roles", "restart", "contact", "live_page", "calibrated"]
-        {
+        for test in [
+            "gripper",
+            "grip",
+            "faults",
+            "log",
+            "device",
+            "roles",
+            "latency",
+            "restart",
+            "contact",
+            "live_page",
+            "calibrated",
+        ] {
             tests.args(["--test", test]);
         }
         run_command(&mut tests)?;

@@ -10,6 +10,11 @@ use crate::last_words::LastWords;
 pub trait BusPort: Read + Write {
     /// Sets the rate and returns the one reached, bits per second.
     fn set_baud(&mut self, baud: u32) -> u32;
+
+    /// When the last byte came, in ticks of [`Board::cost_ticks`]; nothing where the port does not know.
+    fn heard_ticks(&self) -> Option<u32> {
+        None
+    }
 }
 
 /// What restarts the processor when it is not fed in time.

@@ -310,6 +310,13 @@ impl<'a, B: Board> Core<'a, B> {
         }
         self.shared.add(|counters| &mut counters.estimates);
         self.publish(finger);
+        if let Some(heard) = reading.heard_ticks {
+            let latency = B::cost_ticks().wrapping_sub(heard);
+            self.shared.count(|counters| {
+                counters.latency = latency;
+                counters.latency_most = counters.latency_most.max(latency);
+            });
+        }
         let every = u32::from(self.settings.shape_every);
         // In turn, so that the shapes of several fingers do not wait for one another.
         if every > 0

@@ -140,7 +140,7 @@ impl Ears {
 
     /// Takes what was heard: answers first, because a master waits for that, and estimates then.
     async fn hear<B: Board>(&mut self, core: &mut Core<'_, B>, bus: &mut B::Bus, bytes: &[u8]) {
-        let now = now_us();
+        let (now, heard_ticks) = (now_us(), bus.heard_ticks());
         let mut rest = bytes;
         while let Some(heard) = self.tap.hear(now, &mut rest) {
             core.overheard(&heard);
@@ -161,7 +161,7 @@ impl Ears {
         for finger in 0..core.units.len() {
             let id = core.units.get(finger).and_then(|unit| unit.id());
             if let Some(servo) = id.and_then(|id| self.tap.servo(id)) {
-                core.listen_to(finger, servo);
+                core.listen_to(finger, servo, heard_ticks);
             }
         }
     }
@@ -214,7 +214,7 @@ impl<B: Board> Core<'_, B> {
     }
 
     /// Estimates from a position that was not there before, once per period.
-    fn listen_to(&mut self, finger: usize, servo: &Watched) {
+    fn listen_to(&mut self, finger: usize, servo: &Watched, heard_ticks: Option<u32>) {
         let Some(unit) = self.units.get_mut(finger) else {
             return;
         };
@@ -237,7 +237,14 @@ impl<B: Board> Core<'_, B> {
         }
         // A current that the master does not read is 0.
         let current = servo.current.map_or(0.0, |current| f32::from(current.value) * xm430::MILLIAMPERES_PER_UNIT);
-        let reading = Reading { at_us: seen.at_us, position: seen.value, current, alert: servo.alert, refused: None };
+        let reading = Reading {
+            at_us: seen.at_us,
+            heard_ticks,
+            position: seen.value,
+            current,
+            alert: servo.alert,
+            refused: None,
+        };
         self.fresh(finger, &reading);
     }
 
@@ -262,7 +269,7 @@ impl<B: Board> Core<'_, B> {
         if unit.last.estimate.age > 0 {
             // It is not there yet: a further tick at the same position.
             let (position, current, alert) = (unit.last.position, unit.last.current, unit.alert);
-            self.fresh(finger, &Reading { at_us, position, current, alert, refused: None });
+            self.fresh(finger, &Reading { at_us, heard_ticks: None, position, current, alert, refused: None });
         } else {
             self.publish(finger);
         }

@@ -34,6 +34,8 @@ pub(crate) struct Found {
 pub(crate) struct Reading {
     /// When it came, µs.
     pub(crate) at_us: u64,
+    /// When its last byte came, in ticks of the cost clock.
+    pub(crate) heard_ticks: Option<u32>,
     /// Counts.
     pub(crate) position: i32,
     /// mA.
@@ -244,7 +246,8 @@ impl<U: BusPort> Servos<U> {
         }
         let mut bytes = [0; PRESENT_BYTES];
         let alert = self.master.read(turn.id, PRESENT, &mut bytes).await?.alert;
-        Ok(Reading { refused, ..reading(Answer { value: bytes, alert }) })
+        let heard_ticks = self.master.port_mut().heard_ticks();
+        Ok(Reading { refused, heard_ticks, ..reading(Answer { value: bytes, alert }) })
     }
 
     /// All of them with one question. (Nobody answers a common write, so that a goal that is refused shows in the position
@@ -280,9 +283,10 @@ impl<U: BusPort> Servos<U> {
                 if fast && let Some(silent) = answers.iter().position(is_silent) {
                     self.reads_fast(turns.get(silent).map_or(FINGERS, |turn| turn.finger), false);
                 }
+                let heard_ticks = self.master.port_mut().heard_ticks();
                 for (turn, answer) in turns.iter_mut().zip(answers) {
                     if let Some(result) = answer.result {
-                        turn.result = result.map(reading);
+                        turn.result = result.map(|answer| Reading { heard_ticks, ..reading(answer) });
                     }
                 }
             }
@@ -304,6 +308,7 @@ fn reading(answer: Answer<[u8; PRESENT_BYTES]>) -> Reading {
     let [c0, c1, _, _, _, _, p0, p1, p2, p3] = answer.value;
     Reading {
         at_us: now_us(),
+        heard_ticks: None,
         position: i32::from_le_bytes([p0, p1, p2, p3]),
         current: f32::from(i16::from_le_bytes([c0, c1])) * xm430::MILLIAMPERES_PER_UNIT,
         alert: answer.alert,

@@ -123,6 +123,8 @@ impl Shared {
                 link_frames: 0,
                 link_damaged: 0,
                 link_oversize: 0,
+                latency: 0,
+                latency_most: 0,
             })),
         }
     }

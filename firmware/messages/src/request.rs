@@ -473,7 +473,7 @@ impl Write for Cut<'_> {
     }
 }
 
-/// What was counted since the start; all but `uptime_us`, `rate_hz` and `chosen_hz` wrap.
+/// What was counted since the start; all but `uptime_us`, the rates and the latencies wrap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
@@ -513,4 +513,9 @@ pub struct Counters {
     pub link_damaged: u32,
     /// Messages too large for a frame.
     pub link_oversize: u32,
+    /// From the last byte of a servo's answer (with several fingers: of the last answer) until its report was made, in ticks
+    /// of the cost clock; the last one. 0: the board does not know.
+    pub latency: u32,
+    /// The longest one.
+    pub latency_most: u32,
 }

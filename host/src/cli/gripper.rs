@@ -149,6 +149,12 @@ fn info(link: &Link) -> Result<(), LinkError> {
     println!("ticks            {}, {} of them late", counters.ticks, counters.late_ticks);
     println!("rate             {:.1} Hz, {:.1} meant", counters.rate_hz, counters.chosen_hz);
     println!("estimates        {}", counters.estimates);
+    let us = |ticks: u32| f64::from(ticks) * 1e6 / f64::from(version.cost_hz.max(1));
+    println!(
+        "latency          {:.0} µs from the servo's last byte to the report, {:.0} µs at most",
+        us(counters.latency),
+        us(counters.latency_most)
+    );
     println!(
         "dropped          {} reports, {} grasps, {} shapes, {} events",
         counters.dropped_reports, counters.dropped_grasps, counters.dropped_shapes, counters.dropped_events

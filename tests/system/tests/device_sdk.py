@@ -10,10 +10,12 @@ import sys
 import time
 
 import dynamixel_sdk as sdk
+from dynamixel_sdk import port_handler
 
 SERVO, GRIPPER, GOAL = (int(word) for word in sys.argv[3:6])
 NOBODY = 77
 BLOCK = 128  # of the first finger: its results are 40 bytes
+port_handler.LATENCY_TIMER = 250  # ms, half of what an answer is waited for: a busy machine needs more than the SDK's 16
 port = sdk.PortHandler(sys.argv[1])
 packets = sdk.PacketHandler(2.0)
 assert port.openPort(), "the port does not open"
@@ -25,7 +27,7 @@ def say(name, *facts):
 
 
 def patient(call):
-    """What the SDK says once it has got an answer: it waits 34 ms for one, which a busy machine can exceed."""
+    """What the SDK says once it has got an answer: it waits half a second for one, which a very busy machine can exceed."""
     for _ in range(10):
         *value, communication, error = call()
         if communication == sdk.COMM_SUCCESS:
@@ -65,9 +67,15 @@ def results():
         assert time.monotonic() < deadline, f"no force at {position}: status {status}, position {at}"
 
 
+def settle():
+    """Lets late answers to questions that were repeated pass."""
+    time.sleep(1)
+    port.ser.reset_input_buffer()
+
+
 def raw(sent, expected, seconds=5):
     """Sends bytes as they are; gives what comes, up to so many bytes."""
-    port.ser.reset_input_buffer()
+    settle()
     port.writePort(sent)
     answer = b""
     deadline = time.monotonic() + seconds
@@ -110,6 +118,7 @@ for order in ((SERVO, GRIPPER), (GRIPPER, SERVO)):
         group(read)
         say(name, bulk.getData(SERVO, 132, 4), bulk.getData(GRIPPER, 136, 4))
 
+settle()
 say("nobody", *packets.ping(port, NOBODY))
 say("access", *patient(lambda: packets.write4ByteTxRx(port, GRIPPER, BLOCK, 1)))
 say("range", *patient(lambda: packets.write1ByteTxRx(port, GRIPPER, 8, 7)))
@@ -131,6 +140,7 @@ say("opened", *results())
 # Another address, another zero, another rate; a restart forgets none of them.
 patient(lambda: packets.write4ByteTxRx(port, GRIPPER, BLOCK + 48, 204850))
 patient(lambda: packets.write1ByteTxRx(port, GRIPPER, 7, GRIPPER + 1))
+settle()
 say("moved", *packets.ping(port, GRIPPER))
 say("renamed", *patient(lambda: packets.ping(port, GRIPPER + 1)))
 patient(lambda: packets.write1ByteTxRx(port, GRIPPER + 1, 8, 1))

@@ -22,7 +22,9 @@ fn listening(machine: &Machine, role: Role) -> (Link, Watch) {
     let mut watch = Watch::new(&link);
     link.set_finger(0, &finger()).unwrap();
     let mount = Mount { servo_id: SERVO, ..Mount::DEFAULT };
-    link.set_settings(&Settings { role, baud: Some(1_000_000), ..Settings::of(mount) }).unwrap();
+    // No faster than a busy PC lets QEMU go.
+    let settings = Settings { role, baud: Some(1_000_000), rate_hz: 100, shape_every: 0, ..Settings::of(mount) };
+    link.set_settings(&settings).unwrap();
     // What is on its way when the role changes is over after a tick.
     watch.until_report("estimate without a master", SECONDS(20), |report| report.estimate.status == Status::Stale);
     (link, watch)

@@ -2,6 +2,7 @@
 //!
 //! Nothing received is lost in QEMU: with a full ring the byte stays in the UART, which makes QEMU hold back the next one.
 
+use crate::cycles;
 use crate::registers::{CLOCK_HZ, UART0, UART1, UartRegisters};
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -37,12 +38,14 @@ pub(crate) struct Line {
 struct Rings {
     receive: Deque<u8, RECEIVE_RING>,
     transmit: Deque<u8, TRANSMIT_RING>,
+    /// When the last byte came, in ticks of [`cycles::now`].
+    heard: u32,
 }
 
 type SharedRings = Mutex<RefCell<Rings>>;
 
 const fn empty() -> SharedRings {
-    Mutex::new(RefCell::new(Rings { receive: Deque::new(), transmit: Deque::new() }))
+    Mutex::new(RefCell::new(Rings { receive: Deque::new(), transmit: Deque::new(), heard: 0 }))
 }
 
 // Apart from the lines, so that they start as zeros and take no room in the image.
@@ -91,7 +94,11 @@ impl Line {
         self.with_rings(|rings| {
             // Cleared first: a byte that arrives while the ring is filled must raise it again.
             self.registers.interrupt_clear.write(BOTH_INTERRUPTS);
+            let before = rings.receive.len();
             self.pull(rings);
+            if rings.receive.len() > before {
+                rings.heard = cycles::now();
+            }
             self.push(rings);
         });
         self.received.wake();
@@ -204,6 +211,13 @@ impl Read for UartRx {
             }
         })
         .await
+    }
+}
+
+impl UartRx {
+    /// When the last byte came, in ticks of [`cycles::now`].
+    pub fn heard_ticks(&self) -> u32 {
+        self.line.with_rings(|rings| rings.heard)
     }
 }
 

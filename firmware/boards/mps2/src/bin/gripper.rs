@@ -46,6 +46,10 @@ impl BusPort for Bus {
     fn set_baud(&mut self, baud: u32) -> u32 {
         self.0.tx.set_baud(baud)
     }
+
+    fn heard_ticks(&self) -> Option<u32> {
+        Some(self.0.rx.heard_ticks())
+    }
 }
 
 impl ErrorType for Bus {
