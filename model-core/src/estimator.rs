@@ -103,8 +103,9 @@ impl Estimate {
 /// Estimates the contact force of one finger on one object from the motor angle.
 pub struct Estimator<T: Real, S: Size> {
     follower: Follower<T, S>,
-    /// None: the defaults.
-    settings: Option<EstimatorSettings>,
+    /// What was set, if anything was. (An `Option` of it would not be all zeros: every model would lie in the flash as well.)
+    settings: EstimatorSettings,
+    has_settings: bool,
     /// Last trustworthy numbers; the status is set anew every tick.
     last: Estimate,
     object: ObjectDesign,
@@ -136,7 +137,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// An estimator without finger and object: every estimate is `out-of-range`.
     pub const EMPTY: Self = Self {
         follower: Follower::EMPTY,
-        settings: None,
+        settings: EstimatorSettings { budget: 0, range: [0.0; 2], one_iteration: None },
+        has_settings: false,
         // All zeros, as everything here; the status is never read.
         last: Estimate::blank(Status::Converged),
         // An absent object need not be all zeros.
@@ -183,14 +185,18 @@ impl<T: Real, S: Size> Estimator<T, S> {
 
     /// Changes the bounds of the estimator and how its solver follows.
     pub fn set_settings(&mut self, settings: EstimatorSettings, solver: Settings) {
-        self.settings = Some(settings);
+        (self.settings, self.has_settings) = (settings, true);
         self.follower.set_settings(solver);
     }
 
     /// Allows so many Newton iterations per tick from now on: what is left of a control loop's period may differ from tick to
     /// tick.
     pub fn set_budget(&mut self, budget: u32) {
-        self.settings = Some(EstimatorSettings { budget, ..self.settings.unwrap_or(EstimatorSettings::DEFAULT) });
+        (self.settings, self.has_settings) = (EstimatorSettings { budget, ..self.settings() }, true);
+    }
+
+    fn settings(&self) -> EstimatorSettings {
+        if self.has_settings { self.settings } else { EstimatorSettings::DEFAULT }
     }
 
     /// Says how uncertain angle and parameters are.
@@ -210,7 +216,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
 
     /// Estimates at a measured motor angle, rad.
     pub fn update(&mut self, motor_angle: f64) -> Estimate {
-        let settings = self.settings.unwrap_or(EstimatorSettings::DEFAULT);
+        let settings = self.settings();
         let [least, most] = settings.range;
         let mut estimate = self.last;
         estimate.motor_angle = motor_angle as f32;
