@@ -69,6 +69,21 @@ impl Gripper {
         assert_eq!(code, Some(0), "{words:?}: {out}{errors}");
         out
     }
+
+    /// A motion, which must go well at last: a busy PC loses the servo for a moment now and then, which is said.
+    fn moved(&self, words: &[&str]) -> String {
+        let end = Instant::now() + 2 * PATIENCE;
+        loop {
+            let (code, out, errors) = self.fre(words);
+            match code {
+                Some(0) => return out,
+                Some(1) => assert!(errors.contains("no servo answers"), "{words:?}: {out}{errors}"),
+                _ => assert!(out.contains("held"), "{words:?}: {out}{errors}"),
+            }
+            assert!(Instant::now() < end, "{words:?}: {out}{errors}");
+            std::thread::sleep(Duration::from_millis(200));
+        }
+    }
 }
 
 impl Drop for Gripper {
@@ -112,14 +127,14 @@ fn a_script_sets_grips_holds_and_releases() {
     let (code, _, errors) = gripper.fre(&["gripper", "grip", "--force-n", "9"]);
     assert!(code == Some(1) && errors.contains('9'), "beyond its limit: {code:?} {errors}");
 
-    let gripped = gripper.done(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
+    let gripped = gripper.moved(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
     assert!(gripped.starts_with("finger 0") && gripped.contains("gripped"), "{gripped}");
     let force: f64 = gripped.split_whitespace().nth(2).and_then(|word| word.parse().ok()).unwrap();
     assert!((force - 4.0).abs() < 0.4, "{gripped}");
-    gripper.done(&["gripper", "hold"]);
+    gripper.moved(&["gripper", "hold"]);
     assert!(lines_until(&gripper, "held").contains("held"));
-    gripper.done(&["gripper", "release", "--finger", "0"]);
-    lines_until(&gripper, "no-contact");
+    gripper.moved(&["gripper", "release", "--finger", "0"]);
+    lines_until(&gripper, ",released,");
     assert_eq!(gripper.fre(&["gripper", "release", "--finger", "3"]).0, Some(1));
 }
 
@@ -148,7 +163,7 @@ fn the_terminal_shows_it_live_and_space_stops() {
     let case = gripper.folder.join("case.toml");
     std::fs::write(&case, CASE).unwrap();
     gripper.done(&["gripper", "set", "--case", case.to_str().unwrap()]);
-    gripper.done(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
+    gripper.moved(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
 
     // A pseudo-terminal of 100 × 30.
     let master = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY).unwrap();
@@ -183,11 +198,15 @@ fn the_terminal_shows_it_live_and_space_stops() {
             std::thread::sleep(Duration::from_millis(50));
         }
     };
-    for words in ["live", "gripped", "components", "iterations", "STOP all fingers"] {
+    for words in ["live", "converged", "components", "iterations", "STOP all fingers"] {
         until(words);
     }
-    writer.write_all(b" ").unwrap();
-    until("stopped: all fingers hold");
+    let end = Instant::now() + PATIENCE;
+    while !plain(&seen.lock().unwrap()).contains("all fingers hold") {
+        assert!(Instant::now() < end, "{}", plain(&seen.lock().unwrap()));
+        writer.write_all(b" ").unwrap();
+        std::thread::sleep(Duration::from_secs(1));
+    }
     writer.write_all(b"q").unwrap();
     let end = Instant::now() + PATIENCE;
     let status = loop {
@@ -204,7 +223,7 @@ fn the_terminal_shows_it_live_and_space_stops() {
     assert!(lines_until(&gripper, "held").contains("held"));
 }
 
-/// Without what moves the cursor and colours the letters.
+/// The words, without what moves the cursor (also over a blank that is there already) and colours the letters.
 fn plain(text: &str) -> String {
     let mut plain = String::new();
     let mut letters = text.chars();
@@ -212,9 +231,10 @@ fn plain(text: &str) -> String {
         if letter == '\u{1b}' {
             // A control sequence ends with a letter.
             letters.by_ref().skip(1).find(char::is_ascii_alphabetic);
+            plain.push(' ');
         } else {
             plain.push(letter);
         }
     }
-    plain
+    plain.split_whitespace().collect::<Vec<_>>().join(" ")
 }
