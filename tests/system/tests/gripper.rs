@@ -64,6 +64,9 @@ fn the_force_rises_and_falls() {
     let machine = Machine::boot(Machine::servo());
     let (link, mut watch) = ready(&machine);
     assert_eq!(watch.reports.last().unwrap().estimate.status, Status::NoContact);
+    // Slow enough for the dearest tick of the extended physics on a processor of 250 million instructions per second.
+    link.set_settings(&Settings { rate_hz: 200, ..SETTINGS }).unwrap();
+    watch.until_report("a report at the new rate", SECONDS(20), is_fresh);
     watch.reports.clear();
     close(&link, &mut watch);
     link.open_fingers(Which::All).unwrap();
@@ -78,7 +81,7 @@ fn the_force_rises_and_falls() {
     let fresh: Vec<Report> = reports.iter().copied().filter(is_fresh).collect();
     let force = |report: &Report| report.estimate.force_magnitude();
     let firmest = fresh.iter().max_by(|a, b| force(a).total_cmp(&force(b))).unwrap();
-    assert!((33.0..37.0).contains(&force(firmest)), "{firmest:?}");
+    assert!((13.0..15.0).contains(&force(firmest)), "{firmest:?}");
     assert!(firmest.estimate.torque > 500.0 && firmest.current > 100.0, "{firmest:?}");
     assert_eq!(force(fresh.last().unwrap()), 0.0);
     for report in &fresh {
