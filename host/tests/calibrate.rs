@@ -219,7 +219,7 @@ fn the_command_fits_writes_and_draws() {
 
     let text = fre(&words, "--elements reduced --fit youngs-modulus,zero");
     let text = String::from_utf8(text.stdout).unwrap();
-    assert!(text.contains("correlation") && text.contains("for the gripper (not sent)"), "{text}");
+    assert!(text.contains("correlation") && text.contains("for the gripper (--send does it)"), "{text}");
 }
 
 #[test]
