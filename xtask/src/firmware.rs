@@ -25,7 +25,7 @@ pub const BOARDS: &[Board] = &[
     Board { name: SIMULATED, flash: 512 * KB, ram: 512 * KB },
     Board { name: "opencr", flash: 448 * KB, ram: 192 * KB },
     Board { name: "nucleo-h743zi", flash: 512 * KB, ram: 448 * KB },
-    Board { name: "nucleo-g474re", flash: 384 * KB, ram: 104 * KB },
+    Board { name: "nucleo-g474re", flash: 416 * KB, ram: 104 * KB },
 ];
 /// The one that QEMU runs.
 pub const SIMULATED: &str = "mps2";
