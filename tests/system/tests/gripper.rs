@@ -37,7 +37,12 @@ fn ready(machine: &Machine) -> (Link, Watch) {
 }
 
 fn close(link: &Link, watch: &mut Watch) {
-    link.close(Which::All, CLOSED, Some(SPEED)).unwrap();
+    close_at(link, watch, SPEED);
+}
+
+/// Closes at a speed, rad/s.
+fn close_at(link: &Link, watch: &mut Watch, speed: f32) {
+    link.close(Which::All, CLOSED, Some(speed)).unwrap();
     watch.until_report("closed finger", SECONDS(60), |report| {
         report.goal == CLOSED && (report.estimate.motor_angle - CLOSED).abs() < 0.004 && report.estimate.age == 0
     });
@@ -65,10 +70,10 @@ fn the_force_rises_and_falls() {
     let (link, mut watch) = ready(&machine);
     assert_eq!(watch.reports.last().unwrap().estimate.status, Status::NoContact);
     // Slow enough for the dearest tick of the extended physics on a processor of 250 million instructions per second.
-    link.set_settings(&Settings { rate_hz: 200, ..SETTINGS }).unwrap();
+    link.set_settings(&Settings { rate_hz: 100, ..SETTINGS }).unwrap();
     watch.until_report("a report at the new rate", SECONDS(20), is_fresh);
     watch.reports.clear();
-    close(&link, &mut watch);
+    close_at(&link, &mut watch, 0.12);
     link.open_fingers(Which::All).unwrap();
     watch.until_report("open finger", SECONDS(60), |report| {
         report.goal == MOUNT.open_angle && report.estimate.status == Status::NoContact
