@@ -70,7 +70,7 @@ fn the_force_rises_and_falls() {
     let (link, mut watch) = ready(&machine);
     assert_eq!(watch.reports.last().unwrap().estimate.status, Status::NoContact);
     // Slow enough for the dearest tick of the extended physics on a processor of 250 million instructions per second.
-    link.set_settings(&Settings { rate_hz: 100, ..SETTINGS }).unwrap();
+    link.set_settings(&Settings { rate_hz: 100, shape_every: 10, ..SETTINGS }).unwrap();
     watch.until_report("a report at the new rate", SECONDS(20), is_fresh);
     watch.reports.clear();
     let missed_before = link.statistics().missing_reports;
