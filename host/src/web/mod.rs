@@ -1,8 +1,8 @@
 //! The live page: a gripper in a browser, through a small server on this PC.
 //!
-//! One thread listens to the gripper ([`live`]) and makes a frame for the eye 30 times a second, whatever the gripper's rate; the
+//! One thread listens to the gripper (`live`) and makes a frame for the eye 30 times a second, whatever the gripper's rate; the
 //! log keeps every report. Frames go to any number of pages as server-sent events. What a page asks is a request to the
-//! target, and the page shows the target's answer ([`command`]). The page is one document without anything from outside.
+//! target, and the page shows the target's answer (`command`). The page is one document without anything from outside.
 
 mod access;
 mod command;
