@@ -88,11 +88,11 @@ fn a_tap_hears_another_masters_reads_and_says_nothing() {
     for (told, expected) in closed.force.iter().zip(exact.force) {
         assert!((told - expected).abs() < 5e-3, "{told} N instead of {expected}");
     }
-    // The motor did not jump: positions in between were heard, too, as many as a busy PC lets through.
+    // The motor did not jump: positions in between were heard, too.
     let mut heard: Vec<i32> =
         watch.reports.iter().filter(|it| it.estimate.status != Status::Stale).map(|it| it.position).collect();
     heard.dedup();
-    assert!(heard.len() > 4, "only {} positions heard: {heard:?}", heard.len());
+    assert!(heard.len() > 20, "only {} positions heard: {heard:?}", heard.len());
 
     watch.until_report("stale estimate", SECONDS(20), |report| report.estimate.status == Status::Stale);
     watch.until_event("loss of the servo", SECONDS(20), |event| *event == Event::ServoLost { finger: 0 });

@@ -50,7 +50,8 @@ def write(size, address, value):
     raise AssertionError("the servo does not answer")
 
 
-write(4, 112, 60)
+# Slow enough for a busy PC to read many positions on the way.
+write(4, 112, 10)
 write(1, 64, 1)
 write(4, 116, GOAL)
 arrived = set()
