@@ -18,7 +18,8 @@ use crate::uncertainty::{Slopes, Uncertainty, UncertaintyError};
 /// Bounds of an estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EstimatorSettings {
-    /// Newton iterations allowed per tick; default 8.
+    /// Newton iterations allowed per tick; default 8. With fewer than three, in which a tick does not always converge, the
+    /// estimator is content with [`Tracking::DEFAULT`], unless `one_iteration` says otherwise.
     pub budget: u32,
     /// Motor angles outside this range (rad) are answered with `out-of-range`; default ±90°.
     pub range: [f64; 2],
@@ -124,6 +125,8 @@ pub struct Estimator<T: Real, S: Size> {
     differentiated: bool,
 }
 
+/// Iterations in which a tick of one servo count converges, but for few.
+const CONVERGES_WITHIN: u32 = 3;
 /// Angles at which a beginning is looked for in one tick.
 const CHECKS_PER_TICK: u32 = 8;
 /// Derivatives are taken anew after this many ticks: at 500 Hz and 20°/s the finger has then turned by 0.3°.
@@ -227,7 +230,9 @@ impl<T: Real, S: Size> Estimator<T, S> {
         } else if !self.placed && !self.place(motor_angle, least) {
             estimate.status = if self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
         } else {
-            let outcome = match settings.one_iteration {
+            // Where there is no time to converge, what there is time for has to do.
+            let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
+            let outcome = match settings.one_iteration.or(short) {
                 Some(within) => self.follower.track(motor_angle, within, settings.budget),
                 None => self.follower.follow_within(motor_angle, settings.budget),
             };

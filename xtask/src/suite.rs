@@ -78,6 +78,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
         let mut tests = cargo("test");
         tests.arg("--workspace").args(FEATURES).env("FRE_FIRMWARE_ELF", &image);
         for test in [
+            "budget",
             "gripper",
             "grip",
             "faults",

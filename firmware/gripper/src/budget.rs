@@ -1,40 +1,76 @@
 //! How many Newton iterations a tick may spend, so that it ends in its period.
 //!
-//! What an iteration takes is learnt from the ticks before. Where fewer fit into what is left of the period than an estimate
-//! would need, the estimator tells its last good numbers with their age, and goes on in the next tick.
+//! An estimate takes a fixed time (evaluation, reading, derivatives) and a time per iteration. Both are learnt from the ticks
+//! before: a straight line through what was seen, which forgets. Where fewer iterations fit into what is left of the period than
+//! an estimate would need, the estimator tells its last good numbers with their age, and goes on in the next tick.
 
 use model_core::estimator::EstimatorSettings;
 
 /// As many as the estimator would spend by itself.
 const MOST: u32 = EstimatorSettings::DEFAULT.budget;
-/// A tick that was interrupted seems dearer than it was, so that what is learnt grows by no more than this part a tick, and
-/// falls by no more.
-const PACE: u32 = 8;
+/// Part of what is known that every tick renews.
+const PACE: f32 = 1.0 / 16.0;
+/// An estimate that was interrupted seems dearer than it was: what it took counts up to this multiple of what was expected, and
+/// down to its reciprocal.
+const STRANGE: f32 = 1.5;
+/// Variance of the number of iterations below which the ticks tell nothing of the slope: all of late took the same.
+const ALIKE: f32 = 1e-4;
+/// Part of an estimate's time that is then laid to its iterations. (A guess that a single other tick corrects.)
+const LIKELY_SHARE: f32 = 0.5;
+/// Smallest part of an estimate of mean length that is laid to its iterations: an estimate that takes more of them takes longer.
+const LEAST_SHARE: f32 = 0.25;
 
-/// What iterations cost.
+/// What iterations cost, ticks of the cost clock.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Budget {
-    /// Ticks of the cost clock per iteration.
-    each: u32,
+    /// Whether anything was seen.
+    begun: bool,
+    /// Mean number of iterations, and of what the estimates took.
+    iterations: f32,
+    cost: f32,
+    /// Variance of the iterations, and their covariance with the cost.
+    variance: f32,
+    covariance: f32,
 }
 
 impl Budget {
     /// Nothing learnt: everything is allowed.
-    pub const NEW: Self = Self { each: 0 };
+    pub const NEW: Self = Self { begun: false, iterations: 0.0, cost: 0.0, variance: 0.0, covariance: 0.0 };
+
+    /// What one more iteration takes.
+    fn each(&self) -> f32 {
+        let most = self.cost / self.iterations.max(1.0);
+        if self.variance < ALIKE {
+            return LIKELY_SHARE * most;
+        }
+        (self.covariance / self.variance).clamp(LEAST_SHARE * most, most)
+    }
+
+    /// What an estimate of so many iterations is expected to take.
+    fn expected(&self, iterations: u32) -> f32 {
+        self.cost + (iterations as f32 - self.iterations) * self.each()
+    }
 
     /// Iterations that fit into this time, ticks of the cost clock. One always: otherwise it would never come to an end.
     pub fn iterations(&self, left: u32) -> u32 {
-        left.checked_div(self.each).unwrap_or(MOST).clamp(1, MOST)
+        let fits = |count: &u32| !self.begun || self.expected(*count) <= left as f32;
+        (1..=MOST).rev().find(fits).unwrap_or(1)
     }
 
     /// What an estimate took.
     pub fn spent(&mut self, cost: u32, iterations: u32) {
-        let seen = cost / iterations.max(1);
-        let step = self.each / PACE + 1;
-        self.each = match self.each {
-            0 => seen,
-            each => seen.clamp(each.saturating_sub(step), each.saturating_add(step)),
-        };
+        let (mut cost, iterations) = (cost as f32, iterations as f32);
+        if !self.begun {
+            *self = Self { begun: true, iterations, cost, ..Self::NEW };
+            return;
+        }
+        let expected = (self.cost + (iterations - self.iterations) * self.each()).max(1.0);
+        cost = cost.clamp(expected / STRANGE, expected * STRANGE);
+        let (more, dearer) = (iterations - self.iterations, cost - self.cost);
+        self.iterations += PACE * more;
+        self.cost += PACE * dearer;
+        self.variance = (1.0 - PACE) * (self.variance + PACE * more * more);
+        self.covariance = (1.0 - PACE) * (self.covariance + PACE * more * dearer);
     }
 }
 
@@ -42,26 +78,56 @@ impl Budget {
 mod tests {
     use super::*;
 
+    /// A clock by which an estimate takes a fixed time and a time per iteration.
+    fn learnt(fixed: u32, each: u32, ticks: impl IntoIterator<Item = u32>) -> Budget {
+        let mut budget = Budget::NEW;
+        for iterations in ticks {
+            budget.spent(fixed + each * iterations, iterations);
+        }
+        budget
+    }
+
     #[test]
     fn what_fits_is_allowed() {
-        let mut budget = Budget::NEW;
-        assert_eq!(budget.iterations(0), MOST, "nothing is known");
-        budget.spent(3_000, 3);
-        assert_eq!([0, 999, 2_500, 5_000, 1_000_000].map(|left| budget.iterations(left)), [1, 1, 2, 5, MOST]);
+        assert_eq!(Budget::NEW.iterations(0), MOST, "nothing is known");
+        let budget = learnt(2_000, 1_000, [2, 3, 2, 1, 2, 3, 2, 2].into_iter().cycle().take(200));
+        let allowed = [0, 2_990, 4_010, 5_010, 1_000_000].map(|left| budget.iterations(left));
+        assert_eq!(allowed, [1, 1, 2, 3, MOST]);
+    }
+
+    #[test]
+    fn the_fixed_part_is_not_laid_to_the_iterations() {
+        // Without contact an estimate takes no iteration; then it begins to take two and three.
+        let free = std::iter::repeat_n(0, 500);
+        let budget = learnt(3_000, 1_000, free.chain([2, 3].into_iter().cycle().take(100)));
+        assert_eq!(budget.iterations(6_100), 3);
+    }
+
+    #[test]
+    fn estimates_all_alike_allow_what_they_took_and_try_one_more() {
+        let mut budget = learnt(200, 900, std::iter::repeat_n(1, 300));
+        // 550 laid to the iteration, the rest to the estimate.
+        assert_eq!([1_090, 1_110, 1_640, 1_660].map(|left| budget.iterations(left)), [1, 1, 1, 2]);
+        // One that takes two shows that two take longer than that; it is kept in mind for a while.
+        budget.spent(2_000, 2);
+        for _ in 0..30 {
+            budget.spent(1_100, 1);
+        }
+        assert_eq!([1_990, 2_010].map(|left| budget.iterations(left)), [1, 2]);
     }
 
     #[test]
     fn one_interruption_hardly_changes_it_and_a_slow_clock_does() {
-        let mut budget = Budget::NEW;
-        budget.spent(1_000, 1);
+        let mut budget = learnt(500, 500, [1, 2, 3].into_iter().cycle().take(99));
+        let before = budget.iterations(4_200);
         budget.spent(1_000_000, 1);
-        assert!(budget.iterations(8_000) >= 7);
-        for _ in 0..40 {
-            budget.spent(8_000, 1);
+        assert!(budget.iterations(4_200) + 1 >= before, "{before}");
+        for iterations in [1, 2, 3].into_iter().cycle().take(150) {
+            budget.spent(8_000 * iterations, iterations);
         }
-        assert_eq!(budget.iterations(8_000), 1);
-        for _ in 0..40 {
-            budget.spent(0, 2);
+        assert_eq!(budget.iterations(8_100), 1);
+        for iterations in [1, 2, 3].into_iter().cycle().take(300) {
+            budget.spent(iterations, iterations);
         }
         assert_eq!(budget.iterations(8_000), MOST);
     }

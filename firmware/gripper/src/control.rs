@@ -292,7 +292,10 @@ impl<'a, B: Board> Core<'a, B> {
         unit.model.set_budget(unit.budget.iterations(left));
         let estimate = unit.model.update(unit.calibration.finger_angle(reading.position));
         let cost = B::cost_ticks().wrapping_sub(start);
-        unit.budget.spent(cost, u32::from(estimate.iterations));
+        // Without a finger or an object an estimate costs nothing, and tells nothing of what one costs.
+        if estimate.status != Status::OutOfRange {
+            unit.budget.spent(cost, u32::from(estimate.iterations));
+        }
         // The age counts every tick since the last trustworthy estimate, those without a position too.
         let age = if estimate.age == 0 { 0 } else { unit.last.estimate.age.saturating_add(1) };
         let (position, current) = (reading.position, reading.current);

@@ -62,6 +62,7 @@ mod store;
 mod unit;
 
 pub use board::{Board, Boot, BusPort, Watchdog};
+pub use budget::Budget;
 pub use contact::{Contact, Told};
 pub use control::control;
 pub use grip::{Grip, Touch};

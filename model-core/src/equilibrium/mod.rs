@@ -455,8 +455,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let object = self.object.displaced(&self.motion.world_to_finger(at));
             (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
         }
-        self.previous.copy_from(&self.accepted, &self.ladder);
-        self.before = self.at;
+        // A coordinate that has come again tells nothing of the motion.
+        if at != self.at {
+            self.previous.copy_from(&self.accepted, &self.ladder);
+            self.before = self.at;
+        }
         self.accepted.copy_from(&self.state, &self.ladder);
         self.at = at;
         self.extrapolates = self.accepted.touching_count > 0 && self.previous.touching_count > 0;
@@ -465,7 +468,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Moves the state on to a coordinate along the line through the last two accepted ones.
     fn extrapolate(&mut self, target: T) {
         let (step, last) = (target - self.at, self.at - self.before);
-        if !self.extrapolates || last == T::ZERO || step.abs() > T::of(2.0) * last.abs() {
+        if !self.extrapolates || last == T::ZERO || step.abs() > T::of(4.0) * last.abs() {
             return;
         }
         self.state.extrapolate(&self.previous, step / last, &self.ladder);

@@ -29,51 +29,87 @@ impl Tracking {
 /// Gap within which a sample takes part in the one step, mm: one that the step would press into the object unseen. *Measured*:
 /// without, 18 mN off where a sample comes in (test `tracking`); with it, 1.3 mN.
 const NEAR: f64 = 0.002;
+/// Steps after which the whole method decides.
+const MOST: u32 = 4;
+/// Where the budget ends, a step from residuals up to this many times the bounds is kept, untrusted: the next tick goes on from
+/// there, and does not fall behind a motion that is too fast to be trusted.
+const COARSE: f64 = 10.0;
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
-    /// Follows the equilibrium to a coordinate (rad or mm) with one Newton iteration if that is enough: the status is then
-    /// `tracking`, and the outcome's residuals are those found before the iteration. Otherwise as [`Self::follow_within`].
+    /// Follows the equilibrium to a coordinate (rad or mm) by Newton steps without looking at what the last one has left: until
+    /// the residuals *before* a step are within bounds, one step as a rule. The status is then `tracking`, and the outcome's
+    /// residuals are those. Otherwise as [`Self::follow_within`], with what is left of the budget; where nothing is left the
+    /// status is `max-iterations`.
     pub fn track(&mut self, to: f64, within: Tracking, budget: u32) -> Outcome {
-        let target = T::of(to);
-        let near = (target - self.at).abs() <= self.max_step() * T::of(0.25);
-        let ready = self.ladder.cells > 0 && to.is_finite() && self.phase == Phase::Following;
-        if !ready || !near || !self.extrapolates || self.settings.hessian != Hessian::Newton || budget == 0 {
+        let far = self.max_step() * T::of(0.25);
+        let remaining = T::of(to) - self.at;
+        let ready = self.ladder.cells > 0 && to.is_finite() && self.phase == Phase::Following && budget > 0;
+        let is_short = budget <= MOST;
+        // With time for the whole method only what it would not do better.
+        let begins =
+            if is_short { self.accepted.touching_count > 0 } else { self.extrapolates && remaining.abs() <= far };
+        let smallest = self.max_step() * T::of(self.settings.min_step);
+        if !ready || !begins || self.step <= smallest || self.settings.hessian != Hessian::Newton {
+            return self.follow_within(to, budget);
+        }
+        let size = self.step.min(far);
+        let reaches = remaining.abs() <= size;
+        let target = if reaches { T::of(to) } else { self.at + if remaining > T::ZERO { size } else { -size } };
+        if !reaches && !is_short {
             return self.follow_within(to, budget);
         }
         self.extrapolate(target);
         let object = self.object.displaced(&self.motion.world_to_finger(target));
-        let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::of(NEAR));
-        gaps::thin(&mut self.work, super::MANY);
-        let (gradient, length) = (residual.gradient.to_f64(), residual.length.to_f64());
-        let small = gradient <= within.gradient && length <= within.length && !sweep.overflow;
-        // Without a stable factorisation, or with a step that wants clipping, the whole method decides.
-        let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
-        let moved = step::apply(&self.ladder, &mut self.state, &self.work, T::one());
-        let finite = self.state.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
-        if !inertia.is_stable() || !finite || moved > T::of(step::CLIP) || self.state.touching_count == 0 {
-            self.state.copy_from(&self.accepted, &self.ladder);
-            return self.follow_within(to, budget);
-        }
-        if !small {
-            let attempt = self.newton(target, self.settings.max_iterations.min(budget) - 1, T::TOLERANCE);
-            if attempt.status != Status::Converged || attempt.inertia.is_some_and(|i| !i.is_stable()) {
-                self.state.copy_from(&self.accepted, &self.ladder);
-                return self.follow_within(to, budget);
+        let mut outcome =
+            Outcome { status: Status::MaxIterations, iterations: 0, steps: 0, snaps: 0, gradient: 0.0, length: 0.0 };
+        loop {
+            let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::of(NEAR));
+            if outcome.iterations == 0 {
+                gaps::thin(&mut self.work, super::MANY);
             }
-            self.accept(target);
-            return Outcome {
-                status: self.standing(),
-                iterations: 1 + attempt.iterations,
-                steps: 1,
-                snaps: 0,
-                gradient: attempt.residual.gradient.to_f64(),
-                length: attempt.residual.length.to_f64(),
-            };
+            self.sweep = sweep;
+            (outcome.gradient, outcome.length) = (residual.gradient.to_f64(), residual.length.to_f64());
+            let is_within =
+                |times: f64| outcome.gradient <= times * within.gradient && outcome.length <= times * within.length;
+            let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
+            let moved = step::apply(&self.ladder, &mut self.state, &self.work, T::one());
+            outcome.iterations += 1;
+            let finite = self.state.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
+            // Without a stable factorisation, or with a step that wants clipping, the whole method decides.
+            if !inertia.is_stable() || !finite || moved > T::of(step::CLIP) || self.state.touching_count == 0 {
+                return self.pursue(to, budget, outcome, size);
+            }
+            if is_within(1.0) && !sweep.overflow {
+                outcome.status = match (reaches, self.snapped) {
+                    (false, _) => Status::MaxIterations,
+                    (true, true) => Status::Snapped,
+                    (true, false) => Status::Tracking,
+                };
+                break;
+            }
+            if outcome.iterations >= budget.min(MOST) {
+                if !is_short || !is_within(COARSE) {
+                    return self.pursue(to, budget, outcome, size);
+                }
+                break;
+            }
         }
         step::settle_rows(&self.state, &mut self.work);
-        self.sweep = sweep;
         self.accept(target);
-        let status = if self.snapped { Status::Snapped } else { Status::Tracking };
-        Outcome { status, iterations: 1, steps: 1, snaps: 0, gradient, length }
+        self.step = (size + size).min(self.max_step());
+        Outcome { steps: 1, ..outcome }
+    }
+
+    /// Goes back to the accepted state, and on from there with what a step of this size has left of the budget.
+    fn pursue(&mut self, to: f64, budget: u32, so_far: Outcome, size: T) -> Outcome {
+        self.state.copy_from(&self.accepted, &self.ladder);
+        let left = budget.saturating_sub(so_far.iterations);
+        if left == 0 {
+            self.step = size * T::of(0.5);
+            self.show_accepted();
+            return so_far;
+        }
+        let outcome = self.follow_within(to, left);
+        Outcome { iterations: so_far.iterations + outcome.iterations, ..outcome }
     }
 }

@@ -19,6 +19,9 @@ use tempfile::TempDir;
 
 use crate::shared_bus::{SharedBus, carry};
 
+/// An instruction takes 2^2 ns: what fits into a tick does not depend on how busy the PC is, and costs are counts of
+/// instructions. (Waiting, as for the servo, takes the PC's time.)
+const COUNTING: [&str; 2] = ["-icount", "shift=2"];
 /// How long QEMU may take to open its sockets.
 const BOOT: Duration = Duration::from_secs(20);
 /// Machines share the processors with their tests: one at a time.
@@ -68,19 +71,17 @@ impl Machine {
         }
     }
 
+    /// Instructions in a tick of the cost clock.
+    pub const INSTRUCTIONS_PER_TICK: u32 = 10;
+
     /// Boots with such a servo.
     pub fn boot(servo: Config) -> Self {
-        Self::boot_with(servo, &[])
-    }
-
-    /// Boots with further arguments for QEMU, as `-icount shift=2` to tell costs in instructions (a tenth of them).
-    pub fn boot_with(servo: Config, arguments: &[&str]) -> Self {
-        Self::boot_all(vec![servo], arguments)
+        Self::boot_all(vec![servo])
     }
 
     /// Boots with several servos.
-    pub fn boot_all(servos: Vec<Config>, arguments: &[&str]) -> Self {
-        Self::boot_on(Hub::new(), servos, arguments, |hub, socket| hub.connect_unix(socket).map_err(Into::into))
+    pub fn boot_all(servos: Vec<Config>) -> Self {
+        Self::boot_on(Hub::new(), servos, |hub, socket| hub.connect_unix(socket).map_err(Into::into))
     }
 
     /// Boots on a bus that another master leads.
@@ -89,7 +90,7 @@ impl Machine {
         let port = hub.pty().expect("a pseudo-terminal");
         let said = Arc::<AtomicU64>::default();
         let bus = SharedBus { port, said: said.clone() };
-        let machine = Self::boot_on(hub, vec![servo], &[], |hub, socket| {
+        let machine = Self::boot_on(hub, vec![servo], |hub, socket| {
             Ok(carry(UnixStream::connect(socket)?, hub.stream()?, said.clone())?)
         });
         (machine, bus)
@@ -98,7 +99,6 @@ impl Machine {
     fn boot_on(
         mut hub: Hub,
         servos: Vec<Config>,
-        arguments: &[&str],
         connect: impl Fn(&mut Hub, &Path) -> Result<(), Box<dyn Error>>,
     ) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -115,7 +115,7 @@ impl Machine {
             let socket = format!("socket,id={name},path={},server=on,wait=off", socket.display());
             command.args(["-chardev", &socket, "-serial", &format!("chardev:{name}")]);
         }
-        command.args(arguments);
+        command.args(COUNTING);
         let log = File::create(folder.path().join("log")).expect("a file for the log");
         let qemu = command.arg("-kernel").arg(&elf).stdin(Stdio::null()).stdout(log).spawn();
         let qemu = qemu.unwrap_or_else(|error| panic!("qemu-system-arm: {error}; `cargo xtask setup` installs it"));

@@ -14,9 +14,6 @@ use system_tests::{Machine, OBJECT, Watch, finger};
 
 const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const MOUNT: Mount = Mount { open_angle: -DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
-/// With `shift=2` an instruction takes 4 ns, a tick of the 25-MHz counter 40 ns.
-const COUNTING: &[&str] = &["-icount", "shift=2"];
-const INSTRUCTIONS_PER_TICK: f64 = 10.0;
 /// The other object, which is set and taken away while the finger is on it: the model begins anew.
 const OTHER: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 56.0], radius: 40.0 };
 /// Rounds of closing, gripping and opening.
@@ -36,6 +33,8 @@ struct Cost {
     mean: f64,
     most: f64,
     iterations: u16,
+    /// By the number of iterations: ticks in contact, and what they took on average.
+    by_iterations: [(u32, f64); 9],
 }
 
 impl Cost {
@@ -44,20 +43,24 @@ impl Cost {
         if report.estimate.status == Status::Stale {
             return;
         }
-        let instructions = f64::from(report.cost) * INSTRUCTIONS_PER_TICK;
+        let instructions = f64::from(report.cost) * f64::from(Machine::INSTRUCTIONS_PER_TICK);
         self.estimates += 1;
         self.most = self.most.max(instructions);
         self.iterations = self.iterations.max(report.estimate.iterations);
         if report.estimate.force != [0.0; 2] && report.estimate.age == 0 {
             self.contacts += 1;
             self.mean += (instructions - self.mean) / f64::from(self.contacts);
+            if let Some((ticks, mean)) = self.by_iterations.get_mut(usize::from(report.estimate.iterations)) {
+                *ticks += 1;
+                *mean += (instructions - *mean) / f64::from(*ticks);
+            }
         }
     }
 }
 
 /// Fast and slow motions, grips, another object under way; every twentieth answer is lost, damaged, cut, or comes behind noise.
 fn campaign(samples: u8) -> Cost {
-    let machine = Machine::boot_with(Config { noise_ma: 5.0, ..Machine::servo() }, COUNTING);
+    let machine = Machine::boot(Config { noise_ma: 5.0, ..Machine::servo() });
     let link = machine.link();
     let mut watch = Watch::new(&link);
     // Slow, so that no tick is cut short for want of time.
@@ -122,6 +125,12 @@ fn the_dearest_tick_and_the_rates() {
         println!("| {samples} | {} | {:.0} | {:.0} | {} |", cost.estimates, cost.mean, cost.most, cost.iterations);
         assert!(cost.contacts > cost.estimates / 4 && cost.estimates > ROUNDS * 200, "{cost:?}");
         assert!(cost.most > cost.mean && cost.iterations <= 8, "{cost:?}");
+    }
+    println!("\nin contact, by Newton iterations (ticks: instructions on average)");
+    for (samples, cost) in &costs {
+        let seen = cost.by_iterations.iter().enumerate().filter(|(_, (ticks, _))| *ticks > 0);
+        let seen: Vec<String> = seen.map(|(count, (ticks, mean))| format!("{count} ({ticks}: {mean:.0})")).collect();
+        println!("{samples} samples: {}", seen.join(", "));
     }
     println!("\n| board | fingers | samples | 57,600 baud | 1 Mbaud | 2 Mbaud | 4 Mbaud |");
     println!("|---|---|---|---|---|---|---|");

@@ -419,8 +419,8 @@ fn an_hour() {
     assert!(counters.servo_losses <= 5, "{counters:?}");
 }
 
-/// A processor that is too slow for its rate: a tick that would take too long tells the last good force with its age, none
-/// is late, and none is wrong.
+/// A processor that is too slow for its rate: it does with few iterations; where these do not suffice, a tick tells the last good
+/// force with its age. None is late, and none is wrong.
 #[test]
 fn a_slow_processor_tells_old_forces_in_time() {
     // An estimate may take as long as the time between two positions.
@@ -450,7 +450,7 @@ fn a_slow_processor_tells_old_forces_in_time() {
     let after = bench.ask::<messages::GetCounters>(&());
     eprintln!("{old} of {} reports repeat the last good force; {dearest} iterations at most", judge.reports);
     judge.verdict("a slow processor", &bench);
-    assert!(old > 10 && judge.sound > judge.reports / 2, "{judge:?}");
+    assert!(old > 0 && judge.sound * 10 > judge.reports * 9, "{judge:?}");
     assert_eq!(after.late_ticks, before.late_ticks);
     assert!(dearest < 8, "{dearest}");
     // One that is fast enough never does.

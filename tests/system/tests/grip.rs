@@ -157,7 +157,7 @@ fn the_force_asked_for_is_the_force_there_is() {
 fn two_fingers_squeeze() {
     let load = load_of(OBJECT, 12.0);
     let second = Config { id: 7, closing_up: false, zero_count: 1000, ..servo(&load) };
-    let machine = Machine::boot_all(vec![servo(&load), second], &[]);
+    let machine = Machine::boot_all(vec![servo(&load), second]);
     let other =
         Mount { servo_id: 7, zero: 1000.0, direction: messages::Direction::Reversed, side: Side::Right, ..MOUNT };
     let mut settings = settings();

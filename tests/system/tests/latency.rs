@@ -5,16 +5,13 @@ use std::time::Duration;
 use messages::{Mount, Settings, Which};
 use system_tests::{Machine, OBJECT, Watch, finger};
 
-/// QEMU's clock: an instruction takes 4 ns.
-const ICOUNT: [&str; 2] = ["-icount", "shift=2"];
-/// Instructions in a tick of the cost clock, 25 MHz.
-const PER_TICK: u32 = 10;
+const PER_TICK: u32 = Machine::INSTRUCTIONS_PER_TICK;
 const SECONDS: fn(u64) -> Duration = Duration::from_secs;
 
 /// The estimate takes most of it; what comes before and after is the same whatever the model does.
 #[test]
 fn the_report_follows_the_answer() {
-    let machine = Machine::boot_with(Machine::servo(), &ICOUNT);
+    let machine = Machine::boot(Machine::servo());
     let link = machine.link();
     let mut watch = Watch::new(&link);
     let open = -std::f32::consts::PI / 180.0;

@@ -50,7 +50,7 @@ def write(size, address, value):
     raise AssertionError("the servo does not answer")
 
 
-# Slow enough for a busy PC to read many positions on the way.
+# The simulated servo's time passes by reads: slow enough for many positions on the way.
 write(4, 112, 10)
 write(1, 64, 1)
 write(4, 116, GOAL)
@@ -65,5 +65,7 @@ for number, way in itertools.cycle(enumerate(WAYS)):
         shown = time.monotonic()
     elif time.monotonic() > shown + 5:
         break
+    # So that a listener on a busy PC keeps up.
+    time.sleep(0.01)
     assert time.monotonic() < deadline, f"the servo does not arrive: {arrived}"
 port.closePort()
