@@ -8,7 +8,6 @@ use core::pin::pin;
 
 use dynamixel::Id;
 use embassy_futures::select::{Either, select};
-use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use heapless::Vec;
 use messages::{
@@ -30,6 +29,9 @@ use crate::unit::Unit;
 
 /// How often a servo that is gone is looked for while others are there: the search takes ticks from them.
 const SEARCH: Duration = Duration::from_millis(250);
+
+/// A tick that is late leaves one part in so many of its period to what comes behind the control task.
+const LINK_SHARE: u32 = 16;
 
 /// The records that there are: settings, and each finger's design and object.
 const UNKEPT: usize = 1 + 2 * FINGERS;
@@ -194,8 +196,8 @@ impl<'a, B: Board> Core<'a, B> {
         if now < self.end {
             Timer::at(self.end).await;
         } else {
-            // Never all of the processor: the link has to live too.
-            yield_now().await;
+            // Never all of the processor: the link, which comes behind this task, has to live too.
+            Timer::after(self.period / LINK_SHARE).await;
         }
         self.advance();
         self.obey(true);

@@ -322,6 +322,38 @@ fn a_host_that_does_not_read_holds_nothing() {
     watch.until_report("fresh estimate", SECONDS(10), |report| report.estimate.age == 0);
 }
 
+/// A rate that two fingers' estimates do not fit: the loop is late, and says so, but never takes the link's time as well.
+#[test]
+fn a_loop_that_is_late_leaves_the_link_its_time() {
+    let machine = Machine::boot_all(vec![Machine::servo(), Config { id: 7, ..Machine::servo() }]);
+    let link = machine.link();
+    let mut watch = Watch::new(&link);
+    let mut settings = Settings { rate_hz: 1_000, shape_every: 0, ..SETTINGS };
+    settings.fingers[1] = Some(Mount { servo_id: 7, ..MOUNT });
+    link.set_settings(&settings).unwrap();
+    for number in 0..2 {
+        link.set_finger(number, &finger()).unwrap();
+        link.set_object(number, OBJECT).unwrap();
+        watch.until_report("position", SECONDS(20), |report| report.finger == number && is_fresh(report));
+    }
+    let before = link.counters().unwrap();
+    for round in 0..6 {
+        if round % 2 == 0 {
+            link.close(Which::All, CLOSED, Some(1.0)).unwrap();
+        } else {
+            link.open_fingers(Which::All).unwrap();
+        }
+        for _ in 0..20 {
+            assert_eq!(link.settings().unwrap(), settings);
+            watch.pass(Duration::from_millis(5));
+        }
+    }
+    let after = link.counters().unwrap();
+    let (ticks, late) = (after.ticks - before.ticks, after.late_ticks - before.late_ticks);
+    assert!(ticks > 100 && late > ticks / 20, "{late} of {ticks} ticks late: {after:?}");
+    assert!(after.estimates > before.estimates + ticks / 2, "{after:?}");
+}
+
 /// At the factory's 57,600 baud the loop is slower, and says so.
 #[test]
 fn a_slow_bus_lowers_the_rate() {
