@@ -408,7 +408,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         outcome.length = attempt.residual.length.to_f64();
         let stable = self.settings.hessian == Hessian::GaussNewton || attempt.inertia.is_none_or(|i| i.is_stable());
         if attempt.status == Status::Converged && stable {
-            self.accept(target);
+            if untouched && attempt.iterations == 0 {
+                // The open hand as it was, and evaluated as it is.
+                self.keep(target);
+            } else {
+                self.accept(target);
+            }
             outcome.steps += 1;
             self.step = (size + size).min(self.max_step());
             return reaches.then(|| self.standing());
@@ -455,6 +460,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let object = self.object.displaced(&self.motion.world_to_finger(at));
             (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
         }
+        self.keep(at);
+    }
+
+    fn keep(&mut self, at: T) {
         // A coordinate that has come again tells nothing of the motion.
         if at != self.at {
             self.previous.copy_from(&self.accepted, &self.ladder);

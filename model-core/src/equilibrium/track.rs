@@ -69,6 +69,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             self.sweep = sweep;
             (outcome.gradient, outcome.length) = (residual.gradient.to_f64(), residual.length.to_f64());
+            let tolerance = T::TOLERANCE;
+            if residual.gradient <= tolerance.gradient && residual.length <= tolerance.length && reaches {
+                // As where the motor stands: the factorisation that judged the last step has judged this state.
+                self.accept(target);
+                return Outcome { status: self.standing(), steps: 1, ..outcome };
+            }
             let is_within =
                 |times: f64| outcome.gradient <= times * within.gradient && outcome.length <= times * within.length;
             let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
