@@ -10,6 +10,7 @@ pub mod draw;
 pub mod estimator;
 pub mod fea;
 pub mod heap;
+pub mod identify;
 pub mod link;
 pub mod measured;
 pub mod metrics;

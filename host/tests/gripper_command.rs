@@ -43,7 +43,8 @@ impl Gripper {
         let design = preset("ladder-80").unwrap().unwrap().design;
         let load = Arc::new(Load::of(&design, OBJECT, &Load::REFERENCE, 14.0).unwrap());
         let clock = Clock::Requests { period_us: 2_000 };
-        let servo = Config { baud_rate: 1_000_000, clock, start_deg: Some(-1.0), load, ..Config::default() };
+        let servo =
+            Config { baud_rate: 1_000_000, clock, start_deg: Some(-1.0), noise_ma: 5.0, load, ..Config::default() };
         let mut hub = Hub::new();
         let end = Instant::now() + PATIENCE;
         while let Err(error) = hub.connect_unix(&folder.join("bus")) {
@@ -136,6 +137,53 @@ fn a_script_sets_grips_holds_and_releases() {
     gripper.moved(&["gripper", "release", "--finger", "0"]);
     lines_until(&gripper, ",released,");
     assert_eq!(gripper.fre(&["gripper", "release", "--finger", "3"]).0, Some(1));
+}
+
+/// A finger told of an object 7 mm too high finds by closing on it where it is; and one told of a smaller one, how large.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test system"]
+fn closing_tells_where_a_round_object_is() {
+    let gripper = Gripper::boot("identify");
+    let case = gripper.folder.join("case.toml");
+    let set = |centre: [f64; 2], radius: f64| {
+        let text = CASE.replace("radius_mm = 40.0", &format!("radius_mm = {radius:.1}"));
+        std::fs::write(&case, text.replace("[41.0, 45.0]", &format!("{centre:?}"))).unwrap();
+        gripper.done(&["gripper", "set", "--case", case.to_str().unwrap()]);
+    };
+    gripper.done(&["gripper", "set", "finger.0.open_deg=-6", "finger.0.least_deg=-7"]);
+    for (centre, radius, unknown, range, truth, allowed) in [
+        ([41.0, 52.0], 40.0, "height", "30:60", 45.0, 1.0),
+        ([31.0, 45.0], 30.0, "radius-behind-side", "20:60", 40.0, 2.0),
+    ] {
+        set(centre, radius);
+        let words = ["gripper", "identify", unknown, "--range-mm", range, "--to-deg", "9", "--wait", "120"];
+        let found = gripper.moved(&words);
+        let numbers: Vec<f64> = found.lines().next().unwrap().split(' ').filter_map(|word| word.parse().ok()).collect();
+        let [value, deviation] = numbers.as_slice() else { panic!("{found}") };
+        eprintln!("{found}");
+        assert!((value - truth).abs() < allowed && *deviation > 0.01 && *deviation < allowed, "{found}");
+    }
+    // Set, it is the gripper's object.
+    set([41.0, 52.0], 40.0);
+    let words = ["gripper", "identify", "height", "--range-mm", "30:60", "--to-deg", "9", "--wait", "120", "--set"];
+    let found = gripper.moved(&words);
+    let height = found.split_whitespace().nth(1).unwrap().to_owned();
+    let objects = gripper.done(&["gripper", "get"]);
+    let whole = height.split('.').next().unwrap();
+    assert!(objects.contains(&format!("centre_mm = [41.0, {whole}")), "{height}: {objects}");
+    // What is wrong is named.
+    for (words, said) in [
+        (["--range-mm", "60:30", "--to-deg", "9"], "LEAST < MOST"),
+        (["--range-mm", "30:60", "--to-deg", "900"], "900"),
+        (["--finger", "3", "--range-mm", "30:60"], "to-deg"),
+    ] {
+        let (code, _, errors) = gripper.fre(&[["gripper", "identify", "height"].as_slice(), &words].concat());
+        assert!(code == Some(1) && errors.contains(said), "{words:?}: {code:?} {errors}");
+    }
+    // The object is nowhere in the range: said, by status 2.
+    let (code, out, errors) =
+        gripper.fre(&["gripper", "identify", "height", "--range-mm", "60:70", "--to-deg", "9", "--wait", "120"]);
+    assert!(code == Some(2) && out.contains("positions seen"), "{code:?} {out}{errors}");
 }
 
 /// What the CSV of `fre monitor` says as soon as some row has a word.

@@ -11,7 +11,7 @@ use model_core::discretise::Discretisation;
 use model_core::object::ObjectDesign;
 
 use super::options::PhysicsWord;
-use super::{UNTRUSTWORTHY, bad_input};
+use super::{UNTRUSTWORTHY, bad_input, identify};
 use crate::case::Case;
 use crate::link::{Address, Link, LinkError, Told, pairs, set};
 
@@ -63,6 +63,7 @@ enum Action {
         #[arg(long, value_name = "S")]
         wait: Option<f64>,
     },
+    Identify(identify::Args),
     /// Open
     Release(Fingers),
     /// Stay where it is
@@ -128,6 +129,7 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
                 return Ok(wait_for(&told, which.which(), count, since_us, longest));
             }
         }
+        Action::Identify(args) => return identify::run(&link, args),
         Action::Release(which) => link.open_fingers(which.which())?,
         Action::Hold(which) => link.hold(which.which())?,
     }

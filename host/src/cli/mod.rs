@@ -5,6 +5,7 @@ mod compare;
 mod demo;
 mod flash;
 mod gripper;
+mod identify;
 mod keep;
 mod log;
 mod monitor;
