@@ -130,7 +130,7 @@ mod tests {
     /// driven after the last stop bit.
     fn send(line: &Line<64, 32>, usart: &Simulated, late: usize) -> usize {
         assert_eq!(line.give(WORDS), WORDS.len());
-        line.service(usart);
+        line.service(usart, 7);
         assert!(usart.0.borrow().driven, "driven before the first start bit is over");
         let (mut after, mut time) = (0, 0_usize);
         while !line.is_done() {
@@ -144,7 +144,7 @@ mod tests {
                 // As long as it is raised, as hardware does.
                 let mut entries = 0;
                 while usart.raised() {
-                    line.service(usart);
+                    line.service(usart, 7);
                     entries += 1;
                     assert!(entries < 10, "the interrupt does not end");
                 }
@@ -180,13 +180,13 @@ mod tests {
     fn a_groundless_interrupt_changes_nothing(_board: Board) {
         let (line, usart) = (Line::<64, 32>::new(), Simulated::new());
         for _ in 0..3 {
-            assert!(!line.service(&usart));
+            assert!(!line.service(&usart, 0));
         }
         assert_eq!(line.give(WORDS), WORDS.len());
         let mut steps = 0;
         while !line.is_done() {
             for _ in 0..5 {
-                line.service(&usart);
+                line.service(&usart, 0);
             }
             usart.step();
             steps += 1;
@@ -202,13 +202,17 @@ mod tests {
         let (line, usart) = (Line::<64, 32>::new(), Simulated::new());
         send(&line, &usart, 1);
         let mut buffer = [0; 16];
-        assert_eq!(line.take(&mut buffer), 0);
+        assert_eq!((line.take(&mut buffer), line.heard()), (0, 0));
+        // Across the wrap of its clock.
+        let mut now = u32::MAX - 25;
         for byte in *b"answer" {
             usart.hear(byte);
-            assert!(!line.service(&usart), "nobody is woken for a part");
+            now = now.wrapping_add(10);
+            assert!(!line.service(&usart, now), "nobody is woken for a part");
         }
         usart.0.borrow_mut().idle = true;
-        assert!(line.service(&usart), "the pause wakes");
+        assert!(line.service(&usart, now.wrapping_add(10)), "the pause wakes");
+        assert_eq!((line.heard(), now), (now, 34), "the last byte's time, not the pause's");
         let taken = line.take(&mut buffer);
         assert_eq!(&buffer[..taken], b"answer");
     }
@@ -220,7 +224,7 @@ mod tests {
         let mut woken = None;
         for byte in 0..100 {
             usart.hear(byte);
-            if line.service(&usart) {
+            if line.service(&usart, 0) {
                 woken = woken.or(Some(byte));
             }
         }

@@ -99,7 +99,7 @@ struct OnBus;
 impl Handler<typelevel::USART2> for OnBus {
     unsafe fn on_interrupt() {
         // Takes no lock: see `stm32::critical`.
-        if BUS.service(&BUS_USART) {
+        if BUS.service(&BUS_USART, cycles::now()) {
             typelevel::SPDIF_RX::pend();
         }
     }
@@ -109,7 +109,7 @@ struct OnLink;
 impl Handler<typelevel::USART3> for OnLink {
     unsafe fn on_interrupt() {
         // Takes no lock either.
-        if LINK.service(&LINK_USART) {
+        if LINK.service(&LINK_USART, cycles::now()) {
             typelevel::SPDIF_RX::pend();
         }
     }

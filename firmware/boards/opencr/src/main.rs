@@ -96,7 +96,7 @@ struct Bus6;
 impl Handler<typelevel::USART6> for Bus6 {
     unsafe fn on_interrupt() {
         // Takes no lock: see `stm32::critical`.
-        if BUS.service(&BUS_USART) {
+        if BUS.service(&BUS_USART, cycles::now()) {
             typelevel::CAN2_SCE::pend();
         }
     }

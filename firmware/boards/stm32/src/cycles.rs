@@ -1,4 +1,7 @@
 //! The processor's cycle counter.
+//!
+//! It stands still while the processor sleeps without a clock. embassy-stm32 leaves the clock on in sleep mode (DBG_SLEEP, its
+//! `enable_debug_during_sleep`, on by default), so that it counts on between a servo's last byte and the pause behind it.
 
 use cortex_m::peripheral::{DCB, DWT};
 

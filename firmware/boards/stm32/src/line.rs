@@ -11,7 +11,7 @@
 //! Wakers need a lock; so the interrupt notes who is to be woken and has a second interrupt, of ordinary priority, call
 //! [`Line::wake`].
 
-use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use core::task::Waker;
 
 use embassy_sync::waitqueue::AtomicWaker;
@@ -73,6 +73,8 @@ pub struct Line<const RX: usize, const TX: usize> {
     transmit: Ring<TX>,
     driving: AtomicBool,
     due: AtomicU8,
+    /// When the last byte was heard, by the clock that [`Self::service`] is told.
+    heard: AtomicU32,
     received: AtomicWaker,
     sent: AtomicWaker,
 }
@@ -91,13 +93,14 @@ impl<const RX: usize, const TX: usize> Line<RX, TX> {
             transmit: Ring::new(),
             driving: AtomicBool::new(false),
             due: AtomicU8::new(0),
+            heard: AtomicU32::new(0),
             received: AtomicWaker::new(),
             sent: AtomicWaker::new(),
         }
     }
 
-    /// The interrupt's work; returns whether [`Self::wake`] has to be called.
-    pub fn service(&self, usart: &impl Usart) -> bool {
+    /// The interrupt's work, begun at `now` (of any clock that wraps); returns whether [`Self::wake`] has to be called.
+    pub fn service(&self, usart: &impl Usart, now: u32) -> bool {
         let status = usart.status();
         let driving = self.driving.load(Ordering::Relaxed);
         let mut due = 0;
@@ -107,6 +110,7 @@ impl<const RX: usize, const TX: usize> Line<RX, TX> {
             if !echo {
                 // Without room it is lost, and whoever reads next misses it: checksums tell.
                 let _ = self.receive.push(byte);
+                self.heard.store(now, Ordering::Relaxed);
             }
             if self.receive.is_half_full() {
                 due |= RECEIVED;
@@ -181,6 +185,11 @@ impl<const RX: usize, const TX: usize> Line<RX, TX> {
     /// Whether everything is out and the line is left.
     pub fn is_done(&self) -> bool {
         self.transmit.is_empty() && !self.driving.load(Ordering::Relaxed)
+    }
+
+    /// When the last byte came that was not an echo: the `now` of the interrupt that it raised. 0 if none came yet.
+    pub fn heard(&self) -> u32 {
+        self.heard.load(Ordering::Relaxed)
     }
 
     pub(crate) fn wait_received(&self, waker: &Waker) {
