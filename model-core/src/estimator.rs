@@ -217,6 +217,33 @@ impl<T: Real, S: Size> Estimator<T, S> {
         &self.follower
     }
 
+    /// The object as it was set.
+    pub fn object(&self) -> Option<&ObjectDesign> {
+        self.has_object.then_some(&self.object)
+    }
+
+    /// The solver, for who moves the object from where it was set ([`crate::grasp::Grasp::resume`]); [`Self::reread`]
+    /// afterwards.
+    pub fn follower_mut(&mut self) -> &mut Follower<T, S> {
+        &mut self.follower
+    }
+
+    /// The last estimate with the numbers of the place that the object was moved to. Derivatives and standard deviation stay
+    /// those of the estimate: they are for an object that stands still.
+    pub fn reread(&mut self) -> Estimate {
+        let mut estimate = self.last;
+        self.placed &= self.follower.has_equilibrium();
+        estimate.status = if self.placed { self.follower.standing() } else { Status::OutOfRange };
+        if estimate.status.is_trustworthy() {
+            self.read(&mut estimate);
+            estimate.age = 0;
+        } else {
+            estimate.age = self.last.age.saturating_add(1);
+        }
+        self.last = estimate;
+        estimate
+    }
+
     /// Estimates at a measured motor angle, rad.
     pub fn update(&mut self, motor_angle: f64) -> Estimate {
         let settings = self.settings();

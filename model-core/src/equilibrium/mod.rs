@@ -490,7 +490,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
     }
 
-    fn standing(&self) -> Status {
+    pub(crate) fn standing(&self) -> Status {
         if !self.base_is_free() {
             Status::OutOfRange
         } else if self.state.touching_count == 0 {

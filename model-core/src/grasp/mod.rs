@@ -10,6 +10,7 @@
 //! turn is left alone. Other shapes turn as well, until the moments are in balance.
 
 mod placement;
+mod resume;
 
 use heapless::Vec;
 
@@ -20,6 +21,7 @@ use crate::size::Size;
 use crate::status::Status;
 pub use placement::Placement;
 use placement::{moved, reference};
+pub use resume::{Held, Place};
 
 /// The most fingers of a grasp.
 pub const MAX_FINGERS: usize = 4;
@@ -29,6 +31,8 @@ const STEPS: u32 = 200;
 const LONGEST: f64 = 1.0;
 /// Halvings of a step before it is given up.
 const HALVINGS: u32 = 12;
+/// Newton iterations that every single move of a finger may take.
+const LEAST: u32 = 4;
 /// The least stiffness that is divided by, N/mm.
 const SOFTEST: f64 = 0.05;
 
@@ -67,6 +71,11 @@ pub enum GraspError {
     Load,
     /// Not as many coordinates as fingers, or one that is not finite.
     Coordinates,
+    /// A finger's object is not the first one's.
+    Different {
+        /// Which finger, from 0.
+        finger: usize,
+    },
 }
 
 impl core::fmt::Display for GraspError {
@@ -77,6 +86,7 @@ impl core::fmt::Display for GraspError {
             Self::Endless => f.write_str("a half-plane cannot be free; allowed are circle, ellipse and polygon"),
             Self::Load => f.write_str("the load is not finite, or has a moment that nothing can hold a circle against"),
             Self::Coordinates => f.write_str("a finite coordinate is needed for each finger"),
+            Self::Different { finger } => write!(f, "finger {finger} has another object than finger 0"),
         }
     }
 }
@@ -102,12 +112,14 @@ pub struct Balance {
     /// against each other. With two opposed fingers and no load, the force of either; 0 if one finger bears all.
     pub squeeze: f64,
     /// Stiffness of the grasp: how force (N) and moment (N·mm) on the object rise against its motion (mm and rad, about the
-    /// reference point). Positive definite where the balance is stable.
+    /// reference point). Positive definite where the balance is stable; zero if it was not found.
     pub stiffness: [[f64; 3]; 3],
     /// What is left of force (N) and moment over the object's size (N).
     pub residual: f64,
     /// Steps taken.
     pub steps: u32,
+    /// What that cost, in Newton iterations of a finger (derivatives count as one).
+    pub iterations: u32,
 }
 
 /// Fingers with an object between them.
@@ -122,6 +134,9 @@ pub struct Grasp<'a, T: Real, S: Size> {
     turn: f64,
     /// The fingers have been closed.
     begun: bool,
+    /// Newton iterations allowed for what is being done, and spent.
+    allowed: u32,
+    spent: u32,
 }
 
 /// Sum over the fingers at the present place.
@@ -156,7 +171,8 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         for finger in &mut fingers {
             finger.follower.set_object(finger.placement.object_back(&object), finger.motion);
         }
-        Ok(Self { fingers, given: object, origin, size, load, centre: origin, turn: 0.0, begun: false })
+        let (centre, turn, begun) = (origin, 0.0, false);
+        Ok(Self { fingers, given: object, origin, size, load, centre, turn, begun, allowed: u32::MAX, spent: 0 })
     }
 
     /// Changes what pulls at the object; it stays where it is until [`Self::release`].
@@ -197,13 +213,27 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
 
     /// Lets the object go: it moves to where the fingers' forces balance the load.
     pub fn release(&mut self) -> Balance {
+        self.release_within(u32::MAX)
+    }
+
+    /// The same with about so many Newton iterations of a finger: no new step or derivative is begun when they are spent,
+    /// and a finger's way back from a step cut short takes 16 more at most. With `max-iterations` the balance is not reached;
+    /// the object stays where it is then, and the next call goes on from there.
+    pub fn release_within(&mut self, iterations: u32) -> Balance {
+        (self.allowed, self.spent) = (iterations, 0);
         let tolerance = (1e-6_f64).max(2e3 * T::EPSILON.to_f64());
         let mut steps = 0;
         let mut here = self.sum();
+        let mut known;
         let status = loop {
+            known = None;
+            if self.left() < self.fingers.len() as u32 {
+                break Status::MaxIterations;
+            }
             let Some(stiffness) = self.stiffness() else {
                 break self.failure();
             };
+            known = Some(stiffness);
             let n = self.freedoms();
             let forces: f64 = self.fingers.iter().map(|finger| magnitude(self.force(finger))).sum();
             if largest(&here.left) <= tolerance * (1.0 + forces) {
@@ -222,10 +252,18 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
             }
             match self.descend(&here, step) {
                 Ok(there) => here = there,
-                Err(status) => break status,
+                Err(status) => {
+                    here = self.sum();
+                    break status;
+                }
             }
         };
-        self.report(status, &here, steps)
+        self.report(status, &here, steps, known)
+    }
+
+    /// Newton iterations that may still be spent.
+    fn left(&self) -> u32 {
+        self.allowed.saturating_sub(self.spent)
     }
 
     /// Goes along a step as far as the energy falls.
@@ -236,6 +274,10 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         // What is left of the step that was taken last.
         let mut gone = 0.0;
         for _ in 0..HALVINGS {
+            if self.left() == 0 {
+                // Where it has come to is as good a place to go on from as any.
+                return Err(Status::MaxIterations);
+            }
             let moved = self.go(step.map(|x| x * (part - gone)));
             match moved {
                 Ok(()) => {
@@ -262,7 +304,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         let to = ([from.0[0] + step[0], from.0[1] + step[1]], from.1 + step[2] / self.size);
         for index in 0..self.fingers.len() {
             if let Err(status) = self.take(index, from, to) {
-                for earlier in 0..=index {
+                for earlier in 0..index {
                     // Back on a way just come; what fails now shows at the next sum.
                     let _ = self.take(earlier, to, from);
                 }
@@ -280,7 +322,11 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         let placement = finger.placement;
         let seen = |centre, turn| placement.object_back(&moved(&given, origin, centre, turn));
         let shift = placement.vector_back([to.0[0] - from.0[0], to.0[1] - from.0[1]]);
-        let shifted = finger.follower.shift_object(shift, seen(to.0, from.1)).status;
+        // At least what gets a finger back that others could not follow.
+        let left = self.allowed.saturating_sub(self.spent).max(LEAST);
+        let shifted = finger.follower.shift_object_within(shift, seen(to.0, from.1), left);
+        self.spent = self.spent.saturating_add(shifted.iterations.max(1));
+        let shifted = shifted.status;
         if !shifted.is_trustworthy() {
             return Err(shifted);
         }
@@ -288,7 +334,9 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
             return Ok(());
         }
         let turn = placement.sense() * (to.1 - from.1);
-        let turned = finger.follower.turn_object(placement.point_back(to.0), turn, seen(to.0, to.1)).status;
+        let turned = finger.follower.turn_object_within(placement.point_back(to.0), turn, seen(to.0, to.1), left);
+        self.spent = self.spent.saturating_add(turned.iterations.max(1));
+        let turned = turned.status;
         if turned.is_trustworthy() {
             return Ok(());
         }
@@ -326,6 +374,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     /// −Σ dF/dC of the fingers, in N, mm and rad; none if one of them cannot say.
     fn stiffness(&mut self) -> Option<[[f64; 3]; 3]> {
         let mut sum = [[0.0; 3]; 3];
+        self.spent = self.spent.saturating_add(self.fingers.len() as u32);
         for finger in &mut self.fingers {
             let placement = finger.placement;
             let about = placement.point_back(self.centre).map(T::of);
@@ -371,7 +420,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         if lost { Status::OutOfRange } else { Status::ContactCapacity }
     }
 
-    fn report(&mut self, status: Status, here: &Sum, steps: u32) -> Balance {
+    fn report(&mut self, status: Status, here: &Sum, steps: u32, known: Option<[[f64; 3]; 3]>) -> Balance {
         let forces: Vec<[f64; 2], MAX_FINGERS> = self.fingers.iter().map(|finger| self.force(finger)).collect();
         let net = forces.iter().fold([0.0; 2], |sum, force| [sum[0] + force[0], sum[1] + force[1]]);
         let total: f64 = forces.iter().map(|&force| magnitude(force)).sum();
@@ -382,9 +431,10 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
             net,
             squeeze: 0.5 * (total - magnitude(net)),
             forces,
-            stiffness: self.stiffness().unwrap_or_default(),
+            stiffness: known.unwrap_or_default(),
             residual: largest(&here.left),
             steps,
+            iterations: self.spent,
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Follower;
-use model_core::grasp::{Balance, Finger, Grasp, GraspError, Load, Placement};
+use model_core::estimator::Estimator;
+use model_core::grasp::{Balance, Finger, Grasp, GraspError, Held, Load, Place, Placement};
 use model_core::object::{Corners, Motion, ObjectDesign};
 use model_core::real::Real;
 use model_core::size::{Paper, Reduced, Size};
@@ -237,4 +238,145 @@ fn single_precision_holds_as_double_does() {
     for i in 0..2 {
         assert!((double.centre[i] - single.centre[i]).abs() < 0.05, "{double:?} {single:?}");
     }
+}
+
+/// Two estimators, as a gripper's, and where the object is that they hold.
+struct Hand {
+    fingers: [Box<Estimator<f32, Reduced>>; 2],
+    place: Place,
+}
+
+impl Hand {
+    fn new(objects: [ObjectDesign; 2]) -> Self {
+        let finger = |object| {
+            let mut finger = Box::new(Estimator::EMPTY);
+            let how = Discretisation::reduced(Physics::Extended);
+            finger.configure(&ladder_80(), &how).expect("a valid design");
+            finger.set_object(object).expect("a valid object");
+            finger
+        };
+        Self { fingers: objects.map(finger), place: Place::default() }
+    }
+
+    /// Closes both by counts on the object where it is held.
+    fn close(&mut self, angles: [f64; 2]) {
+        for tick in 0..=200 {
+            self.estimate(angles.map(|angle| f64::from(tick) / 200.0 * angle));
+        }
+    }
+
+    fn estimate(&mut self, angles: [f64; 2]) {
+        for (finger, angle) in self.fingers.iter_mut().zip(angles) {
+            let estimate = finger.update(angle);
+            assert!(estimate.status.is_trustworthy(), "{estimate:?}");
+        }
+    }
+
+    /// One tick: estimates, and the balance in so many iterations.
+    fn tick(&mut self, angles: [f64; 2], load: Load, iterations: u32) -> Result<Balance, GraspError> {
+        self.estimate(angles);
+        let held = self.fingers.iter_mut().zip([false, true]).map(|(finger, mirrored)| {
+            let object = *finger.object().expect("an object");
+            Held { follower: finger.follower_mut(), mirrored, object }
+        });
+        let mut grasp = Grasp::resume(held.collect(), load, self.place)?;
+        let balance = grasp.release_within(iterations);
+        self.place = grasp.place();
+        Ok(balance)
+    }
+}
+
+/// Each finger sees the object in its own world.
+fn seen(object: &ObjectDesign) -> [ObjectDesign; 2] {
+    [*object, opposite(56.0).object_back(object)]
+}
+
+#[test]
+fn balances_taken_up_tick_by_tick_are_the_ones_of_a_grasp_let_go_at_the_end() {
+    const COUNT: f64 = std::f64::consts::TAU / 4096.0;
+    let pair = [(Placement::HERE, TURNING), (opposite(56.0), TURNING)];
+    let ellipse = ObjectDesign::Ellipse { centre: [28.0, 42.0], semi_axes: [25.0, 32.0], angle: 0.03 };
+    for (object, load) in [
+        (circle(28.3, 44.0), Load::default()),
+        (circle(28.3, 44.0), Load { force: [0.3, -0.2], moment: 0.0 }),
+        (ellipse, Load { force: [0.0, -0.2], moment: 0.5 }),
+    ] {
+        let mut hand = Hand::new(seen(&object));
+        let start = [9_f64.to_radians(), 7_f64.to_radians()];
+        hand.close(start);
+        let (mut settling, mut lost, mut most) = (0, 0, 0);
+        let mut last = None;
+        for tick in 0..60 {
+            // It is let go, then pressed further.
+            let further = f64::from((tick - 30).max(0)) * COUNT;
+            let angles = start.map(|angle| angle + further);
+            let balance = hand.tick(angles, load, 16).expect("the same object");
+            let good = balance.status.is_trustworthy();
+            (settling, lost) = (settling + i32::from(!good && tick < 30), lost + i32::from(!good && tick >= 30));
+            most = most.max(balance.iterations);
+            assert!(!good || balance.residual <= 3e-4 * (2.0 + 2.0 * balance.squeeze), "{balance:?}");
+            last = Some((angles, balance));
+        }
+        let (angles, single) = last.expect("60 ticks");
+        let double = hold::<f64, Paper>(&pair, object, load, &angles);
+        println!("let go in {settling} ticks, {most} iterations at most\n{double:?}\n{single:?}");
+        assert!(settling < 30 && lost <= 6, "{settling} {lost}");
+        assert!(most <= 16 + 2 * 4, "{most}");
+        assert_eq!((single.status, double.status), (Status::Converged, Status::Converged));
+        for k in 0..2 {
+            for i in 0..2 {
+                let (one, other) = (single.forces[k][i], double.forces[k][i]);
+                assert!((one - other).abs() < 2e-2, "{one} {other}");
+            }
+        }
+        let [x, y] = hand.place.shift;
+        let middle = match object {
+            ObjectDesign::Circle { centre, .. } | ObjectDesign::Ellipse { centre, .. } => centre,
+            _ => unreachable!("one of the two above"),
+        };
+        assert!((middle[0] + x - double.centre[0]).abs() < 0.02, "{:?}", hand.place);
+        assert!((middle[1] + y - double.centre[1]).abs() < 0.05, "{:?}", hand.place);
+        assert!((hand.place.turn - double.turn).abs() < 2e-3, "{:?}", hand.place);
+        // Each finger's estimate, read anew, is its force on the object there.
+        for (k, finger) in hand.fingers.iter_mut().enumerate() {
+            let estimate = finger.reread();
+            let force = pair[k].0.vector(estimate.force.map(f64::from));
+            assert!(estimate.status == Status::Converged && (force[0] - single.forces[k][0]).abs() < 1e-4);
+        }
+    }
+}
+
+#[test]
+fn too_small_a_budget_is_said_and_made_up_for() {
+    let object = circle(28.3, 44.0);
+    let mut hand = Hand::new(seen(&object));
+    let angles = |degrees: f64| [degrees.to_radians(); 2];
+    hand.close(angles(8.0));
+    while hand.tick(angles(8.0), Load::default(), 100).unwrap().status != Status::Converged {}
+    // A load, and hardly any time.
+    let mut statuses = Vec::new();
+    for _ in 0..20 {
+        let balance = hand.tick(angles(8.0), Load { force: [0.5, 0.0], moment: 0.0 }, 4).unwrap();
+        assert!(balance.iterations <= 4 + 2 * 4, "{balance:?}");
+        let (net, load) = (balance.net, [0.5, 0.0]);
+        let off = (net[0] + load[0]).hypot(net[1] + load[1]);
+        assert!(!balance.status.is_trustworthy() || off < 4e-3, "{balance:?}");
+        statuses.push(balance.status);
+    }
+    println!("{statuses:?}");
+    assert_eq!((statuses[0], statuses[19]), (Status::MaxIterations, Status::Converged));
+    // Nothing may be spent: nothing is said to be balanced, and nothing moves.
+    let before = hand.place;
+    let balance = hand.tick(angles(8.0), Load::default(), 0).unwrap();
+    assert_eq!((balance.status, hand.place), (Status::MaxIterations, before));
+}
+
+#[test]
+fn fingers_with_different_objects_hold_none() {
+    let mut hand = Hand::new([circle(28.0, 44.0), ObjectDesign::Circle { centre: [28.0, 44.0], radius: 24.0 }]);
+    let refused = hand.tick([0.0; 2], Load::default(), 16).err();
+    assert_eq!(refused, Some(GraspError::Different { finger: 1 }));
+    let push = Load { force: [0.0; 2], moment: 1.0 };
+    let mut hand = Hand::new(seen(&circle(28.0, 44.0)));
+    assert_eq!(hand.tick([0.0; 2], push, 16).err(), Some(GraspError::Load));
 }

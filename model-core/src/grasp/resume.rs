@@ -1,0 +1,109 @@
+//! A grasp taken up where it was left: one balance after another, each in bounded time, while the fingers go on moving.
+
+use heapless::Vec;
+
+use super::{Finger, Grasp, GraspError, Load, MAX_FINGERS, Placement, moved, reference};
+use crate::equilibrium::Follower;
+use crate::object::ObjectDesign;
+use crate::real::Real;
+use crate::size::Size;
+
+/// A finger on an object that may have moved.
+pub struct Held<'a, T: Real, S: Size> {
+    /// Its model, which has followed the object to its place.
+    pub follower: &'a mut Follower<T, S>,
+    /// The finger is the mirror image (x ↦ −x): the other one of a pair.
+    pub mirrored: bool,
+    /// The object where it stood at first, in the finger's own world.
+    pub object: ObjectDesign,
+}
+
+/// How far an object has come from where it stood at first. Grasp's world: the axes of a finger that is not mirrored.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Place {
+    /// Of its reference point, mm.
+    pub shift: [f64; 2],
+    /// Turn, rad, counter-clockwise.
+    pub turn: f64,
+}
+
+/// Difference in size or direction (mm, rad) up to which two fingers' objects are the same.
+const ALIKE: f64 = 1e-3;
+
+impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
+    /// Takes up fingers that are on an object at a place, without changing anything. The grasp's origin is where the
+    /// object's reference point stood at first.
+    ///
+    /// # Errors
+    /// What is wrong with the number of fingers, the objects or the load.
+    pub fn resume(held: Vec<Held<'a, T, S>, MAX_FINGERS>, load: Load, place: Place) -> Result<Self, GraspError> {
+        let mut given = None;
+        let mut fingers = Vec::new();
+        for (number, Held { follower, mirrored, object }) in held.into_iter().enumerate() {
+            object.validate().map_err(GraspError::Object)?;
+            let (middle, _) = reference(&object).ok_or(GraspError::Endless)?;
+            let here = Placement { mirrored, ..Placement::HERE };
+            // The same world, seen from the grasp's: the way there is the way back of its mirror image.
+            let seen = Placement { translation: middle, ..here }.object_back(&object);
+            if !are_alike(&seen, given.get_or_insert(seen)) {
+                return Err(GraspError::Different { finger: number });
+            }
+            let placement = Placement { translation: here.vector(middle).map(|x| -x), ..here };
+            let motion = follower.motion;
+            // There are no more than there is room for.
+            let _ = fingers.push(Finger { follower, placement, motion });
+        }
+        let object = given.ok_or(GraspError::Fingers { count: 0 })?;
+        let (origin, size) = reference(&object).ok_or(GraspError::Endless)?;
+        let [x, y] = place.shift;
+        let mut grasp = Self {
+            fingers,
+            given: object,
+            origin,
+            size,
+            load: Load::default(),
+            centre: [origin[0] + x, origin[1] + y],
+            turn: place.turn,
+            begun: true,
+            allowed: u32::MAX,
+            spent: 0,
+        };
+        grasp.set_load(load)?;
+        Ok(grasp)
+    }
+
+    /// How far the object has come.
+    pub fn place(&self) -> Place {
+        Place { shift: [self.centre[0] - self.origin[0], self.centre[1] - self.origin[1]], turn: self.turn }
+    }
+}
+
+impl Place {
+    /// Where an object is that stood elsewhere at first, as a finger's own world sees it.
+    pub fn seen(&self, object: &ObjectDesign, mirrored: bool) -> ObjectDesign {
+        let Some((middle, _)) = reference(object) else { return *object };
+        let here = Placement { mirrored, ..Placement::HERE };
+        let [x, y] = here.vector_back(self.shift);
+        moved(object, middle, [middle[0] + x, middle[1] + y], here.sense() * self.turn)
+    }
+}
+
+/// Whether two objects with the same reference point are the same.
+fn are_alike(one: &ObjectDesign, other: &ObjectDesign) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() <= ALIKE;
+    match (one, other) {
+        (ObjectDesign::Circle { radius: a, .. }, ObjectDesign::Circle { radius: b, .. }) => near(*a, *b),
+        (
+            ObjectDesign::Ellipse { semi_axes: a, angle: at, .. },
+            ObjectDesign::Ellipse { semi_axes: b, angle: by, .. },
+        ) => {
+            // Half a turn changes nothing.
+            near(a[0], b[0]) && near(a[1], b[1]) && libm::sin(at - by).abs() <= ALIKE
+        }
+        (ObjectDesign::Polygon { corners: a, rounding: r }, ObjectDesign::Polygon { corners: b, rounding: s }) => {
+            let is_there = |p: &[f64; 2]| b.iter().any(|q| near(p[0], q[0]) && near(p[1], q[1]));
+            near(*r, *s) && a.len() == b.len() && a.iter().all(is_there)
+        }
+        _ => false,
+    }
+}
