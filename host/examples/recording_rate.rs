@@ -57,8 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|counts| {
             let angle = f64::from(counts) * std::f64::consts::TAU / 4096.0;
             let (estimate, position, goal) = (model.update(angle), 2048 + counts, angle as f32);
-            let report =
-                Report { sequence: 0, finger: 0, phase, time_us: 0, estimate, goal, position, current: 0.0, cost: 0 };
+            let report = Report { phase, estimate, goal, position, ..Report::blank(0) };
             (report, model.shape(&report))
         })
         .collect();

@@ -14,7 +14,7 @@ use host::run::Precision;
 use host::servo::{Config, Hub, Servo};
 use host::source::{Gap, Modelled, Origin, Setup, Told};
 use messages::{
-    Calibration, Event, Finger, Grasp, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings, Side, Why,
+    Calibration, Event, Finger, FreeObject, Grasp, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings, Side, Why,
 };
 use model_core::discretise::{Discretisation, Physics};
 use model_core::estimator::Estimate;
@@ -135,7 +135,15 @@ fn nothing_is_lost_and_others_read_it_bit_for_bit() {
         }
         if tick % 3 == 0 {
             let (sum, squeeze, balance) = ([any(&mut random), any(&mut random)], any(&mut random), any(&mut random));
-            told.push(Told::Grasp(Grasp { sequence, is_trustworthy: tick % 2 == 0, sum, squeeze, balance }));
+            let free = (tick % 2 > 0).then(|| FreeObject {
+                status: Status::Folded,
+                shift: [any(&mut random), any(&mut random)],
+                turn: any(&mut random),
+                residual: any(&mut random),
+                iterations: 7,
+                cost: 1234,
+            });
+            told.push(Told::Grasp(Grasp { sequence, is_trustworthy: tick % 2 == 0, sum, squeeze, balance, free }));
         }
     }
     let alert = Event::ServoAlert { finger: 1, hardware_error: 32 };

@@ -19,6 +19,7 @@ use model_core::status::Status;
 
 use crate::Model;
 use crate::board::{Board, BusPort, Watchdog};
+use crate::free::{Free, Pending};
 use crate::health::Health;
 use crate::listening;
 use crate::rate::Meter;
@@ -130,6 +131,8 @@ pub(crate) struct Core<'a, B> {
     pub(crate) restart: bool,
     /// An order that waits for a transaction's end.
     waiting: Option<Order>,
+    /// The object, if it is free.
+    pub(crate) free: Option<Free>,
     board: core::marker::PhantomData<B>,
 }
 
@@ -163,6 +166,7 @@ impl<'a, B: Board> Core<'a, B> {
             unkept: Vec::new(),
             restart: false,
             waiting: None,
+            free: Free::of(settings.support),
             board: core::marker::PhantomData,
         }
     }
@@ -171,12 +175,17 @@ impl<'a, B: Board> Core<'a, B> {
         self.period.as_micros() as f64 * 1e-6
     }
 
-    /// This finger's share of what is left of the period, ticks of the cost clock: the fingers behind it want theirs too.
-    fn left(&self, finger: usize) -> u32 {
+    /// What is left of the period, ticks of the cost clock.
+    pub(crate) fn left(&self) -> u64 {
         let us = self.end.saturating_duration_since(Instant::now()).as_micros();
+        us.saturating_mul(u64::from(B::COST_HZ)) / 1_000_000
+    }
+
+    /// This finger's share of it: the fingers behind want theirs too, and a free object as much as all of them.
+    fn share(&self, finger: usize) -> u32 {
         let behind = self.units.iter().skip(finger).filter(|unit| unit.health.is_present() && !unit.is_reported);
-        let ticks = us.saturating_mul(u64::from(B::COST_HZ)) / 1_000_000;
-        u32::try_from(ticks / behind.count().max(1) as u64).unwrap_or(u32::MAX)
+        let shares = behind.count().max(1) * if self.free.is_some() { 2 } else { 1 };
+        u32::try_from(self.left() / shares as u64).unwrap_or(u32::MAX)
     }
 
     fn chosen_hz(&self) -> f32 {
@@ -213,6 +222,7 @@ impl<'a, B: Board> Core<'a, B> {
         self.end = if late > self.period { now } else { self.end } + self.period;
         self.ticks = self.ticks.wrapping_add(1);
         self.units.iter_mut().for_each(|unit| unit.is_reported = false);
+        self.free.iter_mut().for_each(Free::begin);
         self.shared.add(|counters| &mut counters.ticks);
         let chosen = self.chosen_hz();
         if let Some(second) = self.meter.tick(now.as_micros(), chosen) {
@@ -277,8 +287,7 @@ impl<'a, B: Board> Core<'a, B> {
 
     /// A position came: estimates and reports.
     pub(crate) fn fresh(&mut self, finger: usize, reading: &Reading) {
-        let seconds = self.seconds();
-        let left = self.left(finger);
+        let left = self.share(finger);
         let Some(unit) = self.units.get_mut(finger) else {
             return;
         };
@@ -289,7 +298,6 @@ impl<'a, B: Board> Core<'a, B> {
             self.shared.add(|counters| &mut counters.bus_refused);
             self.shared.tell(Event::GoalRefused { finger: finger as u8, position, error: error.code() });
         }
-        let time_us = reading.at_us;
         let start = B::cost_ticks();
         unit.model.set_budget(unit.budget.iterations(left));
         let estimate = unit.model.update(unit.calibration.finger_angle(reading.position));
@@ -298,12 +306,29 @@ impl<'a, B: Board> Core<'a, B> {
         if estimate.status != Status::OutOfRange {
             unit.budget.spent(cost, u32::from(estimate.iterations));
         }
+        self.shared.add(|counters| &mut counters.estimates);
+        if self.free.is_some() {
+            unit.pending = Some(Pending { reading: *reading, estimate, cost });
+            self.balance();
+        } else {
+            self.conclude(finger, reading, estimate, cost);
+        }
+    }
+
+    /// An estimate stands: the grip goes by it, and it is reported.
+    pub(crate) fn conclude(&mut self, finger: usize, reading: &Reading, estimate: Estimate, cost: u32) {
+        let seconds = self.seconds();
+        let on_fault = self.on_fault();
+        let Some(unit) = self.units.get_mut(finger) else {
+            return;
+        };
+        let time_us = reading.at_us;
         // The age counts every tick since the last trustworthy estimate, those without a position too.
         let age = if estimate.age == 0 { 0 } else { unit.last.estimate.age.saturating_add(1) };
         let (position, current) = (reading.position, reading.current);
         unit.last = Report { time_us, position, current, cost, estimate: Estimate { age, ..estimate }, ..unit.last };
         if self.settings.role == Role::Master {
-            unit.feel(reading, seconds, self.settings.on_fault);
+            unit.feel(reading, seconds, on_fault);
             let told = unit.witness(reading, seconds);
             if let Some(angle) = told.touched {
                 self.shared.tell(Event::Touched { finger: finger as u8, angle: angle as f32 });
@@ -313,7 +338,6 @@ impl<'a, B: Board> Core<'a, B> {
                 self.shared.tell(Event::TorquesDisagree { finger, disagree, demanded, current });
             }
         }
-        self.shared.add(|counters| &mut counters.estimates);
         self.publish(finger);
         if let Some(heard) = reading.heard_ticks {
             let latency = B::cost_ticks().wrapping_sub(heard);
@@ -367,15 +391,17 @@ impl<'a, B: Board> Core<'a, B> {
     /// Ends a tick: fingers without a report are stale, and the grasp is summed up.
     pub(crate) fn finish(&mut self) {
         for finger in 0..self.units.len() {
-            if self.units.get(finger).is_some_and(|unit| unit.mount.is_some() && !unit.is_reported)
+            if self.units.get(finger).is_some_and(|unit| unit.mount.is_some() && !unit.is_done())
                 && !self.repeat(finger)
             {
                 self.stale(finger);
             }
         }
+        self.leave_unbalanced();
         if self.settings.count() > 1 {
             let fingers = self.units.iter().filter_map(|unit| Some((&unit.last, unit.mount?.side)));
-            self.shared.grasp(Grasp::of(fingers));
+            let free = self.free.as_ref().map(Free::report);
+            self.shared.grasp(Grasp { free, ..Grasp::of(fingers) });
         }
     }
 
@@ -470,6 +496,7 @@ impl<'a, B: Board> Core<'a, B> {
                 let unit = self.unit(what.finger)?;
                 unit.model.set_object(what.what).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
                 unit.has_object = true;
+                self.put_back();
                 self.shared.set_object(what.finger, what.what);
                 self.setup_is_new = true;
                 Ok(())
@@ -482,6 +509,7 @@ impl<'a, B: Board> Core<'a, B> {
                 if settings.role != self.settings.role {
                     self.units.iter_mut().for_each(Unit::forget_servo);
                 }
+                self.support(settings.support);
                 self.settings = settings;
                 (self.settings_changed, self.setup_is_new) = (true, true);
                 self.shared.set(|setup| setup.settings = settings);

@@ -45,6 +45,7 @@ mod budget;
 mod contact;
 mod control;
 pub mod device_table;
+mod free;
 mod grip;
 mod health;
 mod lag;

@@ -227,7 +227,7 @@ impl<B: Board> Core<'_, B> {
         let Some(seen) = servo.position else {
             return;
         };
-        if unit.is_reported || unit.heard_us == Some(seen.at_us) {
+        if unit.is_done() || unit.heard_us == Some(seen.at_us) {
             return;
         }
         unit.heard_us = Some(seen.at_us);

@@ -19,7 +19,7 @@ use serde::de::DeserializeOwned;
 use crate::shared::Setup;
 
 /// Version of the records' layout. A change of [`Settings`], [`Finger`] or [`ObjectDesign`] needs another.
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).
 const RECORD: usize = 1088;
 

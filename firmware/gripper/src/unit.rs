@@ -1,13 +1,13 @@
 //! One finger within the control task: its mount, its model, its grip, its last report.
 
 use dynamixel::Id;
-use messages::{Calibration, Direction, Mount, Phase, Reaction, Report, Why};
+use messages::{Calibration, Direction, Mount, Reaction, Report};
 use model_core::estimator::Estimate;
-use model_core::status::Status;
 
 use crate::Model;
 use crate::budget::Budget;
 use crate::contact::{Contact, Told};
+use crate::free::Pending;
 use crate::grip::{Grip, Touch};
 use crate::health::Health;
 use crate::servo::Reading;
@@ -24,6 +24,8 @@ pub(crate) struct Unit<'a> {
     pub(crate) budget: Budget,
     pub(crate) health: Health,
     pub(crate) last: Report,
+    /// What waits for the other fingers on a free object.
+    pub(crate) pending: Option<Pending>,
     pub(crate) alert: bool,
     pub(crate) alert_changed: bool,
     /// Whether the model has a design and an object: without, no force can be asked for.
@@ -47,17 +49,8 @@ impl<'a> Unit<'a> {
             contact: Contact::NONE,
             budget: Budget::NEW,
             health: Health::Absent,
-            last: Report {
-                sequence: 0,
-                finger,
-                phase: Phase::Held(Why::Asked),
-                time_us: 0,
-                estimate: Estimate::blank(Status::Stale),
-                goal: 0.0,
-                position: 0,
-                current: 0.0,
-                cost: 0,
-            },
+            last: Report::blank(finger),
+            pending: None,
             alert: false,
             alert_changed: false,
             has_design: false,
@@ -66,6 +59,11 @@ impl<'a> Unit<'a> {
             hardware_error: 0,
             is_reported: false,
         }
+    }
+
+    /// Nothing more is to be done for it in this tick but to wait for the others.
+    pub(crate) fn is_done(&self) -> bool {
+        self.is_reported || self.pending.is_some()
     }
 
     /// Takes design and object that were kept in flash.

@@ -5,7 +5,8 @@ use crate::{Grasp, Report, Side};
 impl Grasp {
     /// Sums up one tick's reports of the fingers, each with its side.
     pub fn of<'a>(fingers: impl Iterator<Item = (&'a Report, Side)>) -> Self {
-        let mut whole = Self { sequence: 0, is_trustworthy: true, sum: [0.0; 2], squeeze: 0.0, balance: 1.0 };
+        let mut whole =
+            Self { sequence: 0, is_trustworthy: true, sum: [0.0; 2], squeeze: 0.0, balance: 1.0, free: None };
         let (mut to_right, mut to_left, mut all) = (0.0, 0.0, 0.0);
         for (report, side) in fingers {
             let [mut x, y] = report.estimate.force;
@@ -37,12 +38,10 @@ mod tests {
     use model_core::status::Status;
 
     use super::*;
-    use crate::{Phase, Why};
 
     fn report(force: [f32; 2], status: Status) -> Report {
         let estimate = Estimate { force, ..Estimate::blank(status) };
-        let phase = Phase::Held(Why::Asked);
-        Report { sequence: 3, finger: 0, phase, time_us: 0, estimate, goal: 0.0, position: 0, current: 0.0, cost: 0 }
+        Report { sequence: 3, estimate, ..Report::blank(0) }
     }
 
     #[test]

@@ -20,6 +20,7 @@ mod grasp;
 mod request;
 mod role;
 mod shape;
+mod support;
 mod topic;
 mod words;
 
@@ -29,7 +30,8 @@ pub use request::{
     ResetCause, SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,
 };
 pub use role::{BAUDS, Role};
-pub use topic::{CONTACTS, Contact, Event, Grasp, LAMELLAE, Notice, POINTS, Phase, Report, Shape, Why};
+pub use support::Support;
+pub use topic::{CONTACTS, Contact, Event, FreeObject, Grasp, LAMELLAE, Notice, POINTS, Phase, Report, Shape, Why};
 
 use model_core::object::ObjectDesign;
 use postcard_rpc::{TopicDirection, endpoints, topics};

@@ -7,8 +7,8 @@ use model_core::discretise::Discretisation;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::FINGERS;
 use crate::role::{BAUDS, Role};
+use crate::{FINGERS, Support};
 
 /// Longest [`Text`], bytes.
 pub const TEXT: usize = 104;
@@ -204,6 +204,8 @@ pub struct Settings {
     pub shape_every: u16,
     /// What a gripping finger does when something is wrong.
     pub on_fault: Reaction,
+    /// What holds the object besides the fingers.
+    pub support: Support,
     /// How the gripper takes part in the bus.
     pub role: Role,
     /// Rate of the bus, one of [`BAUDS`], bits per second. A master sets a servo without torque to it as it
@@ -221,7 +223,15 @@ impl Settings {
     /// Of a gripper with one finger; the rest as in [`Self::DEFAULT`].
     pub const fn of(mount: Mount) -> Self {
         let fingers = [Some(mount), None, None, None];
-        Self { rate_hz: 500, shape_every: 25, on_fault: Reaction::Hold, role: Role::Master, baud: None, fingers }
+        Self {
+            rate_hz: 500,
+            shape_every: 25,
+            on_fault: Reaction::Hold,
+            support: Support::Fixed,
+            role: Role::Master,
+            baud: None,
+            fingers,
+        }
     }
 
     /// The finger of this number, from 0.
@@ -255,6 +265,7 @@ impl Settings {
             Some(baud) if !BAUDS.contains(&baud) => return Err(Refusal::Baud { baud }),
             _ => {}
         }
+        self.support.validate(used)?;
         self.role.validate(self.fingers.iter().flatten().map(|mount| mount.servo_id))
     }
 }
@@ -345,6 +356,10 @@ pub enum SettingsField {
     DeviceId,
     /// Its return delay, 2 µs.
     ReturnDelay,
+    /// A part of the load on a free object, N.
+    Load,
+    /// The moment on a free object, N·mm.
+    Moment,
 }
 
 impl SettingsField {
@@ -369,6 +384,8 @@ impl SettingsField {
             Self::Finger => "finger's number",
             Self::DeviceId => "gripper's own id on the bus",
             Self::ReturnDelay => "gripper's return delay in 2 µs",
+            Self::Load => "load on the free object in N",
+            Self::Moment => "moment on the free object in N·mm",
         }
     }
 

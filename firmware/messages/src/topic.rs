@@ -82,6 +82,23 @@ pub struct Report {
     pub cost: u32,
 }
 
+impl Report {
+    /// Of a finger that holds still and of which nothing is known: `stale`.
+    pub const fn blank(finger: u8) -> Self {
+        Self {
+            sequence: 0,
+            finger,
+            phase: Phase::Held(Why::Asked),
+            time_us: 0,
+            estimate: Estimate::blank(Status::Stale),
+            goal: 0.0,
+            position: 0,
+            current: 0.0,
+            cost: 0,
+        }
+    }
+}
+
 /// The whole grasp at one tick, sent behind the reports of its fingers if there are several. Gripper frame: x from left
 /// to right, y along the open fingers; the finger's world frame on the left, its mirror image on the right.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -98,6 +115,29 @@ pub struct Grasp {
     pub squeeze: f32,
     /// How much of the fingers' forces cancels: 1 − |sum| / Σ|force|; 1 without contact.
     pub balance: f32,
+    /// Where a free object has come to; nothing for one that is fixed.
+    pub free: Option<FreeObject>,
+}
+
+/// A free object at one tick, found from the fingers' estimates and their stiffness.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FreeObject {
+    /// `converged` or `snapped`: it rests there. `no-contact`: fewer than two fingers touch it, and it stays where it is.
+    /// With all others the fingers' forces are of no use, and their reports say so too. `max-iterations`: the balance was not
+    /// reached in this tick, the next one goes on; `folded`: it would not stay there; `out-of-range`: the fingers' objects
+    /// are not one object, it is far from where it was set, or nothing can hold its load; else why a finger has no estimate.
+    pub status: Status,
+    /// How far it has come from where it was set, gripper frame, mm.
+    pub shift: [f32; 2],
+    /// How far it has turned, rad, counter-clockwise.
+    pub turn: f32,
+    /// What is left of the forces and the load (a moment over the object's size), N.
+    pub residual: f32,
+    /// Newton iterations spent on it in this tick, all fingers together.
+    pub iterations: u16,
+    /// What it took, in ticks of the cost clock.
+    pub cost: u32,
 }
 
 /// A contact point of a [`Shape`].

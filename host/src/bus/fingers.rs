@@ -49,17 +49,7 @@ pub(super) struct Finger {
 
 impl Finger {
     pub(super) fn new(number: u8, mount: Mount, estimator: Box<dyn AnyEstimator>) -> Self {
-        let last = Report {
-            sequence: 0,
-            finger: number,
-            phase: Phase::Moving,
-            time_us: 0,
-            estimate: Estimate::blank(Status::Stale),
-            goal: 0.0,
-            position: 0,
-            current: 0.0,
-            cost: 0,
-        };
+        let last = Report { phase: Phase::Moving, ..Report::blank(number) };
         Self { mount, calibration: Calibration::new(&mount), estimator, last, failures: 0, alert: false }
     }
 

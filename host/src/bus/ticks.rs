@@ -6,7 +6,7 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use dynamixel::{Master, SyncAnswer, xm430};
-use messages::{Event, FINGERS, Grasp, Notice, Outcome, PROTOCOL_VERSION, Refusal, Settings, SettingsField};
+use messages::{Event, FINGERS, Grasp, Notice, Outcome, PROTOCOL_VERSION, Refusal, Settings, SettingsField, Support};
 use model_core::object::ObjectDesign;
 
 use super::fingers::{BYTES, FIRST, Finger, Reading};
@@ -332,6 +332,11 @@ impl Ticks {
             }
             Order::Settings(settings) => {
                 settings.validate(FINGERS)?;
+                if settings.support != Support::Fixed {
+                    return Err(Refusal::Object(Refusal::text(
+                        &"a free object: the gripper's firmware finds its place",
+                    )));
+                }
                 // Fingers are not added while it runs.
                 let count = self.fingers.len() as f32;
                 SettingsField::Fingers.check(settings.count() as f32, count, count)?;

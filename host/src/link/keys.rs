@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use messages::{Direction, FINGERS, Mount, Reaction, Role, Settings, Side};
+use messages::{Direction, FINGERS, Mount, Reaction, Role, Settings, Side, Support};
 
 /// Why a key or a value makes no sense.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -96,8 +96,10 @@ const KEYS: [Key; 12] = [
 
 /// Every key.
 fn all() -> Vec<String> {
-    let own = ["rate_hz", "shape_every", "on_fault", "role", "device_id", "return_delay_us", "baud"].map(str::to_owned);
-    own.into_iter().chain(KEYS.iter().map(|key| format!("finger.N.{}", key.name))).collect()
+    let own = ["rate_hz", "shape_every", "on_fault", "object", "load_n", "moment_nmm"];
+    let bus = ["role", "device_id", "return_delay_us", "baud"];
+    let own = own.into_iter().chain(bus).map(str::to_owned);
+    own.chain(KEYS.iter().map(|key| format!("finger.N.{}", key.name))).collect()
 }
 
 /// Keys and values of settings, in the order in which [`set`] may be told them.
@@ -108,6 +110,14 @@ pub fn pairs(settings: &Settings) -> Vec<(String, String)> {
         ("shape_every".to_owned(), settings.shape_every.to_string()),
         ("on_fault".to_owned(), on_fault.to_owned()),
     ];
+    match settings.support {
+        Support::Fixed => pairs.push(("object".to_owned(), "fixed".to_owned())),
+        Support::Free { load: [x, y], moment } => {
+            pairs.push(("object".to_owned(), "free".to_owned()));
+            pairs.push(("load_n".to_owned(), format!("{x},{y}")));
+            pairs.push(("moment_nmm".to_owned(), moment.to_string()));
+        }
+    }
     let role = match settings.role {
         Role::Master => "master",
         Role::Tap => "tap",
@@ -144,6 +154,26 @@ pub fn set(settings: &mut Settings, words: &str) -> Result<(), KeyError> {
                 _ => return Err(wrong("hold or release")),
             };
             return Ok(());
+        }
+        "object" => {
+            settings.support = match (value, settings.support) {
+                ("fixed", _) => Support::Fixed,
+                ("free", known @ Support::Free { .. }) => known,
+                ("free", _) => Support::Free { load: [0.0; 2], moment: 0.0 },
+                _ => return Err(wrong("fixed or free")),
+            };
+            return Ok(());
+        }
+        "load_n" | "moment_nmm" => {
+            let Support::Free { load, moment } = &mut settings.support else {
+                return Err(wrong("for an object that is fixed: set object=free first"));
+            };
+            if key == "moment_nmm" {
+                return number(value, moment).map_err(wrong);
+            }
+            let (x, y) = value.split_once(',').ok_or_else(|| wrong("X,Y in N"))?;
+            let [old_x, old_y] = load;
+            return number(x.trim(), old_x).and_then(|()| number(y.trim(), old_y)).map_err(|_| wrong("X,Y in N"));
         }
         "role" => {
             settings.role = match (value, settings.role) {
@@ -195,7 +225,8 @@ mod tests {
     fn what_is_got_can_be_set() {
         let mount = Mount { zero: 12.5, side: Side::Right, direction: Direction::Reversed, ..Mount::DEFAULT };
         let role = Role::Device { id: 77, return_delay: 25 };
-        let own = Settings { role, baud: Some(57_600), ..Settings::of(mount) };
+        let support = Support::Free { load: [0.25, -1.5], moment: 3.0 };
+        let own = Settings { role, support, baud: Some(57_600), ..Settings::of(mount) };
         let mut settings = Settings { on_fault: Reaction::Release, rate_hz: 77, ..own };
         settings.fingers[1] = Some(Mount { servo_id: 9, force_limit: 3.5, ..Mount::DEFAULT });
         let mut back = Settings::DEFAULT;
@@ -209,7 +240,11 @@ mod tests {
         // Degrees and back: the last digit may differ.
         assert!((mount.range[1] - Mount::DEFAULT.range[1]).abs() < 1e-6 && back.rate_hz == 77);
         assert_eq!((back.count(), back.on_fault), (2, Reaction::Release));
-        assert_eq!((back.role, back.baud), (role, Some(57_600)));
+        assert_eq!((back.role, back.baud, back.support), (role, Some(57_600), support));
+        set(&mut back, "object=free").unwrap();
+        assert_eq!(back.support, support, "the load is still known");
+        set(&mut back, "object=fixed").unwrap();
+        assert_eq!(back.support, Support::Fixed);
         set(&mut back, "baud=found").unwrap();
         set(&mut back, "role=tap").unwrap();
         assert_eq!((back.role, back.baud), (Role::Tap, None));
@@ -225,6 +260,10 @@ mod tests {
         assert_eq!(error("finger.0.side=up"), "finger.0.side: `up` is not left or right");
         assert_eq!(error("role=slave"), "role: `slave` is not master, tap or device");
         assert_eq!(error("device_id=7"), "device_id: `7` is not for this role: set role=device first");
+        assert_eq!(error("load_n=0,-1"), "load_n: `0,-1` is not for an object that is fixed: set object=free first");
+        let mut free = Settings { support: Support::Free { load: [1.0, 2.0], moment: 0.0 }, ..Settings::DEFAULT };
+        let why = set(&mut free, "load_n=3").unwrap_err().to_string();
+        assert_eq!(why, "load_n: `3` is not X,Y in N");
         assert_eq!(error("rate_hz=fast"), "rate_hz: `fast` is not a number");
         assert_eq!(error("finger.2.side=left"), "finger.2.side: there are 1 fingers, the next one is finger.1");
     }

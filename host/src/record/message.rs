@@ -1,6 +1,6 @@
 //! What is told, as JSON: one flat object per message, units in the names.
 
-use messages::{Contact, Event, Grasp, Notice, Phase, Report, Shape, Why};
+use messages::{Contact, Event, FreeObject, Grasp, Notice, Phase, Report, Shape, Why};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
 use serde::{Deserialize, Serialize};
@@ -148,6 +148,48 @@ pub(super) struct GraspMessage {
     sum_y_n: Exact,
     squeeze_n: Exact,
     balance: Exact,
+    /// Of a free object; recordings from before it was told have none.
+    #[serde(default)]
+    free: Option<FreeMessage>,
+}
+
+/// Where a free object has come to.
+#[derive(Debug, Serialize, Deserialize)]
+struct FreeMessage {
+    status: Status,
+    shift_x_mm: Exact,
+    shift_y_mm: Exact,
+    turn_deg: Degrees,
+    residual_n: Exact,
+    iterations: u16,
+    cost: u32,
+}
+
+impl From<FreeObject> for FreeMessage {
+    fn from(free: FreeObject) -> Self {
+        Self {
+            status: free.status,
+            shift_x_mm: Exact(free.shift[0]),
+            shift_y_mm: Exact(free.shift[1]),
+            turn_deg: Degrees(free.turn),
+            residual_n: Exact(free.residual),
+            iterations: free.iterations,
+            cost: free.cost,
+        }
+    }
+}
+
+impl From<FreeMessage> for FreeObject {
+    fn from(message: FreeMessage) -> Self {
+        Self {
+            status: message.status,
+            shift: [message.shift_x_mm.0, message.shift_y_mm.0],
+            turn: message.turn_deg.0,
+            residual: message.residual_n.0,
+            iterations: message.iterations,
+            cost: message.cost,
+        }
+    }
 }
 
 impl From<&Grasp> for GraspMessage {
@@ -159,6 +201,7 @@ impl From<&Grasp> for GraspMessage {
             sum_y_n: Exact(grasp.sum[1]),
             squeeze_n: Exact(grasp.squeeze),
             balance: Exact(grasp.balance),
+            free: grasp.free.map(FreeMessage::from),
         }
     }
 }
@@ -171,6 +214,7 @@ impl From<GraspMessage> for Grasp {
             sum: [message.sum_x_n.0, message.sum_y_n.0],
             squeeze: message.squeeze_n.0,
             balance: message.balance.0,
+            free: message.free.map(FreeObject::from),
         }
     }
 }

@@ -123,6 +123,7 @@ fields!(GraspMessage:
     "integer": "sequence";
     "boolean": "is_trustworthy";
     "number": "sum_x_n" "sum_y_n" "squeeze_n" "balance";
+    "object": "free";
 );
 fields!(ShapeMessage:
     "integer": "sequence" "finger";

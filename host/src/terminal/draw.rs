@@ -1,6 +1,6 @@
 //! The picture.
 
-use messages::Side;
+use messages::{FreeObject, Side};
 use model_core::status::Status;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -123,16 +123,25 @@ fn fingers(frame: &mut Frame<'_>, area: Rect, seen: &Seen) {
     }
 }
 
+/// Where a free object is.
+fn free_words(free: &FreeObject) -> String {
+    let [x, y] = free.shift;
+    format!("free object {}, gone {x:.2}, {y:.2} mm", free.status)
+}
+
 /// What the fingers come to together.
 fn together(frame: &mut Frame<'_>, area: Rect, seen: &Seen) {
     let Some(grasp) = seen.grasp else { return };
     let line = if grasp.is_trustworthy {
         let [x, y] = grasp.sum;
         let balance = 100.0 * grasp.balance;
+        let free = grasp.free.map(|free| format!(", {}", free_words(&free))).unwrap_or_default();
         Line::raw(format!(
-            "grasp  pressed together {:.2} N, sum {x:.2}, {y:.2} N, balance {balance:.0} %",
+            "grasp  pressed together {:.2} N, sum {x:.2}, {y:.2} N, balance {balance:.0} %{free}",
             grasp.squeeze
         ))
+    } else if let Some(free) = grasp.free {
+        Line::from(format!("grasp  {}", free_words(&free)).red())
     } else {
         Line::from("grasp  an estimate is untrustworthy".red())
     };
@@ -415,11 +424,21 @@ mod tests {
             sum: [0.0, -6.0],
             squeeze: 8.0,
             balance: 0.7,
+            free: None,
         }));
         let small = drawn(&seen, 80, 24);
         for words in ["0, left", "3, right", "5.00 0.11     5.73", "pressed together 8.00 N", "balance 70 %"] {
             has(&small, words);
         }
+        let Some(mut grasp) = seen.grasp else { panic!("just taken") };
+        let shift = [0.456, -23.0];
+        let free = FreeObject { status: Status::Converged, shift, turn: 0.0, residual: 0.0, iterations: 4, cost: 9 };
+        grasp.free = Some(free);
+        seen.take(Told::Grasp(grasp));
+        has(&drawn(&seen, 120, 24), "balance 70 %, free object converged, gone 0.46, -23.00 mm");
+        (grasp.is_trustworthy, grasp.free) = (false, Some(FreeObject { status: Status::MaxIterations, ..free }));
+        seen.take(Told::Grasp(grasp));
+        has(&drawn(&seen, 80, 24), "grasp  free object max-iterations, gone 0.46");
         let large = drawn(&seen, 120, 60);
         has(&large, "finger 3, right");
         assert_eq!(large.iter().filter(|line| line.contains("5.00 N ± 0.11  converged")).count(), 4);

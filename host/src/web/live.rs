@@ -96,6 +96,15 @@ struct GraspFrame {
     sum_n: [f32; 2],
     squeeze_n: f32,
     balance: f32,
+    /// Where a free object has come to; none for one that is fixed.
+    free: Option<FreeFrame>,
+}
+
+#[derive(Debug, Serialize)]
+struct FreeFrame {
+    status: &'static str,
+    shift_mm: [f32; 2],
+    turn_deg: f32,
 }
 
 impl Live {
@@ -172,6 +181,11 @@ impl Live {
                 sum_n: grasp.sum,
                 squeeze_n: grasp.squeeze,
                 balance: grasp.balance,
+                free: grasp.free.map(|free| FreeFrame {
+                    status: free.status.word(),
+                    shift_mm: free.shift,
+                    turn_deg: free.turn.to_degrees(),
+                }),
             }),
             silent_ms: self.last_told.elapsed().as_millis(),
             closed,

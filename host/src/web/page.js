@@ -210,6 +210,9 @@ function takeFrame(told) {
     $("squeeze").textContent = grasp.trustworthy ? fixed(grasp.squeeze_n, 2) : "–";
     $("sum").textContent = grasp.trustworthy ? grasp.sum_n.map(x => fixed(x, 2)).join(", ") : "–";
     $("balance").textContent = grasp.trustworthy ? fixed(100 * grasp.balance, 0) : "–";
+    const free = grasp.free;
+    $("free").hidden = !free;
+    if (free) $("place").textContent = `${free.status}, ${free.shift_mm.map(x => fixed(x, 2)).join(", ")}`;
   }
   const rows = Object.entries(told.counts);
   const list = $("counts");

@@ -1,0 +1,181 @@
+//! A free object between two fingers, found on the target, against the same balance in double precision on this PC.
+
+use std::time::Duration;
+
+use host::servo::{Clock, Config};
+use messages::{Grasp, Mount, Report, Settings, Side, Support, Which};
+use model_core::equilibrium::Follower;
+use model_core::grasp::{Balance, Finger, Grasp as Model, Load, Placement};
+use model_core::object::{Motion, ObjectDesign};
+use model_core::size::Paper;
+use model_core::status::Status;
+use system_tests::{Machine, Watch, finger};
+
+const SECONDS: fn(u64) -> Duration = Duration::from_secs;
+const DEGREE: f32 = std::f32::consts::PI / 180.0;
+const RADIUS: f64 = 25.0;
+/// Between the bases of the fingers, mm; the object stands off the middle.
+const APART: f64 = 56.0;
+const CENTRE: [f64; 2] = [28.3, 44.0];
+/// Its weight, and something that pulls to the right, N.
+const LOAD: [f32; 2] = [0.1, -0.2];
+
+fn placements() -> [Placement; 2] {
+    [Placement::HERE, Placement { mirrored: true, angle: 0.0, translation: [APART, 0.0] }]
+}
+
+fn circle(radius: f64) -> [ObjectDesign; 2] {
+    let object = ObjectDesign::Circle { centre: CENTRE, radius };
+    placements().map(|placement| placement.object_back(&object))
+}
+
+fn settings(support: Support) -> Settings {
+    let mount = Mount { open_angle: -DEGREE, ..Mount::DEFAULT };
+    let right = Mount { servo_id: 2, side: Side::Right, ..mount };
+    let fingers = [Some(mount), Some(right), None, None];
+    Settings { rate_hz: 50, shape_every: 0, support, fingers, ..Settings::DEFAULT }
+}
+
+/// The same fingers in f64, closed on the object where it stands, and the object let go.
+fn core(angles: [f64; 2]) -> Balance {
+    let given = finger();
+    let mut models = [0, 1].map(|_| Box::new(Follower::<f64, Paper>::EMPTY));
+    for model in &mut models {
+        model.configure(&given.design, &given.how).unwrap();
+    }
+    let motion = Motion::Rotating { axis: given.design.motor_axis };
+    let fingers = models.iter_mut().zip(placements());
+    let fingers = fingers.map(|(follower, placement)| Finger { follower, placement, motion });
+    let load = Load { force: LOAD.map(f64::from), moment: 0.0 };
+    let object = ObjectDesign::Circle { centre: CENTRE, radius: RADIUS };
+    let mut grasp = Model::new(fingers.collect(), object, load).unwrap();
+    assert_eq!(grasp.close(&angles), Ok(Status::Converged));
+    grasp.release()
+}
+
+/// The last report of each finger.
+fn last(watch: &Watch) -> [Report; 2] {
+    [0, 1].map(|finger| *watch.reports.iter().rev().find(|report| report.finger == finger).expect("a report"))
+}
+
+/// Waits until both fingers are at their goals with a good estimate.
+fn settled(watch: &mut Watch, goals: [f32; 2]) {
+    let mut there = [false; 2];
+    watch.until_report("fingers at their goals", SECONDS(120), |report| {
+        let finger = usize::from(report.finger);
+        let is_near = (report.estimate.motor_angle - goals[finger]).abs() < 0.3 * DEGREE;
+        there[finger] = is_near && report.estimate.age == 0 && report.estimate.status.is_trustworthy();
+        there == [true; 2]
+    });
+}
+
+/// Waits for a grasp with a balance that is so.
+fn until_free(watch: &mut Watch, what: &str, so: impl Fn(&Grasp) -> bool) {
+    watch.until(what, SECONDS(60), |told| matches!(told, host::link::Told::Grasp(grasp) if so(grasp)));
+}
+
+/// Forces on the target are those of the core, and every report of a tick without a balance says that it is of no use.
+fn judge(watch: &Watch, since: usize) {
+    let balance = core(last(watch).map(|report| f64::from(report.estimate.motor_angle)));
+    let grasp = watch.grasps.last().unwrap();
+    let free = grasp.free.expect("a free object");
+    println!("target: {grasp:?}\nf64: {balance:?}");
+    assert_eq!((balance.status, free.status, grasp.is_trustworthy), (Status::Converged, Status::Converged, true));
+    for (k, (report, placement)) in last(watch).iter().zip(placements()).enumerate() {
+        let force = placement.vector(report.estimate.force.map(f64::from));
+        for (found, exact) in force.iter().zip(balance.forces[k]) {
+            assert!((found - exact).abs() < 0.03, "finger {k}: {found} N, {exact} N");
+        }
+    }
+    for (i, tolerance) in [0.02, 0.1].into_iter().enumerate() {
+        let (found, exact) = (CENTRE[i] + f64::from(free.shift[i]), balance.centre[i]);
+        assert!((found - exact).abs() < tolerance, "{found} mm, {exact} mm");
+    }
+    for grasp in &watch.grasps[since..] {
+        let status = grasp.free.expect("a free object").status;
+        let left = [grasp.sum[0] + LOAD[0], grasp.sum[1] + LOAD[1]];
+        assert!(!grasp.is_trustworthy || left[0].hypot(left[1]) < 5e-3, "balanced, and {left:?} N are left: {grasp:?}");
+        if status.is_trustworthy() {
+            continue;
+        }
+        assert!(!grasp.is_trustworthy, "{grasp:?}");
+        for report in watch.reports.iter().filter(|report| grasp.sequence.wrapping_sub(report.sequence) < 2) {
+            assert!(!report.estimate.status.is_trustworthy() && report.estimate.age > 0, "{report:?}");
+        }
+    }
+}
+
+#[test]
+fn an_object_that_is_let_go_rests_where_the_core_says() {
+    let servo = |id: u8| Config {
+        id,
+        baud_rate: 1_000_000,
+        clock: Clock::Requests { period_us: 5_000 },
+        start_deg: Some(-1.0),
+        ..Config::default()
+    };
+    let machine = Machine::boot_all(vec![servo(1), servo(2)], &[]);
+    let link = machine.link();
+    let mut watch = Watch::new(&link);
+    link.set_settings(&settings(Support::Fixed)).unwrap();
+    for (number, object) in (0..).zip(circle(RADIUS)) {
+        link.set_finger(number, &finger()).unwrap();
+        link.set_object(number, object).unwrap();
+    }
+    settled(&mut watch, [-DEGREE; 2]);
+
+    let goals = [9.0 * DEGREE, 7.0 * DEGREE];
+    for (finger, goal) in (0..).zip(goals) {
+        link.close(Which::One(finger), goal, Some(0.35)).unwrap();
+    }
+    settled(&mut watch, goals);
+    assert!(watch.grasps.iter().all(|grasp| grasp.free.is_none()), "nothing is free yet");
+
+    // It is let go, and comes to rest over some ticks.
+    let support = Support::Free { load: LOAD, moment: 0.0 };
+    let since = watch.grasps.len();
+    link.set_settings(&settings(support)).unwrap();
+    until_free(&mut watch, "balance", |grasp| grasp.free.is_some_and(|free| free.status == Status::Converged));
+    let on_the_way = |grasp: &&Grasp| grasp.free.is_some_and(|free| free.status == Status::MaxIterations);
+    let ticks = watch.grasps.iter().filter(on_the_way).count();
+    println!("at rest after {ticks} ticks");
+    assert!(ticks > 0, "no tick is long enough for the whole way");
+    let since = since + watch.grasps[since..].iter().position(|grasp| grasp.free.is_some()).unwrap();
+    judge(&watch, since);
+
+    // It is pressed harder, and follows.
+    let goals = goals.map(|goal| goal + 1.5 * DEGREE);
+    for (finger, goal) in (0..).zip(goals) {
+        link.close(Which::One(finger), goal, Some(0.1)).unwrap();
+    }
+    settled(&mut watch, goals);
+    until_free(&mut watch, "balance", |grasp| grasp.is_trustworthy);
+    judge(&watch, since);
+
+    // Fixed again, it counts as standing where it was set.
+    link.set_settings(&settings(Support::Fixed)).unwrap();
+    until_free(&mut watch, "fixed object", |grasp| grasp.free.is_none() && grasp.is_trustworthy);
+    let [left, _] = last(&watch);
+    let mut fixed = Box::new(Follower::<f64, Paper>::EMPTY);
+    let given = finger();
+    fixed.configure(&given.design, &given.how).unwrap();
+    fixed.set_object(circle(RADIUS)[0], Motion::Rotating { axis: given.design.motor_axis });
+    let angle = f64::from(left.estimate.motor_angle);
+    assert!(fixed.start(angle) && fixed.follow(angle).status == Status::Converged);
+    let off = f64::from(left.estimate.force[0]) - fixed.force_world()[0];
+    assert!(off.abs() < 0.02, "{off} N");
+
+    // Two fingers that are told of different objects hold none, and say so.
+    link.set_object(1, circle(RADIUS - 1.0)[1]).unwrap();
+    link.set_settings(&settings(support)).unwrap();
+    until_free(&mut watch, "refusal", |grasp| grasp.free.is_some_and(|free| free.status == Status::OutOfRange));
+    assert!(!watch.grasps.last().unwrap().is_trustworthy);
+    assert!(last(&watch).iter().all(|report| !report.estimate.status.is_trustworthy()));
+
+    // Fingers that open let go of it altogether.
+    link.set_object(1, circle(RADIUS)[1]).unwrap();
+    link.open_fingers(Which::All).unwrap();
+    until_free(&mut watch, "open fingers", |grasp| {
+        grasp.is_trustworthy && grasp.free.is_some_and(|free| free.status == Status::NoContact && free.shift == [0.0; 2])
+    });
+}
