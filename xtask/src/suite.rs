@@ -90,6 +90,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
             "contact",
             "live_page",
             "calibrated",
+            "free_object",
         ] {
             tests.args(["--test", test]);
         }
