@@ -137,6 +137,12 @@ fn a_script_sets_grips_holds_and_releases() {
     gripper.moved(&["gripper", "release", "--finger", "0"]);
     lines_until(&gripper, ",released,");
     assert_eq!(gripper.fre(&["gripper", "release", "--finger", "3"]).0, Some(1));
+
+    let found = gripper.moved(&["gripper", "scan"]);
+    assert!(found.contains("id 1: model 1020, firmware 45, answers at 1000000 baud"), "{found}");
+    assert!(found.trim_end().ends_with("devices"), "{found}");
+    let (code, _, errors) = gripper.fre(&["gripper", "set", "object=free"]);
+    assert!(code == Some(1) && errors.contains("number of fingers"), "one finger holds nothing: {errors}");
 }
 
 /// A finger told of an object 7 mm too high finds by closing on it where it is; and one told of a smaller one, how large.

@@ -91,6 +91,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
             "live_page",
             "calibrated",
             "free_object",
+            "scan",
         ] {
             tests.args(["--test", test]);
         }

@@ -39,8 +39,6 @@ pub trait Board {
     const NAME: &'static str;
     /// Fingers it has memory for, 1 to [`messages::FINGERS`].
     const FINGERS: usize;
-    /// Rates at which the servos are looked for, bits per second, the most likely first.
-    const BAUDS: &'static [u32];
     /// What port and scheduler add to a servo's answer, µs, at most.
     const BUS_LATENCY_US: u32;
     /// Ticks per second of the clock behind [`Self::cost_ticks`].

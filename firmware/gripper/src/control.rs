@@ -23,6 +23,7 @@ use crate::free::{Free, Pending};
 use crate::health::Health;
 use crate::listening;
 use crate::rate::Meter;
+use crate::scan::scan;
 use crate::servo::{BusError, Found, Rates, Reading, Servos, Turn};
 use crate::shared::{Command, Order, Shared, now_us};
 use crate::store::Key;
@@ -40,7 +41,8 @@ const UNKEPT: usize = 1 + 2 * FINGERS;
 /// Runs the gripper for ever. It waits until [`crate::answer`] has read what is kept in flash.
 pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bus, mut watchdog: B::Watchdog) -> ! {
     let mut servos = Servos::new(bus, B::BUS_LATENCY_US);
-    let mut bauds = B::BAUDS.iter().copied().cycle();
+    let rates = servos.rates();
+    let mut bauds = rates.iter().copied().cycle();
     let mut baud = None;
     let mut elsewhere = true;
     while !shared.is_restored() {
@@ -58,6 +60,10 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
             continue;
         }
         ears = None;
+        if core::mem::take(&mut core.scan) {
+            scan(&mut core, &mut servos, &rates, baud, &mut watchdog).await;
+            continue;
+        }
         if let Some((finger, id)) = core.sought() {
             // While another servo is there, the bus keeps its rate, but for a moment if all are to have the one that is set.
             let wanted = core.settings.baud;
@@ -131,6 +137,9 @@ pub(crate) struct Core<'a, B> {
     pub(crate) restart: bool,
     /// An order that waits for a transaction's end.
     waiting: Option<Order>,
+    /// The bus is to be searched, or is just being searched.
+    scan: bool,
+    pub(crate) is_scanning: bool,
     /// The object, if it is free.
     pub(crate) free: Option<Free>,
     board: core::marker::PhantomData<B>,
@@ -166,6 +175,8 @@ impl<'a, B: Board> Core<'a, B> {
             unkept: Vec::new(),
             restart: false,
             waiting: None,
+            scan: false,
+            is_scanning: false,
             free: Free::of(settings.support),
             board: core::marker::PhantomData,
         }
@@ -414,7 +425,7 @@ impl<'a, B: Board> Core<'a, B> {
         }
     }
 
-    fn count<U: BusPort>(&self, error: &BusError<U>) {
+    pub(crate) fn count<U: BusPort>(&self, error: &BusError<U>) {
         use dynamixel::Error;
         self.shared.count(|counters| {
             let counter = match error {
@@ -473,7 +484,7 @@ impl<'a, B: Board> Core<'a, B> {
             return;
         }
         let outcome = self.execute(command);
-        self.shared.outcome.signal((ticket, outcome));
+        self.shared.answer(ticket, outcome);
     }
 
     pub(crate) fn execute(&mut self, command: Command) -> Outcome {
@@ -526,6 +537,18 @@ impl<'a, B: Board> Core<'a, B> {
                 },
                 |unit, mount| unit.grip.head(f64::from(angle), f64::from(speed.unwrap_or(mount.speed))),
             ),
+            Command::Scan => {
+                if self.settings.role != Role::Master {
+                    return Err(Refusal::NotMaster);
+                }
+                if self.units.iter().any(|unit| unit.grip.is_gripping()) {
+                    return Err(Refusal::Gripping);
+                }
+                self.scan = true;
+                Ok(())
+            }
+            // Nobody reads the servo meanwhile.
+            Command::Grip(_) if self.scan || self.is_scanning => Err(Refusal::Scanning),
             Command::Grip(to) => self.lead(
                 to.fingers,
                 |unit, mount| grippable(&to, unit, mount),

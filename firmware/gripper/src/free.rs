@@ -5,8 +5,8 @@
 //! the forces there are reported. Where the balance is not reached in time, or there is none, all reports say so and repeat
 //! the last good numbers with their age; the next tick goes on from there.
 //!
-//! Until two fingers touch it the object stays where it is: something else holds it. Once no finger touches it, nor would where
-//! it was set, it counts as being there again.
+//! Until two fingers touch it the object stays where it is: something else holds it. Once no finger touches it any more, it counts
+//! as standing where it was set.
 
 use messages::{FreeObject, Reaction, Side, Support};
 use model_core::estimator::Estimate;
@@ -122,13 +122,13 @@ impl<B: Board> Core<'_, B> {
             return;
         }
         let start = B::cost_ticks();
-        let is_elsewhere = self.find_balance();
+        let is_gone = self.find_balance();
         let cost = B::cost_ticks().wrapping_sub(start);
         if let Some(free) = &mut self.free {
             (free.report.cost, free.is_new) = (cost, true);
         }
         self.leave_unbalanced();
-        if is_elsewhere {
+        if is_gone {
             self.put_back();
         }
     }
@@ -162,14 +162,14 @@ impl<B: Board> Core<'_, B> {
         }
     }
 
-    /// Returns whether the object is not where it is sought: open fingers are clear of where it was set, or it is too far off.
+    /// Returns whether the object counts as standing where it was set from now on: nothing touches it, or it is too far off.
     fn find_balance(&mut self) -> bool {
         let left = self.left();
         let Some(free) = &mut self.free else {
             return false;
         };
         free.settling = free.settling.saturating_add(1);
-        let (mut count, mut touching, mut each, mut nearest) = (0_u32, 0, u32::MAX, f64::INFINITY);
+        let (mut count, mut touching, mut each) = (0_u32, 0, u32::MAX);
         let fingers = self.units.iter().filter(|unit| unit.mount.is_some()).count().max(1);
         let share = u32::try_from(left / fingers as u64).unwrap_or(u32::MAX);
         for unit in &self.units {
@@ -183,11 +183,10 @@ impl<B: Board> Core<'_, B> {
             count += 1;
             touching += u32::from(unit.model.follower().touching() > 0);
             each = each.min(unit.budget.iterations(share));
-            nearest = nearest.min(f64::from(estimate.distance));
         }
         if touching < 2 {
             (free.report.status, free.settling) = (Status::NoContact, 0);
-            return touching == 0 && nearest > free.distance();
+            return touching == 0;
         }
         let held = self.units.iter_mut().filter_map(|unit| {
             let mirrored = unit.mount?.side == Side::Right;

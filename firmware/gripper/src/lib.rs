@@ -55,6 +55,7 @@ mod listening;
 mod motion;
 mod provoke;
 mod rate;
+mod scan;
 mod servo;
 mod shared;
 mod slope;

@@ -56,7 +56,8 @@ struct Voice {
 
 /// One period of a gripper that listens.
 pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, ears: &mut Option<Ears>) {
-    let baud = core.settings.baud.or_else(|| B::BAUDS.first().copied()).unwrap_or(1_000_000);
+    let [first, ..] = messages::BAUDS;
+    let baud = core.settings.baud.unwrap_or(first);
     let is_open = ears.as_ref().is_some_and(|ears| (ears.role, ears.baud) == (core.settings.role, baud));
     if !is_open || core.settings_changed {
         core.settings_changed = false;

@@ -4,7 +4,7 @@ use dynamixel::xm430;
 use dynamixel::{Answer, Id, Identity, Master, StatusError, StatusReturn, SyncAnswer, Timing};
 use embassy_time::Delay;
 use heapless::Vec;
-use messages::FINGERS;
+use messages::{BAUDS, FINGERS};
 
 use crate::board::BusPort;
 use crate::rate;
@@ -170,6 +170,31 @@ impl<U: BusPort> Servos<U> {
             }
         }
         Ok(Found { model: identity.model, firmware: identity.firmware, baud, position })
+    }
+
+    /// The rates of servos that the port has.
+    pub(crate) fn rates(&mut self) -> Vec<u32, { BAUDS.len() }> {
+        let present = self.master.timing().baud_rate;
+        BAUDS.into_iter().filter(|rate| self.reaches(*rate, present)).collect()
+    }
+
+    /// Asks everybody at one rate who they are: as many as there is room for.
+    pub(crate) async fn discover(
+        &mut self,
+        rate: u32,
+        found: &mut [Option<dynamixel::Found>],
+    ) -> Result<usize, BusError<U>> {
+        self.master.port_mut().set_baud(rate);
+        self.listen_at(rate, xm430::RETURN_DELAY_TIME.item.max as u32);
+        self.master.discover(found).await
+    }
+
+    /// The servos are led at this rate again.
+    pub(crate) fn go_on_at(&mut self, bus: Option<u32>) {
+        if let Some(baud) = bus {
+            self.master.port_mut().set_baud(baud);
+            self.listen_at(baud, u32::from(self.delay));
+        }
     }
 
     /// Whether the port has a rate, within what a receiver bears; the port is left at `present`.
@@ -498,6 +523,29 @@ mod tests {
         );
         assert_eq!(servos.master.timing().baud_rate, 1_000_000);
         assert_eq!(tick(&mut servos).0, [Some(10), Some(20)]);
+    }
+
+    #[test]
+    fn everybody_is_discovered_at_his_own_rate() {
+        assert_eq!(BAUDS.len(), xm430::BAUD_RATES.len() - 1, "all of the servo's but 9,600");
+        assert!(xm430::BAUD_RATES[1..].iter().all(|rate| BAUDS.contains(rate)));
+        let mut wire = Wire::new([45, 44], true);
+        wire.servos[1].1.memory[8] = xm430::baud_code(57_600).unwrap();
+        let mut servos = Servos::new(wire, 2_000);
+        // What the port does not reach is not tried; it is left at its rate.
+        let rates = servos.rates();
+        assert_eq!(rates, [1_000_000, 57_600, 115_200]);
+        assert_eq!(servos.port_mut().baud, 1_000_000);
+        let mut heard = Vec::<_, 8>::new();
+        for rate in rates {
+            let mut found = [None; 4];
+            let count = wait_for(servos.discover(rate, &mut found)).unwrap();
+            assert_eq!(count, found.iter().flatten().count());
+            heard.extend(found.into_iter().flatten().map(|found| (rate, found.id.get(), found.identity.firmware)));
+        }
+        assert_eq!(heard, [(1_000_000, 1, 45), (57_600, 2, 44)]);
+        servos.go_on_at(Some(1_000_000));
+        assert_eq!((servos.port_mut().baud, servos.master.timing().baud_rate), (1_000_000, 1_000_000));
     }
 
     #[test]

@@ -42,6 +42,7 @@ pub(crate) enum Command {
     Close(CloseTo),
     Grip(GripTo),
     Hold(Which),
+    Scan,
     Hang,
 }
 
@@ -59,7 +60,27 @@ pub(crate) struct Setup {
     pub(crate) objects: [Option<ObjectDesign>; FINGERS],
 }
 
-/// What the gripper's tasks have in common. One per gripper, in a static.
+impl Setup {
+    /// Default settings, no finger, no object.
+    pub(crate) const DEFAULT: Self =
+        Self { settings: Settings::DEFAULT, fingers: [const { None }; FINGERS], objects: [None; FINGERS] };
+}
+
+/// The one setup; nothing until it is first looked at, so that it is all zeros before.
+#[derive(Debug)]
+struct Kept(Vec<Setup, 1>);
+
+impl Kept {
+    fn get(&mut self) -> Option<&mut Setup> {
+        if self.0.is_empty() {
+            // There is room for one.
+            let _ = self.0.push(Setup::DEFAULT);
+        }
+        self.0.first_mut()
+    }
+}
+
+/// What the gripper's tasks have in common. One per gripper, in a static. All zeros at first: it takes no room in the image.
 pub struct Shared {
     pub(crate) reports: Channel<Raw, Report, REPORTS>,
     pub(crate) grasps: Channel<Raw, Grasp, GRASPS>,
@@ -67,13 +88,14 @@ pub struct Shared {
     pub(crate) notices: Channel<Raw, Notice, NOTICES>,
     pub(crate) answers: Channel<Raw, Frame, 1>,
     pub(crate) orders: Channel<Raw, Order, COMMANDS>,
-    pub(crate) outcome: Signal<Raw, (u32, Outcome)>,
+    /// The last outcome that nobody has taken. (An empty signal of outcomes is not all zeros.)
+    outcome: Channel<Raw, (u32, Outcome), 1>,
     /// Records to be kept in flash, and whether the last one was.
     pub(crate) keep: Channel<Raw, Key, 1>,
     pub(crate) kept: Signal<Raw, (Key, bool)>,
     /// Records that are to be kept and are not yet.
     unkept: AtomicU32,
-    setup: Mutex<Raw, RefCell<Setup>>,
+    setup: Mutex<Raw, RefCell<Kept>>,
     restored: AtomicBool,
     counters: Mutex<Raw, RefCell<Counters>>,
 }
@@ -94,15 +116,11 @@ impl Shared {
             notices: Channel::new(),
             answers: Channel::new(),
             orders: Channel::new(),
-            outcome: Signal::new(),
+            outcome: Channel::new(),
             keep: Channel::new(),
             kept: Signal::new(),
             unkept: AtomicU32::new(0),
-            setup: Mutex::new(RefCell::new(Setup {
-                settings: Settings::DEFAULT,
-                fingers: [const { None }; FINGERS],
-                objects: [None; FINGERS],
-            })),
+            setup: Mutex::new(RefCell::new(Kept(Vec::new()))),
             restored: AtomicBool::new(false),
             counters: Mutex::new(RefCell::new(Counters {
                 uptime_us: 0,
@@ -149,12 +167,27 @@ impl Shared {
 
     /// Looks at what is set.
     pub(crate) fn setup<R>(&self, look: impl FnOnce(&Setup) -> R) -> R {
-        self.setup.lock(|setup| look(&setup.borrow()))
+        self.setup.lock(|setup| match setup.borrow_mut().get() {
+            Some(setup) => look(setup),
+            None => look(&Setup::DEFAULT),
+        })
     }
 
     /// Remembers what is set.
     pub(crate) fn set(&self, change: impl FnOnce(&mut Setup)) {
-        self.setup.lock(|setup| change(&mut setup.borrow_mut()));
+        self.setup.lock(|setup| setup.borrow_mut().get().map(change));
+    }
+
+    /// Answers an order; an older answer that nobody waits for any more is forgotten.
+    pub(crate) fn answer(&self, ticket: u32, outcome: Outcome) {
+        self.outcome.clear();
+        // There is room for one.
+        let _ = self.outcome.try_send((ticket, outcome));
+    }
+
+    /// The next answer to an order, and which order.
+    pub(crate) async fn answered(&self) -> (u32, Outcome) {
+        self.outcome.receive().await
     }
 
     /// Remembers a finger's design.

@@ -267,12 +267,8 @@ mod tests {
         }
     }
 
-    fn empty() -> Setup {
-        Setup { settings: Settings::DEFAULT, fingers: [const { None }; FINGERS], objects: [None; FINGERS] }
-    }
-
     fn with(zero: f32, objects: u32) -> Setup {
-        let mut setup = empty();
+        let mut setup = Setup::DEFAULT;
         setup.settings = Settings { on_fault: Reaction::Release, ..Settings::of(Mount { zero, ..Mount::DEFAULT }) };
         for finger in 0..FINGERS {
             let radius = f64::from(objects) + finger as f64;
@@ -309,7 +305,7 @@ mod tests {
     }
 
     fn restore<const WORD: usize>(flash: &mut Flash<WORD>) -> (Setup, Found) {
-        let mut setup = empty();
+        let mut setup = Setup::DEFAULT;
         let found = block_on(Store::new(flash).restore(&mut setup));
         (setup, found)
     }

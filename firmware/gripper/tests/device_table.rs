@@ -171,7 +171,7 @@ fn refusals_are_the_protocols() {
         (FIRST_BLOCK + 69, &[0; 4], StatusError::Access),
         (FIRST_BLOCK + BLOCK + 40, &[9], StatusError::Access),
         (FIRST_BLOCK + 68, &[0; 3], StatusError::DataLength),
-        (8, &[7], StatusError::DataRange),
+        (8, &[8], StatusError::DataRange),
         (8, &[0], StatusError::DataRange),
         (68, &[3], StatusError::DataRange),
     ];

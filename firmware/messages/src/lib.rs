@@ -68,6 +68,7 @@ endpoints! {
     | Close       | CloseTo      | Outcome     | "close"        |
     | Grip        | GripTo       | Outcome     | "grip"         |
     | Hold        | Which        | Outcome     | "hold"         |
+    | Scan        | ()           | Outcome     | "scan"         |
     | GetCounters | ()           | Counters    | "counters"     |
     | Provoke     | Provocation  | Outcome     | "provoke"      |
 }

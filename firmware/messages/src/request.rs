@@ -210,7 +210,7 @@ pub struct Settings {
     pub role: Role,
     /// Rate of the bus, one of [`BAUDS`], bits per second. A master sets a servo without torque to it as it
     /// finds it (one with torque may be holding something); `None`: it keeps the rate at which it finds them. A gripper that
-    /// listens needs it; `None`: the first one of its board.
+    /// listens needs it; `None`: the first of them.
     pub baud: Option<u32>,
     /// Its fingers, the first ones used.
     pub fingers: [Option<Mount>; FINGERS],
@@ -438,6 +438,10 @@ pub enum Refusal {
     NoModel,
     /// No servo answers on the bus.
     NoServo,
+    /// A finger grips: its ticks are not given away.
+    Gripping,
+    /// The bus is being searched: the servos are not led meanwhile.
+    Scanning,
     /// Only programs built for tests go wrong on purpose.
     NotProvokable,
     /// The settings are in force, but the flash does not take them: they are lost with the power.
@@ -469,6 +473,8 @@ impl fmt::Display for Refusal {
             Self::NotMaster => f.write_str("another master leads the servos: the gripper's role is to listen"),
             Self::NoModel => f.write_str("the force cannot be controlled before finger and object are set"),
             Self::NoServo => f.write_str("no servo answers on the bus"),
+            Self::Gripping => f.write_str("a finger grips: the bus is not searched meanwhile"),
+            Self::Scanning => f.write_str("the bus is being searched: ask again in some seconds"),
             Self::NotProvokable => f.write_str("only a program built for tests goes wrong on purpose"),
             Self::NotKept => f.write_str("in force, but not kept: the flash does not take it"),
             Self::Busy => f.write_str("the control loop has not taken the request in time"),

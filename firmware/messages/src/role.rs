@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Outcome, Refusal, SettingsField};
 
-/// Rates of the bus that servos of the X series and the gripper share, bits per second.
-pub const BAUDS: [u32; 6] = [57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000];
+/// Rates of the bus that servos of the X series and the gripper share, bits per second, the most likely first: servos are
+/// looked for in this order, at those that the board's port reaches.
+pub const BAUDS: [u32; 7] = [1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
 
 /// Who leads the servos, and whether the gripper speaks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]

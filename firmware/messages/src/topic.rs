@@ -126,7 +126,7 @@ pub struct FreeObject {
     /// `converged` or `snapped`: it rests there. `no-contact`: fewer than two fingers touch it, and it stays where it is.
     /// With all others the fingers' forces are of no use, and their reports say so too. `max-iterations`: the balance was not
     /// reached in this tick, the next one goes on; `folded`: it would not stay there; `out-of-range`: the fingers' objects
-    /// are not one object, it is far from where it was set, or nothing can hold its load; else why a finger has no estimate.
+    /// are not one object, it is 50 mm from where it was set, or nothing can hold its load; else why a finger has no estimate.
     pub status: Status,
     /// How far it has come from where it was set, gripper frame, mm.
     pub shift: [f32; 2],
@@ -210,6 +210,26 @@ pub enum Event {
         firmware: u8,
         /// Bits per second on the bus.
         baud: u32,
+    },
+    /// A search of the bus has found a servo, or another device.
+    DeviceFound {
+        /// Its address.
+        id: u8,
+        /// Model number, 1020 for the XM430-W350.
+        model: u16,
+        /// Version of its firmware.
+        firmware: u8,
+        /// The rate at which it answers, bits per second.
+        baud: u32,
+        /// It has a hardware error.
+        alert: bool,
+    },
+    /// The search of the bus is over; the bus has its rate again.
+    ScanDone {
+        /// Devices found.
+        found: u16,
+        /// Rates tried.
+        rates: u8,
     },
     /// Another master reads the servo's position: the first one was heard.
     ServoHeard {

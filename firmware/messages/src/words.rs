@@ -78,6 +78,11 @@ impl Display for Event {
             Self::ServoReady { finger, model, firmware, baud } => {
                 write!(f, "finger {finger}: the servo (model {model}, firmware {firmware}) answers at {baud} baud")
             }
+            Self::DeviceFound { id, model, firmware, baud, alert } => {
+                let error = if alert { ", with a hardware error" } else { "" };
+                write!(f, "id {id}: model {model}, firmware {firmware}, answers at {baud} baud{error}")
+            }
+            Self::ScanDone { found, rates } => write!(f, "the bus was searched at {rates} rates: {found} devices"),
             Self::ServoHeard { finger } => write!(f, "finger {finger}: another master reads the servo's position"),
             Self::Rate { hz, wanted_hz } if hz < wanted_hz => {
                 write!(f, "{hz:.1} ticks a second: the bus is too slow for {wanted_hz:.0}")

@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use clap::Subcommand;
-use messages::{Finger, GripTo, Phase, Report, Which};
+use messages::{Event, Finger, GripTo, Notice, Phase, Report, Which};
 use model_core::discretise::Discretisation;
 use model_core::object::ObjectDesign;
 
@@ -68,6 +68,8 @@ enum Action {
     Release(Fingers),
     /// Stay where it is
     Hold(Fingers),
+    /// Search the bus for servos at every rate, which takes some seconds; estimates are stale meanwhile, and no finger may grip
+    Scan,
 }
 
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -132,8 +134,29 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
         Action::Identify(args) => return identify::run(&link, args),
         Action::Release(which) => link.open_fingers(which.which())?,
         Action::Hold(which) => link.hold(which.which())?,
+        Action::Scan => return scan(&link),
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// How long a search may take: three quarters of a second a rate, and as long again for a slow link.
+const SCAN: Duration = Duration::from_secs(15);
+
+fn scan(link: &Link) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let told = link.listen();
+    link.scan()?;
+    let end = Instant::now() + SCAN;
+    loop {
+        match told.recv_timeout(end.saturating_duration_since(Instant::now())) {
+            Ok(Told::Event(Notice { event: event @ Event::DeviceFound { .. }, .. })) => println!("{event}"),
+            Ok(Told::Event(Notice { event: event @ Event::ScanDone { .. }, .. })) => {
+                println!("{event}");
+                return Ok(ExitCode::SUCCESS);
+            }
+            Ok(_) => {}
+            Err(_) => return Err(format!("the search has not ended within {} s", SCAN.as_secs()).into()),
+        }
+    }
 }
 
 fn info(link: &Link) -> Result<(), LinkError> {

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{
     BootReport, Close, CloseTo, Counters, EstimateTopic, EventTopic, Finger, For, GetBoot, GetCounters, GetFinger,
-    GetObject, GetSettings, GetVersion, GraspTopic, Grip, GripTo, Hold, Open, Provocation, Provoke, Report, SetFinger,
-    SetObject, SetSettings, Settings, ShapeTopic, Version, Which,
+    GetObject, GetSettings, GetVersion, GraspTopic, Grip, GripTo, Hold, Open, Provocation, Provoke, Report, Scan,
+    SetFinger, SetObject, SetSettings, Settings, ShapeTopic, Version, Which,
 };
 use model_core::object::ObjectDesign;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
@@ -297,6 +297,14 @@ impl Link {
     /// As [`Link::ask`]; no servo.
     pub fn hold(&self, fingers: Which) -> Result<(), LinkError> {
         Ok(self.ask::<Hold>(&fingers)??)
+    }
+
+    /// Has it search its bus for devices at every rate, which takes some seconds: events tell what is found, and the end.
+    ///
+    /// # Errors
+    /// As [`Link::ask`]; another master leads the servos, or a finger grips.
+    pub fn scan(&self) -> Result<(), LinkError> {
+        Ok(self.ask::<Scan>(&())??)
     }
 
     /// Has it start anew, or go wrong on purpose if it was built for that; the link may end before the answer.

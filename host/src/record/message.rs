@@ -148,52 +148,35 @@ pub(super) struct GraspMessage {
     sum_y_n: Exact,
     squeeze_n: Exact,
     balance: Exact,
-    /// Of a free object; recordings from before it was told have none.
+    /// Of a free object; recordings from before it was told have none of these.
     #[serde(default)]
-    free: Option<FreeMessage>,
+    is_free: bool,
+    #[serde(default = "fixed")]
+    object_status: Status,
+    #[serde(default)]
+    object_shift_x_mm: Exact,
+    #[serde(default)]
+    object_shift_y_mm: Exact,
+    #[serde(default)]
+    object_turn_deg: Degrees,
+    #[serde(default)]
+    object_residual_n: Exact,
+    #[serde(default)]
+    object_iterations: u16,
+    #[serde(default)]
+    object_cost: u32,
 }
 
-/// Where a free object has come to.
-#[derive(Debug, Serialize, Deserialize)]
-struct FreeMessage {
-    status: Status,
-    shift_x_mm: Exact,
-    shift_y_mm: Exact,
-    turn_deg: Degrees,
-    residual_n: Exact,
-    iterations: u16,
-    cost: u32,
-}
-
-impl From<FreeObject> for FreeMessage {
-    fn from(free: FreeObject) -> Self {
-        Self {
-            status: free.status,
-            shift_x_mm: Exact(free.shift[0]),
-            shift_y_mm: Exact(free.shift[1]),
-            turn_deg: Degrees(free.turn),
-            residual_n: Exact(free.residual),
-            iterations: free.iterations,
-            cost: free.cost,
-        }
-    }
-}
-
-impl From<FreeMessage> for FreeObject {
-    fn from(message: FreeMessage) -> Self {
-        Self {
-            status: message.status,
-            shift: [message.shift_x_mm.0, message.shift_y_mm.0],
-            turn: message.turn_deg.0,
-            residual: message.residual_n.0,
-            iterations: message.iterations,
-            cost: message.cost,
-        }
-    }
+/// What stands for the status of an object that is fixed: it is where it was set.
+fn fixed() -> Status {
+    Status::Converged
 }
 
 impl From<&Grasp> for GraspMessage {
     fn from(grasp: &Grasp) -> Self {
+        let status = fixed();
+        let still = FreeObject { status, shift: [0.0; 2], turn: 0.0, residual: 0.0, iterations: 0, cost: 0 };
+        let object = grasp.free.unwrap_or(still);
         Self {
             sequence: grasp.sequence,
             is_trustworthy: grasp.is_trustworthy,
@@ -201,7 +184,14 @@ impl From<&Grasp> for GraspMessage {
             sum_y_n: Exact(grasp.sum[1]),
             squeeze_n: Exact(grasp.squeeze),
             balance: Exact(grasp.balance),
-            free: grasp.free.map(FreeMessage::from),
+            is_free: grasp.free.is_some(),
+            object_status: object.status,
+            object_shift_x_mm: Exact(object.shift[0]),
+            object_shift_y_mm: Exact(object.shift[1]),
+            object_turn_deg: Degrees(object.turn),
+            object_residual_n: Exact(object.residual),
+            object_iterations: object.iterations,
+            object_cost: object.cost,
         }
     }
 }
@@ -214,7 +204,14 @@ impl From<GraspMessage> for Grasp {
             sum: [message.sum_x_n.0, message.sum_y_n.0],
             squeeze: message.squeeze_n.0,
             balance: message.balance.0,
-            free: message.free.map(FreeObject::from),
+            free: message.is_free.then(|| FreeObject {
+                status: message.object_status,
+                shift: [message.object_shift_x_mm.0, message.object_shift_y_mm.0],
+                turn: message.object_turn_deg.0,
+                residual: message.object_residual_n.0,
+                iterations: message.object_iterations,
+                cost: message.object_cost,
+            }),
         }
     }
 }

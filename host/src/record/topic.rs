@@ -120,10 +120,11 @@ fields!(EstimateMessage:
         "standard_deviation_n";
 );
 fields!(GraspMessage:
-    "integer": "sequence";
-    "boolean": "is_trustworthy";
-    "number": "sum_x_n" "sum_y_n" "squeeze_n" "balance";
-    "object": "free";
+    "integer": "sequence" "object_iterations" "object_cost";
+    "boolean": "is_trustworthy" "is_free";
+    "string": "object_status";
+    "number": "sum_x_n" "sum_y_n" "squeeze_n" "balance" "object_shift_x_mm" "object_shift_y_mm" "object_turn_deg"
+        "object_residual_n";
 );
 fields!(ShapeMessage:
     "integer": "sequence" "finger";

@@ -48,7 +48,6 @@ impl Board for OnPc {
     type Watchdog = Dog;
     const NAME: &'static str = "bench";
     const FINGERS: usize = 2;
-    const BAUDS: &'static [u32] = &[1_000_000];
     const BUS_LATENCY_US: u32 = 300;
     const COST_HZ: u32 = 1_000_000;
     const WATCHDOG_MS: u32 = 1_000;

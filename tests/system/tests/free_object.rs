@@ -36,8 +36,8 @@ fn settings(support: Support) -> Settings {
     Settings { rate_hz: 50, shape_every: 0, support, fingers, ..Settings::DEFAULT }
 }
 
-/// The same fingers in f64, closed on the object where it stands, and the object let go.
-fn core(angles: [f64; 2]) -> Balance {
+/// The same fingers in f64, closed on the object where it is held, and the object let go.
+fn core(angles: [f64; 2], centre: [f64; 2]) -> Balance {
     let given = finger();
     let mut models = [0, 1].map(|_| Box::new(Follower::<f64, Paper>::EMPTY));
     for model in &mut models {
@@ -47,7 +47,7 @@ fn core(angles: [f64; 2]) -> Balance {
     let fingers = models.iter_mut().zip(placements());
     let fingers = fingers.map(|(follower, placement)| Finger { follower, placement, motion });
     let load = Load { force: LOAD.map(f64::from), moment: 0.0 };
-    let object = ObjectDesign::Circle { centre: CENTRE, radius: RADIUS };
+    let object = ObjectDesign::Circle { centre, radius: RADIUS };
     let mut grasp = Model::new(fingers.collect(), object, load).unwrap();
     assert_eq!(grasp.close(&angles), Ok(Status::Converged));
     grasp.release()
@@ -74,22 +74,28 @@ fn until_free(watch: &mut Watch, what: &str, so: impl Fn(&Grasp) -> bool) {
     watch.until(what, SECONDS(60), |told| matches!(told, host::link::Told::Grasp(grasp) if so(grasp)));
 }
 
-/// Forces on the target are those of the core, and every report of a tick without a balance says that it is of no use.
+/// The target's place is one where the object rests in f64 as well, with the same forces; let go where it was set it comes to rest
+/// nearby (where the contact goes from sample to sample there is more than one such place). And every report of a tick
+/// without a balance says that it is of no use.
 fn judge(watch: &Watch, since: usize) {
-    let balance = core(last(watch).map(|report| f64::from(report.estimate.motor_angle)));
+    let reports = last(watch);
     let grasp = watch.grasps.last().unwrap();
     let free = grasp.free.expect("a free object");
-    println!("target: {grasp:?}\nf64: {balance:?}");
-    assert_eq!((balance.status, free.status, grasp.is_trustworthy), (Status::Converged, Status::Converged, true));
-    for (k, (report, placement)) in last(watch).iter().zip(placements()).enumerate() {
-        let force = placement.vector(report.estimate.force.map(f64::from));
-        for (found, exact) in force.iter().zip(balance.forces[k]) {
-            assert!((found - exact).abs() < 0.03, "finger {k}: {found} N, {exact} N");
+    assert_eq!((free.status, grasp.is_trustworthy), (Status::Converged, true), "{grasp:?}");
+    let angles = reports.map(|report| f64::from(report.estimate.motor_angle));
+    let place = [0, 1].map(|i| CENTRE[i] + f64::from(free.shift[i]));
+    for (centre, near, alike) in [(place, 0.05, 0.02), (CENTRE, 0.5, 0.15)] {
+        let balance = core(angles, centre);
+        println!("target: {place:?} {:?}, f64: {balance:?}", reports.map(|report| report.estimate.force));
+        assert_eq!(balance.status, Status::Converged);
+        let off = (balance.centre[0] - place[0]).hypot(balance.centre[1] - place[1]);
+        assert!(off < near, "{off} mm");
+        for (k, (report, placement)) in reports.iter().zip(placements()).enumerate() {
+            let force = placement.vector(report.estimate.force.map(f64::from));
+            for (found, exact) in force.iter().zip(balance.forces[k]) {
+                assert!((found - exact).abs() < alike, "finger {k}: {found} N, {exact} N");
+            }
         }
-    }
-    for (i, tolerance) in [0.02, 0.1].into_iter().enumerate() {
-        let (found, exact) = (CENTRE[i] + f64::from(free.shift[i]), balance.centre[i]);
-        assert!((found - exact).abs() < tolerance, "{found} mm, {exact} mm");
     }
     for grasp in &watch.grasps[since..] {
         let status = grasp.free.expect("a free object").status;
@@ -114,7 +120,7 @@ fn an_object_that_is_let_go_rests_where_the_core_says() {
         start_deg: Some(-1.0),
         ..Config::default()
     };
-    let machine = Machine::boot_all(vec![servo(1), servo(2)], &[]);
+    let machine = Machine::boot_all(vec![servo(1), servo(2)]);
     let link = machine.link();
     let mut watch = Watch::new(&link);
     link.set_settings(&settings(Support::Fixed)).unwrap();
@@ -176,6 +182,7 @@ fn an_object_that_is_let_go_rests_where_the_core_says() {
     link.set_object(1, circle(RADIUS)[1]).unwrap();
     link.open_fingers(Which::All).unwrap();
     until_free(&mut watch, "open fingers", |grasp| {
-        grasp.is_trustworthy && grasp.free.is_some_and(|free| free.status == Status::NoContact && free.shift == [0.0; 2])
+        grasp.is_trustworthy
+            && grasp.free.is_some_and(|free| free.status == Status::NoContact && free.shift == [0.0; 2])
     });
 }

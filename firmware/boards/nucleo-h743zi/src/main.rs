@@ -48,8 +48,6 @@ impl Board for Nucleo {
     type Watchdog = Dog;
     const NAME: &'static str = "nucleo-h743zi";
     const FINGERS: usize = gripper::FINGERS;
-    // All rates of the servo; 120 MHz divides into 4.5 Mbaud with an error of 1.2 %, into the others within 0.02 %.
-    const BAUDS: &'static [u32] = &[1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
     // A byte's time until the line counts as idle, two wake-ups, and the estimate of another finger before it.
     const BUS_LATENCY_US: u32 = 500;
     const COST_HZ: u32 = clocks::HZ;

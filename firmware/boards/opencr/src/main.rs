@@ -45,8 +45,6 @@ impl Board for OpenCr {
     const NAME: &'static str = "opencr";
     // At 216 MHz more than two are hardly served in time.
     const FINGERS: usize = 2;
-    // All rates of the servo; 108 MHz divides into each without a rest.
-    const BAUDS: &'static [u32] = &[1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
     // A byte's time until the line counts as idle, two wake-ups, and the estimate of another finger before it.
     const BUS_LATENCY_US: u32 = 500;
     const COST_HZ: u32 = clocks::HZ;

@@ -48,7 +48,7 @@ pub struct FingerSettings {
 pub struct BusSettings {
     /// Its address.
     pub id: Id,
-    /// Bits per second: one of [`xm430::BAUD_RATES`], 57,600 to 4 M.
+    /// Bits per second: one of [`xm430::BAUD_RATES`] from 57,600 on.
     pub baud_rate: u32,
     /// 2 µs.
     pub return_delay: u8,

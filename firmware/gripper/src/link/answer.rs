@@ -8,8 +8,8 @@ use heapless::String;
 use messages::{
     BootReport, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger, GetObject,
     GetSettings, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, ObjectFor, Open, Outcome, PROTOCOL_VERSION,
-    Provocation, Provoke, Refusal, SetFinger, SetObject, SetSettings, Settings, TOPICS_IN, TOPICS_OUT, Version, Which,
-    frame,
+    Provocation, Provoke, Refusal, Scan, SetFinger, SetObject, SetSettings, Settings, TOPICS_IN, TOPICS_OUT, Version,
+    Which, frame,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarKeyKind};
@@ -103,7 +103,7 @@ impl Context {
             self.shared.orders.send(Order { ticket, command }).await;
             loop {
                 // An outcome that comes after its deadline is not the next one's.
-                let (about, outcome) = self.shared.outcome.wait().await;
+                let (about, outcome) = self.shared.answered().await;
                 if about == ticket {
                     return outcome;
                 }
@@ -192,6 +192,10 @@ async fn provoke_it(context: &mut Context, _: VarHeader, what: Provocation) -> O
     }
 }
 
+async fn scan(context: &mut Context, _: VarHeader, (): ()) -> Outcome {
+    context.order(Command::Scan).await
+}
+
 fn get_counters(context: &mut Context, _: VarHeader, (): ()) -> Counters {
     context.shared.counters()
 }
@@ -238,6 +242,7 @@ define_dispatch! {
         | Close       | async    | close        |
         | Grip        | async    | grip         |
         | Hold        | async    | hold         |
+        | Scan        | async    | scan         |
         | GetCounters | blocking | get_counters |
         | Provoke     | async    | provoke_it   |
     };

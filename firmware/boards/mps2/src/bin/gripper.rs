@@ -23,8 +23,6 @@ impl Board for Mps2 {
     type Watchdog = Watchdog;
     const NAME: &'static str = "mps2";
     const FINGERS: usize = gripper::FINGERS;
-    // The UART divides 25 MHz by 16 at least.
-    const BAUDS: &'static [u32] = &[1_000_000, 57_600, 115_200];
     // The servo is a program on the PC, which is given the processor when it suits the PC.
     const BUS_LATENCY_US: u32 = 100_000;
     const COST_HZ: u32 = cycles::HZ;

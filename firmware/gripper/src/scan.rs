@@ -1,0 +1,46 @@
+//! Who is on the bus: a broadcast ping at every rate.
+//!
+//! Devices answer one after the other by their addresses, which takes three quarters of a second a rate. The servos that are led
+//! are not read meanwhile: their estimates are stale, and a gripping finger is not left alone like that. In between the link is
+//! heard as ever.
+
+use dynamixel::Found;
+use embassy_time::Timer;
+use messages::Event;
+
+use crate::board::{Board, Watchdog};
+use crate::control::Core;
+use crate::servo::Servos;
+
+/// Devices told of per rate, the first ones that answer.
+const ROOM: usize = 16;
+/// Time that the link gets for telling of one, µs.
+const TELLING_US: u64 = 500;
+
+/// Searches the bus at these rates and tells what is there; it goes on at `bus` then.
+pub(crate) async fn scan<B: Board>(
+    core: &mut Core<'_, B>,
+    servos: &mut Servos<B::Bus>,
+    rates: &[u32],
+    bus: Option<u32>,
+    watchdog: &mut B::Watchdog,
+) {
+    core.is_scanning = true;
+    let mut all = 0_u16;
+    for &baud in rates {
+        watchdog.feed();
+        let mut found: [Option<Found>; ROOM] = [None; ROOM];
+        if let Err(error) = core.patiently(servos.discover(baud, &mut found)).await {
+            core.count::<B::Bus>(&error);
+        }
+        for Found { id, identity, alert } in found.into_iter().flatten() {
+            all = all.saturating_add(1);
+            let (id, model, firmware) = (id.get(), identity.model, identity.firmware);
+            core.shared.tell(Event::DeviceFound { id, model, firmware, baud, alert });
+            core.patiently(Timer::after_micros(TELLING_US)).await;
+        }
+    }
+    servos.go_on_at(bus);
+    core.is_scanning = false;
+    core.shared.tell(Event::ScanDone { found: all, rates: rates.len() as u8 });
+}
