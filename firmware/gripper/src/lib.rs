@@ -16,16 +16,7 @@
 //! A board brings a bus, a link, flash, a watchdog and clocks ([`Board`]) and runs the three as tasks: [`control`] in an
 //! executor whose interrupt goes before the other two, and behind those of the devices.
 //!
-//! ```ignore
-//! static SHARED: Shared = Shared::new();
-//! static MODELS: ConstStaticCell<[Model; MyBoard::FINGERS]> =
-//!     ConstStaticCell::new([const { Model::EMPTY }; MyBoard::FINGERS]);
-//!
-//! #[embassy_executor::task]
-//! async fn control(models: &'static mut [Model; MyBoard::FINGERS], bus: Bus, watchdog: Watchdog) -> ! {
-//!     gripper::control::<MyBoard>(&SHARED, models, bus, watchdog).await
-//! }
-//! ```
+//! [`tasks!`] writes them out for a board.
 #![cfg_attr(not(test), no_std)]
 #![cfg_attr(
     not(test),
@@ -61,6 +52,7 @@ mod shared;
 mod slope;
 mod stall;
 mod store;
+mod tasks;
 mod unit;
 
 pub use board::{Board, Boot, BusPort, Watchdog};

@@ -158,6 +158,11 @@ fn an_object_that_is_let_go_rests_where_the_core_says() {
     until_free(&mut watch, "balance", |grasp| grasp.is_trustworthy);
     judge(&watch, since);
 
+    let found = watch.grasps.iter().filter_map(|grasp| grasp.free).filter(|free| free.status == Status::Converged);
+    let costs: Vec<u32> = found.map(|free| free.cost * Machine::INSTRUCTIONS_PER_TICK).collect();
+    let mean = costs.iter().map(|cost| u64::from(*cost)).sum::<u64>() / costs.len() as u64;
+    println!("{} balances: {mean} instructions each, {} at most", costs.len(), costs.iter().max().unwrap());
+
     // Fixed again, it counts as standing where it was set.
     link.set_settings(&settings(Support::Fixed)).unwrap();
     until_free(&mut watch, "fixed object", |grasp| grasp.free.is_none() && grasp.is_trustworthy);

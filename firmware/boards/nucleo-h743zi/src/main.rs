@@ -5,22 +5,13 @@
 
 mod clocks;
 
-use embassy_executor::{InterruptExecutor, SpawnError, SpawnToken, Spawner};
+use embassy_executor::Spawner;
 use embassy_stm32::flash::Flash;
-use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
-use embassy_stm32::interrupt::{self, InterruptExt};
-use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{bind_interrupts, pac, peripherals::IWDG1};
-use gripper::{Board, Boot, Model, ResetCause, Shared};
-use static_cell::ConstStaticCell;
+use embassy_stm32::{pac, peripherals::IWDG1};
+use gripper::{Board, ResetCause};
 use stm32::port::{Receiver, Sender, halves};
 use stm32::usart::{Direction, Wired};
-use stm32::{Care, Line, Settings, critical, cycles, reset};
-
-static SHARED: Shared = Shared::new();
-static MODELS: ConstStaticCell<[Model; Nucleo::FINGERS]> =
-    ConstStaticCell::new([const { Model::EMPTY }; Nucleo::FINGERS]);
-static CONTROL: InterruptExecutor = InterruptExecutor::new();
+use stm32::{Care, Dog, Line, Settings, critical, cycles, reset};
 
 /// Room for received and for sent bytes.
 type Bus = stm32::Bus<512, 256>;
@@ -45,11 +36,10 @@ struct Nucleo;
 impl Board for Nucleo {
     type Bus = Bus;
     type Flash = Store;
-    type Watchdog = Dog;
+    type Watchdog = Dog<IWDG1>;
     const NAME: &'static str = "nucleo-h743zi";
     const FINGERS: usize = gripper::FINGERS;
-    // A byte's time until the line counts as idle, two wake-ups, and the estimate of another finger before it.
-    const BUS_LATENCY_US: u32 = 500;
+    const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
     const COST_HZ: u32 = clocks::HZ;
     // Longer than a sector of 128 KB takes to erase, which holds the link, not the control task.
     const WATCHDOG_MS: u32 = 4_000;
@@ -68,66 +58,18 @@ struct Caches;
 
 impl Care for Caches {
     fn changed(address: u32, bytes: u32) {
-        let first = address as usize & !31;
-        let end = (address + bytes) as usize;
-        // SAFETY: the settings' sectors hold no variables: nothing dirty is thrown away.
-        unsafe { cortex_m::Peripherals::steal().SCB.invalidate_dcache_by_address(first, end - first) };
+        stm32::forget_cached(address, bytes);
     }
 }
 
-/// The chip's independent watchdog.
-struct Dog(IndependentWatchdog<'static, IWDG1>);
-
-impl gripper::Watchdog for Dog {
-    fn feed(&mut self) {
-        self.0.pet();
-    }
-}
-
-bind_interrupts!(struct Interrupts {
-    USART2 => OnBus;
-    USART3 => OnLink;
+stm32::interrupts! {
+    BUS by BUS_USART on USART2, LINK by LINK_USART on USART3;
     // Two devices that nothing here uses: the vector of the one wakes whoever waits for a line, that of the other runs the
     // control task.
-    SPDIF_RX => Waking;
-    CEC => Controlling;
-});
-
-struct OnBus;
-impl Handler<typelevel::USART2> for OnBus {
-    unsafe fn on_interrupt() {
-        // Takes no lock: see `stm32::critical`.
-        if BUS.service(&BUS_USART, cycles::now()) {
-            typelevel::SPDIF_RX::pend();
-        }
-    }
+    waking on SPDIF_RX; control task on CEC
 }
 
-struct OnLink;
-impl Handler<typelevel::USART3> for OnLink {
-    unsafe fn on_interrupt() {
-        // Takes no lock either.
-        if LINK.service(&LINK_USART, cycles::now()) {
-            typelevel::SPDIF_RX::pend();
-        }
-    }
-}
-
-struct Waking;
-impl Handler<typelevel::SPDIF_RX> for Waking {
-    unsafe fn on_interrupt() {
-        BUS.wake();
-        LINK.wake();
-    }
-}
-
-struct Controlling;
-impl Handler<typelevel::CEC> for Controlling {
-    unsafe fn on_interrupt() {
-        // SAFETY: this is its interrupt, which `main` lets through by starting the executor.
-        unsafe { CONTROL.on_interrupt() };
-    }
-}
+gripper::tasks!(Nucleo, sends: Sender<2048, 2048>, hears: Receiver<2048, 2048>);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -145,31 +87,16 @@ async fn main(spawner: Spawner) {
         }
     }
     let chip = embassy_stm32::init(clocks::config());
-    let mut watchdog = IndependentWatchdog::new(chip.IWDG1, Nucleo::WATCHDOG_MS * 1000);
-    watchdog.unleash();
+    let watchdog = Dog::start(chip.IWDG1, Nucleo::WATCHDOG_MS);
     defmt::info!("gripper on nucleo-h743zi, version {=str}", env!("CARGO_PKG_VERSION"));
 
-    // SAFETY: `Waking` is its handler.
-    unsafe { typelevel::SPDIF_RX::enable() };
     let running = BUS_USART.start_with_driver_enable(chip.USART2, chip.PD5, chip.PD6, chip.PD4, 1_000_000);
     let bus = Bus::new(&BUS, running);
     let link = LINK_USART.start(chip.USART3, chip.PD8, chip.PD9, LINK_BAUD);
     let (outgoing, incoming) = halves(&LINK, link.raise());
 
-    interrupt::CEC.set_priority(critical::CONTROL);
-    match control(MODELS.take(), bus, Dog(watchdog)) {
-        Ok(task) => CONTROL.start(interrupt::CEC).spawn(task),
-        Err(_) => defmt::error!("no room for the control task"),
-    }
-    start(spawner, send(outgoing));
-    start(spawner, answer(incoming, Store::new(Flash::new_blocking(chip.FLASH)), boot));
-}
-
-fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
-    match task {
-        Ok(task) => spawner.spawn(task),
-        Err(_) => defmt::error!("no room for a task"),
-    }
+    let store = Store::new(Flash::new_blocking(chip.FLASH));
+    run(control_executor(), spawner, (bus, watchdog), (outgoing, incoming), (store, boot));
 }
 
 /// Why the processor started, by its flags, which are cleared.
@@ -184,19 +111,4 @@ fn cause() -> ResetCause {
         () if flags.pinrstf() => ResetCause::Pin,
         () => ResetCause::Unknown,
     }
-}
-
-#[embassy_executor::task]
-async fn control(models: &'static mut [Model; Nucleo::FINGERS], bus: Bus, watchdog: Dog) -> ! {
-    gripper::control::<Nucleo>(&SHARED, models, bus, watchdog).await
-}
-
-#[embassy_executor::task]
-async fn send(link: Sender<2048, 2048>) -> ! {
-    gripper::send(&SHARED, link).await
-}
-
-#[embassy_executor::task]
-async fn answer(link: Receiver<2048, 2048>, store: Store, boot: Boot) -> ! {
-    gripper::answer::<Nucleo, _>(&SHARED, link, store, boot).await
 }

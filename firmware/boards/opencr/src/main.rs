@@ -8,23 +8,15 @@ mod clocks;
 mod usb_link;
 mod watchdog;
 
-use embassy_executor::{InterruptExecutor, SpawnError, SpawnToken, Spawner};
+use embassy_executor::Spawner;
 use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
-use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::{bind_interrupts, pac, peripherals, usb};
-use gripper::{Board, Boot, Model, ResetCause, Shared};
-use static_cell::ConstStaticCell;
+use gripper::{Board, ResetCause};
 use stm32::usart::{self, Direction, Wired};
 use stm32::{Care, Line, Settings, critical, cycles, reset};
 use usb_link::{Incoming, Outgoing};
 use watchdog::Timer;
-
-static SHARED: Shared = Shared::new();
-static MODELS: ConstStaticCell<[Model; OpenCr::FINGERS]> =
-    ConstStaticCell::new([const { Model::EMPTY }; OpenCr::FINGERS]);
-static CONTROL: InterruptExecutor = InterruptExecutor::new();
 
 /// Room for received and for sent bytes.
 type BusLine = Line<512, 256>;
@@ -45,8 +37,7 @@ impl Board for OpenCr {
     const NAME: &'static str = "opencr";
     // At 216 MHz more than two are hardly served in time.
     const FINGERS: usize = 2;
-    // A byte's time until the line counts as idle, two wake-ups, and the estimate of another finger before it.
-    const BUS_LATENCY_US: u32 = 500;
+    const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
     const COST_HZ: u32 = clocks::HZ;
     const WATCHDOG_MS: u32 = watchdog::MS;
 
@@ -73,47 +64,22 @@ impl Care for Caches {
     }
 
     fn changed(address: u32, bytes: u32) {
-        let first = address as usize & !31;
-        let end = (address + bytes) as usize;
-        // SAFETY: the settings' sectors hold no variables: nothing dirty is thrown away.
-        unsafe { cortex_m::Peripherals::steal().SCB.invalidate_dcache_by_address(first, end - first) };
+        stm32::forget_cached(address, bytes);
     }
 }
 
+stm32::interrupts! {
+    BUS by BUS_USART on USART6;
+    // No CAN here, nor HDMI-CEC: their vectors wake whoever waits for the bus, and run the control task.
+    waking on CAN2_SCE; control task on CEC
+}
+
 bind_interrupts!(struct Interrupts {
-    USART6 => Bus6;
-    // No CAN here: its vector wakes whoever waits for the bus.
-    CAN2_SCE => Waking;
-    // Nor HDMI-CEC: its vector runs the control task.
-    CEC => Controlling;
     TIM7 => watchdog::Biting;
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
 });
 
-struct Bus6;
-impl Handler<typelevel::USART6> for Bus6 {
-    unsafe fn on_interrupt() {
-        // Takes no lock: see `stm32::critical`.
-        if BUS.service(&BUS_USART, cycles::now()) {
-            typelevel::CAN2_SCE::pend();
-        }
-    }
-}
-
-struct Waking;
-impl Handler<typelevel::CAN2_SCE> for Waking {
-    unsafe fn on_interrupt() {
-        BUS.wake();
-    }
-}
-
-struct Controlling;
-impl Handler<typelevel::CEC> for Controlling {
-    unsafe fn on_interrupt() {
-        // SAFETY: this is its interrupt, which `start` below lets through.
-        unsafe { CONTROL.on_interrupt() };
-    }
-}
+gripper::tasks!(OpenCr, sends: Outgoing, hears: Incoming);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -131,27 +97,16 @@ async fn main(spawner: Spawner) {
     usart::direction(chip.PC9);
     let running = BUS_USART.start(chip.USART6, chip.PC6, chip.PC7, 1_000_000);
     let bus = Bus::new(&BUS, running);
-    // SAFETY: `Waking` is its handler.
-    unsafe { typelevel::CAN2_SCE::enable() };
     // Power for the Dynamixel connectors, from now on.
     core::mem::forget(Output::new(chip.PF15, Level::High, Speed::Low));
 
     let link = usb_link::start(chip.USB_OTG_FS, Interrupts, chip.PA12, chip.PA11);
-    interrupt::CEC.set_priority(critical::CONTROL);
-    match control(MODELS.take(), bus, watchdog) {
-        Ok(task) => CONTROL.start(interrupt::CEC).spawn(task),
-        Err(_) => defmt::error!("no room for the control task"),
-    }
-    start(spawner, usb_link::run(link.device));
-    start(spawner, send(link.outgoing));
-    start(spawner, answer(link.incoming, Store::new(Flash::new_blocking(chip.FLASH)), boot));
-}
-
-fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
-    match task {
+    match usb_link::run(link.device) {
         Ok(task) => spawner.spawn(task),
-        Err(_) => defmt::error!("no room for a task"),
+        Err(_) => defmt::error!("no room for the USB task"),
     }
+    let store = Store::new(Flash::new_blocking(chip.FLASH));
+    run(control_executor(), spawner, (bus, watchdog), (link.outgoing, link.incoming), (store, boot));
 }
 
 /// Why the processor started, by its flags, which are cleared.
@@ -166,19 +121,4 @@ fn cause() -> ResetCause {
         () if flags.padrstf() => ResetCause::Pin,
         () => ResetCause::Unknown,
     }
-}
-
-#[embassy_executor::task]
-async fn control(models: &'static mut [Model; OpenCr::FINGERS], bus: Bus, watchdog: Timer) -> ! {
-    gripper::control::<OpenCr>(&SHARED, models, bus, watchdog).await
-}
-
-#[embassy_executor::task]
-async fn send(link: Outgoing) -> ! {
-    gripper::send(&SHARED, link).await
-}
-
-#[embassy_executor::task]
-async fn answer(link: Incoming, store: Store, boot: Boot) -> ! {
-    gripper::answer::<OpenCr, _>(&SHARED, link, store, boot).await
 }

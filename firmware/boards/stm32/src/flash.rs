@@ -13,6 +13,14 @@ pub trait Care {
     fn changed(_address: u32, _bytes: u32) {}
 }
 
+/// The processor's data cache forgets what it holds of changed flash. For [`Care::changed`] on a Cortex-M7.
+pub fn forget_cached(address: u32, bytes: u32) {
+    let first = address as usize & !31;
+    let end = (address + bytes) as usize;
+    // SAFETY: settings' sectors hold no variables: nothing dirty is thrown away.
+    unsafe { cortex_m::Peripherals::steal().SCB.invalidate_dcache_by_address(first, end - first) };
+}
+
 /// `BYTES` of flash from `START` (counted from the flash's own start), in sectors of `SECTOR` bytes.
 pub struct Settings<C, const START: u32, const BYTES: u32, const SECTOR: u32> {
     flash: Flash<'static, Blocking>,

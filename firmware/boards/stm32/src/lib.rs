@@ -4,7 +4,8 @@
 //!   writes it).
 //! - [`critical`]: critical sections that let this one interrupt through.
 //! - [`usart`]: a chip's USART under a line. [`Settings`]: a stretch of flash. [`mod@reset`]: last words, why the
-//!   program started, how it ends. [`cycles`]: the processor's cycle counter.
+//!   program started, how it ends. [`cycles`]: the processor's cycle counter. [`Dog`]: its watchdog.
+//! - [`interrupts!`]: which interrupt does what.
 //!
 //! The log goes out over RTT (defmt-rtt). Without the feature `chip` there is only what needs no chip: the tests drive the line's logic with a simulated USART.
 #![no_std]
@@ -23,6 +24,8 @@ pub mod critical;
 pub mod cycles;
 #[cfg(feature = "chip")]
 mod flash;
+#[cfg(feature = "chip")]
+mod interrupts;
 mod line;
 pub mod port;
 #[cfg(feature = "chip")]
@@ -30,10 +33,18 @@ pub mod reset;
 mod ring;
 #[cfg(feature = "chip")]
 pub mod usart;
+#[cfg(feature = "chip")]
+mod watchdog;
 
 #[cfg(feature = "chip")]
 pub use bus::Bus;
 #[cfg(feature = "chip")]
-pub use flash::{Care, Settings};
+pub use flash::{Care, Settings, forget_cached};
 pub use line::{Line, Status, Until, Usart};
 pub use ring::Ring;
+#[cfg(feature = "chip")]
+pub use watchdog::Dog;
+
+/// What port and scheduler add to a servo's answer, µs, at most: a byte's time until the line counts as idle, two wake-ups, and
+/// the estimate of another finger before it.
+pub const BUS_LATENCY_US: u32 = 500;

@@ -5,14 +5,12 @@
 
 use core::convert::Infallible;
 
-use embassy_executor::{SpawnError, SpawnToken, Spawner};
+use embassy_executor::Spawner;
 use embedded_io_async::{ErrorType, Read, Write};
-use gripper::{Board, Boot, BusPort, Model, Shared};
+use gripper::{Board, BusPort};
 use mps2::{Flash, Uart, UartRx, UartTx, Watchdog, cycles};
-use static_cell::ConstStaticCell;
 
-static SHARED: Shared = Shared::new();
-static MODELS: ConstStaticCell<[Model; Mps2::FINGERS]> = ConstStaticCell::new([const { Model::EMPTY }; Mps2::FINGERS]);
+gripper::tasks!(Mps2, sends: UartTx, hears: UartRx);
 
 /// QEMU's machine.
 struct Mps2;
@@ -75,33 +73,5 @@ async fn main(spawner: Spawner) {
     let board = mps2::init();
     let watchdog = mps2::Board::arm();
     defmt::info!("gripper on mps2-an500, version {=str}", env!("CARGO_PKG_VERSION"));
-    let (tx, rx) = board.link.split();
-    match control(MODELS.take(), Bus(board.bus), watchdog) {
-        Ok(task) => mps2::above().spawn(task),
-        Err(_) => defmt::error!("no room for the control task"),
-    }
-    start(spawner, send(tx));
-    start(spawner, answer(rx, board.flash, board.boot));
-}
-
-fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
-    match task {
-        Ok(task) => spawner.spawn(task),
-        Err(_) => defmt::error!("no room for a task"),
-    }
-}
-
-#[embassy_executor::task]
-async fn control(models: &'static mut [Model; Mps2::FINGERS], bus: Bus, watchdog: Watchdog) -> ! {
-    gripper::control::<Mps2>(&SHARED, models, bus, watchdog).await
-}
-
-#[embassy_executor::task]
-async fn send(link: UartTx) -> ! {
-    gripper::send(&SHARED, link).await
-}
-
-#[embassy_executor::task]
-async fn answer(link: UartRx, flash: Flash, boot: Boot) -> ! {
-    gripper::answer::<Mps2, _>(&SHARED, link, flash, boot).await
+    run(mps2::above(), spawner, (Bus(board.bus), watchdog), board.link.split(), (board.flash, board.boot));
 }

@@ -1,4 +1,4 @@
-//! Puts the memory map where the linker finds it, and links the image.
+//! The STM32 boards' build script: puts the memory map where the linker finds it, and links the image.
 
 use std::{env, fs, path::PathBuf};
 

@@ -1,0 +1,68 @@
+//! The program's memory and tasks, which embassy wants written out for each board's types.
+
+/// The memory of a [`Board`](crate::Board)'s gripper, its three tasks, and `run`, which starts them.
+///
+/// ```ignore
+/// gripper::tasks!(MyBoard, sends: UartTx, hears: UartRx);
+/// // … once the board is up; `above` spawns into the executor whose interrupt goes before the others:
+/// run(above, spawner, (bus, watchdog), (tx, rx), (flash, boot));
+/// ```
+///
+/// The board's crate depends on `defmt`, `embassy-executor` and `static_cell`.
+#[macro_export]
+macro_rules! tasks {
+    ($board:ty, sends: $outgoing:ty, hears: $incoming:ty) => {
+        static SHARED: $crate::Shared = $crate::Shared::new();
+        static MODELS: static_cell::ConstStaticCell<[$crate::Model; <$board as $crate::Board>::FINGERS]> =
+            static_cell::ConstStaticCell::new([const { $crate::Model::EMPTY }; <$board as $crate::Board>::FINGERS]);
+
+        type BusOf = <$board as $crate::Board>::Bus;
+        type WatchdogOf = <$board as $crate::Board>::Watchdog;
+        type FlashOf = <$board as $crate::Board>::Flash;
+
+        /// Starts the tasks.
+        fn run(
+            above: embassy_executor::SendSpawner,
+            below: embassy_executor::Spawner,
+            (bus, watchdog): (BusOf, WatchdogOf),
+            (outgoing, incoming): ($outgoing, $incoming),
+            (flash, boot): (FlashOf, $crate::Boot),
+        ) {
+            match control(MODELS.take(), bus, watchdog) {
+                Ok(task) => above.spawn(task),
+                Err(_) => defmt::error!("no room for the control task"),
+            }
+            start(below, send(outgoing));
+            start(below, answer(incoming, flash, boot));
+        }
+
+        fn start<S>(
+            spawner: embassy_executor::Spawner,
+            task: Result<embassy_executor::SpawnToken<S>, embassy_executor::SpawnError>,
+        ) {
+            match task {
+                Ok(task) => spawner.spawn(task),
+                Err(_) => defmt::error!("no room for a task"),
+            }
+        }
+
+        #[embassy_executor::task]
+        async fn control(
+            models: &'static mut [$crate::Model; <$board as $crate::Board>::FINGERS],
+            bus: BusOf,
+            watchdog: WatchdogOf,
+        ) -> ! {
+            $crate::control::<$board>(&SHARED, models, bus, watchdog).await
+        }
+
+        #[embassy_executor::task]
+        async fn send(link: $outgoing) -> ! {
+            $crate::send(&SHARED, link).await
+        }
+
+        #[embassy_executor::task]
+        async fn answer(link: $incoming, flash: FlashOf, boot: $crate::Boot) -> ! {
+            $crate::answer::<$board, _>(&SHARED, link, flash, boot).await
+        }
+    };
+}
