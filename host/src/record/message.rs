@@ -204,7 +204,7 @@ impl From<GraspMessage> for Grasp {
             sum: [message.sum_x_n.0, message.sum_y_n.0],
             squeeze: message.squeeze_n.0,
             balance: message.balance.0,
-            free: message.is_free.then(|| FreeObject {
+            free: message.is_free.then_some(FreeObject {
                 status: message.object_status,
                 shift: [message.object_shift_x_mm.0, message.object_shift_y_mm.0],
                 turn: message.object_turn_deg.0,
