@@ -498,6 +498,8 @@ impl<'a, B: Board> Core<'a, B> {
                 let refusal = made.map_err(|error| Refusal::Finger(Refusal::text(&error)));
                 let finger = what.finger;
                 self.shared.set_design(finger, refusal.is_ok().then_some(what.what));
+                // It starts anew, on the object where it was set: so do the others.
+                self.put_back();
                 if refusal.is_ok() {
                     self.shared.tell(Event::ModelReady { finger, cost });
                 }
@@ -519,6 +521,10 @@ impl<'a, B: Board> Core<'a, B> {
                 }
                 if settings.role != self.settings.role {
                     self.units.iter_mut().for_each(Unit::forget_servo);
+                    self.scan = false;
+                }
+                if settings.fingers != self.settings.fingers {
+                    self.put_back();
                 }
                 self.support(settings.support);
                 self.settings = settings;
