@@ -117,6 +117,10 @@ impl<B: Board> Core<'_, B> {
 
     /// Once every finger has its estimate, finds where the object rests, and reports the forces there.
     pub(crate) fn balance(&mut self) {
+        // A board with room for one finger holds nothing between two, and has no room for what finds it.
+        if B::FINGERS < 2 {
+            return;
+        }
         let mut fingers = self.units.iter().filter(|unit| unit.mount.is_some());
         if !fingers.all(|unit| unit.pending.is_some()) {
             return;
