@@ -9,6 +9,7 @@ use model_core::newton::Hessian;
 use model_core::object::{ObjectDesign, ObjectError};
 use model_core::real::Real;
 use model_core::size::Size;
+use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
 use crate::heap::Host;
 use crate::run::Precision;
@@ -27,6 +28,12 @@ pub trait AnyEstimator: Send {
     /// What is wrong with it.
     fn set_object(&mut self, object: ObjectDesign) -> Result<(), ObjectError>;
 
+    /// Says how uncertain angle and parameters are.
+    ///
+    /// # Errors
+    /// The first value that is not allowed.
+    fn set_uncertainty(&mut self, uncertainty: Uncertainty) -> Result<(), UncertaintyError>;
+
     /// Estimates at a motor angle, rad.
     fn update(&mut self, motor_angle: f64) -> Estimate;
 
@@ -44,6 +51,10 @@ where
 
     fn set_object(&mut self, object: ObjectDesign) -> Result<(), ObjectError> {
         self.set_object(object)
+    }
+
+    fn set_uncertainty(&mut self, uncertainty: Uncertainty) -> Result<(), UncertaintyError> {
+        self.set_uncertainty(uncertainty)
     }
 
     fn update(&mut self, motor_angle: f64) -> Estimate {

@@ -1,14 +1,17 @@
-//! `fre gripper` and `fre monitor` on the real firmware in QEMU, as a script uses them.
+//! `fre gripper`, `fre monitor`, `fre calibrate --send` and `fre log --qemu` on the real firmware in QEMU, as a script uses them.
 //!
 //! `cargo xtask test system` builds the firmware, names it in `FRE_FIRMWARE_ELF`, and runs these ignored tests.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use host::calibrate::synthetic::{Errors, Protocol, draw};
+use host::calibrate::{Model, Parameter, Trial};
 use host::case::preset;
 use host::servo::{Clock, Config, Hub, Load, Running, Servo};
+use model_core::discretise::{Discretisation, Physics};
 use model_core::object::ObjectDesign;
 
 /// Of the case below.
@@ -17,6 +20,17 @@ const CASE: &str = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\
     [motion]\nmotor_angles_deg = [6.0]\n";
 /// How long anything may take, a busy PC included.
 const PATIENCE: Duration = Duration::from_secs(60);
+
+fn firmware() -> String {
+    std::env::var("FRE_FIRMWARE_ELF").expect("FRE_FIRMWARE_ELF; run this by `cargo xtask test system`")
+}
+
+/// `fre …`: exit status, output, errors.
+fn fre(words: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
 
 /// A gripper in QEMU; its servo's time passes by its position's reads.
 struct Gripper {
@@ -27,8 +41,7 @@ struct Gripper {
 
 impl Gripper {
     fn boot(name: &str) -> Self {
-        let elf =
-            std::env::var_os("FRE_FIRMWARE_ELF").expect("FRE_FIRMWARE_ELF; run this by `cargo xtask test system`");
+        let elf = firmware();
         let folder = std::env::temp_dir().join(format!("fre-command-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let mut command = Command::new("qemu-system-arm");
@@ -58,10 +71,11 @@ impl Gripper {
 
     /// `fre …` on its link: exit status, output, errors.
     fn fre(&self, words: &[&str]) -> (Option<i32>, String, String) {
-        let link = format!("unix:{}", self.folder.join("link").display());
-        let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).args(["--link", &link]).output().unwrap();
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (output.status.code(), text(&output.stdout), text(&output.stderr))
+        fre(&[words, &["--link", &self.link()]].concat())
+    }
+
+    fn link(&self) -> String {
+        format!("unix:{}", self.folder.join("link").display())
     }
 
     /// The same, which must go well.
@@ -291,4 +305,102 @@ fn plain(text: &str) -> String {
         }
     }
     plain.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Measurements of three cylinders as files: CSVs and their cases. The truth: 46 MPa, 0.6°, (0.8, −0.5) mm.
+fn measured(folder: &Path) -> Vec<(String, String)> {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let model = Model { design: &design, discretisation: Discretisation::reduced(Physics::Extended) };
+    let parameters = vec![Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
+    let truth = Trial { parameters, values: vec![46.0, 0.6, 0.8, -0.5] };
+    let protocol = Protocol::cylinders(&[[20.0, 10.0], [65.0, 10.0], [45.0, 40.0]], 16);
+    let runs = draw(&model, &truth, &protocol, Errors::USUAL, 11).unwrap();
+    let files = runs.iter().enumerate().map(|(index, run)| {
+        let rows = run.readings.iter().map(|reading| format!("{},{}\n", reading.angle_deg, reading.force_n.unwrap()));
+        let table = folder.join(format!("{index}.csv"));
+        std::fs::write(&table, format!("motor_angle_deg,force_n\n{}", rows.collect::<String>())).unwrap();
+        let ObjectDesign::Circle { centre: [x, y], radius } = run.object else { panic!("a circle") };
+        let case = folder.join(format!("{index}.toml"));
+        let object = format!("shape = \"circle\"\nradius_mm = {radius:?}\ncentre_mm = [{x:?}, {y:?}]");
+        let words = format!("finger = \"preset:ladder-80\"\n[object]\n{object}\n[motion]\nmotor_angles_deg = [6.0]\n");
+        std::fs::write(&case, words).unwrap();
+        (table.display().to_string(), case.display().to_string())
+    });
+    files.collect()
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test system"]
+fn a_calibration_reaches_the_gripper() {
+    let gripper = Gripper::boot("calibrate");
+    let files = measured(&gripper.folder);
+    let value = |text: &str, key: &str| -> f64 {
+        let words = text.lines().find_map(|line| line.strip_prefix(&format!("{key} = "))).map(str::to_owned);
+        words.and_then(|words| words.parse().ok()).unwrap_or_else(|| panic!("no {key}: {text}"))
+    };
+    let before = gripper.done(&["gripper", "get"]);
+    assert!(before.contains("finger 0: not calibrated, taken as zero 0.2000°, E 5.00 %"), "{before}");
+    let zero = value(&before, "finger.0.zero_counts");
+    let link = gripper.link();
+    let send = |options: &[&str], which: &[(String, String)]| {
+        let tables = which.iter().map(|(table, _)| table.as_str());
+        let cases = which.iter().flat_map(|(_, case)| ["--case", case.as_str()]);
+        let words: Vec<&str> = ["calibrate"].into_iter().chain(tables).chain(cases).collect();
+        fre(&[&words, ["--elements", "reduced", "--send", &link].as_slice(), options].concat())
+    };
+
+    // A few low forces in one place tell too little: nothing is sent, and it says so.
+    let few = std::fs::read_to_string(&files[2].0).unwrap().lines().take(4).collect::<Vec<_>>().join("\n");
+    let table = gripper.folder.join("few.csv").display().to_string();
+    std::fs::write(&table, few).unwrap();
+    let (code, out, errors) = send(&[], &[(table, files[2].1.clone())]);
+    assert!(code == Some(2) && errors.contains("nothing was sent"), "{code:?} {out}{errors}");
+    assert_eq!(gripper.done(&["gripper", "get"]), before);
+    let (code, _, errors) = send(&["--finger", "3"], &files);
+    assert!(code == Some(1) && errors.contains("no finger 3"), "{code:?} {errors}");
+    assert_eq!(gripper.done(&["gripper", "get"]), before);
+
+    let (code, out, errors) = send(&[], &files);
+    assert_eq!(code, Some(0), "{out}{errors}");
+    assert!(errors.contains("sent to finger 0") && errors.contains("read back: finger, uncertainty, zero"), "{errors}");
+    let after = gripper.done(&["gripper", "get"]);
+    let moved = value(&after, "finger.0.zero_counts") - zero;
+    assert!((moved + 0.6 * 4096.0 / 360.0).abs() < 1.2, "0.6° are −6.8 counts: {moved}");
+    assert!(after.contains("7 lamellae") && after.contains("no object"), "which of three it is nobody knows: {after}");
+    // What the fit's own table says.
+    let stated =
+        out.lines().find_map(|line| line.trim().strip_prefix("uncertainty")).expect("the fit's uncertainty").trim();
+    let deviation = stated.strip_prefix("zero ").and_then(|rest| rest.split('°').next()).expect("a zero");
+    assert!(after.contains(&format!("finger 0: calibrated to zero {deviation}°")), "{stated}: {after}");
+    assert!(deviation.parse::<f64>().unwrap() < 0.05 && after.contains("correlated; play 0.00°"), "{after}");
+
+    // One object: it goes along.
+    let (code, out, errors) = send(&["--fit", "youngs-modulus"], &files[2..]);
+    assert_eq!(code, Some(0), "{out}{errors}");
+    assert!(errors.contains("finger and object, uncertainty"), "{errors}");
+    let after = gripper.done(&["gripper", "get"]);
+    assert!(after.contains("circle, radius_mm = 40"), "{after}");
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test system"]
+fn the_log_out_of_qemu_is_shown() {
+    let image = firmware();
+    // How long the first line takes depends on the PC.
+    let shown = [2, 10, 60].iter().find_map(|seconds| {
+        let (code, out, errors) = fre(&["log", "--qemu", "--image", &image, "--seconds", &seconds.to_string()]);
+        assert_eq!(code, Some(0), "{out}{errors}");
+        (!out.is_empty()).then_some(out)
+    });
+    let shown = shown.expect("a line within a minute");
+    let line = shown.lines().next().unwrap();
+    assert!(line.trim_start().starts_with("0.") && line.contains(" INFO "), "time and level: {line}");
+    assert!(line.contains("gripper on mps2-an500, version") && line.contains("gripper.rs:"), "words and place: {line}");
+
+    let (code, _, errors) = fre(&["log", "--qemu", "--image", "/nowhere/gripper"]);
+    assert!(code == Some(1) && errors.contains("/nowhere/gripper"), "{errors}");
+    let (code, _, errors) = fre(&["log", "--qemu", "--image", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")]);
+    assert_eq!(code, Some(1), "no image at all: {errors}");
+    assert_eq!(fre(&["log", "opencr", "--qemu"]).0, Some(1), "a board or QEMU");
+    assert_eq!(fre(&["log"]).0, Some(1), "neither");
 }

@@ -514,6 +514,12 @@ impl<'a, B: Board> Core<'a, B> {
                 self.setup_is_new = true;
                 Ok(())
             }
+            Command::Uncertainty(what) => {
+                let refused = |error| Refusal::Uncertainty(Refusal::text(&error));
+                self.unit(what.finger)?.set_uncertainty(what.what).map_err(refused)?;
+                self.shared.set_uncertainty(what.finger, what.what);
+                Ok(())
+            }
             Command::Settings(settings) => {
                 settings.validate(self.units.len())?;
                 for (unit, mount) in self.units.iter_mut().zip(settings.fingers) {

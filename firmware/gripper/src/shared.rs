@@ -10,9 +10,10 @@ use embassy_sync::signal::Signal;
 use heapless::Vec;
 use messages::{
     CloseTo, Counters, Event, FINGERS, Finger, FingerFor, Grasp, GripTo, Notice, ObjectFor, Outcome, Report, Settings,
-    Shape, Which, frame,
+    Shape, UncertaintyFor, Which, frame,
 };
 use model_core::object::ObjectDesign;
+use model_core::uncertainty::Uncertainty;
 
 use crate::store::Key;
 
@@ -37,6 +38,7 @@ pub(crate) type Frame = Vec<u8, { frame::FRAME }>;
 pub(crate) enum Command {
     Finger(FingerFor),
     Object(ObjectFor),
+    Uncertainty(UncertaintyFor),
     Settings(Settings),
     Open(Which),
     Close(CloseTo),
@@ -58,12 +60,17 @@ pub(crate) struct Setup {
     pub(crate) settings: Settings,
     pub(crate) fingers: [Option<Finger>; FINGERS],
     pub(crate) objects: [Option<ObjectDesign>; FINGERS],
+    pub(crate) uncertainties: [Option<Uncertainty>; FINGERS],
 }
 
 impl Setup {
     /// Default settings, no finger, no object.
-    pub(crate) const DEFAULT: Self =
-        Self { settings: Settings::DEFAULT, fingers: [const { None }; FINGERS], objects: [None; FINGERS] };
+    pub(crate) const DEFAULT: Self = Self {
+        settings: Settings::DEFAULT,
+        fingers: [const { None }; FINGERS],
+        objects: [None; FINGERS],
+        uncertainties: [None; FINGERS],
+    };
 }
 
 /// The one setup; nothing until it is first looked at, so that it is all zeros before.
@@ -204,6 +211,15 @@ impl Shared {
         self.set(|setup| {
             if let Some(place) = setup.objects.get_mut(usize::from(finger)) {
                 *place = Some(object);
+            }
+        });
+    }
+
+    /// Remembers what is uncertain of a finger.
+    pub(crate) fn set_uncertainty(&self, finger: u8, uncertainty: Option<Uncertainty>) {
+        self.set(|setup| {
+            if let Some(place) = setup.uncertainties.get_mut(usize::from(finger)) {
+                *place = uncertainty;
             }
         });
     }

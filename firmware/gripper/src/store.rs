@@ -1,4 +1,4 @@
-//! What survives the loss of power: settings, designs and objects, each a record of its own in flash.
+//! What survives the loss of power: settings, designs, objects and what a calibration left uncertain, each a record of its own in flash.
 //!
 //! [`sequential_storage`] keeps several generations of every record, each with a CRC, and takes a write that was cut short
 //! for none: until the new record is whole, the old one counts. A record begins with the version of its layout; of another
@@ -10,6 +10,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use embedded_storage_async::nor_flash as waiting;
 use messages::{FINGERS, Finger, Settings};
 use model_core::object::ObjectDesign;
+use model_core::uncertainty::Uncertainty;
 use postcard_rpc::postcard;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
@@ -18,7 +19,7 @@ use serde::de::DeserializeOwned;
 
 use crate::shared::Setup;
 
-/// Version of the records' layout. A change of [`Settings`], [`Finger`] or [`ObjectDesign`] needs another.
+/// Version of the records' layout. A change of [`Settings`], [`Finger`], [`ObjectDesign`] or [`Uncertainty`] needs another.
 const VERSION: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).
 const RECORD: usize = 1088;
@@ -29,6 +30,7 @@ pub(crate) enum Key {
     Settings,
     Finger(u8),
     Object(u8),
+    Uncertainty(u8),
 }
 
 impl Key {
@@ -38,6 +40,7 @@ impl Key {
             Self::Settings => 0,
             Self::Finger(finger) => 0x10 + finger,
             Self::Object(finger) => 0x20 + finger,
+            Self::Uncertainty(finger) => 0x30 + finger,
         }
     }
 }
@@ -80,6 +83,10 @@ impl<F: NorFlash> Store<F> {
         for finger in 0..FINGERS as u8 {
             let design = self.read::<Option<Finger>>(Key::Finger(finger), &mut found).await;
             let object = self.read::<Option<ObjectDesign>>(Key::Object(finger), &mut found).await;
+            let uncertainty = self.read::<Option<Uncertainty>>(Key::Uncertainty(finger), &mut found).await;
+            if let (Some(place), Some(uncertainty)) = (setup.uncertainties.get_mut(usize::from(finger)), uncertainty) {
+                *place = uncertainty;
+            }
             if let (Some(place), Some(design)) = (setup.fingers.get_mut(usize::from(finger)), design) {
                 *place = design;
             }
@@ -101,7 +108,8 @@ impl<F: NorFlash> Store<F> {
             return Err(NotKept);
         };
         map.erase_all().await.map_err(|_| NotKept)?;
-        let all = (0..FINGERS as u8).flat_map(|finger| [Key::Finger(finger), Key::Object(finger)]);
+        let of = |finger| [Key::Finger(finger), Key::Object(finger), Key::Uncertainty(finger)];
+        let all = (0..FINGERS as u8).flat_map(of);
         for key in all.chain([Key::Settings]) {
             let length = encode(key, setup, &mut self.record)?;
             self.write(key, length).await?;
@@ -160,6 +168,7 @@ fn encode(key: Key, setup: &Setup, record: &mut [u8]) -> Result<usize, NotKept> 
         Key::Settings => put(&setup.settings, rest)?,
         Key::Finger(finger) => put(setup.fingers.get(usize::from(finger)).ok_or(NotKept)?, rest)?,
         Key::Object(finger) => put(setup.objects.get(usize::from(finger)).ok_or(NotKept)?, rest)?,
+        Key::Uncertainty(finger) => put(setup.uncertainties.get(usize::from(finger)).ok_or(NotKept)?, rest)?,
     };
     Ok(1 + length)
 }
@@ -273,6 +282,7 @@ mod tests {
         for finger in 0..FINGERS {
             let radius = f64::from(objects) + finger as f64;
             setup.objects[finger] = Some(ObjectDesign::Circle { centre: [41.0, 45.0], radius });
+            setup.uncertainties[finger] = Some(Uncertainty { radius: radius as f32, ..Uncertainty::DEFAULT });
         }
         setup
     }
@@ -319,10 +329,12 @@ mod tests {
             let setup = with(round as f32, round);
             keep(&mut flash, Key::Settings, &setup).unwrap();
             keep(&mut flash, Key::Object((round % 4) as u8), &setup).unwrap();
+            keep(&mut flash, Key::Uncertainty((round % 4) as u8), &setup).unwrap();
             let (back, found) = restore(&mut flash);
             assert_eq!(back.settings, setup.settings);
             assert_eq!(back.objects[(round % 4) as usize], setup.objects[(round % 4) as usize]);
-            assert_eq!(found, Found { records: 1 + round.min(4) as u8, damaged: 0 });
+            assert_eq!(back.uncertainties[(round % 4) as usize], setup.uncertainties[(round % 4) as usize]);
+            assert_eq!(found, Found { records: 1 + 2 * round.min(4) as u8, damaged: 0 });
         }
     }
 
@@ -344,6 +356,7 @@ mod tests {
             Key::Settings => format!("{:?}", setup.settings),
             Key::Finger(finger) => format!("{:?}", setup.fingers[usize::from(finger)]),
             Key::Object(finger) => format!("{:?}", setup.objects[usize::from(finger)]),
+            Key::Uncertainty(finger) => format!("{:?}", setup.uncertainties[usize::from(finger)]),
         };
         let mut flash = Flash::<WORD>::new();
         let mut old = make(0);
@@ -393,6 +406,7 @@ mod tests {
         cut_everywhere::<4>(Key::Settings, make);
         cut_everywhere::<8>(Key::Settings, make);
         cut_everywhere::<32>(Key::Settings, make);
+        cut_everywhere::<8>(Key::Uncertainty(2), |round| with(0.0, round));
     }
 
     /// The longest records: a whole finger.

@@ -3,6 +3,7 @@
 use dynamixel::Id;
 use messages::{Calibration, Direction, Mount, Reaction, Report};
 use model_core::estimator::Estimate;
+use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
 use crate::Model;
 use crate::budget::Budget;
@@ -31,6 +32,8 @@ pub(crate) struct Unit<'a> {
     /// Whether the model has a design and an object: without, no force can be asked for.
     pub(crate) has_design: bool,
     pub(crate) has_object: bool,
+    /// What a calibration has left uncertain, if there was one.
+    uncertainty: Option<Uncertainty>,
     /// When the position behind the last estimate was heard, µs; nothing while the gripper leads the servo itself.
     pub(crate) heard_us: Option<u64>,
     /// The hardware errors last heard of.
@@ -55,6 +58,7 @@ impl<'a> Unit<'a> {
             alert_changed: false,
             has_design: false,
             has_object: false,
+            uncertainty: None,
             heard_us: None,
             hardware_error: 0,
             is_reported: false,
@@ -66,13 +70,28 @@ impl<'a> Unit<'a> {
         self.is_reported || self.pending.is_some()
     }
 
-    /// Takes design and object that were kept in flash.
+    /// Says how uncertain its parameters are. A count of the servo is what it is through this finger's gear.
+    pub(crate) fn set_uncertainty(&mut self, given: Option<Uncertainty>) -> Result<(), UncertaintyError> {
+        let quantisation = self.calibration.count().abs() as f32;
+        self.model.set_uncertainty(Uncertainty { quantisation, ..given.unwrap_or(Uncertainty::DEFAULT) })?;
+        self.uncertainty = given;
+        Ok(())
+    }
+
+    /// Takes design, object and uncertainty that were kept in flash.
     pub(crate) fn restore(&mut self, shared: &Shared) {
         let finger = self.last.finger;
         let number = usize::from(finger);
-        let (design, object) = shared.setup(|setup| {
-            (setup.fingers.get(number).cloned().flatten(), setup.objects.get(number).copied().flatten())
+        let (design, object, uncertainty) = shared.setup(|setup| {
+            (
+                setup.fingers.get(number).cloned().flatten(),
+                setup.objects.get(number).copied().flatten(),
+                setup.uncertainties.get(number).copied().flatten(),
+            )
         });
+        if self.set_uncertainty(uncertainty).is_err() {
+            shared.set_uncertainty(finger, None);
+        }
         if let Some(design) = design {
             self.has_design = self.model.configure(&design.design, &design.how).is_ok();
             if !self.has_design {
@@ -96,6 +115,8 @@ impl<'a> Unit<'a> {
         let at = self.calibration.position(self.grip.goal());
         self.mount = mount;
         self.calibration = Calibration::new(&mount.unwrap_or(Mount::DEFAULT));
+        // Of another gear: a value that was taken before is taken again.
+        let _ = self.set_uncertainty(self.uncertainty);
         // The motor stays where it is, at the angle it now is called.
         self.grip.renamed(self.calibration.angle(at));
         if self.id() != id {

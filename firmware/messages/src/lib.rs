@@ -34,10 +34,11 @@ pub use support::Support;
 pub use topic::{CONTACTS, Contact, Event, FreeObject, Grasp, LAMELLAE, Notice, POINTS, Phase, Report, Shape, Why};
 
 use model_core::object::ObjectDesign;
+use model_core::uncertainty::Uncertainty;
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// Version of what messages mean. (Their layout is told apart by the keys.)
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 
 /// Most fingers of a gripper.
 pub const FINGERS: usize = 4;
@@ -47,30 +48,37 @@ pub type MaybeObject = Option<ObjectDesign>;
 /// What may be in the gripper's memory.
 pub type MaybeFinger = Option<Finger>;
 
+/// What a calibration has left uncertain of a finger; none: [`Uncertainty::DEFAULT`] counts.
+pub type MaybeUncertainty = Option<Uncertainty>;
+
 /// An object for a finger, in that finger's world frame.
 pub type ObjectFor = For<ObjectDesign>;
 /// A design for a finger.
 pub type FingerFor = For<Finger>;
+/// The uncertainty of a finger's parameters, or none any more.
+pub type UncertaintyFor = For<MaybeUncertainty>;
 
 endpoints! {
     list = ENDPOINTS;
-    | EndpointTy  | RequestTy    | ResponseTy  | Path           |
-    | ----------  | ---------    | ----------  | ----           |
-    | GetVersion  | ()           | Version     | "version"      |
-    | GetBoot     | ()           | BootReport  | "boot"         |
-    | GetObject   | u8           | MaybeObject | "object/get"   |
-    | SetObject   | ObjectFor    | Outcome     | "object/set"   |
-    | GetFinger   | u8           | MaybeFinger | "finger/get"   |
-    | SetFinger   | FingerFor    | Outcome     | "finger/set"   |
-    | GetSettings | ()           | Settings    | "settings/get" |
-    | SetSettings | Settings     | Outcome     | "settings/set" |
-    | Open        | Which        | Outcome     | "open"         |
-    | Close       | CloseTo      | Outcome     | "close"        |
-    | Grip        | GripTo       | Outcome     | "grip"         |
-    | Hold        | Which        | Outcome     | "hold"         |
-    | Scan        | ()           | Outcome     | "scan"         |
-    | GetCounters | ()           | Counters    | "counters"     |
-    | Provoke     | Provocation  | Outcome     | "provoke"      |
+    | EndpointTy     | RequestTy      | ResponseTy       | Path              |
+    | ----------     | ---------      | ----------       | ----              |
+    | GetVersion     | ()             | Version          | "version"         |
+    | GetBoot        | ()             | BootReport       | "boot"            |
+    | GetObject      | u8             | MaybeObject      | "object/get"      |
+    | SetObject      | ObjectFor      | Outcome          | "object/set"      |
+    | GetFinger      | u8             | MaybeFinger      | "finger/get"      |
+    | SetFinger      | FingerFor      | Outcome          | "finger/set"      |
+    | GetUncertainty | u8             | MaybeUncertainty | "uncertainty/get" |
+    | SetUncertainty | UncertaintyFor | Outcome          | "uncertainty/set" |
+    | GetSettings    | ()             | Settings         | "settings/get"    |
+    | SetSettings    | Settings       | Outcome          | "settings/set"    |
+    | Open           | Which          | Outcome          | "open"            |
+    | Close          | CloseTo        | Outcome          | "close"           |
+    | Grip           | GripTo         | Outcome          | "grip"            |
+    | Hold           | Which          | Outcome          | "hold"            |
+    | Scan           | ()             | Outcome          | "scan"            |
+    | GetCounters    | ()             | Counters         | "counters"        |
+    | Provoke        | Provocation    | Outcome          | "provoke"         |
 }
 
 topics! {

@@ -406,6 +406,8 @@ pub enum Refusal {
     Finger(Text),
     /// The object is at fault; the old one stays.
     Object(Text),
+    /// An uncertainty is at fault; the old one stays.
+    Uncertainty(Text),
     /// A number is outside its range.
     Setting {
         /// Which.
@@ -463,7 +465,7 @@ impl Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Finger(why) | Self::Object(why) => f.write_str(why),
+            Self::Finger(why) | Self::Object(why) | Self::Uncertainty(why) => f.write_str(why),
             Self::Setting { field, value, min, max } => {
                 write!(f, "{} is {value}; allowed is {min} to {max}", field.name())
             }

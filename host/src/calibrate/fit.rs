@@ -34,6 +34,12 @@ const LOST: f64 = 30.0;
 const PASSES: usize = 60;
 /// Points of an outline count as at most so many independent ones: they share the camera's errors.
 const INDEPENDENT_POINTS: f64 = 10.0;
+/// Once what a pass could still gain is less than this, squared standard deviations, the readings keep their deviations and the
+/// residuals their scale: where a sample begins to touch, slopes and so deviations jump, and the fit would go to and fro between two sets.
+const SETTLED: f64 = 0.25;
+/// Where no step makes it better, the fit has ended if less than this was left to gain: a fifth of a standard deviation. (The model's
+/// slopes jump where samples begin to touch; the best place may be such an edge.)
+const EDGE: f64 = 0.04;
 /// Shift, in doubts, of the differences that an outline's derivatives are made of.
 const SHIFT: f64 = 1e-3;
 
@@ -169,6 +175,14 @@ struct Row {
     deviation: f64,
 }
 
+/// What no longer changes near the end of a fit.
+struct Settled {
+    /// [`spread`] of the residuals.
+    scale: f64,
+    /// Deviations of the rows; none for those without a prediction then.
+    deviations: Vec<Option<f64>>,
+}
+
 /// Everything at one trial.
 struct Point {
     trial: Trial,
@@ -183,11 +197,12 @@ struct Point {
 /// If the design is refused as it is.
 pub fn fit(model: &Model<'_>, runs: &[Run], parameters: &[Parameter], noise: &Noise) -> Result<Fit, DiscretiseError> {
     let doubts: Vec<f64> = parameters.iter().map(|parameter| parameter.doubt(model.design)).collect();
-    let mut here = evaluate(model, runs, Trial::start(parameters, model.design), noise, &doubts)?;
+    let mut here = evaluate(model, runs, Trial::start(parameters, model.design), noise, &doubts, None)?;
     let mut damping = 1e-3;
+    let mut settled: Option<Settled> = None;
     let (mut passes, mut converged) = (1, false);
     while passes < PASSES && !converged {
-        let scale = spread(&here.rows, noise.loss);
+        let scale = settled.as_ref().map_or_else(|| spread(&here.rows, noise.loss), |settled| settled.scale);
         let (information, slope) = normal_equations(&here.rows, noise.loss, scale, parameters.len());
         let eigen = SymmetricEigen::new(information);
         let before = cost(&here.rows, None, noise.loss, scale);
@@ -209,12 +224,16 @@ pub fn fit(model: &Model<'_>, runs: &[Run], parameters: &[Parameter], noise: &No
             converged = true;
             break;
         }
+        if gain < SETTLED && settled.is_none() {
+            let deviations = here.rows.iter().map(|row| row.as_ref().map(|row| row.deviation)).collect();
+            settled = Some(Settled { scale, deviations });
+        }
         let mut trial = here.trial.clone();
         for ((value, part), doubt) in trial.values.iter_mut().zip(step.iter()).zip(&doubts) {
             *value += part * doubt;
         }
         passes += 1;
-        let next = evaluate(model, runs, trial, noise, &doubts).ok();
+        let next = evaluate(model, runs, trial, noise, &doubts, settled.as_ref()).ok();
         let better = next.filter(|next| cost(&next.rows, Some(&here.rows), noise.loss, scale) <= before);
         match better {
             Some(next) => {
@@ -225,7 +244,7 @@ pub fn fit(model: &Model<'_>, runs: &[Run], parameters: &[Parameter], noise: &No
                 damping = if damping < 0.1 { 1.0 } else { damping * 10.0 };
                 // No step, however short, makes it better by more than rounding.
                 if damping > 1e6 {
-                    converged = gain < 1e-2;
+                    converged = gain < EDGE;
                     break;
                 }
             }
@@ -240,7 +259,9 @@ fn evaluate(
     trial: Trial,
     noise: &Noise,
     doubts: &[f64],
+    settled: Option<&Settled>,
 ) -> Result<Point, DiscretiseError> {
+    let kept = |index: usize| settled.and_then(|settled| settled.deviations.get(index).copied().flatten());
     let predict = |trial: &Trial, derivatives| {
         runs.iter().map(|run| model.predict(run, trial, derivatives)).collect::<Result<Vec<_>, _>>()
     };
@@ -250,7 +271,8 @@ fn evaluate(
         for (reading, prediction) in run.readings.iter().zip(predicted) {
             let Some(measured) = reading.force_n else { continue };
             rows.push(prediction.status.is_trustworthy().then(|| {
-                let deviation = noise.force_n.hypot(prediction.force_per_deg_n * noise.angle_deg);
+                let own = || noise.force_n.hypot(prediction.force_per_deg_n * noise.angle_deg);
+                let deviation = kept(rows.len()).unwrap_or_else(own);
                 let gradient = prediction.gradient.iter().zip(doubts).map(|(g, doubt)| g * doubt / deviation);
                 Row {
                     residual: (measured - prediction.force_n) / deviation,

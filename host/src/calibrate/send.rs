@@ -2,6 +2,7 @@
 
 use messages::{Direction, Finger};
 use model_core::object::ObjectDesign;
+use model_core::uncertainty::Uncertainty;
 
 use crate::link::{Link, LinkError};
 
@@ -12,6 +13,8 @@ pub struct Calibrated {
     pub finger: Finger,
     /// What is added to the zero position of a servo without a gear whose counts grow on closing, counts.
     pub zero_counts: f64,
+    /// What the fit leaves uncertain, which the standard deviations of the gripper's forces follow.
+    pub uncertainty: Uncertainty,
     /// The fitted object, if it goes with it.
     pub object: Option<ObjectDesign>,
 }
@@ -54,10 +57,14 @@ pub fn send(link: &Link, number: u8, calibrated: &Calibrated) -> Result<[f32; 2]
     if let Some(object) = calibrated.object {
         link.set_object(number, object)?;
     }
+    link.set_uncertainty(number, Some(calibrated.uncertainty))?;
     // Last: a zero that was sent twice would be added twice.
     link.set_settings(&settings)?;
     if link.finger(number)?.as_ref() != Some(&calibrated.finger) {
         return Err(SendError::Differs("finger"));
+    }
+    if link.uncertainty(number)? != Some(calibrated.uncertainty) {
+        return Err(SendError::Differs("uncertainty"));
     }
     if calibrated.object.is_some() && link.object(number)? != calibrated.object {
         return Err(SendError::Differs("object"));

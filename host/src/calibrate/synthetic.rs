@@ -16,7 +16,47 @@ pub struct Errors {
     pub angle_deg: f64,
 }
 
-/// Draws runs: one per object, a reading at each angle (degrees), true values from `truth`. Readings without a trustworthy
+impl Errors {
+    /// A force sensor's ±0.02 N, taken as a standard deviation (4.6 % of the errors are greater than twice that), and a servo's ±0.044°: half
+    /// a count, which rounding never exceeds.
+    pub const USUAL: Self = Self { force_n: 0.02, angle_deg: 0.5 * COUNT_DEG };
+}
+
+/// Which objects are touched, and at which measured angles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Protocol {
+    /// One run each, world frame, mm.
+    pub objects: Vec<ObjectDesign>,
+    /// Degrees, the same for each.
+    pub angles_deg: Vec<f64>,
+}
+
+impl Protocol {
+    /// Cylinders in front of the open finger of `ladder-80`, 1 mm away: their heights and radii, mm; so many readings of each, at the
+    /// servo's whole counts from 1.1° to 9.4°.
+    pub fn cylinders(places: &[[f64; 2]], readings: u32) -> Self {
+        let circle = |&[y, radius]: &[f64; 2]| ObjectDesign::Circle { centre: [1.0 + radius, y], radius };
+        let angle = |i: u32| COUNT_DEG * (12.0 + 96.0 * f64::from(i) / f64::from(readings)).round();
+        Self { objects: places.iter().map(circle).collect(), angles_deg: (0..readings).map(angle).collect() }
+    }
+
+    /// What `docs/hardware.md` recommends: a thin and a thick cylinder, each as low and as high as the finger reaches around it. What a
+    /// turn does to a force grows with the height, what a shift does not: that is how zero angle and place are told apart; and a
+    /// thin cylinder tells its height better than a thick one.
+    pub fn recommended() -> Self {
+        Self::cylinders(&[[20.0, 10.0], [65.0, 10.0], [20.0, 40.0], [65.0, 40.0]], 48)
+    }
+
+    /// How many readings that is.
+    pub fn readings(&self) -> usize {
+        self.objects.len() * self.angles_deg.len()
+    }
+}
+
+/// A count of the servo, degrees.
+const COUNT_DEG: f64 = 360.0 / 4096.0;
+
+/// Draws runs: one per object, a reading at each angle, true values from `truth`. Readings without a trustworthy
 /// solution are missing.
 ///
 /// # Errors
@@ -24,8 +64,7 @@ pub struct Errors {
 pub fn draw(
     model: &Model<'_>,
     truth: &Trial,
-    objects: &[ObjectDesign],
-    angles_deg: &[f64],
+    protocol: &Protocol,
     errors: Errors,
     seed: u64,
 ) -> Result<Vec<Run>, DiscretiseError> {
@@ -33,10 +72,10 @@ pub fn draw(
     // Uniform in 0 … 1, the ends left out.
     let mut uniform = || ((random.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64;
     let mut runs = Vec::new();
-    for (index, &object) in objects.iter().enumerate() {
+    for (index, &object) in protocol.objects.iter().enumerate() {
         let mut readings = Vec::new();
         let mut shifted = Vec::new();
-        for (place, &angle_deg) in angles_deg.iter().enumerate() {
+        for (place, &angle_deg) in protocol.angles_deg.iter().enumerate() {
             readings.push(Reading { line: place + 2, angle_deg, force_n: None, front_mm: Vec::new() });
             shifted.push(angle_deg + errors.angle_deg * (2.0 * uniform() - 1.0));
         }

@@ -58,7 +58,7 @@ pub struct Args {
     /// Writes the finger with the fitted values
     #[arg(long, value_name = "finger.toml")]
     write: Option<PathBuf>,
-    /// Sends the finger, its zero position and, if there is one run, its object to a gripper, and reads them back: unix:PATH,
+    /// Sends the finger, its zero position, the standard deviations and, if there is one run, its object to a gripper, and reads them back: unix:PATH,
     /// tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD. Not if some parameter is undetermined
     #[arg(long, value_name = "LINK")]
     send: Option<Address>,
@@ -193,12 +193,13 @@ fn transmit(args: &Args, address: &Address, input: &Input, fit: &Fit) -> Result<
         // Which of them is in the gripper is not known.
         _ => None,
     };
-    let calibrated = Calibrated { finger, zero_counts: zero_counts(fit, design), object };
+    let calibrated =
+        Calibrated { finger, zero_counts: zero_counts(fit, design), uncertainty: uncertainty(fit, design), object };
     let link = Link::open(address).map_err(|error| error.to_string())?;
     let [before, now] = send(&link, args.finger, &calibrated).map_err(|error| format!("--send {address}: {error}"))?;
     let and = if object.is_some() { " and object" } else { "" };
     eprintln!(
-        "fre: sent to finger {} of the gripper at {address}, and read back: finger{and}, zero position {before:.2} → {now:.2} counts",
+        "fre: sent to finger {} of the gripper at {address}, and read back: finger{and}, uncertainty, zero position {before:.2} → {now:.2} counts",
         args.finger
     );
     Ok(())

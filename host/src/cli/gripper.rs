@@ -9,6 +9,7 @@ use clap::Subcommand;
 use messages::{Event, Finger, GripTo, Notice, Phase, Report, Which};
 use model_core::discretise::Discretisation;
 use model_core::object::ObjectDesign;
+use model_core::uncertainty::Uncertainty;
 
 use super::options::PhysicsWord;
 use super::{UNTRUSTWORTHY, bad_input, identify};
@@ -195,6 +196,16 @@ fn info(link: &Link) -> Result<(), LinkError> {
     Ok(())
 }
 
+/// Standard deviations of the parameters behind the forces'.
+fn deviations(given: &Uncertainty) -> String {
+    let Uncertainty { zero_angle, backlash, youngs_modulus, centre: [x, y], radius, .. } = given;
+    let (zero_deg, play_deg, percent) = (zero_angle.to_degrees(), backlash.to_degrees(), 100.0 * youngs_modulus);
+    let together = if given.correlations.iter().any(|r| *r != 0.0) { ", correlated" } else { "" };
+    format!(
+        "zero {zero_deg:.4}°, E {percent:.2} %, place ({x:.3}, {y:.3}) mm, radius {radius:.3} mm{together}; play {play_deg:.2}°"
+    )
+}
+
 /// An object by the keys of a case file.
 fn words(object: &ObjectDesign) -> String {
     match object {
@@ -223,6 +234,10 @@ fn get(link: &Link) -> Result<(), LinkError> {
         match link.object(finger)? {
             Some(object) => println!("# finger {finger}: {}", words(&object)),
             None => println!("# finger {finger}: no object"),
+        }
+        match link.uncertainty(finger)? {
+            Some(uncertainty) => println!("# finger {finger}: calibrated to {}", deviations(&uncertainty)),
+            None => println!("# finger {finger}: not calibrated, taken as {}", deviations(&Uncertainty::DEFAULT)),
         }
     }
     Ok(())

@@ -11,10 +11,11 @@ use std::time::{Duration, Instant};
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{
     BootReport, Close, CloseTo, Counters, EstimateTopic, EventTopic, Finger, For, GetBoot, GetCounters, GetFinger,
-    GetObject, GetSettings, GetVersion, GraspTopic, Grip, GripTo, Hold, Open, Provocation, Provoke, Report, Scan,
-    SetFinger, SetObject, SetSettings, Settings, ShapeTopic, Version, Which,
+    GetObject, GetSettings, GetUncertainty, GetVersion, GraspTopic, Grip, GripTo, Hold, Open, Provocation, Provoke,
+    Report, Scan, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, ShapeTopic, Version, Which,
 };
 use model_core::object::ObjectDesign;
+use model_core::uncertainty::Uncertainty;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 use postcard_rpc::standard_icd::{ERROR_KEY, WireError};
 use postcard_rpc::{Endpoint, Topic, postcard};
@@ -249,6 +250,22 @@ impl Link {
     /// As [`Link::ask`], and what is wrong with the design or its discretisation.
     pub fn set_finger(&self, finger: u8, design: &Finger) -> Result<(), LinkError> {
         Ok(self.ask::<SetFinger>(&For { finger, what: design.clone() })??)
+    }
+
+    /// What a calibration has left uncertain of a finger, if one was sent.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn uncertainty(&self, finger: u8) -> Result<Option<Uncertainty>, LinkError> {
+        self.ask::<GetUncertainty>(&finger)
+    }
+
+    /// Says how uncertain a finger's parameters are, which its forces' standard deviations then follow; none: what is usual.
+    ///
+    /// # Errors
+    /// As [`Link::ask`], and the first value that is not allowed.
+    pub fn set_uncertainty(&self, finger: u8, uncertainty: Option<Uncertainty>) -> Result<(), LinkError> {
+        Ok(self.ask::<SetUncertainty>(&For { finger, what: uncertainty })??)
     }
 
     /// Its settings.

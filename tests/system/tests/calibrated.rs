@@ -4,8 +4,10 @@ use std::time::Duration;
 
 use host::calibrate::{Calibrated, SendError, send};
 use messages::{Direction, Mount, Report, Settings};
+use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
+use model_core::uncertainty::Uncertainty;
 use system_tests::{Machine, OBJECT, Watch, finger};
 
 /// Longest wait for anything, on a busy PC.
@@ -42,23 +44,52 @@ fn what_was_fitted_is_sent_and_read_back() {
     fitted.design.material.youngs_modulus *= 2.0;
     let object = ObjectDesign::Circle { centre: [41.0, 45.5], radius: 40.0 };
     let zero_counts = 2.0 * counts;
-    let calibrated = Calibrated { finger: fitted.clone(), zero_counts: f64::from(zero_counts), object: Some(object) };
+    // A zero known to 0.5°, and nothing else that is uncertain, but that it goes with the object's place.
+    let mut uncertainty = Uncertainty { zero_angle: 0.5_f32.to_radians(), centre: [0.1, 0.0], ..Uncertainty::NONE };
+    uncertainty.quantisation = Uncertainty::DEFAULT.quantisation;
+    uncertainty.correlations[1] = -0.8;
+    let (zero, place) = (f64::from(zero_counts), Some(object));
+    let calibrated = Calibrated { finger: fitted.clone(), zero_counts: zero, uncertainty, object: place };
+    assert_eq!(link.uncertainty(0).unwrap(), None);
     let [was, now] = send(&link, 0, &calibrated).unwrap();
     assert_eq!(was, mount.zero);
     assert!((now - was - zero_counts).abs() < 1e-3, "{was} {now}");
     assert_eq!(link.finger(0).unwrap(), Some(fitted.clone()));
     assert_eq!(link.object(0).unwrap(), Some(object));
     let after = settled("a force at 7°", 7.0);
+    assert_eq!(link.uncertainty(0).unwrap(), Some(uncertainty));
     // The same as the model makes of it on this PC.
     let mut model = host::estimator::estimator(host::run::Precision::F64, Default::default());
     model.configure(&fitted.design, &fitted.how).unwrap();
     model.set_object(object).unwrap();
+    model.set_uncertainty(uncertainty).unwrap();
     let angle = f64::from(after.estimate.motor_angle);
     // An object that is set while the finger is on it is approached over several ticks.
     let mut ticks = (0..100).map(|_| model.update(angle));
     let expected = ticks.find(|estimate| estimate.status.is_trustworthy()).expect("a force within 100 ticks");
     let apart = (expected.force_magnitude() - after.estimate.force_magnitude()).abs();
     assert!(apart < 0.05, "{after:?}, this PC says {expected:?}");
+    let deviation = after.estimate.standard_deviation;
+    assert!((deviation / expected.standard_deviation - 1.0).abs() < 0.05, "{deviation}, this PC says {expected:?}");
+
+    // Three times as uncertain a zero, and nothing else: three times the deviation, but for the reading's own.
+    let wider = Uncertainty { zero_angle: 1.5_f32.to_radians(), centre: [0.0; 2], ..uncertainty };
+    link.set_uncertainty(0, Some(wider)).unwrap();
+    watch_deviation(&link, "a wider one", |estimate| {
+        let [fx, fy] = estimate.force;
+        let [dx, dy] = estimate.force_per_angle;
+        let slope = ((fx * dx + fy * dy) / estimate.force_magnitude()).abs();
+        let wanted = slope * (wider.zero_angle.powi(2) + wider.quantisation.powi(2) / 12.0).sqrt();
+        slope > 0.0
+            && (estimate.standard_deviation / wanted - 1.0).abs() < 0.02
+            && estimate.standard_deviation > 2.0 * deviation
+    });
+    let refused = link.set_uncertainty(0, Some(Uncertainty { radius: -1.0, ..wider })).unwrap_err();
+    assert!(refused.to_string().contains("radius is -1; allowed is 0 to 1000"), "{refused}");
+    assert_eq!(link.uncertainty(0).unwrap(), Some(wider), "the old one stays");
+    // None: what is usual.
+    link.set_uncertainty(0, None).unwrap();
+    assert_eq!(link.uncertainty(0).unwrap(), None);
 
     // Reversed and geared, the zero goes the other way, by more.
     let reversed = Mount { direction: Direction::Reversed, gear_ratio: 2.0, ..mount };
@@ -75,4 +106,13 @@ fn what_was_fitted_is_sent_and_read_back() {
     let error = send(&link, 0, &bad).unwrap_err();
     assert!(error.to_string().contains("youngs_modulus"), "{error}");
     assert_eq!(link.settings().unwrap().fingers[0].unwrap().zero, now, "a refused finger leaves the zero alone");
+}
+
+/// Waits for an estimate whose deviation is as it should be.
+fn watch_deviation(link: &host::link::Link, what: &str, is_so: impl Fn(&Estimate) -> bool) {
+    let mut watch = Watch::new(link);
+    watch.until_report(what, PATIENCE, |report| {
+        let estimate = &report.estimate;
+        estimate.status == Status::Converged && estimate.age == 0 && is_so(estimate)
+    });
 }

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use host::link::{Link, LinkError};
 use messages::{Provocation, ResetCause, Settings};
+use model_core::uncertainty::Uncertainty;
 use system_tests::{Machine, OBJECT, Watch, finger};
 
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -40,6 +41,8 @@ fn every_end_is_a_beginning() {
     link.set_settings(&settings).unwrap();
     link.set_finger(0, &finger()).unwrap();
     link.set_object(0, OBJECT).unwrap();
+    let uncertainty = Some(Uncertainty { zero_angle: 0.01, youngs_modulus: 0.02, ..Uncertainty::DEFAULT });
+    link.set_uncertainty(0, uncertainty).unwrap();
     for (what, cause, words) in [
         (Provocation::Restart, ResetCause::Software, None),
         (Provocation::Panic, ResetCause::Software, Some("provoke")),
@@ -57,6 +60,7 @@ fn every_end_is_a_beginning() {
         assert_eq!(link.settings().unwrap(), settings);
         assert_eq!(link.finger(0).unwrap(), Some(finger()));
         assert_eq!(link.object(0).unwrap(), Some(OBJECT));
+        assert_eq!(link.uncertainty(0).unwrap(), uncertainty);
         let mut watch = Watch::new(&link);
         watch.until_report("sound estimate", PATIENCE, |report| {
             report.estimate.status.is_trustworthy() && report.estimate.age == 0

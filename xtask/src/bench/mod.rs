@@ -17,8 +17,8 @@ use std::fs;
 use std::path::Path;
 
 /// Parts of the bench that can be left out. The target's forces are compared with this PC's, which every part but
-/// `rates` and `soak` makes.
-const PARTS: &[&str] = &["peer", "scaling", "branches", "target", "rates", "soak"];
+/// `rates`, `soak` and `calibration` makes.
+const PARTS: &[&str] = &["peer", "scaling", "branches", "target", "rates", "soak", "calibration"];
 
 /// Measures, prints a table and, if asked, writes the figures as JSON; with names of parts, those only.
 pub fn run(arguments: &[&str]) -> Result<()> {
@@ -43,7 +43,11 @@ pub fn run(arguments: &[&str]) -> Result<()> {
         headline("an hour of gripping on a bus that is never quite well, in a time of its own");
         run_time::soak()?;
     }
-    if parts.iter().all(|part| ["rates", "soak"].contains(part)) {
+    if wanted("calibration") {
+        headline("500 synthetic calibrations by each of several protocols");
+        run_time::calibrations()?;
+    }
+    if parts.iter().all(|part| ["rates", "soak", "calibration"].contains(part)) {
         return Ok(());
     }
 

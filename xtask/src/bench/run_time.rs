@@ -16,6 +16,13 @@ pub fn soak() -> Result<()> {
     command::run(&mut test("faults", "an_hour"))
 }
 
+/// Synthetic calibrations; fails if the recommended ones do not keep what is stated.
+pub fn calibrations() -> Result<()> {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(paths::root());
+    command::run(command.args(["run", "--quiet", "--release", "--package", "host", "--example", "calibration"]))
+}
+
 fn test(program: &str, name: &str) -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(paths::root());

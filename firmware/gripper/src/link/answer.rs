@@ -7,9 +7,9 @@ use embedded_storage::nor_flash::NorFlash;
 use heapless::String;
 use messages::{
     BootReport, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger, GetObject,
-    GetSettings, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, ObjectFor, Open, Outcome, PROTOCOL_VERSION,
-    Provocation, Provoke, Refusal, Scan, SetFinger, SetObject, SetSettings, Settings, TOPICS_IN, TOPICS_OUT, Version,
-    Which, frame,
+    GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, MaybeUncertainty, ObjectFor,
+    Open, Outcome, PROTOCOL_VERSION, Provocation, Provoke, Refusal, Scan, SetFinger, SetObject, SetSettings,
+    SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT, UncertaintyFor, Version, Which, frame,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarKeyKind};
@@ -161,6 +161,15 @@ async fn set_finger(context: &mut Context, _: VarHeader, finger: FingerFor) -> O
     context.order_and_keep(Command::Finger(finger), key).await
 }
 
+fn get_uncertainty(context: &mut Context, _: VarHeader, finger: u8) -> MaybeUncertainty {
+    context.shared.setup(|setup| setup.uncertainties.get(usize::from(finger)).copied().flatten())
+}
+
+async fn set_uncertainty(context: &mut Context, _: VarHeader, uncertainty: UncertaintyFor) -> Outcome {
+    let key = Key::Uncertainty(uncertainty.finger);
+    context.order_and_keep(Command::Uncertainty(uncertainty), key).await
+}
+
 fn get_settings(context: &mut Context, _: VarHeader, (): ()) -> Settings {
     context.shared.setup(|setup| setup.settings)
 }
@@ -228,23 +237,25 @@ define_dispatch! {
     endpoints: {
         list: ENDPOINTS;
 
-        | EndpointTy  | kind     | handler      |
-        | ----------  | ----     | -------      |
-        | GetVersion  | blocking | get_version  |
-        | GetBoot     | blocking | get_boot     |
-        | GetObject   | blocking | get_object   |
-        | SetObject   | async    | set_object   |
-        | GetFinger   | blocking | get_finger   |
-        | SetFinger   | async    | set_finger   |
-        | GetSettings | blocking | get_settings |
-        | SetSettings | async    | set_settings |
-        | Open        | async    | open         |
-        | Close       | async    | close        |
-        | Grip        | async    | grip         |
-        | Hold        | async    | hold         |
-        | Scan        | async    | scan         |
-        | GetCounters | blocking | get_counters |
-        | Provoke     | async    | provoke_it   |
+        | EndpointTy     | kind     | handler         |
+        | ----------     | ----     | -------         |
+        | GetVersion     | blocking | get_version     |
+        | GetBoot        | blocking | get_boot        |
+        | GetObject      | blocking | get_object      |
+        | SetObject      | async    | set_object      |
+        | GetFinger      | blocking | get_finger      |
+        | SetFinger      | async    | set_finger      |
+        | GetUncertainty | blocking | get_uncertainty |
+        | SetUncertainty | async    | set_uncertainty |
+        | GetSettings    | blocking | get_settings    |
+        | SetSettings    | async    | set_settings    |
+        | Open           | async    | open            |
+        | Close          | async    | close           |
+        | Grip           | async    | grip            |
+        | Hold           | async    | hold            |
+        | Scan           | async    | scan            |
+        | GetCounters    | blocking | get_counters    |
+        | Provoke        | async    | provoke_it      |
     };
     topics_in: {
         list: TOPICS_IN;
