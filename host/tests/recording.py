@@ -1,4 +1,5 @@
-"""Reads a recording with the MCAP library of its authors: counts per topic, types against the schemas, and the estimates' bits.
+"""Reads a recording with the MCAP library of its authors: counts per topic, types against the schemas, and the estimates' bits. What
+is to be of one of Foxglove's own types has to be one: each message is read into the class that Foxglove makes of that type.
 
 recording.py whole FILE | cut FILE
 """
@@ -7,11 +8,31 @@ import collections
 import json
 import struct
 import sys
+import time
 import zlib
 
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from google.protobuf.json_format import ParseDict
 from mcap.reader import NonSeekingReader, make_reader
 
 KINDS = {"integer": int, "string": str, "boolean": bool, "number": (int, float), "object": dict, "array": list}
+
+
+FOXGLOVE = {"foxglove.Log": Log, "foxglove.SceneUpdate": SceneUpdate}
+
+
+def protobuf(value, name=""):
+    """Times as the JSON of Protocol Buffers has them; all else as it is."""
+    if isinstance(value, list):
+        return [protobuf(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if set(value) == {"sec", "nsec"}:
+        if name == "lifetime":
+            return f"{value['sec']}.{value['nsec']:09}s"
+        return time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(value["sec"])) + f".{value['nsec']:09}Z"
+    return {name: protobuf(item, name) for name, item in value.items()}
 
 
 def check(schema, value, where):
@@ -53,6 +74,9 @@ def main():
             schema_of[channel.topic] = schema.name
             value = json.loads(message.data)
             check(schemas[schema.id], value, channel.topic)
+            if schema.name.startswith("foxglove."):
+                # Fails on a field that the type does not have, and on a value that the field cannot take.
+                ParseDict(protobuf(value), FOXGLOVE[schema.name]())
             counts[channel.topic] += 1
             if channel.topic.endswith("/estimate"):
                 undeclared = set(value) - set(schemas[schema.id]["properties"])

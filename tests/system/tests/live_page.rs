@@ -4,17 +4,19 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use host::servo::Config;
 use host::source::{Source, Told, WAITING};
 use host::web;
-use messages::{Mount, Report, Settings};
+use messages::{Direction, Grasp, GripTo, Mount, Report, Settings, Side, Which};
 use serde_json::json;
 use system_tests::{Browser, Machine, OBJECT, Watch, finger};
 
 /// The object touches the finger at 0 just so: open is at −1°.
 const MOUNT: Mount = Mount { open_angle: -std::f32::consts::PI / 180.0, ..Mount::DEFAULT };
 const DESK: [u32; 2] = [1280, 1000];
+const WIDE: [u32; 2] = [1600, 1000];
 const PHONE: [u32; 2] = [390, 844];
 
 /// Where pictures go: for people.
@@ -24,19 +26,37 @@ fn pictures() -> PathBuf {
     folder
 }
 
-#[test]
-fn the_page_shows_the_stream_and_leads_the_gripper() {
-    let machine = Machine::boot(Machine::servo());
+/// What the gripper told while the page was open.
+#[derive(Default)]
+struct Stream {
+    reports: Vec<Report>,
+    grasps: Vec<Grasp>,
+}
+
+/// A gripper whose fingers are ready, its page in a browser, and what it tells.
+fn on_page(
+    servos: Vec<Config>,
+    settings: &Settings,
+    visit: impl FnOnce(&mut Browser, &str, &Mutex<Stream>, &host::link::Link),
+) {
+    let count = servos.len();
+    let machine = Machine::boot_all(servos, &[]);
     let link = Arc::new(machine.link());
     let mut watch = Watch::new(&link);
-    link.set_settings(&Settings::of(MOUNT)).unwrap();
-    link.set_finger(0, &finger()).unwrap();
-    link.set_object(0, OBJECT).unwrap();
-    watch.until_report("trustworthy estimate", Duration::from_secs(20), |r| r.estimate.status.is_trustworthy());
+    link.set_settings(settings).unwrap();
+    for number in 0..count as u8 {
+        link.set_finger(number, &finger()).unwrap();
+        link.set_object(number, OBJECT).unwrap();
+    }
+    let mut sound = vec![false; count];
+    watch.until_report("trustworthy estimates", Duration::from_secs(30), |report| {
+        sound[usize::from(report.finger)] |= report.estimate.status.is_trustworthy();
+        sound.iter().all(|sound| *sound)
+    });
     drop(watch);
 
     let stop = AtomicBool::new(false);
-    let stream = Mutex::new(Vec::<Report>::new());
+    let stream = Mutex::new(Stream::default());
     let (address, ready) = channel();
     let told = link.hear(WAITING);
     std::thread::scope(|scope| {
@@ -49,8 +69,10 @@ fn the_page_shows_the_stream_and_leads_the_gripper() {
         let _end = OnDrop(stop);
         scope.spawn(move || {
             while !stop.load(Ordering::Relaxed) {
-                if let Ok(Told::Report(report)) = told.recv_timeout(Duration::from_millis(100)) {
-                    stream.lock().unwrap().push(report);
+                match told.recv_timeout(Duration::from_millis(100)) {
+                    Ok(Told::Report(report)) => stream.lock().unwrap().reports.push(report),
+                    Ok(Told::Grasp(grasp)) => stream.lock().unwrap().grasps.push(grasp),
+                    _ => {}
                 }
             }
         });
@@ -64,6 +86,11 @@ fn the_page_shows_the_stream_and_leads_the_gripper() {
     });
 }
 
+#[test]
+fn the_page_shows_the_stream_and_leads_the_gripper() {
+    on_page(vec![Machine::servo()], &Settings::of(MOUNT), visit);
+}
+
 struct OnDrop<'a>(&'a AtomicBool);
 
 impl Drop for OnDrop<'_> {
@@ -72,7 +99,134 @@ impl Drop for OnDrop<'_> {
     }
 }
 
-fn visit(page: &mut Browser, url: &str, stream: &Mutex<Vec<Report>>, link: &host::link::Link) {
+/// What a finger's card shows is what the gripper told of that finger, number by number, in the report that it names.
+fn equal(page: &mut Browser, finger: u8, stream: &Mutex<Stream>) -> Report {
+    let shown = page.eval(&format!(
+        "(() => {{ const card = document.querySelector('.finger[data-finger=\"{finger}\"]'), \
+         is = name => card.querySelector('[data-is=' + name + ']').textContent; \
+         return [Number(card.dataset.sequence)].concat(['force', 'angle', 'status', 'torque', 'current', 'deviation', \
+         'components', 'centre', 'goal', 'phase'].map(is)); }})()"
+    ));
+    let reports = &stream.lock().unwrap().reports;
+    let named = reports.iter().rev().find(|report| json!(report.sequence) == shown[0]);
+    let report = *named.unwrap_or_else(|| panic!("no report {}", shown[0]));
+    assert_eq!(report.finger, finger, "another finger's report: {shown}");
+    let near = |text: &serde_json::Value, value: f32, digits: i32| {
+        let shown: f64 = text.as_str().unwrap().parse().unwrap();
+        assert!((shown - f64::from(value)).abs() <= 0.501 * 10_f64.powi(-digits), "{shown} is not {value}: {report:?}");
+    };
+    near(&shown[1], report.estimate.force_magnitude(), 2);
+    near(&shown[2], report.estimate.motor_angle.to_degrees(), 2);
+    assert!(shown[3].as_str().unwrap().starts_with(report.estimate.status.word()), "{shown} {report:?}");
+    near(&shown[4], report.estimate.torque, 0);
+    near(&shown[5], report.current, 0);
+    near(&shown[6], report.estimate.standard_deviation, 2);
+    for (place, values, digits) in [(7, report.estimate.force, 2), (8, report.estimate.contact_centre, 1)] {
+        let parts: Vec<_> = shown[place].as_str().unwrap().split(", ").map(|part| json!(part)).collect();
+        assert_eq!(parts.len(), 2, "{shown}");
+        parts.iter().zip(values).for_each(|(part, value)| near(part, value, digits));
+    }
+    near(&shown[9], report.goal.to_degrees(), 2);
+    assert_eq!(shown[10], json!(report.phase.to_string()));
+    report
+}
+
+/// Two fingers, one mirrored: each card shows its own, the grasp both, and the settings go to the one that is named.
+#[test]
+fn several_fingers_each_show_their_own() {
+    let second = Config { id: 7, closing_up: false, zero_count: 1000, ..Machine::servo() };
+    let right = Mount { servo_id: 7, zero: 1000.0, direction: Direction::Reversed, side: Side::Right, ..MOUNT };
+    // Slowly, for a busy PC.
+    let mut settings = Settings { rate_hz: 100, ..Settings::of(MOUNT) };
+    settings.fingers[1] = Some(right);
+    on_page(vec![Machine::servo(), second], &settings, visit_both);
+}
+
+fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host::link::Link) {
+    page.open(url, WIDE, false);
+    let of = |finger: u8, name: &str| {
+        format!("document.querySelector('.finger[data-finger=\"{finger}\"] [data-is={name}]').textContent")
+    };
+    page.until(
+        "document.getElementById('link').textContent === 'live' && document.querySelectorAll('.finger').length === 2",
+    );
+    let names = page.eval("[...document.querySelectorAll('.finger h2')].map(h => h.textContent)");
+    assert_eq!(names, json!(["Finger 0, left", "Finger 1, right"]));
+
+    // Another force for each: a card that showed its neighbour's would be found out.
+    let mut asked = Instant::now();
+    let mut again = |link: &host::link::Link| {
+        for (finger, force) in [(0, 3.0), (1, 5.0)] {
+            // Refused while a busy PC has lost the servo.
+            let _ = link.grip(&GripTo { fingers: Which::One(finger), force, speed: Some(0.1), limit: None });
+        }
+    };
+    again(link);
+    let both = format!("{} === 'gripped' && {} === 'gripped'", of(0, "phase"), of(1, "phase"));
+    let end = Instant::now() + Duration::from_secs(120);
+    while page.eval(&both) != json!(true) {
+        assert!(Instant::now() < end, "never both gripped");
+        if asked.elapsed() > Duration::from_secs(15) {
+            asked = Instant::now();
+            again(link);
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    let mut forces = [0.0; 2];
+    for _ in 0..20 {
+        for finger in [0, 1] {
+            forces[usize::from(finger)] = equal(page, finger, stream).estimate.force_magnitude();
+        }
+        std::thread::sleep(Duration::from_millis(40));
+    }
+    assert!(forces[1] - forces[0] > 1.0, "{forces:?}");
+    // Of the grasp there is no number to find it by: it is one of those told.
+    page.until(
+        "(globalThis.seen = ['squeeze', 'sum', 'balance'].map(id => document.getElementById(id).textContent))[0] !== '–'",
+    );
+    let shown = page.eval("seen");
+    assert_eq!(page.eval("document.getElementById('grasp').hidden"), json!(false));
+    let fixed = |value: f32, digits: usize| {
+        let words = format!("{value:.digits$}");
+        if words.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') { words.replace('-', "") } else { words }
+    };
+    let told = stream.lock().unwrap().grasps.iter().rev().take(500).any(|grasp| {
+        let sum = grasp.sum.map(|part| fixed(part, 2)).join(", ");
+        grasp.is_trustworthy && shown == json!([fixed(grasp.squeeze, 2), sum, fixed(100.0 * grasp.balance, 0)])
+    });
+    assert!(told, "no grasp was {shown}");
+    for (name, size, dark) in [("two-light", WIDE, false), ("two-dark", DESK, true), ("two-phone", PHONE, false)] {
+        page.look(size, dark);
+        std::thread::sleep(Duration::from_millis(400));
+        page.picture(&pictures().join(format!("{name}.png")));
+        let wide = page.eval("document.documentElement.scrollWidth <= document.documentElement.clientWidth");
+        assert_eq!(wide, json!(true), "{name}: wider than the window");
+    }
+    page.look(PHONE, true);
+    page.eval("document.getElementById('grasp').scrollIntoView()");
+    std::thread::sleep(Duration::from_millis(400));
+    page.picture(&pictures().join("two-phone-below.png"));
+    page.look(WIDE, false);
+
+    // The second finger's limits, and nobody else's.
+    page.eval(
+        "{ const f = document.getElementById('finger'); f.value = '1'; f.dispatchEvent(new Event('change')); \
+         const l = document.forms['limits-form']; l.speed_deg_s.value = '7.5'; l.requestSubmit() }",
+    );
+    page.until("document.querySelector('#limits-form output').textContent === 'the target has the limits'");
+    let mounts = link.settings().unwrap().fingers;
+    let speed = |number: usize| mounts[number].unwrap().speed.to_degrees();
+    assert!((speed(1) - 7.5).abs() < 1e-4 && (speed(0) - 20.0).abs() < 1e-4, "{mounts:?}");
+
+    // The stop is for all.
+    page.click("#stop");
+    page.until("document.getElementById('answer').textContent.startsWith('stopped')");
+    page.until(&format!("{}.startsWith('held') && {}.startsWith('held')", of(0, "phase"), of(1, "phase")));
+    page.complaints.retain(|words| !words.contains("/command"));
+    assert!(page.complaints.is_empty(), "{:?}", page.complaints);
+}
+
+fn visit(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host::link::Link) {
     let is = |name: &str| format!("document.querySelector('[data-is={name}]').textContent");
     page.open(url, DESK, false);
     page.until(&format!("document.getElementById('link').textContent === 'live' && {} === 'no-contact'", is("status")));
@@ -105,44 +259,8 @@ fn visit(page: &mut Browser, url: &str, stream: &Mutex<Vec<Report>>, link: &host
     page.eval("scrollTo(0, 0)");
     page.look(DESK, false);
 
-    // What the page shows is what the gripper told, number by number, of the report that it names.
     for _ in 0..20 {
-        let shown = page.eval(&format!(
-            "[Number(document.querySelector('.finger').dataset.sequence), {}, {}, {}, {}, {}, {}, {}, {}]",
-            is("force"),
-            is("angle"),
-            is("status"),
-            is("torque"),
-            is("current"),
-            is("deviation"),
-            is("components"),
-            is("centre")
-        ));
-        let report = *stream
-            .lock()
-            .unwrap()
-            .iter()
-            .rev()
-            .find(|report| json!(report.sequence) == shown[0])
-            .unwrap_or_else(|| panic!("no report {}", shown[0]));
-        let near = |text: &serde_json::Value, value: f32, digits: i32| {
-            let shown: f64 = text.as_str().unwrap().parse().unwrap();
-            assert!(
-                (shown - f64::from(value)).abs() <= 0.501 * 10_f64.powi(-digits),
-                "{shown} is not {value}: {report:?}"
-            );
-        };
-        near(&shown[1], report.estimate.force_magnitude(), 2);
-        near(&shown[2], report.estimate.motor_angle.to_degrees(), 2);
-        assert!(shown[3].as_str().unwrap().starts_with(report.estimate.status.word()), "{shown} {report:?}");
-        near(&shown[4], report.estimate.torque, 0);
-        near(&shown[5], report.current, 0);
-        near(&shown[6], report.estimate.standard_deviation, 2);
-        for (place, values, digits) in [(7, report.estimate.force, 2), (8, report.estimate.contact_centre, 1)] {
-            let parts: Vec<_> = shown[place].as_str().unwrap().split(", ").map(|part| json!(part)).collect();
-            assert_eq!(parts.len(), 2, "{shown}");
-            parts.iter().zip(values).for_each(|(part, value)| near(part, value, digits));
-        }
+        equal(page, 0, stream);
         std::thread::sleep(Duration::from_millis(40));
     }
     // The picture has colours of beam and force, and the charts are filled.
@@ -163,10 +281,10 @@ fn visit(page: &mut Browser, url: &str, stream: &Mutex<Vec<Report>>, link: &host
     page.click("#stop");
     page.until("document.getElementById('answer').textContent.startsWith('stopped')");
     page.until(&format!("{}.startsWith('held')", is("phase")));
-    let stopped = stream.lock().unwrap().last().unwrap().goal;
+    let stopped = stream.lock().unwrap().reports.last().unwrap().goal;
     assert!(stopped < 10.9_f32.to_radians(), "it had arrived before the stop");
     std::thread::sleep(Duration::from_secs(1));
-    assert_eq!(stream.lock().unwrap().last().unwrap().goal, stopped, "it moved after the stop");
+    assert_eq!(stream.lock().unwrap().reports.last().unwrap().goal, stopped, "it moved after the stop");
 
     // Escape stops as well, also out of a field, where a space is a space.
     page.eval("document.getElementById('answer').textContent = ''; document.getElementById('force').focus()");

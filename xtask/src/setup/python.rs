@@ -1,4 +1,5 @@
-//! A virtual environment with the references of the tests: ROBOTIS' own Dynamixel SDK, and the MCAP reader of its authors.
+//! A virtual environment with the references of the tests: ROBOTIS' own Dynamixel SDK, and the MCAP reader and the
+//! message types of Foxglove.
 
 use super::apt::{self, Otherwise};
 use crate::command::{find, output, succeeds};
@@ -8,7 +9,8 @@ use std::fs;
 use std::process::Command;
 
 /// The pinned requirements; a change makes the environment anew.
-const REQUIREMENTS: &[&str] = &["dynamixel-sdk==4.1.0", "pyserial==3.5", "mcap==1.6.0"];
+const REQUIREMENTS: &[&str] =
+    &["dynamixel-sdk==4.1.0", "pyserial==3.5", "mcap==1.6.0", "foxglove-schemas-protobuf==0.4.0"];
 
 /// Makes the environment if it is not there.
 pub fn provide() -> Result<String> {
