@@ -47,7 +47,8 @@ pub struct Frame {
     closed: bool,
     /// A person leads where a demonstration did.
     paused: bool,
-    counts: serde_json::Map<String, serde_json::Value>,
+    /// Name and value, in the order in which they are shown.
+    counts: Vec<(&'static str, String)>,
 }
 
 #[derive(Debug, Serialize)]
@@ -194,9 +195,9 @@ impl Live {
         }
     }
 
-    fn counts(&self, statistics: &Statistics) -> serde_json::Map<String, serde_json::Value> {
-        let mut counts = serde_json::Map::new();
-        let mut add = |name: &str, value: String| counts.insert(name.to_owned(), value.into());
+    fn counts(&self, statistics: &Statistics) -> Vec<(&'static str, String)> {
+        let mut counts = Vec::new();
+        let mut add = |name, value: String| counts.push((name, value));
         add("reports a second", format!("{:.0}", self.per_second));
         if let Some(counters) = &self.counters {
             add("loop", format!("{:.0} of {:.0} Hz", counters.rate_hz, counters.chosen_hz));

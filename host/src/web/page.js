@@ -214,7 +214,7 @@ function takeFrame(told) {
     $("free").hidden = !free;
     if (free) $("place").textContent = `${free.status}, ${free.shift_mm.map(x => fixed(x, 2)).join(", ")}`;
   }
-  const rows = Object.entries(told.counts);
+  const rows = told.counts;
   const list = $("counts");
   if (list.children.length !== rows.length) {
     list.replaceChildren(...rows.map(([name]) => {

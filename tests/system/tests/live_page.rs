@@ -155,7 +155,7 @@ fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host
 
     // Another force for each: a card that showed its neighbour's would be found out.
     let mut asked = Instant::now();
-    let mut again = |link: &host::link::Link| {
+    let again = |link: &host::link::Link| {
         for (finger, force) in [(0, 3.0), (1, 5.0)] {
             // Refused while a busy PC has lost the servo.
             let _ = link.grip(&GripTo { fingers: Which::One(finger), force, speed: Some(0.1), limit: None });
