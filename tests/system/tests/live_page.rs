@@ -40,7 +40,7 @@ fn on_page(
     visit: impl FnOnce(&mut Browser, &str, &Mutex<Stream>, &host::link::Link),
 ) {
     let count = servos.len();
-    let machine = Machine::boot_all(servos, &[]);
+    let machine = Machine::boot_all(servos);
     let link = Arc::new(machine.link());
     let mut watch = Watch::new(&link);
     link.set_settings(settings).unwrap();
