@@ -20,7 +20,7 @@ use crate::ladder::{Ladder, State, vec2_of};
 use crate::newton::gaps::{self, Sweep};
 use crate::newton::residual::{self, Residual};
 use crate::newton::step::{self, Inertia};
-use crate::newton::{Hessian, Workspace};
+use crate::newton::{Hessian, Workspace, lagged};
 use crate::object::{Motion, Object, Shape};
 use crate::real::{Real, Tolerance};
 use crate::size::Size;
@@ -150,6 +150,8 @@ fn on_the_way<T: Real>() -> Tolerance<T> {
     }
 }
 
+/// Contraction of the residuals by one step below which the next one keeps the stiffness.
+const SWIFT: f64 = 0.02;
 /// New rows of a short step's first iteration beyond which they are thinned.
 const MANY: usize = 7;
 
@@ -490,6 +492,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
     }
 
+    /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.
+    pub(crate) fn deepen(&mut self) {
+        if self.work.shallow {
+            self.show_accepted();
+        }
+    }
+
     pub(crate) fn standing(&self) -> Status {
         if !self.base_is_free() {
             Status::OutOfRange
@@ -522,10 +531,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             residual: Residual { gradient: T::of(1e30), length: T::of(1e30) },
         };
         let small = (coordinate - self.at).abs() <= T::of(0.25) * self.max_step();
-        let mut best = T::of(1e30);
+        let (mut best, mut last) = (T::of(1e30), T::of(1e30));
         let mut stalled = 0;
+        let mut lags = false;
         loop {
-            let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
+            let (residual, sweep) = if lags {
+                step::residuals(&self.ladder, &self.state, &mut self.work, &object, margin)
+            } else {
+                step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin)
+            };
             if attempt.iterations == 0 && small {
                 gaps::thin(&mut self.work, MANY);
             }
@@ -535,6 +549,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 attempt.status = Status::Converged;
                 if attempt.inertia.is_some_and(|i| !i.is_stable()) && self.settings.hessian == Hessian::Newton {
                     // The last factorisation was made one step before: judge the solution itself.
+                    if self.work.shallow {
+                        step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
+                    }
                     attempt.inertia = Some(step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO));
                 }
                 return attempt;
@@ -559,11 +576,21 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     return attempt;
                 }
             }
-            let inertia = step::solve(&self.ladder, &mut self.work, self.settings.hessian, T::ZERO);
+            let swift = lags && size <= last * T::of(SWIFT);
+            last = size;
+            let inertia = if swift && lagged::align(&self.ladder, &mut self.work) {
+                lagged::solve(&self.ladder, &mut self.work)
+            } else {
+                if lags {
+                    step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
+                }
+                step::solve(&self.ladder, &mut self.work, self.settings.hessian, T::ZERO)
+            };
             attempt.inertia = Some(inertia);
             attempt.iterations += 1;
             let part = step::clip(&self.ladder, &self.work);
             step::apply(&self.ladder, &mut self.state, &self.work, part);
+            lags = lagged::pays::<T>() && part == T::one() && self.settings.hessian == Hessian::Newton;
         }
     }
 }

@@ -44,42 +44,52 @@ fn swap(order: &mut [u16], i: usize, j: usize) {
     order.put(j, x);
 }
 
-/// Factorises the lower triangle of the leading n×n block as L D Lᵀ without interchanges; the number of negative eigenvalues, or
-/// none if a pivot falls so far below its diagonal entry that interchanges are called for.
+/// Goes on with the factorisation L D Lᵀ without interchanges of the lower triangle of the leading n×n block, the first `done`
+/// rows being factorised already; false if a pivot falls so far below its diagonal entry that interchanges are called for.
 ///
 /// Where D is positive definite but for the turning of the force, which is almost always, this is all it takes: a quarter of
-/// the work of [`factorise`].
-fn factorise_in_order<T: Real>(a: &mut [T], n: usize, stride: usize, order: &mut [u16]) -> Option<usize> {
-    let mut negative = 0;
+/// the work of [`factorise`], and a row that comes last costs no more than its own.
+fn factorise_in_order<T: Real>(a: &mut [T], done: usize, n: usize, stride: usize, order: &mut [u16]) -> bool {
     let least = T::EPSILON.sqrt();
-    for (i, place) in order.iter_mut().enumerate().take(n) {
+    for (i, place) in order.iter_mut().enumerate().take(n).skip(done) {
         *place = i as u16;
-        let (above, row) = a.split_at_mut_checked(i * stride)?;
-        let row = row.get_mut(..=i)?;
+        let Some((above, row)) = a.split_at_mut_checked(i * stride) else { return false };
+        let Some(row) = row.get_mut(..=i) else { return false };
         let diagonal = row[i];
         // Row i of L times D, then of L: each entry less what the columns before it have taken.
         let mut pivot = diagonal;
         for j in 0..i {
-            let other = above.get(j * stride..=j * stride + j)?;
-            let mut value = row[j];
-            for (&x, &l) in row[..j].iter().zip(other) {
-                value -= x * l;
-            }
-            row[j] = value;
+            let Some(other) = above.get(j * stride..j * stride + j) else { return false };
+            row[j] -= product(&row[..j], other);
         }
         for j in 0..i {
+            let Some(&divisor) = above.get(j * stride + j) else { return false };
             let value = row[j];
-            let l = value / *above.get(j * stride + j)?;
+            let l = value / divisor;
             pivot -= value * l;
             row[j] = l;
         }
         if pivot.abs() <= least * diagonal.abs() {
-            return None;
+            return false;
         }
-        negative += usize::from(pivot < T::ZERO);
         row[i] = pivot;
     }
-    Some(negative)
+    true
+}
+
+/// Σ aᵢ bᵢ over the shorter of both, in two sums: one would wait for itself.
+#[inline(always)]
+fn product<T: Real>(a: &[T], b: &[T]) -> T {
+    let count = a.len().min(b.len());
+    let ((a, a_left), (b, b_left)) = (a.run(0..count).as_chunks::<2>(), b.run(0..count).as_chunks::<2>());
+    let mut sums = [T::ZERO; 2];
+    for (a, b) in a.iter().zip(b) {
+        sums = [sums[0] + a[0] * b[0], sums[1] + a[1] * b[1]];
+    }
+    match (a_left.first(), b_left.first()) {
+        (Some(&a), Some(&b)) => sums[0] + a * b + sums[1],
+        _ => sums[0] + sums[1],
+    }
 }
 
 /// Factorises the leading n×n block in place; returns the number of negative eigenvalues.
@@ -228,6 +238,8 @@ pub(crate) struct Problem<'a, T> {
     pub tolerance: T,
     pub factored: &'a mut [T],
     pub order: &'a mut [u16],
+    /// The active rows in the order in which they are factorised.
+    pub listed: &'a mut [u16],
     /// Solution on the active set.
     pub scratch: &'a mut [T],
     pub spare: &'a mut [T],
@@ -262,34 +274,34 @@ pub(crate) fn settle<T: Real>(
     else {
         return outcome;
     };
-    for ((delta, row), &active) in delta.iter_mut().zip(rows).zip(&*active) {
+    let mut set = Set { listed: 0, factorised: 0 };
+    for (j, ((delta, row), &active)) in delta.iter_mut().zip(rows).zip(&*active).enumerate() {
         *delta = if active { T::ZERO } else { -row.multiplier };
+        if active {
+            set.take_in(problem, j);
+        }
     }
     let mut newest = None;
     let mut refused = false;
     for _ in 0..4 * count + 8 {
-        outcome.negative = solve_on(problem, active, delta);
+        outcome.negative = solve_on(problem, &mut set, active, delta);
         // How far towards it the multipliers stay non-negative.
         let mut part = T::one();
-        let mut targets = problem.scratch.iter();
-        for (j, ((row, delta), active)) in rows.iter().zip(&*delta).zip(&*active).enumerate() {
-            if !active {
-                continue;
-            }
-            let target = targets.next().copied().unwrap_or(T::ZERO);
-            let (now, then) = (row.multiplier + *delta, row.multiplier + target);
+        for (&j, &target) in problem.listed.iter().zip(&*problem.scratch).take(set.listed) {
+            let j = usize::from(j);
+            let (Some(row), Some(&delta)) = (rows.get(j), delta.get(j)) else { continue };
+            let (now, then) = (row.multiplier + delta, row.multiplier + target);
             if then < T::ZERO && problem.free != Some(j) {
                 part = part.min(if now > T::ZERO { now / (now - then) } else { T::ZERO });
             }
         }
         let mut dropped = false;
-        let mut targets = problem.scratch.iter();
-        for (j, ((row, delta), active)) in rows.iter().zip(&mut *delta).zip(&mut *active).enumerate() {
-            if !*active {
+        for (&j, &target) in problem.listed.iter().zip(&*problem.scratch).take(set.listed) {
+            let j = usize::from(j);
+            let (Some(row), Some(delta), Some(active)) = (rows.get(j), delta.get_mut(j), active.get_mut(j)) else {
                 continue;
-            }
+            };
             let multiplier = row.multiplier;
-            let target = targets.next().copied().unwrap_or(T::ZERO);
             let now = multiplier + *delta;
             *delta = if part == T::one() { target } else { *delta + part * (target - *delta) };
             let limits = part < T::one()
@@ -303,15 +315,17 @@ pub(crate) fn settle<T: Real>(
                 refused |= newest == Some(j) && part == T::ZERO;
             }
         }
+        if dropped {
+            set.drop_idle(problem, active);
+        }
         if dropped && !refused {
             continue;
         }
         if refused {
             // The row that just came in would have to pull: leave the set as it was before.
-            outcome.negative = solve_on(problem, active, delta);
-            let steps = delta.iter_mut().zip(&*active).filter(|(_, active)| **active).map(|(delta, _)| delta);
-            for (delta, &target) in steps.zip(&*problem.scratch) {
-                *delta = target;
+            outcome.negative = solve_on(problem, &mut set, active, delta);
+            for (&j, &target) in problem.listed.iter().zip(&*problem.scratch).take(set.listed) {
+                delta.put(usize::from(j), target);
             }
             return outcome;
         }
@@ -322,7 +336,7 @@ pub(crate) fn settle<T: Real>(
             if active {
                 continue;
             }
-            let gap = row.iter().zip(&*delta).fold(-rhs, |gap, (&entry, &delta)| gap + entry * delta);
+            let gap = product(row, delta) - rhs;
             if gap < -problem.tolerance && worst.is_none_or(|(_, least)| gap < least) {
                 worst = Some((j, gap));
             }
@@ -333,48 +347,87 @@ pub(crate) fn settle<T: Real>(
         };
         *found.1 = true;
         newest = Some(found.0);
+        set.take_in(problem, found.0);
     }
     outcome
 }
 
-/// Solves for the steps of the active rows (in order, into `scratch`), the others keeping theirs; returns the number of
-/// negative eigenvalues of D on the active set.
-fn solve_on<T: Real>(problem: &mut Problem<'_, T>, active: &[bool], delta: &[T]) -> usize {
-    let stride = problem.stride;
-    let listed = list(problem, active, delta);
-    let negative = match factorise_in_order(problem.factored, listed, stride, problem.order) {
-        Some(negative) => negative,
-        None => {
-            list(problem, active, delta);
-            factorise(problem.factored, listed, stride, problem.order)
+/// How many rows are active, and how many of them are factorised already: a row that comes in is the last one, one that leaves takes
+/// the factors of those after it along.
+struct Set {
+    listed: usize,
+    factorised: usize,
+}
+
+impl Set {
+    fn take_in<T: Real>(&mut self, problem: &mut Problem<'_, T>, row: usize) {
+        problem.listed.put(self.listed, row as u16);
+        self.listed += 1;
+    }
+
+    /// Leaves out the rows that are not active any more.
+    fn drop_idle<T: Real>(&mut self, problem: &mut Problem<'_, T>, active: &[bool]) {
+        let mut kept = 0;
+        for i in 0..self.listed {
+            let row = problem.listed.at(i);
+            if active.at(usize::from(row)) {
+                problem.listed.put(kept, row);
+                kept += 1;
+            } else {
+                self.factorised = self.factorised.min(kept);
+            }
         }
+        self.listed = kept;
+    }
+}
+
+/// Solves for the steps of the active rows (in their order, into `scratch`), the others keeping theirs; returns the number of
+/// negative eigenvalues of D on the active set.
+fn solve_on<T: Real>(problem: &mut Problem<'_, T>, set: &mut Set, active: &[bool], delta: &[T]) -> usize {
+    let stride = problem.stride;
+    let listed = set.listed;
+    list(problem, set.factorised, listed);
+    right_hand_sides(problem, listed, active, delta);
+    let negative = if factorise_in_order(problem.factored, set.factorised, listed, stride, problem.order) {
+        set.factorised = listed;
+        (0..listed).filter(|&i| entry(problem.factored, stride, i, i) < T::ZERO).count()
+    } else {
+        set.factorised = 0;
+        list(problem, 0, listed);
+        factorise(problem.factored, listed, stride, problem.order)
     };
     solve(problem.factored, listed, stride, problem.order, problem.scratch, problem.spare);
     negative
 }
 
-/// Copies D of the active rows into `factored` and their right-hand sides into `scratch`; the number of active rows.
-fn list<T: Real>(problem: &mut Problem<'_, T>, active: &[bool], delta: &[T]) -> usize {
+/// Copies D of the active rows from the `first` listed one on into `factored`.
+fn list<T: Real>(problem: &mut Problem<'_, T>, first: usize, listed: usize) {
     let stride = problem.stride.max(1);
-    let mut into = problem.factored.chunks_mut(stride).zip(&mut *problem.scratch);
-    let mut listed = 0;
-    for ((row, &rhs), &is_active) in problem.flexibility.chunks(stride).zip(problem.rhs).zip(active) {
-        if !is_active {
-            continue;
+    let places = problem.listed.get(..listed).unwrap_or(&[]);
+    let rows = places.iter().zip(problem.factored.chunks_mut(stride)).skip(first);
+    for (&j, into) in rows {
+        let Some(row) = problem.flexibility.get(usize::from(j) * stride..).and_then(|rows| rows.get(..stride)) else {
+            return;
+        };
+        for (slot, &k) in into.iter_mut().zip(places) {
+            *slot = row.at(usize::from(k));
         }
-        let Some((factored, value)) = into.next() else { break };
-        let mut factored = factored.iter_mut();
-        *value = rhs;
-        for ((&entry, &is_active), &delta) in row.iter().zip(active).zip(delta) {
-            if is_active {
-                if let Some(slot) = factored.next() {
-                    *slot = entry;
-                }
-            } else if delta != T::ZERO {
-                *value -= entry * delta;
+    }
+}
+
+/// Right-hand sides of the active rows, the others keeping their steps.
+fn right_hand_sides<T: Real>(problem: &mut Problem<'_, T>, listed: usize, active: &[bool], delta: &[T]) {
+    let places = problem.listed.get(..listed).unwrap_or(&[]);
+    for (value, &j) in problem.scratch.iter_mut().zip(places) {
+        *value = problem.rhs.at(usize::from(j));
+    }
+    for (k, (&active, &delta)) in active.iter().zip(delta).enumerate() {
+        if !active && delta != T::ZERO {
+            // D is symmetric: its row is its column.
+            let row = problem.flexibility.get(k * problem.stride..).unwrap_or(&[]);
+            for (value, &j) in problem.scratch.iter_mut().zip(places) {
+                *value -= row.at(usize::from(j)) * delta;
             }
         }
-        listed += 1;
     }
-    listed
 }

@@ -6,7 +6,7 @@
 //! as in `condense`.
 
 use super::Workspace;
-use super::condense::{Condensed, bounded, pivot_bound};
+use super::condense::{Condensed, Corrections, bounded, pivot_bound};
 use crate::access::Access;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::real::Real;
@@ -39,6 +39,11 @@ pub(crate) fn begin<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
             }
         }
     }
+    put_closures(ladder, work);
+}
+
+/// Puts the closures' errors into the residual.
+pub(crate) fn put_closures<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let cells = work.rhs.as_mut().chunks_mut(PER_CELL).take(ladder.cells);
     for (rhs, &closure) in cells.zip(work.closure.as_ref()) {
         if let [x, y, ..] = rhs {
@@ -57,19 +62,9 @@ pub(crate) fn add_member<T: Real, S: Size>(
     let Some(member) = ladder.members.as_ref().get(index) else { return };
     let own = PER_CELL * (index / 4);
     let (a, b) = (usize::from(member.start), usize::from(member.end));
-    let rhs = work.rhs.as_mut();
     let spans = index % 4 < 2;
     let side = if index % 4 == 1 { -T::one() } else { T::one() };
-    rhs.add(b, c.rb);
-    rhs.add(own, side * c.rx[0]);
-    rhs.add(own + 1, side * c.rx[1]);
-    if !spans {
-        rhs.add(own + PER_CELL, -c.rx[0]);
-        rhs.add(own + PER_CELL + 1, -c.rx[1]);
-    }
-    if member.start != CLAMPED {
-        rhs.add(a, c.ra);
-    }
+    add_corrections(ladder, work, index, &c.corrections);
     // Where the joints lie beside the member's own closure decides where the entries go: known places, no look-ups.
     let band = work.band.as_mut();
     match (spans, member.start != CLAMPED, own.wrapping_sub(a), b.wrapping_sub(own)) {
@@ -81,6 +76,29 @@ pub(crate) fn add_member<T: Real, S: Size>(
         (false, _, _, 3) => add_hinge::<T, 2, 3>(band, own, c),
         (false, _, _, _) if a == b => add_hinge::<T, 4, 4>(band, own, c),
         (false, ..) => add_hinge::<T, 3, 4>(band, own, c),
+    }
+}
+
+/// Adds what a member's interior takes from the residual.
+pub(crate) fn add_corrections<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &mut Workspace<T, S>,
+    index: usize,
+    c: &Corrections<T>,
+) {
+    let Some(member) = ladder.members.as_ref().get(index) else { return };
+    let own = PER_CELL * (index / 4);
+    let rhs = work.rhs.as_mut();
+    let side = if index % 4 == 1 { -T::one() } else { T::one() };
+    rhs.add(usize::from(member.end), c.rb);
+    rhs.add(own, side * c.rx[0]);
+    rhs.add(own + 1, side * c.rx[1]);
+    if index % 4 >= 2 {
+        rhs.add(own + PER_CELL, -c.rx[0]);
+        rhs.add(own + PER_CELL + 1, -c.rx[1]);
+    }
+    if member.start != CLAMPED {
+        rhs.add(usize::from(member.start), c.ra);
     }
 }
 

@@ -23,6 +23,9 @@ fn carrier<T: Real>(weight: &[T], node: usize) -> usize {
 
 /// Slopes t ∂(½q)/∂θ and shortening η of all members whose stiffness follows the stretch, from the angles alone.
 pub(crate) fn shorten<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+    if !ladder.quadratic {
+        return;
+    }
     let half = T::of(0.5);
     for member in ladder.members() {
         let t = member.stiffening;
@@ -30,7 +33,7 @@ pub(crate) fn shorten<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, 
             continue;
         }
         let nodes = member.nodes();
-        let (Some(angle), Some(coupling), Some(weight), Some(list)) = (
+        let (Some([first, angles @ ..]), Some(coupling), Some(weight), Some(list)) = (
             state.angle.as_ref().get(nodes.clone()),
             ladder.coupling.as_ref().get(nodes.clone()),
             ladder.weight.as_ref().get(nodes.clone()),
@@ -38,34 +41,16 @@ pub(crate) fn shorten<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, 
         ) else {
             return;
         };
-        if ladder.quadratic {
-            // An element's middle and end come in pairs; its start is the end of the one before.
-            let Some((&first, angles)) = angle.split_first() else { return };
-            let mut a = first;
-            let elements = angles.as_chunks::<2>().0.iter().zip(coupling.as_chunks::<2>().0);
-            let slopes = weight.as_chunks::<2>().0.iter().zip(list.as_chunks_mut::<2>().0);
-            for ((&[m, b], &[[k, far], _]), (&[_, w], [first, middle])) in elements.zip(slopes) {
-                let across = far * (b - a);
-                let (ka, kb) = (k * (m - a) + across, k * (m - b) - across);
-                first.bent = [t * ka, T::ZERO];
-                middle.bent = [t * kb, half * t * (ka * (a - m) + kb * (b - m)) / w];
-                a = b;
-            }
-            continue;
-        }
-        for node in &mut *list {
-            node.bent = [T::ZERO; 2];
-        }
-        for (index, (pair, &[k, _])) in angle.windows(2).zip(coupling).enumerate() {
-            let &[a, b] = pair else { continue };
-            let moment = k * (b - a);
-            if let Some(node) = list.get_mut(index) {
-                node.bent[0] = t * moment;
-            }
-            let carrier = carrier(weight, index);
-            if let (Some(node), Some(&w)) = (list.get_mut(carrier), weight.get(carrier)) {
-                node.bent[1] += half * t * moment * (a - b) / w;
-            }
+        // An element's middle and end come in pairs; its start is the end of the one before.
+        let mut a = *first;
+        let elements = angles.as_chunks::<2>().0.iter().zip(coupling.as_chunks::<2>().0);
+        let slopes = weight.as_chunks::<2>().0.iter().zip(list.as_chunks_mut::<2>().0);
+        for ((&[m, b], &[[k, far], _]), (&[_, w], [first, middle])) in elements.zip(slopes) {
+            let across = far * (b - a);
+            let (ka, kb) = (k * (m - a) + across, k * (m - b) - across);
+            first.bent = [t * ka, T::ZERO];
+            middle.bent = [t * kb, half * t * (ka * (a - m) + kb * (b - m)) / w];
+            a = b;
         }
     }
 }
@@ -124,10 +109,9 @@ pub(crate) fn stretched<T: Real, S: Size>(
     member: &Member<T>,
 ) {
     let (t, nodes) = (member.stiffening, member.nodes());
-    let (Some(angle), Some(stiffness), Some(weight), Some(list)) = (
+    let (Some(angle), Some(stiffness), Some(list)) = (
         state.angle.as_ref().get(nodes.clone()),
         ladder.coupling.as_ref().get(nodes.clone()),
-        ladder.weight.as_ref().get(nodes.clone()),
         work.nodes.as_mut().get_mut(nodes),
     ) else {
         return;
@@ -136,55 +120,33 @@ pub(crate) fn stretched<T: Real, S: Size>(
         node.lever = [node.lever[0] - slope * e[0], node.lever[1] - slope * e[1]];
     };
     let two = T::of(2.0);
-    if ladder.quadratic {
-        // An element's middle and end come in pairs; its start is the end of the one before.
-        let (Some((&first, angles)), Some((start, list))) = (angle.split_first(), list.split_first_mut()) else {
-            return;
-        };
-        let (mut a, mut start) = (first, start);
-        let elements = angles.as_chunks::<2>().0.iter().zip(stiffness.as_chunks::<2>().0);
-        for ((&[m, b], &[[k, far], _]), [middle, end]) in elements.zip(list.as_chunks_mut::<2>().0) {
-            let ([pull, across], e) = (middle.coupling, middle.e);
-            let (sa, sb) = (start.bent[0], middle.bent[0]);
-            let softer = t * pull;
-            let (near, far_now) = (k - softer * k, far - softer * far);
-            let (first, second, ends) = (near * (m - a), near * (b - m), far_now * (b - a));
-            start.gradient += first + ends;
-            middle.gradient += second - first;
-            end.gradient -= second + ends;
-            let sm = -(sa + sb);
-            start.coupling = [near - across * sa, far_now];
-            middle.coupling = [near - across * sb, T::ZERO];
-            // K's diagonal: −(k + far) at both ends, −2k in the middle.
-            let more = near + far_now - k - far;
-            start.curvature += more;
-            end.curvature += more;
-            middle.curvature += two * (near - k + across * sm);
-            shift(start, sa, e);
-            shift(middle, sm, e);
-            shift(end, sb, e);
-            (a, start) = (b, end);
-        }
+    // An element's middle and end come in pairs; its start is the end of the one before.
+    let (Some((&first, angles)), Some((start, list))) = (angle.split_first(), list.split_first_mut()) else {
         return;
-    }
-    for (at, (pair, &[k, _])) in angle.windows(2).zip(stiffness).enumerate() {
-        let carrier = carrier(weight, at);
-        let above = carrier != at;
-        let (&[a, b], Some(carrying)) = (pair, list.get(carrier)) else { return };
-        let ([pull, across], e) = (carrying.coupling, carrying.e);
-        let Some([node, next]) = list.get_mut(at..).and_then(|x| x.first_chunk_mut::<2>()) else { return };
-        let s = node.bent[0];
-        let near = k - t * pull * k;
-        let moment = near * (b - a);
-        node.gradient += moment;
-        next.gradient -= moment;
-        let cross = if above { -across * s } else { across * s };
-        node.coupling = [near + cross, T::ZERO];
-        node.curvature += near - k;
-        next.curvature += near - k;
-        (if above { &mut *next } else { &mut *node }).curvature += two * cross;
-        shift(node, s, e);
-        shift(next, -s, e);
+    };
+    let (mut a, mut start) = (first, start);
+    let elements = angles.as_chunks::<2>().0.iter().zip(stiffness.as_chunks::<2>().0);
+    for ((&[m, b], &[[k, far], _]), [middle, end]) in elements.zip(list.as_chunks_mut::<2>().0) {
+        let ([pull, across], e) = (middle.coupling, middle.e);
+        let (sa, sb) = (start.bent[0], middle.bent[0]);
+        let softer = t * pull;
+        let (near, far_now) = (k - softer * k, far - softer * far);
+        let (first, second, ends) = (near * (m - a), near * (b - m), far_now * (b - a));
+        start.gradient += first + ends;
+        middle.gradient += second - first;
+        end.gradient -= second + ends;
+        let sm = -(sa + sb);
+        start.coupling = [near - across * sa, far_now];
+        middle.coupling = [near - across * sb, T::ZERO];
+        // K's diagonal: −(k + far) at both ends, −2k in the middle.
+        let more = near + far_now - k - far;
+        start.curvature += more;
+        end.curvature += more;
+        middle.curvature += two * (near - k + across * sm);
+        shift(start, sa, e);
+        shift(middle, sm, e);
+        shift(end, sb, e);
+        (a, start) = (b, end);
     }
 }
 

@@ -104,7 +104,7 @@ fn own_span<T: Real, S: Size>(
     let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
     let (Some(first_node), Some(last_node)) = (list.first(), list.last()) else { return None };
     let mut ends = [first_node.delta - turn(m.rigid_start), last_node.delta - sample.rigid * turn(m.rigid_end)];
-    solve_interior(list, T::ZERO);
+    solve_interior(list, T::ZERO, ladder.quadratic);
     // Eliminate the interior: entries with a, b, force, gradient.
     let [_, inner @ .., _] = &*list else { return None };
     if let ([first, ..], [.., last]) = (inner, inner) {
@@ -203,7 +203,7 @@ fn spans_below<T: Real, S: Size>(
         column.add(usize::from(member.end), -dot(c.bx, normal));
         column.add(PER_CELL * lower, -xn[0]);
         column.add(PER_CELL * lower + 1, -xn[1]);
-        residual -= dot(c.rx, normal);
+        residual -= dot(c.corrections.rx, normal);
     }
     if let Some(member) = ladder.members.as_ref().get(4 * cell) {
         let own = work.own.as_ref().at(j);
@@ -255,6 +255,20 @@ pub(crate) fn complete<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
                 *mirrored = value;
             }
         }
+    }
+}
+
+/// Completes the right-hand sides alone: the columns are those of the last factorisation.
+pub(crate) fn complete_residuals<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
+    let n = ladder.unknowns();
+    let (band, rhs, scaled) =
+        (work.band.as_ref().run(0..n), work.rhs.as_ref().run(0..n), work.scaled.as_mut().run_mut(0..n));
+    for ((scaled, &y), row) in scaled.iter_mut().zip(rhs).zip(band) {
+        *scaled = y * row[banded::BAND];
+    }
+    let columns = work.columns.as_ref().chunks_exact(n.max(1)).take(work.row_count);
+    for (right, column) in work.row_rhs.as_mut().iter_mut().zip(columns) {
+        *right += product(column, scaled);
     }
 }
 

@@ -22,7 +22,12 @@ pub(crate) struct Condensed<T> {
     pub xx: T,
     pub xy: T,
     pub yy: T,
-    /// Corrections of the gradient at a, b and of the end-to-end vector.
+    pub corrections: Corrections<T>,
+}
+
+/// What a member's interior takes from the gradient at a and b and from the end-to-end vector.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Corrections<T> {
     pub ra: T,
     pub rb: T,
     pub rx: [T; 2],
@@ -38,9 +43,7 @@ impl<T: Real> Blank for Condensed<T> {
         xx: T::ZERO,
         xy: T::ZERO,
         yy: T::ZERO,
-        ra: T::ZERO,
-        rb: T::ZERO,
-        rx: [T::ZERO; 2],
+        corrections: Corrections { ra: T::ZERO, rb: T::ZERO, rx: [T::ZERO; 2] },
     };
 }
 
@@ -71,6 +74,20 @@ const R: usize = 3;
 
 /// Condenses one member; with it the number of negative pivots.
 pub(crate) fn condense<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &mut Workspace<T, S>,
+    index: usize,
+    diagonal: Diagonal<T>,
+) -> (Condensed<T>, usize) {
+    if ladder.quadratic {
+        condense_band::<T, S, true>(ladder, work, index, diagonal)
+    } else {
+        condense_band::<T, S, false>(ladder, work, index, diagonal)
+    }
+}
+
+/// As [`condense`], the interior's bandwidth being 2 (`WIDE`) or 1.
+fn condense_band<T: Real, S: Size, const WIDE: bool>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
@@ -114,14 +131,14 @@ pub(crate) fn condense<T: Real, S: Size>(
     let mut next_column = [zero; 4];
     if let Some(second) = list.get(2) {
         next_pivot = own(2, second);
-        next_column = raw(second, from_start[1]);
+        next_column = raw(second, if WIDE { from_start[1] } else { zero });
     }
     for i in 1..count - 1 {
         let Some(&least) = at_rest.get(i) else { break };
         let (p, is_negative) = bounded(pivot, bound * least);
         negative += usize::from(is_negative);
         let inverse = T::one() / p;
-        let far = coupled[1];
+        let far = if WIDE { coupled[1] } else { zero };
         let (l1, l2) = (near * inverse, far * inverse);
         list[i].factor = [inverse, l1, l2];
         let c = column;
@@ -141,10 +158,10 @@ pub(crate) fn condense<T: Real, S: Size>(
         pivot = next_pivot - l1 * near;
         if i + 2 < count {
             coupled = coupling(i + 1, &list[i + 1]);
-            near = coupled[0] - l1 * far;
+            near = if WIDE { coupled[0] - l1 * far } else { coupled[0] };
             next_pivot = own(i + 2, &list[i + 2]);
             next_column = raw(&list[i + 2], zero);
-            if far != zero {
+            if WIDE && far != zero {
                 next_pivot -= l2 * far;
                 for k in [A, X, Y, R] {
                     next_column[k] -= l2 * c[k];
@@ -166,30 +183,36 @@ pub(crate) fn condense<T: Real, S: Size>(
         xy,
         yy,
         // The joints' full gradients are gathered elsewhere; these are the interior's corrections.
-        ra: ar,
-        rb: column[R] - list.last().map_or(zero, |end| end.gradient),
-        rx: [xr, yr],
+        corrections: Corrections { ra: ar, rb: column[R] - list.last().map_or(zero, |end| end.gradient), rx: [xr, yr] },
     };
     (condensed, negative)
 }
 
 /// Solves H z = r on a member's interior in place, z being the nodes' `delta`, with `after` the value of the end joint (0, or its
-/// step with the right-hand side still lacking the end joint's coupling).
-pub(crate) fn solve_interior<T: Real>(nodes: &mut [Node<T>], after: T) {
+/// step with the right-hand side still lacking the end joint's coupling); the interior's bandwidth is 2 if `wide`, else 1.
+pub(crate) fn solve_interior<T: Real>(nodes: &mut [Node<T>], after: T, wide: bool) {
+    if wide { solve_band::<T, true>(nodes, after) } else { solve_band::<T, false>(nodes, after) }
+}
+
+fn solve_band<T: Real, const WIDE: bool>(nodes: &mut [Node<T>], after: T) {
     let [_, inner @ .., end] = nodes else { return };
     // What the nodes before take: the nearest one, the one before it, and that from the next node.
     let (mut near_before, mut far_before, mut far_next) = (T::ZERO, T::ZERO, T::ZERO);
     for node in &mut *inner {
         let [_, near, far] = node.factor;
-        let v = node.delta - near_before - far_before;
+        let v = if WIDE { node.delta - near_before - far_before } else { node.delta - near_before };
         node.delta = v;
-        (near_before, far_before, far_next) = (near * v, far_next, far * v);
+        near_before = near * v;
+        if WIDE {
+            (far_before, far_next) = (far_next, far * v);
+        }
     }
     end.delta = after;
     let (mut above, mut over) = (after, T::ZERO);
     for node in inner.iter_mut().rev() {
         let [inverse, near, far] = node.factor;
-        let v = node.delta * inverse - near * above - far * over;
+        let v = node.delta * inverse - near * above;
+        let v = if WIDE { v - far * over } else { v };
         node.delta = v;
         (over, above) = (above, v);
     }

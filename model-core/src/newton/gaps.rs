@@ -58,6 +58,9 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     let mut node = 0;
     let mut prefix = Vec2::new(T::ZERO, T::ZERO);
     let mut rigid_end = prefix;
+    // No beam is stretched by a quarter, so that a sample far off clears those that are nearer to it along the beam. Where there are
+    // few samples to an element, a cheap test of each does as well.
+    let (longest, mut seen) = (T::of(1.25), -far);
     for (index, sample) in samples.enumerate() {
         if cell != usize::from(sample.cell) {
             cell = usize::from(sample.cell);
@@ -65,29 +68,45 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
             prefix = vec2_of(work.start.as_ref().at(cell));
             rigid_end = work.members.as_ref().get(4 * cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
         }
-        while node < usize::from(sample.node)
-            && let (Some(on), Some(&weight)) = (nodes.get(node), weight.get(node))
-        {
-            prefix += vec2_of(on.strained) * weight;
-            node += 1;
-        }
         let mut position = prefix;
-        // A node without a weight may be another member's, and not yet strained.
-        let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
-        for (on, &w) in from.iter().zip(&sample.weights) {
-            if w != T::ZERO {
-                position += vec2_of(on.strained) * w;
+        if ladder.quadratic {
+            while node < usize::from(sample.node)
+                && let (Some(on), Some(&weight)) = (nodes.get(node), weight.get(node))
+            {
+                prefix += vec2_of(on.strained) * weight;
+                node += 1;
             }
+            position = prefix;
+            // A node without a weight may be another member's, and not yet strained.
+            let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
+            for (on, &w) in from.iter().zip(&sample.weights) {
+                if w != T::ZERO {
+                    position += vec2_of(on.strained) * w;
+                }
+            }
+        } else if sample.weights[0] != T::ZERO
+            && let Some(on) = nodes.get(usize::from(sample.node))
+        {
+            // A sample at each link's end.
+            position += vec2_of(on.strained) * sample.weights[0];
+            prefix = position;
+        }
+        let touched = next == Some(index);
+        // While something touches, where the others are does not matter.
+        let matters = touched || state.touching_count == 0;
+        if !matters && seen - longest * sample.arc > sample.half_thickness + margin {
+            continue;
         }
         if sample.rigid != T::ZERO {
             position += rigid_end * sample.rigid;
         }
-        let touched = next == Some(index);
-        // While something touches, where the others are does not matter.
-        if !touched && state.touching_count > 0 && object.clears(position, sample.half_thickness + margin) {
+        if !matters && ladder.quadratic && object.clears(position, sample.half_thickness + margin) {
             continue;
         }
         let gap = sample_gap(object, sample, position);
+        if !ladder.quadratic {
+            seen = gap.distance + sample.half_thickness + longest * sample.arc;
+        }
         if gap.distance < found.nearest {
             found.nearest = gap.distance;
             found.normal = [gap.normal.x, gap.normal.y];
@@ -132,7 +151,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
 /// Strains the front beam anew with the normals that the sweep found where its samples touch, and measures those gaps again.
 ///
 /// What the normals are then still behind is of second order in what they were behind before.
-pub(crate) fn replace<T: Real, S: Size, O: Object<T>>(
+pub(crate) fn replace<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
@@ -142,7 +161,7 @@ pub(crate) fn replace<T: Real, S: Size, O: Object<T>>(
     for row in work.rows.as_mut().iter_mut().take(count).filter(|row| row.multiplier > T::ZERO) {
         row.normal = turned_by(row.normal, row.tilt);
     }
-    place_front(ladder, state, work);
+    place_front::<T, S, DEPTH>(ladder, state, work);
     for j in 0..count {
         let mut row = work.rows.as_ref().at(j);
         let Some(sample) = ladder.samples.as_ref().get(usize::from(row.sample)) else { continue };

@@ -6,8 +6,10 @@ pub(crate) mod active_set;
 pub(crate) mod banded;
 pub(crate) mod bend;
 pub(crate) mod border;
+pub(crate) mod chain;
 pub(crate) mod condense;
 pub(crate) mod gaps;
+pub(crate) mod lagged;
 pub(crate) mod residual;
 pub(crate) mod step;
 pub(crate) mod strain;
@@ -91,6 +93,8 @@ pub(crate) struct MemberWork<T> {
     pub end_force: [T; 2],
     /// −Σ lᵢ Cᵢ with C = e eᵀ/EA + e′e′ᵀ/κGA: entries xx, xy, yy of the force with itself, mm/N.
     pub give: [T; 3],
+    /// Largest gradient component of the interior nodes of a chain of links, N·mm.
+    pub steepest: T,
 }
 
 impl<T: Real> Blank for MemberWork<T> {
@@ -101,6 +105,7 @@ impl<T: Real> Blank for MemberWork<T> {
         force: [T::ZERO; 2],
         end_force: [T::ZERO; 2],
         give: [T::ZERO; 3],
+        steepest: T::ZERO,
     };
 }
 
@@ -129,6 +134,14 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) row_count: usize,
     /// The row among them that is not a gap but the turning of the contact force (see `turning`).
     pub(crate) turning: Option<u16>,
+    /// Samples of the rows that the last factorisation was made with; the place and the softness of the turning among them.
+    pub(crate) kept: S::Contacts<u16>,
+    pub(crate) kept_count: usize,
+    pub(crate) kept_turning: Option<(u16, T)>,
+    /// Its negative pivots, less those that the closures give.
+    pub(crate) excess: isize,
+    /// The last evaluation found residuals only: second derivatives are those of an earlier state.
+    pub(crate) shallow: bool,
     /// Columns Q of the contact rows, then L⁻¹Q; one run of unknowns per row.
     pub(crate) columns: S::Rows<T>,
     /// Own-span entries of each row.
@@ -138,6 +151,8 @@ pub struct Workspace<T: Real, S: Size> {
     /// Factor of D on the active set.
     pub(crate) factored: S::Pairs<T>,
     pub(crate) order: S::Contacts<u16>,
+    /// The active rows in the order in which they are factorised.
+    pub(crate) listed: S::Contacts<u16>,
     pub(crate) active: S::Contacts<bool>,
     /// Right-hand side of the rows, then their step Δμ, N.
     pub(crate) row_rhs: S::Contacts<T>,
@@ -162,11 +177,17 @@ impl<T: Real, S: Size> Workspace<T, S> {
         rows: <S::Contacts<Row<T>> as Storage<Row<T>>>::EMPTY,
         row_count: 0,
         turning: None,
+        kept: <S::Contacts<u16> as Storage<u16>>::EMPTY,
+        kept_count: 0,
+        kept_turning: None,
+        excess: 0,
+        shallow: false,
         columns: <S::Rows<T> as Storage<T>>::EMPTY,
         own: <S::Contacts<border::Own<T>> as Storage<border::Own<T>>>::EMPTY,
         flexibility: <S::Pairs<T> as Storage<T>>::EMPTY,
         factored: <S::Pairs<T> as Storage<T>>::EMPTY,
         order: <S::Contacts<u16> as Storage<u16>>::EMPTY,
+        listed: <S::Contacts<u16> as Storage<u16>>::EMPTY,
         active: <S::Contacts<bool> as Storage<bool>>::EMPTY,
         row_rhs: <S::Contacts<T> as Storage<T>>::EMPTY,
         row_delta: <S::Contacts<T> as Storage<T>>::EMPTY,
@@ -190,11 +211,13 @@ impl<T: Real, S: Size> Workspace<T, S> {
             && self.rhs.fit(unknowns)
             && self.scaled.fit(unknowns)
             && self.rows.fit(rows)
+            && self.kept.fit(rows)
             && self.columns.fit(rows * unknowns)
             && self.own.fit(rows)
             && self.flexibility.fit(rows * rows)
             && self.factored.fit(rows * rows)
             && self.order.fit(rows)
+            && self.listed.fit(rows)
             && self.active.fit(rows)
             && self.row_rhs.fit(rows)
             && self.row_delta.fit(rows)

@@ -1,6 +1,7 @@
 //! The gradient of the Lagrangian
 //! L = V(θ) + Σ λ_k·h_k(θ, λ, μ) − Σ μ_j g_j − ½ ε_c Σ μ_j², stretch and shear eliminated (see [`crate::ladder`]).
 
+use super::chain::DEEP;
 use super::gaps::Sweep;
 use super::strain::{closures, directions, energy, forces, own_rows, starts, strain};
 use super::{Workspace, bend};
@@ -20,7 +21,7 @@ pub(crate) struct Residual<T> {
 
 /// Strains the members but the front spans, which are strained already, and returns the largest residuals of gradient, closures
 /// and gaps.
-pub(crate) fn gradient<T: Real, S: Size>(
+pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
@@ -30,9 +31,11 @@ pub(crate) fn gradient<T: Real, S: Size>(
     work.rhs.as_mut().run_mut(0..ladder.unknowns()).fill(T::ZERO);
     for (index, member) in ladder.members().iter().enumerate() {
         if !index.is_multiple_of(4) {
-            strain(ladder, work, index, 0..0);
+            strain::<T, S, DEPTH>(ladder, state, work, index, 0..0);
         }
-        if member.stiffening == T::ZERO {
+        if !ladder.quadratic {
+            // The links' moments come with their strain.
+        } else if member.stiffening == T::ZERO {
             bend::moments(ladder, state, work, member);
         } else {
             bend::stretched(ladder, state, work, member);
@@ -42,8 +45,11 @@ pub(crate) fn gradient<T: Real, S: Size>(
         else {
             continue;
         };
-        for node in interior {
-            worst.gradient = worst.gradient.max(node.gradient.abs());
+        worst.gradient = worst.gradient.max(out.steepest);
+        if ladder.quadratic {
+            for node in interior {
+                worst.gradient = worst.gradient.max(node.gradient.abs());
+            }
         }
         let joints = work.rhs.as_mut();
         let turn = |f: [T; 2], rigid: [T; 2]| f[1] * rigid[0] - f[0] * rigid[1];
@@ -97,7 +103,7 @@ pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T
     for index in 0..ladder.member_count() {
         let own = own_rows(ladder, work.rows.as_ref().run(0..work.row_count), index, from);
         from = own.end;
-        strain(ladder, work, index, own);
+        strain::<T, S, DEEP>(ladder, state, work, index, own);
     }
     closures(ladder, work);
     starts(ladder, work);

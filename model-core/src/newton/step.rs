@@ -1,12 +1,13 @@
 //! One step: residual, condensation, banded KKT, border, active set, increments.
 
-use super::active_set::{self, Problem};
+use super::active_set::{self, Problem, Settled};
 use super::banded::{self, force_terms};
 use super::border;
+use super::chain::{DEEP, PLACED, RESIDUAL};
 use super::condense::{self, Diagonal, solve_interior};
 use super::gaps::{self, Sweep};
 use super::residual::{self, Residual};
-use super::{Hessian, Workspace, bend, strain, turning};
+use super::{Hessian, Workspace, bend, lagged, strain, turning};
 use crate::access::Access;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
 use crate::object::Object;
@@ -37,7 +38,7 @@ impl Inertia {
     }
 }
 
-/// Kinematics, gaps, forces and gradient at the present state.
+/// Kinematics, gaps, forces, gradient and second derivatives at the present state.
 pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
@@ -45,19 +46,46 @@ pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
+    evaluate_to::<T, S, O, DEEP>(ladder, state, work, object, margin)
+}
+
+/// As [`evaluate`], but without the second derivatives: they stay those of an earlier state where that spares something.
+pub(crate) fn residuals<T: Real, S: Size, O: Object<T>>(
+    ladder: &Ladder<T, S>,
+    state: &State<T, S>,
+    work: &mut Workspace<T, S>,
+    object: &O,
+    margin: T,
+) -> (Residual<T>, Sweep<T>) {
+    evaluate_to::<T, S, O, RESIDUAL>(ladder, state, work, object, margin)
+}
+
+fn evaluate_to<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
+    ladder: &Ladder<T, S>,
+    state: &State<T, S>,
+    work: &mut Workspace<T, S>,
+    object: &O,
+    margin: T,
+) -> (Residual<T>, Sweep<T>) {
+    work.shallow = DEPTH != DEEP && !ladder.quadratic;
     strain::directions(ladder, state, work);
     bend::shorten(ladder, state, work);
     gaps::recall(state, work);
-    strain::place_front(ladder, state, work);
+    let replaces = T::TOLERANCE.length < T::of(REPLACED);
+    if replaces {
+        strain::place_front::<T, S, PLACED>(ladder, state, work);
+    } else {
+        strain::place_front::<T, S, DEPTH>(ladder, state, work);
+    }
     let mut sweep = gaps::sweep(ladder, state, work, object, margin);
     // Too many near samples: only those that penetrate need rows.
     if sweep.crowded {
         sweep = gaps::sweep(ladder, state, work, object, T::ZERO);
     }
-    if T::TOLERANCE.length < T::of(REPLACED) {
-        gaps::replace(ladder, state, work, object);
+    if replaces {
+        gaps::replace::<T, S, O, DEPTH>(ladder, state, work, object);
     }
-    (residual::gradient(ladder, state, work, &sweep), sweep)
+    (residual::gradient::<T, S, DEPTH>(ladder, state, work, &sweep), sweep)
 }
 
 /// Condenses, factorises and borders at the evaluated state; returns the number of negative pivots.
@@ -101,13 +129,30 @@ pub(crate) fn solve<T: Real, S: Size>(
         turning::add(work, S::CONTACTS);
     }
     let negative = factorise(ladder, work, Diagonal { curvature, shift });
+    lagged::note(work, negative as isize - 2 * ladder.cells as isize);
+    let settled = settle(work);
+    increments(ladder, work);
+    inertia(work, settled)
+}
+
+/// What the last factorisation, and the active set settled on it, say.
+pub(crate) fn inertia<T: Real, S: Size>(work: &Workspace<T, S>, settled: Settled) -> Inertia {
+    Inertia {
+        excess: work.excess,
+        border: settled.negative as isize - isize::from(work.turning.is_some()),
+        settled: settled.settled,
+    }
+}
+
+/// Settles the active set, from the rows that touch, and finds the rows' increments.
+pub(crate) fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>) -> Settled {
     let count = work.row_count;
     let rows = work.rows.as_ref();
     let turning = work.turning.map(usize::from);
     for (j, (active, row)) in work.active.as_mut().iter_mut().zip(rows).enumerate().take(count) {
         *active = row.multiplier > T::ZERO || turning == Some(j);
     }
-    let settled = active_set::settle(
+    active_set::settle(
         &mut Problem {
             flexibility: work.flexibility.as_ref(),
             stride: S::CONTACTS,
@@ -117,19 +162,14 @@ pub(crate) fn solve<T: Real, S: Size>(
             tolerance: T::TOLERANCE.length * T::of(0.1),
             factored: work.factored.as_mut(),
             order: work.order.as_mut(),
+            listed: work.listed.as_mut(),
             scratch: work.scratch.as_mut(),
             spare: work.spare.as_mut(),
         },
         count,
         work.active.as_mut(),
         work.row_delta.as_mut(),
-    );
-    increments(ladder, work);
-    Inertia {
-        excess: negative as isize - 2 * ladder.cells as isize,
-        border: settled.negative as isize - isize::from(work.turning.is_some()),
-        settled: settled.settled,
-    }
+    )
 }
 
 /// Increments of all unknowns from those of the contact rows.
@@ -228,7 +268,7 @@ fn recover_member<T: Real, S: Size>(
             node.delta -= entry * da;
         }
     }
-    solve_interior(list, db);
+    solve_interior(list, db, ladder.quadratic);
 }
 
 /// Largest change of an angle that the increments ask for, rad.

@@ -1,6 +1,6 @@
 //! Kinematics: directions of the links, the forces through them, and what those do to them.
 
-use super::{MemberWork, Node, Workspace};
+use super::{MemberWork, Node, Workspace, chain};
 use crate::access::Access;
 use crate::contact::{Row, Sample};
 use crate::ladder::{Ladder, State, turned};
@@ -17,10 +17,9 @@ pub(crate) fn end_to_end<T: Real>(work: &MemberWork<T>) -> [T; 2] {
 pub(crate) fn directions<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
     let (nodes, rest) = (work.nodes.as_mut(), ladder.direction.as_ref());
     // Joint angles come once per member that meets there: that is cheaper than to look for them.
-    for ((node, &rest), angle) in nodes.iter_mut().zip(rest).zip(state.angle.as_ref()).take(ladder.node_count) {
-        let (s, c) = angle.sin_cos();
-        node.e = turned(rest, c, s);
-    }
+    let count = ladder.node_count;
+    let (angles, nodes) = (state.angle.as_ref().run(0..count), nodes.run_mut(0..count));
+    T::turn_each(angles, nodes, rest.run(0..count), |node, &rest, sin, cos| node.e = turned(rest, cos, sin));
     // A rigid part turns as the node at its end.
     let like = |part: [T; 2], node: usize| match (rest.get(node), nodes.get(node)) {
         (Some(&[x, y]), Some(&Node { e: [u, v], .. })) if part != [T::ZERO; 2] => {
@@ -86,19 +85,19 @@ pub(crate) fn own_rows<T: Real, S: Size>(
 ///
 /// With f the force per weight, a = f·e, b = f·e′, k = 1/EA − 1/κGA: ψ = (1 − η) a − ½(a²/EA + b²/κGA), d = ∂ψ/∂f, and the node
 /// adds w ψ to the Lagrangian.
-struct Strained<T> {
+pub(super) struct Strained<T> {
     /// Strained direction d, and w times its derivative with respect to the angle.
-    direction: [T; 2],
-    lever: [T; 2],
+    pub direction: [T; 2],
+    pub lever: [T; 2],
     /// First derivative of w ψ with respect to the angle, and the second with its sign changed, N·mm.
-    gradient: T,
-    curvature: T,
+    pub gradient: T,
+    pub curvature: T,
     /// f·e and f·e′.
-    pull: [T; 2],
+    pub pull: [T; 2],
 }
 
 #[inline(always)]
-fn strained<T: Real, const RIGID: bool>(
+pub(super) fn strained<T: Real, const RIGID: bool>(
     e: [T; 2],
     w: T,
     force: [T; 2],
@@ -127,15 +126,20 @@ fn strained<T: Real, const RIGID: bool>(
 }
 
 /// Strains a member: directions, their derivatives, the force's part of the gradient and of its diagonal, the chord and the
-/// compliance of the force with itself.
-pub(crate) fn strain<T: Real, S: Size>(
+/// compliance of the force with itself; a chain of links gets its bending moments as well.
+///
+/// Of chains of links no more than `DEPTH` says (see [`chain::DEEP`]).
+pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
     ladder: &Ladder<T, S>,
+    state: &State<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
     own: core::ops::Range<usize>,
 ) {
     let Some(member) = ladder.members.as_ref().get(index) else { return };
-    if member.compliance == [T::ZERO; 2] {
+    if !ladder.quadratic {
+        chain::strain::<T, S, DEPTH>(ladder, state, work, index, own);
+    } else if member.compliance == [T::ZERO; 2] {
         strain_all::<T, S, true>(ladder, work, index, own);
     } else {
         strain_all::<T, S, false>(ladder, work, index, own);
@@ -253,13 +257,17 @@ pub(crate) fn energy<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T
 }
 
 /// Forces, and the front spans strained and placed, so that gaps can be measured.
-pub(crate) fn place_front<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+pub(crate) fn place_front<T: Real, S: Size, const DEPTH: u8>(
+    ladder: &Ladder<T, S>,
+    state: &State<T, S>,
+    work: &mut Workspace<T, S>,
+) {
     forces(ladder, state, work);
     let mut from = 0;
     for cell in 0..ladder.cells {
         let own = own_rows(ladder, work.rows.as_ref().run(0..work.row_count), 4 * cell, from);
         from = own.end;
-        strain(ladder, work, 4 * cell, own);
+        strain::<T, S, DEPTH>(ladder, state, work, 4 * cell, own);
     }
     starts(ladder, work);
 }

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
+use super::chain::DEEP;
 use super::condense::Diagonal;
 use super::gaps::{self, Sweep};
 use super::{Workspace, active_set, residual, step};
@@ -252,7 +253,7 @@ fn gradient(
 ) -> Vec<f64> {
     residual::potential(ladder, state, work);
     let sweep = Sweep { nearest: 0.0, normal: [0.0; 2], nearest_free: 0.0, overflow: false, crowded: false };
-    residual::gradient(ladder, state, work, &sweep);
+    residual::gradient::<_, _, DEEP>(ladder, state, work, &sweep);
     let value = |place: &Place| match *place {
         Place::Node(node) => work.nodes[node].gradient,
         Place::Joint(joint) => work.rhs[usize::from(joint)],

@@ -11,6 +11,7 @@ use crate::design::{Design, HingeKind, Profile};
 use crate::discretise::{Discretisation, discretise};
 use crate::equilibrium::Follower;
 use crate::ladder::Ladder;
+use crate::newton::chain::DEEP;
 use crate::newton::gaps::{Sweep, sample_position};
 use crate::newton::{Workspace, bend, residual, strain};
 use crate::object::Object;
@@ -100,6 +101,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.touching() == 0 || !parameter.applies(design) {
             return Some(Derivative::ZERO);
         }
+        self.deepen();
         let frame = self.frame();
         // Truncation against rounding, of a central difference.
         let step = libm::cbrt(T::EPSILON.to_f64()) * parameter.size(design);
@@ -147,10 +149,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             strain::directions(&probe.ladder, state, &mut probe.work);
             bend::shorten(&probe.ladder, state, &mut probe.work);
-            strain::place_front(&probe.ladder, state, &mut probe.work);
+            strain::place_front::<T, S, DEEP>(&probe.ladder, state, &mut probe.work);
             let (zero, far) = ([T::ZERO; 2], T::of(1e9));
             let clear = Sweep { nearest: far, normal: zero, nearest_free: far, overflow: false, crowded: false };
-            residual::gradient(&probe.ladder, state, &mut probe.work, &clear);
+            residual::gradient::<T, S, DEEP>(&probe.ladder, state, &mut probe.work, &clear);
 
             let part = T::of(part);
             let gather = |into: &mut [T], from: &[T]| {

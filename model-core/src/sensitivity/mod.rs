@@ -82,6 +82,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.touching() == 0 {
             return Some(result);
         }
+        self.deepen();
         let frame = self.frame();
         let motion = self.motion;
         let Parts { ladder, work } = self.parts();
@@ -136,6 +137,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.touching() == 0 {
             return Some(stiffness);
         }
+        self.deepen();
         let frame = self.frame();
         let pivot = frame.displacement.point(Vec2::new(point[0], point[1]));
         let pivot = [pivot.x, pivot.y];

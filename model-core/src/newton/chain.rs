@@ -1,0 +1,264 @@
+//! Strain and bending of a chain of links (`paper`, `trapezoid`), in one walk from a member's end to its start.
+//!
+//! What [`super::strain`] and [`super::bend`] do for quadratic elements in passes, with the same formulas: between links, each
+//! spring has one carrier, the link above it (below it at a `trapezoid`'s end), so that a link needs nothing but what the one above
+//! has left it.
+
+use super::strain::strained;
+use super::{Node, Workspace};
+use crate::access::Access;
+use crate::contact::{Row, Sample};
+use crate::ladder::{Ladder, State};
+use crate::real::Real;
+use crate::size::Size;
+
+/// What a link leaves to the next one below.
+struct Above<T> {
+    /// Moment of the spring between them, N·mm, and how much the stretch has softened that spring, N·mm.
+    moment: T,
+    softer: T,
+    /// Second derivative of the spring with both angles, N·mm; slope t ∂(½q)/∂θ at its start, mm.
+    coupling: T,
+    slope: T,
+    /// What the spring's shortening adds to the lower link's lever, mm.
+    lever: [T; 2],
+}
+
+/// How much a walk finds: strained directions and the chord, the gradient as well, or also the second derivatives. The rest stays as
+/// it was.
+pub(crate) const PLACED: u8 = 0;
+pub(crate) const RESIDUAL: u8 = 1;
+pub(crate) const DEEP: u8 = 2;
+
+/// Strains a member that is a chain of links: what [`super::strain::strain`] does, and the bending moments as well.
+#[inline]
+pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
+    ladder: &Ladder<T, S>,
+    state: &State<T, S>,
+    work: &mut Workspace<T, S>,
+    index: usize,
+    own: core::ops::Range<usize>,
+) {
+    let Some(member) = ladder.members.as_ref().get(index) else { return };
+    if member.compliance == [T::ZERO; 2] && member.stiffening == T::ZERO {
+        walk::<T, S, DEPTH, true>(ladder, state, work, index, own);
+    } else {
+        walk::<T, S, DEPTH, false>(ladder, state, work, index, own);
+    }
+}
+
+/// A member on the way from its end to its start.
+struct Walk<'a, T> {
+    samples: &'a [Sample<T>],
+    /// The rows that touch the links still to come, and the node of the topmost one.
+    rows: &'a [Row<T>],
+    touching: usize,
+    /// Force through the present link, N.
+    force: [T; 2],
+    compliance: [T; 2],
+    stiffening: T,
+    /// Half the inverse length of a link, 1/mm.
+    share: T,
+    above: Above<T>,
+    chord: [T; 2],
+    /// Σ w e eₓ.
+    inertia: [T; 2],
+}
+
+impl<T: Real> Walk<'_, T> {
+    /// Takes the rows off that touch a link or one above it: contacts pull at the whole of their link and of those below it.
+    #[inline(always)]
+    fn pass(&mut self, node: usize) {
+        while self.touching >= node
+            && let Some((row, rest)) = self.rows.split_last()
+        {
+            for i in 0..2 {
+                self.force[i] -= row.multiplier * row.normal[i];
+            }
+            self.rows = rest;
+            self.touching = self.topmost();
+        }
+    }
+
+    fn topmost(&self) -> usize {
+        let sample = self.rows.last().and_then(|row| self.samples.get(usize::from(row.sample)));
+        sample.map_or(0, |sample| usize::from(sample.node))
+    }
+
+    /// Strained direction of an end, which has no length.
+    #[inline(always)]
+    fn end<const RIGID: bool>(&self, e: [T; 2]) -> [T; 2] {
+        strained::<T, RIGID>(e, T::ZERO, self.force, self.compliance, T::ZERO).direction
+    }
+
+    /// One link of length w and the spring of stiffness k below it, over which the angle grows by `bend`; returns the gradient.
+    /// `end` is an end without a weight above it, and what belongs to the spring that leads there.
+    #[inline(always)]
+    fn link<const DEPTH: u8, const RIGID: bool>(
+        &mut self,
+        node: &mut Node<T>,
+        w: T,
+        k: T,
+        bend: T,
+        end: Option<(&mut Node<T>, T, T)>,
+    ) -> T {
+        let (zero, two, t) = (T::ZERO, T::of(2.0), self.stiffening);
+        let e = node.e;
+        let slope = if RIGID { zero } else { t * (k * bend) };
+        let mut shorter = if RIGID { zero } else { -(self.share * (slope * bend)) };
+        if let Some((_, k, bend)) = &end
+            && !RIGID
+        {
+            shorter -= self.share * (t * (*k * *bend) * *bend);
+        }
+        let on = strained::<T, RIGID>(e, w, self.force, self.compliance, shorter);
+        node.strained = on.direction;
+        for i in 0..2 {
+            self.chord[i] += w * on.direction[i];
+        }
+        if DEPTH == PLACED {
+            return zero;
+        }
+        let [pull, across] = on.pull;
+        if let Some((end, k, bend)) = end {
+            let slope = t * (k * bend);
+            let (softer, cross) = (-(t * pull * k), across * slope);
+            let shift = [slope * e[0], slope * e[1]];
+            self.above = Above {
+                moment: (k + softer) * bend,
+                softer: softer + two * cross,
+                coupling: k + softer + cross,
+                slope,
+                lever: [-shift[0], -shift[1]],
+            };
+            end.gradient = -self.above.moment;
+            if DEPTH == DEEP {
+                (end.curvature, end.lever) = (softer, shift);
+            }
+        }
+        let softer = if RIGID { zero } else { -(t * pull * k) };
+        let moment = (k + softer) * bend;
+        let gradient = on.gradient + self.above.moment - moment;
+        node.gradient = gradient;
+        if DEPTH == DEEP {
+            let above = &self.above;
+            (node.coupling[0], node.bent[0]) = (above.coupling, above.slope);
+            if RIGID {
+                (node.lever, node.curvature) = (on.lever, on.curvature);
+                self.above.coupling = k;
+            } else {
+                let cross = across * slope;
+                let shift = [slope * e[0], slope * e[1]];
+                node.lever = [on.lever[0] + shift[0] + above.lever[0], on.lever[1] + shift[1] + above.lever[1]];
+                node.curvature = on.curvature + above.softer + (softer - two * cross);
+                let coupling = k + softer - cross;
+                self.above = Above { moment, softer, coupling, slope, lever: [-shift[0], -shift[1]] };
+                let wx = w * e[0];
+                self.inertia = [self.inertia[0] + wx * e[0], self.inertia[1] + wx * e[1]];
+            }
+        }
+        self.above.moment = moment;
+        gradient
+    }
+}
+
+fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
+    ladder: &Ladder<T, S>,
+    state: &State<T, S>,
+    work: &mut Workspace<T, S>,
+    index: usize,
+    own: core::ops::Range<usize>,
+) {
+    let (Some(member), Some(out)) = (ladder.members.as_ref().get(index), work.members.as_mut().get_mut(index)) else {
+        return;
+    };
+    let nodes = member.nodes();
+    let first = nodes.start;
+    let (Some(angle), Some(spring), Some([_, weight @ ..]), Some([start, list @ ..])) = (
+        state.angle.as_ref().get(nodes.clone()),
+        ladder.coupling.as_ref().get(nodes.clone()),
+        ladder.weight.as_ref().get(nodes.clone()),
+        work.nodes.as_mut().get_mut(nodes),
+    ) else {
+        return;
+    };
+    let zero = T::ZERO;
+    // All links of a member are of one length; where there is none, it is a pin or what stands for a weld.
+    let length = weight.first().copied().unwrap_or(zero);
+    let mut walk = Walk {
+        samples: ladder.samples.as_ref(),
+        rows: work.rows.as_ref().get(own).unwrap_or(&[]),
+        touching: 0,
+        force: out.force,
+        compliance: member.compliance,
+        stiffening: member.stiffening,
+        share: if RIGID || length == zero { zero } else { T::of(0.5) / length },
+        above: Above { moment: zero, softer: zero, coupling: zero, slope: zero, lever: [zero; 2] },
+        chord: [zero; 2],
+        inertia: [zero; 2],
+    };
+    walk.touching = walk.topmost();
+
+    // An end without a weight has an angle only; its spring is carried by the link below it.
+    let weightless = weight.last() == Some(&zero);
+    let links = list.len() - usize::from(weightless);
+    let (Some(lower), Some(upper), Some(stiffness), Some(weight), Some((list, beyond))) = (
+        angle.get(..links),
+        angle.get(1..=links),
+        spring.get(..links),
+        weight.get(..links),
+        list.split_at_mut_checked(links),
+    ) else {
+        return;
+    };
+    let mut end = None;
+    if let (Some(top), Some(&[below, theta])) = (beyond.first_mut(), angle.last_chunk::<2>()) {
+        walk.pass(first + links + 1);
+        top.strained = walk.end::<RIGID>(top.e);
+        let (k, bend) = (spring.at(links)[0], theta - below);
+        if DEPTH == DEEP {
+            (top.coupling, top.bent) = ([zero; 2], [zero; 2]);
+        }
+        if links == 0 && DEPTH != PLACED {
+            // No link at all.
+            (walk.above.moment, walk.above.coupling) = (k * bend, k);
+            (top.gradient, top.curvature, top.lever) = (-(k * bend), zero, [zero; 2]);
+        }
+        end = Some((top, k, bend));
+    }
+    let mut steepest = zero;
+    let angles = lower.iter().zip(upper);
+    let mut each = list.iter_mut().zip(weight).zip(stiffness).zip(angles).enumerate().rev();
+    if let Some((j, (((node, &w), &[k, _]), (&below, &theta)))) = each.next() {
+        walk.pass(first + j + 1);
+        let gradient = walk.link::<DEPTH, RIGID>(node, w, k, theta - below, end);
+        // Of the nodes at the end, only one with another above it is an interior one.
+        if weightless {
+            steepest = gradient.abs();
+        }
+    }
+    for (j, (((node, &w), &[k, _]), (&below, &theta))) in each {
+        walk.pass(first + j + 1);
+        let gradient = walk.link::<DEPTH, RIGID>(node, w, k, theta - below, None);
+        steepest = gradient.abs().max(steepest);
+    }
+    start.strained = walk.end::<RIGID>(start.e);
+    out.chord = walk.chord;
+    if DEPTH == PLACED {
+        return;
+    }
+    let above = walk.above;
+    start.gradient = above.moment;
+    out.steepest = steepest;
+    if DEPTH == DEEP {
+        (start.lever, start.curvature) = (above.lever, above.softer);
+        (start.coupling[0], start.bent[0]) = (above.coupling, above.slope);
+        let ([stretch, shear], [xx, xy]) = (member.compliance, walk.inertia);
+        let yy = length * T::of(links as f64) - xx;
+        out.give = if RIGID {
+            [zero; 3]
+        } else {
+            [-(stretch * xx + shear * yy), (shear - stretch) * xy, -(stretch * yy + shear * xx)]
+        };
+    }
+}
