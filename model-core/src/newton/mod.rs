@@ -1,6 +1,7 @@
 //! One Newton step for the ladder in contact, cost linear in elements and lamellae:
 //! `strain` and `gaps` → `residual` → `condense` each member onto its joints and force → `banded` KKT in joints and λ →
-//! `border` by the contact rows → `active_set` on the dense border → increments.
+//! `border` by the contact rows → `active_set` on the dense border → increments. `chain` is the strain of links instead of quadratic
+//! elements; `lagged` are the steps that keep an earlier factorisation.
 
 pub(crate) mod active_set;
 pub(crate) mod banded;
@@ -30,7 +31,8 @@ pub enum Hessian {
     /// The energy's plus the exact geometric stiffness of links and contacts.
     ///
     /// The default: the geometric stiffness stays within an element, so it costs next to nothing, and without it a compressed beam
-    /// looks as stiff as a stretched one.
+    /// looks as stiff as a stretched one. In double precision the iterations after a step's first keep its factorisation as long as the
+    /// residuals shrink fast: *measured* at 170/20, one servo count, as many iterations at a third of the cost each.
     #[default]
     Newton,
     /// The energy's alone (Gauss–Newton): blind to compression, so no stability test is possible.
