@@ -24,6 +24,8 @@ use crate::shared_bus::{SharedBus, carry};
 const COUNTING: [&str; 2] = ["-icount", "shift=2"];
 /// How long QEMU may take to open its sockets.
 const BOOT: Duration = Duration::from_secs(20);
+/// How long an answer may take on a busy PC.
+const ANSWER: Duration = Duration::from_secs(30);
 /// Machines share the processors with their tests: one at a time.
 static TURN: Mutex<()> = Mutex::new(());
 
@@ -138,7 +140,9 @@ impl Machine {
 
     /// A connection to the gripper. The board has one socket: drop it before the next.
     pub fn link(&self) -> Link {
-        Link::open_within(&self.address(), BOOT).expect("a link")
+        let mut link = Link::open_within(&self.address(), BOOT).expect("a link");
+        link.set_patience(ANSWER);
+        link
     }
 }
 
