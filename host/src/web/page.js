@@ -237,7 +237,8 @@ function takeNotice(told) {
 function linkState() {
   const chip = $("link");
   const quiet = performance.now() - heard;
-  let words = "live", kind = "good";
+  // A recording takes nothing: it plays.
+  let words = setup && !setup.takes ? "playing" : "live", kind = "good";
   if (frame && frame.closed) [words, kind] = [setup && !setup.moves ? "ended" : "the gripper is gone", "bad"];
   else if (events.readyState === EventSource.CLOSED && !heard) [words, kind] = ["not let in: open the address that fre printed", "bad"];
   else if (quiet > 1500) [words, kind] = [heard ? `nothing for ${(quiet / 1000).toFixed(0)} s` : "connecting", "bad"];
