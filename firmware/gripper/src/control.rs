@@ -136,7 +136,7 @@ pub(crate) struct Core<'a, B> {
     /// The bus's master wants a restart.
     pub(crate) restart: bool,
     /// An order that waits for a transaction's end.
-    waiting: Option<Order>,
+    pub(crate) waiting: Option<Order>,
     /// The bus is to be searched, or is just being searched.
     scan: bool,
     pub(crate) is_scanning: bool,

@@ -26,8 +26,13 @@ pub(crate) async fn scan<B: Board>(
     watchdog: &mut B::Watchdog,
 ) {
     core.is_scanning = true;
-    let mut all = 0_u16;
+    let (mut all, mut tried) = (0_u16, 0);
     for &baud in rates {
+        // A change of the role waits for the bus, and whatever is asked for waits for that.
+        if core.waiting.is_some() {
+            break;
+        }
+        tried += 1;
         watchdog.feed();
         let mut found: [Option<Found>; ROOM] = [None; ROOM];
         if let Err(error) = core.patiently(servos.discover(baud, &mut found)).await {
@@ -42,5 +47,5 @@ pub(crate) async fn scan<B: Board>(
     }
     servos.go_on_at(bus);
     core.is_scanning = false;
-    core.shared.tell(Event::ScanDone { found: all, rates: rates.len() as u8 });
+    core.shared.tell(Event::ScanDone { found: all, rates: tried });
 }
