@@ -287,7 +287,7 @@ fn the_page_is_one_document_and_gets_what_the_source_tells() {
     let text = text + &served.events(&format!("GET /events HTTP/1.1\r\n{host}"), r#""force_n":5.0"#);
     over.store(true, Ordering::Relaxed);
     telling.join().unwrap();
-    for words in ["event: setup", "event: frame", r#""deviation_n":null"#, r#""missing reports":"7""#] {
+    for words in ["event: setup", "event: frame", r#""deviation_n":null"#, r#"["missing reports","7"]"#] {
         assert!(text.contains(words), "{words}: {text}");
     }
     assert!(text.contains(r#""radius_mm":40.0"#) && text.contains(r#""cost":"150 µs, 0 it.""#), "{text}");
