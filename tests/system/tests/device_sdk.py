@@ -121,7 +121,7 @@ for order in ((SERVO, GRIPPER), (GRIPPER, SERVO)):
 settle()
 say("nobody", *packets.ping(port, NOBODY))
 say("access", *patient(lambda: packets.write4ByteTxRx(port, GRIPPER, BLOCK, 1)))
-say("range", *patient(lambda: packets.write1ByteTxRx(port, GRIPPER, 8, 7)))
+say("range", *patient(lambda: packets.write1ByteTxRx(port, GRIPPER, 8, 8)))
 say("limit", *patient(lambda: packets.write1ByteTxRx(port, GRIPPER, 7, SERVO)))
 say("length", *patient(lambda: packets.write2ByteTxRx(port, GRIPPER, BLOCK + 68, 1)))
 say("crc", raw(packet(GRIPPER, 0x02, 8, 0, 1, 0, damage=0x10), 11))
