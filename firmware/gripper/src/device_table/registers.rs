@@ -26,7 +26,7 @@ pub const TABLE_VERSION: Register<u32> = Register::read(2, false, Eeprom, VERSIO
 pub const FIRMWARE_VERSION: Register<u8> = Register::read(6, false, Eeprom, 1);
 /// Address on the bus; not that of a finger's servo.
 pub const ID: Register<u8> = Register::write(7, false, Eeprom, 100, 0, 252);
-/// Speed of the bus, as a code: [`dynamixel::xm430::bits_per_second`], 57,600 to 4 M.
+/// Speed of the bus, as a code: [`dynamixel::xm430::bits_per_second`], 57,600 to 4.5 M.
 pub const BAUD_RATE: Register<u8> = Register::write(8, false, Eeprom, 1, 1, 7);
 /// Time between an instruction's end and the answer, 2 µs.
 pub const RETURN_DELAY_TIME: Register<u8> = Register::write(9, false, Eeprom, 0, 0, 254);
