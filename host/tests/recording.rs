@@ -290,8 +290,9 @@ fn the_estimator_runs_on_a_recording_once_more() {
     };
     let [before, now, rms, most] = compared(&["--precision", "f32"]);
     assert!(before > 3.0 && [now, rms, most] == [before, 0.0, 0.0], "the same estimator says the same");
-    let [_, now, _, most] = compared(&[]);
-    assert!((now - before).abs() < 2e-3 && most < 0.01, "double precision: {now} N, {most} N");
+    // Means are over the ticks in contact in both, which the first touch may be in one and not in the other.
+    let [alike, now, _, most] = compared(&[]);
+    assert!((now - alike).abs() < 2e-3 && most < 0.01, "double precision: {now} N, {most} N");
     let [_, twice, ..] = compared(&["--youngs-modulus-pa", "9.9e7"]);
     assert!((twice / before - 2.0).abs() < 0.02, "twice the modulus, twice the force: {twice} N of {before} N");
     let [_, fine, _, most] = compared(&["--elements", "fine"]);

