@@ -176,6 +176,33 @@ fn pair<T: Real>(a: &[T], stride: usize, k: usize) -> (T, T, T) {
     (entry(a, stride, k, k), entry(a, stride, k + 1, k), entry(a, stride, k + 1, k + 1))
 }
 
+/// Factorises the leading n×n block of `from` into `a`: in the order of the rows that `place` gives if that does without
+/// interchanges.
+pub(crate) fn factorise_from<T: Real>(
+    from: &[T],
+    a: &mut [T],
+    n: usize,
+    stride: usize,
+    order: &mut [u16],
+    place: impl Fn(usize) -> usize,
+) {
+    for i in 0..n {
+        for j in 0..=i {
+            a.put(i * stride + j, entry(from, stride, place(i), place(j)));
+        }
+    }
+    if factorise_in_order(a, 0, n, stride, order) {
+        for (i, order) in order.iter_mut().enumerate().take(n) {
+            *order = place(i) as u16;
+        }
+        return;
+    }
+    for (into, &from) in a.iter_mut().zip(from).take(n * stride) {
+        *into = from;
+    }
+    factorise(a, n, stride, order);
+}
+
 /// Solves with the factors; `x` is in and out, `y` is scratch.
 pub(crate) fn solve<T: Real>(a: &[T], n: usize, stride: usize, order: &[u16], x: &mut [T], y: &mut [T]) {
     let (Some(y), Some(order)) = (y.get_mut(..n), order.get(..n)) else { return };
