@@ -3,6 +3,8 @@
 //! A tick leads the servos (Goal Position), reads where they are, and estimates the forces there. When no answer has come
 //! by the period's end, the report says so (`stale`, with its age) and the wait goes on until the bus' own deadline.
 
+mod obey;
+
 use core::future::Future;
 use core::pin::pin;
 
@@ -10,10 +12,7 @@ use dynamixel::Id;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use heapless::Vec;
-use messages::{
-    CloseTo, Event, FINGERS, Grasp, GripTo, Outcome, Refusal, Report, Role, SPEEDS, Settings, SettingsField, Shape,
-    Which,
-};
+use messages::{Event, FINGERS, Grasp, Report, Role, Settings, Shape};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
 
@@ -25,7 +24,7 @@ use crate::listening;
 use crate::rate::Meter;
 use crate::scan::scan;
 use crate::servo::{BusError, Found, Rates, Reading, Servos, Turn};
-use crate::shared::{Command, Order, Shared, now_us};
+use crate::shared::{Order, Shared, now_us};
 use crate::store::Key;
 use crate::unit::Unit;
 
@@ -472,152 +471,4 @@ impl<'a, B: Board> Core<'a, B> {
         }
         self.shared.tell(Event::ServoAlert { finger: finger as u8, hardware_error });
     }
-
-    /// Obeys one order, if there is one. The role changes between transactions only: after that nothing more is sent.
-    fn obey(&mut self, between: bool) {
-        let Some(Order { ticket, command }) = self.waiting.take().or_else(|| self.shared.orders.try_receive().ok())
-        else {
-            return;
-        };
-        if !between && matches!(&command, Command::Settings(settings) if settings.role != self.settings.role) {
-            self.waiting = Some(Order { ticket, command });
-            return;
-        }
-        let outcome = self.execute(command);
-        self.shared.answer(ticket, outcome);
-    }
-
-    pub(crate) fn execute(&mut self, command: Command) -> Outcome {
-        match command {
-            Command::Finger(what) => {
-                let unit = self.unit(what.finger)?;
-                let start = B::cost_ticks();
-                let made = unit.model.configure(&what.what.design, &what.what.how);
-                let cost = B::cost_ticks().wrapping_sub(start);
-                unit.has_design = made.is_ok();
-                let refusal = made.map_err(|error| Refusal::Finger(Refusal::text(&error)));
-                let finger = what.finger;
-                self.shared.set_design(finger, refusal.is_ok().then_some(what.what));
-                // It starts anew, on the object where it was set: so do the others.
-                self.put_back();
-                if refusal.is_ok() {
-                    self.shared.tell(Event::ModelReady { finger, cost });
-                }
-                refusal
-            }
-            Command::Object(what) => {
-                let unit = self.unit(what.finger)?;
-                unit.model.set_object(what.what).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
-                unit.has_object = true;
-                self.put_back();
-                self.shared.set_object(what.finger, what.what);
-                self.setup_is_new = true;
-                Ok(())
-            }
-            Command::Uncertainty(what) => {
-                let refused = |error| Refusal::Uncertainty(Refusal::text(&error));
-                self.unit(what.finger)?.set_uncertainty(what.what).map_err(refused)?;
-                self.shared.set_uncertainty(what.finger, what.what);
-                Ok(())
-            }
-            Command::Settings(settings) => {
-                settings.validate(self.units.len())?;
-                for (unit, mount) in self.units.iter_mut().zip(settings.fingers) {
-                    unit.set_mount(mount);
-                }
-                if settings.role != self.settings.role {
-                    self.units.iter_mut().for_each(Unit::forget_servo);
-                    self.scan = false;
-                }
-                if settings.fingers != self.settings.fingers {
-                    self.put_back();
-                }
-                self.support(settings.support);
-                self.settings = settings;
-                (self.settings_changed, self.setup_is_new) = (true, true);
-                self.shared.set(|setup| setup.settings = settings);
-                Ok(())
-            }
-            Command::Hang => crate::provoke::hang(),
-            Command::Open(which) => self.lead(which, |_, _| Ok(()), |unit, mount| unit.grip.open(mount)),
-            Command::Hold(which) => self.lead(which, |_, _| Ok(()), |unit, _| unit.grip.hold()),
-            Command::Close(CloseTo { fingers, angle, speed }) => self.lead(
-                fingers,
-                |_, mount| {
-                    SettingsField::Angle.check(angle, mount.range[0], mount.range[1])?;
-                    SettingsField::Speed.check(speed.unwrap_or(mount.speed), SPEEDS[0], SPEEDS[1])
-                },
-                |unit, mount| unit.grip.head(f64::from(angle), f64::from(speed.unwrap_or(mount.speed))),
-            ),
-            Command::Scan => {
-                if self.settings.role != Role::Master {
-                    return Err(Refusal::NotMaster);
-                }
-                if self.units.iter().any(|unit| unit.grip.is_gripping()) {
-                    return Err(Refusal::Gripping);
-                }
-                self.scan = true;
-                Ok(())
-            }
-            // Nobody reads the servo meanwhile.
-            Command::Grip(_) if self.scan || self.is_scanning => Err(Refusal::Scanning),
-            Command::Grip(to) => self.lead(
-                to.fingers,
-                |unit, mount| grippable(&to, unit, mount),
-                |unit, mount| {
-                    unit.grip.grip(&to, mount);
-                },
-            ),
-        }
-    }
-
-    /// The finger of this number, whether it is mounted or not.
-    fn unit(&mut self, finger: u8) -> Result<&mut Unit<'a>, Refusal> {
-        let last = self.units.len().saturating_sub(1) as f32;
-        SettingsField::Finger.check(f32::from(finger), 0.0, last)?;
-        self.units.get_mut(usize::from(finger)).ok_or(Refusal::NoServo)
-    }
-
-    /// Leads all the fingers meant, or none if one of them cannot be.
-    fn lead(
-        &mut self,
-        which: Which,
-        check: impl Fn(&Unit<'a>, &messages::Mount) -> Outcome,
-        lead: impl Fn(&mut Unit<'a>, &messages::Mount),
-    ) -> Outcome {
-        if self.settings.role != Role::Master {
-            return Err(Refusal::NotMaster);
-        }
-        if let Which::One(finger) = which {
-            SettingsField::Finger.check(f32::from(finger), 0.0, self.settings.count().saturating_sub(1) as f32)?;
-        }
-        let meant = |(number, unit): (usize, &Unit<'a>)| which.is(number) && unit.mount.is_some();
-        for (number, unit) in self.units.iter().enumerate() {
-            if let Some(mount) = &unit.mount
-                && meant((number, unit))
-            {
-                check(unit, mount)?;
-                if !unit.health.is_present() {
-                    return Err(Refusal::NoServo);
-                }
-            }
-        }
-        for (number, unit) in self.units.iter_mut().enumerate() {
-            if let Some(mount) = unit.mount
-                && which.is(number)
-            {
-                lead(unit, &mount);
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Whether a finger can be asked to grip so.
-fn grippable(to: &GripTo, unit: &Unit<'_>, mount: &messages::Mount) -> Outcome {
-    SettingsField::Force.check(to.force, 0.01, mount.force_limit)?;
-    SettingsField::Speed.check(to.speed.unwrap_or(mount.speed), SPEEDS[0], SPEEDS[1])?;
-    let [least, most] = mount.range;
-    SettingsField::Limit.check(to.limit.unwrap_or(most), least, most)?;
-    if unit.has_design && unit.has_object { Ok(()) } else { Err(Refusal::NoModel) }
 }
