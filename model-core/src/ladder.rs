@@ -182,19 +182,18 @@ impl<T: Real, S: Size> Ladder<T, S> {
         if self.cells == 0 {
             return 0;
         }
-        let interior: usize =
-            self.members.as_ref()[..self.member_count()].iter().map(|m| usize::from(m.interior)).sum();
+        let interior: usize = self.members().iter().map(|m| usize::from(m.interior)).sum();
         interior + 3 * (self.cells - 1) + 1
     }
 
     /// Sets K's diagonal from the entries beside it.
     pub(crate) fn complete_stiffness(&mut self) {
         let count = self.member_count();
-        for member in &self.members.as_ref()[..count] {
+        for member in self.members.as_ref().run(0..count) {
             let nodes = member.nodes();
-            let diagonal = &mut self.diagonal.as_mut()[nodes.clone()];
+            let diagonal = self.diagonal.as_mut().run_mut(nodes.clone());
             diagonal.fill(T::ZERO);
-            for (node, &[next, after]) in self.coupling.as_ref()[nodes].iter().enumerate() {
+            for (node, &[next, after]) in self.coupling.as_ref().run(nodes).iter().enumerate() {
                 for (at, entry) in [(node, next), (node + 1, next), (node, after), (node + 2, after)] {
                     if let Some(value) = diagonal.get_mut(at) {
                         *value -= entry;
@@ -216,16 +215,16 @@ impl<T: Real, S: Size> Ladder<T, S> {
                 Vec2::new(T::ZERO, T::ZERO)
             };
             let closure = front + next - back - rung;
-            self.rest.as_mut()[cell] = [closure.x, closure.y];
+            self.rest.as_mut().put(cell, [closure.x, closure.y]);
             rung = next;
         }
     }
 
     fn rest_vector(&self, member: usize) -> Vec2<T> {
-        let m = &self.members.as_ref()[member];
+        let m = self.members.as_ref().at(member);
         let mut sum = vec2_of(m.rigid_start) + vec2_of(m.rigid_end);
         for node in m.nodes() {
-            sum += vec2_of(self.direction.as_ref()[node]) * self.weight.as_ref()[node];
+            sum += vec2_of(self.direction.as_ref().at(node)) * self.weight.as_ref().at(node);
         }
         sum
     }
@@ -234,19 +233,19 @@ impl<T: Real, S: Size> Ladder<T, S> {
     /// bending stiffness EI/L (N·mm) and length L (mm): 4 EI/L at a joint, L³/(12 EI) at a closure. Enough to tell a
     /// vanishing pivot from a small one.
     pub(crate) fn add_scale(&mut self, index: usize, stiffness: f64, length: f64) {
-        let member = self.members.as_ref()[index];
+        let member = self.members.as_ref().at(index);
         let scale = self.scale.as_mut();
         let joint = T::of(4.0 * stiffness);
         if member.start != CLAMPED {
-            scale[usize::from(member.start)] += joint;
+            scale.add(usize::from(member.start), joint);
         }
-        scale[usize::from(member.end)] += joint;
+        scale.add(usize::from(member.end), joint);
         let flexibility = if stiffness > 0.0 { T::of(length * length / (12.0 * stiffness)) } else { T::ZERO };
         let cell = index / 4;
         for offset in 0..2 {
-            scale[PER_CELL * cell + offset] += flexibility;
+            scale.add(PER_CELL * cell + offset, flexibility);
             if index % 4 >= 2 {
-                scale[PER_CELL * (cell + 1) + offset] += flexibility;
+                scale.add(PER_CELL * (cell + 1) + offset, flexibility);
             }
         }
     }

@@ -1,5 +1,5 @@
-//! No way to panic from the estimator: an image that holds nothing else is linked, and its symbols are searched for what a panic
-//! needs. The linker keeps only what can be reached.
+//! No way to panic from the estimator, be it set, asked or on a free object: an image that holds nothing else is linked, and its
+//! symbols are searched for what a panic needs. The linker keeps only what can be reached.
 
 use crate::command;
 use crate::cross::{Cross, TRIPLE};

@@ -185,7 +185,7 @@ impl core::fmt::Display for DesignError {
                 write!(f, "{} is {value}; allowed is {min} to {max}", field.key())
             }
             Self::Profile { field, knot } => {
-                write!(f, "{}: knot {knot} is missing or not beyond its predecessor", field.key())
+                write!(f, "{}: knot {} is missing or not beyond its predecessor", field.key(), knot + 1)
             }
             Self::BeamNotUpright { field, rise } => {
                 write!(
@@ -209,12 +209,14 @@ impl core::fmt::Display for DesignError {
             Self::LamellaOutsideBeam { field, lamella, value, above, below } => {
                 write!(
                     f,
-                    "{}: lamella {lamella} at {value} is outside the flexible beam; allowed is more than {above} and less than {below}",
-                    field.key()
+                    "{}: lamella {} at {value} is outside the flexible beam; allowed is more than {above} and less than {below}",
+                    field.key(),
+                    lamella + 1
                 )
             }
             Self::LamellaOrder { field, lamella, value, previous } => {
-                write!(f, "{}: lamella {lamella} at {value} is not beyond its predecessor at {previous}", field.key())
+                let (key, number) = (field.key(), lamella + 1);
+                write!(f, "{key}: lamella {number} at {value} is not beyond its predecessor at {previous}")
             }
             Self::HingeCount { found, lamellae } => {
                 write!(f, "hinge.length_mm has {found} entries; allowed is one for all or one per lamella ({lamellae})")
@@ -222,7 +224,8 @@ impl core::fmt::Display for DesignError {
             Self::NoRoomForHinges { lamella, width, needed } => {
                 write!(
                     f,
-                    "hinge.length_mm: lamella {lamella} is {width} mm wide, its hinges need more than {needed} mm"
+                    "hinge.length_mm: lamella {} is {width} mm wide, its hinges need more than {needed} mm",
+                    lamella + 1
                 )
             }
         }

@@ -3,6 +3,7 @@
 use super::rod::{Rod, write_point, write_rod};
 use super::section::{BAR_ROOT, BEAM_ROOT, compliance, face_distances, plate_factor};
 use super::{Discretisation, DiscretiseError};
+use crate::access::Access as _;
 use crate::design::{Design, HingeFrom, HingeKind};
 use crate::ladder::Ladder;
 use crate::real::Real;
@@ -70,7 +71,7 @@ pub(super) fn write_hinges<T: Real, S: Size>(
     (front.start, front.end) = (ladder.joint(lamella, 2), ladder.joint(lamella, 3));
     (back.start, back.end) = (ladder.joint(lamella, 3), ladder.joint(lamella, 4));
     for (side, member) in [front, back].into_iter().enumerate() {
-        ladder.members.as_mut()[4 * lamella + 2 + side] = member;
+        ladder.members.as_mut().put(4 * lamella + 2 + side, member);
         ladder.add_scale(4 * lamella + 2 + side, stiffness, length);
     }
     Ok(back.nodes().end)

@@ -8,6 +8,7 @@ mod rod;
 mod samples;
 mod section;
 
+use crate::access::Access as _;
 use crate::design::{Design, DesignError, HingeFrom, HingeKind, PlaneStrain};
 use crate::ladder::{CLAMPED, Ladder};
 use crate::real::Real;
@@ -197,20 +198,21 @@ fn spread(total: u16, lengths: &[f64], counts: &mut [u16]) -> Result<(), Discret
         return Err(DiscretiseError::TooFewElements { found: total, needed: spans as u16 });
     }
     let sum: f64 = lengths.iter().sum();
-    let share = |span: usize| f64::from(total) * lengths[span] / sum;
+    let share = |span: usize| f64::from(total) * lengths.at(span) / sum;
     let mut used = 0_u32;
     for span in 0..spans {
-        counts[span] = (libm::floor(share(span) + 1e-9) as u16).max(1);
-        used += u32::from(counts[span]);
+        let count = (libm::floor(share(span) + 1e-9) as u16).max(1);
+        counts.put(span, count);
+        used += u32::from(count);
     }
     while used != u32::from(total) {
         let add = used < u32::from(total);
         let mut best: Option<(usize, f64)> = None;
         for span in 0..spans {
-            if !add && counts[span] == 1 {
+            if !add && counts.at(span) == 1 {
                 continue;
             }
-            let remainder = share(span) - f64::from(counts[span]);
+            let remainder = share(span) - f64::from(counts.at(span));
             let key = if add { remainder } else { -remainder };
             if best.is_none_or(|(_, least)| key >= least - 1e-9) {
                 best = Some((span, key));
@@ -218,10 +220,10 @@ fn spread(total: u16, lengths: &[f64], counts: &mut [u16]) -> Result<(), Discret
         }
         let Some((span, _)) = best else { break };
         if add {
-            counts[span] += 1;
+            counts.put(span, counts.at(span) + 1);
             used += 1;
         } else {
-            counts[span] -= 1;
+            counts.put(span, counts.at(span) - 1);
             used -= 1;
         }
     }
@@ -297,7 +299,7 @@ pub fn discretise<T: Real, S: Size>(
             let tip = if cell == lamellae { rigid_tip(design, side, ends) } else { [0.0; 2] };
             let compliance = compliance(design, how.physics, beam.stiffness_factor * w * t);
             let rod = Rod {
-                elements: counts[cell],
+                elements: counts.at(cell),
                 length: to - from,
                 direction: &|at: f64| beam.direction(from + at * (to - from)),
                 bending: &bending,
@@ -312,7 +314,7 @@ pub fn discretise<T: Real, S: Size>(
             member.start = if cell == 0 { CLAMPED } else { ladder.joint(cell - 1, slot) };
             member.end = ladder.joint(cell, slot);
             node = member.nodes().end;
-            ladder.members.as_mut()[4 * cell + side] = member;
+            ladder.members.as_mut().put(4 * cell + side, member);
             ladder.add_scale(4 * cell + side, bending(0.5) / (to - from), to - from);
         }
         if cell < lamellae {
@@ -320,7 +322,7 @@ pub fn discretise<T: Real, S: Size>(
         }
     }
     ladder.node_count = node;
-    write_samples(ladder, design, how, &counts[..cells])?;
+    write_samples(ladder, design, how, counts.run(0..cells))?;
     let (f, b) = (design.front.base, design.back.base);
     ladder.base_rung = [T::of(b[0] - f[0]), T::of(b[1] - f[1])];
     ladder.base = f.map(T::of);
@@ -339,18 +341,18 @@ fn element_counts(
         Elements::PerBeam { beam, hinge } => {
             let mut lengths = [0.0; crate::design::MAX_LAMELLAE + 1];
             for cell in 0..cells {
-                lengths[cell] = length(cell);
+                lengths.put(cell, length(cell));
             }
-            spread(beam, &lengths[..cells], &mut counts[..cells])?;
+            spread(beam, lengths.run(0..cells), counts.run_mut(0..cells))?;
             hinge
         }
         Elements::PerSpan { span, tip_span, hinge } => {
-            counts[..cells].fill(span);
-            counts[cells - 1] = tip_span;
+            counts.run_mut(0..cells).fill(span);
+            counts.put(cells - 1, tip_span);
             hinge
         }
     };
-    let least = counts[..cells].iter().copied().min().unwrap_or(0).min(hinge);
+    let least = counts.run(0..cells).iter().copied().min().unwrap_or(0).min(hinge);
     if least == 0 {
         return Err(DiscretiseError::TooFewElements { found: 0, needed: 1 });
     }

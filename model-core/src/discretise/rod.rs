@@ -1,6 +1,7 @@
 //! Members: rods, and points in place of hinges that are pins or welds.
 
 use super::{DiscretiseError, Scheme};
+use crate::access::Access as _;
 use crate::ladder::{CLAMPED, Ladder, Member};
 use crate::real::{Real, vec2};
 use crate::size::Size;
@@ -42,7 +43,7 @@ pub(super) fn write_rod<T: Real, S: Size>(
         return Err(DiscretiseError::Capacity);
     }
     let end = first + count;
-    for (node, slot) in ladder.direction.as_mut()[first..end].iter_mut().enumerate() {
+    for (node, slot) in ladder.direction.as_mut().run_mut(first..end).iter_mut().enumerate() {
         // A link lies about its middle; the joints' own nodes stand for the ends.
         let last = count - 1;
         let position = match scheme {
@@ -55,8 +56,8 @@ pub(super) fn write_rod<T: Real, S: Size>(
         *slot = [direction.x, direction.y];
     }
     let mut weight = |node: usize, value: f64| {
-        let entry = &mut ladder.weight.as_mut()[first + node];
-        *entry = T::of(entry.to_f64() + value);
+        let sum = ladder.weight.as_ref().at(first + node).to_f64() + value;
+        ladder.weight.as_mut().put(first + node, T::of(sum));
     };
     let bending = |element: f64| (rod.bending)(element / n as f64);
     let fibre = |element: f64, length: f64| T::of(0.5 * (rod.thickness)(element / n as f64) / length);
@@ -64,8 +65,8 @@ pub(super) fn write_rod<T: Real, S: Size>(
         Scheme::Paper => {
             for element in 0..n {
                 weight(element + 1, h);
-                ladder.coupling.as_mut()[first + element][0] = T::of(-bending(element as f64) / h);
-                ladder.fibre.as_mut()[first + element] = fibre(element as f64, h);
+                ladder.coupling.as_mut().put(first + element, [T::of(-bending(element as f64) / h), T::ZERO]);
+                ladder.fibre.as_mut().put(first + element, fibre(element as f64, h));
             }
         }
         Scheme::Trapezoid => {
@@ -74,22 +75,22 @@ pub(super) fn write_rod<T: Real, S: Size>(
             }
             for spring in 0..=n {
                 let length = if spring == 0 || spring == n { 0.5 * h } else { h };
-                ladder.coupling.as_mut()[first + spring][0] = T::of(-bending(spring as f64) / length);
-                ladder.fibre.as_mut()[first + spring] = fibre(spring as f64, length);
+                ladder.coupling.as_mut().put(first + spring, [T::of(-bending(spring as f64) / length), T::ZERO]);
+                ladder.fibre.as_mut().put(first + spring, fibre(spring as f64, length));
             }
         }
         Scheme::Simpson => {
             // Summed in f64 before rounding: interior ends carry h/6 from both sides.
             for element in 0..n {
                 let c = bending(element as f64 + 0.5) / (3.0 * h);
-                let node = 2 * element;
+                let node = first + 2 * element;
                 let shared = if element > 0 { h / 6.0 } else { 0.0 };
-                ladder.weight.as_mut()[first + node] = T::of(shared + h / 6.0);
-                ladder.weight.as_mut()[first + node + 1] = T::of(4.0 * h / 6.0);
-                ladder.weight.as_mut()[first + node + 2] = T::of(h / 6.0);
-                ladder.coupling.as_mut()[first + node] = [T::of(-8.0 * c), T::of(c)];
-                ladder.coupling.as_mut()[first + node + 1] = [T::of(-8.0 * c), T::ZERO];
-                ladder.fibre.as_mut()[first + node..first + node + 2].fill(fibre(element as f64 + 0.5, h));
+                ladder.weight.as_mut().put(node, T::of(shared + h / 6.0));
+                ladder.weight.as_mut().put(node + 1, T::of(4.0 * h / 6.0));
+                ladder.weight.as_mut().put(node + 2, T::of(h / 6.0));
+                ladder.coupling.as_mut().put(node, [T::of(-8.0 * c), T::of(c)]);
+                ladder.coupling.as_mut().put(node + 1, [T::of(-8.0 * c), T::ZERO]);
+                ladder.fibre.as_mut().run_mut(node..node + 2).fill(fibre(element as f64 + 0.5, h));
             }
         }
     }
@@ -114,7 +115,7 @@ pub(super) fn write_point<T: Real, S: Size>(
     if !ladder.fit_nodes(first + 2) {
         return Err(DiscretiseError::Capacity);
     }
-    ladder.direction.as_mut()[first..first + 2].fill([T::one(), T::ZERO]);
+    ladder.direction.as_mut().run_mut(first..first + 2).fill([T::one(), T::ZERO]);
     Ok(Member {
         first: first as u16,
         interior: 0,

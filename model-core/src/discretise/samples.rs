@@ -2,6 +2,7 @@
 
 use super::section::flexible_ends;
 use super::{Discretisation, DiscretiseError, Sampling, Scheme};
+use crate::access::Access as _;
 use crate::contact::Sample;
 use crate::design::Design;
 use crate::ladder::Ladder;
@@ -22,7 +23,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
         total += 1;
         let fits = ladder.samples.fit(total);
         if fits {
-            ladder.samples.as_mut()[total - 1] = sample;
+            ladder.samples.as_mut().put(total - 1, sample);
             ladder.sample_count = total;
         }
         fits.then_some(()).ok_or(DiscretiseError::Capacity)
@@ -36,7 +37,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
     for (cell, &count) in counts.iter().enumerate() {
         let to = if cell + 1 == cells { ends[0] } else { design.attachment_arcs(cell)[0] };
         let h = (to - from) / f64::from(count);
-        let first = usize::from(ladder.members.as_ref()[4 * cell].first);
+        let first = usize::from(ladder.members.as_ref().at(4 * cell).first);
         for element in 0..usize::from(count) {
             for k in 1..=per_element {
                 let xi = k as f64 / per_element as f64;
@@ -68,9 +69,9 @@ pub(super) fn write_samples<T: Real, S: Size>(
     if design.rigid_above.is_some() && wedge > 1e-9 {
         // The wedge is sampled about as densely as the elements below it.
         let h = (ends[0] - if cells > 1 { design.attachment_arcs(cells - 2)[0] } else { 0.0 })
-            / f64::from(counts[cells - 1]);
+            / f64::from(counts.at(cells - 1));
         let pieces = libm::ceil(wedge / h) as usize * per_element;
-        let last = ladder.members.as_ref()[4 * (cells - 1)];
+        let last = ladder.members.as_ref().at(4 * (cells - 1));
         for k in 1..=pieces {
             let part = k as f64 / pieces as f64;
             let arc = ends[0] + part * wedge;

@@ -91,7 +91,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 }
                 continue;
             }
-            let pace = step::pace(&self.ladder, &self.work);
+            let pace = self.work.pace;
             step::apply(&self.ladder, &mut self.state, &self.work, (T::of(FASTEST) / pace).min(T::one()));
             slow = pace < T::of(SLOW);
             if pace > T::of(FASTEST) {

@@ -589,7 +589,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             };
             attempt.inertia = Some(inertia);
             attempt.iterations += 1;
-            let part = step::clip(&self.ladder, &self.work);
+            let part = step::clip(&self.work);
             step::apply(&self.ladder, &mut self.state, &self.work, part);
             lags = lagged::pays::<T>() && part == T::one() && self.settings.hessian == Hessian::Newton;
         }

@@ -194,10 +194,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let mut end = base;
         let spans = (0..self.ladder.cells).flat_map(move |cell| {
             let index = 4 * cell + side;
-            let work = &self.work.members.as_ref()[index];
-            let nodes = self.ladder.members.as_ref()[index].nodes();
+            let work = self.work.members.as_ref().at(index);
+            let nodes = self.ladder.members.as_ref().at(index).nodes();
             let start = end;
-            let d = strain::end_to_end(work);
+            let d = strain::end_to_end(&work);
             end = [start[0] + d[0], start[1] + d[1]];
             let rigid = work.rigid_end[0] != T::ZERO || work.rigid_end[1] != T::ZERO;
             let mut at = start;
@@ -211,16 +211,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// end and moves on.
     fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
         let (e, weight) = (|node: usize| self.work.nodes.as_ref().at(node).strained, self.ladder.weight.as_ref());
-        let nodes = self.ladder.members.as_ref()[index].nodes();
+        let nodes = self.ladder.members.as_ref().at(index).nodes();
         if !self.ladder.quadratic || nodes.len() < 3 {
-            let w = weight[node];
+            let w = weight.at(node);
             *at = [at[0] + w * e(node)[0], at[1] + w * e(node)[1]];
             return (w > T::ZERO).then_some(*at);
         }
         let local = node - nodes.start;
         let middle = if local % 2 == 1 { node } else { node - 1 };
         // Simpson's weight of the middle is 4h/6.
-        let h = weight[middle] * T::of(1.5);
+        let h = weight.at(middle) * T::of(1.5);
         let (a, m, b) = (e(middle - 1), e(middle), e(middle + 1));
         let sixth = h * T::of(1.0 / 6.0);
         let chord = [0, 1].map(|i| sixth * (a[i] + T::of(4.0) * m[i] + b[i]));
@@ -235,9 +235,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Ends of the rigid lamellae (front, back), finger frame, mm, base to tip.
     pub fn lamellae(&self) -> impl Iterator<Item = [[T; 2]; 2]> + '_ {
         (0..self.ladder.cells.saturating_sub(1)).map(move |cell| {
-            let start = self.work.start.as_ref()[cell + 1];
-            let hinge = |k: usize| &self.work.members.as_ref()[4 * cell + k];
-            let d = strain::end_to_end(hinge(2));
+            let start = self.work.start.as_ref().at(cell + 1);
+            let hinge = |k: usize| self.work.members.as_ref().at(4 * cell + k);
+            let d = strain::end_to_end(&hinge(2));
             let from = [start[0] + d[0], start[1] + d[1]];
             let bar = hinge(3).rigid_start;
             [from, [from[0] + bar[0], from[1] + bar[1]]]

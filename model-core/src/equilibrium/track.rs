@@ -78,7 +78,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let is_within =
                 |times: f64| outcome.gradient <= times * within.gradient && outcome.length <= times * within.length;
             let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
-            let moved = step::apply(&self.ladder, &mut self.state, &self.work, T::one());
+            let moved = self.work.pace;
+            step::apply(&self.ladder, &mut self.state, &self.work, T::one());
             outcome.iterations += 1;
             let finite = self.state.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
             // Without a stable factorisation, or with a step that wants clipping, the whole method decides.

@@ -19,8 +19,8 @@ use crate::object::{Motion, ObjectDesign, ObjectError};
 use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
-pub use placement::Placement;
-use placement::{moved, reference};
+use placement::moved;
+pub use placement::{Placement, reference};
 pub use resume::{Held, Place};
 
 /// The most fingers of a grasp.
@@ -421,7 +421,11 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     }
 
     fn report(&mut self, status: Status, here: &Sum, steps: u32, known: Option<[[f64; 3]; 3]>) -> Balance {
-        let forces: Vec<[f64; 2], MAX_FINGERS> = self.fingers.iter().map(|finger| self.force(finger)).collect();
+        let mut forces = Vec::new();
+        for finger in &self.fingers {
+            // As much room as for fingers.
+            let _ = forces.push(self.force(finger));
+        }
         let net = forces.iter().fold([0.0; 2], |sum, force| [sum[0] + force[0], sum[1] + force[1]]);
         let total: f64 = forces.iter().map(|&force| magnitude(force)).sum();
         Balance {

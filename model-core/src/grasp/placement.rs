@@ -68,7 +68,7 @@ impl Placement {
 
 /// What a free object is held by: its reference point (the centre, or the mean of a polygon's corners), and how large it is;
 /// none for a half-plane.
-pub(super) fn reference(object: &ObjectDesign) -> Option<([f64; 2], f64)> {
+pub fn reference(object: &ObjectDesign) -> Option<([f64; 2], f64)> {
     match object {
         ObjectDesign::Circle { centre, radius } => Some((*centre, *radius)),
         ObjectDesign::Ellipse { centre, semi_axes, .. } => Some((*centre, semi_axes[0].max(semi_axes[1]))),

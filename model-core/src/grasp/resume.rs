@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::{Finger, Grasp, GraspError, Load, MAX_FINGERS, Placement, moved, reference};
+use super::{Finger, Grasp, GraspError, Load, Placement, moved, reference};
 use crate::equilibrium::Follower;
 use crate::object::ObjectDesign;
 use crate::real::Real;
@@ -27,6 +27,20 @@ pub struct Place {
     pub turn: f64,
 }
 
+impl Place {
+    /// The object when it has come this far, turned about its reference point (its centre, or the mean of a polygon's corners;
+    /// a half-plane has none, and turns about the origin).
+    pub fn of(&self, object: &ObjectDesign) -> ObjectDesign {
+        let from = reference(object).map_or([0.0; 2], |(point, _)| point);
+        moved(object, from, [from[0] + self.shift[0], from[1] + self.shift[1]], self.turn)
+    }
+
+    /// The same as a mirrored finger's own world has it.
+    pub fn mirrored(self) -> Self {
+        Self { shift: [-self.shift[0], self.shift[1]], turn: -self.turn }
+    }
+}
+
 /// Difference in size or direction (mm, rad) up to which two fingers' objects are the same.
 const ALIKE: f64 = 1e-3;
 
@@ -36,7 +50,11 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     ///
     /// # Errors
     /// What is wrong with the number of fingers, the objects or the load.
-    pub fn resume(held: Vec<Held<'a, T, S>, MAX_FINGERS>, load: Load, place: Place) -> Result<Self, GraspError> {
+    pub fn resume(
+        held: impl IntoIterator<Item = Held<'a, T, S>>,
+        load: Load,
+        place: Place,
+    ) -> Result<Self, GraspError> {
         let mut given = None;
         let mut fingers = Vec::new();
         for (number, Held { follower, mirrored, object }) in held.into_iter().enumerate() {
@@ -50,8 +68,8 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
             }
             let placement = Placement { translation: here.vector(middle).map(|x| -x), ..here };
             let motion = follower.motion;
-            // There are no more than there is room for.
-            let _ = fingers.push(Finger { follower, placement, motion });
+            let pushed = fingers.push(Finger { follower, placement, motion });
+            pushed.map_err(|_| GraspError::Fingers { count: number + 1 })?;
         }
         let object = given.ok_or(GraspError::Fingers { count: 0 })?;
         let (origin, size) = reference(&object).ok_or(GraspError::Endless)?;

@@ -79,7 +79,7 @@ fn factorise_in_order<T: Real>(a: &mut [T], done: usize, n: usize, stride: usize
 
 /// Σ aᵢ bᵢ over the shorter of both, in two sums: one would wait for itself.
 #[inline(always)]
-fn product<T: Real>(a: &[T], b: &[T]) -> T {
+pub(super) fn product<T: Real>(a: &[T], b: &[T]) -> T {
     let count = a.len().min(b.len());
     let ((a, a_left), (b, b_left)) = (a.run(0..count).as_chunks::<2>(), b.run(0..count).as_chunks::<2>());
     let mut sums = [T::ZERO; 2];
@@ -267,6 +267,8 @@ pub(crate) struct Problem<'a, T> {
     pub order: &'a mut [u16],
     /// The active rows in the order in which they are factorised.
     pub listed: &'a mut [u16],
+    /// How many of them have their factors in `factored`, and their places in `order`, already: from an earlier problem with the same D.
+    pub factorised: usize,
     /// Solution on the active set.
     pub scratch: &'a mut [T],
     pub spare: &'a mut [T],
@@ -279,6 +281,8 @@ pub(crate) struct Settled {
     pub settled: bool,
     /// Negative eigenvalues of D on the active set.
     pub negative: usize,
+    /// How many of the listed rows have their factors, for the next problem with the same D.
+    pub factorised: usize,
 }
 
 /// Finds the active rows (in and out, warm-started) and the steps Δμ of all rows.
@@ -294,24 +298,26 @@ pub(crate) fn settle<T: Real>(
     delta: &mut [T],
 ) -> Settled {
     let stride = problem.stride;
-    let mut outcome = Settled { settled: false, negative: 0 };
+    let mut outcome = Settled { settled: false, negative: 0, factorised: 0 };
     // All of one length.
     let (Some(rows), Some(active), Some(delta)) =
         (problem.rows.get(..count), active.get_mut(..count), delta.get_mut(..count))
     else {
         return outcome;
     };
-    let mut set = Set { listed: 0, factorised: 0 };
+    let mut set = Set { listed: 0, factorised: problem.factorised };
     for (j, ((delta, row), &active)) in delta.iter_mut().zip(rows).zip(&*active).enumerate() {
         *delta = if active { T::ZERO } else { -row.multiplier };
         if active {
             set.take_in(problem, j);
         }
     }
+    set.factorised = set.factorised.min(set.listed);
     let mut newest = None;
     let mut refused = false;
     for _ in 0..4 * count + 8 {
         outcome.negative = solve_on(problem, &mut set, active, delta);
+        outcome.factorised = set.factorised;
         // How far towards it the multipliers stay non-negative.
         let mut part = T::one();
         for (&j, &target) in problem.listed.iter().zip(&*problem.scratch).take(set.listed) {
@@ -344,6 +350,7 @@ pub(crate) fn settle<T: Real>(
         }
         if dropped {
             set.drop_idle(problem, active);
+            outcome.factorised = set.factorised;
         }
         if dropped && !refused {
             continue;
@@ -351,6 +358,7 @@ pub(crate) fn settle<T: Real>(
         if refused {
             // The row that just came in would have to pull: leave the set as it was before.
             outcome.negative = solve_on(problem, &mut set, active, delta);
+            outcome.factorised = set.factorised;
             for (&j, &target) in problem.listed.iter().zip(&*problem.scratch).take(set.listed) {
                 delta.put(usize::from(j), target);
             }
@@ -388,7 +396,10 @@ struct Set {
 
 impl Set {
     fn take_in<T: Real>(&mut self, problem: &mut Problem<'_, T>, row: usize) {
-        problem.listed.put(self.listed, row as u16);
+        if problem.listed.at(self.listed) != row as u16 {
+            self.factorised = self.factorised.min(self.listed);
+            problem.listed.put(self.listed, row as u16);
+        }
         self.listed += 1;
     }
 

@@ -1,5 +1,6 @@
 //! The border: contact rows g_j + ε_c μ_j = 0 against joints, λ and each other.
 
+use super::active_set::product;
 use super::banded;
 use super::condense::solve_interior;
 use super::strain::cell_of;
@@ -104,7 +105,7 @@ fn own_span<T: Real, S: Size>(
     let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
     let (Some(first_node), Some(last_node)) = (list.first(), list.last()) else { return None };
     let mut ends = [first_node.delta - turn(m.rigid_start), last_node.delta - sample.rigid * turn(m.rigid_end)];
-    solve_interior(list, T::ZERO, ladder.quadratic);
+    solve_interior(list, [T::ZERO; 2], T::ZERO, ladder.quadratic, |node| node.delta);
     // Eliminate the interior: entries with a, b, force, gradient.
     let [_, inner @ .., _] = &*list else { return None };
     if let ([first, ..], [.., last]) = (inner, inner) {
@@ -270,13 +271,4 @@ pub(crate) fn complete_residuals<T: Real, S: Size>(ladder: &Ladder<T, S>, work: 
     for (right, column) in work.row_rhs.as_mut().iter_mut().zip(columns) {
         *right += product(column, scaled);
     }
-}
-
-/// Σ aᵢ bᵢ, in order.
-#[inline]
-fn product<T: Real>(a: &[T], b: &[T]) -> T {
-    let ((a, a_left), (b, b_left)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
-    let four = |sum: T, (a, b): (&[T; 4], &[T; 4])| sum + a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-    let sum = a.iter().zip(b).fold(T::ZERO, four);
-    a_left.iter().zip(b_left).fold(sum, |sum, (&a, &b)| sum + a * b)
 }

@@ -60,8 +60,8 @@ struct Walk<'a, T> {
     /// Half the inverse length of a link, 1/mm.
     share: T,
     above: Above<T>,
+    /// Σ d and Σ e eₓ: the chord and the inertia per link's length.
     chord: [T; 2],
-    /// Σ w e eₓ.
     inertia: [T; 2],
 }
 
@@ -104,17 +104,19 @@ impl<T: Real> Walk<'_, T> {
     ) -> T {
         let (zero, two, t) = (T::ZERO, T::of(2.0), self.stiffening);
         let e = node.e;
-        let slope = if RIGID { zero } else { t * (k * bend) };
-        let mut shorter = if RIGID { zero } else { -(self.share * (slope * bend)) };
+        // The moment that bends it, and what the stretch adds to it per f·e.
+        let moment = k * bend;
+        let slope = if RIGID { zero } else { t * moment };
+        let mut shorter = if RIGID { zero } else { self.share * (slope * bend) };
         if let Some((_, k, bend)) = &end
             && !RIGID
         {
-            shorter -= self.share * (t * (*k * *bend) * *bend);
+            shorter += self.share * (t * (*k * *bend) * *bend);
         }
-        let on = strained::<T, RIGID>(e, w, self.force, self.compliance, shorter);
+        let on = strained::<T, RIGID>(e, w, self.force, self.compliance, -shorter);
         node.strained = on.direction;
         for i in 0..2 {
-            self.chord[i] += w * on.direction[i];
+            self.chord[i] += on.direction[i];
         }
         if DEPTH == PLACED {
             return zero;
@@ -136,8 +138,7 @@ impl<T: Real> Walk<'_, T> {
                 (end.curvature, end.lever) = (softer, shift);
             }
         }
-        let softer = if RIGID { zero } else { -(t * pull * k) };
-        let moment = (k + softer) * bend;
+        let moment = if RIGID { moment } else { moment - slope * pull };
         let gradient = on.gradient + self.above.moment - moment;
         node.gradient = gradient;
         if DEPTH == DEEP {
@@ -147,14 +148,14 @@ impl<T: Real> Walk<'_, T> {
                 (node.lever, node.curvature) = (on.lever, on.curvature);
                 self.above.coupling = k;
             } else {
+                let softer = -(t * pull * k);
                 let cross = across * slope;
                 let shift = [slope * e[0], slope * e[1]];
                 node.lever = [on.lever[0] + shift[0] + above.lever[0], on.lever[1] + shift[1] + above.lever[1]];
                 node.curvature = on.curvature + above.softer + (softer - two * cross);
                 let coupling = k + softer - cross;
                 self.above = Above { moment, softer, coupling, slope, lever: [-shift[0], -shift[1]] };
-                let wx = w * e[0];
-                self.inertia = [self.inertia[0] + wx * e[0], self.inertia[1] + wx * e[1]];
+                self.inertia = [self.inertia[0] + e[0] * e[0], self.inertia[1] + e[0] * e[1]];
             }
         }
         self.above.moment = moment;
@@ -243,7 +244,7 @@ fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
         steepest = gradient.abs().max(steepest);
     }
     start.strained = walk.end::<RIGID>(start.e);
-    out.chord = walk.chord;
+    out.chord = walk.chord.map(|sum| length * sum);
     if DEPTH == PLACED {
         return;
     }
@@ -253,7 +254,7 @@ fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
     if DEPTH == DEEP {
         (start.lever, start.curvature) = (above.lever, above.softer);
         (start.coupling[0], start.bent[0]) = (above.coupling, above.slope);
-        let ([stretch, shear], [xx, xy]) = (member.compliance, walk.inertia);
+        let ([stretch, shear], [xx, xy]) = (member.compliance, walk.inertia.map(|sum| length * sum));
         let yy = length * T::of(links as f64) - xx;
         out.give = if RIGID {
             [zero; 3]

@@ -25,7 +25,7 @@ pub(crate) fn pays<T: Real>() -> bool {
 
 /// Notes which rows the factorisation has been made with.
 pub(crate) fn note<T: Real, S: Size>(work: &mut Workspace<T, S>, excess: isize) {
-    work.excess = excess;
+    (work.excess, work.factorised) = (excess, 0);
     if !pays::<T>() {
         return;
     }
@@ -109,10 +109,7 @@ fn condense<T: Real, S: Size>(
     let nodes = ladder.members.as_ref().get(index)?.nodes();
     let constant = ladder.coupling.as_ref().get(nodes.clone())?;
     let list = work.nodes.as_mut().get_mut(nodes)?;
-    for node in &mut *list {
-        node.delta = node.gradient;
-    }
-    solve_interior(list, T::ZERO, ladder.quadratic);
+    solve_interior(list, [T::ZERO; 2], T::ZERO, ladder.quadratic, |node| node.gradient);
     let curved = work.curved;
     let coupling = |at: usize| match (curved, list.get(at)) {
         (true, Some(node)) => node.coupling,

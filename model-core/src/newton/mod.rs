@@ -119,6 +119,8 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) members: S::Members<MemberWork<T>>,
     /// Condensed front spans: what the contact rows on the spans above pull at.
     pub(crate) fronts: S::Cells<condense::Condensed<T>>,
+    /// Largest change of an angle that the step's increments ask for, rad.
+    pub(crate) pace: T,
     /// Position of each front span's start, mm.
     pub(crate) start: S::Cells<[T; 2]>,
     /// Σ μ n of the contacts on higher spans, N.
@@ -155,6 +157,8 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) order: S::Contacts<u16>,
     /// The active rows in the order in which they are factorised.
     pub(crate) listed: S::Contacts<u16>,
+    /// How many of them have their factors: a settling with the same D needs no other.
+    pub(crate) factorised: usize,
     pub(crate) active: S::Contacts<bool>,
     /// Right-hand side of the rows, then their step Δμ, N.
     pub(crate) row_rhs: S::Contacts<T>,
@@ -170,6 +174,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         curved: false,
         members: <S::Members<MemberWork<T>> as Storage<MemberWork<T>>>::EMPTY,
         fronts: <S::Cells<condense::Condensed<T>> as Storage<condense::Condensed<T>>>::EMPTY,
+        pace: T::ZERO,
         start: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         above: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         closure: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
@@ -190,6 +195,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         factored: <S::Pairs<T> as Storage<T>>::EMPTY,
         order: <S::Contacts<u16> as Storage<u16>>::EMPTY,
         listed: <S::Contacts<u16> as Storage<u16>>::EMPTY,
+        factorised: 0,
         active: <S::Contacts<bool> as Storage<bool>>::EMPTY,
         row_rhs: <S::Contacts<T> as Storage<T>>::EMPTY,
         row_delta: <S::Contacts<T> as Storage<T>>::EMPTY,

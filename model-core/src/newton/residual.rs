@@ -73,18 +73,12 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
         }
     }
     let rows = work.rows.as_ref().run(0..work.row_count);
-    // By how much the gradient is off for normals that are not the object's where the samples are: force times a node's weight.
-    let (mut astray, mut arm) = (T::ZERO, T::ZERO);
     for row in rows {
         if row.multiplier != T::ZERO {
             worst.length = worst.length.max((row.gap + ladder.softness * row.multiplier).abs());
-            let node =
-                ladder.samples.as_ref().get(usize::from(row.sample)).map_or(0, |sample| usize::from(sample.node));
-            arm = ladder.weight.as_ref().get(node + 1).map_or(arm, |&weight| arm.max(weight));
-            astray += row.multiplier * row.tilt;
         }
     }
-    astray = (astray * arm).abs();
+    let astray = astray(ladder, work);
     worst.gradient = worst.gradient.max(astray);
     total += astray;
     if !total.is_finite() {
@@ -92,6 +86,20 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
     }
     worst.length = worst.length.max(-sweep.nearest_free);
     worst
+}
+
+/// By how much the gradient is off for normals that are not the object's where the samples are, N·mm: force times a node's weight.
+pub(crate) fn astray<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
+    let (mut astray, mut arm) = (T::ZERO, T::ZERO);
+    for row in work.rows.as_ref().run(0..work.row_count) {
+        if row.multiplier != T::ZERO {
+            let node =
+                ladder.samples.as_ref().get(usize::from(row.sample)).map_or(0, |sample| usize::from(sample.node));
+            arm = ladder.weight.as_ref().get(node + 1).map_or(arm, |&weight| arm.max(weight));
+            astray += row.multiplier * row.tilt;
+        }
+    }
+    (astray * arm).abs()
 }
 
 /// Elastic energy at a state whose rows are those of the last evaluation, N·mm; leaves closures and positions behind.

@@ -7,7 +7,7 @@ use super::chain::{DEEP, PLACED, RESIDUAL};
 use super::condense::{self, Diagonal, solve_interior};
 use super::gaps::{self, Sweep};
 use super::residual::{self, Residual};
-use super::{Hessian, Workspace, bend, lagged, strain, turning};
+use super::{Hessian, Node, Workspace, bend, lagged, strain, turning};
 use crate::access::Access;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
 use crate::object::Object;
@@ -38,6 +38,9 @@ impl Inertia {
     }
 }
 
+/// Increment of an angle below which the normals of a step leave nothing to replace, as a rule, rad.
+const CLOSE: f64 = 1e-6;
+
 /// Kinematics, gaps, forces, gradient and second derivatives at the present state.
 pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     ladder: &Ladder<T, S>,
@@ -46,10 +49,12 @@ pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
+    strain::directions(ladder, state, work);
     evaluate_to::<T, S, O, DEEP>(ladder, state, work, object, margin)
 }
 
-/// As [`evaluate`], but without the second derivatives: they stay those of an earlier state where that spares something.
+/// As [`evaluate`] after a whole step, but without the second derivatives: they stay those of an earlier state where that spares
+/// something.
 pub(crate) fn residuals<T: Real, S: Size, O: Object<T>>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
@@ -57,6 +62,11 @@ pub(crate) fn residuals<T: Real, S: Size, O: Object<T>>(
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
+    if work.pace <= T::of(strain::SMALL) {
+        strain::turn(ladder, work);
+    } else {
+        strain::directions(ladder, state, work);
+    }
     evaluate_to::<T, S, O, RESIDUAL>(ladder, state, work, object, margin)
 }
 
@@ -68,21 +78,22 @@ fn evaluate_to<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
     work.shallow = DEPTH != DEEP && !ladder.quadratic;
-    strain::directions(ladder, state, work);
     bend::shorten(ladder, state, work);
     gaps::recall(state, work);
+    // After a small step the normals are those of the object up to second order: nothing is left to replace, as a rule.
     let replaces = T::TOLERANCE.length < T::of(REPLACED);
-    if replaces {
-        strain::place_front::<T, S, PLACED>(ladder, state, work);
-    } else {
+    let at_once = !replaces || DEPTH != DEEP && work.pace <= T::of(CLOSE);
+    if at_once {
         strain::place_front::<T, S, DEPTH>(ladder, state, work);
+    } else {
+        strain::place_front::<T, S, PLACED>(ladder, state, work);
     }
     let mut sweep = gaps::sweep(ladder, state, work, object, margin);
     // Too many near samples: only those that penetrate need rows.
     if sweep.crowded {
         sweep = gaps::sweep(ladder, state, work, object, T::ZERO);
     }
-    if replaces {
+    if replaces && !(at_once && residual::astray(ladder, work) <= T::of(0.01) * T::TOLERANCE.gradient) {
         gaps::replace::<T, S, O, DEPTH>(ladder, state, work, object);
     }
     (residual::gradient::<T, S, DEPTH>(ladder, state, work, &sweep), sweep)
@@ -152,7 +163,7 @@ pub(crate) fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>) -> Settled {
     for (j, (active, row)) in work.active.as_mut().iter_mut().zip(rows).enumerate().take(count) {
         *active = row.multiplier > T::ZERO || turning == Some(j);
     }
-    active_set::settle(
+    let settled = active_set::settle(
         &mut Problem {
             flexibility: work.flexibility.as_ref(),
             stride: S::CONTACTS,
@@ -163,13 +174,16 @@ pub(crate) fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>) -> Settled {
             factored: work.factored.as_mut(),
             order: work.order.as_mut(),
             listed: work.listed.as_mut(),
+            factorised: work.factorised,
             scratch: work.scratch.as_mut(),
             spare: work.spare.as_mut(),
         },
         count,
         work.active.as_mut(),
         work.row_delta.as_mut(),
-    )
+    );
+    work.factorised = settled.factorised;
+    settled
 }
 
 /// Increments of all unknowns from those of the contact rows.
@@ -191,6 +205,7 @@ pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Wor
 /// Increments of the stretches and of all interior angles from those of joints, λ and μ.
 fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let mut above = [T::ZERO; 2];
+    work.pace = T::ZERO;
     let mut end = work.row_count;
     for cell in (0..ladder.cells).rev() {
         let rows = work.rows.as_ref().run(0..end);
@@ -235,22 +250,23 @@ fn recover_member<T: Real, S: Size>(
         ladder.coupling.as_ref().at(nodes.start)
     };
     let Some(list) = work.nodes.as_mut().get_mut(nodes.clone()) else { return };
-    if rows.is_empty() {
-        for node in &mut *list {
-            node.delta = -node.gradient - (carried[0] * node.lever[0] + carried[1] * node.lever[1]);
-        }
+    let pulled = |node: &Node<T>, [x, y]: [T; 2]| -node.gradient - (x * node.lever[0] + y * node.lever[1]);
+    let (before, wide) = (from_start.map(|entry| entry * da), ladder.quadratic);
+    // Start joints are other members' end joints, or do not move.
+    let pace = if rows.is_empty() {
+        solve_interior(list, before, db, wide, |node| pulled(node, carried))
     } else {
         let samples = ladder.samples.as_ref();
         let own = work.rows.as_ref().run(rows.clone()).iter().zip(work.row_delta.as_ref().run(rows.clone()));
         let mut beyond = own.clone().rev().peekable();
-        for (i, node) in list.iter_mut().enumerate().rev() {
+        for (i, node) in list.iter_mut().enumerate().skip(1).rev() {
             // Contacts beyond this node pull the whole of it.
             while let Some((row, &delta)) = beyond.next_if(|(row, _)| {
                 samples.get(usize::from(row.sample)).is_some_and(|sample| usize::from(sample.node) > nodes.start + i)
             }) {
                 carried = [carried[0] - delta * row.normal[0], carried[1] - delta * row.normal[1]];
             }
-            node.delta = -node.gradient - (carried[0] * node.lever[0] + carried[1] * node.lever[1]);
+            node.delta = pulled(node, carried);
         }
         for ((row, &delta), own) in own.zip(work.own.as_ref().run(rows)) {
             let Some(sample) = samples.get(usize::from(row.sample)).filter(|_| delta != T::ZERO) else { continue };
@@ -261,39 +277,25 @@ fn recover_member<T: Real, S: Size>(
                 }
             }
         }
-    }
-    if let Some((start, inner)) = list.split_first_mut() {
+        solve_interior(list, before, db, wide, |node| node.delta)
+    };
+    if let Some(start) = list.first_mut() {
         start.delta = da;
-        for (node, entry) in inner.iter_mut().zip(from_start) {
-            node.delta -= entry * da;
-        }
     }
-    solve_interior(list, db, ladder.quadratic);
-}
-
-/// Largest change of an angle that the increments ask for, rad.
-pub(crate) fn pace<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
-    work.nodes.as_ref().iter().take(ladder.node_count).fold(T::ZERO, |most, node| most.max(node.delta.abs()))
+    work.pace = work.pace.max(pace);
 }
 
 /// Factor that keeps the largest change of an angle within the clip.
-pub(crate) fn clip<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
-    let (largest, clip) = (pace(ladder, work), T::of(CLIP));
-    if largest > clip { clip / largest } else { T::one() }
+pub(crate) fn clip<T: Real, S: Size>(work: &Workspace<T, S>) -> T {
+    let clip = T::of(CLIP);
+    if work.pace > clip { clip / work.pace } else { T::one() }
 }
 
-/// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples. Returns the largest
-/// increment of an angle, rad.
-pub(crate) fn apply<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
-    state: &mut State<T, S>,
-    work: &Workspace<T, S>,
-    part: T,
-) -> T {
-    let mut largest = T::ZERO;
-    for (angle, node) in state.angle.as_mut().iter_mut().zip(work.nodes.as_ref()).take(ladder.node_count) {
+/// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples.
+pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
+    let angles = state.angle.as_mut().run_mut(0..ladder.node_count).iter_mut();
+    for (angle, node) in angles.zip(work.nodes.as_ref().run(0..ladder.node_count)) {
         *angle += part * node.delta;
-        largest = largest.max(node.delta.abs());
     }
     let steps = work.rhs.as_ref().chunks(PER_CELL).take(ladder.cells);
     for (lambda, step) in state.lambda.as_mut().iter_mut().zip(steps) {
@@ -319,7 +321,6 @@ pub(crate) fn apply<T: Real, S: Size>(
             state.touching_count += 1;
         }
     }
-    largest
 }
 
 /// Gives the rows the multipliers and normals that the last whole step has given the state, so that the contacts can be read

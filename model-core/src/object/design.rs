@@ -247,7 +247,7 @@ fn convex(corners: &[[f64; 2]]) -> Result<(), ObjectError> {
     if count < 3 {
         return Ok(());
     }
-    let at = |index: usize| corners.get(index % count).copied().unwrap_or_default();
+    let at = |index: usize| index.checked_rem(count).and_then(|index| corners.get(index)).copied().unwrap_or_default();
     // Which side of the line from corner `first` to the next one a corner lies on: the inner side is positive.
     let inwards = |first: usize, index: usize| {
         let (a, b, p) = (at(first), at(first + 1), at(index));

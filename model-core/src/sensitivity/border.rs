@@ -1,9 +1,14 @@
-//! The border of a derivative: two rows per touching sample.
+//! The border of a derivative: two rows per touching sample, as long as there is room.
 //!
 //! A sample's gap row is the Newton step's, n·dP + ε_c dμ = n·v + …, with v the velocity of the object's point there. A
 //! derivative must not leave out the contact curvature −μκ ttᵀ (t the tangent, κ the curvature of the object's level line):
 //! the force turns with the normal by ν = μκ t·(dP − v). As a row, scaled by s = √(μ|κ|) so that flat faces need no case of
 //! their own: s t·dP ∓ y = s t·v with ν = s y, the upper sign for κ > 0.
+//!
+//! Where there is no room for two rows each, runs of neighbours share a turning row, with the sum of their μκ: they move alike
+//! along the object, as in the Newton step (`newton::turning`).
+
+use core::ops::Range;
 
 use super::quarter;
 use crate::access::Access;
@@ -72,13 +77,67 @@ fn cross<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// Makes two rows of each touching sample and notes where the samples are; returns how many touch, `None` if there is no
-/// room. [`narrow`] is the way back.
-pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Option<usize> {
-    let touching = work.rows.as_ref().iter().take(work.row_count).filter(|row| row.multiplier > T::ZERO).count();
-    if 2 * touching > S::CONTACTS {
-        return None;
+/// Turning rows where there is no room for one per sample: more make it dearer than a Newton step and no more exact.
+const FEW: usize = 4;
+
+/// Where the rows are: those of the gaps, base to tip, and behind the middle one of each run of neighbours the run's turning row.
+#[derive(Clone, Copy)]
+pub(super) struct Layout {
+    /// Touching samples, and runs of them: one per sample, or a few.
+    pub touching: usize,
+    runs: usize,
+}
+
+impl Layout {
+    /// `None` if there is no room for a single turning row.
+    fn new(touching: usize, capacity: usize) -> Option<Self> {
+        let room = capacity.checked_sub(touching)?;
+        let runs = if room >= touching { touching } else { room.min(FEW) };
+        (runs > 0).then_some(Self { touching, runs })
     }
+
+    pub(super) fn rows(self) -> usize {
+        self.touching + self.runs
+    }
+
+    /// The samples of a run.
+    fn run(self, run: usize) -> Range<usize> {
+        let first = |run: usize| (run * self.touching).checked_div(self.runs).unwrap_or(0);
+        first(run)..first(run + 1)
+    }
+
+    /// The sample of a run that its turning row belongs to.
+    fn leader(self, run: usize) -> usize {
+        let Range { start, end } = self.run(run);
+        (start + end.max(1) - 1) / 2
+    }
+
+    fn turning(self, run: usize) -> usize {
+        self.leader(run) + run + 1
+    }
+
+    /// The gap rows of a run.
+    fn gaps(self, run: usize) -> impl DoubleEndedIterator<Item = usize> + ExactSizeIterator {
+        let leader = self.leader(run);
+        self.run(run).map(move |sample| sample + run + usize::from(sample > leader))
+    }
+
+    /// All gap rows.
+    pub(super) fn all_gaps(self) -> impl Iterator<Item = usize> {
+        (0..self.runs).flat_map(move |run| self.gaps(run))
+    }
+
+    /// Room is left for the samples' positions.
+    fn notes_positions<S: Size>(self) -> bool {
+        2 * self.touching <= S::CONTACTS
+    }
+}
+
+/// Gives the touching samples their turning rows and notes where the samples are; `None` if there is no room. [`narrow`] is the way
+/// back.
+pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Option<Layout> {
+    let touching = work.rows.as_ref().iter().take(work.row_count).filter(|row| row.multiplier > T::ZERO).count();
+    let layout = Layout::new(touching, S::CONTACTS)?;
     let mut kept = 0;
     for j in 0..work.row_count {
         let row = work.rows.as_ref().at(j);
@@ -87,50 +146,78 @@ pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
             kept += 1;
         }
     }
+    if layout.notes_positions::<S>() {
+        for j in 0..touching {
+            let position = position(ladder, work, &work.rows.as_ref().at(j));
+            work.scratch.as_mut().put(2 * j, position[0]);
+            work.scratch.as_mut().put(2 * j + 1, position[1]);
+        }
+    }
+    for run in (0..layout.runs).rev() {
+        let (samples, leader) = (layout.run(run), layout.leader(run));
+        let (mut whole, mut bent) = (T::ZERO, T::ZERO);
+        for row in work.rows.as_ref().run(samples.clone()) {
+            whole += row.multiplier;
+            bent += row.multiplier * row.curvature;
+        }
+        // From the last one, so that no row is overwritten before it has moved.
+        for (sample, place) in samples.zip(layout.gaps(run)).rev() {
+            let row = work.rows.as_ref().at(sample);
+            work.rows.as_mut().put(place, row);
+            if sample == leader {
+                work.rows.as_mut().put(place + 1, turning(row, whole, bent / whole));
+            }
+        }
+    }
+    work.row_count = layout.rows();
+    Some(layout)
+}
+
+/// The turning row behind a gap row, for a run's force and mean curvature.
+fn turning<T: Real>(leader: Row<T>, force: T, curvature: T) -> Row<T> {
     // A face whose radius is beyond this is flat for all the precision there is.
     let flat = T::EPSILON.sqrt();
-    for j in (0..touching).rev() {
-        let row = work.rows.as_ref().at(j);
-        let position = gaps::sample_position(ladder, work, &ladder.samples.as_ref().at(usize::from(row.sample)));
-        work.scratch.as_mut().put(2 * j, position.x);
-        work.scratch.as_mut().put(2 * j + 1, position.y);
-        let hollow = row.curvature < T::ZERO;
-        let size = row.curvature.abs().max(flat);
-        let scale = (row.multiplier * size).sqrt();
-        let tangent = quarter(row.normal);
-        work.rows.as_mut().put(2 * j, row);
-        let turning = Row {
-            normal: tangent.map(|x| scale * x),
-            softness: if hollow { T::one() } else { -T::one() },
-            curvature: if hollow { -size } else { size },
-            gap: T::ZERO,
-            multiplier: T::ZERO,
-            ..row
-        };
-        work.rows.as_mut().put(2 * j + 1, turning);
+    let hollow = curvature < T::ZERO;
+    let size = curvature.abs().max(flat);
+    let scale = (force * size).sqrt();
+    Row {
+        normal: quarter(leader.normal).map(|x| scale * x),
+        softness: if hollow { T::one() } else { -T::one() },
+        curvature: if hollow { -size } else { size },
+        gap: T::ZERO,
+        multiplier: T::ZERO,
+        ..leader
     }
-    work.row_count = 2 * touching;
-    Some(touching)
+}
+
+/// Where a row's sample is, finger frame, mm.
+fn position<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>, row: &Row<T>) -> [T; 2] {
+    let position = gaps::sample_position(ladder, work, &ladder.samples.as_ref().at(usize::from(row.sample)));
+    [position.x, position.y]
 }
 
 /// The gap rows alone.
-pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, touching: usize) {
-    for j in 0..touching {
-        let row = work.rows.as_ref().at(2 * j);
+pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layout) {
+    for (j, place) in layout.all_gaps().enumerate() {
+        let row = work.rows.as_ref().at(place);
         work.rows.as_mut().put(j, row);
     }
-    work.row_count = touching;
+    work.row_count = layout.touching;
 }
 
 /// Factorises the KKT at the equilibrium and the dense border on all rows.
-pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
+pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>, layout: Layout) {
     step::factorise(ladder, work, Diagonal { curvature: T::one(), shift: T::ZERO });
-    let (from, rows) = (work.flexibility.as_ref(), work.row_count);
+    work.factorised = 0;
     // The turning rows first: their block is the identity's with a sign and a little more, and what they leave of the gap rows'
     // is no worse than it was. The other way round the gap rows of neighbouring samples, which are almost the same, would spoil
     // the turning ones.
-    let touching = rows / 2;
-    let place = |i: usize| if i < touching { 2 * i + 1 } else { 2 * (i - touching) };
+    let turnings = (0..layout.runs).map(|run| layout.turning(run));
+    for (place, row) in work.listed.as_mut().iter_mut().zip(turnings.chain(layout.all_gaps())) {
+        *place = row as u16;
+    }
+    let (from, rows, listed) = (work.flexibility.as_ref(), work.row_count, work.listed.as_ref());
+    let place = |i: usize| usize::from(listed.at(i));
     active_set::factorise_from(from, work.factored.as_mut(), rows, S::CONTACTS, work.order.as_mut(), place);
 }
 
@@ -138,55 +225,71 @@ pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Work
 pub(super) fn respond<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
+    layout: Layout,
     cause: &Cause<T>,
     axis: [T; 2],
 ) -> Response<T> {
-    let count = work.row_count;
-    for j in (0..count).step_by(2) {
-        let (row, turning) = (work.rows.as_ref().at(j), work.rows.as_ref().at(j + 1));
-        let v = cause.velocity([work.scratch.as_ref().at(j), work.scratch.as_ref().at(j + 1)]);
-        let scale = dot(turning.normal, quarter(row.normal));
-        let own =
-            if cause.residuals { [work.row_rhs.as_ref().at(j), work.row_rhs.as_ref().at(j + 1)] } else { [T::ZERO; 2] };
-        let grown = cause.growth + cause.thickening - cause.softening * row.multiplier;
-        let delta = work.row_delta.as_mut();
-        delta.put(j, own[0] + dot(row.normal, v) + grown);
-        // The normals turn with the object: v at the centre of curvature.
-        delta.put(j + 1, own[1] + dot(turning.normal, v) - scale * cause.turn / turning.curvature);
+    let noted = layout.notes_positions::<S>();
+    let place = |work: &Workspace<T, S>, sample: usize, row: &Row<T>| {
+        let noted = noted.then(|| [work.scratch.as_ref().at(2 * sample), work.scratch.as_ref().at(2 * sample + 1)]);
+        noted.unwrap_or_else(|| position(ladder, work, row))
+    };
+    let grown = |row: &Row<T>| cause.growth + cause.thickening - cause.softening * row.multiplier;
+    for run in 0..layout.runs {
+        let at = layout.turning(run);
+        let (leader, turning) = (layout.leader(run), work.rows.as_ref().at(at));
+        for (sample, j) in layout.run(run).zip(layout.gaps(run)) {
+            let row = work.rows.as_ref().at(j);
+            let v = cause.velocity(place(work, sample, &row));
+            let own = |j: usize| if cause.residuals { work.row_rhs.as_ref().at(j) } else { T::ZERO };
+            let (own, own_turning) = (own(j), own(at));
+            work.row_delta.as_mut().put(j, own + dot(row.normal, v) + grown(&row));
+            if sample == leader {
+                let scale = dot(turning.normal, quarter(row.normal));
+                // The normals turn with the object: v at the centre of curvature.
+                let turned = own_turning + dot(turning.normal, v) - scale * cause.turn / turning.curvature;
+                work.row_delta.as_mut().put(at, turned);
+            }
+        }
     }
     let (x, y) = (work.row_delta.as_mut(), work.spare.as_mut());
-    active_set::solve(work.factored.as_ref(), count, S::CONTACTS, work.order.as_ref(), x, y);
+    active_set::solve(work.factored.as_ref(), layout.rows(), S::CONTACTS, work.order.as_ref(), x, y);
 
     let zero = [T::ZERO; 2];
     let mut response =
         Response { turn: cause.turn, force_change: zero, moment_change: T::ZERO, centre: zero, centre_change: zero };
     let (mut total, mut total_change) = (T::ZERO, T::ZERO);
-    for j in (0..count).step_by(2) {
-        let (row, turning) = (work.rows.as_ref().at(j), work.rows.as_ref().at(j + 1));
-        let half = ladder.samples.as_ref().at(usize::from(row.sample)).half_thickness;
-        let p = [work.scratch.as_ref().at(j), work.scratch.as_ref().at(j + 1)];
-        let (n, t) = (row.normal, quarter(row.normal));
-        let change = work.row_delta.as_ref().at(j);
-        // Of the normal, per unit; the force across it changes by μ times that.
-        let tilt = dot(turning.normal, t) * work.row_delta.as_ref().at(j + 1) / row.multiplier;
-        let v = cause.velocity(p);
-        let along = (tilt - cause.turn) / turning.curvature + dot(t, v);
-        let out =
-            dot(n, v) + cause.growth + cause.thickening - cause.softening * row.multiplier - ladder.softness * change;
-        let across = row.multiplier * tilt;
-        let push = [change * n[0] + across * t[0], change * n[1] + across * t[1]];
-        let moved = [out * n[0] + along * t[0], out * n[1] + along * t[1]];
-        let arm = [p[0] - axis[0], p[1] - axis[1]];
-        response.moment_change += row.multiplier * cross(moved, n) + cross(arm, push);
-        for i in 0..2 {
-            response.force_change[i] -= push[i];
-            let surface = p[i] - half * n[i];
-            let slid = moved[i] - cause.thickening * n[i] - half * tilt * t[i];
-            response.centre[i] += row.multiplier * surface;
-            response.centre_change[i] += change * surface + row.multiplier * slid;
+    for run in 0..layout.runs {
+        let at = layout.turning(run);
+        let turning = work.rows.as_ref().at(at);
+        let whole = layout.gaps(run).fold(T::ZERO, |sum, j| sum + work.rows.as_ref().at(j).multiplier);
+        // Of the normals, per unit; the force across them changes by μ times that.
+        let tilt =
+            dot(turning.normal, quarter(work.rows.as_ref().at(at - 1).normal)) * work.row_delta.as_ref().at(at) / whole;
+        for (sample, j) in layout.run(run).zip(layout.gaps(run)) {
+            let row = work.rows.as_ref().at(j);
+            let half = ladder.samples.as_ref().at(usize::from(row.sample)).half_thickness;
+            let p = place(work, sample, &row);
+            let (n, t) = (row.normal, quarter(row.normal));
+            let change = work.row_delta.as_ref().at(j);
+            let v = cause.velocity(p);
+            let along = (tilt - cause.turn) / turning.curvature + dot(t, v);
+            let out = dot(n, v) + grown(&row) - ladder.softness * change;
+            let across = row.multiplier * tilt;
+            let push = [change * n[0] + across * t[0], change * n[1] + across * t[1]];
+            let moved = [out * n[0] + along * t[0], out * n[1] + along * t[1]];
+            let arm = [p[0] - axis[0], p[1] - axis[1]];
+            response.moment_change += row.multiplier * cross(moved, n) + cross(arm, push);
+            for i in 0..2 {
+                response.force_change[i] -= push[i];
+                let surface = p[i] - half * n[i];
+                let slid = moved[i] - cause.thickening * n[i] - half * tilt * t[i];
+                response.centre[i] += row.multiplier * surface;
+                response.centre_change[i] += change * surface + row.multiplier * slid;
+            }
+            total += row.multiplier;
+            total_change += change;
         }
-        total += row.multiplier;
-        total_change += change;
     }
     let inverse = T::one() / total;
     for i in 0..2 {

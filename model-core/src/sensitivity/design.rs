@@ -5,7 +5,7 @@
 //! kept as vectors; no equilibrium is sought anew. It needs a second ladder and workspace, a [`Probe`], so it belongs to a
 //! machine that has the room; the control loop does without.
 
-use super::border::{self, Cause};
+use super::border::{self, Cause, Layout};
 use super::{Derivative, Parts};
 use crate::design::{Design, HingeKind, Profile};
 use crate::discretise::{Discretisation, discretise};
@@ -105,20 +105,20 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let frame = self.frame();
         // Truncation against rounding, of a central difference.
         let step = libm::cbrt(T::EPSILON.to_f64()) * parameter.size(design);
-        let touching = {
+        let layout = {
             let Parts { ladder, work } = self.parts();
             border::widen(ladder, work)?
         };
-        let differed = self.differ(probe, design, how, parameter, step);
+        let differed = self.differ(probe, layout, design, how, parameter, step);
         let thickening = if parameter == DesignParameter::FrontThickness { T::of(0.5) } else { T::ZERO };
         let answer = differed.then(|| {
             let Parts { ladder, work } = self.parts();
-            border::factorise(ladder, work);
+            border::factorise(ladder, work, layout);
             let cause = Cause { thickening, residuals: true, ..Cause::NONE };
-            frame.derivative(&border::respond(ladder, work, &cause, frame.axis))
+            frame.derivative(&border::respond(ladder, work, layout, &cause, frame.axis))
         });
         let Parts { work, .. } = self.parts();
-        border::narrow(work, touching);
+        border::narrow(work, layout);
         self.show_accepted();
         answer
     }
@@ -127,6 +127,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     fn differ(
         &mut self,
         probe: &mut Probe<T, S>,
+        layout: Layout,
         design: &Design,
         how: &Discretisation,
         parameter: DesignParameter,
@@ -143,9 +144,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let (state, Parts { ladder, work }) = self.state_and_parts();
             let rows = work.row_count;
             // The gap rows with their normals and multipliers as they are.
-            probe.work.row_count = rows / 2;
-            for j in 0..rows / 2 {
-                probe.work.rows.as_mut()[j] = work.rows.as_ref()[2 * j];
+            probe.work.row_count = layout.touching;
+            for (into, j) in probe.work.rows.as_mut().iter_mut().zip(layout.all_gaps()) {
+                *into = work.rows.as_ref()[j];
             }
             strain::directions(&probe.ladder, state, &mut probe.work);
             bend::shorten(&probe.ladder, state, &mut probe.work);

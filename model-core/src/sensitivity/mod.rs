@@ -71,9 +71,10 @@ impl<T: Real> Sensitivity<T> {
 }
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
-    /// Derivatives at the last accepted equilibrium, by one factorisation with two contact rows per touching sample.
+    /// Derivatives at the last accepted equilibrium, by one factorisation with two contact rows per touching sample: within 1e-5 in
+    /// `f64`. Where there is room for fewer rows ([`Size::CONTACTS`]), neighbours share the second one: within 3 % of the force's.
     ///
-    /// `None` if there is no room for those rows, or no equilibrium; zero without contact.
+    /// `None` if there is no room for a single one of those, or no equilibrium; zero without contact.
     pub fn sensitivity(&mut self) -> Option<Sensitivity<T>> {
         if !self.has_equilibrium() {
             return None;
@@ -86,9 +87,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let frame = self.frame();
         let motion = self.motion;
         let Parts { ladder, work } = self.parts();
-        let touching = border::widen(ladder, work)?;
-        border::factorise(ladder, work);
-        let mut derivative = |cause: Cause<T>| frame.derivative(&border::respond(ladder, work, &cause, frame.axis));
+        let layout = border::widen(ladder, work)?;
+        border::factorise(ladder, work, layout);
+        let mut derivative =
+            |cause: Cause<T>| frame.derivative(&border::respond(ladder, work, layout, &cause, frame.axis));
 
         let (one, zero) = (T::one(), [T::ZERO; 2]);
         for (i, unit) in [Vec2::new(one, T::ZERO), Vec2::new(T::ZERO, one)].into_iter().enumerate() {
@@ -119,7 +121,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         result
             .youngs_modulus
             .add(inverse, &Derivative { force: frame.force, torque: frame.torque, contact_centre: zero });
-        border::narrow(work, touching);
+        border::narrow(work, layout);
         Some(result)
     }
 
@@ -142,14 +144,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let pivot = frame.displacement.point(Vec2::new(point[0], point[1]));
         let pivot = [pivot.x, pivot.y];
         let Parts { ladder, work } = self.parts();
-        let touching = border::widen(ladder, work)?;
-        border::factorise(ladder, work);
+        let layout = border::widen(ladder, work)?;
+        border::factorise(ladder, work, layout);
         let (one, zero) = (T::one(), T::ZERO);
         for (k, unit) in [Vec2::new(one, zero), Vec2::new(zero, one), Vec2::new(zero, zero)].into_iter().enumerate() {
             let shift = frame.displacement.vector(unit);
             let shift = [shift.x, shift.y];
             let turn = if k == 2 { one } else { zero };
-            let response = border::respond(ladder, work, &Cause { shift, turn, pivot, ..Cause::NONE }, pivot);
+            let response = border::respond(ladder, work, layout, &Cause { shift, turn, pivot, ..Cause::NONE }, pivot);
             let [x, y] = frame.to_world(response.force_change);
             // The point goes with the object: the moment about it changes by that of the force at its old place.
             let [fx, fy] = frame.force_finger;
@@ -158,7 +160,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 row[k] = value;
             }
         }
-        border::narrow(work, touching);
+        border::narrow(work, layout);
         Some(stiffness)
     }
 

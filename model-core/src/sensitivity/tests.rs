@@ -21,6 +21,11 @@ crate::fixed_size!(
     Large, cells 13, nodes 1536, samples 184, contacts 40
 );
 
+crate::fixed_size!(
+    /// As [`Large`], but with room for few contact rows.
+    Narrow, cells 13, nodes 1536, samples 184, contacts 16
+);
+
 type Solver = Follower<f64, Large>;
 
 /// What can be changed.
@@ -323,4 +328,48 @@ fn beside_a_change_of_contact_derivatives_are_one_sided() {
     }
     assert!(count.wrong.is_empty(), "{:?}", count.wrong);
     assert!(count.one_sided >= 6 && count.central == 0, "{count:?}");
+}
+
+/// Where there is no room for two rows per sample, neighbours share a turning row: less exact, and told all the same.
+#[test]
+fn neighbours_share_a_turning_row_where_room_is_short() {
+    let how = Discretisation { sampling: Sampling::PerElement(5), ..Discretisation::reduced(Physics::Extended) };
+    let design = crate::design::tests::ladder_80();
+    let mut wide: Box<Solver> = Box::new(Follower::EMPTY);
+    let mut narrow: Box<Follower<f64, Narrow>> = Box::new(Follower::EMPTY);
+    wide.configure(&design, &how).expect("a valid design");
+    narrow.configure(&design, &how).expect("a valid design");
+    let (mut alike, mut shared) = (0, 0);
+    for (height, radius) in [(30.0, 40.0), (45.0, 40.0), (60.0, 25.0)] {
+        let object = ObjectDesign::Circle { centre: [radius + 1.0, height], radius };
+        let motion = Motion::Rotating { axis: design.motor_axis };
+        wide.set_object(object, motion);
+        narrow.set_object(object, motion);
+        assert!(wide.start(0.0) && narrow.start(0.0));
+        for step in 1..44 {
+            let at = (0.25 * f64::from(step)).to_radians();
+            let both = [wide.follow(at).status, narrow.follow(at).status];
+            let touching = wide.touching();
+            // One sample must be left room for besides those that touch.
+            if both != [Status::Converged; 2] || touching > 15 {
+                continue;
+            }
+            let (exact, found) = (wide.sensitivity().expect("room"), narrow.sensitivity().expect("room for some"));
+            let pairs = [
+                (exact.coordinate, found.coordinate),
+                (exact.centre[0], found.centre[0]),
+                (exact.centre[1], found.centre[1]),
+                (exact.radius, found.radius),
+                (exact.youngs_modulus, found.youngs_modulus),
+            ];
+            for (exact, found) in pairs {
+                let [x, y] = exact.force;
+                let off = (x - found.force[0]).hypot(y - found.force[1]) / x.hypot(y);
+                let allowed = if touching <= 8 { 1e-9 } else { 0.03 };
+                assert!(off <= allowed, "{touching} touch at {height} mm: {off:e}, {exact:?} against {found:?}");
+            }
+            if touching <= 8 { alike += 1 } else { shared += 1 }
+        }
+    }
+    assert!(alike >= 80 && shared >= 20, "{alike} alike, {shared} shared");
 }

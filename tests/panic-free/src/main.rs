@@ -1,22 +1,87 @@
-//! The estimator's ticks and nothing else. If the linker keeps a panic handler, there is a way to it.
+//! Two fingers' estimators, from a design to the balance of a free object between them and their shapes, and nothing else. If the linker keeps a
+//! panic handler, there is a way to it.
 
 #![no_std]
 #![no_main]
 
 use core::hint::black_box;
-use model_core::estimator::Estimator;
+
+use model_core::design::Design;
+use model_core::discretise::{Discretisation, Physics};
+use model_core::equilibrium::Settings;
+use model_core::estimator::{Estimator, EstimatorSettings};
+use model_core::grasp::{Grasp, Held, Load, Place};
+use model_core::object::ObjectDesign;
 use model_core::size::Reduced;
+use model_core::uncertainty::Uncertainty;
+
+type Fingers = [Estimator<f32, Reduced>; 2];
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    static mut ESTIMATOR: Estimator<f32, Reduced> = Estimator::EMPTY;
+    static mut FINGERS: Fingers = [const { Estimator::EMPTY }; 2];
+    // The optimiser knows neither what the estimators were told before nor what becomes of what they say.
+    let fingers = black_box(&mut *FINGERS);
     loop {
-        // The optimiser knows neither what the estimator was told before nor what becomes of the estimate.
-        let estimator = black_box(&mut *ESTIMATOR);
+        set(fingers);
+        tick(fingers);
+        balance(fingers);
+        shapes(fingers);
+    }
+}
+
+/// What a gripper does when its settings change.
+fn set(fingers: &mut Fingers) {
+    static DESIGN: Option<Design> = None;
+    let Some(design) = black_box(&DESIGN) else { return };
+    for estimator in fingers {
+        let how = black_box(Discretisation::estimator(Physics::Extended));
+        black_box(estimator.configure(design, &how).is_ok());
+        let object = black_box(ObjectDesign::Circle { centre: [0.0; 2], radius: 1.0 });
+        black_box(estimator.set_object(object).is_ok());
+        estimator.set_settings(black_box(EstimatorSettings::DEFAULT), black_box(Settings::DEFAULT));
+        black_box(estimator.set_uncertainty(black_box(Uncertainty::DEFAULT)).is_ok());
+    }
+}
+
+/// What it does in every period of its control loop.
+fn tick(fingers: &mut Fingers) {
+    for estimator in fingers {
+        estimator.set_budget(black_box(3));
         let estimate = estimator.update(black_box(0.0));
         #[cfg(feature = "can-panic")]
         black_box([0.0, 1.0][usize::from(black_box(estimate.iterations))]);
         black_box(estimate);
+    }
+}
+
+/// What it does as well where the object is free.
+fn balance(fingers: &mut Fingers) {
+    let held = fingers.iter_mut().filter_map(|estimator| {
+        let object = *estimator.object()?;
+        Some(Held { follower: estimator.follower_mut(), mirrored: black_box(false), object })
+    });
+    let Ok(mut grasp) = Grasp::resume(held, black_box(Load::default()), black_box(Place::default())) else { return };
+    black_box(grasp.release_within(black_box(3)));
+    let place = black_box(grasp.place());
+    drop(grasp);
+    for estimator in fingers {
+        black_box(estimator.object().map(|object| place.seen(object, black_box(true))));
+        black_box(estimator.reread());
+    }
+}
+
+/// What it tells of the deformed fingers.
+fn shapes(fingers: &Fingers) {
+    for estimator in fingers {
+        let follower = estimator.follower();
+        for point in follower.front().chain(follower.back()).chain(follower.lamellae().flatten()) {
+            black_box(point);
+        }
+        for contact in follower.contacts() {
+            black_box(contact);
+        }
+        black_box(follower.coordinate());
     }
 }
 

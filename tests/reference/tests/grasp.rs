@@ -279,7 +279,7 @@ impl Hand {
             let object = *finger.object().expect("an object");
             Held { follower: finger.follower_mut(), mirrored, object }
         });
-        let mut grasp = Grasp::resume(held.collect(), load, self.place)?;
+        let mut grasp = Grasp::resume(held, load, self.place)?;
         let balance = grasp.release_within(iterations);
         self.place = grasp.place();
         Ok(balance)
@@ -379,4 +379,32 @@ fn fingers_with_different_objects_hold_none() {
     let push = Load { force: [0.0; 2], moment: 1.0 };
     let mut hand = Hand::new(seen(&circle(28.0, 44.0)));
     assert_eq!(hand.tick([0.0; 2], push, 16).err(), Some(GraspError::Load));
+}
+
+/// Where a free object has come to is the same place whether it is moved in the gripper's frame and then seen by a finger, or
+/// moved in the finger's own: its points turn about its reference point, in a mirror image the other way.
+#[test]
+fn a_finger_sees_the_place_of_a_free_object_in_its_own_frame() {
+    let place = Place { shift: [1.5, -4.0], turn: 0.3 };
+    let corners = Corners::new(&[[20.0, 30.0], [60.0, 35.0], [45.0, 70.0]]).unwrap();
+    let triangle = ObjectDesign::Polygon { corners, rounding: 2.0 };
+    let ObjectDesign::Polygon { corners: set, .. } = triangle else { panic!("a polygon") };
+    let ObjectDesign::Polygon { corners: now, .. } = place.of(&triangle) else { panic!("a polygon") };
+    let middle = [0, 1].map(|i| set.iter().map(|corner| corner[i]).sum::<f64>() / 3.0);
+    for (set, now) in set.iter().zip(now.iter()) {
+        let [x, y] = [set[0] - middle[0], set[1] - middle[1]];
+        let (sin, cos) = place.turn.sin_cos();
+        let there = [middle[0] + 1.5 + cos * x - sin * y, middle[1] - 4.0 + sin * x + cos * y];
+        assert!((now[0] - there[0]).hypot(now[1] - there[1]) < 1e-9, "{now:?} instead of {there:?}");
+    }
+    let finger = Placement { mirrored: true, angle: 0.0, translation: [56.0, 0.0] };
+    let ellipse = ObjectDesign::Ellipse { centre: [28.0, 44.0], semi_axes: [25.0, 18.0], angle: 0.4 };
+    let seen = finger.object_back(&place.of(&ellipse));
+    let own = place.mirrored().of(&finger.object_back(&ellipse));
+    let (ObjectDesign::Ellipse { centre: p, angle: a, .. }, ObjectDesign::Ellipse { centre: q, angle: b, .. }) =
+        (seen, own)
+    else {
+        panic!("ellipses")
+    };
+    assert!((p[0] - q[0]).hypot(p[1] - q[1]) < 1e-9 && (a - b).abs() < 1e-12, "{seen:?} instead of {own:?}");
 }

@@ -95,10 +95,13 @@ fn derivatives_of_the_force_agree_with_differences() {
             };
             let mut follower = solver(&ladder_80(), &how, object);
             go(&mut follower, degrees);
-            let exact = follower.sensitivity().expect("room for the rows");
             let before = follower.force_world();
+            let exact = follower.sensitivity().expect("room for the rows");
+            // What is read off afterwards may be of another evaluation of the same state: residuals are within 1e-9 N·mm.
+            let same = |now: [f64; 2]| (0..2).all(|i| (now[i] - before[i]).abs() < 1e-10);
+            assert!(same(follower.force_world()), "asking for derivatives changes nothing");
             go(&mut follower, degrees);
-            assert_eq!(before, follower.force_world(), "asking for derivatives changes nothing");
+            assert!(same(follower.force_world()), "neither the way on");
 
             let differ = |by: &dyn Fn(f64) -> ([f64; 2], usize), h: f64| {
                 let sides = [by(h), by(-h), by(2.0 * h), by(-2.0 * h)];
