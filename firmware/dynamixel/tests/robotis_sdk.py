@@ -7,6 +7,7 @@ import sys
 import time
 
 import dynamixel_sdk as sdk
+from dynamixel_sdk import port_handler
 
 ONE, TWO, NOBODY = 1, 2, 77
 
@@ -15,6 +16,7 @@ def say(name, *facts):
     print(name, *facts, flush=True)
 
 
+port_handler.LATENCY_TIMER = 2000  # ms, half of what an answer is waited for: a busy machine needs more than the SDK's 16
 port = sdk.PortHandler(sys.argv[1])
 packets = sdk.PacketHandler(2.0)
 assert port.openPort(), "the port does not open"

@@ -43,7 +43,7 @@ impl Budget {
         if self.variance < ALIKE {
             return LIKELY_SHARE * most;
         }
-        (self.covariance / self.variance).clamp(LEAST_SHARE * most, most)
+        (self.covariance / self.variance).max(LEAST_SHARE * most).min(most)
     }
 
     /// What an estimate of so many iterations is expected to take.
@@ -65,7 +65,7 @@ impl Budget {
             return;
         }
         let expected = (self.cost + (iterations - self.iterations) * self.each()).max(1.0);
-        cost = cost.clamp(expected / STRANGE, expected * STRANGE);
+        cost = cost.max(expected / STRANGE).min(expected * STRANGE);
         let (more, dearer) = (iterations - self.iterations, cost - self.cost);
         self.iterations += PACE * more;
         self.cost += PACE * dearer;

@@ -89,10 +89,10 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
         let mut turns = core.turns::<B::Bus>();
         if !turns.is_empty() {
             core.patiently(servos.tick(&mut turns)).await;
-            for turn in turns {
-                match turn.result {
-                    Ok(reading) => core.fresh(turn.finger, &reading),
-                    Err(error) => core.failed(turn.finger, &error),
+            for turn in &turns {
+                match &turn.result {
+                    Ok(reading) => core.fresh(turn.finger, reading),
+                    Err(error) => core.failed(turn.finger, error),
                 }
             }
         }
@@ -195,7 +195,8 @@ impl<'a, B: Board> Core<'a, B> {
     fn share(&self, finger: usize) -> u32 {
         let behind = self.units.iter().skip(finger).filter(|unit| unit.health.is_present() && !unit.is_reported);
         let shares = behind.count().max(1) * if self.free.is_some() { 2 } else { 1 };
-        u32::try_from(self.left() / shares as u64).unwrap_or(u32::MAX)
+        let own = self.left().checked_div(shares as u64).unwrap_or(0);
+        u32::try_from(own).unwrap_or(u32::MAX)
     }
 
     fn chosen_hz(&self) -> f32 {
@@ -226,10 +227,11 @@ impl<'a, B: Board> Core<'a, B> {
     fn advance(&mut self) {
         let now = Instant::now();
         let late = now.saturating_duration_since(self.end);
-        if late * 2 > self.period {
+        if late > self.period / 2 {
             self.shared.add(|counters| &mut counters.late_ticks);
         }
-        self.end = if late > self.period { now } else { self.end } + self.period;
+        let begin = if late > self.period { now } else { self.end };
+        self.end = begin.checked_add(self.period).unwrap_or(Instant::MAX);
         self.ticks = self.ticks.wrapping_add(1);
         self.units.iter_mut().for_each(|unit| unit.is_reported = false);
         self.free.iter_mut().for_each(Free::begin);

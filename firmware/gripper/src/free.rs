@@ -197,7 +197,7 @@ impl<B: Board> Core<'_, B> {
             let object = *unit.model.object()?;
             Some(Held { follower: unit.model.follower_mut(), mirrored, object })
         });
-        let Ok(mut grasp) = Grasp::resume(held.collect(), free.load, free.place) else {
+        let Ok(mut grasp) = Grasp::resume(held, free.load, free.place) else {
             free.report.status = Status::OutOfRange;
             return false;
         };

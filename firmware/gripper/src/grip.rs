@@ -135,9 +135,9 @@ impl Grip {
     /// One tick of so many seconds; returns the goal.
     pub fn advance(&mut self, seconds: f64, mount: &Mount) -> f64 {
         if let Some(Asked { speed, limit, .. }) = self.asked {
-            let stride = self.stride.clamp(-speed * seconds, speed * seconds);
+            let stride = self.stride.max(-speed * seconds).min(speed * seconds);
             let least = f64::from(mount.range[0]);
-            self.motion.start((self.motion.goal() + stride).clamp(least, limit.max(least)));
+            self.motion.start((self.motion.goal() + stride).max(least).min(limit.max(least)));
             // Used once: a tick without an answer does not move the goal.
             self.stride = 0.0;
         }
@@ -218,7 +218,7 @@ impl Grip {
         if room <= count {
             self.settle(Phase::Held(Why::Force));
             // Back to where the limit is, should the goal be ahead of the motor.
-            self.motion.start(self.goal().min(angle + room.clamp(-count, count)));
+            self.motion.start(self.goal().min(angle + room.max(-count).min(count)));
         } else {
             self.motion.cap(angle + room);
         }

@@ -23,6 +23,8 @@
     deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable)
 )]
 
+// Floating-point numbers are kept within bounds by `max` and `min`: `clamp` panics where the bounds are crossed or NaN.
+
 /// Logs where the board has a log.
 macro_rules! log {
     ($level:ident, $($words:tt)*) => {{
@@ -54,6 +56,7 @@ mod stall;
 mod store;
 mod tasks;
 mod unit;
+mod write;
 
 pub use board::{Board, Boot, BusPort, Watchdog};
 pub use budget::Budget;

@@ -20,6 +20,7 @@ use crate::health::Health;
 use crate::servo::Reading;
 use crate::shared::{Command, now_us};
 use crate::store::Key;
+use crate::write::write_all;
 
 /// Longest packet that is understood, bytes: an answer with 180 bytes of data.
 const PACKET: usize = 256;
@@ -174,10 +175,9 @@ async fn say<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, tap: &mut Tap<P
         if reply.delay_us > 0 {
             Timer::after_micros(u64::from(reply.delay_us)).await;
         }
-        bus.write_all(reply.bytes).await?;
-        bus.flush().await
+        write_all(bus, reply.bytes).await && bus.flush().await.is_ok()
     };
-    if core.patiently(speak).await.is_err() {
+    if !core.patiently(speak).await {
         core.shared.add(|counters| &mut counters.bus_other);
     }
     let mut own = reply.bytes;

@@ -309,8 +309,8 @@ impl<U: BusPort> Servos<U> {
                     self.reads_fast(turns.get(silent).map_or(FINGERS, |turn| turn.finger), false);
                 }
                 let heard_ticks = self.master.port_mut().heard_ticks();
-                for (turn, answer) in turns.iter_mut().zip(answers) {
-                    if let Some(result) = answer.result {
+                for (turn, answer) in turns.iter_mut().zip(&mut answers) {
+                    if let Some(result) = answer.result.take() {
                         turn.result = result.map(|answer| Reading { heard_ticks, ..reading(answer) });
                     }
                 }

@@ -1,6 +1,6 @@
 //! What the tasks have in common: queues, what is set, what was counted.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_sync::blocking_mutex::Mutex;
@@ -104,7 +104,7 @@ pub struct Shared {
     unkept: AtomicU32,
     setup: Mutex<Raw, RefCell<Kept>>,
     restored: AtomicBool,
-    counters: Mutex<Raw, RefCell<Counters>>,
+    counters: Mutex<Raw, Cell<Counters>>,
 }
 
 impl Default for Shared {
@@ -129,7 +129,7 @@ impl Shared {
             unkept: AtomicU32::new(0),
             setup: Mutex::new(RefCell::new(Kept(Vec::new()))),
             restored: AtomicBool::new(false),
-            counters: Mutex::new(RefCell::new(Counters {
+            counters: Mutex::new(Cell::new(Counters {
                 uptime_us: 0,
                 ticks: 0,
                 estimates: 0,
@@ -156,12 +156,16 @@ impl Shared {
 
     /// What was counted, up to now.
     pub fn counters(&self) -> Counters {
-        Counters { uptime_us: now_us(), ..self.counters.lock(|counters| *counters.borrow()) }
+        Counters { uptime_us: now_us(), ..self.counters.lock(Cell::get) }
     }
 
     /// Counts something.
     pub(crate) fn count(&self, change: impl FnOnce(&mut Counters)) {
-        self.counters.lock(|counters| change(&mut counters.borrow_mut()));
+        self.counters.lock(|kept| {
+            let mut counters = kept.get();
+            change(&mut counters);
+            kept.set(counters);
+        });
     }
 
     /// Adds one.

@@ -70,10 +70,9 @@ impl<'a> Unit<'a> {
         self.is_reported || self.pending.is_some()
     }
 
-    /// Says how uncertain its parameters are. A count of the servo is what it is through this finger's gear.
+    /// Says how uncertain its parameters are.
     pub(crate) fn set_uncertainty(&mut self, given: Option<Uncertainty>) -> Result<(), UncertaintyError> {
-        let quantisation = self.calibration.count().abs() as f32;
-        self.model.set_uncertainty(Uncertainty { quantisation, ..given.unwrap_or(Uncertainty::DEFAULT) })?;
+        self.model.set_uncertainty(self.calibration.uncertainty(given))?;
         self.uncertainty = given;
         Ok(())
     }

@@ -2,6 +2,8 @@
 
 use core::f64::consts::TAU;
 
+use model_core::uncertainty::Uncertainty;
+
 use crate::{Direction, Mount};
 
 /// Counts of a servo of the X series per revolution.
@@ -50,6 +52,12 @@ impl Calibration {
         // Half away from zero; casts saturate.
         (if counts < 0.0 { counts - 0.5 } else { counts + 0.5 }) as i32
     }
+
+    /// How uncertain the finger's angle and parameters are, from what a calibration has left uncertain, or by default. A count of the
+    /// servo is what it is through this finger's gear.
+    pub fn uncertainty(&self, left: Option<Uncertainty>) -> Uncertainty {
+        Uncertainty { quantisation: self.count().abs() as f32, ..left.unwrap_or(Uncertainty::DEFAULT) }
+    }
 }
 
 #[cfg(test)]
@@ -85,6 +93,15 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_gear_makes_counts_finer() {
+        let through = |gear_ratio| Calibration::new(&Mount { gear_ratio, direction: Direction::Reversed, ..MIDDLE });
+        assert_eq!(through(1.0).uncertainty(None), Uncertainty::DEFAULT);
+        let given = Uncertainty { youngs_modulus: 0.01, ..Uncertainty::NONE };
+        let found = through(4.0).uncertainty(Some(given));
+        assert_eq!(found, Uncertainty { quantisation: Uncertainty::DEFAULT.quantisation / 4.0, ..given });
     }
 
     #[test]

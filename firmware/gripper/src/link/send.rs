@@ -11,6 +11,7 @@ use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 use super::answer::KEY;
 use super::wire::framed;
 use crate::shared::{Frame, Shared};
+use crate::write::write_all;
 
 /// Writes to the link for ever, and waits for it as long as it takes.
 pub async fn send<W: Write>(shared: &'static Shared, mut port: W) -> ! {
@@ -36,7 +37,7 @@ pub async fn send<W: Write>(shared: &'static Shared, mut port: W) -> ! {
         };
         match frame {
             Ok(frame) => {
-                if port.write_all(&frame).await.is_err() {
+                if !write_all(&mut port, &frame).await {
                     // A port that fails at once must not take the processor.
                     Timer::after_millis(10).await;
                 }
