@@ -35,7 +35,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let side = if number % 2 == 0 { Side::Left } else { Side::Right };
         *place = Some(Mount { servo_id: number as u8 + 1, side, ..Mount::DEFAULT });
     }
-    let model = Modelled { finger: Some(Finger { design: design.clone(), how }), object: Some(object) };
+    let model =
+        Modelled { finger: Some(Finger { design: design.clone(), how }), object: Some(object), uncertainty: None };
     let setup = Setup {
         origin: Origin::Gripper,
         place: "nowhere".to_owned(),

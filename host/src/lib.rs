@@ -16,6 +16,7 @@ pub mod measured;
 pub mod metrics;
 #[cfg(feature = "outline")]
 pub mod outline;
+pub mod overlap;
 pub mod pictures;
 pub mod pressure;
 pub mod probe;
@@ -30,5 +31,6 @@ pub mod strains;
 pub mod sweep;
 pub mod table1;
 pub mod terminal;
+pub mod warn;
 #[cfg(feature = "web")]
 pub mod web;

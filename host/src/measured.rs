@@ -1,6 +1,6 @@
 //! Measurements from a CSV, for comparison with a case.
 //!
-//! Header names carry the units; columns may stand in any order, others are left aside:
+//! Header names carry the units; columns may stand in any order, others are left aside (and named):
 //!
 //! | column | meaning |
 //! |---|---|
@@ -8,6 +8,10 @@
 //! | `force_n` | magnitude of the net force, N |
 //! | `fx_n`, `fy_n` | its components on the object, world frame, N; used for the magnitude where `force_n` has none |
 //! | `front_x_mm`, `front_y_mm` | points of the deformed front centreline, finger frame, mm, base to tip: lists separated by blanks, or one point per row |
+//!
+//! Cells are separated by commas; in a file whose header has none, by semicolons or tabs, and there decimals may have a comma
+//! instead of a point, as spreadsheets of many countries write them. A cell in quotation marks may hold anything.
+//! UTF-8, or UTF-16 with its byte order mark.
 //!
 //! Rows of the same place belong together: one may carry the force and many others one point each; forces of one place are
 //! averaged. An empty cell is a gap. Lines that begin with `#` and empty lines are left out. A row with a gap in its place, a word where a
@@ -20,6 +24,11 @@ use crate::metrics::Point;
 
 /// Places closer than this are the same one.
 const SAME_PLACE: f64 = 1e-6;
+
+/// The largest force that is believed, N: beyond it the unit is another one.
+const MAX_FORCE: f64 = 1e5;
+/// Names that `fre outline` writes beside those that mean something here.
+const OWN: [&str; 2] = ["arc_mm", "deviation_mm"];
 
 /// Columns that mean something.
 const COLUMNS: [&str; 7] = ["motor_angle_deg", "distance_mm", "force_n", "fx_n", "fy_n", "front_x_mm", "front_y_mm"];
@@ -36,7 +45,7 @@ pub enum MeasuredError {
         source: std::io::Error,
     },
     /// The header lacks a column.
-    #[error("{file}:{line}: the header lacks {needed}; known columns: {}", COLUMNS.join(", "))]
+    #[error("{file}:{line}: the header lacks {needed}; it has {found}; known columns: {}", COLUMNS.join(", "))]
     Header {
         /// The file.
         file: String,
@@ -44,24 +53,28 @@ pub enum MeasuredError {
         line: usize,
         /// What is needed.
         needed: &'static str,
+        /// The columns that it has, in the file's words.
+        found: String,
     },
-    /// Cells are separated by something else.
-    #[error(
-        "{file}:{line}: the cells of a row are separated by commas, decimals by a point; this file has another separator"
-    )]
-    Separator {
+    /// A column that means something stands there twice, or excludes another one.
+    #[error("{file}:{line}: the header has {columns}; allowed is {allowed}")]
+    Ambiguous {
         /// The file.
         file: String,
         /// Line of the header, from 1.
         line: usize,
+        /// What it has.
+        columns: String,
+        /// What is allowed.
+        allowed: &'static str,
     },
     /// No row can be used.
-    #[error("{file}: no row can be used{}", .first.as_ref().map(|problem| format!("; the first problem: line {problem}")).unwrap_or_default())]
+    #[error("{file}: no row can be used: {reason}")]
     Empty {
         /// The file.
         file: String,
-        /// The first row left out, if there was one.
-        first: Option<String>,
+        /// Why: the first row left out, or that there is none.
+        reason: String,
     },
 }
 
@@ -97,9 +110,7 @@ impl Coordinate {
             Self::Distance => COLUMNS[1],
         }
     }
-}
 
-impl Coordinate {
     /// The largest magnitude, as in a case.
     fn limit(self) -> f64 {
         match self {
@@ -122,6 +133,25 @@ pub struct Measurement {
     pub forces: Vec<(usize, f64)>,
     /// Points of the front centreline, finger frame, mm, in the file's order.
     pub front: Vec<Point>,
+    /// The line that each of them stands in.
+    pub front_lines: Vec<usize>,
+}
+
+impl Measurement {
+    fn at(place: f64, line: usize) -> Self {
+        Self { line, place, force: None, forces: Vec::new(), front: Vec::new(), front_lines: Vec::new() }
+    }
+
+    fn add_force(&mut self, line: usize, force: f64) {
+        self.forces.push((line, force));
+        let sum: f64 = self.forces.iter().map(|(_, force)| force).sum();
+        self.force = Some(sum / self.forces.len() as f64);
+    }
+
+    fn add_point(&mut self, line: usize, point: Point) {
+        self.front.push(point);
+        self.front_lines.push(line);
+    }
 }
 
 /// A file of measurements.
@@ -133,6 +163,8 @@ pub struct Measured {
     pub measurements: Vec<Measurement>,
     /// Rows that were left out.
     pub problems: Vec<Problem>,
+    /// Columns that mean nothing here, in the file's words.
+    pub aside: Vec<String>,
 }
 
 impl Measured {
@@ -143,8 +175,7 @@ impl Measured {
     pub fn read(path: &Path) -> Result<Self, MeasuredError> {
         let name = path.display().to_string();
         match std::fs::read(path) {
-            // A byte that is not UTF-8 spoils its cell, not the file.
-            Ok(bytes) => Self::parse(&name, &String::from_utf8_lossy(&bytes)),
+            Ok(bytes) => Self::parse(&name, &decoded(&bytes)),
             Err(source) => Err(MeasuredError::Unreadable { file: name, source }),
         }
     }
@@ -155,20 +186,34 @@ impl Measured {
     /// If it lacks a column or has no row that can be used.
     pub fn parse(name: &str, text: &str) -> Result<Self, MeasuredError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut lines =
-            text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
-        let empty = |first: Option<String>| MeasuredError::Empty { file: name.to_owned(), first };
-        let (header_line, header) = lines.next().ok_or_else(|| empty(None))?;
-        if !header.contains(',') && header.contains([';', '\t']) {
-            return Err(MeasuredError::Separator { file: name.to_owned(), line: header_line + 1 });
+        // Some spreadsheets end lines with a carriage return only.
+        let ends = if text.contains('\n') { '\n' } else { '\r' };
+        let mut lines = text
+            .split(ends)
+            .enumerate()
+            .filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
+        let empty = |reason: String| MeasuredError::Empty { file: name.to_owned(), reason };
+        let (header_line, header) = lines.next().ok_or_else(|| empty("it has no text".to_owned()))?;
+        let (line, separator) = (header_line + 1, separator(header));
+        let heads = cells(header, separator);
+        let names: Vec<String> = heads.iter().map(|head| head.to_ascii_lowercase()).collect();
+        for column in COLUMNS {
+            if names.iter().filter(|name| *name == column).count() > 1 {
+                let columns = format!("{column} more than once");
+                let allowed = "each column once";
+                return Err(MeasuredError::Ambiguous { file: name.to_owned(), line, columns, allowed });
+            }
         }
-        let names: Vec<String> = cells(header).map(str::to_ascii_lowercase).collect();
         let columns = COLUMNS.map(|column| names.iter().position(|name| name == column));
-        let lacks = |needed| MeasuredError::Header { file: name.to_owned(), line: header_line + 1, needed };
+        let found = || heads.iter().filter(|head| !head.is_empty()).cloned().collect::<Vec<_>>().join(", ");
+        let lacks = |needed| MeasuredError::Header { file: name.to_owned(), line, needed, found: found() };
         let coordinate = match (columns[0], columns[1]) {
             (Some(_), None) => Coordinate::MotorAngle,
             (None, Some(_)) => Coordinate::Distance,
-            (Some(_), Some(_)) => return Err(lacks("a single place: it has both motor_angle_deg and distance_mm")),
+            (Some(_), Some(_)) => {
+                let (columns, allowed) = ("both motor_angle_deg and distance_mm".to_owned(), "one of them");
+                return Err(MeasuredError::Ambiguous { file: name.to_owned(), line, columns, allowed });
+            }
             (None, None) => return Err(lacks("motor_angle_deg or distance_mm")),
         };
         for pair in [[3, 4], [5, 6]] {
@@ -179,14 +224,21 @@ impl Measured {
         if [2, 3, 5].iter().all(|&column| columns[column].is_none()) {
             return Err(lacks("a force (force_n, or fx_n and fy_n) or points (front_x_mm and front_y_mm)"));
         }
+        let known = |name: &str| name.is_empty() || COLUMNS.contains(&name) || OWN.contains(&name);
+        let aside = heads.iter().zip(&names).filter(|(_, name)| !known(name)).map(|(head, _)| head.clone()).collect();
 
-        let mut measured = Self { coordinate, measurements: Vec::new(), problems: Vec::new() };
+        let mut measured = Self { coordinate, measurements: Vec::new(), problems: Vec::new(), aside };
         for (index, line) in lines {
-            let row: Vec<&str> = cells(line).collect();
+            let mut row = cells(line, separator);
+            // What stands beyond the header's last column is nothing if it is empty.
+            while row.len() > names.len() && row.last().is_some_and(String::is_empty) {
+                row.pop();
+            }
             let read = if row.len() == names.len() {
-                Row::read(&row, &columns, coordinate)
+                Row::read(&row, &columns, coordinate, separator != ',')
             } else {
-                Err(format!("has {} cells, the header {}", row.len(), names.len()))
+                let decimals = if separator == ',' { " (decimals have a point)" } else { "" };
+                Err(format!("has {} cells, the header {}{decimals}", row.len(), names.len()))
             };
             match read {
                 Ok(row) => measured.add(index + 1, row),
@@ -194,7 +246,8 @@ impl Measured {
             }
         }
         if measured.measurements.is_empty() {
-            return Err(empty(measured.problems.first().map(Problem::to_string)));
+            let reason = measured.problems.first().map(|problem| format!("the first problem: line {problem}"));
+            return Err(empty(reason.unwrap_or_else(|| "it ends with the header".to_owned())));
         }
         Ok(measured)
     }
@@ -202,17 +255,56 @@ impl Measured {
     fn add(&mut self, line: usize, row: Row) {
         let known = self.measurements.iter().position(|m| (m.place - row.place).abs() < SAME_PLACE);
         let index = known.unwrap_or_else(|| {
-            let new = Measurement { line, place: row.place, force: None, forces: Vec::new(), front: Vec::new() };
-            self.measurements.push(new);
+            self.measurements.push(Measurement::at(row.place, line));
             self.measurements.len() - 1
         });
         let measurement = &mut self.measurements[index];
         if let Some(force) = row.force {
-            measurement.forces.push((line, force));
-            let sum: f64 = measurement.forces.iter().map(|(_, force)| force).sum();
-            measurement.force = Some(sum / measurement.forces.len() as f64);
+            measurement.add_force(line, force);
         }
-        measurement.front.extend(row.front);
+        row.front.into_iter().for_each(|point| measurement.add_point(line, point));
+    }
+
+    /// The measurements as one closing motion: every place once, in ascending order.
+    pub fn closing(&self) -> Vec<Measurement> {
+        let mut sorted = self.measurements.clone();
+        sorted.sort_by(|a, b| a.place.total_cmp(&b.place));
+        sorted
+    }
+
+    /// The measurements as the motion that the file's order tells: a place is visited again if another one lies between.
+    pub fn visits(&self) -> Vec<Measurement> {
+        enum Of {
+            Force(f64),
+            Point(Point),
+        }
+        let mut rows: Vec<(usize, f64, Of)> = Vec::new();
+        for m in &self.measurements {
+            rows.extend(m.forces.iter().map(|&(line, force)| (line, m.place, Of::Force(force))));
+            rows.extend(m.front_lines.iter().zip(&m.front).map(|(&line, &p)| (line, m.place, Of::Point(p))));
+        }
+        // Stable: points of a row keep their order.
+        rows.sort_by_key(|row| row.0);
+        let mut visits: Vec<Measurement> = Vec::new();
+        for (line, place, what) in rows {
+            if visits.last().is_none_or(|visit| visit.place != place) {
+                visits.push(Measurement::at(place, line));
+            }
+            let Some(visit) = visits.last_mut() else { continue };
+            match what {
+                Of::Force(force) => visit.add_force(line, force),
+                Of::Point(point) => visit.add_point(line, point),
+            }
+        }
+        visits
+    }
+
+    /// The first line whose place is less than one before it, if the places also grow somewhere: a motion with a way back.
+    pub fn turns_at(&self) -> Option<usize> {
+        let visits = self.visits();
+        let grows = visits.windows(2).any(|pair| pair[1].place > pair[0].place);
+        let back = visits.windows(2).find(|pair| pair[1].place < pair[0].place);
+        back.filter(|_| grows).map(|pair| pair[1].line)
     }
 }
 
@@ -224,9 +316,11 @@ struct Row {
 }
 
 impl Row {
-    fn read(row: &[&str], columns: &[Option<usize>; 7], coordinate: Coordinate) -> Result<Self, String> {
-        let cell = |column: usize| columns[column].and_then(|at| row.get(at)).copied().filter(|text| !text.is_empty());
-        let number = |column: usize| cell(column).map(|text| number(COLUMNS[column], text)).transpose();
+    fn read(row: &[String], columns: &[Option<usize>; 7], coordinate: Coordinate, comma: bool) -> Result<Self, String> {
+        let cell = |column: usize| {
+            columns[column].and_then(|at| row.get(at)).map(String::as_str).filter(|text| !text.is_empty())
+        };
+        let number = |column: usize| cell(column).map(|text| number(COLUMNS[column], text, comma)).transpose();
         let place_column = if coordinate == Coordinate::MotorAngle { 0 } else { 1 };
         let place =
             number(place_column)?.ok_or_else(|| format!("{} is empty; needed is a number", coordinate.column()))?;
@@ -235,15 +329,20 @@ impl Row {
             return Err(format!("{} = {place}; allowed is {} to {limit}", coordinate.column(), -limit));
         }
         let force = match (number(2)?, number(3)?, number(4)?) {
-            (Some(force), ..) if force < 0.0 => return Err(format!("force_n = {force}; a magnitude is not negative")),
+            (Some(force), ..) if force < 0.0 => {
+                return Err(format!("force_n = {force}; a magnitude is not negative (components are fx_n, fy_n)"));
+            }
             (Some(force), ..) => Some(force),
             (None, Some(x), Some(y)) => Some(x.hypot(y)),
             (None, None, None) => None,
             _ => return Err("one of fx_n and fy_n is empty; needed are both or none".to_owned()),
         };
+        if let Some(force) = force.filter(|&force| force > MAX_FORCE) {
+            return Err(format!("a force of {force:e} N; allowed is up to {MAX_FORCE:e} N"));
+        }
         let list = |column: usize| -> Result<Vec<f64>, String> {
             let words = cell(column).unwrap_or_default().split_whitespace();
-            words.map(|word| self::number(COLUMNS[column], word)).collect()
+            words.map(|word| self::number(COLUMNS[column], word, comma)).collect()
         };
         let (xs, ys) = (list(5)?, list(6)?);
         if xs.len() != ys.len() {
@@ -257,21 +356,63 @@ impl Row {
     }
 }
 
-fn number(column: &str, text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
+/// A finite number; with `comma`, one comma stands for the decimal point.
+fn number(column: &str, text: &str, comma: bool) -> Result<f64, String> {
+    let read = if comma && !text.contains('.') { text.replacen(',', ".", 1).parse::<f64>() } else { text.parse() };
+    match read {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("{column} = \"{text}\" is not a finite number")),
+        _ if text.contains(',') => {
+            Err(format!("{column} = \"{text}\" is not a number: decimals have a point, thousands nothing"))
+        }
+        _ => Err(format!("{column} = \"{text}\" is not a finite number (the unit stands in the header)")),
     }
 }
 
-/// Cells of a line, without blanks and quotation marks around them.
-fn cells(line: &str) -> impl Iterator<Item = &str> {
-    line.split(',').map(|cell| cell.trim().trim_matches('"').trim())
+/// A file's text: UTF-16 if it begins with that byte order mark, else UTF-8, in which a wrong byte spoils its cell, not the file.
+fn decoded(bytes: &[u8]) -> String {
+    let words = |read: fn([u8; 2]) -> u16| -> String {
+        let units: Vec<u16> = bytes.chunks_exact(2).skip(1).map(|pair| read([pair[0], pair[1]])).collect();
+        String::from_utf16_lossy(&units)
+    };
+    match bytes {
+        [0xff, 0xfe, ..] => words(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => words(u16::from_be_bytes),
+        _ => String::from_utf8_lossy(bytes).into_owned(),
+    }
+}
+
+/// What separates the cells below a header.
+fn separator(header: &str) -> char {
+    let others = [';', '\t'].into_iter().find(|&other| header.contains(other));
+    others.filter(|_| !header.contains(',')).unwrap_or(',')
+}
+
+/// Cells of a line, without blanks and quotation marks around them. Inside quotation marks a separator is text, and two
+/// marks are one.
+fn cells(line: &str, separator: char) -> Vec<String> {
+    let mut cells = vec![String::new()];
+    let mut quoted = false;
+    let mut letters = line.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let Some(cell) = cells.last_mut() else { break };
+        match letter {
+            '"' if quoted && letters.peek() == Some(&'"') => {
+                letters.next();
+                cell.push('"');
+            }
+            '"' if quoted => quoted = false,
+            '"' if cell.trim().is_empty() => quoted = true,
+            _ if letter == separator && !quoted => cells.push(String::new()),
+            _ => cell.push(letter),
+        }
+    }
+    cells.iter().map(|cell| cell.trim().to_owned()).collect()
 }
 
 /// Indices of outliers: values farther from the median than 3.5 scaled median absolute deviations (Iglewicz and Hoaglin,
-/// "How to Detect and Handle Outliers", 1993), from five values on.
-pub fn outliers(values: &[f64]) -> Vec<usize> {
+/// "How to Detect and Handle Outliers", 1993), from five values on. A standard deviation is taken to be at least `least`,
+/// what the values cannot be told apart by: a few that happen to agree make no outlier of the next.
+pub fn outliers(values: &[f64], least: f64) -> Vec<usize> {
     let median = |values: &mut Vec<f64>| {
         values.sort_by(f64::total_cmp);
         let n = values.len();
@@ -283,8 +424,8 @@ pub fn outliers(values: &[f64]) -> Vec<usize> {
     let middle = median(&mut values.to_vec());
     let spread = median(&mut values.iter().map(|value| (value - middle).abs()).collect());
     // 0.6745: the median absolute deviation of a normal distribution over its standard deviation.
-    let far = |value: f64| 0.6745 * (value - middle).abs() > 3.5 * spread.max(1e-9);
-    (0..values.len()).filter(|&i| far(values[i])).collect()
+    let deviation = (spread / 0.6745).max(least).max(1e-9);
+    (0..values.len()).filter(|&i| (values[i] - middle).abs() > 3.5 * deviation).collect()
 }
 
 #[cfg(test)]
@@ -293,9 +434,12 @@ mod tests {
 
     #[test]
     fn outliers_are_far_from_the_rest_and_few_values_have_none() {
-        assert_eq!(outliers(&[1.0, 1.1, 0.9, 5.0, 1.05, 0.95]), vec![3]);
-        assert_eq!(outliers(&[1.0, 1.1, 0.9, 1.05, 0.95]), Vec::<usize>::new());
-        assert_eq!(outliers(&[1.0, 9.0, 1.0]), Vec::<usize>::new());
-        assert_eq!(outliers(&[0.0; 6]), Vec::<usize>::new());
+        assert_eq!(outliers(&[1.0, 1.1, 0.9, 5.0, 1.05, 0.95], 0.0), vec![3]);
+        assert_eq!(outliers(&[1.0, 1.1, 0.9, 1.05, 0.95], 0.0), Vec::<usize>::new());
+        assert_eq!(outliers(&[1.0, 9.0, 1.0], 0.0), Vec::<usize>::new());
+        assert_eq!(outliers(&[0.0; 6], 0.0), Vec::<usize>::new());
+        // Four of five agree by chance; the fifth differs by less than can be measured.
+        assert_eq!(outliers(&[0.10, 0.10, 0.11, 0.10, 0.14], 0.0), vec![2, 4]);
+        assert_eq!(outliers(&[0.10, 0.10, 0.11, 0.10, 0.14], 0.02), Vec::<usize>::new());
     }
 }

@@ -4,8 +4,8 @@ use model_core::object::Motion;
 use model_core::status::Status;
 
 use crate::case::Case;
-use crate::draw::{Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
-use crate::report::{headline, model_words, short};
+use crate::draw::{self, Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
+use crate::report::{headline, model_words};
 use crate::run::Solution;
 use crate::strains::{Section, percent};
 
@@ -44,7 +44,7 @@ pub fn overview(case: &Case, solutions: &[Solution]) -> Option<Scene> {
 fn finger(case: &Case, solution: &Solution) -> Scene {
     let shape = solution.shape();
     FingerPicture {
-        title: headline(case),
+        title: with_minus(&headline(case)),
         subtitle: model_words(solution),
         design: &case.finger.design,
         motion: case.path.motion,
@@ -56,9 +56,22 @@ fn finger(case: &Case, solution: &Solution) -> Scene {
     .scene()
 }
 
+/// A text with true minus signs before its numbers; hyphens within names stay.
+fn with_minus(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut letters = text.chars().peekable();
+    let mut before = ' ';
+    while let Some(letter) = letters.next() {
+        let sign = letter == '-' && " (".contains(before) && letters.peek().is_some_and(char::is_ascii_digit);
+        out.push(if sign { '−' } else { letter });
+        before = letter;
+    }
+    out
+}
+
 /// A place in words: "α = 10°".
 fn place_words(case: &Case, place: f64) -> String {
-    let place = short(place);
+    let place = draw::short(place, 3);
     match case.path.motion {
         Motion::Rotating { .. } => format!("*α* = {place}°"),
         Motion::Translating { .. } => format!("*d* = {place} mm"),
@@ -67,9 +80,9 @@ fn place_words(case: &Case, place: f64) -> String {
 
 /// The force over the places of a case; a line per branch.
 fn force(case: &Case, solutions: &[Solution]) -> Chart {
-    let (title, x_title, unit) = match case.path.motion {
-        Motion::Rotating { .. } => ("Contact force over motor angle", "motor angle *α* (°)", "°"),
-        Motion::Translating { .. } => ("Contact force over distance", "distance *d* (mm)", " mm"),
+    let (title, x_title) = match case.path.motion {
+        Motion::Rotating { .. } => ("Contact force over motor angle", "motor angle *α* (°)"),
+        Motion::Translating { .. } => ("Contact force over distance", "distance *d* (mm)"),
     };
     let nothing = [f64::NAN; 2];
     let mut lines: [Vec<[f64; 2]>; 3] = Default::default();
@@ -90,17 +103,28 @@ fn force(case: &Case, solutions: &[Solution]) -> Chart {
         last = values.map(|values| (solution, values)).or(last);
     }
     let [magnitude, x, y] = lines;
-    let series = |name: &str, colour, points| Series { name: name.into(), colour, style: Style::LineAndDots, points };
-    let mut shown = vec![series("magnitude |*F*|", 0, magnitude), series("*F*_{x}", 1, x), series("*F*_{y}", 2, y)];
+    let touches = solutions.iter().any(|solution| solution.force_magnitude_n.is_some_and(|force| force > 0.0));
+    // A component that is nearly all of the force must not hide the magnitude.
+    let series = |name: &str, colour, style, points| Series { name: name.into(), colour, style, points };
+    let mut shown = vec![
+        series("magnitude |*F*|", 0, Style::Thick, magnitude),
+        series("*F*_{x}", 1, Style::LineAndDots, x),
+        series("*F*_{y}", 2, Style::LineAndDots, y),
+    ];
     if !jump.is_empty() {
         shown.push(Series { name: "jump of |*F*|".into(), colour: 6, style: Style::Dashed, points: jump });
     }
-    let mut chart = Chart::new(title, format!("{}; force on the object, world frame", headline(case)), x_title);
+    let mut chart =
+        Chart::new(title, with_minus(&format!("{}; force on the object, world frame", headline(case))), x_title);
     chart.height = 400.0;
+    // Places without a trustworthy solution belong to the axis: what failed is not cut off.
+    let places = || solutions.iter().map(Solution::place);
+    chart.x_range = Some([places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)]);
     chart.panels = vec![Panel {
         y_title: "force (N)".into(),
+        y_range: (!touches).then_some([0.0, 1.0]),
         series: shown,
-        marks: force_marks(solutions, unit),
+        marks: force_marks(solutions, case.path.unit()),
         ..Panel::default()
     }];
     chart
@@ -128,14 +152,22 @@ fn force_marks(solutions: &[Solution], unit: &str) -> Vec<Mark> {
                     words: format!("snap-through at {:.2}{unit}", 0.5 * (after + to)),
                 },
                 None => {
-                    let from = solutions[index - 1].place();
-                    Mark::At { x: 0.5 * (from + solution.place()), words: "snap-through".into() }
+                    let [from, to] = [solutions[index - 1].place(), solution.place()];
+                    let [low, high] = [from.min(to), from.max(to)].map(|place| draw::short(place, 3));
+                    Mark::At { x: 0.5 * (from + to), words: format!("snap-through between {low} and {high}{unit}") }
                 }
             });
         } else if !status.is_trustworthy() && status != before {
             marks.push(Mark::At { x: solution.place(), words: status.to_string() });
         }
         before = status;
+    }
+    // What the first branch bears may lie between two places.
+    let first =
+        solutions.first().and_then(|solution| solution.first_branch).filter(|first| first.snap_between().is_some());
+    if let Some((first, place)) = first.and_then(|first| Some((first, first.max_force_at()?))) {
+        let words = format!("{:.2} N at {}{unit}", first.max_force_n, draw::short(place, 2));
+        marks.push(Mark::Ring { at: [place, first.max_force_n], words });
     }
     // Branches are named where each place belongs to one: not on the way back.
     let places: Vec<f64> = solutions.iter().map(Solution::place).collect();
@@ -201,6 +233,9 @@ fn pressure(case: &Case, solution: &Solution) -> Chart {
     chart
 }
 
+/// Strains below this are the solver's rounding; an axis of their size would make them look like something.
+const AT_REST: f64 = 1e-6;
+
 /// Strains along both beams, and below them the hinges'.
 fn strain(case: &Case, solution: &Solution) -> Chart {
     let design = &case.finger.design;
@@ -224,6 +259,7 @@ fn strain(case: &Case, solution: &Solution) -> Chart {
     let largest = |sections: &[Section]| sections.iter().map(Section::largest).fold(0.0, f64::max);
     let beam = |title: &str, side: usize, sections: &[Section]| {
         let most = largest(sections);
+        let at_rest = most < AT_REST;
         let mut marks = lamella_marks(case, side, side == 0);
         marks.extend(levels(most, true));
         Panel {
@@ -232,6 +268,7 @@ fn strain(case: &Case, solution: &Solution) -> Chart {
                 face("face on the object's side", 0, sections, |section| section.object_side),
                 face("other face", 1, sections, |section| section.back_side),
             ],
+            y_range: at_rest.then_some([-1.0, 1.0]),
             marks,
             ..Panel::default()
         }
@@ -254,8 +291,9 @@ fn strain(case: &Case, solution: &Solution) -> Chart {
             y_title: "hinges, largest (%)".into(),
             series: vec![dots("front hinges", 2, |pair| pair.front, 0), dots("back hinges", 3, |pair| pair.back, 1)],
             marks: levels(most, false),
+            y_range: (most < AT_REST).then_some([0.0, 1.0]),
+            with_zero: true,
             share: 0.8,
-            ..Panel::default()
         });
     }
     let bears = match limit {

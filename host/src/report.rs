@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
-use model_core::design::HingeKind;
 use model_core::object::{Motion, ObjectDesign};
 
 use crate::case::Case;
 use crate::pressure::Pressure;
 use crate::run::{MaxStrain, Solution};
-use crate::strains::{Beyond, Strains};
+use crate::strains::Strains;
+use crate::warn;
 
 /// The results as the JSON of the contract.
 ///
@@ -113,7 +113,7 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
         Motion::Rotating { .. } => (["angle", "°"], ["torque", "N·mm"]),
         Motion::Translating { .. } => (["distance", "mm"], ["drive", "N"]),
     };
-    let number = |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |v| format!("{v:.decimals$}"));
+    let number = |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |v| fixed(v, decimals));
     let columns = [
         place,
         ["status", ""],
@@ -193,7 +193,10 @@ pub fn text(case: &Case, solutions: &[Solution]) -> String {
     table(&mut out, columns, &rows, 4);
     out.push('\n');
     out.push_str(&branch_words(case, solutions));
-    for words in warnings(case, solutions) {
+    if case.finger.max_strain.is_none() {
+        out.push_str("Strains are held against no limit: finger.material.max_strain is not given\n");
+    }
+    for words in warn::warnings(case, solutions) {
         let _ = writeln!(out, "warning: {words}");
     }
     out
@@ -243,7 +246,7 @@ fn slopes(case: &Case, solutions: &[Solution]) -> Option<String> {
         let s = solution.sensitivity?;
         let (force, size) = (solution.force_n?, solution.force_magnitude_n.filter(|&size| size > 0.0)?);
         let cell = |slope: Option<[f64; 2]>| {
-            slope.map_or("–".to_owned(), |[x, y]| format!("{:.4}", (x * force[0] + y * force[1]) / size))
+            slope.map_or("–".to_owned(), |[x, y]| fixed((x * force[0] + y * force[1]) / size, 4))
         };
         Some([
             format!("{:.3}", solution.place()),
@@ -271,10 +274,7 @@ fn slopes(case: &Case, solutions: &[Solution]) -> Option<String> {
 
 /// How far the first branch reaches.
 fn branch_words(case: &Case, solutions: &[Solution]) -> String {
-    let unit = match case.path.motion {
-        Motion::Rotating { .. } => "°",
-        Motion::Translating { .. } => " mm",
-    };
+    let unit = case.path.unit();
     let Some(first) = solutions.first().and_then(|solution| solution.first_branch) else {
         return "First branch: no trustworthy solution on it\n".to_owned();
     };
@@ -289,43 +289,18 @@ fn branch_words(case: &Case, solutions: &[Solution]) -> String {
     format!("First branch: largest force {:.4} N{at}; {end}\n", first.max_force_n)
 }
 
+/// A number of decimals; what rounds to zero has no sign.
+fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.chars().all(|letter| "0.".contains(letter)) => digits.to_owned(),
+        _ => text,
+    }
+}
+
 /// At most three decimals.
 pub(crate) fn short(value: f64) -> f64 {
     (1e3 * value).round() / 1e3 + 0.0
-}
-
-/// What the model leaves out of a finger, so much that its forces are wrong by more than a few percent.
-fn left_out(case: &Case) -> Option<String> {
-    // Measured on the preset fea-80 with welded lamellae, by `fre compare --fea`.
-    (case.finger.design.hinge.kind == HingeKind::Welded).then(|| {
-        "finger.hinge.kind = \"welded\": the model's lamellae are rigid, real ones bend with the beams; the force is too large \
-         (by 22 % for fea-80 with lamellae of 3 mm; `fre compare --fea` tells for this case)"
-            .to_owned()
-    })
-}
-
-/// What a designer must not overlook: what the model leaves out, and parts strained beyond what the material bears, each with
-/// its worst place.
-pub fn warnings(case: &Case, solutions: &[Solution]) -> Vec<String> {
-    let unit = match case.path.motion {
-        Motion::Rotating { .. } => "°",
-        Motion::Translating { .. } => " mm",
-    };
-    let mut worst: Vec<(&str, &Beyond, f64)> = Vec::new();
-    for solution in solutions {
-        for beyond in solution.beyond_max_strain.iter().flatten() {
-            // Beams are named with the arc of their worst section: one warning per beam.
-            let part = beyond.part.split(" at ").next().unwrap_or_default();
-            match worst.iter_mut().find(|(known, ..)| *known == part) {
-                Some((_, most, _)) if most.strain >= beyond.strain => {}
-                Some((_, most, place)) => (*most, *place) = (beyond, solution.place()),
-                None => worst.push((part, beyond, solution.place())),
-            }
-        }
-    }
-    worst.sort_by(|a, b| b.1.strain.total_cmp(&a.1.strain));
-    let strained = worst.into_iter().map(|(_, beyond, place)| format!("{beyond} (at {}{unit})", short(place)));
-    left_out(case).into_iter().chain(strained).collect()
 }
 
 /// Finger and object in words.
@@ -342,7 +317,8 @@ pub(crate) fn headline(case: &Case) -> String {
             format!("an ellipse {} × {} mm {}{turned}", 2.0 * a, 2.0 * b, at(centre))
         }
         ObjectDesign::Polygon { corners, rounding } => {
-            format!("a polygon of {} corners, rounding {rounding} mm", corners.len())
+            let corner = if corners.len() == 1 { "corner" } else { "corners" };
+            format!("a polygon of {} {corner}, rounding {rounding} mm", corners.len())
         }
         ObjectDesign::HalfPlane { point, normal: [x, y] } => format!("a wall {}, normal ({x}, {y})", at(point)),
     };
@@ -360,4 +336,17 @@ pub(crate) fn model_words(solution: &Solution) -> String {
         model.physics,
         model.precision.word()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fixed;
+
+    #[test]
+    fn what_rounds_to_zero_has_no_sign() {
+        assert_eq!(
+            [fixed(-4e-5, 4), fixed(-6e-5, 4), fixed(0.0, 2), fixed(-12.3, 1)],
+            ["0.0000", "-0.0001", "0.00", "-12.3"]
+        );
+    }
 }

@@ -4,6 +4,7 @@ use dynamixel::{Id, xm430};
 use messages::{Calibration, Mount, Phase, Report};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
+use model_core::uncertainty::{Uncertainty, UncertaintyError};
 use std::time::Instant;
 
 use crate::estimator::AnyEstimator;
@@ -40,6 +41,8 @@ impl Reading {
 pub(super) struct Finger {
     pub(super) mount: Mount,
     calibration: Calibration,
+    /// What a calibration has left uncertain.
+    uncertainty: Option<Uncertainty>,
     pub(super) estimator: Box<dyn AnyEstimator>,
     pub(super) last: Report,
     /// Ticks without an answer, up to a few.
@@ -48,14 +51,26 @@ pub(super) struct Finger {
 }
 
 impl Finger {
-    pub(super) fn new(number: u8, mount: Mount, estimator: Box<dyn AnyEstimator>) -> Self {
+    /// With an estimator that has its design and object.
+    pub(super) fn new(
+        number: u8,
+        mount: Mount,
+        estimator: Box<dyn AnyEstimator>,
+        uncertainty: Option<Uncertainty>,
+    ) -> Result<Self, UncertaintyError> {
         let last = Report { phase: Phase::Moving, ..Report::blank(number) };
-        Self { mount, calibration: Calibration::new(&mount), estimator, last, failures: 0, alert: false }
+        let calibration = Calibration::new(&mount);
+        let mut made = Self { mount, calibration, uncertainty, estimator, last, failures: 0, alert: false };
+        made.set_mount(mount)?;
+        Ok(made)
     }
 
-    pub(super) fn set_mount(&mut self, mount: Mount) {
-        self.mount = mount;
-        self.calibration = Calibration::new(&mount);
+    /// Another servo, zero, direction or gear.
+    pub(super) fn set_mount(&mut self, mount: Mount) -> Result<(), UncertaintyError> {
+        let calibration = Calibration::new(&mount);
+        self.estimator.set_uncertainty(calibration.uncertainty(self.uncertainty))?;
+        (self.mount, self.calibration) = (mount, calibration);
+        Ok(())
     }
 
     /// Its servo's address; settings that were validated have one.

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use dynamixel::{Master, SyncAnswer, xm430};
 use messages::{Event, FINGERS, Grasp, Notice, Outcome, PROTOCOL_VERSION, Refusal, Settings, SettingsField, Support};
 use model_core::object::ObjectDesign;
+use model_core::uncertainty::UncertaintyError;
 
 use super::fingers::{BYTES, FIRST, Finger, Reading};
 use super::port::{Fault, Line};
@@ -97,7 +98,7 @@ impl Ticks {
         for (number, (mount, model)) in mounts.into_iter().zip(models).enumerate() {
             let number = number as u8;
             let estimator = made(&model, options)?;
-            ticks.fingers.push(Finger::new(number, mount, estimator));
+            ticks.fingers.push(Finger::new(number, mount, estimator, model.uncertainty).map_err(refused)?);
             let servo = census.servos.iter().find(|servo| servo.id.get() == mount.servo_id);
             if let Some(servo) = servo {
                 ticks.look_at(address, number, servo.id, servo.identity, baud)?;
@@ -341,7 +342,7 @@ impl Ticks {
                 let count = self.fingers.len() as f32;
                 SettingsField::Fingers.check(settings.count() as f32, count, count)?;
                 for (finger, mount) in self.fingers.iter_mut().zip(settings.fingers.into_iter().flatten()) {
-                    finger.set_mount(mount);
+                    finger.set_mount(mount).map_err(refused)?;
                 }
                 self.settings = *settings;
                 self.shared.setup().settings = *settings;
@@ -401,6 +402,10 @@ fn made(model: &Modelled, options: &BusOptions) -> Result<Box<dyn AnyEstimator>,
         place(made.as_mut(), object)?;
     }
     Ok(made)
+}
+
+fn refused(error: UncertaintyError) -> Refusal {
+    Refusal::Uncertainty(Refusal::text(&error))
 }
 
 fn place(estimator: &mut dyn AnyEstimator, object: ObjectDesign) -> Outcome {

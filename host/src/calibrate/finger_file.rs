@@ -103,15 +103,14 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read_again() {
-        let folder = std::env::temp_dir().join(format!("fre-finger-file-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        let folder = tempfile::tempdir().unwrap();
         for name in PRESETS {
             let mut finger = preset(name).unwrap().unwrap();
             finger.name = "a \"name\" with = and #".to_owned();
             finger.max_strain = Some(0.3);
             // Beams with a taper, too.
             finger.design.width.knots.push([50.0, 17.5]).unwrap();
-            let file = folder.join("finger.toml");
+            let file = folder.path().join("finger.toml");
             std::fs::write(&file, finger_file(&finger, &["remark".to_owned()])).unwrap();
             let read = read_finger(&file).unwrap();
             assert!(
@@ -121,6 +120,5 @@ mod tests {
             finger.design.material.youngs_modulus = read.design.material.youngs_modulus;
             assert_eq!(read, finger, "{name}");
         }
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

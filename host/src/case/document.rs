@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{CaseError, Place, visible};
+use super::error::{CaseError, KnownKeys, Place, nearest, shortened, visible};
 
 /// The largest case file, bytes.
 pub(super) const MAX_BYTES: u64 = 1 << 20;
@@ -36,17 +36,25 @@ impl Source {
             Err(error) => {
                 let valid = error.utf8_error().valid_up_to();
                 let line = 1 + error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count();
-                Err(CaseError::NotText { file: name, line })
+                let found = match error.as_bytes() {
+                    [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it is UTF-16",
+                    _ => "a byte is not UTF-8",
+                };
+                Err(CaseError::NotText { file: name, line, found })
             }
         }
     }
 
     /// The tree. The text stays borrowed: values point into it.
     pub(super) fn parse(&self) -> Result<Spanned<DeTable<'_>>, CaseError> {
-        DeTable::parse(&self.text).map_err(|error| CaseError::Syntax {
-            file: self.name.clone(),
-            line: self.line(error.span().map_or(self.text.len(), |span| span.start)),
-            reason: visible(&error.message().replace('\n', ", ")),
+        DeTable::parse(&self.text).map_err(|error| {
+            let line = self.line(error.span().map_or(self.text.len(), |span| span.start));
+            let text = self.text.lines().nth(line - 1).unwrap_or("");
+            let mut reason = visible(&error.message().replace('\n', ", "));
+            if has_decimal_comma(text) {
+                reason.push_str(" (decimals have a point)");
+            }
+            CaseError::Syntax { file: self.name.clone(), line, reason, text: shortened(text) }
         })
     }
 
@@ -58,6 +66,13 @@ impl Source {
     fn piece(&self, span: &Range<usize>) -> Option<&str> {
         self.text.get(span.clone()).filter(|piece| !piece.is_empty())
     }
+}
+
+/// True for `key = 1,5`.
+fn has_decimal_comma(line: &str) -> bool {
+    let digits = |word: &str| !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_digit());
+    let value = line.split_once('=').map_or("", |(_, value)| value.split('#').next().unwrap_or("").trim());
+    value.split_once(',').is_some_and(|(whole, part)| digits(whole.trim_start_matches(['-', '+'])) && digits(part))
 }
 
 /// A table with the keys that are allowed in it; opened only if it holds no other.
@@ -93,7 +108,7 @@ impl<'d> Table<'d> {
                 let name = self.dotted(key.get_ref());
                 Err(CaseError::UnknownKey {
                     place: Place::new(&self.source.name, line, &name, piece),
-                    allowed: allowed.to_vec(),
+                    known: Box::new(KnownKeys { allowed: allowed.to_vec(), nearest: nearest(key.get_ref(), allowed) }),
                 })
             }
         }

@@ -27,15 +27,17 @@ pub enum CaseError {
         max: u64,
     },
     /// The file is not text.
-    #[error("{file}:{line}: is not text (a byte that is not UTF-8); a case is a TOML file")]
+    #[error("{file}:{line}: is not text ({found}); a case is a TOML file in UTF-8")]
     NotText {
         /// The file.
         file: String,
         /// Line of the first byte at fault, from 1.
         line: usize,
+        /// What it is instead.
+        found: &'static str,
     },
     /// The file is not TOML.
-    #[error("{file}:{line}: is not valid TOML: {reason}")]
+    #[error("{file}:{line}: is not valid TOML: {reason}; the line is: {text}")]
     Syntax {
         /// The file.
         file: String,
@@ -43,14 +45,16 @@ pub enum CaseError {
         line: usize,
         /// What the parser expected.
         reason: String,
+        /// The line as it stands in the file, shortened.
+        text: String,
     },
     /// A key that means nothing.
-    #[error("{place}: unknown key; allowed here: {}", list(.allowed))]
+    #[error("{place}: unknown key{}", .known)]
     UnknownKey {
         /// Where.
         place: Place,
-        /// Keys that are known at this place.
-        allowed: Vec<&'static str>,
+        /// What is known there.
+        known: Box<KnownKeys>,
     },
     /// A key that is needed.
     #[error("{place}: is missing; needed is {expected}")]
@@ -80,6 +84,24 @@ pub enum CaseError {
     },
 }
 
+/// The keys that are known where an unknown one stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KnownKeys {
+    /// All of them.
+    pub allowed: Vec<&'static str>,
+    /// The one that the unknown key resembles.
+    pub nearest: Option<&'static str>,
+}
+
+impl fmt::Display for KnownKeys {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(key) = self.nearest {
+            write!(f, " (did you mean {key}?)")?;
+        }
+        write!(f, "; allowed here: {}", self.allowed.join(", "))
+    }
+}
+
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -96,22 +118,39 @@ pub struct Place {
 impl Place {
     /// A place whose value is repeated in messages, on one line and shortened.
     pub(super) fn new(file: &str, line: usize, key: &str, value: Option<&str>) -> Self {
-        let value = value.map(|text| {
-            let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
-            if line.chars().count() <= LONGEST_VALUE {
-                line
-            } else {
-                line.chars().take(LONGEST_VALUE).chain(['…']).collect()
-            }
-        });
-        Self { file: file.to_owned(), line, key: visible(key), value: value.map(|value| visible(&value)) }
+        Self { file: file.to_owned(), line, key: visible(key), value: value.map(shortened) }
     }
 }
 
-/// A piece of a file on one line: control characters, which a quoted key may hold, are escaped.
+/// A piece of a file on one line of bounded length.
+pub(super) fn shortened(text: &str) -> String {
+    // Not `split_whitespace`: blanks that no editor shows are to be seen.
+    let line: String =
+        text.split([' ', '\t', '\r', '\n']).filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");
+    if line.chars().count() <= LONGEST_VALUE {
+        visible(&line)
+    } else {
+        visible(&line.chars().take(LONGEST_VALUE).chain(['…']).collect::<String>())
+    }
+}
+
+/// A piece of a file on one line: control characters, which a quoted key may hold, and blanks other than the usual one are
+/// escaped.
 pub(super) fn visible(text: &str) -> String {
-    let letter = |letter: char| if letter.is_control() { letter.escape_default().to_string() } else { letter.into() };
+    let hidden = |letter: char| letter.is_control() || (letter.is_whitespace() && letter != ' ');
+    let letter = |letter: char| if hidden(letter) { letter.escape_default().to_string() } else { letter.into() };
     text.chars().map(letter).collect()
+}
+
+/// The key that an unknown one resembles: the same but for a unit, an ending or a few letters.
+pub(super) fn nearest(key: &str, known: &[&'static str]) -> Option<&'static str> {
+    let key = key.to_lowercase();
+    let distance = |other: &str| {
+        let begins = key.len() >= 3 && (other.starts_with(&key) || key.starts_with(other));
+        if begins { 0 } else { strsim::osa_distance(&key, other) }
+    };
+    let best = known.iter().copied().min_by_key(|other| distance(other))?;
+    (distance(best) <= 2.max(key.chars().count() / 3).min(key.chars().count() / 2)).then_some(best)
 }
 
 impl fmt::Display for Place {
@@ -147,9 +186,4 @@ impl CaseError {
             | Self::Refused { place, .. } => Some(&place.key),
         }
     }
-}
-
-/// "a, b, c" for messages.
-pub(super) fn list(words: &[&str]) -> String {
-    words.join(", ")
 }

@@ -47,6 +47,11 @@ pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
         None => name.to_owned(),
     };
     let lamellae = lamellae(&table)?;
+    if table.has("hinge") && !table.has("lamellae") {
+        return Err(
+            table.missing("lamellae", "a table with heights_mm beside hinge (heights_mm = [] for a finger without)")
+        );
+    }
     let motor = match table.get("motor") {
         Some(motor) => {
             let motor = motor.table()?.only(&["axis_mm"])?;
@@ -79,6 +84,7 @@ pub(super) fn read(table: Table<'_>, name: &str) -> Result<Finger, CaseError> {
         motor_axis: motor.unwrap_or([0.0, 0.0]),
     };
     design.validate().map_err(|error| explain(&table, error))?;
+    beams_apart(&table, &design)?;
     lamellae_apart(&table, &design)?;
     Ok(Finger { name, design, has_motor: motor.is_some(), max_strain })
 }
@@ -221,9 +227,36 @@ fn profile(value: &Value<'_>) -> Result<Profile, CaseError> {
     Ok(Profile { knots })
 }
 
-/// Lamellae of their thickness must not reach into each other or into the base.
+/// The beams of their thickness must not reach into each other at the base and at the lamellae; above, they merge into the tip.
+fn beams_apart(table: &Table<'_>, design: &Design) -> Result<(), CaseError> {
+    let lamellae = (0..design.lamella_count()).map(|k| (design.attachment_arcs(k), format!("at lamella {}", k + 1)));
+    for ([front, back], place) in std::iter::once(([0.0, 0.0], "at the base".to_owned())).chain(lamellae) {
+        let (p, q) = (design.front.point(front), design.back.point(back));
+        let apart = (q[0] - p[0]).hypot(q[1] - p[1]);
+        let thickness = [design.front.thickness.at(front), design.back.thickness.at(back)];
+        if 0.5 * (thickness[0] + thickness[1]) >= apart {
+            let key = if thickness[0] >= thickness[1] { "front.thickness_mm" } else { "back.thickness_mm" };
+            let [front, back, apart, most] = [thickness[0], thickness[1], apart, 2.0 * apart].map(rounded);
+            return Err(table.refuse(
+                key,
+                format!(
+                    "the beams reach into each other {place}: they are {front} and {back} mm thick, their centrelines {apart} mm \
+                     apart; both thicknesses together must be less than {most} mm"
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Lamellae and hinges of their thickness must not reach into each other or into the base.
 fn lamellae_apart(table: &Table<'_>, design: &Design) -> Result<(), CaseError> {
-    let thickness = design.lamellae.thickness;
+    let (thickness, whose) = match design.hinge.kind {
+        HingeKind::Flexible if design.hinge.thickness > design.lamellae.thickness => {
+            (design.hinge.thickness, "its hinges' thickness")
+        }
+        _ => (design.lamellae.thickness, "its thickness"),
+    };
     let key = match design.lamellae.attachments {
         Attachments::Heights(_) => "lamellae.heights_mm",
         Attachments::Arcs { .. } => "lamellae.front_arc_mm",
@@ -247,7 +280,7 @@ fn lamellae_apart(table: &Table<'_>, design: &Design) -> Result<(), CaseError> {
             return Err(refuse(
                 lamella,
                 format!(
-                    "its lamella's middle is {} mm from {what}'s; its thickness of {thickness} mm needs {} mm",
+                    "its lamella's middle is {} mm from {what}'s; {whose} of {thickness} mm needs {} mm",
                     rounded(apart),
                     rounded(needed)
                 ),
@@ -296,7 +329,11 @@ fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
             ..
         } => table.refuse(field.key(), format!("allowed is {min} to {max}")),
         DesignError::OutOfRange { field, value, min, max } => {
-            number(field, value, format!("allowed is {} to {} mm", rounded(min), rounded(max)))
+            let reason = format!("allowed is {} to {} mm", rounded(min), rounded(max));
+            match table.find(field.key()).and_then(|found| knot_value(&found, value)) {
+                Some(knot) => knot.refuse(reason),
+                None => number(field, value, reason),
+            }
         }
         DesignError::Profile { field, knot } => {
             entry(field, knot, "its position must be larger than its predecessor's".into())
@@ -336,13 +373,21 @@ fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
         ),
         DesignError::NoRoomForHinges { lamella, width, needed } => {
             let reason = format!(
-                "lamella {lamella} (counted from 0 at the base) is {} mm wide, its two hinges need {} mm",
+                "lamella {} (counted from 1 at the base) is {} mm wide, its two hinges need {} mm",
+                lamella + 1,
                 rounded(width),
                 rounded(needed)
             );
             entry(Field::HingeLength, lamella, reason)
         }
     }
+}
+
+/// The second number of a taper's pair that is this one: a position may be the same number.
+fn knot_value<'d>(profile: &Value<'d>, number: f64) -> Option<Value<'d>> {
+    let pairs = profile.is_array().then(|| profile.entries("", usize::MAX).ok()).flatten()?;
+    let values = pairs.iter().filter(|pair| pair.is_array()).filter_map(|pair| pair.entries("", 2).ok()?.pop());
+    values.into_iter().find(|value| value.number().is_ok_and(|found| found.to_bits() == number.to_bits()))
 }
 
 /// At most four decimals, for messages.

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use model_core::object::ObjectDesign;
 
-pub use error::{CaseError, Place};
+pub use error::{CaseError, KnownKeys, Place};
 pub use finger::Finger;
 pub use motion::Path as MotionPath;
 pub(crate) use motion::{MAX_ANGLE, MAX_DISTANCE};

@@ -23,6 +23,14 @@ pub struct Path {
 }
 
 impl Path {
+    /// What follows the number of a place: "°" or " mm".
+    pub fn unit(&self) -> &'static str {
+        match self.motion {
+            Motion::Rotating { .. } => "°",
+            Motion::Translating { .. } => " mm",
+        }
+    }
+
     /// A rotation about the finger's motor axis by angles in degrees.
     pub fn rotating(finger: &Finger, angles_deg: Vec<f64>) -> Self {
         Self { motion: Motion::Rotating { axis: finger.design.motor_axis }, places: angles_deg }

@@ -9,7 +9,7 @@ use model_core::discretise::{Discretisation, DiscretiseError};
 use model_core::object::{Motion, ObjectDesign};
 use serde_json::{Value, json};
 
-use super::options::ModelArgs;
+use super::options::{ModelArgs, refused};
 use super::{UNTRUSTWORTHY, bad_input};
 use crate::calibrate::{
     Calibrated, Combination, Fit, Loss, Model, Noise, Parameter, Run, finger_file, fit, picture, send, uncertainty,
@@ -156,7 +156,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     let model = Model { design, discretisation: options.discretisation };
     let found = fit(&model, &input.runs, &args.fit, &noise).map_err(|error| match error {
         DiscretiseError::Design(error) => format!("{}: finger.{error}", args.cases[0].display()),
-        error => format!("--{error}"),
+        error => refused(&error),
     })?;
     let text = match args.format {
         Format::Text => text(&input, &found),
@@ -235,6 +235,9 @@ fn read(args: &Args) -> Result<Input, String> {
             // Three counts of a servo: readings of one place scatter by less.
             Run::closing(&name, object, &measured, 3.0 * 360.0 / 4096.0)
         };
+        if !measured.aside.is_empty() {
+            remarks.push(format!("left out: {name}: columns {}", measured.aside.join(", ")));
+        }
         remarks.extend(measured.problems.iter().map(|problem| format!("left out: {name}:{problem}")));
         if let (Some(first), count @ 1..) = (opening.first(), opening.len()) {
             remarks.push(format!(

@@ -1,6 +1,8 @@
 //! `fre compare`: a case against finite elements or measurements, with the paper's metrics.
 
-use std::fmt::Write;
+mod pictures;
+mod words;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -10,14 +12,18 @@ use model_core::discretise::{DiscretiseError, Physics};
 use model_core::object::Motion;
 use serde::Serialize;
 
-use super::options::ModelArgs;
+use pictures::{overlay, residual_chart};
+use words::{csv, text};
+
+use super::options::{ModelArgs, ThemeWord, refused};
 use super::{UNTRUSTWORTHY, bad_input};
 use crate::case::Case;
-use crate::draw::{self, Chart, Mark, Panel, Scene, Series, Style};
-use crate::fea::{self, Analysis, FeaError, Plan, Pose};
-use crate::measured::{Coordinate, Measured, outliers};
-use crate::metrics::{Point, deviation, force_error, mean_and_max};
+use crate::draw::{self, Scene};
+use crate::fea::{Analysis, Plan, Pose};
+use crate::measured::{Coordinate, Measured, Measurement, outliers};
+use crate::metrics::{Point, deviation, distance, force_error};
 use crate::run::{self, Solution};
+use crate::warn;
 
 /// Compare a case with finite elements (--fea) or measurements (--measured).
 ///
@@ -30,9 +36,10 @@ use crate::run::{self, Solution};
 ///
 /// --measured reads a CSV whose header names the columns, in any order, with units: motor_angle_deg (or distance_mm); force_n
 /// (magnitude) or fx_n, fy_n (on the object, world frame); front_x_mm, front_y_mm (points of the front centreline, finger
-/// frame: lists separated by blanks, or one point per row). Rows of one place belong together. Rows that cannot be used
-/// are left out and named with their line. The case's places are replaced by the measured ones, in ascending order: a closing
-/// motion.
+/// frame: lists separated by blanks, or one point per row). Semicolons or tabs instead of commas will do, then with decimal
+/// commas too. Rows of one place belong together, and several forces of a place are averaged. Rows that cannot be used are left
+/// out and named with their line; so are outliers: readings, and points of the outline, much farther from the model than the
+/// others. The case's places are replaced by the measured ones, in ascending order: a closing motion (--order).
 ///
 /// Exit status: 0 all compared; 1 bad input; 2 some place without a trustworthy solution or out of CalculiX's reach.
 #[derive(Debug, clap::Args)]
@@ -48,10 +55,13 @@ pub struct Args {
     #[arg(long, value_name = "FILE.csv")]
     measured: Option<PathBuf>,
     /// Refinement of the finite elements: every element becomes N by N
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "fea")]
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "measured")]
     mesh: usize,
+    /// Order in which the measured places are visited
+    #[arg(long, value_enum, default_value = "closing", conflicts_with = "fea")]
+    order: Order,
     /// Folder for CalculiX's files [default: the case's name with -fea, in the current folder]
-    #[arg(long, value_name = "FOLDER", requires = "fea")]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "measured")]
     folder: Option<PathBuf>,
     /// Form of the results on standard output
     #[arg(long, value_enum, default_value = "text")]
@@ -59,6 +69,9 @@ pub struct Args {
     /// Draws both shapes at the last place (--fea), or forces and residuals (--measured)
     #[arg(long, value_name = "FILE.svg|FILE.png")]
     plot: Option<PathBuf>,
+    /// Colours of a PNG; an SVG follows its viewer's
+    #[arg(long, value_enum, default_value = "light", requires = "plot")]
+    plot_theme: ThemeWord,
     #[command(flatten)]
     model: ModelArgs,
 }
@@ -69,6 +82,16 @@ enum Format {
     Text,
     /// One object.
     Json,
+    /// One line per place; notes go to standard error.
+    Csv,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Order {
+    /// Ascending, whatever the file's order.
+    Closing,
+    /// The file's: closing and opening again, with the finger's hysteresis.
+    File,
 }
 
 /// A place at which both sides were asked.
@@ -84,12 +107,39 @@ struct Row {
     shape_mean_mm: Option<f64>,
     shape_max_mm: Option<f64>,
     shape_max_at_mm: Option<Point>,
-    /// Measurements: the force's residual lies far from the others.
+    /// Measurements: a reading's residual lies far from the others'.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     outlier: bool,
-    /// Measurements: line of the file.
+    /// Measurements: line of the file, the place's first.
     #[serde(skip_serializing_if = "Option::is_none")]
     line: Option<usize>,
+    /// Measurements: the forces that `reference_force_n` is the mean of.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    readings: Vec<Reading>,
+    /// Measurements: points of the outline that lie far from the model, compared with the others.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    outlying_points: Vec<OutlyingPoint>,
+}
+
+/// A measured force.
+#[derive(Debug, Serialize)]
+struct Reading {
+    /// Line of the file.
+    line: usize,
+    force_n: f64,
+    /// Model less reading.
+    difference_n: Option<f64>,
+    outlier: bool,
+}
+
+/// A point of a measured outline.
+#[derive(Debug, Serialize)]
+struct OutlyingPoint {
+    /// Line of the file.
+    line: usize,
+    point_mm: Point,
+    /// Distance to the model's line.
+    distance_mm: f64,
 }
 
 impl Row {
@@ -109,7 +159,29 @@ impl Row {
             shape_max_at_mm: shape.map(|s| s.at),
             outlier: false,
             line: None,
+            readings: Vec::new(),
+            outlying_points: Vec::new(),
         }
+    }
+
+    /// A measured place.
+    fn measured(solution: &Solution, measurement: &Measurement) -> Self {
+        let force = solution.force_magnitude_n;
+        let reading = |&(line, force_n): &(usize, f64)| {
+            let difference_n = force.map(|force| force_error(force, force_n).difference);
+            Reading { line, force_n, difference_n, outlier: false }
+        };
+        Self {
+            line: Some(measurement.line),
+            readings: measurement.forces.iter().map(reading).collect(),
+            outlying_points: outlying_points(measurement, &solution.front_mm),
+            ..Self::new(solution, measurement.force, &measurement.front)
+        }
+    }
+
+    /// Lines of the readings that are outliers.
+    fn outlier_lines(&self) -> Vec<String> {
+        self.readings.iter().filter(|reading| reading.outlier).map(|reading| reading.line.to_string()).collect()
     }
 }
 
@@ -161,6 +233,15 @@ pub fn run(args: &Args) -> ExitCode {
     };
     let text = match args.format {
         Format::Text => text(&case, &comparison),
+        Format::Csv => {
+            for note in &comparison.notes {
+                eprintln!("fre: note: {note}");
+            }
+            for problem in &comparison.left_out {
+                eprintln!("fre: left out: {problem}");
+            }
+            csv(&case, &comparison)
+        }
         Format::Json => match serde_json::to_string_pretty(&comparison) {
             Ok(text) => text + "\n",
             Err(error) => return bad_input(&error),
@@ -171,7 +252,7 @@ pub fn run(args: &Args) -> ExitCode {
     if let Some(file) = &args.plot {
         match scene {
             Some(scene) => {
-                if let Err(error) = draw::write(&scene, file) {
+                if let Err(error) = draw::write_in(&scene, file, args.plot_theme.theme()) {
                     return bad_input(&error);
                 }
             }
@@ -187,7 +268,7 @@ type Compared = (Comparison, Option<Scene>);
 fn solve(args: &Args, case: &Case) -> Result<(Vec<Solution>, f64), String> {
     let solutions = run::solve(case, &args.model.options()).map_err(|error| match error {
         DiscretiseError::Design(error) => format!("{}: finger.{error}", args.case.display()),
-        error => format!("--{error}"),
+        error => refused(&error),
     })?;
     let seconds = solutions.iter().map(|solution| solution.elapsed_us * 1e-6).sum();
     Ok((solutions, seconds))
@@ -207,7 +288,7 @@ fn with_fea(args: &Args, case: &Case) -> Result<Compared, String> {
         Row::new(solution, pose.as_ref().map(Pose::magnitude), front)
     });
     let rows: Vec<Row> = rows.collect();
-    let Analysis { elements, nodes, progress, seconds, .. } = analysis;
+    let Analysis { elements, nodes, progress, seconds, unread, .. } = analysis;
     let figures = FeaFigures {
         seconds,
         speed_ratio: seconds / model_seconds.max(1e-9),
@@ -222,14 +303,16 @@ fn with_fea(args: &Args, case: &Case) -> Result<Compared, String> {
     let last = both.filter_map(|(s, p)| p.as_ref().map(|p| (s, p))).find(|(s, _)| s.status.is_trustworthy());
     let scene =
         last.map(|(solution, pose)| overlay(case, solution, pose)).transpose().map_err(|error| error.to_string())?;
-    let notes = notes(case, args);
+    let mut notes = notes(case, args);
+    notes.extend(warn::warnings(case, &solutions));
+    notes.extend(unread.map(|error| format!("{error}: the deformed mesh is not drawn")));
     let comparison =
         Comparison { reference: "fea", rows, model_seconds, fea: Some(figures), notes, left_out: Vec::new() };
     Ok((comparison, scene))
 }
 
 fn with_measurements(args: &Args, case: &mut Case, file: &Path) -> Result<Compared, String> {
-    let mut measured = Measured::read(file).map_err(|error| error.to_string())?;
+    let measured = Measured::read(file).map_err(|error| error.to_string())?;
     let wanted = match case.path.motion {
         Motion::Rotating { .. } => Coordinate::MotorAngle,
         Motion::Translating { .. } => Coordinate::Distance,
@@ -238,23 +321,100 @@ fn with_measurements(args: &Args, case: &mut Case, file: &Path) -> Result<Compar
         let (found, needed) = (measured.coordinate.column(), wanted.column());
         return Err(format!("{}: has {found}; the case's motion needs {needed}", file.display()));
     }
-    measured.measurements.sort_by(|a, b| a.place.total_cmp(&b.place));
-    case.path.places = measured.measurements.iter().map(|m| m.place).collect();
+    let measurements = match args.order {
+        Order::Closing => measured.closing(),
+        Order::File => measured.visits(),
+    };
+    case.path.places = measurements.iter().map(|m| m.place).collect();
     let (solutions, model_seconds) = solve(args, case)?;
-    let mut rows: Vec<Row> = solutions
-        .iter()
-        .zip(&measured.measurements)
-        .map(|(s, m)| Row { line: Some(m.line), ..Row::new(s, m.force, &m.front) })
-        .collect();
-    let known: Vec<usize> = (0..rows.len()).filter(|&i| rows[i].difference_n.is_some()).collect();
-    let residuals: Vec<f64> = known.iter().filter_map(|&i| rows[i].difference_n).collect();
-    for index in outliers(&residuals) {
-        rows[known[index]].outlier = true;
-    }
-    let scene = (!known.is_empty()).then(|| residual_chart(case, &rows));
+    let mut rows: Vec<Row> = solutions.iter().zip(&measurements).map(|(s, m)| Row::measured(s, m)).collect();
+    mark_outliers(&mut rows);
+    let scene = rows.iter().any(|row| row.difference_n.is_some()).then(|| residual_chart(case, &rows));
     let left_out = measured.problems.iter().map(|problem| format!("{}:{problem}", file.display())).collect();
-    let comparison = Comparison { reference: "measured", rows, model_seconds, fea: None, notes: Vec::new(), left_out };
+    let mut notes = doubts(args, case, &measured, &measurements, &rows);
+    notes.extend(warn::warnings(case, &solutions));
+    let comparison = Comparison { reference: "measured", rows, model_seconds, fea: None, notes, left_out };
     Ok((comparison, scene))
+}
+
+/// Part of the largest reference force below which forces are not told apart: a load cell's accuracy.
+const LEAST_FORCE: f64 = 0.01;
+/// The same of an outline's points, mm.
+const LEAST_DISTANCE: f64 = 0.05;
+
+/// Marks readings whose residual lies far from the others'.
+fn mark_outliers(rows: &mut [Row]) {
+    let most = rows.iter().flat_map(|row| &row.readings).map(|reading| reading.force_n).fold(0.0, f64::max);
+    let mut known: Vec<&mut Reading> =
+        rows.iter_mut().flat_map(|row| &mut row.readings).filter(|reading| reading.difference_n.is_some()).collect();
+    let residuals: Vec<f64> = known.iter().filter_map(|reading| reading.difference_n).collect();
+    for index in outliers(&residuals, LEAST_FORCE * most) {
+        known[index].outlier = true;
+    }
+    for row in rows {
+        row.outlier = row.readings.iter().any(|reading| reading.outlier);
+    }
+}
+
+/// Points much farther from the model's line, or nearer to it, than the two before and the two behind them: a wrong digit, not a
+/// wrong shape. The outermost two have too few beside them to tell.
+fn outlying_points(measurement: &Measurement, line: &[Point]) -> Vec<OutlyingPoint> {
+    let distances: Vec<f64> = measurement.front.iter().map_while(|&point| distance(point, line)).collect();
+    let mut steps = vec![0.0; distances.len()];
+    for (index, near) in distances.windows(5).enumerate() {
+        let mut sorted = near.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        steps[index + 2] = near[2] - sorted[2];
+    }
+    let far = outliers(&steps, LEAST_DISTANCE).into_iter();
+    far.filter_map(|index| {
+        let (&line, &point_mm) = (measurement.front_lines.get(index)?, measurement.front.get(index)?);
+        Some(OutlyingPoint { line, point_mm, distance_mm: distances[index] })
+    })
+    .collect()
+}
+
+/// Measured forces so many times the model's, or the other way round, are probably in another unit.
+const DOUBTFUL_RATIO: f64 = 20.0;
+/// An outline that covers less of the front beam's length is probably in another unit.
+const DOUBTFUL_COVER: f64 = 0.25;
+
+/// What a reader of the results must know of the measurements.
+fn doubts(args: &Args, case: &Case, measured: &Measured, measurements: &[Measurement], rows: &[Row]) -> Vec<String> {
+    let mut notes = Vec::new();
+    if !measured.aside.is_empty() {
+        notes.push(format!("columns left aside: {}", measured.aside.join(", ")));
+    }
+    if args.order == Order::Closing
+        && let Some(line) = measured.turns_at()
+    {
+        notes.push(format!(
+            "the places go back at line {line}; every reading is compared with a closing motion (--order file follows the file)"
+        ));
+    }
+    let known = rows.iter().filter_map(|row| row.force_n.zip(row.reference_force_n));
+    let mut ratios: Vec<f64> =
+        known.filter(|(force, reference)| *force > 0.0 && *reference > 0.0).map(|(f, r)| r / f).collect();
+    ratios.sort_by(f64::total_cmp);
+    if let Some(&ratio) = ratios.get(ratios.len() / 2).filter(|r| !(1.0 / DOUBTFUL_RATIO..DOUBTFUL_RATIO).contains(*r))
+    {
+        notes.push(format!(
+            "the measured forces are about {} times the model's: check the units (N, and degrees or mm) and where the case has \
+             its object",
+            if ratio >= 1.0 { format!("{ratio:.0}") } else { format!("{ratio:.2}") }
+        ));
+    }
+    let length = case.finger.design.front.length();
+    for m in measurements.iter().filter(|m| m.front.len() > 1) {
+        let span = m.front.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).sum::<f64>();
+        if span < DOUBTFUL_COVER * length {
+            notes.push(format!(
+                "the outline of line {} is {span:.1} mm long, the front beam {length:.1} mm: only that part is compared",
+                m.line
+            ));
+        }
+    }
+    notes
 }
 
 /// What finite elements have otherwise than the model.
@@ -276,13 +436,6 @@ fn notes(case: &Case, args: &Args) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if design.hinge.kind == HingeKind::Welded {
-        notes.push(
-            "welded lamellae: the model's are rigid, the mesh's bend as the beams do, and the model's force is too large \
-             (by 22 % for fea-80 with lamellae of 3 mm)"
-                .to_owned(),
-        );
-    }
     if design.hinge.kind == HingeKind::Pinned {
         notes.push(
             "pinned lamellae are stiff links between the centrelines in the mesh, and have no thickness there"
@@ -293,182 +446,5 @@ fn notes(case: &Case, args: &Args) -> Vec<String> {
 }
 
 fn unit(case: &Case) -> &'static str {
-    match case.path.motion {
-        Motion::Rotating { .. } => "°",
-        Motion::Translating { .. } => "mm",
-    }
-}
-
-fn text(case: &Case, comparison: &Comparison) -> String {
-    let mut out = String::new();
-    // Writing to a string cannot fail.
-    let _ = write_text(&mut out, case, comparison);
-    out
-}
-
-fn write_text(out: &mut String, case: &Case, comparison: &Comparison) -> std::fmt::Result {
-    let number = |value: Option<f64>, decimals: usize| value.map_or("–".into(), |v| format!("{v:.decimals$}"));
-    let signed = |value: Option<f64>, decimals: usize| value.map_or("–".into(), |v| format!("{v:+.decimals$}"));
-    let reference = if comparison.fea.is_some() { "FEA" } else { "measured" };
-    let place = format!("at {}", unit(case));
-    writeln!(
-        out,
-        "{place:>8} {:>10} {:>10} {:>9} {:>8} {:>14} {:>13}  status",
-        "force N",
-        format!("{reference} N"),
-        "diff. N",
-        "error %",
-        "shape mean mm",
-        "shape max mm"
-    )?;
-    for row in &comparison.rows {
-        writeln!(
-            out,
-            "{:>8.3} {:>10} {:>10} {:>9} {:>8} {:>14} {:>13}  {}{}",
-            row.place,
-            number(row.force_n, 4),
-            number(row.reference_force_n, 4),
-            signed(row.difference_n, 4),
-            signed(row.error_percent, 2),
-            number(row.shape_mean_mm, 3),
-            number(row.shape_max_mm, 3),
-            row.status,
-            match (row.outlier, row.line) {
-                (true, Some(line)) => format!(", outlier (line {line})"),
-                _ => String::new(),
-            }
-        )?;
-    }
-    if let Some([mean, max]) = mean_and_max(comparison.rows.iter().filter_map(|row| row.error_percent)) {
-        writeln!(out, "force error: mean {mean:.2} %, max {max:.2} %")?;
-    }
-    let means = mean_and_max(comparison.rows.iter().filter_map(|row| row.shape_mean_mm));
-    let maxima = mean_and_max(comparison.rows.iter().filter_map(|row| row.shape_max_mm));
-    if let (Some([mean, _]), Some([_, max])) = (means, maxima) {
-        writeln!(out, "shape deviation (nearest distance): mean {mean:.3} mm, max {max:.3} mm")?;
-    }
-    if let Some(fea) = &comparison.fea {
-        writeln!(
-            out,
-            "CalculiX: {} elements, {} nodes, {} increments ({} attempts failed), {} iterations; files in {}",
-            fea.elements, fea.nodes, fea.increments, fea.failed_attempts, fea.iterations, fea.folder
-        )?;
-        writeln!(
-            out,
-            "time: CalculiX {:.1} s, model {:.2} ms: {:.0} times faster",
-            fea.seconds,
-            1e3 * comparison.model_seconds,
-            fea.speed_ratio
-        )?;
-    }
-    for note in &comparison.notes {
-        writeln!(out, "note: {note}")?;
-    }
-    let missing = comparison.rows.iter().filter(|row| row.reference_force_n.is_none()).count();
-    if missing > 0 {
-        writeln!(out, "{missing} of {} places have no {reference} force", comparison.rows.len())?;
-    }
-    if !comparison.left_out.is_empty() {
-        writeln!(out, "left out:")?;
-        for problem in &comparison.left_out {
-            writeln!(out, "  {problem}")?;
-        }
-    }
-    Ok(())
-}
-
-/// Both shapes over each other, finger frame.
-fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<Scene, FeaError> {
-    let series = |name: &str, colour, style, points: &[Point]| Series {
-        name: name.to_owned(),
-        colour,
-        style,
-        points: points.to_vec(),
-    };
-    // Scale of the picture, px per mm, and what its titles and axes take.
-    let scale = 6.5;
-    let lines = [&pose.front, &pose.back, &solution.front_mm, &solution.back_mm];
-    let mut low = [f64::INFINITY; 2];
-    let mut high = [f64::NEG_INFINITY; 2];
-    for p in lines.into_iter().flatten() {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(p[axis] - 3.0);
-            high[axis] = high[axis].max(p[axis] + 3.0);
-        }
-    }
-    high[0] += 12.0;
-    let middle = [high[0], 0.5 * (low[1] + high[1])];
-    let object: Vec<Point> = fea::object_line(case, pose.place, middle, 2.0 * (high[1] - low[1]))
-        .into_iter()
-        .map(|[x, y]| {
-            // The axes end where the finger does; the rest of the object is not drawn.
-            let inside = (low[0]..=high[0]).contains(&x) && (low[1]..=high[1]).contains(&y);
-            if inside { [x, y] } else { [f64::NAN; 2] }
-        })
-        .collect();
-    let mut chart = Chart::new(
-        format!("{}: model and finite elements", case.finger.name),
-        format!(
-            "{}{}, force {:.3} N, FEA {:.3} N; finger frame",
-            pose.place,
-            if unit(case) == "°" { "°" } else { " mm" },
-            solution.force_magnitude_n.unwrap_or(0.0),
-            pose.magnitude()
-        ),
-        "*x* (mm)",
-    );
-    chart.x_range = Some([low[0], high[0]]);
-    chart.width = scale * (high[0] - low[0]) + 90.0;
-    chart.height = scale * (high[1] - low[1]) + 150.0;
-    chart.panels.push(Panel {
-        y_title: "*y* (mm)".to_owned(),
-        y_range: Some([low[1], high[1]]),
-        series: vec![
-            series("object", 6, Style::Line, &object),
-            series("FEA", 1, Style::Line, &pose.front),
-            series("FEA", 1, Style::Line, &pose.back),
-            series("model", 0, Style::Dashed, &solution.front_mm),
-            series("model", 0, Style::Dashed, &solution.back_mm),
-        ],
-        ..Panel::default()
-    });
-    Ok(chart.scene())
-}
-
-/// Forces over the place, and below them the residuals.
-fn residual_chart(case: &Case, rows: &[Row]) -> Scene {
-    let points = |value: &dyn Fn(&Row) -> Option<f64>| -> Vec<Point> {
-        rows.iter().map(|row| [row.place, value(row).unwrap_or(f64::NAN)]).collect()
-    };
-    let x_title = match case.path.motion {
-        Motion::Rotating { .. } => "motor angle *α* (°)",
-        Motion::Translating { .. } => "distance *d* (mm)",
-    };
-    let subtitle = format!(
-        "{} measured forces; residual: model less measured",
-        rows.iter().filter(|row| row.reference_force_n.is_some()).count()
-    );
-    let mut chart = Chart::new(format!("{}: model and measurements", case.finger.name), subtitle, x_title);
-    let series = |name: &str, colour, style, points| Series { name: name.to_owned(), colour, style, points };
-    chart.panels.push(Panel {
-        y_title: "*F* (N)".to_owned(),
-        share: 2.0,
-        series: vec![
-            series("model", 0, Style::Line, points(&|row| row.force_n)),
-            series("measured", 1, Style::Dots, points(&|row| row.reference_force_n)),
-        ],
-        ..Panel::default()
-    });
-    let rings = rows
-        .iter()
-        .filter(|row| row.outlier)
-        .filter_map(|row| row.difference_n.map(|y| Mark::Ring { at: [row.place, y], words: "outlier".to_owned() }));
-    chart.panels.push(Panel {
-        y_title: "residual (N)".to_owned(),
-        share: 1.0,
-        marks: rings.collect(),
-        series: vec![series("residual", 4, Style::LineAndDots, points(&|row| row.difference_n))],
-        ..Panel::default()
-    });
-    chart.scene()
+    case.path.unit().trim_start()
 }

@@ -1,10 +1,30 @@
 //! Options that commands share: how the model is discretised and solved.
 
 use clap::{Args, ValueEnum};
-use model_core::discretise::{Discretisation, Elements, Physics, Sampling, Scheme};
+use model_core::discretise::{Discretisation, DiscretiseError, Elements, Physics, Sampling, Scheme};
 use model_core::newton::Hessian;
 
+use crate::draw::Theme;
 use crate::run::{Options, Precision};
+
+/// Colours of a picture of pixels.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum ThemeWord {
+    /// On white, for paper.
+    Light,
+    /// On black, for screens.
+    Dark,
+}
+
+impl ThemeWord {
+    /// The theme that it names.
+    pub fn theme(self) -> Theme {
+        match self {
+            Self::Light => Theme::Light,
+            Self::Dark => Theme::Dark,
+        }
+    }
+}
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum SchemeWord {
@@ -63,10 +83,10 @@ pub struct ModelArgs {
     #[arg(long, value_name = "B/H", default_value = "fine", value_parser = elements)]
     elements: Elements,
     /// Contact samples per element of scheme simpson (1 to 16) [default: 4; the other schemes sample at their nodes]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = samples)]
     samples: Option<u8>,
     /// Contact softness ε in gap + ε·force = 0, mm/N, 0 to 1 [default: 0.001 with samples, 0 with nodes]
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
     softness_mm_per_n: Option<f64>,
     /// Physics
     #[arg(long, value_enum, default_value = "extended")]
@@ -109,6 +129,19 @@ impl ModelArgs {
             },
         }
     }
+}
+
+/// What was wrong with the options, by the option's name.
+pub fn refused(error: &DiscretiseError) -> String {
+    match error {
+        DiscretiseError::Softness { found } => format!("--softness-mm-per-n is {found}; allowed is 0 to 1"),
+        error => format!("--{error}"),
+    }
+}
+
+/// Reads a number of contact samples.
+fn samples(text: &str) -> Result<u8, String> {
+    text.parse().map_err(|_| "allowed is 1 to 16".to_owned())
 }
 
 /// The most elements per beam or hinge.

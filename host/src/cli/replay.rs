@@ -146,7 +146,7 @@ mod run {
             let physics = args.physics.map_or(Physics::Extended, |word| word.physics());
             let how = Discretisation::fine(physics);
             let finger = Some(Finger { design: case.finger.design, how });
-            models.push(Modelled { finger, object: Some(case.object) });
+            models.push(Modelled { finger, object: Some(case.object), uncertainty: None });
         }
         if let Some(modulus) = args.youngs_modulus_pa.filter(|pa| !(*pa > 0.0 && pa.is_finite())) {
             return Err(format!("--youngs-modulus-pa is {modulus}; allowed is above 0").into());

@@ -13,7 +13,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use super::bad_input;
-use super::options::ModelArgs;
+use super::options::{ModelArgs, refused};
 use crate::case::Case;
 use crate::servo::{Clock, Config, Handle, Hub, Load, LoadError, PortError, Servo};
 
@@ -174,7 +174,7 @@ fn load(args: &Args) -> Result<Load, String> {
     Load::of(&case.finger.design, case.object, &args.model.options(), highest).map_err(|error| match error {
         LoadError::Range { .. } => format!("--highest-deg: {error}"),
         LoadError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", file.display()),
-        LoadError::Discretise(error) => format!("--{error}"),
+        LoadError::Discretise(error) => refused(&error),
         _ => format!("{}: {error}", file.display()),
     })
 }

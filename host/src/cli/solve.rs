@@ -6,13 +6,14 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use model_core::discretise::DiscretiseError;
 
-use super::options::ModelArgs;
+use super::options::{ModelArgs, ThemeWord, refused};
 use super::{UNTRUSTWORTHY, bad_input};
 use crate::case::Case;
-use crate::draw::{self, Scene, Theme};
+use crate::draw::{self, Scene};
 use crate::pictures::{self, Kind};
 use crate::report;
 use crate::run::{self, Solution};
+use crate::warn;
 
 /// Solve a case: one equilibrium per motor angle, by continuation from no contact.
 ///
@@ -82,14 +83,6 @@ impl KindWord {
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum ThemeWord {
-    /// On white, for paper.
-    Light,
-    /// On black, for screens.
-    Dark,
-}
-
 /// How near a place of the case --plot-at must be, degrees or mm.
 const SAME_PLACE: f64 = 1e-6;
 
@@ -135,7 +128,7 @@ pub fn run(args: &Args) -> ExitCode {
         Err(DiscretiseError::Design(error)) => {
             return bad_input(&format!("{}: finger.{error}", args.case.display()));
         }
-        Err(error) => return bad_input(&format!("--{error}")),
+        Err(error) => return bad_input(&refused(&error)),
     };
     let text = match args.format {
         Format::Text => report::text(&case, &solutions),
@@ -149,18 +142,14 @@ pub fn run(args: &Args) -> ExitCode {
     let _ = std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes());
     if !matches!(args.format, Format::Text) {
         // The text has them already.
-        for words in report::warnings(&case, &solutions) {
+        for words in warn::warnings(&case, &solutions) {
             eprintln!("fre: warning: {words}");
         }
     }
     if let Some(file) = &args.plot {
         match picture(args, &case, &solutions) {
             Ok(Some(scene)) => {
-                let theme = match args.plot_theme {
-                    ThemeWord::Light => Theme::Light,
-                    ThemeWord::Dark => Theme::Dark,
-                };
-                if let Err(error) = draw::write_in(&scene, file, theme) {
+                if let Err(error) = draw::write_in(&scene, file, args.plot_theme.theme()) {
                     return bad_input(&error);
                 }
             }

@@ -1,9 +1,10 @@
 //! Which source of estimates a command watches: a gripper's link, or a bus of this PC.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use messages::{Finger, Settings};
+use model_core::uncertainty::Uncertainty;
 
 use super::options::ModelArgs;
 use crate::bus::{Bus, BusAddress, BusOptions};
@@ -32,6 +33,10 @@ pub struct SourceArgs {
     /// servo_id is named, the servos that answer are the fingers, in the order of their addresses
     #[arg(long, value_name = "KEY=VALUE", requires = "bus")]
     set: Vec<String>,
+    /// With --bus: what a calibration has left uncertain, as `fre calibrate --format json` writes it; repeated, one per finger, the
+    /// last one for all behind it [default: a finger that was measured and not calibrated]
+    #[arg(long, value_name = "FIT.json", requires = "case")]
+    uncertainty: Vec<PathBuf>,
     #[command(flatten)]
     model: ModelArgs,
 }
@@ -74,12 +79,30 @@ impl SourceArgs {
             take(words).map_err(|error| format!("--set {error}"))?;
         }
         let options = self.model.options();
-        let mut models = Vec::new();
-        for path in &self.case {
-            let case = Case::read(path)?;
-            let finger = Finger { design: case.finger.design, how: options.discretisation };
-            models.push(Modelled { finger: Some(finger), object: Some(case.object) });
-        }
+        let left = self.uncertainty.iter().map(|path| uncertainty(path)).collect::<Result<Vec<_>, _>>()?;
+        let cases = self.case.iter().map(|path| Case::read(path)).collect::<Result<Vec<_>, _>>()?;
+        // The last of either stands for those behind it.
+        let model = |number: usize| {
+            let case = cases.get(number).or(cases.last())?;
+            let finger = Finger { design: case.finger.design.clone(), how: options.discretisation };
+            let uncertainty = left.get(number).or(left.last()).copied();
+            Some(Modelled { finger: Some(finger), object: Some(case.object), uncertainty })
+        };
+        let models = (0..cases.len().max(left.len())).map_while(model).collect();
         Ok(BusOptions { settings, names_servos, models, precision: options.precision, hessian: options.hessian })
     }
+}
+
+/// What `fre calibrate --format json` says of a gripper's uncertainty.
+fn uncertainty(path: &Path) -> Result<Uncertainty, String> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
+    let fit: serde_json::Value = serde_json::from_str(&text).map_err(|error| format!("{name}: {error}"))?;
+    let needed = "needed is what `fre calibrate --format json` writes";
+    let found =
+        fit.pointer("/gripper/uncertainty").ok_or_else(|| format!("{name}: has no gripper.uncertainty; {needed}"))?;
+    let found: Uncertainty = serde::Deserialize::deserialize(found)
+        .map_err(|error| format!("{name}: gripper.uncertainty: {error}; {needed}"))?;
+    found.validate().map_err(|error| format!("{name}: gripper.uncertainty: {error}"))?;
+    Ok(found)
 }

@@ -3,21 +3,31 @@
 use std::io::{IsTerminal as _, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser as _;
 use model_core::discretise::Elements;
+use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::options::ModelArgs;
 use super::{UNTRUSTWORTHY, bad_input};
+use crate::case::MAX_ANGLE;
 use crate::sweep::{self, Axis, Document, Ledger, Progress, Sweep, SweepError, Tally, Tuned};
+use crate::warn;
 
 /// Failures told one by one.
 const MOST_TOLD: usize = 20;
+/// Most threads that --jobs may ask for.
+const MOST_JOBS: i64 = 1024;
+/// What a shell sees of a program that was stopped from the keyboard.
+const INTERRUPTED: i32 = 130;
 
 /// Solve a case over ranges of angles and a grid of any of its numbers, in parallel, as CSV.
 ///
 /// One row per grid point and angle, each with its status; every grid point is followed from no contact through all
-/// angles. Several resolutions end in a table of error against time on standard error. With --out a stopped sweep (killed, too) goes on where it was when it is started again with the same arguments.
+/// angles. Several resolutions end in a table of error against time on standard error (--jobs 1 for times that nothing else
+/// disturbs). With --out a stopped sweep (killed, too) goes on where it was when it is started again with the same arguments.
 /// The first line of the CSV names the sweep (read the table from the second line on). Exit status: 0 all converged;
 /// 1 bad input; 2 some row without a trustworthy solution.
 #[derive(Debug, clap::Args)]
@@ -37,8 +47,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Threads, 0 for one per core
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    jobs: usize,
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=MOST_JOBS))]
+    jobs: u16,
     /// Tells progress even where standard error is no terminal
     #[arg(long)]
     progress: bool,
@@ -52,7 +62,11 @@ struct Angles(Vec<f64>);
 
 impl Angles {
     fn parse(text: &str) -> Result<Self, String> {
-        sweep::numbers(text).map(Self)
+        let angles = sweep::numbers(text)?;
+        match angles.iter().find(|angle| angle.abs() > MAX_ANGLE) {
+            Some(angle) => Err(format!("{angle} degrees; allowed is {} to {MAX_ANGLE}", -MAX_ANGLE)),
+            None => Ok(Self(angles)),
+        }
     }
 }
 
@@ -84,6 +98,7 @@ pub fn run(args: &Args) -> ExitCode {
 
 fn work(args: &Args) -> Result<Tally, SweepError> {
     let document = Document::read(&args.case)?;
+    let case = document.case()?;
     let axes = args.vary.iter().map(|text| Axis::parse(text, elements)).collect::<Result<Vec<_>, _>>()?;
     let angles = args.angles.as_ref().map(|angles| angles.0.as_slice());
     let sweep = Sweep::new(document, angles, axes, args.model.options())?;
@@ -93,8 +108,18 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     }
     let terminal = std::io::stderr().is_terminal();
     let shown = terminal || args.progress;
+    let stopped = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, stopped.clone())
+            .map_err(|source| SweepError::File { file: "signals".to_owned(), source })?;
+    }
     let mut told = std::time::Instant::now();
     let tell = |progress: Progress| {
+        if stopped.load(Ordering::Relaxed) {
+            // Rows are written by this thread, whole: nothing is torn here.
+            eprintln!("{}fre: stopped; {}", if terminal { "\n" } else { "" }, left_words(args, progress));
+            std::process::exit(INTERRUPTED);
+        }
         let due = if terminal { 0.1 } else { 1.0 };
         if shown && (told.elapsed().as_secs_f64() > due || progress.done == progress.total) {
             told = std::time::Instant::now();
@@ -105,12 +130,15 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     };
     let stdout = std::io::BufWriter::new(std::io::stdout().lock());
     let mut out = Kept { out: stdout, keep: sweep.has_resolutions(), text: Vec::new() };
-    let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, args.jobs, tell);
+    let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, usize::from(args.jobs), tell);
     if terminal {
         eprintln!();
     }
     let tally = tally?;
     summarise(&sweep, &tally);
+    for words in warn::warnings(&case, &[]) {
+        eprintln!("fre: warning: {words}");
+    }
     if sweep.has_resolutions() {
         let text = match &args.out {
             Some(file) => std::fs::read_to_string(file)
@@ -156,8 +184,22 @@ fn study_words(found: &[Tuned]) -> String {
     text
 }
 
+/// What a sweep that was stopped leaves behind.
+fn left_words(args: &Args, progress: Progress) -> String {
+    let Progress { done, total, .. } = progress;
+    match &args.out {
+        Some(file) => {
+            format!("{done} of {total} rows are in {}; the same command goes on there", file.display())
+        }
+        None => format!("{done} of {total} rows were computed; with --out a stopped sweep can go on"),
+    }
+}
+
 fn progress_words(progress: Progress) -> String {
-    let Progress { done, total, rate, left_s } = progress;
+    let Progress { checked, done, total, rate, left_s } = progress;
+    if let Some([checked, points]) = checked {
+        return format!("checking the grid: {checked}/{points} points");
+    }
     let share = 100.0 * done as f64 / total.max(1) as f64;
     let filled = 24 * done / total.max(1);
     let bar: String = (0..24).map(|i| if i < filled { '█' } else { '·' }).collect();
@@ -174,21 +216,32 @@ fn duration(seconds: f64) -> String {
     }
 }
 
+/// A row's point and place for people: "object.radius_mm=20 at 8°".
+fn place_words(sweep: &Sweep, row: usize) -> String {
+    let count = sweep.places().len().max(1);
+    let place = sweep.places().get(row % count).copied().unwrap_or_default();
+    let point = sweep.describe(row / count);
+    format!("{point}{}{place}{}", if point.is_empty() { "" } else { " at " }, sweep.unit())
+}
+
 /// Tells on standard error what came of it; failures by name.
 fn summarise(sweep: &Sweep, tally: &Tally) {
     let counts: Vec<String> = tally.statuses.iter().map(|(word, count)| format!("{count} {word}")).collect();
     let earlier = if tally.resumed > 0 { format!(", {} from before", tally.resumed) } else { String::new() };
     eprintln!("fre: {} rows ({} computed{earlier}): {}", sweep.rows(), tally.computed, counts.join(", "));
     for &(row, status) in tally.failures.iter().take(MOST_TOLD) {
-        let places = sweep.places();
-        let point = sweep.describe(row / places.len());
-        eprintln!(
-            "fre: row {row}: {status}: {point}{}{}",
-            if point.is_empty() { "" } else { " at " },
-            places[row % places.len()]
-        );
+        eprintln!("fre: row {row}: {status}: {}", place_words(sweep, row));
     }
     if tally.failures.len() > MOST_TOLD {
         eprintln!("fre: and {} more; their rows have the status", tally.failures.len() - MOST_TOLD);
+    }
+    if let Some(&first) = tally.strained.first() {
+        eprintln!(
+            "fre: warning: {} of {} rows are strained beyond finger.material.max_strain (true in column \
+             beyond_max_strain); the first is row {first}: {}",
+            tally.strained.len(),
+            sweep.rows(),
+            place_words(sweep, first)
+        );
     }
 }

@@ -3,13 +3,17 @@
 //! The sockets are there before QEMU starts, so that not one of the firmware's first bytes is lost. QEMU gets a process
 //! group of its own: Ctrl-C ends the demonstration, which then ends QEMU.
 
-use std::fs::{self, File};
+use std::fs::{self, File, Permissions};
+use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixListener;
 use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
 
 use super::error::DemoError;
 use crate::link::{Link, LinkError};
@@ -45,12 +49,11 @@ impl Pace {
 /// A running gripper; ended when dropped.
 pub struct Machine {
     qemu: Child,
-    /// Ends QEMU if this program is killed: a shell that waits for the end of its standard input.
-    heir: Option<Child>,
+    heir: Option<Heir>,
     /// The servo, from outside.
     pub servo: Handle,
     bus: Running,
-    folder: Folder,
+    folder: TempDir,
 }
 
 impl Machine {
@@ -68,12 +71,12 @@ impl Machine {
         if !firmware.is_file() {
             return Err(DemoError::Firmware(firmware.to_owned()));
         }
-        let folder = Folder::new()?;
+        let folder = folder()?;
         let mut hub = Hub::new();
-        hub.listen_unix(&folder.path("bus"))?;
+        hub.listen_unix(&folder.path().join("bus"))?;
         let servo = hub.servo(servo);
         let bus = hub.spawn()?;
-        let link = folder.path("link");
+        let link = folder.path().join("link");
         let listener = UnixListener::bind(&link).map_err(DemoError::file(&link))?;
         listener.set_nonblocking(true).map_err(DemoError::System)?;
 
@@ -84,20 +87,20 @@ impl Machine {
             command.args(["-icount", &format!("shift={shift}")]);
         }
         for name in ["bus", "link"] {
-            let socket = format!("socket,id={name},path={}", folder.path(name).display());
+            let socket = format!("socket,id={name},path={}", folder.path().join(name).display());
             command.args(["-chardev", &socket, "-serial", &format!("chardev:{name}")]);
         }
         let create = |path: &Path| File::create(path).map_err(DemoError::file(path));
-        let words = folder.path("words");
+        let words = folder.path().join("words");
         command.arg("-kernel").arg(firmware).process_group(0);
         command.stdin(Stdio::null()).stdout(create(log)?).stderr(create(&words)?);
+        // It waits before QEMU starts, and learns its number at once: there is hardly a moment to be killed between.
+        let mut heir = Heir::new(folder.path())?;
         let qemu = command.spawn().map_err(DemoError::NoQemu)?;
+        let told = heir.learn(&qemu);
         // From here on dropping ends QEMU.
-        let mut machine = Self { qemu, heir: None, servo, bus, folder };
-        let mut heir = Command::new("/bin/sh");
-        heir.args(["-c", "read _; kill -9 \"$0\"; /bin/rm -r \"$1\"", &machine.qemu.id().to_string()]);
-        heir.arg(&machine.folder.0).process_group(0).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
-        machine.heir = Some(heir.spawn().map_err(DemoError::System)?);
+        let mut machine = Self { qemu, heir: Some(heir), servo, bus, folder };
+        told?;
 
         let end = Instant::now() + BOOT;
         let stream = loop {
@@ -156,7 +159,7 @@ impl Machine {
     }
 
     fn words(&self) -> String {
-        let words = fs::read(self.folder.path("words")).unwrap_or_default();
+        let words = fs::read(self.folder.path().join("words")).unwrap_or_default();
         let words = String::from_utf8_lossy(&words);
         let lines: Vec<&str> = words.trim().lines().collect();
         match lines.as_slice() {
@@ -173,39 +176,41 @@ impl Machine {
 impl Drop for Machine {
     fn drop(&mut self) {
         // The heir first: it must not end another process that has got QEMU's number.
-        for child in self.heir.as_mut().into_iter().chain([&mut self.qemu]) {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
+        drop(self.heir.take());
+        let _ = self.qemu.kill();
+        let _ = self.qemu.wait();
+    }
+}
+
+/// Ends QEMU and removes the folder if this program is killed: a shell that waits for the end of its standard input.
+struct Heir(Child);
+
+impl Heir {
+    fn new(folder: &Path) -> Result<Self, DemoError> {
+        let mut shell = Command::new("/bin/sh");
+        shell.args(["-c", "read qemu; read _; kill -9 $qemu; /bin/rm -r \"$0\""]).arg(folder);
+        shell.process_group(0).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
+        Ok(Self(shell.spawn().map_err(DemoError::System)?))
+    }
+
+    /// Learns whom it ends.
+    fn learn(&mut self, qemu: &Child) -> Result<(), DemoError> {
+        let input = self.0.stdin.as_mut().ok_or(std::io::ErrorKind::BrokenPipe);
+        input.map_err(Into::into).and_then(|input| writeln!(input, "{}", qemu.id())).map_err(DemoError::System)
+    }
+}
+
+impl Drop for Heir {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
 }
 
 /// A folder for sockets, for this user only, removed when dropped. (A socket's path is 107 bytes at most: not in the
 /// report's folder.)
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new() -> Result<Self, DemoError> {
-        use std::os::unix::fs::DirBuilderExt;
-        let base = std::env::temp_dir();
-        for number in 0..100 {
-            let path = base.join(format!("fre-demo-{}-{number}", std::process::id()));
-            match fs::DirBuilder::new().mode(0o700).create(&path) {
-                Ok(()) => return Ok(Self(path)),
-                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
-                Err(source) => return Err(DemoError::File { path, source }),
-            }
-        }
-        Err(DemoError::File { path: base, source: std::io::ErrorKind::AlreadyExists.into() })
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
+fn folder() -> Result<TempDir, DemoError> {
+    let own = Permissions::from_mode(0o700);
+    let made = tempfile::Builder::new().prefix("fre-demo-").permissions(own).tempdir();
+    made.map_err(DemoError::file(&std::env::temp_dir()))
 }

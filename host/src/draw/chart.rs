@@ -12,12 +12,16 @@ use super::scene::{Anchor, Item, Path, Rect, Scene, Stroke, Text};
 pub enum Style {
     /// A solid line.
     Line,
+    /// A thin solid line.
+    Thin,
     /// A dashed line.
     Dashed,
     /// A dot at every point.
     Dots,
     /// A thin line with a dot at every point.
     LineAndDots,
+    /// A thick line with a large dot at every point, which shows beneath a thinner one.
+    Thick,
     /// A line with the area between it and zero.
     Area,
 }
@@ -84,6 +88,8 @@ pub struct Panel {
     pub y_title: String,
     /// Range of the vertical axis; chosen from the points if none.
     pub y_range: Option<[f64; 2]>,
+    /// True if the vertical axis shows zero wherever the points are.
+    pub with_zero: bool,
     /// Share of the height relative to the other panels; 0 counts as 1.
     pub share: f64,
     /// The series, the lowest first.
@@ -170,7 +176,9 @@ impl Chart {
             }
             let sample = match series.stroke() {
                 None => Sample::Dot(Ink::Series(series.colour)),
-                Some(stroke) if series.style == Style::LineAndDots => Sample::LineAndDots(stroke),
+                Some(stroke) if matches!(series.style, Style::LineAndDots | Style::Thick) => {
+                    Sample::LineAndDots(stroke)
+                }
                 Some(stroke) => Sample::Line(stroke),
             };
             legend.push((&series.name, sample));
@@ -201,11 +209,12 @@ fn vertical(panel: &Panel, height: f64) -> Scale {
     let bands = panel.marks.iter().flat_map(|mark| match mark {
         Mark::Band { low, high, .. } => vec![*low, *high],
         Mark::Level { y, .. } => vec![*y],
-        _ => Vec::new(),
+        Mark::Ring { at, .. } => vec![at[1]],
+        Mark::At { .. } | Mark::Stretch { .. } => Vec::new(),
     });
-    let [low, high] = extent(points.chain(bands));
+    let [low, high] = extent(points.chain(bands).chain(panel.with_zero.then_some(0.0)));
     // Room for words at the top.
-    let words = panel.marks.iter().any(|mark| matches!(mark, Mark::At { words, .. } if words.len() > 3));
+    let words = panel.marks.iter().any(|mark| matches!(mark, Mark::At { words, .. } if !words.is_empty()));
     let high = if words { high + 0.12 * (high - low) } else { high };
     // An axis that nearly reaches zero shows it.
     let low = if low > 0.0 && low < 0.4 * high { 0.0 } else { low };
@@ -250,10 +259,10 @@ impl PanelView<'_> {
         scene.text(Text { upright: true, ..title.anchor(Anchor::Middle) });
 
         scene.items.push(Item::Clip(Rect {
-            left: left - 4.0,
-            right: right + 4.0,
-            top: top - 4.0,
-            bottom: bottom + 4.0,
+            left: left - 6.0,
+            right: right + 6.0,
+            top: top - 6.0,
+            bottom: bottom + 6.0,
         }));
         for series in &self.panel.series {
             for run in series.points.split(|p| !(p[0].is_finite() && p[1].is_finite())) {
@@ -285,6 +294,8 @@ impl PanelView<'_> {
     fn marks(&self, scene: &mut Scene) {
         let Rect { left, top, right, bottom } = self.frame;
         let size = 0.92 * TEXT;
+        // Left and right ends of the words at the top, by their row: words that would cover others go a row down.
+        let mut rows: Vec<Vec<[f64; 2]>> = Vec::new();
         for mark in &self.panel.marks {
             match mark {
                 Mark::At { x, words } => {
@@ -293,13 +304,19 @@ impl PanelView<'_> {
                         continue;
                     }
                     scene.line(Path::lines([[x, top], [x, bottom]]), Stroke::new(Ink::Muted, 1.0).dashed(3.0, 3.0));
-                    let text = Text::new([x + 5.0, top + size], size, words.clone()).ink(Ink::Muted).halo();
-                    let fits = x + 5.0 + self.fonts.width(&text) <= right + 8.0;
-                    scene.text(if fits {
-                        text
-                    } else {
-                        Text { at: [x - 5.0, top + size], ..text }.anchor(Anchor::End)
-                    });
+                    if words.is_empty() {
+                        continue;
+                    }
+                    let text = Text::new([x + 5.0, 0.0], size, words.clone()).ink(Ink::Muted).halo();
+                    let width = self.fonts.width(&text);
+                    let from = if x + 5.0 + width <= right + 8.0 { x + 5.0 } else { x - 5.0 - width };
+                    let free = |row: &Vec<[f64; 2]>| row.iter().all(|&[a, b]| from + width < a || b < from);
+                    let row = rows.iter().position(free).unwrap_or(rows.len());
+                    if row == rows.len() {
+                        rows.push(Vec::new());
+                    }
+                    rows[row].push([from - 3.0, from + width + 3.0]);
+                    scene.text(Text { at: [from, top + size * (1.0 + 1.25 * row as f64)], ..text });
                 }
                 Mark::Ring { at, words } => {
                     let [x, y] = self.at(*at);
@@ -308,8 +325,16 @@ impl PanelView<'_> {
                     }
                     scene.line(Path::circle([x, y], 6.5), Stroke::new(Ink::Force, 1.6));
                     let text = Text::new([x + 10.0, y - 8.0], size, words.clone()).ink(Ink::Force).halo();
-                    let fits = x + 10.0 + self.fonts.width(&text) <= right + 8.0;
-                    scene.text(if fits { text } else { Text { at: [x - 10.0, y - 8.0], ..text }.anchor(Anchor::End) });
+                    let end = x + 10.0 + self.fonts.width(&text);
+                    let crossed = self.panel.marks.iter().any(|mark| match mark {
+                        Mark::At { x: line, .. } => (x..end).contains(&self.at([*line, 0.0])[0]),
+                        _ => false,
+                    });
+                    scene.text(if end <= right + 8.0 && !crossed {
+                        text
+                    } else {
+                        Text { at: [x - 10.0, y - 8.0], ..text }.anchor(Anchor::End)
+                    });
                 }
                 Mark::Level { y, words } => {
                     if !(self.y.low..=self.y.high).contains(y) {
@@ -345,9 +370,11 @@ impl Series {
         let ink = Ink::Series(self.colour);
         match self.style {
             Style::Line => Some(Stroke::new(ink, 2.0).round()),
+            Style::Thin => Some(Stroke::new(ink, 0.7).round()),
             Style::Area => Some(Stroke::new(ink, 1.4).round()),
             Style::Dashed => Some(Stroke::new(ink, 1.8).dashed(6.0, 4.0)),
             Style::LineAndDots => Some(Stroke::new(ink, 1.2).round()),
+            Style::Thick => Some(Stroke::new(ink, 3.4).round()),
             Style::Dots => None,
         }
     }
@@ -358,10 +385,10 @@ fn draw_series(scene: &mut Scene, series: &Series, points: &[[f64; 2]]) {
     if let (Some(stroke), true) = (series.stroke(), points.len() > 1) {
         scene.line(Path::lines(points.iter().copied()), stroke);
     }
-    let dotted = matches!(series.style, Style::Dots | Style::LineAndDots);
+    let dotted = matches!(series.style, Style::Dots | Style::LineAndDots | Style::Thick);
     // A single point of a line would be invisible.
     if dotted || points.len() == 1 {
-        let radius = if points.len() > 150 { 1.6 } else { 3.0 };
+        let radius = if points.len() > 150 { 1.6 } else { 3.0 } + if series.style == Style::Thick { 1.8 } else { 0.0 };
         for &point in points {
             scene.fill(Path::circle(point, radius), Ink::Series(series.colour), 1.0);
         }

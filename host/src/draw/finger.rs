@@ -37,6 +37,8 @@ const HIGHEST: f64 = 640.0;
 const FOOT: f64 = 44.0;
 /// Length that the net force's arrow has at most, px.
 const LONGEST_ARROW: f64 = 120.0;
+/// Length of the arrow that shows where a base is translated to, px.
+const MOTION_ARROW: f64 = 46.0;
 /// Thickness of the base lamella in the picture, mm.
 const BASE: f64 = 4.0;
 
@@ -51,7 +53,7 @@ impl FingerPicture<'_> {
         scene.height = view.area.bottom + FOOT + MARGIN;
 
         scene.items.push(Item::Clip(view.area));
-        self.draw_object(&mut scene, &view);
+        self.draw_object(&mut scene, &view, &fonts);
         self.draw_arm(&mut scene, &view);
         self.draw_ghost(&mut scene, &view, &ghost);
         self.draw_finger(&mut scene, &view);
@@ -73,7 +75,10 @@ impl FingerPicture<'_> {
             legend.insert(2, ("lamellae", Sample::Line(Stroke::new(Ink::Lamella, 7.0))));
         }
         if self.force.is_some() && !self.shape.contacts.is_empty() {
-            legend.push(("contact forces", Sample::Arrow(Ink::Series(4), 1.3)));
+            // A single one is the net force.
+            if self.shape.contacts.len() > 1 {
+                legend.push(("contact forces", Sample::Arrow(Ink::Series(4), 1.3)));
+            }
             legend.push(("net force", Sample::Arrow(Ink::Force, 2.6)));
         }
         heading::draw(scene, fonts, [&self.title, &self.subtitle], &legend)
@@ -107,16 +112,18 @@ impl FingerPicture<'_> {
         }
         include(self.world([self.design.front.base[0], self.design.front.base[1] - BASE]), 4.0);
         include(self.world([self.design.back.base[0], self.design.back.base[1] - BASE]), 4.0);
-        if let Motion::Rotating { axis } = self.motion {
-            include(axis, 7.0);
+        match self.motion {
+            Motion::Rotating { axis } => include(axis, 7.0),
+            // The arrow of the motion.
+            Motion::Translating { .. } => include(self.below_base(), 9.0),
         }
-        // A large object is cut off: the finger is what the picture is about.
         let length = self.design.front.length();
         match object::bounds(&self.object) {
-            Some((middle, radius)) if radius <= 0.6 * length => {
+            Some((middle, radius)) if radius <= self.whole() => {
                 include(middle, radius + 3.0);
-                if !matches!(self.object, ObjectDesign::Circle { .. }) {
-                    let [x, y] = object::lowest(&self.object);
+                // Its name may stand below it.
+                let [x, y] = object::lowest(&self.object);
+                if !matches!(self.object, ObjectDesign::Circle { radius, .. } if radius > 12.0) {
                     include([x, y - 8.0], 0.0);
                 }
             }
@@ -133,7 +140,7 @@ impl FingerPicture<'_> {
         View { scale, origin: [left - scale * low[0], top + scale * high[1]], area }
     }
 
-    fn draw_object(&self, scene: &mut Scene, view: &View) {
+    fn draw_object(&self, scene: &mut Scene, view: &View, fonts: &Fonts) {
         // Large enough to reach beyond the picture on all sides, for a half-plane.
         let reach = (view.area.right - view.area.left).hypot(view.area.bottom - view.area.top) / view.scale;
         let middle = view.world([0.5 * (view.area.left + view.area.right), 0.5 * (view.area.top + view.area.bottom)]);
@@ -148,28 +155,43 @@ impl FingerPicture<'_> {
                 scene.line(line, Stroke::new(Ink::ObjectEdge, 1.0));
             }
         }
-        let at = match self.object {
-            ObjectDesign::Circle { centre, radius } => {
-                let [x, y] = view.at(centre);
-                [x, y + (0.62 * view.scale * radius).min(90.0)]
+        let text = Text::new([0.0; 2], TEXT, object::words(&self.object)).ink(Ink::Muted).anchor(Anchor::Middle);
+        let at = self.name_place(view, fonts.width(&text));
+        let outside = object::distance(&self.object, view.world(at)) > 0.0;
+        scene.text(Text { at, ..if outside { text.halo() } else { text } });
+    }
+
+    /// Middle of the object's name, px: in a circle with room for it, else below the outline and away from the finger; for an
+    /// object that is cut off, where the picture reaches deepest into it.
+    fn name_place(&self, view: &View, width: f64) -> [f64; 2] {
+        let area = view.area;
+        if let ObjectDesign::Circle { centre, radius } = self.object {
+            let [x, y] = view.at(centre);
+            let y = y + (0.62 * view.scale * radius).min(90.0);
+            let [half, left, right] = [0.5 * width, area.left + 0.5 * width, area.right - 0.5 * width];
+            if half < 0.7 * view.scale * radius && (left..right).contains(&x) && (area.top..area.bottom).contains(&y) {
+                return [x, y];
             }
-            ObjectDesign::Ellipse { .. } | ObjectDesign::Polygon { .. } => {
-                // Below the outline, which may be too narrow for words, and away from the finger.
-                let lowest = object::lowest(&self.object);
-                let [x, y] = view.at(lowest);
-                [(x + 70.0).min(view.area.right - 70.0), (y + 1.5 * TEXT).min(view.area.bottom - 0.5 * TEXT)]
-            }
-            ObjectDesign::HalfPlane { .. } => {
-                // Where the picture reaches deepest into it.
-                let aside = [view.area.left + 60.0, view.area.right - 60.0];
-                let corners =
-                    aside.into_iter().flat_map(|x| [[x, view.area.bottom - TEXT], [x, view.area.top + 2.0 * TEXT]]);
-                let deep = |&at: &[f64; 2]| object::distance(&self.object, view.world(at));
-                corners.min_by(|a, b| deep(a).total_cmp(&deep(b))).unwrap_or_default()
-            }
-        };
-        let text = Text::new(at, TEXT, object::words(&self.object)).ink(Ink::Muted);
-        scene.text(text.anchor(Anchor::Middle));
+        }
+        if object::bounds(&self.object).is_some_and(|(_, radius)| radius <= self.whole()) {
+            let [x, y] = view.at(object::lowest(&self.object));
+            return [(x + 70.0).min(area.right - 70.0), (y + 1.5 * TEXT).min(area.bottom - 0.5 * TEXT)];
+        }
+        let aside = [area.left + 60.0, area.right - 60.0];
+        let corners = aside.into_iter().flat_map(|x| [[x, area.bottom - TEXT], [x, area.top + 2.0 * TEXT]]);
+        let deep = |&at: &[f64; 2]| object::distance(&self.object, view.world(at));
+        corners.min_by(|a, b| deep(a).total_cmp(&deep(b))).unwrap_or_default()
+    }
+
+    /// The largest radius of an object that is shown whole, mm: the finger is what the picture is about.
+    fn whole(&self) -> f64 {
+        0.6 * self.design.front.length()
+    }
+
+    /// Where the arrow of a translated base has its middle, world frame, mm.
+    fn below_base(&self) -> [f64; 2] {
+        let [front, back] = [self.design.front.base, self.design.back.base];
+        self.world([0.5 * (front[0] + back[0]), front[1].min(back[1]) - BASE - 10.0])
     }
 
     /// The arm from the motor to the base lamella.
@@ -318,12 +340,15 @@ impl FingerPicture<'_> {
                 scene.text(Text::new([m[0] + 12.0, m[1] + 5.0], TEXT, words).halo());
             }
             Motion::Translating { direction } => {
-                let base = self.world(self.design.back.base);
-                let from = view.at([base[0], base[1] - 2.0 * BASE]);
-                let to = [from[0] + 46.0 * direction[0], from[1] - 46.0 * direction[1]];
-                scene.arrow(from, to, Ink::Main, 1.4);
+                let middle = view.at(self.below_base());
+                let half = [0.5 * MOTION_ARROW * direction[0], -0.5 * MOTION_ARROW * direction[1]];
+                let from = [middle[0] - half[0], middle[1] - half[1]];
+                scene.arrow(from, [middle[0] + half[0], middle[1] + half[1]], Ink::Main, 1.4);
+                // Behind the arrow's tail, where its head is not.
+                let (aside, anchor) = if half[0] > 0.0 { (-9.0, Anchor::End) } else { (9.0, Anchor::Start) };
                 let words = format!("*d* = {} mm", short(self.coordinate, 2));
-                scene.text(Text::new([from[0], from[1] + 1.6 * TEXT], TEXT, words).halo());
+                let at = [from[0] + aside, from[1] + 0.35 * TEXT];
+                scene.text(Text::new(at, TEXT, words).halo().anchor(anchor));
             }
         }
     }
@@ -455,5 +480,6 @@ fn round_below(most: f64) -> f64 {
 pub(crate) fn short(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    let text = if text == "-0" { "0" } else { text };
     text.replace('-', "−")
 }

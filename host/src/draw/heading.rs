@@ -7,9 +7,9 @@ use super::scene::{Path, Scene, Stroke, Text};
 pub(crate) const TEXT: f64 = 13.0;
 pub(crate) const MARGIN: f64 = 14.0;
 /// Length of a legend's sample, px.
-const SAMPLE: f64 = 26.0;
-/// A viewer's own font may be wider than the one measured here.
-const OTHER_FONT: f64 = 1.1;
+const SAMPLE: f64 = 22.0;
+/// Between two entries of a legend, px; room as well for a viewer's own font that is wider than the one measured here.
+const GAP: f64 = 12.0;
 
 /// The sample of a legend's entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,11 +26,17 @@ pub(crate) enum Sample {
 
 /// Draws title, conditions and legend; returns the height they take up.
 pub(crate) fn draw(scene: &mut Scene, fonts: &Fonts, [title, subtitle]: [&str; 2], legend: &[(&str, Sample)]) -> f64 {
-    let mut y = MARGIN + 12.0;
-    scene.text(Text::new([MARGIN, y], 16.0, title).bold());
-    if !subtitle.is_empty() {
-        y += 19.0;
-        scene.text(Text::new([MARGIN, y], TEXT, subtitle).ink(Ink::Muted));
+    let mut y = MARGIN - 8.0;
+    let width = scene.width - 2.0 * MARGIN;
+    let title = Text::new([MARGIN, 0.0], 16.0, title).bold();
+    for line in wrapped(fonts, &title, width) {
+        y += 20.0;
+        scene.text(Text { at: [MARGIN, y], words: line, ..title.clone() });
+    }
+    let subtitle = Text::new([MARGIN, 0.0], TEXT, subtitle).ink(Ink::Muted);
+    for (index, line) in wrapped(fonts, &subtitle, width).into_iter().enumerate() {
+        y += if index == 0 { 19.0 } else { 17.0 };
+        scene.text(Text { at: [MARGIN, y], words: line, ..subtitle.clone() });
     }
     let mut x = MARGIN;
     if !legend.is_empty() {
@@ -38,7 +44,7 @@ pub(crate) fn draw(scene: &mut Scene, fonts: &Fonts, [title, subtitle]: [&str; 2
     }
     for &(words, sample) in legend {
         let text = Text::new([0.0, 0.0], TEXT, words);
-        let width = SAMPLE + 8.0 + OTHER_FONT * fonts.width(&text);
+        let width = SAMPLE + 8.0 + fonts.width(&text);
         if x > MARGIN && x + width > scene.width - MARGIN {
             (x, y) = (MARGIN, y + 19.0);
         }
@@ -48,13 +54,52 @@ pub(crate) fn draw(scene: &mut Scene, fonts: &Fonts, [title, subtitle]: [&str; 2
             Sample::Line(stroke) => scene.line(line(), stroke),
             Sample::LineAndDots(stroke) => {
                 scene.line(line(), stroke);
-                scene.fill(Path::circle([x + 0.5 * SAMPLE, middle], 3.0), stroke.ink, 1.0);
+                scene.fill(Path::circle([x + 0.5 * SAMPLE, middle], (1.4 * stroke.width).max(3.0)), stroke.ink, 1.0);
             }
             Sample::Dot(ink) => scene.fill(Path::circle([x + 0.5 * SAMPLE, middle], 3.0), ink, 1.0),
             Sample::Arrow(ink, width) => scene.arrow([x, middle], [x + SAMPLE, middle], ink, width),
         }
         scene.text(Text { at: [x + SAMPLE + 8.0, y], ..text });
-        x += width + 16.0;
+        x += width + GAP;
     }
     y + 18.0
+}
+
+/// The lines into which a text is broken at its blanks to fit a width (px); none of an empty text. A word that is wider than
+/// a line, and a marked passage, stay whole.
+fn wrapped(fonts: &Fonts, text: &Text, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.words.split(' ').filter(|word| !word.is_empty()) {
+        let longer = lines.last().map(|line| format!("{line} {word}"));
+        match (lines.last_mut(), longer) {
+            (Some(line), Some(longer))
+                if longer.matches('*').count() % 2 == 1
+                    || fonts.width(&Text { words: longer.clone(), ..text.clone() }) <= width =>
+            {
+                *line = longer;
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Fonts, Text, wrapped};
+
+    #[test]
+    fn lines_fit_their_width_and_lose_no_word() {
+        let fonts = Fonts::new();
+        let words = "*α* = 11°: bending and stretch, positive where drawn out; the material's limit is not known";
+        let text = Text::new([0.0, 0.0], 13.0, words);
+        let lines = wrapped(&fonts, &text, 200.0);
+        assert!(lines.len() > 2, "{lines:?}");
+        for line in &lines {
+            assert!(fonts.width(&Text { words: line.clone(), ..text.clone() }) <= 200.0, "{line}");
+        }
+        assert_eq!(lines.join(" "), words);
+        assert_eq!(wrapped(&fonts, &text, 1e4), [words]);
+        assert!(wrapped(&fonts, &Text::new([0.0, 0.0], 13.0, ""), 200.0).is_empty());
+    }
 }

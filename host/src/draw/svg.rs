@@ -1,8 +1,8 @@
-//! A picture as SVG: colours in a style sheet with a light and a dark set.
+//! A picture as SVG: colours in a style sheet with a light set, for print too, and a dark one.
 //!
 //! In a file letters are drawn as outlines, so that a picture looks the same everywhere and needs no font of the system; the
 //! words lie over them invisibly: they can be marked, searched and read aloud. In a page, whose other text needs fonts anyhow,
-//! they are text.
+//! they are text. Whatever the viewer's font, a line of words is as long as the picture has room for.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -70,7 +70,7 @@ fn written(scene: &Scene, page: Option<&str>) -> String {
                 if page.is_none() {
                     letters.draw(&mut out, text);
                 }
-                write_text(&mut out, text, page.is_some());
+                write_text(&mut out, text, letters.fonts.width(text), page.is_some());
             }
             Item::Clip(rect) => {
                 if clipped {
@@ -113,7 +113,7 @@ fn style() -> String {
     format!(
         "<style>.words{{font-family:'Noto Sans','Helvetica Neue',Helvetica,Arial,'DejaVu Sans',sans-serif}}.hidden{{fill-opacity:0}}\
          .halo{{paint-order:stroke;stroke-linejoin:round}}{light}\
-         @media (prefers-color-scheme:dark){{{dark}}}</style>\n"
+         @media screen and (prefers-color-scheme:dark){{{dark}}}</style>\n"
     )
 }
 
@@ -186,7 +186,8 @@ fn name(glyph: &super::font::Glyph) -> String {
     format!("letter{}-{}", glyph.style, glyph.id)
 }
 
-fn write_text(out: &mut String, text: &Text, visible: bool) {
+/// Writes a text so that it is this wide.
+fn write_text(out: &mut String, text: &Text, width: f64, visible: bool) {
     let anchor = match text.anchor {
         Anchor::Start => "start",
         Anchor::Middle => "middle",
@@ -199,6 +200,9 @@ fn write_text(out: &mut String, text: &Text, visible: bool) {
     }
     if text.upright {
         let _ = write!(extra, r#" transform="rotate(-90 {x} {y})""#);
+    }
+    if width > 0.0 {
+        let _ = write!(extra, r#" textLength="{}" lengthAdjust="spacingAndGlyphs""#, number(width));
     }
     let mut class = "hidden words".to_owned();
     if visible {

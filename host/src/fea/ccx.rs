@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 
 use super::FeaError;
 use super::outline::Point;
@@ -31,11 +31,12 @@ pub struct Progress {
     pub iterations: usize,
 }
 
-/// Runs the deck `job.inp` in a folder. A run that ends early is no error: what it reached is in its files.
+/// Runs the deck `job.inp` in a folder and tells how the program ended. A run that ends early is no error: what it reached is
+/// in its files.
 ///
 /// # Errors
 /// If the program is missing or cannot be started.
-pub fn run(folder: &Path, job: &str) -> Result<(), FeaError> {
+pub fn run(folder: &Path, job: &str) -> Result<ExitStatus, FeaError> {
     let io = |source| FeaError::Io { file: folder.display().to_string(), source };
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let log = File::create(folder.join(format!("{job}.log"))).map_err(io)?;
@@ -48,9 +49,9 @@ pub fn run(folder: &Path, job: &str) -> Result<(), FeaError> {
         .stderr(log)
         .status();
     match status {
-        Ok(_) => Ok(()),
+        Ok(status) => Ok(status),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Err(FeaError::NoCalculix),
-        Err(source) => Err(io(source)),
+        Err(source) => Err(FeaError::Io { file: PROGRAM.to_owned(), source }),
     }
 }
 
@@ -63,7 +64,8 @@ pub fn complaint(folder: &Path, job: &str) -> Option<String> {
     Some(format!("{first} {rest}").trim().to_owned())
 }
 
-/// Reads a `.dat` file. Every step ends at a whole time; blocks at other times are left out.
+/// Reads a `.dat` file. Every step ends at a whole time; blocks at other times are left out. Where the file ends in the middle
+/// of a line, the program was stopped: what stands before holds.
 ///
 /// # Errors
 /// Naming the line that is not as expected.
@@ -74,7 +76,8 @@ pub fn parse_dat(text: &str) -> Result<Printed, FeaError> {
     }
     let mut printed = Printed::default();
     let mut block = None;
-    for (index, line) in text.lines().enumerate() {
+    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+    for (index, line) in whole.lines().enumerate() {
         let bad = || FeaError::Output { file: "dat", line: index + 1, text: line.trim().to_owned() };
         let fields: Vec<&str> = line.split_whitespace().collect();
         if fields.is_empty() {

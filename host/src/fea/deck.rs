@@ -136,7 +136,9 @@ fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fm
         } else {
             writeln!(out, "*BOUNDARY,AMPLITUDE=AX\nNRING,1,1,1.\n*BOUNDARY,AMPLITUDE=AY\nNRING,2,2,1.")?;
         }
-        writeln!(out, "*NODE PRINT,NSET=NLINES\nU\n*NODE PRINT,NSET=NRING,TOTALS=ONLY\nRF\n*END STEP")?;
+        writeln!(out, "*NODE PRINT,NSET=NLINES\nU\n*NODE PRINT,NSET=NRING,TOTALS=ONLY\nRF")?;
+        // The whole mesh, at the end of the step alone.
+        writeln!(out, "*NODE FILE,OUTPUT=2D,FREQUENCY=1000000\nU\n*END STEP")?;
     }
     Ok(())
 }

@@ -65,6 +65,19 @@ const THROUGH_NECK: usize = 3;
 const GROWTH: f64 = 0.4;
 
 impl Mesh {
+    /// Sides that belong to one element only, in no order: corner, middle, corner.
+    pub fn outer_edges(&self) -> Vec<[usize; 3]> {
+        let sides = |element: &Element| {
+            let e = *element;
+            [0, 1, 2, 3].map(|side| [e[side], e[4 + side], e[(side + 1) % 4]])
+        };
+        let mut times: HashMap<usize, usize> = HashMap::new();
+        for [_, middle, _] in self.elements.iter().flat_map(sides) {
+            *times.entry(middle).or_default() += 1;
+        }
+        self.elements.iter().flat_map(sides).filter(|[_, middle, _]| times[middle] == 1).collect()
+    }
+
     /// Meshes a finger; `refinement` divides every element into as many parts in both directions.
     pub fn finger(outline: &Outline<'_>, thickness: f64, refinement: usize) -> Self {
         let mut mesh = Self::default();

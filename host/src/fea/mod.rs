@@ -6,10 +6,12 @@
 
 mod ccx;
 mod deck;
+mod frd;
 mod mesh;
 mod outline;
 mod surface;
 
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -18,6 +20,7 @@ use model_core::object::{Motion, Object as _, ObjectDesign, Shape};
 
 pub use ccx::{Printed, Progress, parse_dat, parse_sta};
 pub use deck::{HOLD_STEPS, STEP, deck};
+pub use frd::parse_frd;
 pub use mesh::{Element, Mesh, Part, Side};
 pub use outline::{Faces, Joint, Outline, Point};
 pub use surface::Surface;
@@ -45,7 +48,7 @@ pub enum FeaError {
         allowed: &'static str,
     },
     /// A part has no room.
-    #[error("lamella {lamella}: {what} is {value:.3} mm; more than 0.001 mm is needed")]
+    #[error("lamella {}: {what} is {value:.3} mm; more than 0.001 mm is needed", .lamella + 1)]
     NoRoom {
         /// Index of the lamella, from 0 at the base.
         lamella: usize,
@@ -84,10 +87,12 @@ pub enum FeaError {
         text: String,
     },
     /// CalculiX reached no place at all.
-    #[error("CalculiX reached no place; its files are in {folder}{}", .complaint.as_ref().map(|words| format!("; it says: {words}")).unwrap_or_default())]
+    #[error("CalculiX reached no place ({ended}); its files are in {folder}{}", .complaint.as_ref().map(|words| format!("; it says: {words}")).unwrap_or_default())]
     NothingReached {
         /// Where its files are.
         folder: String,
+        /// How the program ended.
+        ended: String,
         /// Its first error message.
         complaint: Option<String>,
     },
@@ -104,6 +109,9 @@ pub struct Pose {
     pub front: Vec<Point>,
     /// Back centreline up to the solid tip, finger frame, mm.
     pub back: Vec<Point>,
+    /// The deformed mesh's outline, finger frame, mm: its pieces, a point that is not a number between each two. Empty where CalculiX left
+    /// none.
+    pub outline: Vec<Point>,
 }
 
 impl Pose {
@@ -114,10 +122,12 @@ impl Pose {
 }
 
 /// A finished analysis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Analysis {
     /// One entry per place of the case, none where CalculiX did not get.
     pub poses: Vec<Option<Pose>>,
+    /// Why the deformed mesh could not be read; forces and centrelines do not need it.
+    pub unread: Option<FeaError>,
     /// Elements of the finger.
     pub elements: usize,
     /// Nodes of the finger.
@@ -213,20 +223,31 @@ impl Plan {
         std::fs::write(&deck, self.deck(case))
             .map_err(|source| FeaError::Io { file: deck.display().to_string(), source })?;
         let began = Instant::now();
-        ccx::run(folder, JOB)?;
+        let ended = ccx::run(folder, JOB)?.to_string();
         let seconds = began.elapsed().as_secs_f64();
         let printed = parse_dat(&std::fs::read_to_string(file("dat")).unwrap_or_default())?;
+        let (deformed, unread) = match parse_frd(&std::fs::read_to_string(file("frd")).unwrap_or_default()) {
+            Ok(deformed) => (deformed, None),
+            Err(error) => (BTreeMap::new(), Some(error)),
+        };
         let progress = parse_sta(&std::fs::read_to_string(file("sta")).unwrap_or_default());
-        let pose = |(&place, step): (&f64, &usize)| self.pose(place, *step, &printed);
+        let pose = |(&place, step): (&f64, &usize)| self.pose(place, *step, &printed, deformed.get(step));
         let poses: Vec<Option<Pose>> = case.path.places.iter().zip(&self.stops).map(pose).collect();
         if poses.iter().all(Option::is_none) {
             let complaint = ccx::complaint(folder, JOB);
-            return Err(FeaError::NothingReached { folder: folder.display().to_string(), complaint });
+            return Err(FeaError::NothingReached { folder: folder.display().to_string(), ended, complaint });
         }
-        Ok(Analysis { poses, elements: self.mesh.elements.len(), nodes: self.mesh.nodes.len(), progress, seconds })
+        let (elements, nodes) = (self.mesh.elements.len(), self.mesh.nodes.len());
+        Ok(Analysis { poses, unread, elements, nodes, progress, seconds })
     }
 
-    fn pose(&self, place: f64, step: usize, printed: &Printed) -> Option<Pose> {
+    fn pose(
+        &self,
+        place: f64,
+        step: usize,
+        printed: &Printed,
+        deformed: Option<&HashMap<usize, Point>>,
+    ) -> Option<Pose> {
         let (moved, reaction) = (printed.displacements.get(&step)?, printed.forces.get(&step)?);
         let count = self.mesh.front_line.len();
         if moved.len() != count + self.mesh.back_line.len() {
@@ -238,7 +259,20 @@ impl Plan {
             .collect();
         // The reaction holds the object against the finger. Adding zero turns −0 into 0.
         let force = reaction.map(|component| 0.0 - component);
-        Some(Pose { place, force, front: line[..count].to_vec(), back: line[count..].to_vec() })
+        let outline = deformed.map_or_else(Vec::new, |moved| self.outline(moved));
+        Some(Pose { place, force, front: line[..count].to_vec(), back: line[count..].to_vec(), outline })
+    }
+
+    /// The mesh's outer edges where its nodes (from 1) have moved to; nothing if one of them is missing.
+    fn outline(&self, moved: &HashMap<usize, Point>) -> Vec<Point> {
+        let edges = self.mesh.outer_edges();
+        let place = |node: usize| {
+            let [x, y] = self.mesh.nodes[node];
+            moved.get(&(node + 1)).map(|[u, v]| [x + u, y + v])
+        };
+        let pieces: Option<Vec<[Point; 3]>> =
+            edges.iter().map(|edge| Some([place(edge[0])?, place(edge[1])?, place(edge[2])?])).collect();
+        pieces.unwrap_or_default().into_iter().flat_map(|[a, b, c]| [a, b, c, [f64::NAN; 2]]).collect()
     }
 }
 

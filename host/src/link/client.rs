@@ -347,7 +347,11 @@ impl Source for Link {
         let settings = self.settings()?;
         let mut models = Vec::new();
         for number in 0..settings.count() as u8 {
-            models.push(Modelled { finger: self.finger(number)?, object: self.object(number)? });
+            models.push(Modelled {
+                finger: self.finger(number)?,
+                object: self.object(number)?,
+                uncertainty: self.uncertainty(number)?,
+            });
         }
         Ok(Setup {
             origin: Origin::Gripper,

@@ -18,6 +18,10 @@ use serde::Serialize;
 
 use super::{Link, LinkError, Told};
 
+/// How long an answer that comes is waited for: a PC may be busy.
+const PATIENT: Duration = Duration::from_secs(30);
+/// How long one that does not.
+const HASTY: Duration = Duration::from_secs(2);
 const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
 
 /// Frame of a message; keys are shortened as a gripper does.
@@ -51,8 +55,8 @@ fn report(sequence: u32) -> Vec<u8> {
     frame(EstimateTopic::TOPIC_KEY, VarSeq::Seq2(sequence as u16), &report)
 }
 
-/// A link whose peer hears each request and writes what `answer` makes of its sequence number.
-fn with_peer(answer: impl Fn(VarSeq) -> Vec<u8> + Send + 'static) -> Link {
+/// A link that waits this long for answers; its peer hears each request and writes what `answer` makes of its sequence number.
+fn with_peer(patience: Duration, answer: impl Fn(VarSeq) -> Vec<u8> + Send + 'static) -> Link {
     let (ours, mut theirs) = UnixStream::pair().unwrap();
     thread::spawn(move || {
         let mut decoder: Decoder = Decoder::new();
@@ -66,21 +70,21 @@ fn with_peer(answer: impl Fn(VarSeq) -> Vec<u8> + Send + 'static) -> Link {
         }
     });
     let mut link = Link::over_stream(ours).unwrap();
-    link.set_patience(Duration::from_millis(500));
+    link.set_patience(patience);
     link
 }
 
 #[test]
 fn answers_find_their_questions_among_noise_and_reports() {
     let counters = Counters { ticks: 77, ..Counters::default() };
-    let link = with_peer(move |number| {
+    let link = with_peer(PATIENT, move |number| {
         let mut damaged = report(1);
         damaged[20] ^= 0x10;
         [report(0), damaged, vec![0x33; 40], frame(GetCounters::RESP_KEY, number, &counters), report(5)].concat()
     });
     let told = link.listen();
     assert_eq!(link.counters().unwrap().ticks, 77);
-    let heard = || match told.recv_timeout(Duration::from_secs(5)).unwrap() {
+    let heard = || match told.recv_timeout(PATIENT).unwrap() {
         Told::Report(report) => (report.sequence, report.estimate.force_magnitude()),
         other => panic!("{other:?}"),
     };
@@ -91,18 +95,18 @@ fn answers_find_their_questions_among_noise_and_reports() {
 
 #[test]
 fn every_way_to_fail_is_told_apart() {
-    let silent = with_peer(|_| Vec::new());
+    let silent = with_peer(HASTY, |_| Vec::new());
     assert!(matches!(silent.version(), Err(LinkError::Timeout { path: "version", .. })));
 
-    let strange = with_peer(|number| frame(ERROR_KEY, number, &WireError::UnknownKey));
+    let strange = with_peer(PATIENT, |number| frame(ERROR_KEY, number, &WireError::UnknownKey));
     let error = strange.set_object(0, OBJECT).unwrap_err();
     assert!(matches!(error, LinkError::Wire { error: WireError::UnknownKey, .. }), "{error}");
 
-    let confused = with_peer(|number| frame(SetObject::RESP_KEY, number, &[9_u8; 3]));
+    let confused = with_peer(PATIENT, |number| frame(SetObject::RESP_KEY, number, &[9_u8; 3]));
     assert!(matches!(confused.set_object(0, OBJECT), Err(LinkError::Answer { path: "object/set" })));
 
     // An answer to another question does not count.
-    let other = with_peer(|number| {
+    let other = with_peer(HASTY, |number| {
         let number: u32 = number.into();
         frame(SetObject::RESP_KEY, VarSeq::Seq4(number + 1), &messages::Outcome::Ok(()))
     });
@@ -120,7 +124,7 @@ fn the_end_of_the_link_ends_every_wait() {
         drop(theirs);
     });
     assert!(matches!(link.counters(), Err(LinkError::Closed)));
-    assert!(matches!(told.recv_timeout(Duration::from_secs(5)), Err(RecvTimeoutError::Disconnected)));
+    assert!(matches!(told.recv_timeout(PATIENT), Err(RecvTimeoutError::Disconnected)));
     assert!(link.is_closed() && matches!(link.counters(), Err(LinkError::Closed | LinkError::Send(_))));
     assert!(link.listen().recv().is_err());
     peer.join().unwrap();

@@ -26,6 +26,8 @@ const LONGEST_GAP: f64 = 6.0;
 const END: f64 = 0.15;
 /// Length of beam from which the next place is foretold, mm.
 const FORETOLD_FROM: f64 = 6.0;
+/// The least thickness of the beam in the picture, pixels: with less, its two edges blur into one line.
+pub const THINNEST_PX: f64 = 5.0;
 /// The faintest edge, in linear light of 0 to 1.
 pub const FAINTEST: f64 = 0.02;
 /// The most of an edge's height that its step may leave unexplained (root mean square).
@@ -153,7 +155,8 @@ impl Search<'_> {
         });
         let at = self.plane.pixel(self.beam.point(low)).unwrap_or([f64::NAN; 2]);
         let thickness = self.beam.thickness.at(low);
-        let none = |contrast| OutlineError::NoBeam { thickness, from: low, to: high, at, contrast };
+        let thickness_px = self.plane.mm_per_pixel(self.beam.point(low)).map_or(f64::NAN, |scale| thickness / scale);
+        let none = |contrast| OutlineError::NoBeam { thickness, thickness_px, from: low, to: high, at, contrast };
         let supporters = best.map(supporters).unwrap_or_default();
         match best {
             Some(best) if supporters.len() as f64 >= SUPPORT * places as f64 => {

@@ -15,6 +15,16 @@ pub enum OutlineError {
         /// Why.
         reason: String,
     },
+    /// A picture with more pixels than there is memory for.
+    #[error("{file}: has {width}×{height} pixels; allowed are up to {} million", super::photo::MOST_PIXELS / 1_000_000)]
+    TooManyPixels {
+        /// The file.
+        file: String,
+        /// Its width, pixels.
+        width: u32,
+        /// Its height, pixels.
+        height: u32,
+    },
     /// A file cannot be written.
     #[error("{file}: cannot be written: {reason}")]
     Unwritable {
@@ -98,6 +108,8 @@ pub enum OutlineError {
         "no beam {thickness} mm thick near pixel {:.0},{:.0} (arc length {from:.0} to {to:.0} mm); {}", .at[0], .at[1],
         if *.contrast < super::beam::FAINTEST {
             format!("the contrast is too low: {:.1} % of white, needed is {:.0} %", 100.0 * .contrast, 100.0 * super::beam::FAINTEST)
+        } else if *.thickness_px < super::beam::THINNEST_PX {
+            format!("the picture is too coarse: the beam is {:.1} pixels thick, needed are about {:.0}", .thickness_px, super::beam::THINNEST_PX)
         } else {
             "no two edges so far apart along it: check the light, the marks, the motor angle, --frame and the finger's thickness".to_owned()
         }
@@ -105,6 +117,8 @@ pub enum OutlineError {
     NoBeam {
         /// Thickness of the design, mm.
         thickness: f64,
+        /// The same in the picture, pixels.
+        thickness_px: f64,
         /// First arc length looked at, mm.
         from: f64,
         /// Last, mm.

@@ -26,9 +26,11 @@ use model_core::design::Beam;
 pub use error::OutlineError;
 
 use beam::{Line, Look, SPACING, Search, Station};
-use photo::Photo;
+use photo::{Colour, Photo};
 use plane::Plane;
 
+/// A contrast in white light that is enough, whatever it may be in another.
+const PLAIN: f64 = 0.1;
 /// The farthest a point of the outline may be from a place where an edge was seen, mm.
 const SEEN: f64 = 1.0;
 /// The last stretch before the edges are lost, mm: what hides them has begun to bend them there.
@@ -79,6 +81,8 @@ pub struct Outline {
     pub gaps: Vec<[f64; 2]>,
     /// Contrast in linear light, and thickness seen over thickness of the design.
     pub look: Look,
+    /// The light in which the edges were looked for.
+    pub colour: Colour,
     /// Standard deviation of the edges' blur, pixels (median).
     pub blur_px: f64,
     /// Standard deviation of a single place from the smoothed line, mm (median).
@@ -92,8 +96,13 @@ pub struct Outline {
 /// # Errors
 /// The beam is not in the picture, its contrast is too low, or its edges end before the places wanted.
 pub fn extract(photo: &Photo, plane: &Plane, beam: &Beam, options: &Options) -> Result<Outline, OutlineError> {
+    let in_white = Search { photo, plane, beam }.seed(options.from, options.to);
+    let coloured = in_colour(photo, plane, beam, options, &in_white);
+    let (photo, (seed, first_look)) = match &coloured {
+        Some((photo, seen)) => (photo, *seen),
+        None => (photo, in_white?),
+    };
     let search = Search { photo, plane, beam };
-    let (seed, first_look) = search.seed(options.from, options.to)?;
     let first = search.follow(seed, &first_look, options.from, options.to)?;
     // The thickness where both edges were seen tells where the centre is where only one is.
     let ratio = median(first.iter().filter_map(|station| station.ratio)).unwrap_or(first_look.ratio);
@@ -128,10 +137,35 @@ pub fn extract(photo: &Photo, plane: &Plane, beam: &Beam, options: &Options) -> 
         gaps: gaps(stations, options),
         points,
         look,
+        colour: photo.colour(),
         blur_px: median(stations.iter().map(|station| station.edge.blur)).unwrap_or(f64::NAN) / mm_per_pixel,
         scatter: median(scatters).unwrap_or(f64::NAN),
         mm_per_pixel,
     })
+}
+
+/// The photograph in the light of a primary, and what was seen in it, where a finger hardly differs from what is behind it but
+/// in its colour.
+fn in_colour(
+    photo: &Photo,
+    plane: &Plane,
+    beam: &Beam,
+    options: &Options,
+    in_white: &Result<(Station, Look), OutlineError>,
+) -> Option<(Photo, (Station, Look))> {
+    let needed = match in_white {
+        Ok((_, look)) if look.contrast.abs() >= PLAIN => return None,
+        // Twice as much: a primary alone has more noise.
+        Ok((_, look)) => 2.0 * look.contrast.abs(),
+        Err(OutlineError::NoBeam { .. }) => 0.0,
+        Err(_) => return None,
+    };
+    let seen = Colour::PRIMARIES.into_iter().filter_map(|colour| {
+        let photo = photo.in_light(colour);
+        let seed = Search { photo: &photo, plane, beam }.seed(options.from, options.to).ok()?;
+        (seed.1.contrast.abs() > needed).then_some((photo, seed))
+    });
+    seen.max_by(|(_, (_, a)), (_, (_, b))| a.contrast.abs().total_cmp(&b.contrast.abs()))
 }
 
 /// Places about `SPACING` apart, with their lengths along the line from its start at `from`.
@@ -148,8 +182,15 @@ fn even(line: &Line<'_>, from: f64, to: f64) -> Vec<(f64, beam::OnLine)> {
     places
 }
 
-/// The stations without those just before an end that was not reached.
+/// The stations without those just before an end that was not reached. A few stations beyond a gap do not reach it: what hides
+/// the edges may look like one.
 fn before_losses<'a>(stations: &'a [Station], options: &Options) -> &'a [Station] {
+    let torn = |pair: &[Station]| pair[1].arc - pair[0].arc > 2.0 * SEEN;
+    let ends = [stations.first(), stations.last()].map(|end| end.map_or(0.0, |station| station.arc));
+    let start = stations.windows(2).rposition(|pair| torn(pair) && pair[0].arc < ends[0] + 2.0 * BEFORE_LOSS);
+    let end = stations.windows(2).position(|pair| torn(pair) && pair[1].arc > ends[1] - 2.0 * BEFORE_LOSS);
+    let whole = start.map_or(0, |last| last + 1)..end.map_or(stations.len(), |last| last + 1);
+    let stations = stations.get(whole).unwrap_or(stations);
     let (Some(first), Some(last)) = (stations.first(), stations.last()) else { return stations };
     let low = if first.arc > options.from + 2.0 * SPACING { first.arc + BEFORE_LOSS } else { first.arc };
     let high = if last.arc < options.to - 2.0 * SPACING { last.arc - BEFORE_LOSS } else { last.arc };

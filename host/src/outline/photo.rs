@@ -1,10 +1,56 @@
 //! A photograph in linear light.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use image::{DynamicImage, GrayImage, ImageDecoder, ImageReader, RgbImage};
 
 use super::OutlineError;
+
+/// The most pixels of a picture: about 2 GB while it is read.
+pub const MOST_PIXELS: u64 = 120_000_000;
+
+/// What of the light is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colour {
+    /// All of it, as the eye weighs it.
+    White,
+    /// One primary of sRGB.
+    Red,
+    /// One primary of sRGB.
+    Green,
+    /// One primary of sRGB.
+    Blue,
+}
+
+impl Colour {
+    /// The primaries.
+    pub const PRIMARIES: [Self; 3] = [Self::Red, Self::Green, Self::Blue];
+
+    /// Its name.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::White => "white",
+            Self::Red => "red",
+            Self::Green => "green",
+            Self::Blue => "blue",
+        }
+    }
+
+    /// Weights of red, green and blue; for white those of ITU-R BT.709, whose primaries sRGB has.
+    fn weights(self) -> [f32; 3] {
+        match self {
+            Self::White => [0.2126, 0.7152, 0.0722],
+            Self::Red => [1.0, 0.0, 0.0],
+            Self::Green => [0.0, 1.0, 0.0],
+            Self::Blue => [0.0, 0.0, 1.0],
+        }
+    }
+
+    fn of([r, g, b]: [f32; 3], weights: [f32; 3]) -> f32 {
+        weights[0] * linear(r) + weights[1] * linear(g) + weights[2] * linear(b)
+    }
+}
 
 /// A photograph, upright as its EXIF orientation says. Pixel coordinates: x to the right, y down, the middle of the upper
 /// left pixel at (0, 0).
@@ -13,41 +59,62 @@ pub struct Photo {
     pub name: String,
     width: usize,
     height: usize,
-    /// Luminance, linear light, 0 to 1, row by row. Cameras blur light, not the values that files keep: an edge's middle
+    /// Which light.
+    colour: Colour,
+    /// Linear light of that colour, 0 to 1, row by row. Cameras blur light, not the values that files keep: an edge's middle
     /// is half-way in light only.
     light: Vec<f32>,
-    picture: RgbImage,
+    picture: Arc<RgbImage>,
 }
 
 impl Photo {
     /// Reads PNG, JPEG, TIFF, BMP or WebP.
     ///
     /// # Errors
-    /// The file cannot be read or is no such picture.
+    /// The file cannot be read, is no such picture, or has more than [`MOST_PIXELS`].
     pub fn read(path: &Path) -> Result<Self, OutlineError> {
         let name = path.display().to_string();
-        let unreadable = |reason: String| OutlineError::Unreadable { file: name.clone(), reason };
-        let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
-        let reader = reader.map_err(|error| unreadable(error.to_string()))?;
-        let decode = || -> Result<DynamicImage, image::ImageError> {
-            let mut decoder = reader.into_decoder()?;
-            let orientation = decoder.orientation()?;
-            let mut image = DynamicImage::from_decoder(decoder)?;
-            image.apply_orientation(orientation);
-            Ok(image)
+        let unreadable = |error: image::ImageError| {
+            let formats = match error {
+                image::ImageError::Unsupported(_) => "; allowed are PNG, JPEG, TIFF, BMP and WebP",
+                _ => "",
+            };
+            OutlineError::Unreadable { file: name.clone(), reason: format!("{error}{formats}") }
         };
-        let image = decode().map_err(|error| unreadable(error.to_string()))?;
+        let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+        let reader = reader.map_err(|error| unreadable(error.into()))?;
+        let mut decoder = reader.into_decoder().map_err(unreadable)?;
+        let (width, height) = decoder.dimensions();
+        if u64::from(width) * u64::from(height) > MOST_PIXELS {
+            return Err(OutlineError::TooManyPixels { file: name, width, height });
+        }
+        let orientation = decoder.orientation().map_err(unreadable)?;
+        let mut image = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
+        image.apply_orientation(orientation);
         Ok(Self::new(name, &image))
     }
 
-    /// Takes a picture with sRGB values.
+    /// Takes a picture with sRGB values, in white light.
     pub fn new(name: String, image: &DynamicImage) -> Self {
         let values = image.to_rgb32f();
         let (width, height) = (values.width() as usize, values.height() as usize);
-        // Weights of ITU-R BT.709, whose primaries sRGB has.
-        let light =
-            values.pixels().map(|p| 0.2126 * linear(p.0[0]) + 0.7152 * linear(p.0[1]) + 0.0722 * linear(p.0[2]));
-        Self { name, width, height, light: light.collect(), picture: image.to_rgb8() }
+        let colour = Colour::White;
+        let weights = colour.weights();
+        let light = values.pixels().map(|p| Colour::of(p.0, weights)).collect();
+        Self { name, width, height, colour, light, picture: Arc::new(image.to_rgb8()) }
+    }
+
+    /// The same photograph in light of another colour, in 256 steps of each primary.
+    pub fn in_light(&self, colour: Colour) -> Self {
+        let weights = colour.weights();
+        let of = |p: &image::Rgb<u8>| Colour::of(p.0.map(|value| f32::from(value) / 255.0), weights);
+        let light = self.picture.pixels().map(of).collect();
+        Self { name: self.name.clone(), colour, light, picture: self.picture.clone(), ..*self }
+    }
+
+    /// The colour of its light.
+    pub fn colour(&self) -> Colour {
+        self.colour
     }
 
     /// Width and height, pixels.
@@ -62,7 +129,7 @@ impl Photo {
 
     /// The picture in 256 greys.
     pub fn grey(&self) -> GrayImage {
-        DynamicImage::ImageRgb8(self.picture.clone()).to_luma8()
+        image::imageops::grayscale(self.picture.as_ref())
     }
 
     /// True for a place between the middles of the outermost pixels.

@@ -1,6 +1,5 @@
 //! The log of the gripper's image for QEMU, which comes out by semihosting.
 
-use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -43,7 +42,7 @@ pub fn log(
     let image = Image::read(path, BOARD)?;
     let log = Log::of(&image)?;
     let failed = |doing| move |source| ProbeError::Log { doing, source };
-    let mut words = temporary().map_err(failed("read"))?;
+    let mut words = tempfile::tempfile().map_err(failed("read"))?;
     let mut command = Command::new("qemu-system-arm");
     command.args([
         "-machine",
@@ -101,13 +100,4 @@ pub fn log(
             return Ok(());
         }
     }
-}
-
-/// A file without a name.
-fn temporary() -> io::Result<File> {
-    use std::os::unix::fs::OpenOptionsExt;
-    let path = std::env::temp_dir().join(format!("fre-log-{}", std::process::id()));
-    let file = File::options().read(true).write(true).create(true).truncate(true).mode(0o600).open(&path)?;
-    std::fs::remove_file(&path)?;
-    Ok(file)
 }

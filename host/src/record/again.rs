@@ -80,7 +80,9 @@ impl Again {
             let model = setup.models.get(number).cloned().unwrap_or_default();
             let model = self.changes.apply(number, model);
             let calibration = Calibration::new(mount);
-            match self.fingers.get_mut(number).filter(|finger| finger.model == model) {
+            // Another uncertainty is no other equilibrium.
+            let is_same = |known: &Modelled| (&known.finger, &known.object) == (&model.finger, &model.object);
+            match self.fingers.get_mut(number).filter(|finger| is_same(&finger.model)) {
                 Some(finger) => finger.calibration = calibration,
                 None => {
                     let made = make(&model, self.changes.precision);
@@ -88,6 +90,11 @@ impl Again {
                     let finger = Finger { model: model.clone(), calibration, estimator, last: None };
                     if number < self.fingers.len() { self.fingers[number] = finger } else { self.fingers.push(finger) }
                 }
+            }
+            if let Some(finger) = self.fingers.get_mut(number) {
+                let given = calibration.uncertainty(model.uncertainty);
+                let set = finger.estimator.set_uncertainty(given);
+                set.map_err(|error| AgainError::Refused { finger: number, why: error.to_string() })?;
             }
             if let Some(place) = setup.models.get_mut(number) {
                 *place = model;
@@ -120,7 +127,11 @@ impl Again {
 impl Changes {
     fn apply(&self, number: usize, recorded: Modelled) -> Modelled {
         let other = self.models.get(number).or(self.models.last()).cloned().unwrap_or_default();
-        let mut model = Modelled { finger: other.finger.or(recorded.finger), object: other.object.or(recorded.object) };
+        let mut model = Modelled {
+            finger: other.finger.or(recorded.finger),
+            object: other.object.or(recorded.object),
+            uncertainty: other.uncertainty.or(recorded.uncertainty),
+        };
         if let Some(finger) = &mut model.finger {
             let material = &mut finger.design.material;
             material.youngs_modulus = self.youngs_modulus.unwrap_or(material.youngs_modulus);

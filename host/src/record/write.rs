@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, McapError, WriteOptions, Writer};
-use messages::Report;
+use messages::{FreeObject, Grasp, Report};
 use serde::Serialize;
 
 use super::RecordError;
@@ -29,6 +29,8 @@ pub struct Recorder {
     path: PathBuf,
     channels: HashMap<Topic, u16>,
     setup: Option<Setup>,
+    /// Where the free object that is drawn was.
+    drawn: Option<FreeObject>,
     sequence: Sequence,
     anchor: Option<Anchor>,
     flushed: Instant,
@@ -87,6 +89,7 @@ impl Recorder {
             path: path.to_owned(),
             channels: HashMap::new(),
             setup: None,
+            drawn: None,
             sequence: Sequence::default(),
             anchor: None,
             flushed: Instant::now(),
@@ -105,9 +108,7 @@ impl Recorder {
     pub fn take(&mut self, told: &Told) -> Result<(), RecordError> {
         match told {
             Told::Report(report) => self.report(report)?,
-            Told::Grasp(grasp) => {
-                self.write(Topic::Grasp, grasp.sequence, self.last_ns(), &GraspMessage::from(grasp))?
-            }
+            Told::Grasp(grasp) => self.grasp(grasp)?,
             Told::Shape(shape) => {
                 let ns = self.last_ns();
                 self.write(Topic::Shape(shape.finger), shape.sequence, ns, &ShapeMessage::from(&**shape))?;
@@ -170,15 +171,34 @@ impl Recorder {
         self.write(Topic::Estimate(report.finger), report.sequence, ns, &EstimateMessage::from(report))
     }
 
+    fn grasp(&mut self, grasp: &Grasp) -> Result<(), RecordError> {
+        let ns = self.last_ns();
+        self.write(Topic::Grasp, grasp.sequence, ns, &GraspMessage::from(grasp))?;
+        // Without a balance it is where it was.
+        let rests = |free: &FreeObject| free.status.is_trustworthy();
+        if grasp.free.is_none_or(|free| rests(&free)) && has_moved(self.drawn.as_ref(), grasp.free.as_ref()) {
+            self.drawn = grasp.free;
+            self.objects(ns)?;
+        }
+        Ok(())
+    }
+
     fn set_up(&mut self, setup: Setup, ns: u64) -> Result<(), RecordError> {
         self.write(Topic::Setup, 0, ns, &setup)?;
-        for (finger, model) in setup.models.iter().enumerate() {
-            if let Some(object) = &model.object {
-                let finger = finger as u8;
-                self.write(Topic::Object(finger), 0, ns, &foxglove::object(ns, finger, object, &setup))?;
-            }
-        }
         self.setup = Some(setup);
+        self.objects(ns)
+    }
+
+    /// Draws the fingers' objects.
+    fn objects(&mut self, ns: u64) -> Result<(), RecordError> {
+        let Some(setup) = &self.setup else { return Ok(()) };
+        let objects = (0..).zip(&setup.models).filter_map(|(finger, _)| {
+            let object = setup.object(finger, self.drawn.as_ref())?;
+            Some((finger, foxglove::object(ns, finger, &object, setup)))
+        });
+        for (finger, scene) in objects.collect::<Vec<_>>() {
+            self.write(Topic::Object(finger), 0, ns, &scene)?;
+        }
         Ok(())
     }
 
@@ -221,6 +241,12 @@ impl Recorder {
         let at = |anchor: &Anchor| anchor.zero_ns + i128::from(anchor.last_us) * 1000;
         self.anchor.as_ref().and_then(|anchor| u64::try_from(at(anchor)).ok()).unwrap_or_else(now_ns)
     }
+}
+
+/// Whether a free object has gone farther than a picture hides, mm and rad.
+fn has_moved(before: Option<&FreeObject>, now: Option<&FreeObject>) -> bool {
+    let place = |free: Option<&FreeObject>| free.map_or([0.0; 3], |it| [it.shift[0], it.shift[1], 100.0 * it.turn]);
+    place(before).iter().zip(place(now)).any(|(before, now)| (now - before).abs() > 0.05)
 }
 
 fn failed(path: &Path, error: McapError) -> RecordError {

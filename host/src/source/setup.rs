@@ -1,7 +1,9 @@
 //! Who tells, and how its numbers come about.
 
-use messages::{Finger, Settings};
+use messages::{Finger, FreeObject, Settings, Side};
+use model_core::grasp::Place;
 use model_core::object::ObjectDesign;
+use model_core::uncertainty::Uncertainty;
 use serde::{Deserialize, Serialize};
 
 /// What kind of source.
@@ -23,6 +25,9 @@ pub struct Modelled {
     pub finger: Option<Finger>,
     /// Its object, world frame, if it has one.
     pub object: Option<ObjectDesign>,
+    /// What a calibration has left uncertain, if there was one. (Recordings of versions before it have none.)
+    #[serde(default)]
+    pub uncertainty: Option<Uncertainty>,
 }
 
 /// Everything that the numbers depend on.
@@ -44,4 +49,15 @@ pub struct Setup {
     pub settings: Settings,
     /// One model per finger of the settings.
     pub models: Vec<Modelled>,
+}
+
+impl Setup {
+    /// A finger's object where a free one has come to, in the finger's own world frame; where it was set if it is fixed.
+    pub fn object(&self, finger: u8, free: Option<&FreeObject>) -> Option<ObjectDesign> {
+        let object = self.models.get(usize::from(finger))?.object?;
+        let Some(free) = free else { return Some(object) };
+        let place = Place { shift: free.shift.map(f64::from), turn: f64::from(free.turn) };
+        let is_mirrored = self.settings.finger(finger).is_some_and(|mount| mount.side == Side::Right);
+        Some(if is_mirrored { place.mirrored() } else { place }.of(&object))
+    }
 }

@@ -141,8 +141,13 @@ impl Document {
     /// An unknown key.
     pub fn set(&mut self, key: &str, value: f64) -> Result<(), SweepError> {
         self.need(key)?;
-        set(&mut self.root, key, Node::Number(number(value)));
+        self.set_known(key, value);
         Ok(())
+    }
+
+    /// Sets a number whose key [`Self::need`] has found.
+    pub(super) fn set_known(&mut self, key: &str, value: f64) {
+        set(&mut self.root, key, Node::Number(number(value)));
     }
 
     /// Sets the motor angles, degrees.

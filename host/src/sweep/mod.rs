@@ -13,13 +13,13 @@ use model_core::discretise::DiscretiseError;
 use model_core::equilibrium::Follower;
 use model_core::object::Motion;
 
-use crate::case::{Case, CaseError};
+use crate::case::{Case, CaseError, MotionPath};
 use crate::heap::Host;
 use crate::run::{self, Options, Solution};
 
 pub use axis::{Axis, numbers};
 pub use document::Document;
-pub use ledger::Ledger;
+pub use ledger::{Known, Ledger};
 pub use study::{Tuned, study};
 pub use work::{Progress, Tally, run};
 
@@ -97,6 +97,20 @@ pub enum SweepError {
         /// What it is instead.
         reason: String,
     },
+    /// Output that cannot be gone on with.
+    #[error("{file}: is no regular file, which --out needs to go on in; without --out the rows go to standard output")]
+    NoFile {
+        /// What is none.
+        file: String,
+    },
+    /// All rows are in the file, in the order in which they were found.
+    #[error("{file}: is complete, but its rows cannot be sorted: {source}")]
+    Unsorted {
+        /// The file.
+        file: String,
+        /// The system's words.
+        source: std::io::Error,
+    },
     /// Another process writes the same file.
     #[error("{file}: another sweep is writing this file")]
     Busy {
@@ -115,8 +129,7 @@ pub struct Sweep {
     document: Document,
     axes: Vec<Axis>,
     options: Options,
-    places: Arc<[f64]>,
-    motion: Motion,
+    path: Arc<MotionPath>,
 }
 
 impl Sweep {
@@ -149,7 +162,7 @@ impl Sweep {
         if rows > MOST_ROWS as u128 {
             return Err(SweepError::TooMany { rows, max: MOST_ROWS });
         }
-        Ok(Self { document, axes, options, places: path.places.into(), motion: path.motion })
+        Ok(Self { document, axes, options, path: path.into() })
     }
 
     /// Number of points of the grid.
@@ -159,7 +172,12 @@ impl Sweep {
 
     /// Motor angles (degrees) or distances (mm) at every point.
     pub fn places(&self) -> &[f64] {
-        &self.places
+        &self.path.places
+    }
+
+    /// What follows the number of a place: "°" or " mm".
+    pub fn unit(&self) -> &'static str {
+        self.path.unit()
     }
 
     /// True if several resolutions are compared.
@@ -169,7 +187,7 @@ impl Sweep {
 
     /// Number of rows of the result.
     pub fn rows(&self) -> usize {
-        self.points() * self.places.len()
+        self.points() * self.places().len()
     }
 
     /// Index of a point's value on every axis.
@@ -211,7 +229,7 @@ impl Sweep {
             match axis {
                 Axis::Key { key, values } => {
                     if let Some(&value) = values.get(index) {
-                        document.set(key, value)?;
+                        document.set_known(key, value);
                     }
                 }
                 Axis::Elements(values) => {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::ledger::status_of;
 use super::{Axis, Sweep};
 
 /// What a resolution came to, over all other values of the grid and all places.
@@ -50,7 +51,7 @@ pub fn study(sweep: &Sweep, csv: &str) -> Option<Vec<Tuned>> {
         let mut point = sweep.indices(row / sweep.places().len());
         let resolution = point.get(along).copied()?;
         point.remove(along);
-        let trustworthy = ["converged", "tracking", "no-contact", "snapped"].contains(cells.get(status)?);
+        let trustworthy = status_of(cells.get(status)?)?.is_trustworthy();
         let found =
             Read { trustworthy, force: number(force), unknowns: number(unknowns)? as u64, time_us: number(time)? };
         read.get_mut(resolution)?.insert((point, row % sweep.places().len()), found);

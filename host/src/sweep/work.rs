@@ -9,15 +9,19 @@ use std::time::{Duration, Instant};
 use model_core::status::Status;
 use rayon::prelude::*;
 
-use super::ledger::{self, Ledger};
+use super::ledger::{self, Known, Ledger};
 use super::{Sweep, SweepError};
 
 /// How often progress is told without news.
 const BEAT: Duration = Duration::from_millis(250);
+/// Points that are checked between two tellings.
+const CHECKED_AT_ONCE: usize = 1024;
 
 /// How far a sweep is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
+    /// Points checked and points to check, while none is solved yet.
+    pub checked: Option<[usize; 2]>,
     /// Rows known, those of an earlier run included.
     pub done: usize,
     /// All rows.
@@ -35,6 +39,8 @@ pub struct Tally {
     pub statuses: BTreeMap<&'static str, usize>,
     /// Rows without a trustworthy status.
     pub failures: Vec<(usize, Status)>,
+    /// Rows with a part strained beyond the material's limit.
+    pub strained: Vec<usize>,
     /// Rows computed in this run.
     pub computed: usize,
     /// Rows taken over from an earlier run.
@@ -42,10 +48,11 @@ pub struct Tally {
 }
 
 impl Tally {
-    fn of(statuses: impl IntoIterator<Item = Option<Status>>, computed: usize, resumed: usize) -> Self {
+    fn of(rows: &[Option<Known>], computed: usize, resumed: usize) -> Self {
         let mut tally = Self { computed, resumed, ..Self::default() };
-        for (row, status) in statuses.into_iter().enumerate() {
-            let Some(status) = status else { continue };
+        for (row, known) in rows.iter().enumerate() {
+            let &Some(Known { status, strained }) = known else { continue };
+            tally.strained.extend(strained.then_some(row));
             *tally.statuses.entry(status.word()).or_default() += 1;
             if !status.is_trustworthy() {
                 tally.failures.push((row, status));
@@ -64,7 +71,7 @@ enum Rows<'a, W> {
         out: &'a mut W,
         next: usize,
         waiting: BTreeMap<usize, String>,
-        statuses: Vec<Option<Status>>,
+        known: Vec<Option<Known>>,
     },
 }
 
@@ -84,16 +91,27 @@ pub fn run<W: Write>(
     let resumed = ledger.as_ref().map_or(0, |ledger| ledger.found());
     let todo: Vec<usize> =
         (0..sweep.points()).filter(|&point| ledger.as_ref().is_none_or(|ledger| !ledger.has(sweep, point))).collect();
-    pool.install(|| todo.par_iter().try_for_each(|&point| sweep.check(point)))?;
+    let mut progress = Progress { checked: None, done: resumed, total: sweep.rows(), rate: 0.0, left_s: None };
+    for (index, points) in todo.chunks(CHECKED_AT_ONCE).enumerate() {
+        if let Some(error) = pool.install(|| points.par_iter().find_map_first(|&point| sweep.check(point).err())) {
+            if let Some(ledger) = ledger {
+                ledger.abandon();
+            }
+            return Err(error);
+        }
+        tell(Progress { checked: Some([index * CHECKED_AT_ONCE + points.len(), todo.len()]), ..progress });
+    }
     let mut rows = match ledger {
-        Some(ledger) => Rows::File(ledger),
+        Some(ledger) => {
+            ledger.begin()?;
+            Rows::File(ledger)
+        }
         None => {
             out.write_all(ledger::header(sweep).as_bytes()).map_err(stream_failed)?;
-            Rows::Stream { out, next: 0, waiting: BTreeMap::new(), statuses: vec![None; sweep.rows()] }
+            Rows::Stream { out, next: 0, waiting: BTreeMap::new(), known: vec![None; sweep.rows()] }
         }
     };
     let begin = Instant::now();
-    let mut progress = Progress { done: resumed, total: sweep.rows(), rate: 0.0, left_s: None };
     let stop = AtomicBool::new(false);
     let (sender, receiver) = mpsc::channel();
     let mut outcome = Ok(());
@@ -117,10 +135,10 @@ pub fn run<W: Write>(
                             progress.done += ledger.add(sweep, point, &solutions)?;
                             Ok(())
                         }
-                        Rows::Stream { out, next, waiting, statuses } => {
+                        Rows::Stream { out, next, waiting, known } => {
                             let first = point * sweep.places().len();
                             for (index, solution) in solutions.iter().enumerate() {
-                                statuses[first + index] = Some(solution.status);
+                                known[first + index] = Some(Known::of(solution));
                             }
                             progress.done += solutions.len();
                             waiting
@@ -151,11 +169,11 @@ pub fn run<W: Write>(
     match rows {
         Rows::File(ledger) => {
             ledger.finish()?;
-            Ok(Tally::of(ledger.statuses().iter().copied(), computed, resumed))
+            Ok(Tally::of(ledger.known(), computed, resumed))
         }
-        Rows::Stream { out, statuses, .. } => {
+        Rows::Stream { out, known, .. } => {
             out.flush().map_err(stream_failed)?;
-            Ok(Tally::of(statuses, computed, resumed))
+            Ok(Tally::of(&known, computed, resumed))
         }
     }
 }

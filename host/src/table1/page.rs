@@ -17,7 +17,7 @@ pub(super) fn html(rows: &[Row]) -> String {
          <body>\n<main>\n<h1>{TITLE}</h1>\n"
     );
     for note in table::notes() {
-        let _ = writeln!(out, "<p>{}</p>", escaped(&note));
+        let _ = writeln!(out, "<p>{}</p>", with_symbols(&note));
     }
     let mut tables = table::tables(rows).into_iter();
     if let Some(summary) = tables.next() {
@@ -73,17 +73,36 @@ fn finger(row: &Row, index: usize) -> String {
     draw::svg_in_page(&scene, &format!("f{index}-"))
 }
 
-fn write_table(out: &mut String, Table { title, columns, rows }: &Table) {
-    let _ = write!(out, "<h2>{title}</h2>\n<div class=\"wide\"><table>\n<thead><tr>");
-    for column in columns {
-        let _ = write!(out, "<th>{}</th>", escaped(column));
+fn write_table(out: &mut String, Table { title, groups, columns, rows }: &Table) {
+    let _ = write!(out, "<h2>{}</h2>\n<div class=\"wide\"><table>\n<thead>", with_symbols(title));
+    if !groups.is_empty() {
+        *out += "<tr class=\"groups\">";
+        for (name, count) in groups {
+            // Over columns without a common name stands an empty cell, which is no head.
+            let tag = if name.is_empty() { "td" } else { "th" };
+            let _ = write!(out, "<{tag} colspan=\"{count}\">{}</{tag}>", escaped(name));
+        }
+        *out += "</tr>\n";
+    }
+    // Where a group begins, a wider gap sets it apart.
+    let begins: Vec<usize> = groups.iter().scan(0, |at, (_, count)| Some(std::mem::replace(at, *at + count))).collect();
+    let class = |column: usize| if column > 0 && begins.contains(&column) { " class=\"first\"" } else { "" };
+    *out += "<tr>";
+    for (index, column) in columns.iter().enumerate() {
+        let _ = write!(out, "<th{}>{}</th>", class(index), escaped(column));
     }
     *out += "</tr></thead>\n<tbody>\n";
     for cells in rows {
-        let cells: String = cells.iter().map(|cell| format!("<td>{}</td>", escaped(cell))).collect();
+        let cell = |(index, cell): (usize, &String)| format!("<td{}>{}</td>", class(index), escaped(cell));
+        let cells: String = cells.iter().enumerate().map(cell).collect();
         let _ = writeln!(out, "<tr>{cells}</tr>");
     }
     *out += "</tbody>\n</table></div>\n";
+}
+
+/// Escaped, with the paper's symbol as it is printed.
+fn with_symbols(text: &str) -> String {
+    escaped(text).replace("x_f", "<i>x</i><sub>f</sub>")
 }
 
 fn escaped(text: &str) -> String {
@@ -92,7 +111,7 @@ fn escaped(text: &str) -> String {
 
 const STYLE: &str = "\
 :root{--paper:#fff;--ink:#1b1f24;--muted:#5b636c;--rule:#e3e6e9;--bad:#b3261e}\
-@media (prefers-color-scheme:dark){:root{--paper:#0f1419;--ink:#e6eaee;--muted:#9aa4ae;--rule:#2a3138;--bad:#ff8a80}}\
+@media screen and (prefers-color-scheme:dark){:root{--paper:#0f1419;--ink:#e6eaee;--muted:#9aa4ae;--rule:#2a3138;--bad:#ff8a80}}\
 body{margin:0;background:var(--paper);color:var(--ink);font:16px/1.5 'Noto Sans','Helvetica Neue',Helvetica,Arial,sans-serif}\
 main{max-width:1100px;margin:0 auto;padding:1.5rem 1rem 4rem}\
 h1{font-size:1.5rem;line-height:1.25;margin:0 0 .75rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}\
@@ -100,6 +119,11 @@ p{max-width:85ch}figcaption{color:var(--muted);font-size:.9rem;max-width:85ch}.b
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:.875rem;font-variant-numeric:tabular-nums}\
 th,td{padding:.25rem 0 .25rem .9rem;text-align:right;vertical-align:bottom;border-bottom:1px solid var(--rule)}\
 th:first-child,td:first-child{text-align:left;padding-left:0;white-space:nowrap}th{font-weight:600;line-height:1.25}\
+.groups th,.groups td{border-bottom:0;padding-bottom:.1rem;text-align:left}.groups th{padding-left:2rem}.first{padding-left:2rem}\
+sub{line-height:0}\
 figure{margin:1.5rem 0}figure svg{max-width:100%;height:auto;display:block}figure.wide svg{min-width:760px}\
 .fingers{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,500px),1fr));gap:0 1rem}\
-.fingers figure{margin:.5rem 0}";
+.fingers figure{margin:.5rem 0}\
+@media print{main{max-width:none;padding:0}.wide{overflow:visible}figure.wide svg{min-width:0}table{font-size:8pt}\
+th,td{padding-left:.5rem}.groups th,.first{padding-left:.9rem}figure,tr{break-inside:avoid}h2{break-after:avoid}\
+.fingers{grid-template-columns:1fr 1fr}}";

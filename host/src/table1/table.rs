@@ -9,6 +9,8 @@ use crate::run::Solution;
 /// A table: its title, its columns, its rows.
 pub(super) struct Table {
     pub(super) title: &'static str,
+    /// Names that stand over several columns each, with their number; together they stand over all columns. Empty for none.
+    pub(super) groups: Vec<(String, usize)>,
     pub(super) columns: Vec<String>,
     pub(super) rows: Vec<Vec<String>>,
 }
@@ -29,8 +31,8 @@ pub(super) fn notes() -> Vec<String> {
             heights.join(", ")
         ),
         "paper: inextensible beams, hinges from the centrelines, no rigid tip, plane stress; 170/20 by the scheme the paper \
-         defines. extended: stretch of beams and hinges, hinges from the beams' faces, rigid tip, plates; 170/20 by the \
-         trapezoid scheme. reduced: the microcontroller's resolution. Each case is reached from the angle before it (α1 from \
+         defines. extended: stretch and shear of beams and hinges, hinges from the beams' faces, rigid tip, plates; 170/20 \
+         by the trapezoid scheme. reduced: the microcontroller's resolution. Each case is reached from the angle before it (α1 from \
          1° before contact); its time is that of this way, on one core, the fastest of three."
             .to_owned(),
         "Deviation: nearest distance of a model's front nodes from the reference's front centreline; the mean is along x_f, the \
@@ -57,15 +59,17 @@ fn force(solution: &Solution) -> String {
 
 fn forces(rows: &[Row]) -> Table {
     let mut columns = vec!["case".to_owned(), "α (°)".to_owned()];
-    columns.extend(models().map(|model| format!("{} (N)", model.name)));
-    columns.extend(models().map(|model| format!("{} (ms)", model.name)));
+    let names = models().map(|model| model.name.to_owned());
+    columns.extend(names.iter().chain(&names).cloned());
+    let groups =
+        vec![(String::new(), 2), ("net force (N)".to_owned(), names.len()), ("time (ms)".to_owned(), names.len())];
     let cells = |row: &Row| {
         let mut cells = vec![row.name(), row.series.angles_deg[row.angle].to_string()];
         cells.extend(row.solutions.iter().map(force));
         cells.extend(row.solutions.iter().map(|solution| format!("{:.2}", solution.elapsed_us / 1000.0)));
         cells
     };
-    Table { title: "Net force and time", columns, rows: rows.iter().map(cells).collect() }
+    Table { title: "Net force and time", groups, columns, rows: rows.iter().map(cells).collect() }
 }
 
 /// Which model against which.
@@ -76,9 +80,11 @@ pub(super) fn pair_name((model, reference): (usize, usize)) -> String {
 
 fn measures(rows: &[Row]) -> Table {
     let mut columns = vec!["case".to_owned()];
+    let mut groups = vec![(String::new(), 1)];
     for pair in COMPARED {
-        let name = pair_name(pair);
-        columns.extend(["mean (mm)", "max (mm)", "force (%)"].map(|what| format!("{name}: {what}")));
+        let measures = ["mean (mm)", "max (mm)", "force (%)"];
+        groups.push((pair_name(pair), measures.len()));
+        columns.extend(measures.map(str::to_owned));
     }
     let cells = |row: &Row| {
         let mut cells = vec![row.name()];
@@ -97,7 +103,7 @@ fn measures(rows: &[Row]) -> Table {
         }
         cells
     };
-    Table { title: "Deviation along x_f and force error", columns, rows: rows.iter().map(cells).collect() }
+    Table { title: "Deviation along x_f and force error", groups, columns, rows: rows.iter().map(cells).collect() }
 }
 
 fn signed(percent: f64) -> String {
@@ -142,7 +148,7 @@ fn summary(rows: &[Row]) -> Table {
             format!("{:.1}", time(reference) / time(model)),
         ]);
     }
-    Table { title: "Summary", columns: columns.map(str::to_owned).to_vec(), rows: lines }
+    Table { title: "Summary", groups: Vec::new(), columns: columns.map(str::to_owned).to_vec(), rows: lines }
 }
 
 /// The tables as Markdown.
@@ -151,10 +157,20 @@ pub(super) fn markdown(rows: &[Row]) -> String {
     for note in notes() {
         let _ = write!(out, "\n{note}\n");
     }
-    for Table { title, columns, rows } in tables(rows) {
-        let _ = write!(out, "\n## {title}\n\n| {} |\n|---|", columns.join(" | "));
+    for Table { title, groups, columns, rows } in tables(rows) {
+        // Markdown knows neither cells over several columns nor a second line of heads: a group's name stands over its first
+        // column, the columns' own names in the first row.
+        let over =
+            groups.iter().flat_map(|(name, count)| (0..*count).map(move |at| if at == 0 { name.as_str() } else { "" }));
+        let over: Vec<&str> = over.collect();
+        let heads = if over.is_empty() { columns.join(" | ") } else { over.join(" | ") };
+        let _ = write!(out, "\n## {title}\n\n| {heads} |\n|---|");
         out += &"---:|".repeat(columns.len() - 1);
         out.push('\n');
+        if !over.is_empty() {
+            let names: Vec<String> = columns.iter().map(|name| format!("**{name}**")).collect();
+            let _ = writeln!(out, "| {} |", names.join(" | "));
+        }
         for cells in rows {
             let _ = writeln!(out, "| {} |", cells.join(" | "));
         }

@@ -288,6 +288,15 @@ function pressures(contacts) {
     return [x, y, Math.hypot(fx, fy) / length, fx / size, fy / size];
   });
 }
+// From where an object was set to where it is: a free one goes and turns, in the gripper's frame.
+function freed(c) {
+  const free = frame && frame.grasp && frame.grasp.free;
+  if (!free || !c.setup.object_centre_mm) return p => p;
+  const sense = c.setup.mirrored ? -1 : 1, turn = sense * free.turn_deg * Math.PI / 180;
+  const [x, y] = c.setup.object_centre_mm, [dx, dy] = free.shift_mm;
+  const [sin, cos] = [Math.sin(turn), Math.cos(turn)];
+  return ([px, py]) => [x + sense * dx + cos * (px - x) - sin * (py - y), y + dy + sin * (px - x) + cos * (py - y)];
+}
 function drawFinger(c, f) {
   const { g, w, h } = pen(c.picture);
   const { design, mirrored } = c.setup;
@@ -317,7 +326,7 @@ function drawFinger(c, f) {
   };
   g.save();
   if (c.setup.object_outline_mm) {
-    path(g, c.setup.object_outline_mm.map(at), true);
+    path(g, c.setup.object_outline_mm.map(freed(c)).map(at), true);
     g.fillStyle = ink.object;
     g.fill();
     g.strokeStyle = ink.objectedge;

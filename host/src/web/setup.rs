@@ -2,6 +2,7 @@
 
 use messages::{Mount, Reaction, Settings, Side};
 use model_core::design::Design;
+use model_core::grasp::reference;
 use serde::{Deserialize, Serialize};
 
 use super::object::{ObjectFields, outline};
@@ -30,6 +31,8 @@ struct Finger {
     design: Option<Drawing>,
     object: Option<ObjectFields>,
     object_outline_mm: Option<Vec<[f64; 2]>>,
+    /// About which a free object turns; none for a half-plane.
+    object_centre_mm: Option<[f64; 2]>,
     limits: Limits,
 }
 
@@ -118,6 +121,7 @@ impl Setup {
                 design: design.map(drawing),
                 object: object.map(ObjectFields::from),
                 object_outline_mm: object.map(outline),
+                object_centre_mm: object.and_then(reference).map(|(point, _)| point),
                 limits: Limits::of(&told.settings, mount),
             }
         });

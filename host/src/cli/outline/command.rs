@@ -8,18 +8,19 @@ use clap::ValueEnum;
 use model_core::object::Motion;
 use rayon::prelude::*;
 
-use crate::case::Case;
+use crate::case::{Case, MAX_ANGLE, MAX_DISTANCE};
 use crate::cli::bad_input;
 use crate::draw;
 use crate::outline::camera::Camera;
 use crate::outline::marks::{self, Mark};
-use crate::outline::photo::Photo;
+use crate::outline::photo::{Colour, Photo};
 use crate::outline::plane::{Agreement, Plane};
 use crate::outline::{Options, Outline, OutlineError, checkerboard, dots, extract, overlay, zhang};
 
 /// Take the front beam's shape from a photograph of a finger before a plain background, for `fre compare --measured`.
 ///
-/// The finger is darker or brighter than the background; an object that it touches is of another light than the finger.
+/// The finger is darker or brighter than the background, or of another colour; an object that it touches is of another light
+/// than the finger.
 ///
 /// The case gives the finger's dimensions; --angle-deg (or --distance-mm) says where along its motion the photograph was taken.
 ///
@@ -52,7 +53,7 @@ pub struct Args {
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     distance_mm: Option<f64>,
     /// Measured force, for the same file
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     force_n: Option<f64>,
     /// A mark: its pixel and its place in mm; at least four
     #[arg(long, value_name = "PX,PY=X,Y", num_args = 1..)]
@@ -186,14 +187,14 @@ fn outline(args: &Args) -> Result<(), OutlineError> {
 }
 
 fn place(args: &Args, case: &Case) -> Result<f64, OutlineError> {
-    let (found, wanted) = match case.path.motion {
-        Motion::Rotating { .. } => (args.angle_deg, "--angle-deg"),
-        Motion::Translating { .. } => (args.distance_mm, "--distance-mm"),
+    let (found, wanted, limit) = match case.path.motion {
+        Motion::Rotating { .. } => (args.angle_deg, "--angle-deg", MAX_ANGLE),
+        Motion::Translating { .. } => (args.distance_mm, "--distance-mm", MAX_DISTANCE),
     };
     let place =
         found.ok_or_else(|| OutlineError::Option(format!("the motion of {} needs {wanted}", args.case.display())))?;
-    if !(-180.0..=1000.0).contains(&place) {
-        return Err(OutlineError::Option(format!("{wanted} is {place}; allowed is -180 to 1000")));
+    if !(-limit..=limit).contains(&place) {
+        return Err(OutlineError::Option(format!("{wanted} is {place}; allowed is {} to {limit}", -limit)));
     }
     match args.force_n {
         Some(force) if !(force.is_finite() && force >= 0.0) => {
@@ -318,8 +319,12 @@ fn report(outline: &Outline, agreement: &Agreement, marks: usize) -> String {
     );
     let _ = writeln!(
         text,
-        "edges        contrast {:.0} % of white, blur {:.1} px, scatter {:.4} mm before smoothing",
+        "edges        contrast {:.0} % of white{}, blur {:.1} px, scatter {:.4} mm before smoothing",
         100.0 * outline.look.contrast.abs(),
+        match outline.colour {
+            Colour::White => String::new(),
+            colour => format!("'s {}", colour.word()),
+        },
         outline.blur_px,
         outline.scatter
     );
