@@ -11,6 +11,7 @@ use model_core::discretise::{Discretisation, Physics};
 use model_core::object::ObjectDesign;
 use model_core::sensitivity::DesignParameter;
 use serde_json::Value;
+use tempfile::TempDir;
 
 const USUAL: [Parameter; 4] = [Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
 
@@ -146,26 +147,18 @@ fn with_fronts(run: &Run) -> Run {
     run
 }
 
-/// A folder of its own for each test.
-struct Folder(PathBuf);
+/// A folder of its own for each test, removed when dropped.
+struct Folder(TempDir);
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("fre-calibrate-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
     }
 
     fn file(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.0.join(name);
+        let path = self.0.path().join(name);
         std::fs::write(&path, text).unwrap();
         path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -178,13 +171,15 @@ fn files(folder: &Folder) -> (Vec<PathBuf>, Vec<PathBuf>) {
     let (_, runs) = readings(5, 16);
     let (mut tables, mut cases) = (Vec::new(), Vec::new());
     for (index, run) in runs.iter().enumerate() {
-        let mut table = "motor_angle_deg,force_n\n".to_owned();
+        // A gauge's reading of its own is nothing to the fit.
+        let [head, gauge] = if index == 0 { [",gauge_mv", ",1.5"] } else { [""; 2] };
+        let mut table = format!("motor_angle_deg,force_n{head}\n");
         for reading in &run.readings {
-            table += &format!("{},{}\n", reading.angle_deg, reading.force_n.unwrap());
+            table += &format!("{},{}{gauge}\n", reading.angle_deg, reading.force_n.unwrap());
         }
         // On the way back, with the play of the gears between.
         let back = run.readings.last().unwrap();
-        table += &format!("{},{}\n", back.angle_deg - 2.0, 0.1);
+        table += &format!("{},{}{gauge}\n", back.angle_deg - 2.0, 0.1);
         tables.push(folder.file(&format!("{index}.csv"), &table));
         let ObjectDesign::Circle { centre: [x, y], radius } = run.object else { panic!("a circle") };
         cases.push(folder.file(
@@ -200,20 +195,20 @@ fn files(folder: &Folder) -> (Vec<PathBuf>, Vec<PathBuf>) {
 
 #[test]
 fn the_command_fits_writes_and_draws() {
-    let folder = Folder::new("whole");
+    let folder = Folder::new();
     let (tables, cases) = files(&folder);
     let mut words: Vec<&Path> = tables.iter().map(PathBuf::as_path).collect();
     for case in &cases {
         words.extend([Path::new("--case"), case.as_path()]);
     }
-    let (finger, plot) = (folder.0.join("finger.toml"), folder.0.join("plot.svg"));
+    let (finger, plot) = (folder.0.path().join("finger.toml"), folder.0.path().join("plot.svg"));
     let options = format!("--elements reduced --format json --write {} --plot {}", finger.display(), plot.display());
     let output = fre(&words, &options);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let value: Value = serde_json::from_slice(&output.stdout).unwrap();
     let modulus = value["parameters"][0]["value"].as_f64().unwrap();
     assert!((modulus - 46.0).abs() < 1.0, "{value}");
-    assert_eq!(value["left_out"].as_array().unwrap().len(), 4, "the opening rows: {}", value["left_out"]);
+    assert_eq!(value["left_out"].as_array().unwrap().len(), 5, "a column, the opening rows: {}", value["left_out"]);
     let zero = value["gripper"]["zero_counts"].as_f64().unwrap();
     assert!((zero + 0.6 * 4096.0 / 360.0).abs() < 4.0, "{zero}");
     assert!(value["gripper"]["uncertainty"]["youngs_modulus"].as_f64().unwrap() > 0.0);
@@ -224,11 +219,12 @@ fn the_command_fits_writes_and_draws() {
     let text = fre(&words, "--elements reduced --fit youngs-modulus,zero");
     let text = String::from_utf8(text.stdout).unwrap();
     assert!(text.contains("correlation") && text.contains("for the gripper (--send does it)"), "{text}");
+    assert!(text.contains("left out: ") && text.contains(": columns gauge_mv"), "{text}");
 }
 
 #[test]
 fn bad_input_is_named() {
-    let folder = Folder::new("bad");
+    let folder = Folder::new();
     let (tables, cases) = files(&folder);
     let case = [tables[0].as_path(), Path::new("--case"), cases[0].as_path()];
     let said = |words: &[&Path], options: &str| {

@@ -1,8 +1,9 @@
 //! `fre demo` without QEMU: its refusals, how it treats a QEMU that fails, and what its table and report make of a run.
 //! (With QEMU: `cargo xtask demo`.)
 
+mod program;
+
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
@@ -33,9 +34,7 @@ fn demo(name: &str, qemu: Option<&str>, arguments: &[&str]) -> Output {
 fn command(name: &str, qemu: Option<&str>, arguments: &[&str]) -> Command {
     let folder = folder(name);
     if let Some(text) = qemu {
-        let program = folder.join("qemu-system-arm");
-        fs::write(&program, text).unwrap();
-        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+        program::write(&folder.join("qemu-system-arm"), text);
     }
     let firmware = folder.join("firmware");
     fs::write(&firmware, "no firmware").unwrap();

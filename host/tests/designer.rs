@@ -149,7 +149,6 @@ fn a_finger_that_touches_along_many_samples_still_has_its_numbers() {
 }
 
 fn fre(folder: &std::path::Path, text: &str, arguments: &[&str]) -> Output {
-    std::fs::create_dir_all(folder).unwrap();
     let file = folder.join("case.toml");
     std::fs::write(&file, text).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
@@ -158,7 +157,8 @@ fn fre(folder: &std::path::Path, text: &str, arguments: &[&str]) -> Output {
 
 #[test]
 fn strains_beyond_the_limit_are_warned_of_in_every_format() {
-    let folder = std::env::temp_dir().join(format!("fre-designer-{}", std::process::id()));
+    let own = tempfile::tempdir().unwrap();
+    let folder = own.path();
     let finger = include_str!("../src/case/presets/fea-80.toml").replace("\n[", "\n[finger.");
     let text = |limit: &str| {
         let finger = finger.replace("poissons_ratio = 0.48", &format!("poissons_ratio = 0.48\n{limit}"));
@@ -169,33 +169,49 @@ fn strains_beyond_the_limit_are_warned_of_in_every_format() {
     };
     let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let low = text("max_strain = 0.05");
-    let said = words(&fre(&folder, &low, &["solve"]).stdout);
+    let said = words(&fre(folder, &low, &["solve"]).stdout);
     assert!(said.contains("warning: back hinge of lamella 6: strain 10.4"), "{said}");
     assert!(said.contains("the material bears 5 % (at 6°)") && said.contains("First branch: largest force"), "{said}");
-    let csv = fre(&folder, &low, &["solve", "--format", "csv"]);
+    let csv = fre(folder, &low, &["solve", "--format", "csv"]);
     assert!(words(&csv.stderr).contains("fre: warning: back hinge of lamella 6"), "{}", words(&csv.stderr));
     let lines = words(&csv.stdout);
     let column = lines.lines().next().unwrap().split(',').position(|name| name == "beyond_max_strain").unwrap();
     let cells: Vec<&str> = lines.lines().skip(1).map(|line| line.split(',').nth(column).unwrap()).collect();
     assert_eq!(cells, ["false", "true"]);
     let json: serde_json::Value =
-        serde_json::from_slice(&fre(&folder, &low, &["solve", "--format", "json"]).stdout).unwrap();
+        serde_json::from_slice(&fre(folder, &low, &["solve", "--format", "json"]).stdout).unwrap();
     assert_eq!(json[0]["beyond_max_strain"], serde_json::json!([]));
     assert_eq!(json[1]["beyond_max_strain"][0]["limit"], 0.05);
-    let swept = words(&fre(&folder, &low, &["sweep", "--vary", "finger.material.max_strain=0.05,0.2"]).stdout);
+    let sweep = ["sweep", "--vary", "finger.material.max_strain=0.05,0.2", "--out", "out.csv"];
+    // Told again by a sweep that finds all its rows known.
+    for computed in [4, 0] {
+        let output = fre(folder, &low, &sweep);
+        let said = words(&output.stderr);
+        assert!(said.contains(&format!("4 rows ({computed} computed")), "{said}");
+        let warning = "warning: 1 of 4 rows are strained beyond finger.material.max_strain";
+        assert!(
+            said.contains(warning) && said.contains("the first is row 1: finger.material.max_strain=0.05 at 6°"),
+            "{said}"
+        );
+        assert_eq!((output.status.code(), output.stdout.is_empty()), (Some(0), true));
+    }
+    let swept = std::fs::read_to_string(folder.join("out.csv")).unwrap();
     assert_eq!(swept.matches(",true,1,").count(), 1, "{swept}");
     // A limit that nothing reaches, and none.
-    let said = words(&fre(&folder, &text("max_strain = 0.3"), &["solve"]).stdout);
-    assert!(!said.contains("warning"), "{said}");
+    let said = words(&fre(folder, &text("max_strain = 0.3"), &["solve"]).stdout);
+    assert!(!said.contains("warning") && !said.contains("no limit"), "{said}");
+    assert!(
+        words(&fre(folder, &text(""), &["solve"]).stdout).contains("held against no limit: finger.material.max_strain")
+    );
     let json: serde_json::Value =
-        serde_json::from_slice(&fre(&folder, &text(""), &["solve", "--format", "json"]).stdout).unwrap();
+        serde_json::from_slice(&fre(folder, &text(""), &["solve", "--format", "json"]).stdout).unwrap();
     assert!(json[1]["beyond_max_strain"].is_null());
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
 fn every_kind_of_picture_is_drawn_and_wrong_places_are_refused() {
-    let folder = std::env::temp_dir().join(format!("fre-kinds-{}", std::process::id()));
+    let own = tempfile::tempdir().unwrap();
+    let folder = own.path();
     let text = "finger = \"preset:fea-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 60] }\n\
         motion.motor_angles_deg = [0, 9, 12, 13]\n";
     let words = |name: &str| {
@@ -212,12 +228,27 @@ fn every_kind_of_picture_is_drawn_and_wrong_places_are_refused() {
     };
     let drawn = |kind: &str, more: &[&str]| {
         let arguments = [&["solve", "--plot", "a.svg", "--plot-kind", kind], more].concat();
-        let output = fre(&folder, text, &arguments);
+        let output = fre(folder, text, &arguments);
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         words("a.svg")
     };
     let force = drawn("force", &[]);
     assert!(force.contains("snap-through at 11.") && force.contains("branch 1"), "{force}");
+    // The largest force lies between two places; it is marked where it is.
+    assert!(force.contains("22.3") && force.contains(" N at 10."), "{force}");
+    // Rounding of an undeformed finger is not drawn as if it were something.
+    let open = drawn("strain", &["--plot-at", "0"]);
+    assert!(!open.contains("e−") && open.contains("(finger.material.max_strain)"), "{open}");
+    // Where there is no trustworthy solution the axis goes on, and says why.
+    let failing = text
+        .replace("radius_mm = 40", "radius_mm = 1000")
+        .replace("[41, 60]", "[1001, 60]")
+        .replace("[0, 9,", "[0, 3, 9,");
+    let output = fre(folder, &failing, &["solve", "--plot", "a.svg", "--plot-kind", "finger,force"]);
+    assert_eq!(output.status.code(), Some(2));
+    let lost = words("a.svg");
+    assert!(lost.contains("out-of-range") && lost.lines().any(|word| word == "12"), "{lost}");
+    assert!(lost.contains("object Ø2000 mm"), "{lost}");
     assert!(drawn("pressure", &[]).contains("force per length (N/mm)"));
     assert!(drawn("pressure", &["--plot-at", "0"]).contains("no contact"));
     let strain = drawn("strain", &["--plot-at", "9"]);
@@ -235,15 +266,14 @@ fn every_kind_of_picture_is_drawn_and_wrong_places_are_refused() {
         (&["solve", "--plot-kind", "force"], "--plot"),
         (&["solve", "--plot", "a.svg", "--plot-kind", "stress"], "strain"),
     ] {
-        let output = fre(&folder, text, arguments);
+        let output = fre(folder, text, arguments);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!((output.status.code(), output.stdout.is_empty()), (Some(1), true), "{said}");
         assert!(said.contains(message), "{said}");
     }
     let [light, dark] = ["light", "dark"].map(|theme| {
-        fre(&folder, text, &["solve", "--plot", "a.png", "--plot-theme", theme]);
+        fre(folder, text, &["solve", "--plot", "a.png", "--plot-theme", theme]);
         tiny_skia::Pixmap::decode_png(&std::fs::read(folder.join("a.png")).unwrap()).unwrap().pixel(1, 1).unwrap()
     });
     assert!(light.red() == 255 && dark.red() < 30);
-    std::fs::remove_dir_all(&folder).unwrap();
 }

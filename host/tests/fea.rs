@@ -1,9 +1,12 @@
 //! Finite elements: mesh, deck and output files always; runs of CalculiX with the feature `fea`.
 
+#[cfg(unix)]
+mod program;
+
 use std::collections::HashMap;
 
 use host::case::Case;
-use host::fea::{FeaError, Mesh, Outline, Plan, parse_dat, parse_sta};
+use host::fea::{FeaError, Mesh, Outline, Plan, parse_dat, parse_frd, parse_sta};
 
 /// Case of a series of the reference data: circle tangent to the undeformed finger at α = 0.
 fn case(finger: &str, radius: f64, height: f64, angles: &[f64]) -> Case {
@@ -150,8 +153,109 @@ fn printed_results_are_read_at_whole_times_only() {
     assert_eq!(printed.displacements.len(), 1);
     assert_eq!(printed.displacements[&1], [[0.0, 0.0], [4.310842e-05, -2.832554e-05]]);
     assert_eq!(printed.forces[&1], [-0.3016658, 0.003883367]);
+    // Stopped in the middle of a line: what stands before holds.
+    let cut = parse_dat(text.split_once("3.883367").unwrap().0).unwrap();
+    assert_eq!((cut.displacements, cut.forces.len()), (printed.displacements, 0));
     let error = parse_dat(&text.replace("4.310842E-05", "NaN(oops)")).unwrap_err().to_string();
     assert!(error.contains("line 9"), "{error}");
+}
+
+#[test]
+fn displacements_of_the_whole_mesh_are_read_by_columns() {
+    // Twelve columns each: two numbers with a sign run into each other.
+    let block = |time: &str| {
+        format!(
+            "  100CL  101 {time}           2                     0    1           1\n -4  DISP        4    1\n -5  D1          1    2    1    0\n \
+             -1         1 1.00000E-01-2.50000E-01 0.00000E+00\n -1        12-1.00000E+00 3.00000E+00 0.00000E+00\n -3\n"
+        )
+    };
+    let mesh = "    1C\n    2C                             2                                     1\n -1         1 9.00000E+00 9.00000E+00 0.00000E+00\n -3\n";
+    let text = format!("{mesh}{}{}{}", block("1.000000000"), block("1.500000000"), block("4.000000000"));
+    let found = parse_frd(&text).unwrap();
+    assert_eq!(found.keys().collect::<Vec<_>>(), [&1, &4]);
+    assert_eq!((found[&4].len(), found[&4][&1], found[&4][&12]), (2, [0.1, -0.25], [-1.0, 3.0]));
+    // A block that the file breaks off in is none.
+    let cut = parse_frd(&text[..text.len() - 60]).unwrap();
+    assert_eq!(cut.keys().collect::<Vec<_>>(), [&1]);
+    let error = parse_frd(&text.replace("-2.50000E-01", "oops 2500000")).unwrap_err().to_string();
+    assert!(error.contains(".frd, line 8"), "{error}");
+}
+
+#[test]
+fn the_outer_edges_go_round_the_finger_and_its_windows() {
+    let plan = Plan::of(&case("fea-80", 40.0, 45.0, &[2.0]), 1).unwrap();
+    let edges = plan.mesh.outer_edges();
+    // Every corner of a closed line has two edges.
+    let mut ends = std::collections::HashMap::new();
+    for &[a, _, b] in &edges {
+        for end in [a, b] {
+            *ends.entry(end).or_insert(0) += 1;
+        }
+    }
+    assert!(edges.len() > 300 && ends.values().all(|&times| times == 2), "{} edges", edges.len());
+}
+
+/// `fre compare --fea` with a program of ours in the place of CalculiX: exit status and standard error.
+#[cfg(unix)]
+fn with_another_program(name: &str, script: Option<&str>, options: &[&str]) -> (Option<i32>, String, String) {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ccx-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(folder.join("bin")).unwrap();
+    if let Some(script) = script {
+        program::write(&folder.join("bin/ccx"), script);
+    }
+    let text = "finger = \"preset:fea-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 45.0]\n\
+                [motion]\nmotor_angles_deg = [1, 2]\n";
+    std::fs::write(folder.join("case.toml"), text).unwrap();
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_fre"))
+        .args(["compare", "case.toml", "--fea", "--folder", "files"])
+        .args(options)
+        .env("PATH", folder.join("bin"))
+        .current_dir(&folder)
+        .output()
+        .unwrap();
+    let words = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (output.status.code(), words(output.stdout), words(output.stderr))
+}
+
+#[cfg(unix)]
+#[test]
+fn without_calculix_or_with_one_that_fails_the_reason_is_told() {
+    let (status, _, told) = with_another_program("absent", None, &[]);
+    assert!(status == Some(1) && told.contains("`ccx` is not in PATH; `cargo xtask setup --fea`"), "{told}");
+    let (status, _, told) = with_another_program("broken", Some("no program"), &[]);
+    assert!(status == Some(1) && told.contains("fre: ccx: "), "{told}");
+    let script = "#!/bin/sh\necho ' *ERROR reading *STEP: card'; echo '  of line 7'; exit 201\n";
+    let (status, _, told) = with_another_program("error", Some(script), &[]);
+    assert!(status == Some(1) && told.contains("exit status: 201"), "{told}");
+    assert!(told.contains("files are in files; it says: *ERROR reading *STEP: card of line 7"), "{told}");
+    let (status, _, told) = with_another_program("killed", Some("#!/bin/sh\nkill -9 $$\n"), &[]);
+    assert!(status == Some(1) && told.contains("signal: 9"), "{told}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_ends_early_keeps_what_it_reached() {
+    // As many displacements as the deck asks for at its first stop (two increments of moving, two of holding), then the end
+    // in the middle of a line.
+    let lines = Plan::of(&case("fea-80", 40.0, 45.0, &[1.0, 2.0]), 1).unwrap();
+    let count = lines.mesh.front_line.len() + lines.mesh.back_line.len();
+    let stop = lines.stops[0];
+    let script = format!(
+        "#!/bin/sh\n{{ echo ' displacements (vx,vy,vz) for set NLINES and time  {stop}.0'; echo; i=0; \
+         while [ $i -lt {count} ]; do echo '  3  0.0 0.0 0.0'; i=$((i+1)); done; \
+         echo; echo ' total force (fx,fy,fz) for set NRING and time  {stop}.0'; echo; echo '  -0.5 0.0 0.0'; \
+         echo ' displacements (vx,vy,vz) for set NLINES and time  {}.0'; echo; printf '  3  0.0 0.'; }} > finger.dat\n\
+         printf '  100CL  101 {stop}.000000000  1\n -4  DISP        4    1\n -1         1 oops\n -3\n' > finger.frd\n",
+        lines.stops[1]
+    );
+    let (status, told, error) = with_another_program("early", Some(&script), &["--format", "csv"]);
+    assert_eq!(status, Some(2), "{error}");
+    let rows: Vec<Vec<&str>> = told.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    assert_eq!((rows.len(), rows[0][3], rows[1][3]), (2, "0.5", ""), "{told}");
+    assert!(error.contains(".frd, line 3") && error.contains("not drawn"), "{error}");
+    // Both have the model's force.
+    assert!(rows.iter().all(|row| row[1] == "converged" && row[2].parse::<f64>().is_ok()), "{told}");
 }
 
 #[test]
@@ -286,6 +390,13 @@ fn reproduce(series: &str, radius: f64, height: f64, angle: f64) {
     );
     assert!(error.abs() < 0.5, "{series} {angle}°: force {error:+.3} % off");
     assert!(shape.max < 0.05, "{series} {angle}°: shape {shape:?} off");
+    // The outer face lies half a thickness before the centreline.
+    let count = pose.front.len();
+    for on in &pose.front[count / 10..count * 9 / 10] {
+        let distance = |p: &[f64; 2]| (p[0] - on[0]).hypot(p[1] - on[1]);
+        let nearest = pose.outline.iter().map(distance).fold(f64::INFINITY, f64::min);
+        assert!((0.9..1.1).contains(&nearest), "{series} {angle}°: the outline is {nearest} mm from {on:?}");
+    }
 }
 
 #[cfg(feature = "fea")]

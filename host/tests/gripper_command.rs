@@ -2,7 +2,7 @@
 //!
 //! `cargo xtask test system` builds the firmware, names it in `FRE_FIRMWARE_ELF`, and runs these ignored tests.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,6 +13,7 @@ use host::case::preset;
 use host::servo::{Clock, Config, Hub, Load, Running, Servo};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::object::ObjectDesign;
+use tempfile::TempDir;
 
 /// Of the case below.
 const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
@@ -35,20 +36,19 @@ fn fre(words: &[&str]) -> (Option<i32>, String, String) {
 /// A gripper in QEMU; its servo's time passes by its position's reads.
 struct Gripper {
     qemu: Child,
-    folder: PathBuf,
+    folder: TempDir,
     _bus: Running,
 }
 
 impl Gripper {
-    fn boot(name: &str) -> Self {
+    fn boot() -> Self {
         let elf = firmware();
-        let folder = std::env::temp_dir().join(format!("fre-command-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        let folder = tempfile::tempdir().unwrap();
         let mut command = Command::new("qemu-system-arm");
         command.args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none"]);
         command.args(["-semihosting-config", "enable=on,target=native"]);
         for name in ["bus", "link"] {
-            let socket = format!("socket,id={name},path={},server=on,wait=off", folder.join(name).display());
+            let socket = format!("socket,id={name},path={},server=on,wait=off", folder.path().join(name).display());
             command.args(["-chardev", &socket, "-serial", &format!("chardev:{name}")]);
         }
         let qemu = command.arg("-kernel").arg(elf).stdin(Stdio::null()).stdout(Stdio::null()).spawn();
@@ -60,7 +60,7 @@ impl Gripper {
             Config { baud_rate: 1_000_000, clock, start_deg: Some(-1.0), noise_ma: 5.0, load, ..Config::default() };
         let mut hub = Hub::new();
         let end = Instant::now() + PATIENCE;
-        while let Err(error) = hub.connect_unix(&folder.join("bus")) {
+        while let Err(error) = hub.connect_unix(&folder.path().join("bus")) {
             assert!(Instant::now() < end, "QEMU does not open its bus: {error}");
             std::thread::sleep(Duration::from_millis(10));
         }
@@ -75,7 +75,7 @@ impl Gripper {
     }
 
     fn link(&self) -> String {
-        format!("unix:{}", self.folder.join("link").display())
+        format!("unix:{}", self.folder.path().join("link").display())
     }
 
     /// The same, which must go well.
@@ -105,14 +105,13 @@ impl Drop for Gripper {
     fn drop(&mut self) {
         let _ = self.qemu.kill();
         let _ = self.qemu.wait();
-        let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test system"]
 fn a_script_sets_grips_holds_and_releases() {
-    let gripper = Gripper::boot("script");
+    let gripper = Gripper::boot();
     let info = gripper.done(&["gripper", "info"]);
     for words in ["mps2", "protocol", "room for", "started because", "estimates", "bus", "link"] {
         assert!(info.contains(words), "no {words}: {info}");
@@ -120,7 +119,7 @@ fn a_script_sets_grips_holds_and_releases() {
     let before = gripper.done(&["gripper", "get"]);
     assert!(before.contains("rate_hz = 500") && before.contains("finger 0: no design"), "{before}");
 
-    let case = gripper.folder.join("case.toml");
+    let case = gripper.folder.path().join("case.toml");
     std::fs::write(&case, CASE).unwrap();
     let case = case.to_str().unwrap();
     gripper.done(&["gripper", "set", "rate_hz=400", "finger.0.force_limit_n=8.5", "--case", case]);
@@ -163,8 +162,8 @@ fn a_script_sets_grips_holds_and_releases() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test system"]
 fn closing_tells_where_a_round_object_is() {
-    let gripper = Gripper::boot("identify");
-    let case = gripper.folder.join("case.toml");
+    let gripper = Gripper::boot();
+    let case = gripper.folder.path().join("case.toml");
     let set = |centre: [f64; 2], radius: f64| {
         let text = CASE.replace("radius_mm = 40.0", &format!("radius_mm = {radius:.1}"));
         std::fs::write(&case, text.replace("[41.0, 45.0]", &format!("{centre:?}"))).unwrap();
@@ -209,7 +208,7 @@ fn closing_tells_where_a_round_object_is() {
 /// What the CSV of `fre monitor` says as soon as some row has a word.
 fn lines_until(gripper: &Gripper, word: &str) -> String {
     let end = Instant::now() + PATIENCE;
-    let log = gripper.folder.join("log.csv");
+    let log = gripper.folder.path().join("log.csv");
     loop {
         let lines = gripper.done(&["monitor", "--seconds", "0.5", "--every", "1", "--log", log.to_str().unwrap()]);
         // No terminal: a heading, then a line per report.
@@ -227,8 +226,8 @@ fn lines_until(gripper: &Gripper, word: &str) -> String {
 fn the_terminal_shows_it_live_and_space_stops() {
     use std::io::{Read, Write};
 
-    let gripper = Gripper::boot("terminal");
-    let case = gripper.folder.join("case.toml");
+    let gripper = Gripper::boot();
+    let case = gripper.folder.path().join("case.toml");
     std::fs::write(&case, CASE).unwrap();
     gripper.done(&["gripper", "set", "--case", case.to_str().unwrap()]);
     gripper.moved(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
@@ -241,7 +240,7 @@ fn the_terminal_shows_it_live_and_space_stops() {
     rustix::termios::tcsetwinsize(&master, size).unwrap();
     let name = rustix::pty::ptsname(&master, Vec::new()).unwrap();
     let side = || std::fs::File::options().read(true).write(true).open(name.to_str().unwrap()).unwrap();
-    let link = format!("unix:{}", gripper.folder.join("link").display());
+    let link = format!("unix:{}", gripper.folder.path().join("link").display());
     let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
     command.args(["monitor", "--link", &link]).env("TERM", "xterm-256color");
     let mut monitor = command.stdin(side()).stdout(side()).stderr(side()).spawn().unwrap();
@@ -332,8 +331,8 @@ fn measured(folder: &Path) -> Vec<(String, String)> {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test system"]
 fn a_calibration_reaches_the_gripper() {
-    let gripper = Gripper::boot("calibrate");
-    let files = measured(&gripper.folder);
+    let gripper = Gripper::boot();
+    let files = measured(gripper.folder.path());
     let value = |text: &str, key: &str| -> f64 {
         let words = text.lines().find_map(|line| line.strip_prefix(&format!("{key} = "))).map(str::to_owned);
         words.and_then(|words| words.parse().ok()).unwrap_or_else(|| panic!("no {key}: {text}"))
@@ -351,7 +350,7 @@ fn a_calibration_reaches_the_gripper() {
 
     // A few low forces in one place tell too little: nothing is sent, and it says so.
     let few = std::fs::read_to_string(&files[2].0).unwrap().lines().take(4).collect::<Vec<_>>().join("\n");
-    let table = gripper.folder.join("few.csv").display().to_string();
+    let table = gripper.folder.path().join("few.csv").display().to_string();
     std::fs::write(&table, few).unwrap();
     let (code, out, errors) = send(&[], &[(table, files[2].1.clone())]);
     assert!(code == Some(2) && errors.contains("nothing was sent"), "{code:?} {out}{errors}");

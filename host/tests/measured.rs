@@ -1,4 +1,7 @@
-//! Files of measurements: what is read, what is left out and how it is told.
+//! Files of measurements: what is read, what is left out and how it is told, by the library and by `fre compare`.
+
+use std::path::PathBuf;
+use std::process::Command;
 
 use host::measured::{Coordinate, Measured};
 
@@ -53,13 +56,152 @@ fn a_header_that_lacks_something_says_what() {
     for (text, word) in [
         ("force_n\n1\n", "motor_angle_deg or distance_mm"),
         ("motor_angle_deg,distance_mm,force_n\n1,1,1\n", "both"),
+        ("motor_angle_deg,force_n,force_n\n1,1,1\n", "force_n more than once"),
+        // Other units: what the file has is repeated.
+        ("motor_angle_rad,force_n\n1,1\n", "it has motor_angle_rad, force_n"),
+        ("motor_angle_deg,force_mN\n1,1\n", "it has motor_angle_deg, force_mN"),
+        ("2,1.3\n4,2.5\n", "it has 2, 1.3"),
         ("motor_angle_deg,fx_n\n1,1\n", "the other of a pair"),
         ("motor_angle_deg\n1\n", "a force"),
-        ("motor_angle_deg;force_n\n1;2,5\n", "separated by commas"),
-        ("", "no row"),
+        ("", "no text"),
+        ("motor_angle_deg,force_n\n", "ends with the header"),
         ("motor_angle_deg,force_n\n1,x\n", "line 2"),
+        // A decimal comma among commas, with quotation marks and without.
+        ("motor_angle_deg,force_n\n1,2,5\n", "decimals have a point"),
+        ("motor_angle_deg,force_n\n1,\"2,5\"\n", "decimals have a point"),
+        ("motor_angle_deg,force_n\n1,1e300\n", "up to 1e5 N"),
+        ("motor_angle_deg,force_n\n1,2.5 N\n", "the unit stands in the header"),
     ] {
         let error = Measured::parse("m.csv", text).unwrap_err().to_string();
         assert!(error.contains(word) && error.starts_with("m.csv"), "{error:?} should tell of {word:?}");
     }
+}
+
+#[test]
+fn what_spreadsheets_write_is_read() {
+    let plain = Measured::parse("m.csv", "motor_angle_deg,force_n\n2,1.25\n4,2.5\n").unwrap();
+    for text in [
+        "\u{feff}motor_angle_deg,force_n\r\n2,1.25\r\n4,2.5\r\n",
+        "motor_angle_deg,force_n\r2,1.25\r4,2.5\r",
+        "motor_angle_deg;force_n\n2;1,25\n4,0;2.5\n",
+        "motor_angle_deg\tforce_n\n2\t1,25\n4\t2,5\n",
+        "\"Motor_Angle_deg\", \"FORCE_N\"\n\"2.0\",1.25\n 4 , \"2.5\" \n",
+        // Columns without a name, and cells beyond the header's last.
+        "motor_angle_deg,force_n,,\n2,1.25,,\n4,2.5,,,,\n",
+    ] {
+        let measured = Measured::parse("m.csv", text).unwrap();
+        assert_eq!(measured, plain, "{text:?}");
+    }
+    // Quotation marks hold commas and marks; what is left aside is named.
+    let text = "motor_angle_deg,note,force_n,arc_mm\n2,\"slipped, \"\"twice\"\"\",1.25,0\n4,,2.5,0\n";
+    let measured = Measured::parse("m.csv", text).unwrap();
+    assert_eq!((measured.measurements, measured.aside), (plain.measurements.clone(), vec!["note".to_owned()]));
+    // Thousands are no decimals.
+    let measured = Measured::parse("m.csv", "motor_angle_deg;force_n\n2;1.234,5\n4;1,2,3\n6;1\n").unwrap();
+    assert_eq!(measured.problems.iter().map(|problem| problem.line).collect::<Vec<_>>(), [2, 3]);
+}
+
+#[test]
+fn a_motion_with_a_way_back_is_told_and_can_be_followed() {
+    let text = "motor_angle_deg,force_n,front_x_mm,front_y_mm\n2,1,0 1,0 5\n2,1.2,,\n6,4,,\n2,0.8,,\n";
+    let measured = Measured::parse("m.csv", text).unwrap();
+    assert_eq!(measured.turns_at(), Some(5));
+    let closing: Vec<_> = measured.closing().into_iter().map(|m| (m.line, m.place, m.force)).collect();
+    assert_eq!(closing, [(2, 2.0, Some(1.0)), (4, 6.0, Some(4.0))]);
+    let visits = measured.visits();
+    let told: Vec<_> = visits.iter().map(|m| (m.line, m.place, m.force)).collect();
+    assert_eq!(told, [(2, 2.0, Some(1.1)), (4, 6.0, Some(4.0)), (5, 2.0, Some(0.8))]);
+    assert_eq!((&visits[0].front[..], &visits[0].front_lines[..]), (&[[0.0, 0.0], [1.0, 5.0]][..], &[2, 2][..]));
+    for text in ["motor_angle_deg,force_n\n2,1\n4,2\n", "motor_angle_deg,force_n\n4,2\n2,1\n"] {
+        assert_eq!(Measured::parse("m.csv", text).unwrap().turns_at(), None, "{text}");
+    }
+}
+
+const CASE: &str = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\n\
+                    centre_mm = [41.0, 45.0]\n[motion]\nmotor_angles_deg = [2]\n";
+
+/// `fre compare` on a file: standard output and standard error.
+fn compare(name: &str, csv: &[u8], options: &[&str]) -> (String, String) {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("measured-{name}"));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("case.toml"), CASE).unwrap();
+    std::fs::write(folder.join("m.csv"), csv).unwrap();
+    let words = ["compare", "case.toml", "--measured", "m.csv"].iter().chain(options);
+    let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).current_dir(&folder).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{name}: {}", text(output.stderr));
+    (text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn outliers_are_named_by_their_own_line_and_small_differences_are_none() {
+    // Residuals of about −0.1 N but for one of +0.07 N: less than a load cell tells apart.
+    let good = "motor_angle_deg,force_n\n2,1.3\n4,2.5\n6,3.9\n8,6.1\n10,10.5\n";
+    let (told, _) = compare("good", good.as_bytes(), &[]);
+    assert!(!told.contains("outlier") && told.contains("force error: mean 3.6"), "{told}");
+    // One of three readings of a place: not the place's first line.
+    let bad = "motor_angle_deg,force_n\n2,1.3\n4,2.5\n6,3.9\n8,6.1\n8,6.2\n8,12.2\n10,10.5\n";
+    let (told, _) = compare("bad", bad.as_bytes(), &[]);
+    assert!(told.contains("mean of 3 readings (6.1 to 12.2 N), outlier (line 7)"), "{told}");
+    assert_eq!(told.matches("outlier").count(), 1, "{told}");
+    let (json, _) = compare("json", bad.as_bytes(), &["--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let row = &json["rows"][3];
+    assert_eq!((row["line"].as_u64(), row["outlier"].as_bool()), (Some(5), Some(true)), "{row}");
+    let lines: Vec<_> =
+        row["readings"].as_array().unwrap().iter().map(|r| (r["line"].as_u64(), r["outlier"].as_bool())).collect();
+    assert_eq!(lines, [(Some(5), Some(false)), (Some(6), Some(false)), (Some(7), Some(true))]);
+    // A point of an outline with a wrong digit.
+    let mut outline = "motor_angle_deg,front_x_mm,front_y_mm\n".to_owned();
+    for i in 0..16 {
+        let (x, y) = (-0.05 * f64::from(i), 5.0 * f64::from(i));
+        outline += &format!("8,{},{y}\n", if i == 9 { 3.0 } else { x });
+    }
+    let (told, _) = compare("outline", outline.as_bytes(), &[]);
+    assert!(told.contains("outlier: the point (3, 45) mm of line 11, at 8°"), "{told}");
+    assert_eq!(told.matches("outlier").count(), 1, "{told}");
+}
+
+#[test]
+fn wrong_units_are_doubted() {
+    let (told, _) = compare("millinewtons", b"motor_angle_deg,force_n\n2,1300\n4,2500\n6,3900\n", &[]);
+    assert!(told.contains("times the model's: check the units"), "{told}");
+    let (told, _) = compare("radians", b"motor_angle_deg,force_n\n0.035,1.3\n0.07,2.5\n0.105,3.9\n", &[]);
+    assert!(told.contains("times the model's: check the units"), "{told}");
+    let (told, _) = compare("centimetres", b"motor_angle_deg,front_x_mm,front_y_mm\n8,0 -0.1 -0.3,0 4 8\n", &[]);
+    assert!(told.contains("8.0 mm long, the front beam 80.0 mm"), "{told}");
+    let (told, _) = compare("fine", b"motor_angle_deg,force_n\n2,1.3\n4,2.5\n6,3.9\n", &[]);
+    assert!(!told.contains("note"), "{told}");
+}
+
+#[test]
+fn a_table_of_places_has_its_columns_and_notes_stand_beside_it() {
+    // As a spreadsheet's "Unicode text" is: UTF-16 with a byte order mark.
+    let text = "motor_angle_deg\tforce_n\tnote\n10\t10,5\tx\n6\t3,9\t\n8\tabc\t\n10\t10,4\t\n";
+    let bytes: Vec<u8> = "\u{feff}".encode_utf16().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let (csv, beside) = compare("csv", &bytes, &["--format", "csv", "--order", "file"]);
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0][..4], ["motor_angle_deg", "status", "force_n", "reference_force_n"], "{csv}");
+    assert!(rows.iter().all(|row| row.len() == rows[0].len()), "{csv}");
+    let places: Vec<_> = rows[1..].iter().map(|row| (row[0], row[1], row[3])).collect();
+    assert_eq!(places, [("10", "converged", "10.5"), ("6", "converged", "3.9"), ("10", "converged", "10.4")]);
+    assert!(beside.contains("left aside: note") && beside.contains("m.csv:4: force_n = \"abc\""), "{beside}");
+}
+
+/// A gauge's noise before contact is a hundred percent of itself, and nothing against the forces.
+#[test]
+fn percent_of_next_to_nothing_are_not_counted() {
+    let csv = b"motor_angle_deg,force_n\n-1.2,0.02\n0,0.05\n6,3.7\n10,10.2\n";
+    let (table, _) = compare("small", csv, &[]);
+    let line = table.lines().find(|line| line.starts_with("force error: ")).unwrap();
+    assert!(line.ends_with("not counted: 2 places with less than 0.102 N, 1 % of the largest"), "{line}");
+    let mean: f64 = line["force error: mean ".len()..].split(' ').next().unwrap().parse().unwrap();
+    let percent = |row: &str| row.split_whitespace().nth(4).unwrap().parse::<f64>().unwrap().abs();
+    let counted: Vec<f64> = table.lines().filter(|line| line.ends_with("  converged")).map(percent).collect();
+    assert_eq!(counted.len(), 2);
+    assert!((mean - (counted[0] + counted[1]) / 2.0).abs() < 0.011, "{table}");
+    // In the table they are.
+    assert_eq!(table.matches("-100.00").count(), 2, "{table}");
+    let difference = table.lines().find(|line| line.starts_with("force difference: ")).unwrap();
+    assert!(difference.ends_with(" % of the largest measured force"), "{difference}");
 }

@@ -10,6 +10,7 @@ use host::measured::Measured;
 use host::metrics::distance;
 use host::run::{self, Options, Solution};
 use model_core::object::ObjectDesign;
+use tempfile::TempDir;
 
 use outline_scene::{BRIGHT_FINGER, DARK_FINGER, Eye, Lights, Sheet, checkerboard, save};
 
@@ -25,23 +26,22 @@ const STRAIGHT: Eye =
     Eye { size: [1000, 1300], focal: [1700.0, 1700.0], centre: [499.5, 649.5], lens: [0.0; 4], pose: [[0.0; 3]; 3] };
 const LENS: [f64; 4] = [-0.24, 0.07, 0.001, -0.0015];
 
-/// A folder of its own for each test.
-struct Folder(PathBuf);
+/// A folder of its own for each test, removed when dropped.
+struct Folder(TempDir);
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("fre-outline-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        std::fs::write(path.join("case.toml"), CASE).unwrap();
-        Self(path)
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("case.toml"), CASE).unwrap();
+        Self(folder)
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.0.path().join(name)
     }
 
     fn fre(&self, words: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_fre")).args(words).current_dir(&self.0).output().unwrap()
+        Command::new(env!("CARGO_BIN_EXE_fre")).args(words).current_dir(self.0.path()).output().unwrap()
     }
 
     /// The outline's points of a photograph, with marks and more options.
@@ -72,14 +72,6 @@ impl Folder {
         assert_eq!(output.status.code(), Some(1), "{} {}", words(&output.stdout), words(&output.stderr));
         assert!(output.stdout.is_empty());
         words(&output.stderr)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        if std::env::var_os("FRE_KEEP").is_none() {
-            let _ = std::fs::remove_dir_all(&self.0);
-        }
     }
 }
 
@@ -214,7 +206,7 @@ fn boards(eye: &Eye, folder: &Path) -> Vec<String> {
 
 #[test]
 fn perspective_noise_and_blur_leave_a_tenth_of_a_millimetre() {
-    let folder = Folder::new("perspective");
+    let folder = Folder::new();
     let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [14.0, -17.0, 6.0], false);
     let solution = solved();
     let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);
@@ -274,13 +266,13 @@ fn similarity(mm: &[[f64; 2]], pixels: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 #[test]
 fn a_checkerboard_removes_the_lens() {
-    let folder = Folder::new("lens");
+    let folder = Folder::new();
     let lens = Eye { lens: LENS, centre: [507.0, 640.0], focal: [1705.0, 1698.0], ..STRAIGHT };
     let eye = lens.looking_at([-8.0, 40.0], 170.0, [-10.0, 12.0, -4.0], false);
     let solution = solved();
     let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);
     save(&eye.photograph(sheet.light(), 1.1, 2.5, 2), &folder.path("photo.png"));
-    let boards = boards(&lens, &folder.0);
+    let boards = boards(&lens, folder.0.path());
     let marks = exact_marks(&eye);
     let mut options = vec!["--squares", "10x7", "--square-mm", "12", "--save-camera", "camera.toml", "--checkerboard"];
     options.extend(boards.iter().map(String::as_str));
@@ -301,7 +293,7 @@ fn a_checkerboard_removes_the_lens() {
 
 #[test]
 fn marks_that_stand_still_and_a_bright_finger_seen_from_behind() {
-    let folder = Folder::new("world");
+    let folder = Folder::new();
     let eye = STRAIGHT.looking_at([0.0, 38.0], 170.0, [-9.0, 8.0, -5.0], true);
     let solution = solved();
     // Everything is drawn where it stands in the world; the outline must come back in the finger frame.
@@ -321,7 +313,7 @@ fn marks_that_stand_still_and_a_bright_finger_seen_from_behind() {
 
 #[test]
 fn any_load_and_light_will_do() {
-    let folder = Folder::new("lights");
+    let folder = Folder::new();
     let solutions = solved_at(&[0.0, 4.0, 11.0]);
     // Free, touching, and bent as far as it goes without a snap.
     assert!(solutions[0].force_magnitude_n == Some(0.0) && solutions[2].force_magnitude_n > Some(10.0));
@@ -357,8 +349,32 @@ fn any_load_and_light_will_do() {
 }
 
 #[test]
+fn a_finger_as_bright_as_what_is_behind_it_is_known_by_its_colour() {
+    let folder = Folder::new();
+    let solution = solved();
+    let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [7.0, -6.0, 2.0], false);
+    // Orange on green: red, green and blue light of ground, finger, object and dots. Both have 20 % of white's light.
+    let lights = [[26, 153, 90, 4], [64, 27, 90, 4], [13, 8, 90, 4]];
+    let channels = [0, 1, 2].map(|i| {
+        let [ground, finger, object, dots] = lights[i];
+        let sheet = sheet(Lights { ground, finger, object, dots }, &solution, &MARKS, false);
+        eye.photograph(sheet.light(), 1.2, 2.0, 40 + i as u64)
+    });
+    let [red, green, blue] = &channels;
+    let picture = image::RgbImage::from_fn(red.width(), red.height(), |x, y| {
+        image::Rgb([red, green, blue].map(|channel| channel.get_pixel(x, y).0[0]))
+    });
+    picture.save(folder.path("photo.png")).unwrap();
+    let output = folder.fre(&command(&exact_marks(&eye), &[]));
+    assert!(words(&output.stderr).contains("of white's red"), "{}", words(&output.stderr));
+    let [mean, max] = deviation(&folder.outline(&exact_marks(&eye), &["--plot", "overlay.png"]), &solution.front_mm);
+    println!("orange on green: mean {mean:.4} mm, max {max:.4} mm");
+    assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
+}
+
+#[test]
 fn compare_reads_a_series_and_finds_the_model_again() {
-    let folder = Folder::new("series");
+    let folder = Folder::new();
     let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [8.0, 10.0, 0.0], false);
     let solution = solved();
     let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);
@@ -389,8 +405,34 @@ fn compare_reads_a_series_and_finds_the_model_again() {
 }
 
 #[test]
+fn an_object_brighter_than_the_background_ends_the_outline_where_it_hides_the_tip() {
+    let folder = Folder::new();
+    let solution = solved();
+    let lights = Lights { ground: 190, finger: 30, object: 255, dots: 100 };
+    let sheet = sheet(lights, &solution, &MARKS, false);
+    for (seed, tilt) in [[12.0, -6.0, 3.0], [-9.0, 8.0, 0.0], [0.0; 3]].into_iter().enumerate() {
+        let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, tilt, false);
+        save(&eye.photograph(sheet.light(), 1.1, 2.5, 60 + seed as u64), &folder.path("photo.png"));
+        let points = folder.outline(&exact_marks(&eye), &[]);
+        let [mean, max] = deviation(&points, &solution.front_mm);
+        println!("bright object: mean {mean:.4} mm, max {max:.4} mm of {} points", points.len());
+        assert!(mean < 0.03 && max < 0.2 && points.len() > 60, "mean {mean}, max {max}, {} points", points.len());
+    }
+}
+
+#[test]
+fn a_picture_too_coarse_for_two_edges_is_told_so() {
+    let folder = Folder::new();
+    let eye = Eye { size: [125, 163], focal: [212.5, 212.5], centre: [62.0, 81.0], ..STRAIGHT };
+    let eye = eye.looking_at([-8.0, 40.0], 170.0, [0.0; 3], false);
+    save(&eye.photograph(sheet(DARK_FINGER, &solved(), &MARKS, false).light(), 0.7, 2.0, 9), &folder.path("photo.png"));
+    let told = folder.refusal(&exact_marks(&eye), &[]);
+    assert!(told.contains("too coarse: the beam is 2.5 pixels thick, needed are about 5"), "{told}");
+}
+
+#[test]
 fn what_cannot_be_measured_is_said() {
-    let folder = Folder::new("refusals");
+    let folder = Folder::new();
     let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [0.0, 0.0, 0.0], false);
     let solution = solved();
     let marks = exact_marks(&eye);
@@ -419,6 +461,10 @@ fn what_cannot_be_measured_is_said() {
     let away: Vec<String> = MARKS.iter().map(|&mm| mark(eye.pixel(mm), [mm[0], mm[1] + 200.0])).collect();
     assert!(folder.refusal(&away, &[]).contains("outside the picture"));
     assert!(folder.refusal(&marks, &["--plot", "x.svg"]).contains("ends in .png"));
+    assert!(folder.refusal(&marks, &["--force-n", "-1"]).contains("--force-n is -1; allowed is"));
+    let mut turned = command(&marks, &[]);
+    turned[5] = "181";
+    assert!(words(&folder.fre(&turned).stderr).contains("--angle-deg is 181; allowed is -180 to 180"));
     assert!(folder.refusal(&marks, &["--to-mm", "99"]).contains("--to-mm is 99; allowed is"));
     assert!(folder.refusal(&marks, &["--marks", "1,2=3"]).contains("PX,PY=X,Y"));
     let board = ["--squares", "10x7", "--checkerboard", "photo.png", "photo.png", "photo.png"];
@@ -427,6 +473,17 @@ fn what_cannot_be_measured_is_said() {
     std::fs::write(folder.path("marks.toml"), "[[mark]]\npixel = [1.0, 2.0]\nmm = \"here\"\n").unwrap();
     let file = ["outline", "photo.png", "--case", "case.toml", "--angle-deg", "8", "--marks-file", "marks.toml"];
     assert!(words(&folder.fre(&file).stderr).contains("marks.toml:3:"), "{}", words(&folder.fre(&file).stderr));
+    // A picture that would not fit into memory is refused by its header: a bitmap of 60,000 by 60,000.
+    let mut header = vec![0; 54];
+    header[..2].copy_from_slice(b"BM");
+    for (at, value) in [(10, 54_u32), (14, 40), (18, 60_000), (22, 60_000), (26, 0x0018_0001)] {
+        header[at..at + 4].copy_from_slice(&value.to_le_bytes());
+    }
+    std::fs::write(folder.path("photo.png"), header).unwrap();
+    let told = folder.refusal(&marks, &[]);
+    assert!(told.contains("60000×60000 pixels; allowed are up to 120 million"), "{told}");
+    std::fs::write(folder.path("photo.png"), b"GIF89a").unwrap();
+    assert!(folder.refusal(&marks, &[]).contains("allowed are PNG, JPEG, TIFF, BMP and WebP"));
     std::fs::write(folder.path("photo.png"), b"no picture").unwrap();
     assert!(folder.refusal(&marks, &[]).contains("photo.png: cannot be read"));
     std::fs::remove_file(folder.path("photo.png")).unwrap();
@@ -435,7 +492,7 @@ fn what_cannot_be_measured_is_said() {
 
 #[test]
 fn a_camera_held_upright_is_turned_as_its_file_says() {
-    let folder = Folder::new("exif");
+    let folder = Folder::new();
     let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, [6.0, -5.0, 2.0], false);
     let solution = solved();
     let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);

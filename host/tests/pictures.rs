@@ -29,7 +29,7 @@ const TURNING: Motion = Motion::Rotating { axis: [-14.0, -20.0] };
 
 fn chart(points: Vec<[f64; 2]>) -> Scene {
     let mut chart = Chart::new("title", "subtitle", "x");
-    for style in [Style::Line, Style::Dashed, Style::Dots, Style::LineAndDots] {
+    for style in [Style::Line, Style::Dashed, Style::Dots, Style::LineAndDots, Style::Thick] {
         chart.panels.push(Panel {
             y_title: "*F*_{x} (N)".into(),
             series: vec![Series { name: format!("{style:?}"), colour: 9, style, points: points.clone() }],
@@ -56,6 +56,25 @@ fn texts(scene: &Scene) -> Vec<String> {
     for node in nodes.clone() {
         let at = |key| node.attribute(key).unwrap().parse::<f64>().unwrap();
         assert!((0.0..=scene.width).contains(&at("x")) && (0.0..=scene.height).contains(&at("y")), "{node:?}");
+        // In any font the words are as long as here, and within the picture.
+        let length = if text(node).is_empty() { 0.0 } else { at("textLength") };
+        let before = match node.attribute("text-anchor") {
+            Some("end") => 1.0,
+            Some("middle") => 0.5,
+            _ => 0.0,
+        };
+        if node.attribute("transform").is_none() {
+            let begin = at("x") - before * length;
+            assert!(begin > -1.0 && begin + length < scene.width + 1.0, "{node:?} is from {begin}, {length} long");
+        }
+    }
+    // No letter begins beyond the picture's edge.
+    for letter in tree.descendants().filter(|node| node.has_tag_name("use")) {
+        if letter.parent().is_some_and(|text| text.attribute("transform").is_none()) {
+            let place = letter.attribute("transform").unwrap().strip_prefix("translate(").unwrap();
+            let x: f64 = place.split(' ').next().unwrap().parse().unwrap();
+            assert!((0.0..scene.width).contains(&x), "{x} of {}", scene.width);
+        }
     }
     nodes.map(text).collect()
 }
@@ -138,6 +157,83 @@ fn charts_survive_odd_points() {
 }
 
 #[test]
+fn long_titles_are_broken_into_lines() {
+    let title =
+        "a finger with a name that is far longer than a picture of it is wide, and then some more of it to be sure";
+    let words = texts(&finger(title, TURNING, 0.1, 1.0));
+    assert!(words.iter().any(|word| word.starts_with("a finger with")) && !words.iter().any(|word| word == title));
+    let mut chart = Chart::new(title, title, "x");
+    chart.panels = vec![Panel::default()];
+    assert!(texts(&chart.scene()).join(" ").contains(&format!("{title} {title}")));
+}
+
+#[test]
+fn remarks_at_the_same_place_do_not_cover_each_other() {
+    let mut chart = Chart::new("title", "", "x");
+    let at = |x, words: &str| Mark::At { x, words: words.into() };
+    chart.panels = vec![Panel {
+        series: vec![Series { name: "s".into(), colour: 0, style: Style::Line, points: vec![[0.0, 0.0], [10.0, 1.0]] }],
+        marks: vec![at(8.0, "the first long remark"), at(8.2, "the second long remark"), at(0.0, "elsewhere")],
+        ..Panel::default()
+    }];
+    let svg = draw::svg(&chart.scene());
+    let tree = roxmltree::Document::parse(&svg).unwrap();
+    let height = |words: &str| {
+        let node = tree.descendants().find(|node| node.has_tag_name("text") && node.text() == Some(words)).unwrap();
+        node.attribute("y").unwrap().parse::<f64>().unwrap()
+    };
+    let [first, second, elsewhere] = ["the first long remark", "the second long remark", "elsewhere"].map(height);
+    assert!(second > first + 10.0 && elsewhere == first, "{first} {second} {elsewhere}");
+}
+
+#[test]
+fn an_object_s_name_is_in_the_picture_whatever_its_size() {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let shape = Shape::undeformed(&design);
+    for (centre, radius) in [([3.0, 40.0], 0.5), ([41.0, 45.0], 40.0), ([1001.0, 60.0], 1000.0), ([5.0, 130.0], 8.0)] {
+        let object = ObjectDesign::Circle { centre, radius };
+        let (title, subtitle) = (String::new(), String::new());
+        let picture = FingerPicture {
+            title,
+            subtitle,
+            design: &design,
+            motion: TURNING,
+            coordinate: 0.0,
+            object,
+            shape: &shape,
+            force: None,
+        };
+        let scene = picture.scene();
+        texts(&scene);
+        let (at, _) = scene_text(&scene, &format!("object Ø{} mm", 2.0 * radius)).unwrap();
+        assert!(
+            (60.0..scene.width - 60.0).contains(&at[0]) && (30.0..scene.height - 30.0).contains(&at[1]),
+            "{radius}: {at:?}"
+        );
+    }
+}
+
+#[test]
+fn an_arrow_of_a_translated_base_does_not_cover_its_words() {
+    for direction in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.8, -0.6], [-0.6, 0.8]] {
+        let scene = finger("title", Motion::Translating { direction }, 12.0, 0.0);
+        texts(&scene);
+        let Some((at, anchor)) = scene_text(&scene, "*d* = 12 mm") else { panic!("no words: {direction:?}") };
+        // The words lie on the tail's side.
+        assert_eq!(anchor == "End", direction[0] > 0.0, "{direction:?}");
+        assert!(at[0] > 0.0 && at[1] < scene.height);
+    }
+}
+
+/// Where a text stands in a scene and how it is anchored.
+fn scene_text(scene: &Scene, words: &str) -> Option<([f64; 2], String)> {
+    scene.items.iter().find_map(|item| match item {
+        draw::Item::Text(text) if text.words == words => Some((text.at, format!("{:?}", text.anchor))),
+        _ => None,
+    })
+}
+
+#[test]
 fn a_gap_in_the_points_is_a_gap_in_the_line() {
     let line = |middle: f64| {
         let points = vec![[0.0, 1.0], [1.0, 1.0], [2.0, middle], [3.0, 1.0], [4.0, 1.0]];
@@ -149,8 +245,8 @@ fn a_gap_in_the_points_is_a_gap_in_the_line() {
 
 #[test]
 fn a_picture_file_has_the_format_of_its_ending() {
-    let folder = std::env::temp_dir().join(format!("fre-pictures-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let own = tempfile::tempdir().unwrap();
+    let folder = own.path();
     let scene = chart(vec![[0.0, 0.0], [1.0, 1.0]]);
     draw::write(&scene, &folder.join("a.svg")).unwrap();
     draw::write(&scene, &folder.join("a.PNG")).unwrap();
@@ -160,6 +256,5 @@ fn a_picture_file_has_the_format_of_its_ending() {
         let message = draw::write(&scene, &folder.join(file)).unwrap_err().to_string();
         assert!(message.contains(words), "{message}");
     }
-    std::fs::remove_dir_all(&folder).unwrap();
     assert!(draw::png(&scene, 1e6, Theme::Light).is_err() && draw::png(&scene, 0.0, Theme::Light).is_err());
 }

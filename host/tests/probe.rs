@@ -1,11 +1,10 @@
 //! `fre flash` and `fre log` where there is no debug probe: an error that says what was looked for, or how to build `fre` with
 //! probes.
 
-use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// An image for the OpenCR's flash: an ELF file for ARM with one segment of four bytes and no symbols.
-fn image() -> PathBuf {
+fn image() -> Vec<u8> {
     let mut file = b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0".to_vec();
     let mut put = |bytes: &[u8]| file.extend(bytes);
     // Executable, ARM, version 1; header sizes; one program header behind the file header.
@@ -14,14 +13,14 @@ fn image() -> PathBuf {
     [52_u16, 32, 1, 40, 0, 0].iter().for_each(|half| put(&half.to_le_bytes()));
     [1_u32, 84, 0x0804_0000, 0x0804_0000, 4, 4, 5, 4].iter().for_each(|word| put(&word.to_le_bytes()));
     put(b"code");
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("probe-image.elf");
-    std::fs::write(&path, file).unwrap();
-    path
+    file
 }
 
 fn error(words: &[&str]) -> String {
-    let image = image();
-    let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).arg("--image").arg(&image).output().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.elf");
+    std::fs::write(&path, image()).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).arg("--image").arg(&path).output().unwrap();
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{words:?}: {text}");
     text

@@ -5,7 +5,6 @@ mod servo_case;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -46,13 +45,10 @@ fn patient(stream: UnixStream) -> UnixStream {
     stream
 }
 
-fn socket_path(name: &str) -> PathBuf {
-    std::env::temp_dir().join(format!("fre-servo-{}-{name}", std::process::id()))
-}
-
 #[test]
 fn everyone_hears_everyone() {
-    let path = socket_path("hub");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hub");
     let mut hub = Hub::new();
     hub.servo(Servo::new(Config { return_delay_us: 0, ..Config::default() }).unwrap());
     hub.listen_unix(&path).unwrap();
@@ -215,7 +211,8 @@ fn a_handle_makes_it_fail() {
 
 #[test]
 fn a_path_that_is_no_socket_is_left_alone() {
-    let path = socket_path("file");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file");
     std::fs::write(&path, "mine").unwrap();
     let error = Hub::new().listen_unix(&path).unwrap_err();
     assert!(matches!(error, PortError::Unix { .. }));
@@ -246,11 +243,12 @@ fn fre(arguments: &[&str]) -> (std::process::Child, Vec<String>) {
 
 #[test]
 fn the_command_serves_until_it_is_stopped() {
-    let case = socket_path("case.toml");
+    let folder = tempfile::tempdir().unwrap();
+    let case = folder.path().join("case.toml");
     let text = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n\
                 [motion]\nmotor_angles_deg = [2]\n";
     std::fs::write(&case, text).unwrap();
-    let path = socket_path("command");
+    let path = folder.path().join("bus");
     let unix = path.to_str().unwrap();
     let (child, places) = fre(&[
         case.to_str().unwrap(),
@@ -286,20 +284,20 @@ fn the_command_serves_until_it_is_stopped() {
     let last = String::from_utf8_lossy(&output.stderr);
     assert!(last.contains("1 reads of Present Position"), "{last}");
     assert!(!path.exists());
-    std::fs::remove_file(&case).unwrap();
 }
 
 #[test]
 fn the_command_says_what_is_wrong() {
-    let case = |motion: &str| {
-        let path = socket_path(&format!("bad-{}.toml", motion.len()));
+    let folder = tempfile::tempdir().unwrap();
+    let case = |name: &str, motion: &str| {
+        let path = folder.path().join(name);
         let text =
             "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n";
         std::fs::write(&path, format!("{text}[motion]\n{motion}\n")).unwrap();
         path
     };
-    let line = case("direction = [1, 0]\ndistances_mm = [1]");
-    let turn = case("motor_angles_deg = [1]");
+    let line = case("line.toml", "direction = [1, 0]\ndistances_mm = [1]");
+    let turn = case("turn.toml", "motor_angles_deg = [1]");
     let [line, turn] = [&line, &turn].map(|path| path.to_str().unwrap());
     for (arguments, words) in [
         (&["--id", "253"][..], "allowed is 0 to 252"),
@@ -318,8 +316,6 @@ fn the_command_says_what_is_wrong() {
         assert!(message.contains(words), "{arguments:?}: {message}");
         assert!(output.stdout.is_empty());
     }
-    std::fs::remove_file(line).unwrap();
-    std::fs::remove_file(turn).unwrap();
 }
 
 #[test]

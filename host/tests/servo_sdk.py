@@ -7,8 +7,10 @@ import sys
 import time
 
 import dynamixel_sdk as sdk
+from dynamixel_sdk import port_handler
 
 SERVO = 1
+port_handler.LATENCY_TIMER = 2000  # ms, half of what an answer is waited for: a busy machine needs more than the SDK's 16
 port = sdk.PortHandler(sys.argv[1])
 packets = sdk.PacketHandler(2.0)
 assert port.openPort(), "the port does not open"
@@ -16,16 +18,8 @@ assert port.setBaudRate(int(sys.argv[2])), "the port refuses the baud rate"
 
 
 def done(call, *arguments):
-    """The value, if the bus and the servo agree that there is one.
-
-    The SDK waits 34 ms for an answer, which a busy machine can exceed; a master asks again then.
-    """
-    for _ in range(5):
-        *value, communication, error = call(port, SERVO, *arguments)
-        if communication != sdk.COMM_RX_TIMEOUT:
-            break
-        time.sleep(0.5)
-        port.ser.reset_input_buffer()
+    """The value, if the bus and the servo agree that there is one."""
+    *value, communication, error = call(port, SERVO, *arguments)
     assert communication == sdk.COMM_SUCCESS, packets.getTxRxResult(communication)
     assert error == 0, packets.getRxPacketError(error)
     return value[0] if value else None

@@ -162,8 +162,8 @@ fn finite_elements_take_every_shape() {
 /// `fre compare --measured` takes any shape: a file made of the model's own results has no error.
 #[test]
 fn measurements_on_any_shape_are_compared() {
-    let folder = std::env::temp_dir().join(format!("fre-shapes-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let own = tempfile::tempdir().unwrap();
+    let folder = own.path();
     for (name, text, column) in
         [("ellipse", ELLIPSE, "motor_angle_deg"), ("block", BLOCK, "distance_mm"), ("wall", WALL, "motor_angle_deg")]
     {
@@ -185,5 +185,4 @@ fn measurements_on_any_shape_are_compared() {
         assert_eq!(output.status.code(), Some(0), "{name}: {words}{}", String::from_utf8_lossy(&output.stderr));
         assert!(words.contains("force error: mean 0.00 %"), "{name}: {words}");
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -5,15 +5,14 @@ use std::process::{Command, Output};
 
 use host::run::Solution;
 use serde_json::Value;
+use tempfile::TempDir;
 
-/// A folder of its own for each test.
-struct Folder(PathBuf);
+/// A folder of its own for each test, removed when dropped.
+struct Folder(TempDir);
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("fre-solve-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
     }
 
     fn case(&self, height: f64, angles: &str) -> PathBuf {
@@ -24,15 +23,9 @@ impl Folder {
     }
 
     fn file(&self, text: &str) -> PathBuf {
-        let path = self.0.join("case.toml");
+        let path = self.0.path().join("case.toml");
         std::fs::write(&path, text).unwrap();
         path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -52,7 +45,7 @@ fn solutions(case: &Path, options: &str) -> Vec<Solution> {
 
 #[test]
 fn the_full_resolution_agrees_with_the_reference_row() {
-    let folder = Folder::new("row");
+    let folder = Folder::new();
     let case = folder.case(60.0, "[6.0, 12.0]");
     let solved = solutions(&case, "--physics paper --scheme paper --elements paper");
     let [first, second] = &solved[..] else { panic!("two angles were asked for") };
@@ -74,7 +67,7 @@ fn the_full_resolution_agrees_with_the_reference_row() {
 
 #[test]
 fn json_has_the_contract_s_keys_in_its_order() {
-    let folder = Folder::new("json");
+    let folder = Folder::new();
     let output = fre(&folder.case(45.0, "[0, 4.0]"), "--format json --elements reduced");
     let text = words(&output.stdout);
     let order = [
@@ -130,7 +123,7 @@ fn json_has_the_contract_s_keys_in_its_order() {
 
 #[test]
 fn csv_and_text_say_the_same() {
-    let folder = Folder::new("csv");
+    let folder = Folder::new();
     let case = folder.case(45.0, "[2, 6]");
     let csv = words(&fre(&case, "--format csv").stdout);
     let mut lines = csv.lines();
@@ -152,7 +145,7 @@ fn csv_and_text_say_the_same() {
 
 #[test]
 fn every_option_reaches_the_model() {
-    let folder = Folder::new("options");
+    let folder = Folder::new();
     let case = folder.case(60.0, "[8.0]");
     let force = |options: &str| {
         let solution = solutions(&case, options).remove(0);
@@ -174,7 +167,7 @@ fn every_option_reaches_the_model() {
 
 #[test]
 fn the_sensitivity_is_the_slope_of_the_force() {
-    let folder = Folder::new("slope");
+    let folder = Folder::new();
     let solved = solutions(&folder.case(60.0, "[7.999, 8.0, 8.001]"), "");
     let [before, here, after] = &solved[..] else { panic!("three angles were asked for") };
     let slope = here.sensitivity.unwrap().force_per_deg_n.unwrap();
@@ -192,7 +185,7 @@ fn the_sensitivity_is_the_slope_of_the_force() {
 
 #[test]
 fn sensitivities_to_dimensions_are_slopes_of_the_force() {
-    let folder = Folder::new("dimensions");
+    let folder = Folder::new();
     let case = |key: &str, value: f64| {
         let mut values =
             [("youngs_modulus_pa", 4.95e7), ("front", 2.0), ("back", 2.0), ("hinge", 0.8), ("length", 2.5)];
@@ -234,7 +227,7 @@ fn sensitivities_to_dimensions_are_slopes_of_the_force() {
 
 #[test]
 fn gauss_newton_finds_the_same_solution_in_more_iterations() {
-    let folder = Folder::new("hessian");
+    let folder = Folder::new();
     let case = folder.case(25.0, "[2.0, 4.0]");
     let newton = solutions(&case, "--physics paper --elements reduced");
     let gauss = solutions(&case, "--physics paper --elements reduced --hessian gauss-newton");
@@ -248,7 +241,7 @@ fn gauss_newton_finds_the_same_solution_in_more_iterations() {
 
 #[test]
 fn a_translated_base_reports_distances() {
-    let folder = Folder::new("distance");
+    let folder = Folder::new();
     let case = folder.file(
         "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 20, centre_mm = [30, 50] }\n\
          motion = { direction = [1, 0], distances_mm = [5, 10, 12] }\n",
@@ -266,7 +259,7 @@ fn a_translated_base_reports_distances() {
 
 #[test]
 fn an_angle_without_a_solution_is_status_2_and_has_no_numbers() {
-    let folder = Folder::new("folded");
+    let folder = Folder::new();
     // The cylinder surrounds the motor axis and the finger: no angle is free of contact.
     let case = folder.file(
         "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 200, centre_mm = [-14, -20] }\n\
@@ -285,7 +278,7 @@ fn an_angle_without_a_solution_is_status_2_and_has_no_numbers() {
 
 #[test]
 fn numbers_come_with_a_trustworthy_status_only() {
-    let folder = Folder::new("far");
+    let folder = Folder::new();
     // Far beyond contact: snap-throughs, the finger slips past the cylinder, and must come back through it.
     let case = folder.case(45.0, "[5, 30, 60, 90, 5]");
     let output = fre(&case, "--format json");
@@ -302,10 +295,10 @@ fn numbers_come_with_a_trustworthy_status_only() {
 
 #[test]
 fn plots_are_written_and_bad_endings_refused_before_solving() {
-    let folder = Folder::new("plot");
+    let folder = Folder::new();
     let case = folder.case(45.0, "[2, 6, 10]");
     for (name, start) in [("a.svg", &b"<svg"[..]), ("a.png", b"\x89PNG")] {
-        let file = folder.0.join(name);
+        let file = folder.0.path().join(name);
         let output = fre(&case, &format!("--plot {}", file.display()));
         assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
         assert!(std::fs::read(&file).unwrap().starts_with(start));
@@ -317,7 +310,7 @@ fn plots_are_written_and_bad_endings_refused_before_solving() {
 
 #[test]
 fn bad_input_is_status_1_with_a_message() {
-    let folder = Folder::new("bad");
+    let folder = Folder::new();
     let case = folder.case(45.0, "[2]");
     for (options, message) in [
         ("--elements 3", "B/H"),
@@ -327,9 +320,10 @@ fn bad_input_is_status_1_with_a_message() {
         ("--scheme euler", "trapezoid"),
         ("--samples 0", "samples is 0"),
         ("--samples 4 --scheme paper", "samples"),
-        ("--samples 1000", "1000"),
-        ("--softness-mm-per-n nan", "softness"),
-        ("--softness-mm-per-n=-1", "softness"),
+        ("--samples 1000", "allowed is 1 to 16"),
+        ("--samples few", "allowed is 1 to 16"),
+        ("--softness-mm-per-n nan", "--softness-mm-per-n is NaN"),
+        ("--softness-mm-per-n -1", "--softness-mm-per-n is -1; allowed is 0 to 1"),
         ("--precision f16", "f32"),
         ("--format xml", "json"),
         ("--verbose", "--verbose"),
@@ -339,7 +333,7 @@ fn bad_input_is_status_1_with_a_message() {
         assert_eq!(output.status.code(), Some(1), "{options}: {said}");
         assert!(said.contains(message) && output.stdout.is_empty(), "{options}: {said}");
     }
-    let output = fre(&folder.0.join("absent.toml"), "");
+    let output = fre(&folder.0.path().join("absent.toml"), "");
     assert_eq!(output.status.code(), Some(1));
     assert!(words(&output.stderr).contains("absent.toml: cannot be read"));
     let bad = folder.file("finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = -1\n");

@@ -8,20 +8,20 @@ use host::case::Case;
 use host::run::{self, Options};
 use host::sweep::{self, Axis, Document, Ledger, Sweep, Tally};
 use model_core::discretise::Elements;
+use tempfile::TempDir;
 
-/// A folder of its own for each test.
-struct Folder(PathBuf);
+/// A folder of its own for each test, removed when dropped.
+struct Folder(TempDir);
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("fre-sweep-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        std::fs::write(path.join("case.toml"), case_text(40.0, 45.0)).unwrap();
-        Self(path)
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("case.toml"), case_text(40.0, 45.0)).unwrap();
+        Self(folder)
     }
 
     fn file(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.0.path().join(name)
     }
 
     fn fre(&self, options: &str) -> Output {
@@ -30,14 +30,8 @@ impl Folder {
 
     fn command(&self, options: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
-        command.args(["sweep", "case.toml"]).args(options.split_whitespace()).current_dir(&self.0);
+        command.args(["sweep", "case.toml"]).args(options.split_whitespace()).current_dir(self.0.path());
         command
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -82,7 +76,7 @@ fn timeless(text: &str) -> Vec<String> {
 
 #[test]
 fn rows_are_those_of_a_direct_solution() {
-    let folder = Folder::new("direct");
+    let folder = Folder::new();
     let output = folder.fre("--angles 1:5:2 --vary object.centre_mm.1=40:50:5 --vary elements=reduced,60/4");
     assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
     let text = words(&output.stdout);
@@ -132,7 +126,7 @@ fn rows_are_those_of_a_direct_solution() {
 
 #[test]
 fn a_file_torn_anywhere_is_completed() {
-    let folder = Folder::new("torn");
+    let folder = Folder::new();
     let (sweep, file) = (small(), folder.file("out.csv"));
     let tally = go_on(&sweep, &file);
     assert_eq!((tally.computed, tally.resumed, tally.failures.len()), (8, 0, 0));
@@ -158,7 +152,7 @@ fn a_file_torn_anywhere_is_completed() {
 
 #[test]
 fn a_complete_file_is_left_alone() {
-    let folder = Folder::new("complete");
+    let folder = Folder::new();
     let (sweep, file) = (small(), folder.file("out.csv"));
     go_on(&sweep, &file);
     let before = std::fs::read(&file).unwrap();
@@ -169,7 +163,7 @@ fn a_complete_file_is_left_alone() {
 
 #[test]
 fn rows_in_any_order_are_read_and_sorted_at_the_end() {
-    let folder = Folder::new("order");
+    let folder = Folder::new();
     let (sweep, file) = (small(), folder.file("out.csv"));
     go_on(&sweep, &file);
     let whole = std::fs::read_to_string(&file).unwrap();
@@ -183,7 +177,7 @@ fn rows_in_any_order_are_read_and_sorted_at_the_end() {
 
 #[test]
 fn a_killed_sweep_goes_on_where_it_was() {
-    let folder = Folder::new("killed");
+    let folder = Folder::new();
     let options = "--angles 0:10:0.05 --vary object.centre_mm.1=30:50:5 --vary elements=60/4,170/20 --jobs 2";
     let file = folder.file("out.csv");
     let with_file = format!("{options} --out out.csv");
@@ -208,16 +202,59 @@ fn a_killed_sweep_goes_on_where_it_was() {
 }
 
 #[test]
+fn an_interrupted_sweep_says_what_is_there_and_goes_on() {
+    let folder = Folder::new();
+    let options = "--angles 0:10:0.05 --vary object.centre_mm.1=30:50:1 --vary elements=170/20 --jobs 1";
+    let with_file = format!("{options} --out out.csv");
+    let rows = 201 * 21;
+    let lines =
+        || std::fs::read_to_string(folder.file("out.csv")).unwrap_or_default().lines().count().saturating_sub(2);
+    let mut child = folder.command(&with_file).stderr(Stdio::piped()).spawn().unwrap();
+    let begin = Instant::now();
+    while lines() == 0 {
+        assert!(begin.elapsed() < Duration::from_secs(120) && child.try_wait().unwrap().is_none(), "no rows appear");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let kept = lines();
+    let said = words(&output.stderr);
+    assert!((1..rows).contains(&kept), "stopped too late to tell anything: {kept}");
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(
+        said.contains(&format!("stopped; {kept} of {rows} rows are in out.csv; the same command goes on")),
+        "{said}"
+    );
+    // A few more points are enough to see that it goes on: what is there is known.
+    let mut child = folder.command(&with_file).stderr(Stdio::piped()).spawn().unwrap();
+    while lines() <= kept {
+        assert!(begin.elapsed() < Duration::from_secs(240) && child.try_wait().unwrap().is_none(), "it does not go on");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    let said = words(&child.wait_with_output().unwrap().stderr);
+    assert!(said.contains(&format!("{kept} of {rows} rows are known already")), "{said}");
+}
+
+#[test]
 fn a_file_of_something_else_is_not_touched() {
-    let folder = Folder::new("foreign");
+    let folder = Folder::new();
     let file = folder.file("out.csv");
     go_on(&small(), &file);
     let mine = std::fs::read_to_string(&file).unwrap();
     let row = mine.lines().nth(2).unwrap().to_owned();
     for (text, reason) in [
         ("a,b\n1,2\n".to_owned(), "is not the output of a sweep"),
-        (mine.replace("sweep 0", "sweep 9"), "another case or with other arguments"),
-        (mine.replace("row,object", "row,subject"), "another case or with other arguments"),
+        (mine.replace("sweep 0", "sweep 9"), "it was written by fre 9"),
+        (
+            mine.replace("row,object", "row,subject"),
+            "it varies subject.radius_mm, elements, asked for is object.radius_mm, elements",
+        ),
+        (
+            mine.replace("4 points, 8 rows", "3 points, 6 rows"),
+            "it has 3 points, 6 rows, asked for are 4 points, 8 rows",
+        ),
+        (mine.replace(": 4 points", "0: 4 points"), "it has another case, other values or other model options"),
         (format!("{mine}{row}\n"), "line 11 is no row"),
         (mine.replace("\n3,38", "\n3,39"), "line 6 is no row"),
         (mine.replace("\n3,", "\n333,"), "line 6 is no row"),
@@ -236,12 +273,52 @@ fn a_file_of_something_else_is_not_touched() {
     drop(first);
     let output = folder.fre("--vary object.radius_mm=30 --out out.csv");
     assert_eq!(output.status.code(), Some(1));
-    assert!(words(&output.stderr).contains("out.csv: holds a sweep of another case"), "{}", words(&output.stderr));
+    let said = words(&output.stderr);
+    assert!(
+        said.contains("out.csv: holds another sweep: it varies object.radius_mm, elements, asked for is"),
+        "{said}"
+    );
+    assert!(said.contains("give another --out"), "{said}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), mine);
+}
+
+#[test]
+fn a_changed_case_is_not_mixed_with_what_is_there() {
+    let folder = Folder::new();
+    let file = folder.file("out.csv");
+    let options = "--vary object.radius_mm=38,40 --out out.csv";
+    assert_eq!(folder.fre(options).status.code(), Some(0));
+    let before = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(folder.file("case.toml"), case_text(40.0, 45.5)).unwrap();
+    for options in [options, &format!("{options} --elements reduced")] {
+        let output = folder.fre(options);
+        let said = words(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(
+            said.contains("out.csv: holds another sweep: it has another case, other values or other model"),
+            "{said}"
+        );
+    }
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), before);
+}
+
+#[test]
+fn a_refused_sweep_leaves_no_file_behind() {
+    let folder = Folder::new();
+    let output = folder.fre("--vary object.radius_mm=40,-5 --out out.csv");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(words(&output.stderr).contains("at object.radius_mm=-5"), "{}", words(&output.stderr));
+    assert!(!folder.file("out.csv").exists());
+    // An empty file that was there is left, and used by the next one.
+    std::fs::write(folder.file("out.csv"), "").unwrap();
+    assert_eq!(folder.fre("--vary object.radius_mm=40,-5 --out out.csv").status.code(), Some(1));
+    assert!(std::fs::read(folder.file("out.csv")).unwrap().is_empty());
+    assert_eq!(folder.fre("--vary object.radius_mm=40,45 --out out.csv").status.code(), Some(0));
 }
 
 #[test]
 fn mistakes_are_told_before_anything_is_solved() {
-    let folder = Folder::new("mistakes");
+    let folder = Folder::new();
     for (options, message) in [
         ("--vary object.radius=20:30:5", "\"object.radius\" is no number of this case; nearest are object.radius_mm"),
         ("--vary finger.front.thickness=1", "finger.front.thickness_mm"),
@@ -253,8 +330,12 @@ fn mistakes_are_told_before_anything_is_solved() {
         ("--vary elements=24/3,48", "\"48\" is no resolution"),
         ("--vary elements=40/3,3/1", "at elements=3/1: --elements"),
         ("--angles 0:10:0", "step"),
-        ("--angles 0:190:10", "motor_angles_deg[19]"),
+        ("--angles 0:190:10", "190 degrees; allowed is -180 to 180"),
         ("--out no/such/folder.csv", "no/such/folder.csv"),
+        ("--out .", "directory"),
+        // An endless file must not be read to its end.
+        ("--out /dev/full", "/dev/full: is no regular file"),
+        ("--jobs 99999", "0..=1024"),
     ] {
         let output = folder.fre(options);
         let said = words(&output.stderr);
@@ -269,7 +350,7 @@ fn mistakes_are_told_before_anything_is_solved() {
 
 #[test]
 fn failures_are_rows_with_their_status() {
-    let folder = Folder::new("failures");
+    let folder = Folder::new();
     // The larger cylinder surrounds the finger and the motor axis: no angle is free of contact.
     let text = "finger = \"preset:fea-80\"\n[object]\nshape = \"circle\"\nradius_mm = 200\ncentre_mm = [41, 45]\n\
         [motion]\nmotor_angles_deg = [0, 5]\n";
@@ -280,13 +361,16 @@ fn failures_are_rows_with_their_status() {
     assert_eq!(rows.lines().count(), 2 + 4);
     assert!(rows.lines().nth(4).unwrap().starts_with("2,200,out-of-range,0,,,"), "{rows}");
     let said = words(&output.stderr);
-    assert!(said.contains("row 3: out-of-range: object.radius_mm=200 at 5") && said.contains("2 no-contact"), "{said}");
+    assert!(
+        said.contains("row 3: out-of-range: object.radius_mm=200 at 5°") && said.contains("2 no-contact"),
+        "{said}"
+    );
     assert!(said.contains("100 %  4/4 rows"), "{said}");
 }
 
 #[test]
 fn a_finger_file_is_found_beside_its_case() {
-    let folder = Folder::new("finger");
+    let folder = Folder::new();
     let finger = "[finger]\nwidth_mm = 20\n[finger.material]\nyoungs_modulus_pa = 4.95e7\npoissons_ratio = 0.48\n\
         [finger.front]\nbase_mm = [0, 0]\ntip_mm = [0, 80]\nthickness_mm = [[0, 2], [80, 1.5]]\n\
         [finger.back]\nbase_mm = [-28, 0]\ntip_mm = [0, 80]\nthickness_mm = 2\n[finger.motor]\naxis_mm = [-14, -20]\n";

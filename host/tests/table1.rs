@@ -75,14 +75,20 @@ fn what_cannot_be_trusted_is_named_and_not_compared() {
     assert!(line("## Deviation", "Ø80 High α4").contains("| folded | – | – |"));
     assert!(line("## Deviation", "Ø80 Mid α4").contains("| other branch | – | – |"));
     assert!(text.contains("18 of 20") && !text.contains("NaN"), "{text}");
-    let folder = std::env::temp_dir().join(format!("fre-table1-lost-{}", std::process::id()));
-    let files = table1::write(&folder, &rows).unwrap();
+    // All lines of a Markdown table have as many cells.
+    for table in text.split("\n## ").skip(1) {
+        let cells: Vec<usize> =
+            table.lines().filter(|line| line.starts_with('|')).map(|l| l.matches('|').count()).collect();
+        assert!(cells.len() > 4 && cells.iter().all(|count| *count == cells[0]), "{table}");
+    }
+    let own = tempfile::tempdir().unwrap();
+    let folder = own.path();
+    let files = table1::write(folder, &rows).unwrap();
     let page = std::fs::read_to_string(&files[0]).unwrap();
     assert!(page.contains("<b>Ø80 High α4</b>, 17°: folded"));
     // One cross for every measure of every pair that is not compared.
     let bars = std::fs::read_to_string(folder.join("errors.svg")).unwrap();
     assert_eq!(strokes_of_crosses(&bars), 2 * 3 * 3);
-    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 /// Lines in a series' colour are those of crosses; the legend's are wider.
@@ -92,7 +98,9 @@ fn strokes_of_crosses(svg: &str) -> usize {
 
 #[test]
 fn the_command_writes_a_page_that_needs_nothing_else() {
-    let folder = std::env::temp_dir().join(format!("fre-table1-{}", std::process::id()));
+    let own = tempfile::tempdir().unwrap();
+    // The command makes it.
+    let folder = own.path().join("report");
     let output = Command::new(env!("CARGO_BIN_EXE_fre")).arg("table1").arg("--out").arg(&folder).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     let lost = table1::solve().unwrap().iter().flat_map(|row| &row.solutions).any(|s| !s.status.is_trustworthy());
@@ -104,6 +112,14 @@ fn the_command_writes_a_page_that_needs_nothing_else() {
     }
     assert_eq!(page.matches("<svg").count() + page.matches("class=\"bad\"><b>").count(), CASES + 1);
     assert!(!page.contains("NaN"));
+    // A comparison is named once, over its three measures.
+    assert_eq!(page.matches("<th colspan=\"3\">paper reduced against paper 170/20</th>").count(), 1);
+    assert!(!page.contains("x_f") && page.contains("<i>x</i><sub>f</sub>"));
+    for row in page.split("<tr").skip(1).filter_map(|rest| rest.split("</tr>").next()) {
+        let spans = row.matches("colspan=\"").count();
+        let cells = row.matches("</td>").count() + row.matches("</th>").count();
+        assert!(spans > 0 || [7, 10].contains(&cells), "{row}");
+    }
     // Identifiers are the page's own, each once.
     let ids: Vec<&str> = page.match_indices(" id=\"").filter_map(|(at, _)| page[at + 5..].split('"').next()).collect();
     let different: std::collections::HashSet<&&str> = ids.iter().collect();
@@ -115,5 +131,4 @@ fn the_command_writes_a_page_that_needs_nothing_else() {
     for name in ["table1.md", "table1.csv", "errors.png"] {
         assert!(std::fs::metadata(folder.join(name)).unwrap().len() > 1000, "{name}");
     }
-    std::fs::remove_dir_all(&folder).unwrap();
 }

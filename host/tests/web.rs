@@ -37,7 +37,7 @@ impl Source for Note {
             protocol: messages::PROTOCOL_VERSION,
             cost_hz: 1_000_000,
             settings: Settings::DEFAULT,
-            models: vec![Modelled { finger: Some(finger), object: Some(object) }],
+            models: vec![Modelled { finger: Some(finger), object: Some(object), uncertainty: None }],
         })
     }
 
