@@ -363,9 +363,9 @@ fn a_loop_that_is_late_leaves_the_link_its_time() {
         }
     }
     let after = link.counters().unwrap();
-    let (ticks, late) = (after.ticks - before.ticks, after.late_ticks - before.late_ticks);
-    assert!(ticks > 20 && late > ticks / 20, "{late} of {ticks} ticks late: {after:?}");
-    assert!(after.estimates > before.estimates + ticks / 2, "{after:?}");
+    let (made, late) = (after.estimates - before.estimates, after.late_ticks - before.late_ticks);
+    // Ticks whose servo answers late, as a busy PC's does, have no estimate and are in time.
+    assert!(made > 100 && late > 20, "{made} estimates, {late} ticks late: {after:?}");
 }
 
 /// At the factory's 57,600 baud the loop is slower, and says so.
