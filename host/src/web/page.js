@@ -492,20 +492,20 @@ function drawChart(canvas, points, title, series, least) {
   g.restore();
   canvas.setAttribute("aria-label", title);
 }
+function drawCard(c, f) {
+  drawFinger(c, f);
+  drawChart(c.force, c.points, "Force over the last 20 seconds", [{ name: "force (N)", low: 1, high: 2, value: 3, colour: ink.force, guarded: true }], [0, 1]);
+  drawChart(c.angle, c.points, "Motor angle and goal over the last 20 seconds", [
+    { name: "motor angle (°)", low: 4, high: 4, value: 4, colour: ink.angle },
+    { name: "goal (°)", low: 5, high: 5, value: 5, colour: ink.goal, dashed: true },
+  ], [0, 1]);
+}
 function draw() {
   requestAnimationFrame(draw);
   linkState();
   if (!dirty) return;
   dirty = false;
-  cards.forEach((c, index) => {
-    const f = frame && frame.fingers[index];
-    drawFinger(c, f);
-    drawChart(c.force, c.points, "Force over the last 20 seconds", [{ name: "force (N)", low: 1, high: 2, value: 3, colour: ink.force, guarded: true }], [0, 1]);
-    drawChart(c.angle, c.points, "Motor angle and goal over the last 20 seconds", [
-      { name: "motor angle (°)", low: 4, high: 4, value: 4, colour: ink.angle },
-      { name: "goal (°)", low: 5, high: 5, value: 5, colour: ink.goal, dashed: true },
-    ], [0, 1]);
-  });
+  cards.forEach((c, index) => drawCard(c, frame && frame.fingers[index]));
 }
 addEventListener("resize", () => { dirty = true; });
 

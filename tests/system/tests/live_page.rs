@@ -22,6 +22,8 @@ const FREE_X: f64 = 28.3;
 const DESK: [u32; 2] = [1280, 1000];
 const WIDE: [u32; 2] = [1600, 1000];
 const PHONE: [u32; 2] = [390, 844];
+/// How long a busy PC may take.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Where pictures go: for people.
 fn pictures() -> PathBuf {
@@ -39,7 +41,7 @@ struct Stream {
 
 /// What is found in the stream. On a busy PC the page may have shown it before it is kept here.
 fn found<T>(stream: &Mutex<Stream>, find: impl Fn(&Stream) -> Option<T>) -> Option<T> {
-    let end = Instant::now() + Duration::from_secs(5);
+    let end = Instant::now() + PATIENCE;
     loop {
         let found = find(&stream.lock().unwrap());
         if found.is_some() || Instant::now() > end {
@@ -66,7 +68,7 @@ fn on_page(
         link.set_object(number, *object).unwrap();
     }
     let mut sound = vec![false; count];
-    watch.until_report("trustworthy estimates", Duration::from_secs(30), |report| {
+    watch.until_report("trustworthy estimates", PATIENCE, |report| {
         sound[usize::from(report.finger)] |= report.estimate.status.is_trustworthy();
         sound.iter().all(|sound| *sound)
     });
@@ -93,7 +95,7 @@ fn on_page(
                 }
             }
         });
-        let url = ready.recv_timeout(Duration::from_secs(20)).expect("the page's address");
+        let url = ready.recv_timeout(PATIENCE).expect("the page's address");
         assert!(url.starts_with("http://127.0.0.1:") && !url.contains("token"), "{url}");
         let mut page = Browser::start();
         visit(&mut page, &url, stream, &link);
@@ -136,8 +138,18 @@ fn equal(page: &mut Browser, finger: u8, stream: &Mutex<Stream>) -> Report {
     assert!(shown[3].as_str().unwrap().starts_with(report.estimate.status.word()), "{shown} {report:?}");
     near(&shown[4], report.estimate.torque, 0);
     near(&shown[5], report.current, 0);
-    near(&shown[6], report.estimate.standard_deviation, 2);
-    for (place, values, digits) in [(7, report.estimate.force, 2), (8, report.estimate.contact_centre, 1)] {
+    // While a busy PC has lost the servo, not everything is known.
+    if report.estimate.standard_deviation.is_finite() {
+        near(&shown[6], report.estimate.standard_deviation, 2);
+    } else {
+        assert_eq!(shown[6], json!("?"));
+    }
+    let touches = report.estimate.force != [0.0; 2];
+    if !touches {
+        assert_eq!(shown[8], json!("–"));
+    }
+    let centre = touches.then_some((8, report.estimate.contact_centre, 1));
+    for (place, values, digits) in [(7, report.estimate.force, 2)].into_iter().chain(centre) {
         let parts: Vec<_> = shown[place].as_str().unwrap().split(", ").map(|part| json!(part)).collect();
         assert_eq!(parts.len(), 2, "{shown}");
         parts.iter().zip(values).for_each(|(part, value)| near(part, value, digits));
@@ -145,6 +157,37 @@ fn equal(page: &mut Browser, finger: u8, stream: &Mutex<Stream>) -> Report {
     near(&shown[9], report.goal.to_degrees(), 2);
     assert_eq!(shown[10], json!(report.phase.to_string()));
     report
+}
+
+/// A finger's picture has its beams, lamellae, object and force in their inks, and each chart a line wherever it has points:
+/// pixels of each ink; columns with a line, and those that are due.
+fn drawn(page: &mut Browser, finger: u8) -> Result<(), String> {
+    // What is drawn on a canvas is clear beside it: a pixel that is hardly covered has its ink's colour all the same.
+    let seen = page.eval(&format!(
+        "(() => {{ const c = cards[{finger}]; drawCard(c, frame.fingers[{finger}]); \
+         const pixels = canvas => canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data; \
+         const has = (d, i, [r, g, b]) => d[i + 3] > 200 && Math.abs(d[i] - r) + Math.abs(d[i + 1] - g) + Math.abs(d[i + 2] - b) < 12; \
+         const rgb = words => [1, 3, 5].map(at => parseInt(words.length > 4 ? words.substr(at, 2) : words[(at + 1) / 2].repeat(2), 16)); \
+         const d = pixels(c.picture), parts = ['front', 'back', 'lamella', 'object', 'objectedge', 'force'].map(name => {{ \
+           let n = 0; for (let i = 0; i < d.length; i += 4) n += has(d, i, rgb(ink[name])); return [name, n]; }}); \
+         const column = (d, wide, high, x) => {{ for (let y = 20; y < high - 20; y++) {{ const i = 4 * (y * wide + x), \
+             of = [d[i], d[i + 1], d[i + 2]]; if (d[i + 3] > 60 && Math.max(...of) - Math.min(...of) > 60) return true; }} return false; }}; \
+         const charts = [[c.force, true], [c.angle, false]].map(([canvas, guarded]) => {{ \
+           const d = pixels(canvas), wide = canvas.width, high = canvas.height, last = c.points[c.points.length - 1][0]; \
+           let lined = 0, due = 0; \
+           for (let x = 60; x < wide - 12; x++) {{ const time = last - WINDOW * (wide - 8 - x) / (wide - 50); \
+             const next = c.points.findIndex(p => p[0] >= time), [before, after] = [c.points[next - 1], c.points[next]]; \
+             if (!before || !after || after[0] - before[0] > GAP || guarded && !(before[6] && after[6])) continue; \
+             due++; lined += column(d, wide, high, x); }} \
+           return [lined, due]; }}); \
+         return {{ parts, charts }}; }})()"
+    ));
+    let inked = seen["parts"].as_array().unwrap().iter().all(|part| part[1].as_u64().unwrap() >= 40);
+    let lined = seen["charts"].as_array().unwrap().iter().all(|chart| {
+        let [lined, due] = [0, 1].map(|place| chart[place].as_f64().unwrap());
+        due > 20.0 && lined > 0.9 * due - 4.0
+    });
+    if inked && lined { Ok(()) } else { Err(seen.to_string()) }
 }
 
 /// Two fingers, one mirrored: each card shows its own, the grasp both, and the settings go to the one that is named.
@@ -253,14 +296,15 @@ fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host
         }
         std::thread::sleep(Duration::from_millis(100));
     }
-    let mut forces = [0.0; 2];
-    for _ in 0..20 {
-        for finger in [0, 1] {
-            forces[usize::from(finger)] = equal(page, finger, stream).estimate.force_magnitude();
+    let end = Instant::now() + PATIENCE;
+    for round in 1.. {
+        let [left, right] = [0, 1].map(|finger| equal(page, finger, stream).estimate.force_magnitude());
+        if round >= 20 && right - left > 1.0 {
+            break;
         }
+        assert!(Instant::now() < end, "{left} N, {right} N");
         std::thread::sleep(Duration::from_millis(40));
     }
-    assert!(forces[1] - forces[0] > 1.0, "{forces:?}");
     // Of the grasp there is no number to find it by: it is one of those told.
     page.until(
         "(globalThis.seen = ['squeeze', 'sum', 'balance'].map(id => document.getElementById(id).textContent))[0] !== '–'",
@@ -318,8 +362,7 @@ fn visit(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host::lin
     page.eval("document.getElementById('force').value = '5'");
     page.press_until("g", &format!("{} === 'gripped'", is("phase")));
     page.until("document.getElementById('answer').className === 'good'");
-    let force: f64 = page.eval(&is("force")).as_str().unwrap().parse().unwrap();
-    assert!((force - 5.0).abs() < 0.5, "{force} N instead of 5");
+    page.until(&format!("Math.abs({} - 5) < 0.5", is("force")));
     page.picture(&pictures().join("light.png"));
     page.look(DESK, true);
     page.until("document.documentElement.classList.contains('dark')");
@@ -345,13 +388,11 @@ fn visit(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host::lin
         equal(page, 0, stream);
         std::thread::sleep(Duration::from_millis(40));
     }
-    // The picture has colours of beam and force, and the charts are filled.
-    let colours = page.eval(
-        "[...document.querySelectorAll('canvas')].map(c => { const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; \
-         const seen = new Set(); for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200) seen.add((d[i] >> 4) + ',' + (d[i + 1] >> 4) + ',' + (d[i + 2] >> 4)); return seen.size; })",
-    );
-    for count in colours.as_array().unwrap() {
-        assert!(count.as_u64().unwrap() > 6, "an empty picture: {colours}");
+    // A busy PC loses the servo now and then: a gripped finger's picture comes again.
+    let end = Instant::now() + PATIENCE;
+    while let Err(seen) = drawn(page, 0) {
+        assert!(Instant::now() < end, "something is not drawn: {seen}");
+        std::thread::sleep(Duration::from_millis(200));
     }
 
     // The stop, while it closes: it stays where it is, and says that the target has taken it. Slowly: a busy PC clicks late.
