@@ -61,7 +61,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
 
     if wanted("pc") {
         headline("tests on this PC");
-        run_command(cargo("test").args(["--workspace", "--exclude", "system-tests"]).args(FEATURES))?;
+        run_command(cargo("test").args(["--no-fail-fast", "--workspace", "--exclude", "system-tests"]).args(FEATURES))?;
     }
 
     if wanted("target") {
@@ -76,7 +76,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
         headline("system tests: firmware, servo and host together");
         // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
         let mut tests = cargo("test");
-        tests.arg("--workspace").args(FEATURES).env("FRE_FIRMWARE_ELF", &image);
+        tests.args(["--no-fail-fast", "--workspace"]).args(FEATURES).env("FRE_FIRMWARE_ELF", &image);
         for test in [
             "budget",
             "gripper",
