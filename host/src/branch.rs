@@ -9,8 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::MotionPath;
 
-/// Steps into which a stretch with a peak or a snap-through is divided to find it.
+/// Least number of steps into which a stretch with a peak or a snap-through is divided to find it, and their greatest length in the
+/// case's unit, as long as they are not too many.
 const STEPS: usize = 25;
+const LONGEST: f64 = 0.25;
+const MOST_STEPS: usize = 1000;
 
 /// What a finger can hold before it snaps through.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -55,6 +58,8 @@ pub struct Found {
     pub snaps: u32,
     /// Force, N; none without a trustworthy status.
     pub force: Option<f64>,
+    /// Its derivative with respect to the place, N per unit of the case.
+    pub slope: Option<f64>,
 }
 
 /// The branch of each place, counted from 1: every snap-through begins another, an open hand is on the first again. None
@@ -86,23 +91,29 @@ pub fn first_branch<T: Real, S: Size>(
     let top = (0..on_first).max_by(|&a, &b| force(&first[a]).total_cmp(&force(&first[b])));
     let snapped = found.get(on_first).filter(|one| one.snaps > 0);
     let mut best = top.map(|top| [force(&first[top]), first[top].place]);
-    let mut snap = None;
-    // A force that falls again has its peak between the places beside the largest one; both stretches are gone through in
-    // small steps, and so is the one with the snap-through.
-    let peak = top.filter(|&top| top + 1 < on_first);
+    let (mut snap, mut ended) = (None, false);
+    // A force that falls again, at the next place or already at the last one, has its peak between the places beside the largest
+    // one; both stretches are gone through in small steps, and so is the one with the snap-through.
+    let falls = |top: usize| {
+        let before = top.checked_sub(1).map_or(f64::NEG_INFINITY, |before| first[before].place);
+        first[top].slope.is_some_and(|slope| slope * (first[top].place - before).signum() < 0.0)
+    };
+    let peak = top.filter(|&top| top + 1 < on_first || falls(top));
     if peak.is_some() || snapped.is_some() {
         let mut follower = again()?;
         let mut before = path.place(follower.coordinate());
         for (index, one) in first.iter().chain(snapped).enumerate() {
             let fine = index == on_first || top.is_some_and(|top| index == top || index == top + 1);
-            let steps = if fine { STEPS } else { 1 };
             let start = before;
+            let steps = (((one.place - start).abs() / LONGEST) as usize).clamp(STEPS, MOST_STEPS);
+            let steps = if fine { steps } else { 1 };
             for step in 1..=steps {
                 let place =
                     if step == steps { one.place } else { start + (one.place - start) * step as f64 / steps as f64 };
                 let outcome = follower.follow_within(path.coordinate(place), budget);
                 if outcome.snaps > 0 || !outcome.status.is_trustworthy() {
-                    snap = Some([before, place]);
+                    snap = (outcome.snaps > 0).then_some([before, place]);
+                    ended = true;
                     break;
                 }
                 let [x, y] = follower.force_world().map(T::to_f64);
@@ -112,12 +123,12 @@ pub fn first_branch<T: Real, S: Size>(
                 }
                 before = place;
             }
-            if snap.is_some() {
+            if ended {
                 break;
             }
         }
         // Smaller steps may just so stay on the branch where larger ones did not.
-        snap = snap.or(snapped.map(|snapped| [before, snapped.place]));
+        snap = snap.or(snapped.filter(|_| !ended).map(|snapped| [before, snapped.place]));
     }
     let [max_force_n, place] = best?;
     let rotating = matches!(path.motion, Motion::Rotating { .. });
@@ -138,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_snap_begins_a_branch_and_an_open_hand_the_first() {
-        let found = |status, snaps| Found { place: 0.0, status, snaps, force: None };
+        let found = |status, snaps| Found { place: 0.0, status, snaps, force: None, slope: None };
         let path = [
             found(Status::NoContact, 0),
             found(Status::Converged, 0),

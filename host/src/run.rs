@@ -205,6 +205,14 @@ impl Solution {
         self.motor_angle_deg.or(self.distance_mm).unwrap_or(0.0)
     }
 
+    /// Derivative of the force's magnitude, N per degree or per mm.
+    pub fn force_slope(&self) -> Option<f64> {
+        let sensitivity = self.sensitivity.as_ref()?;
+        let [dx, dy] = sensitivity.force_per_deg_n.or(sensitivity.force_per_mm_n)?;
+        let ([x, y], size) = (self.force_n?, self.force_magnitude_n?);
+        (size > 0.0).then(|| (x * dx + y * dy) / size)
+    }
+
     /// The deformed finger.
     pub fn shape(&self) -> Shape {
         Shape {
@@ -228,12 +236,14 @@ pub fn solve(case: &Case, options: &Options) -> Result<Vec<Solution>, Discretise
     }
 }
 
-/// Begins again with more room if more samples touch than usual.
+/// Begins again with more room if more samples touch than usual, or more than have a row of their own for their turning in a
+/// derivative.
 fn solve_with_room<T: Real>(case: &Case, options: &Options) -> Result<Vec<Solution>, DiscretiseError> {
     let solutions = solve_in::<T, Host>(case, options)?;
     let crowded = |solution: &Solution| {
         solution.status == Status::ContactCapacity
             || (solution.status.is_trustworthy() && solution.sensitivity.is_none())
+            || 2 * solution.contacts.len() > <Host as Size>::CONTACTS
     };
     if solutions.iter().any(crowded) { solve_in::<T, Wide>(case, options) } else { Ok(solutions) }
 }
@@ -306,7 +316,13 @@ fn solve_in<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Vec<Solu
     let found: Vec<Found> = solutions
         .iter()
         .zip(snaps)
-        .map(|(s, snaps)| Found { place: s.place(), status: s.status, snaps, force: s.force_magnitude_n })
+        .map(|(s, snaps)| Found {
+            place: s.place(),
+            status: s.status,
+            snaps,
+            force: s.force_magnitude_n,
+            slope: s.force_slope(),
+        })
         .collect();
     let again = || begin::<T, S>(case, options).ok();
     let first_branch = branch::first_branch(&case.path, &found, again, MOST_ITERATIONS);

@@ -13,7 +13,7 @@ pub enum Status {
     Tracking,
     /// The finger does not touch the object.
     NoContact,
-    /// Converged after a snap-through to another branch.
+    /// Converged after a snap-through to another branch (in one-iteration mode: within its bound).
     Snapped,
     /// The iterations allowed were not enough.
     MaxIterations,
@@ -23,8 +23,8 @@ pub enum Status {
     Folded,
     /// More samples touch than the model has room for.
     ContactCapacity,
-    /// The motor angle (or distance) is outside the range that can be followed; or the object is in the way of the finger's
-    /// clamped base, which cannot give way.
+    /// The motor angle (or distance) is outside the range that can be followed; or the object is, or came on the way, against
+    /// the finger's clamped base, which cannot give way; or the finger has slipped past the object.
     OutOfRange,
     /// Older than the present measurement.
     Stale,

@@ -53,7 +53,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 length: 0.0,
             };
         }
-        let (object, motion, at) = (self.object, self.motion, self.at);
+        let (object, motion, at, barred) = (self.object, self.motion, self.at, self.barred.take());
         self.object = object.displaced(&motion.world_to_finger(at));
         self.motion = path;
         self.begin_path(T::ZERO);
@@ -66,6 +66,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let back = arrived || self.follow_within(0.0, budget.max(BACK)).status.is_trustworthy();
         self.object = if arrived { to } else { object };
         self.motion = motion;
+        self.barred = self.barred.or(barred);
         self.begin_path(at);
         if !back {
             self.phase = Phase::Lost;

@@ -23,6 +23,8 @@ const FASTEST: f64 = 0.1;
 const SLOW: f64 = 0.02;
 /// A solution past the end of a branch that differs by less than this angle is the same branch, rad.
 const SAME_BRANCH: f64 = 0.03;
+/// And whose force differs by less than this part: small snap-throughs move little and may still take a quarter of the force.
+const SAME_FORCE: f64 = 0.1;
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Part of the fold handler: the overdamped motion from the end of the branch to wherever it comes to rest.
@@ -33,7 +35,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(super) fn fold(&mut self, target: T, shift: T, spent: u32, budget: u32, outcome: &mut Outcome) {
         let object = self.object.displaced(&self.motion.world_to_finger(target));
         let margin = T::of(FOLD_MARGIN);
-        let tolerance = T::TOLERANCE;
+        let tolerance = self.tolerance();
         let (mut shift, mut spent) = (shift, spent);
         let (mut used, mut polishes, mut slow) = (0, 6, false);
         loop {
@@ -56,15 +58,18 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             if settled {
                 let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
                 if inertia.is_stable() {
-                    let moved = self.largest_move();
-                    if moved > T::of(SAME_BRANCH) {
+                    if self.largest_move() > T::of(SAME_BRANCH) || self.largest_change() > T::of(SAME_FORCE) {
                         self.snapped = true;
                         outcome.snaps += 1;
                     }
+                    let passed = self.presses_from_behind();
+                    self.phase = Phase::Following;
                     self.accept(target);
+                    if passed {
+                        self.phase = Phase::Lost;
+                    }
                     outcome.steps += 1;
                     self.step = self.max_step() * T::of(0.125);
-                    self.phase = Phase::Following;
                     return;
                 }
                 // A saddle: leave it along the shifted direction.
@@ -118,6 +123,17 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     fn largest_move(&self) -> T {
         let now = self.state.angle.as_ref().iter().take(self.ladder.node_count);
         now.zip(self.accepted.angle.as_ref()).fold(T::ZERO, |most, (&a, &b)| most.max((a - b).abs()))
+    }
+
+    /// Change of the contact force from the accepted state to the present one, as a part of the larger of both.
+    fn largest_change(&self) -> T {
+        let [now, before] = [&self.state, &self.accepted].map(|state| {
+            let touching = state.multiplier.as_ref().iter().zip(state.normal.as_ref()).take(state.touching_count);
+            touching.fold([T::ZERO; 2], |sum, (&force, normal)| [sum[0] + force * normal[0], sum[1] + force * normal[1]])
+        });
+        let size = |v: [T; 2]| (v[0] * v[0] + v[1] * v[1]).sqrt();
+        let most = size(now).max(size(before));
+        if most > T::ZERO { size([now[0] - before[0], now[1] - before[1]]) / most } else { T::ZERO }
     }
 
     /// A small deterministic disturbance of the interior angles, to leave a saddle.

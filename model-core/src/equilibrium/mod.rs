@@ -14,6 +14,8 @@ mod track;
 
 pub use track::Tracking;
 
+use crate::access::Access;
+use crate::contact::Sample;
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
 use crate::ladder::{Ladder, State, vec2_of};
@@ -133,26 +135,48 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     object: O,
     pub(crate) motion: Motion,
     youngs_modulus: T,
+    /// How many times stiffer (moments) and longer (lengths) the finger is than what the tolerances are meant for, at least 1.
+    size: [T; 2],
     /// Coordinate of the accepted state.
     at: T,
     step: T,
     phase: Phase<T>,
     snapped: bool,
+    barred: Option<Barred<T>>,
     sweep: Sweep<T>,
 }
 
-/// Residuals at which a step on the way to the coordinate asked for is accepted: single precision's, whatever the precision.
-fn on_the_way<T: Real>() -> Tolerance<T> {
-    let Tolerance { gradient, length } = f32::TOLERANCE;
-    Tolerance {
-        gradient: T::of(f64::from(gradient)).max(T::TOLERANCE.gradient),
-        length: T::of(f64::from(length)).max(T::TOLERANCE.length),
+/// The way from the last coordinate at which the object lay clear of the clamped base while something touched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Barred<T> {
+    from: T,
+    forward: bool,
+}
+
+/// Bending stiffness over length of a beam up to which a precision's tolerance of moments is meant, N·mm, and the length for that of
+/// lengths, mm: twice those of a finger of 80 mm in a soft plastic. Rounding grows with a finger's stiffness and size, so the
+/// tolerances of a larger one do too.
+const MEANT: [f64; 2] = [20.0, 160.0];
+
+/// A finger's stiffness and length over what the tolerances are meant for, at least 1.
+fn size(design: &Design) -> [f64; 2] {
+    let mut most = [0.0_f64; 2];
+    for beam in [&design.front, &design.back] {
+        let length = libm::hypot(beam.tip[0] - beam.base[0], beam.tip[1] - beam.base[1]);
+        let thickness = beam.thickness.at(0.0);
+        let stiffness = design.material.youngs_modulus * beam.stiffness_factor * design.width.at(0.0) / 12.0;
+        most[0] = most[0].max(stiffness * thickness * thickness * thickness / length);
+        most[1] = most[1].max(length);
     }
+    [(most[0] / MEANT[0]).max(1.0), (most[1] / MEANT[1]).max(1.0)]
 }
 
 /// Contraction of the residuals by one step below which the next one keeps the stiffness. *Measured* at 170/20: anything from 0.005 to
 /// 0.1 costs the same, one count and cold.
 const SWIFT: f64 = 0.02;
+/// Part of a contact normal (out of the object) that may point to the front beam's outer side: round the tip's corner a little, and
+/// no further. Beyond, the object is behind the front beam, where no finger has a model of what it meets.
+const INWARDS: f64 = 0.3;
 /// New rows of a short step's first iteration beyond which they are thinned.
 const MANY: usize = 7;
 
@@ -182,10 +206,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         object: O::BLANK,
         motion: Motion::Rotating { axis: [0.0; 2] },
         youngs_modulus: T::ZERO,
+        size: [T::ZERO; 2],
         at: T::ZERO,
         step: T::ZERO,
         phase: Phase::Lost,
         snapped: false,
+        barred: None,
         sweep: Sweep { nearest: T::ZERO, normal: [T::ZERO; 2], nearest_free: T::ZERO, overflow: false, crowded: false },
     };
 
@@ -210,6 +236,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         self.motion = Motion::Rotating { axis: design.motor_axis };
         self.youngs_modulus = T::of(design.material.youngs_modulus);
+        self.size = size(design).map(T::of);
         self.rest();
         Ok(())
     }
@@ -237,6 +264,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.extrapolates = false;
         self.phase = Phase::Following;
         self.snapped = false;
+        self.barred = None;
         self.step = self.max_step();
         self.work.row_count = 0;
         residual::potential(&self.ladder, &self.state, &mut self.work);
@@ -293,9 +321,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.state.rest();
         let object = self.object.displaced(&self.motion.world_to_finger(coordinate));
         let (_, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
-        let [x, y] = self.ladder.direction.as_ref()[0];
-        let towards = sweep.normal[0] * y - sweep.normal[1] * x;
-        sweep.nearest >= T::ZERO && towards <= T::of(0.3)
+        sweep.nearest >= T::ZERO && !self.rests_behind(&sweep)
+    }
+
+    /// From the undeformed finger's nearest sample the object lies on the front beam's inner side.
+    fn rests_behind(&self, sweep: &Sweep<T>) -> bool {
+        let [x, y] = self.ladder.direction.as_ref().at(0);
+        sweep.normal[0] * y - sweep.normal[1] * x > T::of(INWARDS)
     }
 
     fn max_step(&self) -> T {
@@ -403,14 +435,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return Some(Status::MaxIterations);
         }
         self.extrapolate(target);
-        let tolerance = if reaches { T::TOLERANCE } else { on_the_way() };
+        let tolerance = if reaches { self.tolerance() } else { self.on_the_way() };
         let allowed = self.patience((target - self.at).abs(), reaches);
         let attempt = self.newton(target, allowed.min(left), tolerance);
         outcome.iterations += attempt.iterations;
         outcome.gradient = attempt.residual.gradient.to_f64();
         outcome.length = attempt.residual.length.to_f64();
         let stable = self.settings.hessian == Hessian::GaussNewton || attempt.inertia.is_none_or(|i| i.is_stable());
-        if attempt.status == Status::Converged && stable {
+        let passed = attempt.status == Status::Converged && stable && self.presses_from_behind();
+        if attempt.status == Status::Converged && stable && !passed {
             if untouched && attempt.iterations == 0 {
                 // The open hand as it was, and evaluated as it is.
                 self.keep(target);
@@ -419,7 +452,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             outcome.steps += 1;
             self.step = (size + size).min(self.max_step());
-            return reaches.then(|| self.standing());
+            return (reaches && self.phase == Phase::Following).then(|| self.standing());
         }
         self.state.copy_from(&self.accepted, &self.ladder);
         self.extrapolates = false;
@@ -429,6 +462,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let out_of_budget = attempt.status == Status::MaxIterations && left < due;
         if half >= self.max_step() * T::of(self.settings.min_step) {
             self.step = half;
+        } else if passed {
+            self.phase = Phase::Lost;
         } else if self.settings.hessian == Hessian::GaussNewton {
             // Without the geometric stiffness neither stability nor a fold can be told.
             self.step = self.max_step();
@@ -455,6 +490,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
     }
 
+    /// Takes the present state. If it is one without contact whose rest position the object is in the way of, or behind (the
+    /// finger has slipped off and past it), there is no equilibrium that the model knows of: the follower is lost.
     fn accept(&mut self, at: T) {
         if self.state.touching_count == 0 && self.state.load == [T::ZERO; 2] {
             // Nothing touches: the rest position exactly, whatever the iterations left behind.
@@ -462,8 +499,34 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.snapped = false;
             let object = self.object.displaced(&self.motion.world_to_finger(at));
             (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
+            if self.sweep.nearest < -self.tolerance().length || self.rests_behind(&self.sweep) {
+                self.phase = Phase::Lost;
+            }
         }
         self.keep(at);
+    }
+
+    /// Some sample touches from the front beam's inner side: the beam has passed the object.
+    fn presses_from_behind(&self) -> bool {
+        let touching = self.state.touching.as_ref().iter().zip(self.state.normal.as_ref());
+        touching.take(self.state.touching_count).any(|(&index, normal)| {
+            let Some(sample) = self.ladder.samples.as_ref().get(usize::from(index)) else { return false };
+            let [x, y] = self.along(sample);
+            normal[0] * y - normal[1] * x > T::of(INWARDS) * (x * x + y * y).sqrt()
+        })
+    }
+
+    /// Where the deformed front beam leads at a sample, of any length.
+    fn along(&self, sample: &Sample<T>) -> [T; 2] {
+        if sample.rigid != T::ZERO
+            && let Some(front) = self.work.members.as_ref().get(4 * usize::from(sample.cell))
+        {
+            return front.rigid_end;
+        }
+        // The element's node that counts most.
+        let [first, middle, last] = sample.weights.map(T::abs);
+        let heaviest = if middle >= first && middle >= last { 1 } else { 2 * usize::from(last > first) };
+        self.work.nodes.as_ref().get(usize::from(sample.node) + heaviest).map_or([T::ZERO; 2], |node| node.strained)
     }
 
     fn keep(&mut self, at: T) {
@@ -473,8 +536,23 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.before = self.at;
         }
         self.accepted.copy_from(&self.state, &self.ladder);
+        self.bar(at);
         self.at = at;
         self.extrapolates = self.accepted.touching_count > 0 && self.previous.touching_count > 0;
+    }
+
+    /// Keeps in mind where the object came against the base while it touched the finger. What the motion would have done to it
+    /// from there on nobody knows, until the way has been gone back or the hand opened.
+    fn bar(&mut self, at: T) {
+        if self.accepted.touching_count == 0 {
+            self.barred = None;
+        } else if !self.base_is_free(at) {
+            self.barred = self.barred.or(Some(Barred { from: self.at, forward: at > self.at }));
+        } else if let Some(Barred { from, forward }) = self.barred
+            && (if forward { at <= from } else { at >= from })
+        {
+            self.barred = None;
+        }
     }
 
     /// Moves the state on to a coordinate along the line through the last two accepted ones.
@@ -493,6 +571,22 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
     }
 
+    /// Residuals of an equilibrium.
+    pub(crate) fn tolerance(&self) -> Tolerance<T> {
+        let Tolerance { gradient, length } = T::TOLERANCE;
+        Tolerance { gradient: gradient * self.size[0], length: length * self.size[1] }
+    }
+
+    /// Residuals at which a step on the way to the coordinate asked for is accepted: single precision's, whatever the precision.
+    fn on_the_way(&self) -> Tolerance<T> {
+        let Tolerance { gradient, length } = f32::TOLERANCE;
+        let [moments, lengths] = self.size;
+        Tolerance {
+            gradient: T::of(f64::from(gradient)) * moments,
+            length: T::of(f64::from(length)) * lengths,
+        }
+    }
+
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.
     pub(crate) fn deepen(&mut self) {
         if self.work.shallow {
@@ -501,7 +595,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(crate) fn standing(&self) -> Status {
-        if !self.base_is_free() {
+        if self.phase == Phase::Lost || self.barred.is_some() || !self.base_is_free(self.at) {
             Status::OutOfRange
         } else if self.state.touching_count == 0 {
             Status::NoContact
@@ -514,11 +608,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// The object lies clear of the front beam's clamped end, which carries no sample: it cannot give way, and a model in
     /// which the beam beside it does has a force that means nothing.
-    fn base_is_free(&self) -> bool {
+    fn base_is_free(&self, at: T) -> bool {
         let base = vec2_of(self.ladder.base);
-        let gap = self.object.displaced(&self.motion.world_to_finger(self.at)).gap(base);
+        let gap = self.object.displaced(&self.motion.world_to_finger(at)).gap(base);
         let half_thickness = self.ladder.samples.as_ref().first().map_or(T::ZERO, |sample| sample.half_thickness);
-        gap.distance >= half_thickness - T::TOLERANCE.length
+        gap.distance >= half_thickness - self.tolerance().length
     }
 
     /// Newton's method at a coordinate from the present state.

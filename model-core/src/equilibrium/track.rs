@@ -69,7 +69,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             self.sweep = sweep;
             (outcome.gradient, outcome.length) = (residual.gradient.to_f64(), residual.length.to_f64());
-            let tolerance = T::TOLERANCE;
+            let tolerance = self.tolerance();
             if residual.gradient <= tolerance.gradient && residual.length <= tolerance.length && reaches {
                 // As where the motor stands: the factorisation that judged the last step has judged this state.
                 self.accept(target);
@@ -83,7 +83,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             outcome.iterations += 1;
             let finite = self.state.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
             // Without a stable factorisation, or with a step that wants clipping, the whole method decides.
-            if !inertia.is_stable() || !finite || moved > T::of(step::CLIP) || self.state.touching_count == 0 {
+            let odd = self.state.touching_count == 0 || self.presses_from_behind();
+            if !inertia.is_stable() || !finite || moved > T::of(step::CLIP) || odd {
                 return self.pursue(to, budget, outcome, size);
             }
             if is_within(1.0) && !sweep.overflow {
@@ -104,7 +105,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         step::settle_rows(&self.state, &mut self.work);
         self.accept(target);
         self.step = (size + size).min(self.max_step());
-        Outcome { steps: 1, ..outcome }
+        // An object against the base has no status of this mode's own.
+        let status = if self.standing() == Status::OutOfRange { Status::OutOfRange } else { outcome.status };
+        Outcome { status, steps: 1, ..outcome }
     }
 
     /// Goes back to the accepted state, and on from there with what a step of this size has left of the budget.

@@ -31,8 +31,6 @@ pub(super) struct Cause<T> {
     pub growth: T,
     /// The contact softness ε_c grows, mm/N.
     pub softening: T,
-    /// Half the front beam's thickness grows, mm.
-    pub thickening: T,
     /// The residuals shift as well: the rows' right-hand sides are those that the border was made with.
     pub residuals: bool,
 }
@@ -44,7 +42,6 @@ impl<T: Real> Cause<T> {
         pivot: [T::ZERO; 2],
         growth: T::ZERO,
         softening: T::ZERO,
-        thickening: T::ZERO,
         residuals: false,
     };
 
@@ -221,12 +218,14 @@ pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Work
     active_set::factorise_from(from, work.factored.as_mut(), rows, S::CONTACTS, work.order.as_mut(), place);
 }
 
-/// Solves for the contacts' answer; `axis` is what the moment is taken about.
+/// Solves for the contacts' answer; `axis` is what the moment is taken about, `thickening` how much a sample's distance from the
+/// beam's surface grows.
 pub(super) fn respond<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
     layout: Layout,
     cause: &Cause<T>,
+    thickening: impl Fn(u16) -> T,
     axis: [T; 2],
 ) -> Response<T> {
     let noted = layout.notes_positions::<S>();
@@ -234,7 +233,7 @@ pub(super) fn respond<T: Real, S: Size>(
         let noted = noted.then(|| [work.scratch.as_ref().at(2 * sample), work.scratch.as_ref().at(2 * sample + 1)]);
         noted.unwrap_or_else(|| position(ladder, work, row))
     };
-    let grown = |row: &Row<T>| cause.growth + cause.thickening - cause.softening * row.multiplier;
+    let grown = |row: &Row<T>| cause.growth + thickening(row.sample) - cause.softening * row.multiplier;
     for run in 0..layout.runs {
         let at = layout.turning(run);
         let (leader, turning) = (layout.leader(run), work.rows.as_ref().at(at));
@@ -283,7 +282,7 @@ pub(super) fn respond<T: Real, S: Size>(
             for i in 0..2 {
                 response.force_change[i] -= push[i];
                 let surface = p[i] - half * n[i];
-                let slid = moved[i] - cause.thickening * n[i] - half * tilt * t[i];
+                let slid = moved[i] - thickening(row.sample) * n[i] - half * tilt * t[i];
                 response.centre[i] += row.multiplier * surface;
                 response.centre_change[i] += change * surface + row.multiplier * slid;
             }

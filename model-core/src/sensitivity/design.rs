@@ -7,6 +7,7 @@
 
 use super::border::{self, Cause, Layout};
 use super::{Derivative, Parts};
+use crate::access::Access;
 use crate::design::{Design, HingeKind, Profile};
 use crate::discretise::{Discretisation, discretise};
 use crate::equilibrium::Follower;
@@ -16,7 +17,7 @@ use crate::newton::gaps::{Sweep, sample_position};
 use crate::newton::{Workspace, bend, residual, strain};
 use crate::object::Object;
 use crate::real::Real;
-use crate::size::Size;
+use crate::size::{Size, Storage};
 
 /// A dimension of the finger. (The lamellae are rigid: their thickness changes nothing.)
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,11 +76,17 @@ impl DesignParameter {
 pub struct Probe<T: Real, S: Size> {
     ladder: Ladder<T, S>,
     work: Workspace<T, S>,
+    /// Growth of the samples' half thickness. (A wedge's root goes with the thickness, and samples beside it along a taper.)
+    thickening: S::Samples<T>,
 }
 
 impl<T: Real, S: Size> Probe<T, S> {
     /// Before its first use.
-    pub const EMPTY: Self = Self { ladder: Ladder::EMPTY, work: Workspace::EMPTY };
+    pub const EMPTY: Self = Self {
+        ladder: Ladder::EMPTY,
+        work: Workspace::EMPTY,
+        thickening: <S::Samples<T> as Storage<T>>::EMPTY,
+    };
 }
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
@@ -110,12 +117,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             border::widen(ladder, work)?
         };
         let differed = self.differ(probe, layout, design, how, parameter, step);
-        let thickening = if parameter == DesignParameter::FrontThickness { T::of(0.5) } else { T::ZERO };
         let answer = differed.then(|| {
             let Parts { ladder, work } = self.parts();
             border::factorise(ladder, work, layout);
-            let cause = Cause { thickening, residuals: true, ..Cause::NONE };
-            frame.derivative(&border::respond(ladder, work, layout, &cause, frame.axis))
+            let cause = Cause { residuals: true, ..Cause::NONE };
+            let thickening = |sample| probe.thickening.as_ref().at(usize::from(sample));
+            frame.derivative(&border::respond(ladder, work, layout, &cause, thickening, frame.axis))
         });
         let Parts { work, .. } = self.parts();
         border::narrow(work, layout);
@@ -137,7 +144,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let mut other = design.clone();
             parameter.shift(&mut other, sign * step);
             let made = discretise(&other, how, &mut probe.ladder).is_ok();
-            let same = made && self.is_like(&probe.ladder) && probe.work.fit(&probe.ladder);
+            let fits = probe.work.fit(&probe.ladder) && probe.thickening.fit(probe.ladder.sample_count);
+            let same = made && self.is_like(&probe.ladder) && fits;
             if !same {
                 return false;
             }
@@ -163,6 +171,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             };
             for (into, from) in work.nodes.as_mut()[..ladder.node_count].iter_mut().zip(probe.work.nodes.as_ref()) {
                 gather(core::slice::from_mut(&mut into.gradient), &[from.gradient]);
+            }
+            for (into, sample) in probe.thickening.as_mut().iter_mut().zip(probe.ladder.samples.as_ref()) {
+                gather(core::slice::from_mut(into), &[sample.half_thickness]);
             }
             gather(&mut work.rhs.as_mut()[..ladder.unknowns()], probe.work.rhs.as_ref());
             for cell in 0..ladder.cells {

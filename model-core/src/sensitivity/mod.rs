@@ -90,7 +90,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let layout = border::widen(ladder, work)?;
         border::factorise(ladder, work, layout);
         let mut derivative =
-            |cause: Cause<T>| frame.derivative(&border::respond(ladder, work, layout, &cause, frame.axis));
+            |cause: Cause<T>| frame.derivative(&border::respond(ladder, work, layout, &cause, |_| T::ZERO, frame.axis));
 
         let (one, zero) = (T::one(), [T::ZERO; 2]);
         for (i, unit) in [Vec2::new(one, T::ZERO), Vec2::new(T::ZERO, one)].into_iter().enumerate() {
@@ -151,7 +151,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let shift = frame.displacement.vector(unit);
             let shift = [shift.x, shift.y];
             let turn = if k == 2 { one } else { zero };
-            let response = border::respond(ladder, work, layout, &Cause { shift, turn, pivot, ..Cause::NONE }, pivot);
+            let cause = Cause { shift, turn, pivot, ..Cause::NONE };
+            let response = border::respond(ladder, work, layout, &cause, |_| T::ZERO, pivot);
             let [x, y] = frame.to_world(response.force_change);
             // The point goes with the object: the moment about it changes by that of the force at its old place.
             let [fx, fy] = frame.force_finger;
