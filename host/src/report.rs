@@ -93,6 +93,7 @@ fn fields(solution: &Solution) -> Vec<(&'static str, String)> {
         ),
         (if rotating { "snap_after_deg" } else { "snap_after_mm" }, part(snap, 0)),
         (if rotating { "snap_before_deg" } else { "snap_before_mm" }, part(snap, 1)),
+        ("overlap_mm", number(solution.overlap_mm)),
     ]
 }
 

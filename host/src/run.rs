@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::branch::{self, FirstBranch, Found};
 use crate::case::Case;
 use crate::heap::{Host, Wide};
+use crate::overlap;
 use crate::pressure::{Pressure, pressures};
 use crate::shape::{Contact, Shape};
 use crate::strains::{Beyond, Strains};
@@ -197,6 +198,9 @@ pub struct Solution {
     /// What is strained beyond the material's limit, the worst first; absent if the limit or the strains are not known.
     #[serde(default)]
     pub beyond_max_strain: Option<Vec<Beyond>>,
+    /// How far the object reaches into a part of the finger that knows no contact, mm; absent where it stays clear.
+    #[serde(default)]
+    pub overlap_mm: Option<f64>,
 }
 
 impl Solution {
@@ -310,6 +314,7 @@ fn solve_in<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Vec<Solu
             first_branch: None,
             strains,
             beyond_max_strain: beyond,
+            overlap_mm: None,
         }
     };
     let mut solutions: Vec<Solution> = case.path.places.iter().map(at).collect();
@@ -328,6 +333,7 @@ fn solve_in<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Vec<Solu
     let first_branch = branch::first_branch(&case.path, &found, again, MOST_ITERATIONS);
     for (solution, branch) in solutions.iter_mut().zip(branch::branches(&found)) {
         (solution.branch, solution.first_branch) = (branch, first_branch);
+        solution.overlap_mm = overlap::depth(case, solution);
     }
     Ok(solutions)
 }

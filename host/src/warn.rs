@@ -2,6 +2,7 @@
 //! what the material bears.
 
 use model_core::design::{HingeKind, Profile};
+use model_core::status::Status;
 
 use crate::case::Case;
 use crate::overlap;
@@ -17,6 +18,7 @@ pub fn warnings(case: &Case, solutions: &[Solution]) -> Vec<String> {
     left_out(case)
         .into_iter()
         .chain(tapers(case))
+        .chain(lost(case, solutions))
         .chain(reached(case, solutions))
         .chain(strained(case, solutions))
         .collect()
@@ -70,6 +72,22 @@ fn ends(profile: &Profile) -> Vec<[f64; 2]> {
         [first, .., last] => vec![*first, *last],
         _ => Vec::new(),
     }
+}
+
+/// Why there is no number from the first place on that is out of range.
+fn lost(case: &Case, solutions: &[Solution]) -> Option<String> {
+    let place = solutions.iter().find(|solution| solution.status == Status::OutOfRange)?.place();
+    let why = if overlap::covers_base(case, place) {
+        "the object is in the way of the finger's clamped base"
+    } else {
+        "the finger has slipped off the object and past it, has it behind its front beam, or came against it with its clamped base on \
+         the way"
+    };
+    Some(format!(
+        "at {}{}: out-of-range: {why}; what follows is known again once the hand was open",
+        short(place),
+        case.path.unit()
+    ))
 }
 
 /// Parts that an object reaches into.

@@ -95,6 +95,7 @@ fn json_has_the_contract_s_keys_in_its_order() {
         "contact_pressure",
         "strains",
         "beyond_max_strain",
+        "overlap_mm",
     ];
     let places: Vec<usize> = order.iter().map(|key| text.find(&format!("\"{key}\"")).unwrap()).collect();
     assert!(places.is_sorted(), "{places:?}");
@@ -133,7 +134,7 @@ fn csv_and_text_say_the_same() {
         elements_per_hinge,unknowns,physics,precision,max_strain_front,max_strain_back,max_strain_hinge,\
         force_x_per_deg_n,force_y_per_deg_n,gap_mm,force_x_per_centre_x_mm_n,force_y_per_centre_x_mm_n,\
         force_x_per_centre_y_mm_n,force_y_per_centre_y_mm_n,max_pressure_n_per_mm2,beyond_max_strain,branch,\
-        first_branch_max_force_n,first_branch_max_force_at_deg,snap_after_deg,snap_before_deg";
+        first_branch_max_force_n,first_branch_max_force_at_deg,snap_after_deg,snap_before_deg,overlap_mm";
     assert_eq!(header, expected.split(',').collect::<Vec<_>>(), "the header is stable: add at its end only");
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert!(rows.len() == 2 && rows.iter().all(|row| row.len() == header.len()), "{csv}");
@@ -344,4 +345,26 @@ fn bad_input_is_status_1_with_a_message() {
     let help = Command::new(env!("CARGO_BIN_EXE_fre")).args(["solve", "--help"]).output().unwrap();
     assert_eq!(help.status.code(), Some(0));
     assert!(words(&help.stdout).contains("--softness-mm-per-n"));
+}
+
+/// What cannot be written is told; that nobody reads what is told besides is no failure.
+#[test]
+fn a_full_disk_is_told_and_a_deaf_terminal_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("case.toml");
+    std::fs::write(&file, CASE).unwrap();
+    let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_fre"));
+        command.arg("solve").args(arguments).stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
+        command
+    };
+    let told = run(&[file.to_str().unwrap(), "--format", "json"]).stdout(full()).output().unwrap();
+    assert_eq!(told.status.code(), Some(1));
+    assert!(words(&told.stderr).starts_with("fre: standard output: "), "{}", words(&told.stderr));
+    // A message that finds no room.
+    assert_eq!(run(&["no.toml"]).stderr(full()).status().unwrap().code(), Some(1));
+    let deaf = run(&[file.to_str().unwrap(), "--format", "csv"]).stderr(full()).output().unwrap();
+    assert_eq!(deaf.status.code(), Some(0));
+    assert!(words(&deaf.stdout).lines().count() > 1);
 }

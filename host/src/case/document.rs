@@ -46,9 +46,17 @@ impl Source {
     }
 
     /// The tree. The text stays borrowed: values point into it.
+    /// Number of the line with the most dots and opening brackets.
+    fn deepest(&self) -> usize {
+        let depth = |line: &str| line.chars().filter(|letter| matches!(letter, '.' | '[' | '{')).count();
+        let lines = self.text.lines().map(depth).enumerate();
+        lines.max_by(|a, b| a.1.cmp(&b.1).then(b.0.cmp(&a.0))).map_or(1, |(index, _)| index + 1)
+    }
+
     pub(super) fn parse(&self) -> Result<Spanned<DeTable<'_>>, CaseError> {
         DeTable::parse(&self.text).map_err(|error| {
-            let line = self.line(error.span().map_or(self.text.len(), |span| span.start));
+            // What is nested too deep is told without its place: it is where most begins.
+            let line = error.span().map_or_else(|| self.deepest(), |span| self.line(span.start));
             let text = self.text.lines().nth(line - 1).unwrap_or("");
             let mut reason = visible(&error.message().replace('\n', ", "));
             if has_decimal_comma(text) {

@@ -227,23 +227,62 @@ fn profile(value: &Value<'_>) -> Result<Profile, CaseError> {
     Ok(Profile { knots })
 }
 
-/// The beams of their thickness must not reach into each other at the base and at the lamellae; above, they merge into the tip.
+/// Places that are looked at between two lamellae.
+const BETWEEN: i32 = 24;
+
+/// The beams of their thickness must not reach into each other below the last lamella; above, they merge into the tip, but do not
+/// cross.
 fn beams_apart(table: &Table<'_>, design: &Design) -> Result<(), CaseError> {
-    let lamellae = (0..design.lamella_count()).map(|k| (design.attachment_arcs(k), format!("at lamella {}", k + 1)));
-    for ([front, back], place) in std::iter::once(([0.0, 0.0], "at the base".to_owned())).chain(lamellae) {
-        let (p, q) = (design.front.point(front), design.back.point(back));
-        let apart = (q[0] - p[0]).hypot(q[1] - p[1]);
-        let thickness = [design.front.thickness.at(front), design.back.thickness.at(back)];
-        if 0.5 * (thickness[0] + thickness[1]) >= apart {
-            let key = if thickness[0] >= thickness[1] { "front.thickness_mm" } else { "back.thickness_mm" };
-            let [front, back, apart, most] = [thickness[0], thickness[1], apart, 2.0 * apart].map(rounded);
-            return Err(table.refuse(
-                key,
-                format!(
-                    "the beams reach into each other {place}: they are {front} and {back} mm thick, their centrelines {apart} mm \
-                     apart; both thicknesses together must be less than {most} mm"
-                ),
-            ));
+    let count = design.lamella_count();
+    let mut stations: Vec<[f64; 2]> = vec![[0.0; 2]];
+    stations.extend((0..count).map(|lamella| design.attachment_arcs(lamella)));
+    stations.push([design.front.length(), design.back.length()]);
+    let outwards = [0, 1].map(|axis| design.front.base[axis] - design.back.base[axis]);
+    let name = |station: usize| if station == 0 { "the base".to_owned() } else { format!("lamella {station}") };
+    for (below, ends) in stations.windows(2).enumerate() {
+        let merges = below == count;
+        for step in 0..=BETWEEN {
+            let part = f64::from(step) / f64::from(BETWEEN);
+            let [front, back] = [0, 1].map(|beam| ends[0][beam] + part * (ends[1][beam] - ends[0][beam]));
+            let (p, q) = (design.front.point(front), design.back.point(back));
+            let way = [p[0] - q[0], p[1] - q[1]];
+            let apart = way[0].hypot(way[1]);
+            let place = || match step {
+                0 => format!("at {}", name(below)),
+                BETWEEN if !merges => format!("at {}", name(below + 1)),
+                _ if merges => format!("above {}", name(below)),
+                _ => format!("between {} and {}", name(below), name(below + 1)),
+            };
+            if way[0] * outwards[0] + way[1] * outwards[1] < -1e-6 * outwards[0].hypot(outwards[1]) {
+                let key = if design.front.sagitta.abs() > design.back.sagitta.abs() { "front" } else { "back" };
+                let crosses = format!(
+                    "the beams cross {}: the front beam's centreline is {} mm behind the back beam's there",
+                    place(),
+                    rounded(apart)
+                );
+                return Err(
+                    match [format!("{key}.sagitta_mm"), format!("{key}.tip_mm")]
+                        .iter()
+                        .find(|key| table.find(key).is_some())
+                    {
+                        Some(key) => table.refuse(key, crosses),
+                        None => table.refuse("back.tip_mm", crosses),
+                    },
+                );
+            }
+            let thickness = [design.front.thickness.at(front), design.back.thickness.at(back)];
+            if !(merges && step > 0) && 0.5 * (thickness[0] + thickness[1]) >= apart {
+                let key = if thickness[0] >= thickness[1] { "front.thickness_mm" } else { "back.thickness_mm" };
+                let [front, back, apart, most] = [thickness[0], thickness[1], apart, 2.0 * apart].map(rounded);
+                return Err(table.refuse(
+                    key,
+                    format!(
+                        "the beams reach into each other {}: they are {front} and {back} mm thick, their centrelines {apart} mm \
+                         apart; both thicknesses together must be less than {most} mm",
+                        place()
+                    ),
+                ));
+            }
         }
     }
     Ok(())

@@ -39,7 +39,16 @@ impl Case {
     /// # Errors
     /// The first thing in it that cannot be used.
     pub fn read(path: &Path) -> Result<Self, CaseError> {
-        Self::from_source(&Source::read(path)?, path.parent())
+        Ok(Self::read_with_text(path)?.0)
+    }
+
+    /// The same, with the file's text: what comes through a pipe can be read once only.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_with_text(path: &Path) -> Result<(Self, String), CaseError> {
+        let source = Source::read(path)?;
+        Ok((Self::from_source(&source, path.parent())?, source.text))
     }
 
     /// Reads a case from a text; `name` stands for the file in messages. Finger files it names are looked for in the

@@ -10,7 +10,7 @@ use model_core::object::{Motion, ObjectDesign};
 use serde_json::{Value, json};
 
 use super::options::{ModelArgs, refused};
-use super::{UNTRUSTWORTHY, bad_input};
+use super::{UNTRUSTWORTHY, bad_input, put_out};
 use crate::calibrate::{
     Calibrated, Combination, Fit, Loss, Model, Noise, Parameter, Run, finger_file, fit, picture, send, uncertainty,
     zero_counts,
@@ -162,8 +162,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
         Format::Text => text(&input, &found),
         Format::Json => serde_json::to_string_pretty(&document(&input, &found)).map_err(|e| e.to_string())? + "\n",
     };
-    // A reader that stops early is no failure.
-    let _ = std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes());
+    put_out(&text)?;
     if let Some(file) = &args.write {
         write(file, &input.finger, &found)?;
     }
@@ -175,7 +174,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
         if whole {
             transmit(args, address, &input, &found)?;
         } else {
-            eprintln!("fre: nothing was sent: the fit is not whole");
+            tell!("fre: nothing was sent: the fit is not whole");
         }
     }
     Ok(whole)
@@ -198,7 +197,7 @@ fn transmit(args: &Args, address: &Address, input: &Input, fit: &Fit) -> Result<
     let link = Link::open(address).map_err(|error| error.to_string())?;
     let [before, now] = send(&link, args.finger, &calibrated).map_err(|error| format!("--send {address}: {error}"))?;
     let and = if object.is_some() { " and object" } else { "" };
-    eprintln!(
+    tell!(
         "fre: sent to finger {} of the gripper at {address}, and read back: finger{and}, uncertainty, zero position {before:.2} → {now:.2} counts",
         args.finger
     );

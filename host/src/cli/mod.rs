@@ -1,5 +1,13 @@
 //! The commands of `fre`, one file each: its arguments and its `run`.
 
+/// Tells a person something on standard error. Where nobody listens any more nothing is told, and the work goes on.
+macro_rules! tell {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($words)*);
+    }};
+}
+
 mod calibrate;
 mod compare;
 mod demo;
@@ -83,6 +91,16 @@ pub fn run() -> ExitCode {
 
 /// Says on standard error what was wrong with the input.
 fn bad_input(error: &dyn std::fmt::Display) -> ExitCode {
-    eprintln!("fre: {error}");
+    tell!("fre: {error}");
     ExitCode::from(BAD_INPUT)
+}
+
+/// Writes a result to standard output. A reader that stops early (`fre … | head`) is no failure; a full disk is.
+fn put_out(text: &str) -> Result<(), String> {
+    use std::io::{ErrorKind, Write as _};
+    let mut out = std::io::stdout();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(format!("standard output: {error}")),
+        _ => Ok(()),
+    }
 }

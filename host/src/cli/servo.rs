@@ -149,12 +149,14 @@ fn serve(args: &Args) -> Result<(), String> {
     let lost = bus.lost();
     bus.stop();
     for (id, statistics) in args.id.iter().zip(handles.iter().map(Handle::statistics)) {
-        eprintln!(
+        tell!(
             "fre servo: {id}: {} bytes heard, {} answers, {} reads of Present Position",
-            statistics.heard, statistics.answers, statistics.position_reads
+            statistics.heard,
+            statistics.answers,
+            statistics.position_reads
         );
     }
-    eprintln!("fre servo: {lost} bytes lost");
+    tell!("fre servo: {lost} bytes lost");
     Ok(())
 }
 

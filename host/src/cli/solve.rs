@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use model_core::discretise::DiscretiseError;
 
 use super::options::{ModelArgs, ThemeWord, refused};
-use super::{UNTRUSTWORTHY, bad_input};
+use super::{UNTRUSTWORTHY, bad_input, put_out};
 use crate::case::Case;
 use crate::draw::{self, Scene};
 use crate::pictures::{self, Kind};
@@ -138,12 +138,13 @@ pub fn run(args: &Args) -> ExitCode {
         },
         Format::Csv => report::csv(&solutions),
     };
-    // A reader that stops early (`fre … | head`) is no failure.
-    let _ = std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes());
+    if let Err(error) = put_out(&text) {
+        return bad_input(&error);
+    }
     if !matches!(args.format, Format::Text) {
         // The text has them already.
         for words in warn::warnings(&case, &solutions) {
-            eprintln!("fre: warning: {words}");
+            tell!("fre: warning: {words}");
         }
     }
     if let Some(file) = &args.plot {
@@ -153,7 +154,7 @@ pub fn run(args: &Args) -> ExitCode {
                     return bad_input(&error);
                 }
             }
-            Ok(None) => eprintln!("fre: {}: nothing to draw, there is no trustworthy solution there", file.display()),
+            Ok(None) => tell!("fre: {}: nothing to draw, there is no trustworthy solution there", file.display()),
             Err(error) => return bad_input(&error),
         }
     }

@@ -52,7 +52,7 @@ impl SourceArgs {
             (None, Some(address)) => {
                 let bus = Bus::open(address, &self.bus_options()?)?;
                 for note in bus.notes() {
-                    eprintln!("fre: {note}");
+                    tell!("fre: {note}");
                 }
                 Ok(Arc::new(bus))
             }

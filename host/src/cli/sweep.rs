@@ -104,7 +104,7 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     let sweep = Sweep::new(document, angles, axes, args.model.options())?;
     let mut ledger = args.out.as_deref().map(|path| Ledger::open(path, &sweep)).transpose()?;
     if let Some(ledger) = ledger.as_ref().filter(|ledger| ledger.found() > 0) {
-        eprintln!("fre: {} of {} rows are known already", ledger.found(), sweep.rows());
+        tell!("fre: {} of {} rows are known already", ledger.found(), sweep.rows());
     }
     let terminal = std::io::stderr().is_terminal();
     let shown = terminal || args.progress;
@@ -117,14 +117,14 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     let tell = |progress: Progress| {
         if stopped.load(Ordering::Relaxed) {
             // Rows are written by this thread, whole: nothing is torn here.
-            eprintln!("{}fre: stopped; {}", if terminal { "\n" } else { "" }, left_words(args, progress));
+            tell!("{}fre: stopped; {}", if terminal { "\n" } else { "" }, left_words(args, progress));
             std::process::exit(INTERRUPTED);
         }
         let due = if terminal { 0.1 } else { 1.0 };
         if shown && (told.elapsed().as_secs_f64() > due || progress.done == progress.total) {
             told = std::time::Instant::now();
             let (start, end) = if terminal { ("\r", "\u{1b}[K") } else { ("", "\n") };
-            eprint!("{start}{}{end}", progress_words(progress));
+            let _ = write!(std::io::stderr(), "{start}{}{end}", progress_words(progress));
             let _ = std::io::stderr().flush();
         }
     };
@@ -132,12 +132,12 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     let mut out = Kept { out: stdout, keep: sweep.has_resolutions(), text: Vec::new() };
     let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, usize::from(args.jobs), tell);
     if terminal {
-        eprintln!();
+        tell!("");
     }
     let tally = tally?;
     summarise(&sweep, &tally);
     for words in warn::warnings(&case, &[]) {
-        eprintln!("fre: warning: {words}");
+        tell!("fre: warning: {words}");
     }
     if sweep.has_resolutions() {
         let text = match &args.out {
@@ -146,7 +146,7 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
             None => String::from_utf8_lossy(&out.text).into_owned(),
         };
         if let Some(found) = sweep::study(&sweep, &text) {
-            eprint!("{}", study_words(&found));
+            tell!("{}", study_words(&found).trim_end());
         }
     }
     Ok(tally)
@@ -228,20 +228,24 @@ fn place_words(sweep: &Sweep, row: usize) -> String {
 fn summarise(sweep: &Sweep, tally: &Tally) {
     let counts: Vec<String> = tally.statuses.iter().map(|(word, count)| format!("{count} {word}")).collect();
     let earlier = if tally.resumed > 0 { format!(", {} from before", tally.resumed) } else { String::new() };
-    eprintln!("fre: {} rows ({} computed{earlier}): {}", sweep.rows(), tally.computed, counts.join(", "));
+    tell!("fre: {} rows ({} computed{earlier}): {}", sweep.rows(), tally.computed, counts.join(", "));
     for &(row, status) in tally.failures.iter().take(MOST_TOLD) {
-        eprintln!("fre: row {row}: {status}: {}", place_words(sweep, row));
+        tell!("fre: row {row}: {status}: {}", place_words(sweep, row));
     }
     if tally.failures.len() > MOST_TOLD {
-        eprintln!("fre: and {} more; their rows have the status", tally.failures.len() - MOST_TOLD);
+        tell!("fre: and {} more; their rows have the status", tally.failures.len() - MOST_TOLD);
     }
-    if let Some(&first) = tally.strained.first() {
-        eprintln!(
-            "fre: warning: {} of {} rows are strained beyond finger.material.max_strain (true in column \
-             beyond_max_strain); the first is row {first}: {}",
-            tally.strained.len(),
-            sweep.rows(),
-            place_words(sweep, first)
-        );
+    for (rows, what) in [
+        (&tally.strained, "are strained beyond finger.material.max_strain (true in column beyond_max_strain)"),
+        (&tally.overlapping, "have the object in a part of the finger that knows no contact (column overlap_mm)"),
+    ] {
+        if let Some(&first) = rows.first() {
+            tell!(
+                "fre: warning: {} of {} rows {what}; the first is row {first}: {}",
+                rows.len(),
+                sweep.rows(),
+                place_words(sweep, first)
+            );
+        }
     }
 }

@@ -1,10 +1,9 @@
 //! `fre table1`: the paper's twenty cases.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::{UNTRUSTWORTHY, bad_input};
+use super::{UNTRUSTWORTHY, bad_input, put_out};
 use crate::table1;
 
 /// Solve the paper's twenty cases (Table 1) with both physics at full and reduced resolution, and compare the models.
@@ -26,11 +25,12 @@ pub fn run(args: &Args) -> ExitCode {
         Ok(rows) => rows,
         Err(error) => return bad_input(&error),
     };
-    // A reader that stops early (`fre … | head`) is no failure.
-    let _ = std::io::stdout().write_all(table1::markdown(&rows).as_bytes());
+    if let Err(error) = put_out(&table1::markdown(&rows)) {
+        return bad_input(&error);
+    }
     if let Some(folder) = &args.out {
         match table1::write(folder, &rows) {
-            Ok(files) => files.iter().for_each(|file| eprintln!("fre: {}", file.display())),
+            Ok(files) => files.iter().for_each(|file| tell!("fre: {}", file.display())),
             Err(error) => return bad_input(&error),
         }
     }

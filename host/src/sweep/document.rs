@@ -12,8 +12,14 @@ use crate::case::{Case, CaseError};
 const SUGGESTIONS: usize = 4;
 
 /// Numbers that a case may leave out, with the table in which they stand.
-const OPTIONAL: [(&str, &str); 3] =
-    [("finger.front", "stiffness_factor"), ("finger.back", "stiffness_factor"), ("finger.tip", "rigid_above_mm")];
+const OPTIONAL: [(&str, &str); 6] = [
+    ("finger.front", "stiffness_factor"),
+    ("finger.back", "stiffness_factor"),
+    ("finger.front", "sagitta_mm"),
+    ("finger.back", "sagitta_mm"),
+    ("finger.tip", "rigid_above_mm"),
+    ("finger.material", "max_strain"),
+];
 
 /// Keys whose array (a taper, or one number per lamella) may be replaced by one number.
 const UNIFORM: [&str; 3] = ["width_mm", "thickness_mm", "length_mm"];
@@ -46,8 +52,7 @@ impl Document {
     /// The first thing in the case that cannot be used.
     pub fn read(path: &Path) -> Result<Self, SweepError> {
         // The case's own reader says best what is wrong, with line and key.
-        Case::read(path)?;
-        let text = read(path)?;
+        let (_, text) = Case::read_with_text(path)?;
         Self::resolve(&path.display().to_string(), &text, path.parent().unwrap_or(Path::new("")))
     }
 
@@ -57,12 +62,8 @@ impl Document {
     /// The text is no TOML, or its finger cannot be found.
     pub fn resolve(name: &str, text: &str, folder: &Path) -> Result<Self, SweepError> {
         let mut root = parse(name, text)?;
-        let finger = match &root {
-            Node::Table(entries) => entries.iter().find(|(key, _)| key == "finger").map(|(_, node)| node.clone()),
-            _ => None,
-        };
-        if let Some(Node::Word(word)) = finger {
-            let word = word.trim_matches('"');
+        if let Some(word) = finger_file(text) {
+            let word = word.as_str();
             let (from, text) = match word.strip_prefix("preset:") {
                 Some(preset) => (preset.to_owned(), preset_text(preset).unwrap_or_default().to_owned()),
                 None => {
@@ -163,6 +164,15 @@ fn preset_text(name: &str) -> Option<&'static str> {
         "ladder-80" => Some(include_str!("../case/presets/ladder-80.toml")),
         "fea-80" => Some(include_str!("../case/presets/fea-80.toml")),
         "dhas-80" => Some(include_str!("../case/presets/dhas-80.toml")),
+        _ => None,
+    }
+}
+
+/// The preset or file that a case names as its finger.
+fn finger_file(text: &str) -> Option<String> {
+    let table = DeTable::parse(text).ok()?;
+    match table.get_ref().get("finger")?.get_ref() {
+        DeValue::String(word) => Some(word.to_string()),
         _ => None,
     }
 }

@@ -24,13 +24,15 @@ pub struct Known {
     pub status: Status,
     /// True if a part is strained beyond the material's limit; false as well where the limit is not given.
     pub strained: bool,
+    /// True if the object reaches into a part of the finger that knows no contact.
+    pub overlaps: bool,
 }
 
 impl Known {
     /// Of a solution.
     pub fn of(solution: &Solution) -> Self {
         let strained = solution.beyond_max_strain.as_ref().is_some_and(|beyond| !beyond.is_empty());
-        Self { status: solution.status, strained }
+        Self { status: solution.status, strained, overlaps: solution.overlap_mm.is_some() }
     }
 }
 
@@ -187,10 +189,15 @@ impl Ledger {
         rows.sort_by_key(number);
         // Of a link, what it leads to is replaced.
         let path = std::fs::canonicalize(&self.path).map_err(failed)?;
-        let mut beside = path.clone().into_os_string();
-        beside.push(".sorted");
         let unsorted = |source| SweepError::Unsorted { file: self.path.display().to_string(), source };
-        std::fs::write(&beside, lines.concat()).and_then(|()| std::fs::rename(&beside, &path)).map_err(unsorted)
+        let replace = || {
+            let mut beside = tempfile::NamedTempFile::new_in(path.parent().unwrap_or(Path::new(".")))?;
+            lines.iter().try_for_each(|line| beside.write_all(line.as_bytes()))?;
+            // Whoever might read the rows still may.
+            beside.as_file().set_permissions(self.file.metadata()?.permissions())?;
+            beside.persist(&path).map_err(|error| error.error)
+        };
+        replace().map(drop).map_err(unsorted)
     }
 }
 
@@ -234,6 +241,7 @@ pub(super) fn header(sweep: &Sweep) -> String {
         contact_pressure: Vec::new(),
         strains: None,
         beyond_max_strain: None,
+        overlap_mm: None,
     };
     let csv = report::csv(&[nothing]);
     let axes: String = sweep.axes.iter().map(|axis| format!("{},", axis.name())).collect();
@@ -310,8 +318,12 @@ fn read_row(line: &str, columns: &[&str], sweep: &Sweep) -> Option<(usize, Known
     let axes = sweep.axes.len();
     let fits = row < sweep.rows() && sweep.words(row / sweep.places().len()) == cells[1..=axes];
     let status = status_of(cells.get(1 + axes)?)?;
-    let strained = columns.iter().zip(&cells).any(|(name, cell)| *name == "beyond_max_strain" && *cell == "true");
-    fits.then_some((row, Known { status, strained }))
+    let has = |column: &str, so: &dyn Fn(&str) -> bool| {
+        columns.iter().zip(&cells).any(|(name, cell)| *name == column && so(cell))
+    };
+    let (strained, overlaps) =
+        (has("beyond_max_strain", &|cell| cell == "true"), has("overlap_mm", &|cell| !cell.is_empty()));
+    fits.then_some((row, Known { status, strained, overlaps }))
 }
 
 /// The FNV-1a hash of 64 bits (Fowler, Noll, Vo): short, and the same on every machine.

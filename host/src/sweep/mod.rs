@@ -62,6 +62,14 @@ pub enum SweepError {
         /// The key.
         key: String,
     },
+    /// A list and one of its entries.
+    #[error("--vary: {part} is a part of {whole}, which is varied as well; allowed is one of them")]
+    Within {
+        /// The entry.
+        part: String,
+        /// The list.
+        whole: String,
+    },
     /// Values that cannot be read.
     #[error("--vary {text}: {reason}")]
     Vary {
@@ -149,6 +157,13 @@ impl Sweep {
             }
             if axes[..index].iter().any(|earlier| earlier.name() == axis.name()) {
                 return Err(SweepError::Twice { key: axis.name().to_owned() });
+            }
+            for earlier in &axes[..index] {
+                for (whole, part) in [(axis.name(), earlier.name()), (earlier.name(), axis.name())] {
+                    if part.strip_prefix(whole).is_some_and(|rest| rest.starts_with('.')) {
+                        return Err(SweepError::Within { part: part.to_owned(), whole: whole.to_owned() });
+                    }
+                }
             }
         }
         if let Some(angles) = angles_deg {
@@ -352,6 +367,19 @@ mod tests {
         assert!(message(vec![key("object.radius", &[1.0])], None).contains("object.radius_mm"));
         let twice = vec![key("object.radius_mm", &[20.0]), key("object.radius_mm", &[30.0])];
         assert!(message(twice, None).contains("object.radius_mm is given twice"));
+        let hinge = || key("finger.hinge.length_mm", &[2.0]);
+        assert!(sweep(vec![hinge()], None).is_ok());
+        let text = "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
+            motion.motor_angles_deg = [2]\n";
+        let mut document = Document::resolve("case.toml", text, Path::new("")).unwrap();
+        document.set("finger.width_mm", 20.0).unwrap();
+        let tapered = document.text().replace("width_mm = 20.0", "width_mm = [[0, 24], [80, 16]]");
+        for order in [["finger.width_mm", "finger.width_mm.1.1"], ["finger.width_mm.1.1", "finger.width_mm"]] {
+            let document = Document::resolve("case.toml", &tapered, Path::new("")).unwrap();
+            let axes = order.map(|name| key(name, &[20.0])).to_vec();
+            let error = Sweep::new(document, None, axes, Options::default()).unwrap_err().to_string();
+            assert!(error.contains("finger.width_mm.1.1 is a part of finger.width_mm,"), "{error}");
+        }
         let many = vec![key("object.radius_mm", &[20.0; 4000]), key("object.centre_mm.0", &[50.0; 4000])];
         assert!(message(many, None).contains("32000000 rows"));
         assert!(message(Vec::new(), Some(&[1.0, 200.0])).contains("motor_angles_deg[1]"));

@@ -41,6 +41,8 @@ pub struct Tally {
     pub failures: Vec<(usize, Status)>,
     /// Rows with a part strained beyond the material's limit.
     pub strained: Vec<usize>,
+    /// Rows in which the object reaches into a part of the finger that knows no contact.
+    pub overlapping: Vec<usize>,
     /// Rows computed in this run.
     pub computed: usize,
     /// Rows taken over from an earlier run.
@@ -51,8 +53,9 @@ impl Tally {
     fn of(rows: &[Option<Known>], computed: usize, resumed: usize) -> Self {
         let mut tally = Self { computed, resumed, ..Self::default() };
         for (row, known) in rows.iter().enumerate() {
-            let &Some(Known { status, strained }) = known else { continue };
+            let &Some(Known { status, strained, overlaps }) = known else { continue };
             tally.strained.extend(strained.then_some(row));
+            tally.overlapping.extend(overlaps.then_some(row));
             *tally.statuses.entry(status.word()).or_default() += 1;
             if !status.is_trustworthy() {
                 tally.failures.push((row, status));

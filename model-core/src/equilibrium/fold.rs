@@ -129,7 +129,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     fn largest_change(&self) -> T {
         let [now, before] = [&self.state, &self.accepted].map(|state| {
             let touching = state.multiplier.as_ref().iter().zip(state.normal.as_ref()).take(state.touching_count);
-            touching.fold([T::ZERO; 2], |sum, (&force, normal)| [sum[0] + force * normal[0], sum[1] + force * normal[1]])
+            touching
+                .fold([T::ZERO; 2], |sum, (&force, normal)| [sum[0] + force * normal[0], sum[1] + force * normal[1]])
         });
         let size = |v: [T; 2]| (v[0] * v[0] + v[1] * v[1]).sqrt();
         let most = size(now).max(size(before));

@@ -581,10 +581,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     fn on_the_way(&self) -> Tolerance<T> {
         let Tolerance { gradient, length } = f32::TOLERANCE;
         let [moments, lengths] = self.size;
-        Tolerance {
-            gradient: T::of(f64::from(gradient)) * moments,
-            length: T::of(f64::from(length)) * lengths,
-        }
+        Tolerance { gradient: T::of(f64::from(gradient)) * moments, length: T::of(f64::from(length)) * lengths }
     }
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.

@@ -82,11 +82,8 @@ pub struct Probe<T: Real, S: Size> {
 
 impl<T: Real, S: Size> Probe<T, S> {
     /// Before its first use.
-    pub const EMPTY: Self = Self {
-        ladder: Ladder::EMPTY,
-        work: Workspace::EMPTY,
-        thickening: <S::Samples<T> as Storage<T>>::EMPTY,
-    };
+    pub const EMPTY: Self =
+        Self { ladder: Ladder::EMPTY, work: Workspace::EMPTY, thickening: <S::Samples<T> as Storage<T>>::EMPTY };
 }
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {

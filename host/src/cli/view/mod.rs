@@ -69,7 +69,7 @@ impl Stop {
             // Whoever reads the lines has read enough.
             Self::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
             Self::Output(error) => {
-                eprintln!("fre: cannot write: {error}");
+                tell!("fre: cannot write: {error}");
                 ExitCode::from(BAD_INPUT)
             }
         }
