@@ -17,6 +17,7 @@
 //! averaged. An empty cell is a gap. Lines that begin with `#` and empty lines are left out. A row with a gap in its place, a word where a
 //! number belongs, half a point, or nothing measured is left out and reported with its line number.
 
+use std::ops::Range;
 use std::path::Path;
 
 use crate::case::{MAX_ANGLE, MAX_DISTANCE};
@@ -151,6 +152,40 @@ impl Measurement {
     fn add_point(&mut self, line: usize, point: Point) {
         self.front.push(point);
         self.front_lines.push(line);
+    }
+
+    /// The outlines that the points are of, as parts of `front`: several photographs of one place stand there one after the
+    /// other. A new one begins where the points leap back to where the last one began and go on from there; a single point
+    /// that leaps back is a wrong one.
+    pub fn outlines(&self) -> Vec<Range<usize>> {
+        let gap = |i: usize, j: usize| (self.front[i][0] - self.front[j][0]).hypot(self.front[i][1] - self.front[j][1]);
+        let mut outlines = Vec::new();
+        let (mut start, mut reach) = (0, 0.0_f64);
+        for i in 1..self.front.len() {
+            let leaps = gap(i, i - 1) > 0.5 * reach && gap(i, start) < 0.5 * reach;
+            if leaps && i + 1 < self.front.len() && gap(i + 1, i) <= gap(i + 1, i - 1) {
+                outlines.push(start..i);
+                (start, reach) = (i, 0.0);
+            }
+            reach = reach.max(gap(i, start));
+        }
+        if !self.front.is_empty() {
+            outlines.push(start..self.front.len());
+        }
+        outlines
+    }
+
+    /// The same without some of the forces and points, by their indices.
+    pub fn without(&self, forces: &[usize], points: &[usize]) -> Self {
+        let mut rest = Self::at(self.place, self.line);
+        for (_, &(line, force)) in self.forces.iter().enumerate().filter(|(index, _)| !forces.contains(index)) {
+            rest.add_force(line, force);
+        }
+        let front = self.front_lines.iter().zip(&self.front).enumerate();
+        for (_, (&line, &point)) in front.filter(|(index, _)| !points.contains(index)) {
+            rest.add_point(line, point);
+        }
+        rest
     }
 }
 

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 use std::process::Command;
 
+use host::case::Case;
 use host::measured::{Coordinate, Measured};
+use host::run::{self, Options};
 
 #[test]
 fn forces_points_and_places_are_read_whatever_the_order_of_columns() {
@@ -144,6 +146,7 @@ fn outliers_are_named_by_their_own_line_and_small_differences_are_none() {
     let (told, _) = compare("bad", bad.as_bytes(), &[]);
     assert!(told.contains("mean of 3 readings (6.1 to 12.2 N), outlier (line 7)"), "{told}");
     assert_eq!(told.matches("outlier").count(), 1, "{told}");
+    assert!(told.contains("\nwithout these (1 reading): force error: mean 3."), "{told}");
     let (json, _) = compare("json", bad.as_bytes(), &["--format", "json"]);
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     let row = &json["rows"][3];
@@ -160,6 +163,108 @@ fn outliers_are_named_by_their_own_line_and_small_differences_are_none() {
     let (told, _) = compare("outline", outline.as_bytes(), &[]);
     assert!(told.contains("outlier: the point (3, 45) mm of line 11, at 8°"), "{told}");
     assert_eq!(told.matches("outlier").count(), 1, "{told}");
+}
+
+/// The model's front centreline at an angle, its first and its last point 1 mm off.
+fn front_with_ends_off(angle: f64) -> Vec<[f64; 2]> {
+    let text = CASE.replace("[2]", &format!("[{angle:?}]"));
+    let mut front =
+        run::solve(&Case::parse("case.toml", &text).unwrap(), &Options::default()).unwrap().remove(0).front_mm;
+    let last = front.len() - 1;
+    front[0][0] += 1.0;
+    front[last][1] += 1.0;
+    front
+}
+
+fn outline_rows(place: f64, points: &[[f64; 2]]) -> String {
+    points.iter().map(|[x, y]| format!("{place},,{x},{y}\n")).collect()
+}
+
+const OUTLINE_HEADER: &str = "motor_angle_deg,force_n,front_x_mm,front_y_mm\n";
+
+#[test]
+fn several_outlines_of_a_place_count_like_one() {
+    let block = outline_rows(6.0, &front_with_ends_off(6.0));
+    let elsewhere = outline_rows(8.0, &front_with_ends_off(8.0));
+    let shape = |name: &str, csv: String| {
+        let (json, _) = compare(name, csv.as_bytes(), &["--format", "json"]);
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let row = &json["rows"][0];
+        assert_eq!(row["place"].as_f64(), Some(6.0));
+        // The seams are no slips: the ends of an outline have too few beside them.
+        assert!(row.get("outlying_points").is_none() && row.get("without_outliers").is_none(), "{name}: {row}");
+        ["shape_mean_mm", "shape_max_mm"].map(|key| row[key].as_f64().unwrap())
+    };
+    let once = shape("once", format!("{OUTLINE_HEADER}{block}"));
+    assert!(once[0] < 0.03 && (0.9..1.1).contains(&once[1]), "{once:?}");
+    for (name, csv) in [
+        ("twice", format!("{OUTLINE_HEADER}{block}{block}")),
+        ("ten-times", format!("{OUTLINE_HEADER}{}", block.repeat(10))),
+        // Closing and opening.
+        ("way-back", format!("{OUTLINE_HEADER}{block}{elsewhere}{block}")),
+    ] {
+        let several = shape(name, csv);
+        assert!(several.iter().zip(once).all(|(a, b)| (a - b).abs() < 1e-9), "{name}: {several:?} {once:?}");
+    }
+}
+
+#[test]
+fn an_outline_begins_where_the_points_leap_back_for_good() {
+    let parts = |points: &[[f64; 2]]| {
+        let text = format!("{OUTLINE_HEADER}{}", outline_rows(6.0, points));
+        Measured::parse("m.csv", &text).unwrap().measurements[0].outlines()
+    };
+    let line: Vec<[f64; 2]> = (0..=16).map(|i| [0.01 * f64::from(i), 5.0 * f64::from(i)]).collect();
+    assert_eq!(parts(&line), [0..17]);
+    assert_eq!(parts(&line.repeat(3)), [0..17, 17..34, 34..51]);
+    // 45 mm read as 4.5, and one that covers less.
+    let mut slip = line.clone();
+    slip[9][1] = 4.5;
+    slip.extend(&line[1..9]);
+    assert_eq!(parts(&slip), [0..17, 17..25]);
+    assert_eq!(parts(&line[..1]), [0..1]);
+}
+
+/// Outliers count, as only who measured can tell a slip from a wrong model; what is left without them stands beside.
+#[test]
+fn outliers_count_and_the_figures_without_them_stand_beside() {
+    let front = front_with_ends_off(8.0);
+    let mut slip = front.clone();
+    slip[30][0] += 4.0;
+    let forces = "2,1.3,,\n4,2.5,,\n6,3.9,,\n8,6.1,,\n8,12.2,,\n10,10.5,,\n";
+    let good = "2,1.3,,\n4,2.5,,\n6,3.9,,\n8,6.1,,\n10,10.5,,\n";
+    let file = |forces: &str, front: &[[f64; 2]]| format!("{OUTLINE_HEADER}{forces}{}", outline_rows(8.0, front));
+    let figures = |text: &str, begin: &str| {
+        let line = text.lines().find(|line| line.starts_with(begin)).unwrap_or_else(|| panic!("{begin}: {text}"));
+        let at = line.find("mean ").unwrap();
+        line[at..].split(" (").next().unwrap().to_owned()
+    };
+    // The point left out, not moved: its neighbours take over what it weighs.
+    let mut rest = front;
+    rest.remove(30);
+    let (plain, _) = compare("without-slips", file(good, &rest).as_bytes(), &[]);
+    let (told, _) = compare("with-slips", file(forces, &slip).as_bytes(), &[]);
+    let without = told.lines().find(|line| line.starts_with("without these (1 reading, 1 point): ")).unwrap();
+    for begin in ["force error: ", "force difference: ", "shape deviation"] {
+        assert_ne!(figures(&told, begin), figures(&plain, begin));
+        assert!(without.contains(&figures(&plain, begin)), "{without} should have {}", figures(&plain, begin));
+    }
+    let (json, _) = compare("slips-json", file(forces, &slip).as_bytes(), &["--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let row = &json["rows"][3];
+    assert_eq!(row["reference_force_n"].as_f64(), Some(0.5 * (6.1 + 12.2)));
+    assert_eq!(row["without_outliers"]["reference_force_n"].as_f64(), Some(6.1));
+    assert!(json["rows"][0].get("without_outliers").is_none());
+
+    // CSV: the lines in columns, the words beside.
+    let (csv, beside) = compare("slips-csv", file(forces, &slip).as_bytes(), &["--format", "csv"]);
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0][rows[0].len() - 2..], ["outlier_lines", "outlying_point_lines"]);
+    assert!(rows.iter().all(|row| row.len() == rows[0].len()), "{csv}");
+    assert_eq!(rows[4][rows[0].len() - 2..], ["6", "38"], "{csv}");
+    assert_eq!(rows[1][rows[0].len() - 2..], ["", ""], "{csv}");
+    assert!(beside.contains("fre: outlier: the point (") && beside.contains(" of line 38, at 8°"), "{beside}");
+    assert!(beside.contains(&format!("fre: {without}")), "{beside}");
 }
 
 #[test]
