@@ -73,6 +73,8 @@ fn a_header_that_lacks_something_says_what() {
         ("motor_angle_deg,force_n\n1,\"2,5\"\n", "decimals have a point"),
         ("motor_angle_deg,force_n\n1,1e300\n", "up to 1e5 N"),
         ("motor_angle_deg,force_n\n1,2.5 N\n", "the unit stands in the header"),
+        ("motor_angle_deg,front_x_mm,front_y_mm\n6,1e300,40\n", "front_x_mm = 1e300; allowed is -1e4 to 1e4"),
+        ("motor_angle_deg,front_x_mm,front_y_mm\n6,0 1,4 -10001\n", "front_y_mm = -1.0001e4; allowed is -1e4 to 1e4"),
     ] {
         let error = Measured::parse("m.csv", text).unwrap_err().to_string();
         assert!(error.contains(word) && error.starts_with("m.csv"), "{error:?} should tell of {word:?}");
@@ -101,6 +103,80 @@ fn what_spreadsheets_write_is_read() {
     // Thousands are no decimals.
     let measured = Measured::parse("m.csv", "motor_angle_deg;force_n\n2;1.234,5\n4;1,2,3\n6;1\n").unwrap();
     assert_eq!(measured.problems.iter().map(|problem| problem.line).collect::<Vec<_>>(), [2, 3]);
+}
+
+#[test]
+fn headers_of_spreadsheets_tell_their_separator() {
+    let plain = Measured::parse("m.csv", "motor_angle_deg,force_n\n2,1.25\n4,2.5\n").unwrap();
+    for (text, aside) in [
+        // A comma in a name, with quotation marks and without.
+        ("motor_angle_deg;force_n;\"Bemerkung, frei\"\n2;1,25;\n4;2,5;gut\n", "Bemerkung, frei"),
+        ("motor_angle_deg;force_n;Bemerkung, frei\n2;1,25;\n4;2,5;gut\n", "Bemerkung, frei"),
+        ("motor_angle_deg,force_n,note; where\n2,1.25,\n4,2.5,here\n", "note; where"),
+        // What a spreadsheet writes before the header.
+        ("sep=;\r\nmotor_angle_deg;force_n;x\r\n2;1,25;\r\n4;2,5;\r\n", "x"),
+        ("\"SEP=|\"\nmotor_angle_deg|force_n|x\n2|1.25|\n4|2.5|\n", "x"),
+    ] {
+        let measured = Measured::parse("m.csv", text).unwrap_or_else(|error| panic!("{text:?}: {error}"));
+        let forces = |measured: &Measured| measured.measurements.iter().map(|m| (m.place, m.force)).collect::<Vec<_>>();
+        assert_eq!(forces(&measured), forces(&plain), "{text:?}");
+        assert_eq!((measured.aside, measured.problems.len()), (vec![aside.to_owned()], 0), "{text:?}");
+    }
+    // A word that only begins alike is a header.
+    let error = Measured::parse("m.csv", "sep=what,force_n\n1,2\n").unwrap_err().to_string();
+    assert!(error.contains("m.csv:1: the header lacks") && error.contains("sep=what, force_n"), "{error}");
+}
+
+#[test]
+fn a_line_break_in_quotation_marks_belongs_to_its_cell_and_lines_stay_right() {
+    for end in ["\n", "\r\n", "\r"] {
+        let text = [
+            "motor_angle_deg,\"note,",
+            "of two lines\",force_n",
+            "2,\"slipped",
+            "",
+            "# twice\"\", he said\" ,1.25",
+            "3,x,abc",
+            "4,\"open,2.5",
+            "5,,3",
+            "6,4\" wide,4",
+            "7,\"a \"\" b",
+            "\"x,5",
+            "8,,6",
+        ]
+        .join(end);
+        let measured = Measured::parse("m.csv", &text).unwrap();
+        let read: Vec<_> = measured.measurements.iter().map(|m| (m.line, m.place, m.force)).collect();
+        // A mark that is not closed, or by a word, spoils its own line.
+        assert_eq!(
+            read,
+            [(3, 2.0, Some(1.25)), (8, 5.0, Some(3.0)), (9, 6.0, Some(4.0)), (12, 8.0, Some(6.0))],
+            "{end:?}"
+        );
+        assert_eq!(measured.problems.iter().map(|p| p.line).collect::<Vec<_>>(), [6, 7, 10, 11], "{end:?}");
+        assert_eq!(measured.aside, ["note,\\nof two lines"]);
+    }
+}
+
+#[test]
+fn what_is_no_text_is_repeated_in_bounds_and_without_control_characters() {
+    let binary: String =
+        (0..60_000_u32).filter_map(|i| char::from_u32(i * 7919 % 300)).filter(|&c| c != '\n').collect();
+    let long = format!("motor_angle_deg,force_n\n1,{}\n", "\u{1b}[2J".repeat(10_000));
+    let many = format!("{}\n", "a\u{7},".repeat(50_000));
+    for text in [&binary, &long, &many, "a\u{1b}[31m,b\n1,2\n"] {
+        let error = Measured::parse("m.csv", text).unwrap_err().to_string();
+        assert!(!error.chars().any(char::is_control), "{error:?}");
+        assert!(error.len() < 3000, "{} bytes: {error:?}", error.len());
+    }
+    let aside = "motor_angle_deg,force_n,x\u{1b}[2J\n1,2,3\n";
+    assert_eq!(Measured::parse("m.csv", aside).unwrap().aside, ["x\\u{1b}[2J"]);
+}
+
+#[test]
+fn a_file_without_an_end_is_refused() {
+    let error = Measured::read(std::path::Path::new("/dev/zero")).unwrap_err().to_string();
+    assert_eq!(error, "/dev/zero: is larger than 64 MB; allowed are measurements up to that size");
 }
 
 #[test]

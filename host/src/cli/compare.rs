@@ -37,7 +37,7 @@ use crate::warn;
 /// --measured reads a CSV whose header names the columns, in any order, with units: motor_angle_deg (or distance_mm); force_n
 /// (magnitude) or fx_n, fy_n (on the object, world frame); front_x_mm, front_y_mm (points of the front centreline, finger
 /// frame: lists separated by blanks, or one point per row). Semicolons or tabs instead of commas will do, then with decimal
-/// commas too. Rows of one place belong together: several forces of a place are averaged, several outlines count alike. Rows that
+/// commas too; up to 64 MB. Rows of one place belong together: several forces of a place are averaged, several outlines count alike. Rows that
 /// cannot be used are left out and named with their line. Outliers (readings, and points of the outline, much farther from the
 /// model than the others) are named with their line and count all the same; the figures without them are told beside.
 /// The case's places are replaced by the measured ones, in ascending order: a closing motion (--order).
