@@ -288,17 +288,18 @@ fn several_outlines_of_a_place_count_like_one() {
 fn an_outline_begins_where_the_points_leap_back_for_good() {
     let parts = |points: &[[f64; 2]]| {
         let text = format!("{OUTLINE_HEADER}{}", outline_rows(6.0, points));
-        Measured::parse("m.csv", &text).unwrap().measurements[0].outlines()
+        let outlines = Measured::parse("m.csv", &text).unwrap().measurements[0].outlines();
+        outlines.into_iter().map(|part| (part.start, part.end)).collect::<Vec<_>>()
     };
     let line: Vec<[f64; 2]> = (0..=16).map(|i| [0.01 * f64::from(i), 5.0 * f64::from(i)]).collect();
-    assert_eq!(parts(&line), [0..17]);
-    assert_eq!(parts(&line.repeat(3)), [0..17, 17..34, 34..51]);
+    assert_eq!(parts(&line), [(0, 17)]);
+    assert_eq!(parts(&line.repeat(3)), [(0, 17), (17, 34), (34, 51)]);
     // 45 mm read as 4.5, and one that covers less.
     let mut slip = line.clone();
     slip[9][1] = 4.5;
     slip.extend(&line[1..9]);
-    assert_eq!(parts(&slip), [0..17, 17..25]);
-    assert_eq!(parts(&line[..1]), [0..1]);
+    assert_eq!(parts(&slip), [(0, 17), (17, 25)]);
+    assert_eq!(parts(&line[..1]), [(0, 1)]);
 }
 
 /// Outliers count, as only who measured can tell a slip from a wrong model; what is left without them stands beside.
