@@ -9,14 +9,17 @@
 //! | `fx_n`, `fy_n` | its components on the object, world frame, N; used for the magnitude where `force_n` has none |
 //! | `front_x_mm`, `front_y_mm` | points of the deformed front centreline, finger frame, mm, base to tip: lists separated by blanks, or one point per row |
 //!
-//! Cells are separated by commas; in a file whose header has none, by semicolons or tabs, and there decimals may have a comma
-//! instead of a point, as spreadsheets of many countries write them. A cell in quotation marks may hold anything.
-//! UTF-8, or UTF-16 with its byte order mark.
+//! Cells are separated by commas; or by semicolons or tabs, if that gives the header its columns or a first line `sep=;` says so,
+//! and there decimals may have a comma instead of a point, as spreadsheets of many countries write them. A cell in quotation
+//! marks may hold anything, line breaks too. UTF-8, or UTF-16 with its byte order mark; up to 64 MB.
 //!
 //! Rows of the same place belong together: one may carry the force and many others one point each; forces of one place are
 //! averaged. An empty cell is a gap. Lines that begin with `#` and empty lines are left out. A row with a gap in its place, a word where a
 //! number belongs, half a point, or nothing measured is left out and reported with its line number.
 
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
 use std::path::Path;
 
 use crate::case::{MAX_ANGLE, MAX_DISTANCE};
@@ -27,6 +30,16 @@ const SAME_PLACE: f64 = 1e-6;
 
 /// The largest force that is believed, N: beyond it the unit is another one.
 const MAX_FORCE: f64 = 1e5;
+/// The largest coordinate of a point that is believed, mm: beyond it the unit is another one. No design is a tenth as long.
+const MAX_COORDINATE: f64 = 1e4;
+/// The largest file that is read: a million points are a tenth of it. What has no end, such as a device, ends here too.
+const MAX_BYTES: u64 = 64 << 20;
+/// The most lines of one cell: a note has fewer, and two stray quotation marks are not to hide what lies between them.
+const MOST_BREAKS: usize = 20;
+/// The most letters of a cell, and the most columns, that a message repeats.
+const LONGEST_SHOWN: usize = 40;
+/// The same of columns.
+const MOST_LISTED: usize = 12;
 /// Names that `fre outline` writes beside those that mean something here.
 const OWN: [&str; 2] = ["arc_mm", "deviation_mm"];
 
@@ -43,6 +56,12 @@ pub enum MeasuredError {
         file: String,
         /// The system's words.
         source: std::io::Error,
+    },
+    /// More than is read.
+    #[error("{file}: is larger than {} MB; allowed are measurements up to that size", MAX_BYTES >> 20)]
+    TooLarge {
+        /// The file.
+        file: String,
     },
     /// The header lacks a column.
     #[error("{file}:{line}: the header lacks {needed}; it has {found}; known columns: {}", COLUMNS.join(", "))]
@@ -152,6 +171,40 @@ impl Measurement {
         self.front.push(point);
         self.front_lines.push(line);
     }
+
+    /// The outlines that the points are of, as parts of `front`: several photographs of one place stand there one after the
+    /// other. A new one begins where the points leap back to where the last one began and go on from there; a single point
+    /// that leaps back is a wrong one.
+    pub fn outlines(&self) -> Vec<Range<usize>> {
+        let gap = |i: usize, j: usize| (self.front[i][0] - self.front[j][0]).hypot(self.front[i][1] - self.front[j][1]);
+        let mut outlines = Vec::new();
+        let (mut start, mut reach) = (0, 0.0_f64);
+        for i in 1..self.front.len() {
+            let leaps = gap(i, i - 1) > 0.5 * reach && gap(i, start) < 0.5 * reach;
+            if leaps && i + 1 < self.front.len() && gap(i + 1, i) <= gap(i + 1, i - 1) {
+                outlines.push(start..i);
+                (start, reach) = (i, 0.0);
+            }
+            reach = reach.max(gap(i, start));
+        }
+        if !self.front.is_empty() {
+            outlines.push(start..self.front.len());
+        }
+        outlines
+    }
+
+    /// The same without some of the forces and points, by their indices.
+    pub fn without(&self, forces: &[usize], points: &[usize]) -> Self {
+        let mut rest = Self::at(self.place, self.line);
+        for (_, &(line, force)) in self.forces.iter().enumerate().filter(|(index, _)| !forces.contains(index)) {
+            rest.add_force(line, force);
+        }
+        let front = self.front_lines.iter().zip(&self.front).enumerate();
+        for (_, (&line, &point)) in front.filter(|(index, _)| !points.contains(index)) {
+            rest.add_point(line, point);
+        }
+        rest
+    }
 }
 
 /// A file of measurements.
@@ -174,8 +227,10 @@ impl Measured {
     /// If it cannot be read, lacks a column, or has no row that can be used.
     pub fn read(path: &Path) -> Result<Self, MeasuredError> {
         let name = path.display().to_string();
-        match std::fs::read(path) {
-            Ok(bytes) => Self::parse(&name, &decoded(&bytes)),
+        let mut bytes = Vec::new();
+        match File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)) {
+            Ok(count) if count as u64 > MAX_BYTES => Err(MeasuredError::TooLarge { file: name }),
+            Ok(_) => Self::parse(&name, &decoded(&bytes)),
             Err(source) => Err(MeasuredError::Unreadable { file: name, source }),
         }
     }
@@ -186,16 +241,11 @@ impl Measured {
     /// If it lacks a column or has no row that can be used.
     pub fn parse(name: &str, text: &str) -> Result<Self, MeasuredError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        // Some spreadsheets end lines with a carriage return only.
-        let ends = if text.contains('\n') { '\n' } else { '\r' };
-        let mut lines = text
-            .split(ends)
-            .enumerate()
-            .filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
+        let mut records = Records::new(text);
         let empty = |reason: String| MeasuredError::Empty { file: name.to_owned(), reason };
-        let (header_line, header) = lines.next().ok_or_else(|| empty("it has no text".to_owned()))?;
-        let (line, separator) = (header_line + 1, separator(header));
-        let heads = cells(header, separator);
+        let no_text = || empty("it has no text".to_owned());
+        let separator = records.separator().ok_or_else(no_text)?;
+        let Record { line, cells: heads } = records.next(separator).ok_or_else(no_text)?;
         let names: Vec<String> = heads.iter().map(|head| head.to_ascii_lowercase()).collect();
         for column in COLUMNS {
             if names.iter().filter(|name| *name == column).count() > 1 {
@@ -205,7 +255,7 @@ impl Measured {
             }
         }
         let columns = COLUMNS.map(|column| names.iter().position(|name| name == column));
-        let found = || heads.iter().filter(|head| !head.is_empty()).cloned().collect::<Vec<_>>().join(", ");
+        let found = || listed(&heads).join(", ");
         let lacks = |needed| MeasuredError::Header { file: name.to_owned(), line, needed, found: found() };
         let coordinate = match (columns[0], columns[1]) {
             (Some(_), None) => Coordinate::MotorAngle,
@@ -225,11 +275,10 @@ impl Measured {
             return Err(lacks("a force (force_n, or fx_n and fy_n) or points (front_x_mm and front_y_mm)"));
         }
         let known = |name: &str| name.is_empty() || COLUMNS.contains(&name) || OWN.contains(&name);
-        let aside = heads.iter().zip(&names).filter(|(_, name)| !known(name)).map(|(head, _)| head.clone()).collect();
+        let aside = listed(heads.iter().zip(&names).filter(|(_, name)| !known(name)).map(|(head, _)| head));
 
         let mut measured = Self { coordinate, measurements: Vec::new(), problems: Vec::new(), aside };
-        for (index, line) in lines {
-            let mut row = cells(line, separator);
+        while let Some(Record { line, cells: mut row }) = records.next(separator) {
             // What stands beyond the header's last column is nothing if it is empty.
             while row.len() > names.len() && row.last().is_some_and(String::is_empty) {
                 row.pop();
@@ -241,8 +290,8 @@ impl Measured {
                 Err(format!("has {} cells, the header {}{decimals}", row.len(), names.len()))
             };
             match read {
-                Ok(row) => measured.add(index + 1, row),
-                Err(reason) => measured.problems.push(Problem { line: index + 1, reason }),
+                Ok(row) => measured.add(line, row),
+                Err(reason) => measured.problems.push(Problem { line, reason }),
             }
         }
         if measured.measurements.is_empty() {
@@ -348,6 +397,13 @@ impl Row {
         if xs.len() != ys.len() {
             return Err(format!("front_x_mm has {} numbers, front_y_mm {}; needed are as many", xs.len(), ys.len()));
         }
+        let pairs = [(5, &xs), (6, &ys)];
+        let far =
+            pairs.iter().find_map(|(column, list)| Some((column, list.iter().find(|x| x.abs() > MAX_COORDINATE)?)));
+        if let Some((&column, far)) = far {
+            let column = COLUMNS[column];
+            return Err(format!("{column} = {far:e}; allowed is {:e} to {MAX_COORDINATE:e}", -MAX_COORDINATE));
+        }
         let front: Vec<Point> = xs.into_iter().zip(ys).map(|(x, y)| [x, y]).collect();
         if force.is_none() && front.is_empty() {
             return Err("has neither a force nor a point".to_owned());
@@ -362,9 +418,13 @@ fn number(column: &str, text: &str, comma: bool) -> Result<f64, String> {
     match read {
         Ok(value) if value.is_finite() => Ok(value),
         _ if text.contains(',') => {
+            let text = shown(text);
             Err(format!("{column} = \"{text}\" is not a number: decimals have a point, thousands nothing"))
         }
-        _ => Err(format!("{column} = \"{text}\" is not a finite number (the unit stands in the header)")),
+        _ => {
+            let text = shown(text);
+            Err(format!("{column} = \"{text}\" is not a finite number (the unit stands in the header)"))
+        }
     }
 }
 
@@ -381,32 +441,141 @@ fn decoded(bytes: &[u8]) -> String {
     }
 }
 
-/// What separates the cells below a header.
-fn separator(header: &str) -> char {
-    let others = [';', '\t'].into_iter().find(|&other| header.contains(other));
-    others.filter(|_| !header.contains(',')).unwrap_or(',')
+/// A record of the file: a line, or several where a cell in quotation marks has line breaks.
+struct Record {
+    /// Line of its beginning, from 1.
+    line: usize,
+    /// Without blanks and quotation marks around them.
+    cells: Vec<String>,
 }
 
-/// Cells of a line, without blanks and quotation marks around them. Inside quotation marks a separator is text, and two
-/// marks are one.
-fn cells(line: &str, separator: char) -> Vec<String> {
-    let mut cells = vec![String::new()];
-    let mut quoted = false;
-    let mut letters = line.chars().peekable();
-    while let Some(letter) = letters.next() {
-        let Some(cell) = cells.last_mut() else { break };
-        match letter {
-            '"' if quoted && letters.peek() == Some(&'"') => {
-                letters.next();
-                cell.push('"');
-            }
-            '"' if quoted => quoted = false,
-            '"' if cell.trim().is_empty() => quoted = true,
-            _ if letter == separator && !quoted => cells.push(String::new()),
-            _ => cell.push(letter),
-        }
+/// The records of a text.
+struct Records<'a> {
+    lines: Vec<&'a str>,
+    next: usize,
+}
+
+impl<'a> Records<'a> {
+    fn new(text: &'a str) -> Self {
+        // Some spreadsheets end lines with a carriage return only.
+        let lines = if text.contains('\n') {
+            text.split('\n').map(|line| line.strip_suffix('\r').unwrap_or(line)).collect()
+        } else {
+            text.split('\r').collect()
+        };
+        Self { lines, next: 0 }
     }
-    cells.iter().map(|cell| cell.trim().to_owned()).collect()
+
+    /// Goes past comments and empty lines to what is next.
+    fn skip(&mut self) -> Option<&'a str> {
+        while let Some(line) = self.lines.get(self.next) {
+            if !line.trim().is_empty() && !line.trim_start().starts_with('#') {
+                return Some(line);
+            }
+            self.next += 1;
+        }
+        None
+    }
+
+    /// What separates the cells, the header being next: what a line `sep=;` before it says, which some spreadsheets write and
+    /// is passed; else what leaves most columns that mean something, for a name may have another separator in it.
+    fn separator(&mut self) -> Option<char> {
+        let first = self.skip()?.trim().trim_matches('"');
+        let told = first.get(..4).filter(|word| word.eq_ignore_ascii_case("sep=")).and_then(|_| first.get(4..));
+        if let Some(told) = told {
+            let mut letters = told.chars();
+            let told = letters.next().filter(|letter| letters.next().is_none() && !letter.is_alphanumeric());
+            if let Some(separator) = told {
+                self.next += 1;
+                return Some(separator);
+            }
+        }
+        let known = |separator: char| {
+            let cells = self.record(self.next, separator).0;
+            let known = cells.iter().filter(|cell| COLUMNS.contains(&cell.to_ascii_lowercase().as_str())).count();
+            (known, cells.len() > 1)
+        };
+        // Of equal ones the last is taken: the comma before the others.
+        ['\t', ';', ','].into_iter().max_by_key(|&separator| known(separator))
+    }
+
+    /// The next record that is no comment.
+    fn next(&mut self, separator: char) -> Option<Record> {
+        self.skip()?;
+        let (cells, end) = self.record(self.next, separator);
+        let line = self.next + 1;
+        self.next = end;
+        Some(Record { line, cells })
+    }
+
+    /// Cells of the record that begins at an index of the lines, and the index after it. Inside quotation marks a separator is
+    /// text, and two marks are one.
+    fn record(&self, start: usize, separator: char) -> (Vec<String>, usize) {
+        let mut cells = vec![String::new()];
+        let mut index = start;
+        let mut rest = self.lines.get(index).copied().unwrap_or_default();
+        let mut quoted = false;
+        loop {
+            let Some(letter) = rest.chars().next() else {
+                // A mark that nothing closes spoils its own line, not the rest of the file.
+                if !quoted || !self.closes(index + 1, separator) {
+                    break;
+                }
+                index += 1;
+                rest = self.lines.get(index).copied().unwrap_or_default();
+                if let Some(cell) = cells.last_mut() {
+                    cell.push('\n');
+                }
+                continue;
+            };
+            let (whole, after) = (rest, &rest[letter.len_utf8()..]);
+            rest = after;
+            let Some(cell) = cells.last_mut() else { break };
+            match letter {
+                '"' if quoted && whole.starts_with("\"\"") => {
+                    rest = &whole[2..];
+                    cell.push('"');
+                }
+                '"' if quoted => quoted = false,
+                '"' if cell.trim().is_empty() => quoted = true,
+                _ if letter == separator && !quoted => cells.push(String::new()),
+                _ => cell.push(letter),
+            }
+        }
+        (cells.iter().map(|cell| cell.trim().to_owned()).collect(), index + 1)
+    }
+
+    /// True if the first single quotation mark from a line on ends a cell: a separator or the line's end follows.
+    fn closes(&self, from: usize, separator: char) -> bool {
+        let lines = self.lines.get(from..).unwrap_or_default().iter().take(MOST_BREAKS);
+        let first = lines.map(|line| line.replace("\"\"", "")).find(|line| line.contains('"'));
+        first
+            .and_then(|line| line.split_once('"').map(|(_, after)| after.trim_start_matches(' ').to_owned()))
+            .is_some_and(|after| after.is_empty() || after.starts_with(separator))
+    }
+}
+
+/// A piece of the file for a message: on one line, with control characters escaped, and not longer than a line is.
+fn shown(text: &str) -> String {
+    let hidden = |letter: char| letter.is_control() || (letter.is_whitespace() && letter != ' ');
+    let escaped = |letter: char| if hidden(letter) { letter.escape_default().to_string() } else { letter.into() };
+    let mut letters = text.chars();
+    let mut piece: String = letters.by_ref().take(LONGEST_SHOWN).map(escaped).collect();
+    if letters.next().is_some() {
+        piece.push('…');
+    }
+    piece
+}
+
+/// Names of columns for a message.
+fn listed<'a>(heads: impl IntoIterator<Item = &'a String>) -> Vec<String> {
+    let mut heads = heads.into_iter().filter(|head| !head.is_empty());
+    let mut names: Vec<String> = heads.by_ref().take(MOST_LISTED).map(|head| shown(head)).collect();
+    match heads.count() {
+        0 => (),
+        more => names.push(format!("and {more} more")),
+    }
+    names
 }
 
 /// Indices of outliers: values farther from the median than 3.5 scaled median absolute deviations (Iglewicz and Hoaglin,

@@ -2,7 +2,8 @@
 //!
 //! The deviation at a point of the reference line is its distance to the nearest point of the compared line. Its mean is
 //! taken along the finger (x_f, base to tip): every point counts with the length of the reference line it stands for, so
-//! that unevenly spaced points do not weigh more where they are dense.
+//! that unevenly spaced points do not weigh more where they are dense. Measured points may lie in any order and be of several
+//! outlines: there it is the length of the compared line beside them, as the way from one to the next need not follow the finger.
 
 /// A point, mm.
 pub type Point = [f64; 2];
@@ -20,15 +21,33 @@ pub struct Deviation {
 
 /// Distance of a point to the nearest point of a polyline, mm; none for an empty line.
 pub fn distance(point: Point, line: &[Point]) -> Option<f64> {
+    nearest(point, line).map(|nearest| nearest.distance)
+}
+
+/// The point of a line nearest to another one.
+struct Nearest {
+    /// How far it is, mm.
+    distance: f64,
+    /// Length of the line up to it, mm.
+    along: f64,
+}
+
+fn nearest(point: Point, line: &[Point]) -> Option<Nearest> {
     let first = line.first()?;
-    let mut nearest = (point[0] - first[0]).hypot(point[1] - first[1]);
+    let mut nearest = Nearest { distance: (point[0] - first[0]).hypot(point[1] - first[1]), along: 0.0 };
+    let mut before = 0.0;
     for pair in line.windows(2) {
         let (a, b) = (pair[0], pair[1]);
         let d = [b[0] - a[0], b[1] - a[1]];
         let square = d[0] * d[0] + d[1] * d[1];
         if square > 0.0 {
             let t = (((point[0] - a[0]) * d[0] + (point[1] - a[1]) * d[1]) / square).clamp(0.0, 1.0);
-            nearest = nearest.min((point[0] - a[0] - t * d[0]).hypot(point[1] - a[1] - t * d[1]));
+            let distance = (point[0] - a[0] - t * d[0]).hypot(point[1] - a[1] - t * d[1]);
+            let length = square.sqrt();
+            if distance < nearest.distance {
+                nearest = Nearest { distance, along: before + t * length };
+            }
+            before += length;
         }
     }
     Some(nearest)
@@ -56,6 +75,47 @@ pub fn deviation(line: &[Point], reference: &[Point]) -> Option<Deviation> {
     }
     // A single point, or points in one place, have no length to weigh with.
     worst.mean = if weights > 0.0 { sum / weights } else { worst.max };
+    Some(worst)
+}
+
+/// Points nearer together along a line than this lie in one place of it, mm.
+const SAME_PLACE: f64 = 1e-9;
+
+/// Deviation of `line` from measured outlines of it, in the same frame, mm; none if there is no point or no line. Every point
+/// counts with half the length of the line to its neighbours of the same outline.
+pub fn deviation_of_outlines<'a>(line: &[Point], outlines: impl IntoIterator<Item = &'a [Point]>) -> Option<Deviation> {
+    let (mut sum, mut weights, mut plain, mut count) = (0.0, 0.0, 0.0, 0);
+    let mut worst = Deviation { mean: 0.0, max: -1.0, at: [0.0; 2] };
+    for outline in outlines {
+        let mut places = Vec::with_capacity(outline.len());
+        for &point in outline {
+            let nearest = nearest(point, line)?;
+            if nearest.distance > worst.max {
+                worst.max = nearest.distance;
+                worst.at = point;
+            }
+            plain += nearest.distance;
+            count += 1;
+            places.push(nearest);
+        }
+        places.sort_by(|a, b| a.along.total_cmp(&b.along));
+        // Points beyond an end all lie beside that end: they share what it weighs.
+        let groups: Vec<&[Nearest]> = places.chunk_by(|a, b| b.along - a.along < SAME_PLACE).collect();
+        let gap = |i: usize, j: usize| groups[i][0].along - groups[j][0].along;
+        for (i, group) in groups.iter().enumerate() {
+            let before = if i > 0 { gap(i, i - 1) } else { 0.0 };
+            let after = if i + 1 < groups.len() { gap(i + 1, i) } else { 0.0 };
+            let weight = 0.5 * (before + after);
+            let mean = group.iter().map(|nearest| nearest.distance).sum::<f64>() / group.len() as f64;
+            sum += weight * mean;
+            weights += weight;
+        }
+    }
+    if count == 0 {
+        return None;
+    }
+    // A single point, or points beside one place, have no length to weigh with.
+    worst.mean = if weights > 0.0 { sum / weights } else { plain / f64::from(count) };
     Some(worst)
 }
 
@@ -124,6 +184,34 @@ mod tests {
         reference.extend((1..=500).map(|i| [0.0, 50.0 + 0.1 * f64::from(i)]));
         let found = deviation(&[[0.0, 0.0], [0.0, 100.0]], &reference).unwrap();
         assert!((found.mean - 50.5 / 101.0).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn outlines_count_alike_however_often_and_in_whatever_order_they_come() {
+        let line = [[0.0, 0.0], [0.0, 80.0]];
+        let mut outline: Vec<Point> = (0..=80).map(|i| [0.0, f64::from(i)]).collect();
+        outline[0][0] = 1.0;
+        outline[80][0] = -1.0;
+        let once = deviation_of_outlines(&line, [&outline[..]]).unwrap();
+        // Half a millimetre at either end of eighty.
+        assert!((once.mean - 1.0 / 80.0).abs() < 1e-12 && once.max == 1.0, "{once:?}");
+        let ten = deviation_of_outlines(&line, [&outline[..]; 10]).unwrap();
+        // Joined where nothing tells them apart.
+        let joined = deviation_of_outlines(&line, [&outline.repeat(10)[..]]).unwrap();
+        outline.reverse();
+        let turned = deviation_of_outlines(&line, [&outline[..]]).unwrap();
+        for other in [ten, joined, turned] {
+            assert!((other.mean - once.mean).abs() < 1e-12 && other.max == once.max, "{other:?}");
+        }
+        assert_eq!(deviation_of_outlines(&line, []), None);
+        assert_eq!(deviation_of_outlines(&[], [&outline[..]]), None);
+        let one = deviation_of_outlines(&line, [&[[2.0, 5.0]][..], &[[4.0, 5.0]][..]]).unwrap();
+        assert_eq!((one.mean, one.max, one.at), (3.0, 4.0, [4.0, 5.0]));
+        // Where one outline ends early the other one goes on: 1 mm over 40, 3 mm over 80.
+        let short = [[1.0, 0.0], [1.0, 40.0]];
+        let whole = [[3.0, 0.0], [3.0, 80.0]];
+        let both = deviation_of_outlines(&line, [&short[..], &whole[..]]).unwrap();
+        assert!((both.mean - (40.0 + 240.0) / 120.0).abs() < 1e-12, "{both:?}");
     }
 
     #[test]

@@ -13,7 +13,7 @@ use model_core::object::Motion;
 use serde::Serialize;
 
 use pictures::{overlay, residual_chart};
-use words::{csv, text};
+use words::{csv, outlier_lines, text};
 
 use super::options::{ModelArgs, ThemeWord, refused};
 use super::{UNTRUSTWORTHY, bad_input};
@@ -21,7 +21,7 @@ use crate::case::Case;
 use crate::draw::{self, Scene};
 use crate::fea::{Analysis, Plan, Pose};
 use crate::measured::{Coordinate, Measured, Measurement, outliers};
-use crate::metrics::{Point, deviation, distance, force_error};
+use crate::metrics::{Point, deviation, deviation_of_outlines, distance, force_error};
 use crate::run::{self, Solution};
 use crate::warn;
 
@@ -37,9 +37,10 @@ use crate::warn;
 /// --measured reads a CSV whose header names the columns, in any order, with units: motor_angle_deg (or distance_mm); force_n
 /// (magnitude) or fx_n, fy_n (on the object, world frame); front_x_mm, front_y_mm (points of the front centreline, finger
 /// frame: lists separated by blanks, or one point per row). Semicolons or tabs instead of commas will do, then with decimal
-/// commas too. Rows of one place belong together, and several forces of a place are averaged. Rows that cannot be used are left
-/// out and named with their line; so are outliers: readings, and points of the outline, much farther from the model than the
-/// others. The case's places are replaced by the measured ones, in ascending order: a closing motion (--order).
+/// commas too; up to 64 MB. Rows of one place belong together: several forces of a place are averaged, several outlines count alike. Rows that
+/// cannot be used are left out and named with their line. Outliers (readings, and points of the outline, much farther from the
+/// model than the others) are named with their line and count all the same; the figures without them are told beside.
+/// The case's places are replaced by the measured ones, in ascending order: a closing motion (--order).
 ///
 /// Exit status: 0 all compared; 1 bad input; 2 some place without a trustworthy solution or out of CalculiX's reach.
 #[derive(Debug, clap::Args)]
@@ -119,6 +120,9 @@ struct Row {
     /// Measurements: points of the outline that lie far from the model, compared with the others.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     outlying_points: Vec<OutlyingPoint>,
+    /// Measurements: the same place without its outlying readings and points, if it has any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    without_outliers: Option<Box<Row>>,
 }
 
 /// A measured force.
@@ -135,6 +139,9 @@ struct Reading {
 /// A point of a measured outline.
 #[derive(Debug, Serialize)]
 struct OutlyingPoint {
+    /// Which of the place's points it is.
+    #[serde(skip)]
+    index: usize,
     /// Line of the file.
     line: usize,
     point_mm: Point,
@@ -161,6 +168,7 @@ impl Row {
             line: None,
             readings: Vec::new(),
             outlying_points: Vec::new(),
+            without_outliers: None,
         }
     }
 
@@ -171,11 +179,27 @@ impl Row {
             let difference_n = force.map(|force| force_error(force, force_n).difference);
             Reading { line, force_n, difference_n, outlier: false }
         };
+        let outlines = measurement.outlines();
+        let outlines = outlines.into_iter().map(|part| &measurement.front[part]);
+        let shape = deviation_of_outlines(&solution.front_mm, outlines);
         Self {
             line: Some(measurement.line),
             readings: measurement.forces.iter().map(reading).collect(),
-            outlying_points: outlying_points(measurement, &solution.front_mm),
-            ..Self::new(solution, measurement.force, &measurement.front)
+            shape_mean_mm: shape.map(|s| s.mean),
+            shape_max_mm: shape.map(|s| s.max),
+            shape_max_at_mm: shape.map(|s| s.at),
+            ..Self::new(solution, measurement.force, &[])
+        }
+    }
+
+    /// Computes the place once more without its outliers, if it has any.
+    fn leave_outliers_out(&mut self, solution: &Solution, measurement: &Measurement) {
+        let readings = self.readings.iter().enumerate().filter(|(_, reading)| reading.outlier);
+        let readings: Vec<usize> = readings.map(|(index, _)| index).collect();
+        let points: Vec<usize> = self.outlying_points.iter().map(|point| point.index).collect();
+        if !readings.is_empty() || !points.is_empty() {
+            let rest = measurement.without(&readings, &points);
+            self.without_outliers = Some(Box::new(Self::measured(solution, &rest)));
         }
     }
 
@@ -239,6 +263,9 @@ pub fn run(args: &Args) -> ExitCode {
             }
             for problem in &comparison.left_out {
                 eprintln!("fre: left out: {problem}");
+            }
+            for line in outlier_lines(&case, &comparison) {
+                eprintln!("fre: {line}");
             }
             csv(&case, &comparison)
         }
@@ -329,6 +356,10 @@ fn with_measurements(args: &Args, case: &mut Case, file: &Path) -> Result<Compar
     let (solutions, model_seconds) = solve(args, case)?;
     let mut rows: Vec<Row> = solutions.iter().zip(&measurements).map(|(s, m)| Row::measured(s, m)).collect();
     mark_outliers(&mut rows);
+    for (row, (solution, measurement)) in rows.iter_mut().zip(solutions.iter().zip(&measurements)) {
+        row.outlying_points = outlying_points(measurement, &solution.front_mm);
+        row.leave_outliers_out(solution, measurement);
+    }
     let scene = rows.iter().any(|row| row.difference_n.is_some()).then(|| residual_chart(case, &rows));
     let left_out = measured.problems.iter().map(|problem| format!("{}:{problem}", file.display())).collect();
     let mut notes = doubts(args, case, &measured, &measurements, &rows);
@@ -357,19 +388,22 @@ fn mark_outliers(rows: &mut [Row]) {
 }
 
 /// Points much farther from the model's line, or nearer to it, than the two before and the two behind them: a wrong digit, not a
-/// wrong shape. The outermost two have too few beside them to tell.
+/// wrong shape. The outermost two of an outline have too few beside them to tell.
 fn outlying_points(measurement: &Measurement, line: &[Point]) -> Vec<OutlyingPoint> {
     let distances: Vec<f64> = measurement.front.iter().map_while(|&point| distance(point, line)).collect();
     let mut steps = vec![0.0; distances.len()];
-    for (index, near) in distances.windows(5).enumerate() {
-        let mut sorted = near.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        steps[index + 2] = near[2] - sorted[2];
+    for outline in measurement.outlines() {
+        let Some(of_one) = distances.get(outline.clone()) else { break };
+        for (index, near) in of_one.windows(5).enumerate() {
+            let mut sorted = near.to_vec();
+            sorted.sort_by(f64::total_cmp);
+            steps[outline.start + index + 2] = near[2] - sorted[2];
+        }
     }
     let far = outliers(&steps, LEAST_DISTANCE).into_iter();
     far.filter_map(|index| {
         let (&line, &point_mm) = (measurement.front_lines.get(index)?, measurement.front.get(index)?);
-        Some(OutlyingPoint { line, point_mm, distance_mm: distances[index] })
+        Some(OutlyingPoint { index, line, point_mm, distance_mm: distances[index] })
     })
     .collect()
 }
@@ -406,7 +440,8 @@ fn doubts(args: &Args, case: &Case, measured: &Measured, measurements: &[Measure
     }
     let length = case.finger.design.front.length();
     for m in measurements.iter().filter(|m| m.front.len() > 1) {
-        let span = m.front.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).sum::<f64>();
+        let span = |part: &[Point]| part.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).sum::<f64>();
+        let span = m.outlines().into_iter().map(|part| span(&m.front[part])).fold(0.0, f64::max);
         if span < DOUBTFUL_COVER * length {
             notes.push(format!(
                 "the outline of line {} is {span:.1} mm long, the front beam {length:.1} mm: only that part is compared",

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use image::{DynamicImage, GrayImage, ImageDecoder, ImageReader, RgbImage};
+use image::{DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Rgb, RgbImage};
 
 use super::OutlineError;
 
@@ -65,6 +65,7 @@ pub struct Photo {
     /// is half-way in light only.
     light: Vec<f32>,
     picture: Arc<RgbImage>,
+    transparent: bool,
 }
 
 impl Photo {
@@ -83,6 +84,14 @@ impl Photo {
         };
         let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
         let reader = reader.map_err(|error| unreadable(error.into()))?;
+        // The decoder makes grey of what is missing, in which no finger would be found.
+        if reader.format() == Some(ImageFormat::Jpeg) {
+            let bytes = std::fs::read(path).map_err(|error| unreadable(error.into()))?;
+            if !jpeg_ends(&bytes) {
+                let reason = "it is truncated: the file ends before the picture does".to_owned();
+                return Err(OutlineError::Unreadable { file: name, reason });
+            }
+        }
         let mut decoder = reader.into_decoder().map_err(unreadable)?;
         let (width, height) = decoder.dimensions();
         if u64::from(width) * u64::from(height) > MOST_PIXELS {
@@ -94,14 +103,32 @@ impl Photo {
         Ok(Self::new(name, &image))
     }
 
-    /// Takes a picture with sRGB values, in white light.
+    /// Takes a picture with sRGB values, in white light. What is transparent stands before white, as picture viewers show it: the
+    /// colour that a file keeps under it means nothing.
     pub fn new(name: String, image: &DynamicImage) -> Self {
-        let values = image.to_rgb32f();
-        let (width, height) = (values.width() as usize, values.height() as usize);
+        let (width, height) = (image.width() as usize, image.height() as usize);
         let colour = Colour::White;
         let weights = colour.weights();
-        let light = values.pixels().map(|p| Colour::of(p.0, weights)).collect();
-        Self { name, width, height, colour, light, picture: Arc::new(image.to_rgb8()) }
+        if image.color().has_alpha() {
+            let values = image.to_rgba32f();
+            let shown = |p: &image::Rgba<f32>| {
+                let [r, g, b, alpha] = p.0;
+                [r, g, b].map(|value| 1.0 + alpha * (value - 1.0))
+            };
+            let light = values.pixels().map(|p| Colour::of(shown(p), weights)).collect();
+            let byte = |value: f32| (255.0 * value).round() as u8;
+            let picture =
+                RgbImage::from_fn(values.width(), values.height(), |x, y| Rgb(shown(values.get_pixel(x, y)).map(byte)));
+            let transparent = values.pixels().any(|p| p.0[3] < 1.0);
+            return Self { name, width, height, colour, light, picture: Arc::new(picture), transparent };
+        }
+        let light = image.to_rgb32f().pixels().map(|p| Colour::of(p.0, weights)).collect();
+        Self { name, width, height, colour, light, picture: Arc::new(image.to_rgb8()), transparent: false }
+    }
+
+    /// True if white was put behind some of it.
+    pub fn is_transparent(&self) -> bool {
+        self.transparent
     }
 
     /// The same photograph in light of another colour, in 256 steps of each primary.
@@ -159,6 +186,31 @@ impl Photo {
         let pixel = |dx, dy| self.pixel(left + dx, top + dy).unwrap_or(0.0);
         Some((1.0 - v) * ((1.0 - u) * pixel(0, 0) + u * pixel(1, 0)) + v * ((1.0 - u) * pixel(0, 1) + u * pixel(1, 1)))
     }
+}
+
+/// True if a JPEG goes on to the mark of its end (ITU-T T.81, B.1 and B.2); what a camera puts behind that does not count.
+fn jpeg_ends(bytes: &[u8]) -> bool {
+    const END: u8 = 0xd9;
+    const SCAN: u8 = 0xda;
+    let mut at = 2;
+    let mut in_scan = false;
+    while let Some(&[first, marker]) = bytes.get(at..at + 2) {
+        match (first, marker) {
+            (0xff, END) => return true,
+            // Filling, restarts and what is not coded have no length; in a scan a zero behind 0xff makes it data.
+            (0xff, 0xff) => at += 1,
+            (0xff, 0x00 | 0x01 | 0xd0..=0xd8) => at += 2,
+            (0xff, marker) => {
+                let Some(&[high, low]) = bytes.get(at + 2..at + 4) else { return false };
+                at += 2 + usize::from(u16::from_be_bytes([high, low]));
+                in_scan = marker == SCAN;
+            }
+            _ if in_scan => at += 1,
+            // Not what the standard has: for the decoder to judge.
+            _ => return true,
+        }
+    }
+    false
 }
 
 /// Light behind an sRGB value (IEC 61966-2-1), both 0 to 1.

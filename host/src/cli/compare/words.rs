@@ -89,15 +89,8 @@ fn write_text(out: &mut String, case: &Case, comparison: &Comparison) -> std::fm
             at(row)
         )?;
     }
-    for (row, point) in rows().flat_map(|row| row.outlying_points.iter().map(move |point| (row, point))) {
-        let [x, y] = point.point_mm;
-        writeln!(
-            out,
-            "outlier: the point ({x}, {y}) mm of line {}, {}, is {:.3} mm from the model",
-            point.line,
-            at(row),
-            point.distance_mm
-        )?;
+    for line in outlier_lines(case, comparison) {
+        writeln!(out, "{line}")?;
     }
     if let Some(fea) = &comparison.fea {
         writeln!(
@@ -129,6 +122,52 @@ fn write_text(out: &mut String, case: &Case, comparison: &Comparison) -> std::fm
     Ok(())
 }
 
+/// The outlying points, and what the comparison comes to without them and the outlying readings. The figures elsewhere are with
+/// them: whether a reading is a slip, only who took it can tell.
+pub(super) fn outlier_lines(case: &Case, comparison: &Comparison) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (row, point) in comparison.rows.iter().flat_map(|row| row.outlying_points.iter().map(move |point| (row, point)))
+    {
+        let ([x, y], place) = (point.point_mm, short(row.place, 3));
+        lines.push(format!(
+            "outlier: the point ({x}, {y}) mm of line {}, at {place}{}, is {:.3} mm from the model",
+            point.line,
+            case.path.unit(),
+            point.distance_mm
+        ));
+    }
+    let counted = |count: usize, what: &str| match count {
+        0 => None,
+        1 => Some(format!("1 {what}")),
+        _ => Some(format!("{count} {what}s")),
+    };
+    let readings = comparison.rows.iter().map(|row| row.outlier_lines().len()).sum();
+    let what: Vec<String> =
+        [counted(readings, "reading"), counted(lines.len(), "point")].into_iter().flatten().collect();
+    if what.is_empty() {
+        return lines;
+    }
+    let rows = || comparison.rows.iter().map(|row| row.without_outliers.as_deref().unwrap_or(row));
+    let largest = rows().filter_map(|row| row.reference_force_n).fold(0.0, f64::max);
+    let counts = |row: &&Row| row.reference_force_n.is_some_and(|force| force >= LEAST_FORCE * largest);
+    let mut figures = Vec::new();
+    if let Some([mean, max]) = mean_and_max(rows().filter(counts).filter_map(|row| row.error_percent)) {
+        figures.push(format!("force error: mean {mean:.2} %, max {max:.2} %"));
+    }
+    if let Some([mean, max]) = mean_and_max(rows().filter_map(|row| row.difference_n)) {
+        figures.push(format!("force difference: mean {mean:.4} N, max {max:.4} N"));
+    }
+    let means = mean_and_max(rows().filter_map(|row| row.shape_mean_mm));
+    if let (Some([mean, _]), Some([_, max])) = (means, mean_and_max(rows().filter_map(|row| row.shape_max_mm))) {
+        figures.push(format!("shape deviation: mean {mean:.3} mm, max {max:.3} mm"));
+    }
+    if figures.is_empty() {
+        figures.push("nothing is left to compare".to_owned());
+    }
+    lines.push(format!("without these ({}): {}", what.join(", "), figures.join("; ")));
+    lines
+}
+
 /// What is to be said of a row beside its numbers.
 fn remark(row: &Row) -> String {
     let mut words = String::new();
@@ -152,7 +191,7 @@ pub(super) fn csv(case: &Case, comparison: &Comparison) -> String {
     let place = if unit(case) == "°" { "motor_angle_deg" } else { "distance_mm" };
     let mut out = format!(
         "{place},status,force_n,reference_force_n,difference_n,error_percent,shape_mean_mm,shape_max_mm,shape_max_x_mm,\
-         shape_max_y_mm,readings,line,outlier_lines\n"
+         shape_max_y_mm,readings,line,outlier_lines,outlying_point_lines\n"
     );
     for row in &comparison.rows {
         let [x, y] = [0, 1].map(|axis| number(row.shape_max_at_mm.map(|at| at[axis])));
@@ -164,15 +203,19 @@ pub(super) fn csv(case: &Case, comparison: &Comparison) -> String {
             row.shape_mean_mm,
             row.shape_max_mm,
         ];
+        let mut points: Vec<String> = row.outlying_points.iter().map(|point| point.line.to_string()).collect();
+        // A row may hold a list of points: its line once.
+        points.dedup();
         let _ = writeln!(
             out,
-            "{},{},{},{x},{y},{},{},{}",
+            "{},{},{},{x},{y},{},{},{},{}",
             row.place,
             row.status,
             numbers.map(number).join(","),
             if row.line.is_some() { row.readings.len().to_string() } else { String::new() },
             row.line.map_or_else(String::new, |line| line.to_string()),
-            row.outlier_lines().join(" ")
+            row.outlier_lines().join(" "),
+            points.join(" ")
         );
     }
     out

@@ -1,6 +1,7 @@
 //! `fre outline` with the feature of its name.
 
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -20,7 +21,7 @@ use crate::outline::{Options, Outline, OutlineError, checkerboard, dots, extract
 /// Take the front beam's shape from a photograph of a finger before a plain background, for `fre compare --measured`.
 ///
 /// The finger is darker or brighter than the background, or of another colour; an object that it touches is of another light
-/// than the finger.
+/// than the finger. What is transparent is taken as before white.
 ///
 /// The case gives the finger's dimensions; --angle-deg (or --distance-mm) says where along its motion the photograph was taken.
 ///
@@ -29,6 +30,8 @@ use crate::outline::{Options, Outline, OutlineError, checkerboard, dots, extract
 /// picture upright). On printed round dots (--dot-mm) it is enough to be near them. Their mm are in the finger frame (origin at
 /// the front beam's base, y towards the tip, x towards the object) if they turn with the finger, or in the world frame
 /// (--frame world: the finger frame at motor angle 0) if they do not. The camera looks at the plane from either side, tilted or not.
+/// Four marks check nothing without a camera; more of them leave a residual, warned of above 0.1 mm, as are marks whose
+/// error it would hide (those that lie with two others on a line check little).
 ///
 /// A lens bends lines. --checkerboard with at least three pictures of a checkerboard, tilted differently, taken with the same camera,
 /// zoom and focus, removes that; --save-camera keeps what was found for the next photographs (--camera).
@@ -104,6 +107,9 @@ pub struct Args {
     #[arg(long, value_name = "FILE.png")]
     plot: Option<PathBuf>,
 }
+
+/// The largest residual of the marks that is not warned of, mm: what an outline may be off by at a tenth of a millimetre per pixel.
+const MOST_RESIDUAL_MM: f64 = 0.1;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Frame {
@@ -181,6 +187,9 @@ fn outline(args: &Args) -> Result<(), OutlineError> {
         None => {
             let _ = std::io::Write::write_all(&mut std::io::stdout(), format!("{header}\n{rows}").as_bytes());
         }
+    }
+    if photo.is_transparent() {
+        eprintln!("picture      transparent in places: taken as before white");
     }
     eprint!("{}", report(&outline, &agreement, marks.len()));
     Ok(())
@@ -305,6 +314,26 @@ fn report(outline: &Outline, agreement: &Agreement, marks: usize) -> String {
         _ => "no residual: four marks fit any perspective, a fifth or a camera would check them".to_owned(),
     };
     let _ = writeln!(text, "marks        {marks}, {residual}");
+    if let Some(mm) = agreement.rms_mm.filter(|&mm| mm > MOST_RESIDUAL_MM) {
+        let _ = writeln!(
+            text,
+            "             {mm:.2} mm is more than {MOST_RESIDUAL_MM} mm: a mark's pixel or millimetres are probably wrong, the marks lie \
+             in no plane, or the lens bends lines (--checkerboard); the outline is off by as much"
+        );
+    }
+    if agreement.rms_px.is_some() && !agreement.unchecked.is_empty() {
+        let names: Vec<String> = agreement
+            .unchecked
+            .iter()
+            .map(|Mark { pixel: [px, py], mm: [x, y] }| format!("{px:.0},{py:.0}={x},{y}"))
+            .collect();
+        let _ = writeln!(
+            text,
+            "             an error of {} may not show in the residual: the others do not check it in every direction; more \
+             marks, off the lines between these, or a camera would",
+            names.join(" or ")
+        );
+    }
     let (first, last) = (outline.points.first(), outline.points.last());
     let ends = [first, last].map(|on| on.map_or(f64::NAN, |on| on.arc));
     let gaps: Vec<String> = outline.gaps.iter().map(|[from, to]| format!("{from:.1} to {to:.1}")).collect();
@@ -341,15 +370,36 @@ fn write(file: &Path, bytes: &[u8]) -> Result<(), OutlineError> {
         .map_err(|error| OutlineError::Unwritable { file: file.display().to_string(), reason: error.to_string() })
 }
 
-/// Adds rows to a file that begins with the same header.
+/// Adds rows to a file that begins with the same header, or is empty.
 fn append(file: &Path, header: &str, rows: &str) -> Result<(), OutlineError> {
     let name = file.display().to_string();
+    if !file.is_file() {
+        return Err(OutlineError::Option(format!("{name}: is no file; --append adds to one")));
+    }
     let before = std::fs::read_to_string(file)
         .map_err(|error| OutlineError::Unreadable { file: name.clone(), reason: error.to_string() })?;
-    let own = before.lines().next() == Some(header);
+    let own = before.lines().next().is_none_or(|first| first == header);
     if !own {
         return Err(OutlineError::Option(format!("{name}:1: --append needs the header {header}")));
     }
     let end = if before.ends_with('\n') { "" } else { "\n" };
-    write(file, format!("{before}{end}{rows}").as_bytes())
+    let text = if before.is_empty() { format!("{header}\n{rows}") } else { format!("{before}{end}{rows}") };
+    replace(file, text.as_bytes()).map_err(|error| OutlineError::Unwritable { file: name, reason: error.to_string() })
+}
+
+/// Puts a new file in the place of an old one, whole or not at all: a full disk or a lost process must not cost the series that
+/// the old one holds.
+fn replace(file: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    // A link goes on leading to the file.
+    let file = file.canonicalize()?;
+    // A rename asks the folder only: a file that is not to be written is not replaced either.
+    std::fs::OpenOptions::new().append(true).open(&file)?;
+    let folder = file.parent().unwrap_or(Path::new("/"));
+    let mut beside = tempfile::NamedTempFile::new_in(folder)?;
+    beside.write_all(bytes)?;
+    beside.as_file().set_permissions(file.metadata()?.permissions())?;
+    // On the disk before the name is: else a power failure may leave the name and no text.
+    beside.as_file().sync_all()?;
+    beside.persist(&file)?;
+    Ok(())
 }
