@@ -1,8 +1,9 @@
 //! Pictures are well-formed, show what they should, and survive odd input.
 
 use host::case::preset;
-use host::draw::{self, Chart, FingerPicture, Ink, Mark, Panel, Scene, Series, Style, Theme};
+use host::draw::{self, Chart, FingerPicture, Ink, Mark, Panel, Scene, Series, Step, Style, Theme};
 use host::shape::{Contact, Shape};
+use model_core::design::{Attachments, Beam, Design};
 use model_core::object::{Motion, ObjectDesign};
 
 fn finger(title: &str, motion: Motion, coordinate: f64, force: f64) -> Scene {
@@ -257,4 +258,75 @@ fn a_picture_file_has_the_format_of_its_ending() {
         assert!(message.contains(words), "{message}");
     }
     assert!(draw::png(&scene, 1e6, Theme::Light).is_err() && draw::png(&scene, 0.0, Theme::Light).is_err());
+}
+
+/// The finger with every length multiplied.
+fn scaled(design: &Design, factor: f64) -> Design {
+    let mut out = design.clone();
+    let beam = |beam: &mut Beam| {
+        (beam.base, beam.tip) = (beam.base.map(|x| factor * x), beam.tip.map(|x| factor * x));
+        beam.thickness.knots.iter_mut().flatten().for_each(|x| *x *= factor);
+    };
+    beam(&mut out.front);
+    beam(&mut out.back);
+    let Attachments::Heights(heights) = &mut out.lamellae.attachments else { panic!("the preset has heights") };
+    heights.iter_mut().for_each(|x| *x *= factor);
+    out.lamellae.thickness *= factor;
+    out.hinge.length.iter_mut().for_each(|x| *x *= factor);
+    out.hinge.thickness *= factor;
+    out
+}
+
+#[test]
+fn a_finger_of_any_size_has_the_same_picture() {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let scene = |factor: f64, turning: bool| {
+        let design = scaled(&design, factor);
+        let shape = Shape::undeformed(&design);
+        let picture = FingerPicture {
+            title: "title".into(),
+            subtitle: String::new(),
+            design: &design,
+            motion: if turning {
+                Motion::Rotating { axis: [-14.0 * factor, -20.0 * factor] }
+            } else {
+                Motion::Translating { direction: [1.0, 0.0] }
+            },
+            coordinate: if turning { 0.1 } else { 0.0 },
+            object: ObjectDesign::Circle { centre: [41.0 * factor, 45.0 * factor], radius: 40.0 * factor },
+            shape: &shape,
+            force: None,
+        };
+        picture.scene()
+    };
+    for turning in [true, false] {
+        let usual = scene(1.0, turning);
+        let points = |scene: &Scene| scene.items.iter().flat_map(item_points).collect::<Vec<_>>();
+        // The scale below the picture is round, so it differs by the finger's size: the last line and its two ends.
+        let drawn = |scene: &Scene| {
+            let points = points(scene);
+            points[..points.len() - 6].to_vec()
+        };
+        for factor in [0.05, 12.5] {
+            let other = scene(factor, turning);
+            texts(&other);
+            assert_eq!(drawn(&other).len(), drawn(&usual).len());
+            for (p, q) in drawn(&other).into_iter().zip(drawn(&usual)) {
+                assert!((p[0] - q[0]).hypot(p[1] - q[1]) < 0.01, "{factor}: {p:?}, not {q:?}");
+            }
+        }
+    }
+}
+
+/// The points of a path with their control points.
+fn item_points(item: &draw::Item) -> Vec<[f64; 2]> {
+    let draw::Item::Path(path, ..) = item else { return Vec::new() };
+    path.0
+        .iter()
+        .flat_map(|step| match *step {
+            Step::Move(p) | Step::Line(p) => vec![p],
+            Step::Cubic(a, b, c) => vec![a, b, c],
+            Step::Close => Vec::new(),
+        })
+        .collect()
 }

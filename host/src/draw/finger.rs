@@ -39,8 +39,14 @@ const FOOT: f64 = 44.0;
 const LONGEST_ARROW: f64 = 120.0;
 /// Length of the arrow that shows where a base is translated to, px.
 const MOTION_ARROW: f64 = 46.0;
-/// Thickness of the base lamella in the picture, mm.
-const BASE: f64 = 4.0;
+/// Thickness of the base lamella in the picture, in parts of the finger's height.
+const BASE: f64 = 4.0 / 80.0;
+/// Width of the arm between motor and base lamella, in parts of the finger's height.
+const ARM: f64 = 7.0 / 80.0;
+/// Length of the lines between which the motor's angle is marked, in parts of the finger's height.
+const ANGLE: f64 = 15.0 / 80.0;
+/// Room around the finger's lines, in parts of its height.
+const ROOM: f64 = 4.0 / 80.0;
 
 impl FingerPicture<'_> {
     /// The picture.
@@ -99,6 +105,8 @@ impl FingerPicture<'_> {
     }
 
     fn view(&self, ghost: &Shape, top: f64) -> View {
+        let length = self.height();
+        let (base, room) = (BASE * length, ROOM * length);
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         let mut include = |[x, y]: [f64; 2], reach: f64| {
@@ -108,23 +116,22 @@ impl FingerPicture<'_> {
             }
         };
         for &p in ghost.front.iter().chain(&ghost.back).chain(&self.shape.front).chain(&self.shape.back) {
-            include(self.world(p), 4.0);
+            include(self.world(p), room);
         }
-        include(self.world([self.design.front.base[0], self.design.front.base[1] - BASE]), 4.0);
-        include(self.world([self.design.back.base[0], self.design.back.base[1] - BASE]), 4.0);
+        include(self.world([self.design.front.base[0], self.design.front.base[1] - base]), room);
+        include(self.world([self.design.back.base[0], self.design.back.base[1] - base]), room);
         match self.motion {
-            Motion::Rotating { axis } => include(axis, 7.0),
+            Motion::Rotating { axis } => include(axis, ARM * length),
             // The arrow of the motion.
-            Motion::Translating { .. } => include(self.below_base(), 9.0),
+            Motion::Translating { .. } => include(self.below_base(), 2.25 * room),
         }
-        let length = self.design.front.length();
         match object::bounds(&self.object) {
             Some((middle, radius)) if radius <= self.whole() => {
-                include(middle, radius + 3.0);
+                include(middle, radius + 0.75 * room);
                 // Its name may stand below it.
                 let [x, y] = object::lowest(&self.object);
-                if !matches!(self.object, ObjectDesign::Circle { radius, .. } if radius > 12.0) {
-                    include([x, y - 8.0], 0.0);
+                if !matches!(self.object, ObjectDesign::Circle { radius, .. } if radius > 3.0 * room) {
+                    include([x, y - 2.0 * room], 0.0);
                 }
             }
             _ => {
@@ -183,35 +190,41 @@ impl FingerPicture<'_> {
         corners.min_by(|a, b| deep(a).total_cmp(&deep(b))).unwrap_or_default()
     }
 
+    /// The finger's height, mm: what has no size of its own is drawn in proportion to it.
+    fn height(&self) -> f64 {
+        self.design.front.length()
+    }
+
     /// The largest radius of an object that is shown whole, mm: the finger is what the picture is about.
     fn whole(&self) -> f64 {
-        0.6 * self.design.front.length()
+        0.6 * self.height()
     }
 
     /// Where the arrow of a translated base has its middle, world frame, mm.
     fn below_base(&self) -> [f64; 2] {
         let [front, back] = [self.design.front.base, self.design.back.base];
-        self.world([0.5 * (front[0] + back[0]), front[1].min(back[1]) - BASE - 10.0])
+        self.world([0.5 * (front[0] + back[0]), front[1].min(back[1]) - 3.5 * BASE * self.height()])
     }
 
     /// The arm from the motor to the base lamella.
     fn draw_arm(&self, scene: &mut Scene, view: &View) {
         let Motion::Rotating { axis } = self.motion else { return };
         let [front, back] = [self.design.front.base, self.design.back.base];
-        let middle = [0.5 * (front[0] + back[0]), 0.5 * (front[1] + back[1]) - 0.5 * BASE];
+        let middle = [0.5 * (front[0] + back[0]), 0.5 * (front[1] + back[1]) - 0.5 * BASE * self.height()];
         let arm = Path::lines([view.at(axis), view.at(self.world(middle))]);
-        scene.line(arm, Stroke::new(Ink::Faint, 7.0 * view.scale).round());
+        scene.line(arm, Stroke::new(Ink::Faint, ARM * self.height() * view.scale).round());
     }
 
     /// The base lamella, over the beams' ends.
     fn draw_base(&self, scene: &mut Scene, view: &View) {
         let [front, back] = [self.design.front.base, self.design.back.base];
-        let side = 2.0;
+        let base = BASE * self.height();
+        let side = 0.5 * base;
         let corners = [
             [back[0] - side, back[1]],
             [front[0] + side, front[1]],
-            [front[0] + side, front[1] - BASE],
-            [back[0] - side, back[1] - BASE],
+            [front[0] + side, front[1] - base],
+            [back[0] - side, back[1] - base],
         ];
         let block = Path::polygon(corners.map(|p| view.at(self.world(p))));
         scene.area(block, Ink::Ghost, 1.0, Stroke::new(Ink::Ghost, 1.0).round());
@@ -302,9 +315,10 @@ impl FingerPicture<'_> {
         }
         // The beam reaches into the base, which is drawn over it, and ends round: both beams' ends make one tip.
         let foot = unit([line[1][0] - line[0][0], line[1][1] - line[0][1]]);
+        let deep = 0.5 * BASE * self.height();
         let root = |side: f64| {
             let half = 0.5 * side * thickness.at(0.0);
-            [line[0][0] - BASE * 0.5 * foot[0] - half * foot[1], line[0][1] - BASE * 0.5 * foot[1] + half * foot[0]]
+            [line[0][0] - deep * foot[0] - half * foot[1], line[0][1] - deep * foot[1] + half * foot[0]]
         };
         let roots = [1.0, -1.0].map(|side| view.at(self.world(root(side))));
         if let Some(&tip) = line.last() {
@@ -325,7 +339,7 @@ impl FingerPicture<'_> {
         match self.motion {
             Motion::Rotating { axis } => {
                 let m = view.at(axis);
-                let reach = 15.0 * view.scale;
+                let reach = ANGLE * self.height() * view.scale;
                 let angle = self.coordinate;
                 let up = [m[0], m[1] - reach];
                 let turned = [m[0] + reach * angle.sin(), m[1] - reach * angle.cos()];
