@@ -69,6 +69,23 @@ fn texts(scene: &Scene) -> Vec<String> {
             assert!(begin > -1.0 && begin + length < scene.width + 1.0, "{node:?} is from {begin}, {length} long");
         }
     }
+    // What is not cut off at an area's edge lies in the picture as a whole.
+    let mut clipped = false;
+    for item in &scene.items {
+        match item {
+            draw::Item::Clip(_) => clipped = true,
+            draw::Item::Unclip => clipped = false,
+            _ if clipped => {}
+            _ => {
+                for p in item_points(item) {
+                    assert!(
+                        (0.0..=scene.width).contains(&p[0]) && (0.0..=scene.height).contains(&p[1]),
+                        "{p:?}: {item:?}"
+                    );
+                }
+            }
+        }
+    }
     // No letter begins beyond the picture's edge.
     for letter in tree.descendants().filter(|node| node.has_tag_name("use")) {
         if letter.parent().is_some_and(|text| text.attribute("transform").is_none()) {
@@ -329,4 +346,80 @@ fn item_points(item: &draw::Item) -> Vec<[f64; 2]> {
             Step::Close => Vec::new(),
         })
         .collect()
+}
+
+/// What the words of a picture cover: left, top, right and bottom, px.
+fn boxes(scene: &Scene) -> Vec<(String, [f64; 4])> {
+    let svg = draw::svg(scene);
+    let tree = roxmltree::Document::parse(&svg).unwrap();
+    let nodes = tree.descendants().filter(|node| node.has_tag_name("text") && node.attribute("textLength").is_some());
+    nodes
+        .map(|node| {
+            let [x, y, size, length] =
+                ["x", "y", "font-size", "textLength"].map(|key| node.attribute(key).unwrap().parse::<f64>().unwrap());
+            let before = match node.attribute("text-anchor") {
+                Some("end") => 1.0,
+                Some("middle") => 0.5,
+                _ => 0.0,
+            };
+            let left = x - before * length;
+            let words = node.descendants().filter(|n| n.is_text()).filter_map(|n| n.text()).collect::<String>();
+            (words, [left, y - 0.75 * size, left + length, y + 0.2 * size])
+        })
+        .collect()
+}
+
+#[test]
+fn forces_and_their_words_stay_in_the_picture_and_off_the_others() {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let wall = |point: [f64; 2], normal: [f64; 2]| ObjectDesign::HalfPlane { point, normal };
+    let circle = |centre: [f64; 2], radius: f64| ObjectDesign::Circle { centre, radius };
+    let objects = [
+        wall([0.0, 81.0], [0.0, -1.0]),
+        wall([1.0, 0.0], [-1.0, 0.0]),
+        wall([4.0, 70.0], [-1.0, -0.25]),
+        circle([0.0, 82.0], 1.5),
+        circle([2.5, 70.0], 1.5),
+        circle([41.0, 45.0], 40.0),
+        circle([12.0, 20.0], 11.0),
+    ];
+    let mut shape = Shape::undeformed(&design);
+    let contact = |y: f64| Contact { arc: y, position: [1.0, y], normal: [-1.0, 0.0], force: 1.5 };
+    shape.contacts = vec![contact(45.0), contact(80.0)];
+    for object in objects {
+        for motion in [TURNING, Motion::Translating { direction: [0.0, 1.0] }] {
+            for turn in 0..16 {
+                let angle = f64::from(turn) * std::f64::consts::TAU / 16.0;
+                let picture = FingerPicture {
+                    title: "title".into(),
+                    subtitle: "subtitle".into(),
+                    design: &design,
+                    motion,
+                    coordinate: 0.0,
+                    object,
+                    shape: &shape,
+                    force: Some([3.0 * angle.cos(), 3.0 * angle.sin()]),
+                };
+                let scene = picture.scene();
+                let words = texts(&scene);
+                assert!(words.iter().any(|word| word == "F = 3.00 N"), "{words:?}");
+                let boxes = boxes(&scene);
+                for (index, (words, a)) in boxes.iter().enumerate() {
+                    assert!(a[1] > 0.0 && a[3] < scene.height, "{object:?}, {angle}: {words} at {a:?}");
+                    for (others, b) in &boxes[..index] {
+                        let apart = a[0] > b[2] || b[0] > a[2] || a[1] > b[3] || b[1] > a[3];
+                        assert!(apart, "{object:?}, {motion:?}, {angle}: {words} covers {others}");
+                    }
+                }
+                // The net force's arrow, drawn twice, as a sample and at the finger: its head is below the legend.
+                let legend = boxes.iter().find(|(words, _)| words == "net force").unwrap().1;
+                let heads = scene
+                    .items
+                    .iter()
+                    .filter(|item| matches!(item, draw::Item::Path(_, Some(fill), None) if fill.ink == Ink::Force));
+                let heads: Vec<_> = heads.map(|item| item_points(item)[0]).collect();
+                assert!(heads.len() == 3 && heads[1][1] > legend[3], "{object:?}, {angle}: {heads:?}");
+            }
+        }
+    }
 }

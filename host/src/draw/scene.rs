@@ -131,6 +131,53 @@ pub struct Rect {
     pub bottom: f64,
 }
 
+impl Rect {
+    /// The rectangle at another place.
+    pub fn moved(self, [right, down]: [f64; 2]) -> Self {
+        Self { left: self.left + right, top: self.top + down, right: self.right + right, bottom: self.bottom + down }
+    }
+
+    /// The smallest rectangle that holds this one and another.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            left: self.left.min(other.left),
+            top: self.top.min(other.top),
+            right: self.right.max(other.right),
+            bottom: self.bottom.max(other.bottom),
+        }
+    }
+
+    /// True if all of it lies in another one.
+    pub fn within(self, other: Self) -> bool {
+        self.left >= other.left && self.top >= other.top && self.right <= other.right && self.bottom <= other.bottom
+    }
+
+    /// The corners one after the other, the first again at the end.
+    pub fn outline(self) -> Vec<[f64; 2]> {
+        let Self { left, top, right, bottom } = self;
+        vec![[left, top], [right, top], [right, bottom], [left, bottom], [left, top]]
+    }
+
+    /// True if a straight line between two points has a part in it.
+    pub fn meets(self, [a, b]: [[f64; 2]; 2]) -> bool {
+        // The part of the line, 0 at its beginning and 1 at its end, that lies between the sides, and between top and bottom.
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for (axis, [low, high]) in [[self.left, self.right], [self.top, self.bottom]].into_iter().enumerate() {
+            let step = b[axis] - a[axis];
+            if step == 0.0 {
+                if !(low..=high).contains(&a[axis]) {
+                    return false;
+                }
+                continue;
+            }
+            let ends = [(low - a[axis]) / step, (high - a[axis]) / step];
+            from = from.max(ends[0].min(ends[1]));
+            to = to.min(ends[0].max(ends[1]));
+        }
+        from <= to
+    }
+}
+
 /// How an area is filled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fill {
