@@ -423,3 +423,25 @@ fn forces_and_their_words_stay_in_the_picture_and_off_the_others() {
         }
     }
 }
+
+#[test]
+fn a_chart_with_equal_scales_has_them_whatever_its_headings_are() {
+    let title =
+        "a name that goes on and on, over more than one line of the picture, and so takes up room above the axes";
+    for (title, [wide, tall], scale) in
+        [("short", [60.0, 90.0], 6.5), (title, [60.0, 90.0], 6.5), (title, [0.03, 4.0], 130.0), ("", [1e3, 1e3], 0.52)]
+    {
+        // A square with half the height's side: as wide as it is tall in the picture.
+        let side = 0.5 * tall;
+        let square = vec![[0.0, 0.0], [side, 0.0], [side, side], [0.0, side]];
+        let series = Series { name: "square".into(), colour: 6, style: Style::Dashed, points: square };
+        let mut chart = Chart::new(title, title, "x");
+        chart.x_range = Some([0.0, wide]);
+        chart.panels = vec![Panel { y_range: Some([0.0, tall]), series: vec![series], ..Panel::default() }];
+        let scene = chart.with_equal_scales(scale).scene();
+        texts(&scene);
+        let drawn = scene.items.iter().map(item_points).find(|points| points.len() == 4).unwrap();
+        let [across, up] = [drawn[1][0] - drawn[0][0], drawn[1][1] - drawn[2][1]];
+        assert!((across - scale * side).abs() < 1e-6 && (up - scale * side).abs() < 1e-6, "{across}, {up}: {title}");
+    }
+}

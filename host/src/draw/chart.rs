@@ -119,6 +119,12 @@ pub struct Chart {
 
 const PANEL_GAP: f64 = 18.0;
 const TICK: f64 = 5.0;
+/// To the right of the axes, px.
+const RIGHT: f64 = MARGIN + 10.0;
+/// Below the axes, px: labels and title of the horizontal one.
+const FOOT: f64 = MARGIN + 2.9 * TEXT;
+/// The least width of a chart with equal scales, px.
+const NARROWEST: f64 = 360.0;
 
 impl Chart {
     /// An empty chart of a size that suits a page's column.
@@ -139,20 +145,15 @@ impl Chart {
         let fonts = Fonts::new();
         let mut scene = Scene::new(self.width, self.height, format!("{}. {}", self.title, self.subtitle));
         let top = self.headings(&mut scene, &fonts);
-        let bottom = self.height - MARGIN - 2.9 * TEXT;
+        let bottom = self.height - FOOT;
         let gaps = PANEL_GAP * self.panels.len().saturating_sub(1) as f64;
         let share = |panel: &Panel| if panel.share > 0.0 { panel.share } else { 1.0 };
         let shares: f64 = self.panels.iter().map(share).sum();
         let unit = (bottom - top - gaps) / shares.max(1e-9);
 
         let scales: Vec<Scale> = self.panels.iter().map(|panel| vertical(panel, unit * share(panel))).collect();
-        let label = |words: String| Text::new([0.0, 0.0], TEXT, words);
-        let widest = scales
-            .iter()
-            .flat_map(|scale| scale.ticks.iter().map(|&tick| fonts.width(&label(scale.words(tick)))))
-            .fold(0.0, f64::max);
-        let left = MARGIN + 1.5 * TEXT + widest + TICK + 6.0;
-        let right = self.width - MARGIN - 10.0;
+        let left = axes_left(&scales, &fonts);
+        let right = self.width - RIGHT;
         let x = self.horizontal(right - left);
 
         let mut y = top;
@@ -166,6 +167,28 @@ impl Chart {
             Text::new([0.5 * (left + right), self.height - MARGIN], TEXT, self.x_title.clone()).anchor(Anchor::Middle),
         );
         scene
+    }
+
+    /// Sizes a chart of one panel so that both axes have one scale, px per unit; both ranges have to be set. A narrow range of
+    /// the horizontal axis is widened to both sides, for the headings have to fit.
+    pub fn with_equal_scales(mut self, scale: f64) -> Self {
+        let (Some([low, high]), Some([bottom, top])) =
+            (self.x_range, self.panels.first().and_then(|panel| panel.y_range))
+        else {
+            return self;
+        };
+        let fonts = Fonts::new();
+        let tall = scale * (top - bottom);
+        let scales: Vec<Scale> = self.panels.first().map(|panel| vertical(panel, tall)).into_iter().collect();
+        let aside = axes_left(&scales, &fonts) + RIGHT;
+        let wide = (scale * (high - low)).max(NARROWEST - aside);
+        let more = 0.5 * (wide / scale - (high - low));
+        self.x_range = Some([low - more, high + more]);
+        self.width = wide + aside;
+        // What the headings take up is known once the width is.
+        let above = self.headings(&mut Scene::new(self.width, 0.0, ""), &fonts);
+        self.height = above + tall + FOOT;
+        self
     }
 
     fn headings(&self, scene: &mut Scene, fonts: &Fonts) -> f64 {
@@ -191,6 +214,13 @@ impl Chart {
         let [low, high] = self.x_range.unwrap_or_else(|| extent(points.map(|p| p[0])));
         Scale::covering(low, high, width / 75.0, false)
     }
+}
+
+/// Where the axes begin, px, beside the title and the widest label of a vertical axis.
+fn axes_left(scales: &[Scale], fonts: &Fonts) -> f64 {
+    let width = |words: String| fonts.width(&Text::new([0.0, 0.0], TEXT, words));
+    let labels = scales.iter().flat_map(|scale| scale.ticks.iter().map(|&tick| width(scale.words(tick))));
+    MARGIN + 1.5 * TEXT + labels.fold(0.0, f64::max) + TICK + 6.0
 }
 
 /// Smallest and largest of the finite values.
