@@ -141,6 +141,23 @@ fn force_marks(solutions: &[Solution], unit: &str) -> Vec<Mark> {
     let mut marks = Vec::new();
     let mut before = Status::NoContact;
     let mut first_snap = true;
+    // A finger that stands on a later branch from the first place on has snapped through on the way there.
+    let first = solutions.first().filter(|first| first.branch.is_some_and(|branch| branch > 1));
+    if let Some((solution, first)) = first.and_then(|solution| Some((solution, solution.first_branch?))) {
+        let places = || solutions.iter().map(Solution::place);
+        let (low, high) = (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+        if let Some([after, to]) = first.snap_between() {
+            let at = 0.5 * (after + to);
+            let words = format!("snap-through at {at:.2}{unit}");
+            marks.push(if (low..=high).contains(&at) {
+                Mark::At { x: at, words }
+            } else {
+                let words = format!("{words}, before the first place; up to {:.2} N until then", first.max_force_n);
+                Mark::At { x: solution.place(), words }
+            });
+            first_snap = false;
+        }
+    }
     for (index, solution) in solutions.iter().enumerate() {
         let status = solution.status;
         if index.checked_sub(1).is_some_and(|before| jumps(&solutions[before], solution)) {

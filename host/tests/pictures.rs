@@ -445,3 +445,52 @@ fn a_chart_with_equal_scales_has_them_whatever_its_headings_are() {
         assert!((across - scale * side).abs() < 1e-6 && (up - scale * side).abs() < 1e-6, "{across}, {up}: {title}");
     }
 }
+
+#[test]
+fn a_ring_beyond_the_axes_is_not_drawn_and_asks_for_no_room() {
+    let ink = |scene: &Scene| {
+        let drawn =
+            |item: &&draw::Item| matches!(item, draw::Item::Path(_, None, Some(stroke)) if stroke.ink == Ink::Force);
+        scene.items.iter().filter(drawn).count()
+    };
+    let scene = |at: [f64; 2]| {
+        let mut chart = Chart::new("title", "", "x");
+        chart.panels = vec![Panel {
+            series: vec![Series {
+                name: "s".into(),
+                colour: 0,
+                style: Style::Line,
+                points: vec![[5.0, 1.0], [10.0, 2.0]],
+            }],
+            marks: vec![Mark::Ring {
+                at,
+                words: "a ring with rather many words, too many for either side of it".into(),
+            }],
+            ..Panel::default()
+        }];
+        chart.scene()
+    };
+    let inside = scene([7.0, 20.0]);
+    let words = texts(&inside);
+    assert!(ink(&inside) == 1 && words.iter().any(|word| word == "20"), "{words:?}");
+    for at in [[4.5, 20.0], [11.0, 20.0], [f64::NAN, 20.0]] {
+        let scene = scene(at);
+        let words = texts(&scene);
+        assert!(ink(&scene) == 0 && !words.iter().any(|word| word == "20" || word.contains("ring")), "{words:?}");
+    }
+}
+
+#[test]
+fn a_snap_through_before_the_first_place_is_told() {
+    let text = "finger = \"preset:fea-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 75]\n\
+                [motion]\nmotor_angles_deg = [7.5, 9]\n";
+    let case = host::case::Case::parse("case.toml", text).unwrap();
+    let solutions = host::run::solve(&case, &host::run::Options::default()).unwrap();
+    assert_eq!(solutions[0].branch, Some(2), "the case begins beyond its snap-through");
+    let scene = host::pictures::overview(&case, &solutions).unwrap();
+    let words = texts(&scene);
+    assert!(
+        words.iter().any(|word| word.starts_with("snap-through at") && word.contains("before the first")),
+        "{words:?}"
+    );
+}

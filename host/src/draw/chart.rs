@@ -49,7 +49,7 @@ pub enum Mark {
         /// What happens there.
         words: String,
     },
-    /// A ring around a point, such as a solution on another branch.
+    /// A ring around a point, such as a solution on another branch; drawn only if it lies within the axes.
     Ring {
         /// The point.
         at: [f64; 2],
@@ -151,7 +151,8 @@ impl Chart {
         let shares: f64 = self.panels.iter().map(share).sum();
         let unit = (bottom - top - gaps) / shares.max(1e-9);
 
-        let scales: Vec<Scale> = self.panels.iter().map(|panel| vertical(panel, unit * share(panel))).collect();
+        let range = self.horizontal_range();
+        let scales: Vec<Scale> = self.panels.iter().map(|panel| vertical(panel, range, unit * share(panel))).collect();
         let left = axes_left(&scales, &fonts);
         let right = self.width - RIGHT;
         let x = self.horizontal(right - left);
@@ -179,7 +180,8 @@ impl Chart {
         };
         let fonts = Fonts::new();
         let tall = scale * (top - bottom);
-        let scales: Vec<Scale> = self.panels.first().map(|panel| vertical(panel, tall)).into_iter().collect();
+        let scales: Vec<Scale> =
+            self.panels.first().map(|panel| vertical(panel, [low, high], tall)).into_iter().collect();
         let aside = axes_left(&scales, &fonts) + RIGHT;
         let wide = (scale * (high - low)).max(NARROWEST - aside);
         let more = 0.5 * (wide / scale - (high - low));
@@ -210,9 +212,13 @@ impl Chart {
     }
 
     fn horizontal(&self, width: f64) -> Scale {
-        let points = self.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.points);
-        let [low, high] = self.x_range.unwrap_or_else(|| extent(points.map(|p| p[0])));
+        let [low, high] = self.horizontal_range();
         Scale::covering(low, high, width / 75.0, false)
+    }
+
+    fn horizontal_range(&self) -> [f64; 2] {
+        let points = self.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.points);
+        self.x_range.unwrap_or_else(|| extent(points.map(|p| p[0])))
     }
 }
 
@@ -230,7 +236,8 @@ fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
 }
 
-fn vertical(panel: &Panel, height: f64) -> Scale {
+/// The vertical axis of a panel over a range of the horizontal one: what is not drawn asks for no room.
+fn vertical(panel: &Panel, [from, to]: [f64; 2], height: f64) -> Scale {
     let count = (height / 36.0).max(2.0);
     if let Some([low, high]) = panel.y_range {
         return Scale::covering(low, high, count, false);
@@ -239,8 +246,8 @@ fn vertical(panel: &Panel, height: f64) -> Scale {
     let bands = panel.marks.iter().flat_map(|mark| match mark {
         Mark::Band { low, high, .. } => vec![*low, *high],
         Mark::Level { y, .. } => vec![*y],
-        Mark::Ring { at, .. } => vec![at[1]],
-        Mark::At { .. } | Mark::Stretch { .. } => Vec::new(),
+        Mark::Ring { at, .. } if (from..=to).contains(&at[0]) => vec![at[1]],
+        Mark::Ring { .. } | Mark::At { .. } | Mark::Stretch { .. } => Vec::new(),
     });
     let [low, high] = extent(points.chain(bands).chain(panel.with_zero.then_some(0.0)));
     // Room for words at the top.
@@ -350,21 +357,27 @@ impl PanelView<'_> {
                 }
                 Mark::Ring { at, words } => {
                     let [x, y] = self.at(*at);
-                    if !(x.is_finite() && y.is_finite()) {
+                    if !((left - 0.5..=right + 0.5).contains(&x) && (top - 0.5..=bottom + 0.5).contains(&y)) {
                         continue;
                     }
                     scene.line(Path::circle([x, y], 6.5), Stroke::new(Ink::Force, 1.6));
                     let text = Text::new([x + 10.0, y - 8.0], size, words.clone()).ink(Ink::Force).halo();
-                    let end = x + 10.0 + self.fonts.width(&text);
+                    let width = self.fonts.width(&text);
+                    let (after, before) = (x + 10.0, x - 10.0 - width);
+                    let end = after + width;
                     let crossed = self.panel.marks.iter().any(|mark| match mark {
                         Mark::At { x: line, .. } => (x..end).contains(&self.at([*line, 0.0])[0]),
                         _ => false,
                     });
-                    scene.text(if end <= right + 8.0 && !crossed {
-                        text
+                    let from = if end <= right + 8.0 && !crossed {
+                        after
+                    } else if before >= left {
+                        before
                     } else {
-                        Text { at: [x - 10.0, y - 8.0], ..text }.anchor(Anchor::End)
-                    });
+                        // Room on neither side: where it is, but within the axes.
+                        after.min(right + 8.0 - width)
+                    };
+                    scene.text(Text { at: [from, y - 8.0], ..text });
                 }
                 Mark::Level { y, words } => {
                     if !(self.y.low..=self.y.high).contains(y) {
