@@ -267,7 +267,7 @@ fn strain(case: &Case, solution: &Solution) -> Chart {
     };
     // A limit far away would flatten the curves: it is drawn where it is near, and named in any case.
     let levels = |most: f64, both: bool| {
-        let near = limit.filter(|limit| *limit < 3.0 * most).map(in_percent);
+        let near = limit.filter(|limit| *limit < 3.0 * most).map(percent);
         let level = |y: f64, words: String| Mark::Level { y, words };
         let upper = near.map(|limit| level(limit, format!("limit {limit} %")));
         let lower = near.filter(|_| both).map(|limit| level(-limit, String::new()));

@@ -494,3 +494,30 @@ fn a_snap_through_before_the_first_place_is_told() {
         "{words:?}"
     );
 }
+
+#[test]
+fn a_level_s_words_do_not_cover_those_at_the_top() {
+    let mut chart = Chart::new("title", "", "x");
+    let series =
+        |top: f64| Series { name: "s".into(), colour: 0, style: Style::Line, points: vec![[0.0, 0.0], [10.0, top]] };
+    let mut covered = Vec::new();
+    for level in [9.0, 9.5, 9.9, 10.0] {
+        chart.panels = vec![Panel {
+            y_range: Some([0.0, 10.0]),
+            series: vec![series(10.0)],
+            marks: vec![
+                Mark::Level { y: level, words: "limit 7 %".into() },
+                Mark::At { x: 9.5, words: "7".into() },
+                Mark::At { x: 9.6, words: "8".into() },
+            ],
+            ..Panel::default()
+        }];
+        let boxes = boxes(&chart.scene());
+        let one = |words: &str| boxes.iter().find(|(others, _)| others == words).unwrap().1;
+        let limit = one("limit 7 %");
+        for number in ["7", "8"].map(one) {
+            covered.push(limit[0] < number[2] && number[0] < limit[2] && limit[1] < number[3] && number[1] < limit[3]);
+        }
+    }
+    assert_eq!(covered, [false; 8]);
+}

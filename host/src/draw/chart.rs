@@ -333,7 +333,10 @@ impl PanelView<'_> {
         let size = 0.92 * TEXT;
         // Left and right ends of the words at the top, by their row: words that would cover others go a row down.
         let mut rows: Vec<Vec<[f64; 2]>> = Vec::new();
-        for mark in &self.panel.marks {
+        // They come first: other words make way for them.
+        let (first, others): (Vec<&Mark>, Vec<&Mark>) =
+            self.panel.marks.iter().partition(|mark| matches!(mark, Mark::At { .. }));
+        for mark in first.into_iter().chain(others) {
             match mark {
                 Mark::At { x, words } => {
                     let x = self.at([*x, 0.0])[0];
@@ -385,8 +388,21 @@ impl PanelView<'_> {
                     }
                     let y = self.at([0.0, *y])[1];
                     scene.line(Path::lines([[left, y], [right, y]]), Stroke::new(Ink::Force, 1.4).dashed(7.0, 4.0));
-                    let below = if y - size < top { size + 3.0 } else { -5.0 };
-                    let text = Text::new([right - 4.0, y + below], size, words.clone()).ink(Ink::Force).halo();
+                    let text = Text::new([right - 4.0, y - 5.0], size, words.clone()).ink(Ink::Force).halo();
+                    let from = right - 4.0 - self.fonts.width(&text);
+                    // Above the line, else below it, else below the words at the top.
+                    let free = |base: f64| {
+                        base - size >= top
+                            && rows.iter().enumerate().all(|(row, ends)| {
+                                let other = top + size * (1.0 + 1.25 * row as f64);
+                                base - size >= other + 0.2 * size
+                                    || other - size >= base
+                                    || ends.iter().all(|&[a, b]| b < from || right < a)
+                            })
+                    };
+                    let bottom_row = top + size * (1.2 + 1.25 * rows.len() as f64);
+                    let base = [y - 5.0, y + size + 3.0].into_iter().find(|&base| free(base)).unwrap_or(bottom_row);
+                    let text = Text { at: [right - 4.0, base], ..text };
                     scene.text(text.anchor(Anchor::End));
                 }
                 Mark::Stretch { between, words } => {
