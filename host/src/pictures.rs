@@ -4,7 +4,7 @@ use model_core::object::Motion;
 use model_core::status::Status;
 
 use crate::case::Case;
-use crate::draw::{self, Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
+use crate::draw::{self, Chart, FingerPicture, Mark, Panel, Scene, Series, Style, literal};
 use crate::report::{headline, model_words};
 use crate::run::Solution;
 use crate::strains::{Section, percent};
@@ -114,8 +114,11 @@ fn force(case: &Case, solutions: &[Solution]) -> Chart {
     if !jump.is_empty() {
         shown.push(Series { name: "jump of |*F*|".into(), colour: 6, style: Style::Dashed, points: jump });
     }
-    let mut chart =
-        Chart::new(title, with_minus(&format!("{}; force on the object, world frame", headline(case))), x_title);
+    let mut chart = Chart::new(
+        title,
+        format!("{}; force on the object, world frame", literal(&with_minus(&headline(case)))),
+        x_title,
+    );
     chart.height = 400.0;
     // Places without a trustworthy solution belong to the axis: what failed is not cut off.
     let places = || solutions.iter().map(Solution::place);

@@ -521,3 +521,18 @@ fn a_level_s_words_do_not_cover_those_at_the_top() {
     }
     assert_eq!(covered, [false; 8]);
 }
+
+#[test]
+fn names_are_shown_as_they_are() {
+    for name in ["finger*2", "*bold* _{sub}", "a_{b", r"back\*slash\\", "} *", "***"] {
+        let words = texts(&finger(name, TURNING, 0.1, 1.0));
+        assert!(words.iter().any(|word| word == name), "{name}: {words:?}");
+        let mut chart = Chart::new(name, format!("{} at *α*", draw::literal(name)), "x");
+        chart.panels = vec![Panel::default()];
+        let words = texts(&chart.scene());
+        let subtitle = format!("{name} at α");
+        assert!(words.iter().any(|word| word == name) && words.contains(&subtitle), "{name}: {words:?}");
+    }
+    let words = texts(&finger("two\nlines\tand a tab", TURNING, 0.1, 1.0));
+    assert!(words.iter().any(|word| word == "two lines and a tab"), "{words:?}");
+}

@@ -101,9 +101,9 @@ pub struct Panel {
 /// A chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// What it shows.
+    /// What it shows; no letter of it is a mark.
     pub title: String,
-    /// Under which conditions.
+    /// Under which conditions; `*…*` is italic, `_{…}` a subscript.
     pub subtitle: String,
     /// Title of the horizontal axis with its unit.
     pub x_title: String,

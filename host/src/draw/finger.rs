@@ -13,7 +13,7 @@ use crate::shape::Shape;
 /// What the picture shows.
 #[derive(Clone, Debug)]
 pub struct FingerPicture<'a> {
-    /// Title.
+    /// Title; no letter of it is a mark.
     pub title: String,
     /// Conditions, in a line below the title.
     pub subtitle: String,

@@ -2,7 +2,7 @@
 
 use super::font::Fonts;
 use super::palette::Ink;
-use super::scene::{Path, Scene, Stroke, Text};
+use super::scene::{Path, Scene, Stroke, Text, literal};
 
 pub(crate) const TEXT: f64 = 13.0;
 pub(crate) const MARGIN: f64 = 14.0;
@@ -24,11 +24,12 @@ pub(crate) enum Sample {
     Arrow(Ink, f64),
 }
 
-/// Draws title, conditions and legend; returns the height they take up.
+/// Draws title (no letter of it a mark), conditions and legend; returns the height they take up.
 pub(crate) fn draw(scene: &mut Scene, fonts: &Fonts, [title, subtitle]: [&str; 2], legend: &[(&str, Sample)]) -> f64 {
     let mut y = MARGIN - 8.0;
     let width = scene.width - 2.0 * MARGIN;
-    let title = Text::new([MARGIN, 0.0], 16.0, title).bold();
+    // Titles hold users' names: a star in them is a star.
+    let title = Text::new([MARGIN, 0.0], 16.0, literal(title)).bold();
     for line in wrapped(fonts, &title, width) {
         y += 20.0;
         scene.text(Text { at: [MARGIN, y], words: line, ..title.clone() });
@@ -73,8 +74,7 @@ fn wrapped(fonts: &Fonts, text: &Text, width: f64) -> Vec<String> {
         let longer = lines.last().map(|line| format!("{line} {word}"));
         match (lines.last_mut(), longer) {
             (Some(line), Some(longer))
-                if longer.matches('*').count() % 2 == 1
-                    || fonts.width(&Text { words: longer.clone(), ..text.clone() }) <= width =>
+                if within_mark(&longer) || fonts.width(&Text { words: longer.clone(), ..text.clone() }) <= width =>
             {
                 *line = longer;
             }
@@ -82,6 +82,21 @@ fn wrapped(fonts: &Fonts, text: &Text, width: f64) -> Vec<String> {
         }
     }
     lines
+}
+
+/// True if a passage in italics is begun and not ended.
+fn within_mark(words: &str) -> bool {
+    let mut letters = words.chars();
+    let mut within = false;
+    while let Some(letter) = letters.next() {
+        match letter {
+            // The next letter is itself.
+            '\\' => drop(letters.next()),
+            '*' => within = !within,
+            _ => {}
+        }
+    }
+    within
 }
 
 #[cfg(test)]

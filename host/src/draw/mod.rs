@@ -20,7 +20,7 @@ pub(crate) use finger::short;
 pub(crate) use object::object_outline;
 pub use palette::Ink;
 pub use png::{PngError, Theme, png};
-pub use scene::{Item, Scene, Step};
+pub use scene::{Item, Scene, Step, literal};
 pub use svg::{svg, svg_in_page};
 
 /// Pixels per CSS pixel of a PNG.

@@ -228,7 +228,19 @@ pub enum Anchor {
     End,
 }
 
-/// A line of text. `*…*` is italic, `_{…}` a subscript.
+/// A text that is shown as it is: no letter of it is a mark. Line breaks and tabs are blanks.
+pub fn literal(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        if matches!(letter, '*' | '_' | '}' | '\\') {
+            out.push('\\');
+        }
+        out.push(if letter.is_control() { ' ' } else { letter });
+    }
+    out
+}
+
+/// A line of text. `*…*` is italic, `_{…}` a subscript; a letter after a backslash is itself ([`literal`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Text {
     /// Position of the anchor on the base line.
@@ -298,6 +310,7 @@ impl Text {
         while let Some(letter) = letters.next() {
             let Piece { italic, subscript, .. } = piece;
             match letter {
+                '\\' => piece.words.extend(letters.next()),
                 '*' => finish(&mut piece, &mut pieces, Piece { italic: !italic, subscript, ..Piece::default() }),
                 '_' if letters.peek() == Some(&'{') => {
                     letters.next();
