@@ -3,7 +3,7 @@
 use host::case::preset;
 use host::draw::{self, Chart, FingerPicture, Ink, Mark, Panel, Scene, Series, Step, Style, Theme};
 use host::shape::{Contact, Shape};
-use model_core::design::{Attachments, Beam, Design};
+use model_core::design::{Attachments, Beam, Design, HingeKind};
 use model_core::object::{Motion, ObjectDesign};
 
 fn finger(title: &str, motion: Motion, coordinate: f64, force: f64) -> Scene {
@@ -535,4 +535,31 @@ fn names_are_shown_as_they_are() {
     }
     let words = texts(&finger("two\nlines\tand a tab", TURNING, 0.1, 1.0));
     assert!(words.iter().any(|word| word == "two lines and a tab"), "{words:?}");
+}
+
+#[test]
+fn pins_show_on_the_beams_and_only_where_there_are_pins() {
+    for (kind, expected) in [(HingeKind::Pinned, true), (HingeKind::Welded, false), (HingeKind::Flexible, false)] {
+        let mut design = preset("ladder-80").unwrap().unwrap().design;
+        design.hinge.kind = kind;
+        let shape = Shape::undeformed(&design);
+        let picture = FingerPicture {
+            title: String::new(),
+            subtitle: String::new(),
+            design: &design,
+            // Without the motor, which is a circle too.
+            motion: Motion::Translating { direction: [1.0, 0.0] },
+            coordinate: 0.0,
+            object: ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 },
+            shape: &shape,
+            force: None,
+        };
+        let items = picture.scene().items;
+        let filled =
+            |item: &draw::Item, ink: Ink| matches!(item, draw::Item::Path(_, Some(fill), _) if fill.ink == ink);
+        let pins = items.iter().filter(|item| filled(item, Ink::Paper)).count();
+        assert_eq!(pins, if expected { 2 * design.lamella_count() } else { 0 }, "{kind:?}");
+        let last = |ink: Ink| items.iter().rposition(|item| filled(item, ink));
+        assert!(!expected || items.iter().position(|item| filled(item, Ink::Paper)) > last(Ink::Front), "hidden");
+    }
 }

@@ -435,14 +435,16 @@ impl FingerPicture<'_> {
             let corner = |[x, y]: [f64; 2], side: f64| [x - side * half * along[1], y + side * half * along[0]];
             let body = [corner(p, 1.0), corner(q, 1.0), corner(q, -1.0), corner(p, -1.0)];
             scene.area(Path::polygon(body), Ink::Lamella, 1.0, Stroke::new(Ink::Lamella, 1.0).round());
-            if !flexible {
-                for end in [p, q] {
-                    scene.area(Path::circle(end, 3.0), Ink::Paper, 1.0, Stroke::new(Ink::Back, 1.4));
-                }
-            }
         }
         self.draw_beam(scene, view, &self.shape.back, &design.back.thickness, Ink::Back);
         self.draw_beam(scene, view, &self.shape.front, &design.front.thickness, Ink::Front);
+        // Pins lie on the beams' centrelines and show on them; welded lamellae have none.
+        if design.hinge.kind == HingeKind::Pinned {
+            for end in self.shape.lamellae.iter().flatten() {
+                let end = view.at(self.world(*end));
+                scene.area(Path::circle(end, 3.0), Ink::Paper, 1.0, Stroke::new(Ink::Back, 1.4));
+            }
+        }
     }
 
     fn rest_direction(&self, lamella: usize) -> [f64; 2] {
