@@ -155,7 +155,10 @@ fn force_marks(solutions: &[Solution], unit: &str) -> Vec<Mark> {
             marks.push(if (low..=high).contains(&at) {
                 Mark::At { x: at, words }
             } else {
-                let words = format!("{words}, before the first place; up to {:.2} N until then", first.max_force_n);
+                let words = format!(
+                    "{words}, before the first place; up to {} N until then",
+                    draw::significant(first.max_force_n, 2)
+                );
                 Mark::At { x: solution.place(), words }
             });
             first_snap = false;
@@ -186,7 +189,7 @@ fn force_marks(solutions: &[Solution], unit: &str) -> Vec<Mark> {
     let first =
         solutions.first().and_then(|solution| solution.first_branch).filter(|first| first.snap_between().is_some());
     if let Some((first, place)) = first.and_then(|first| Some((first, first.max_force_at()?))) {
-        let words = format!("{:.2} N at {}{unit}", first.max_force_n, draw::short(place, 2));
+        let words = format!("{} N at {}{unit}", draw::significant(first.max_force_n, 2), draw::short(place, 2));
         marks.push(Mark::Ring { at: [place, first.max_force_n], words });
     }
     // Branches are named where each place belongs to one: not on the way back.
@@ -223,11 +226,12 @@ fn pressure(case: &Case, solution: &Solution) -> Chart {
     let peak = solution.contact_pressure.iter().max_by(|a, b| a.line_load_n_per_mm.total_cmp(&b.line_load_n_per_mm));
     let subtitle = match (peak, solution.force_magnitude_n) {
         (Some(peak), Some(force)) => format!(
-            "{}: *F* = {force:.2} N; largest {:.3} N/mm at {:.1} mm, that is {:.4} N/mm² over the finger's width",
+            "{}: *F* = {} N; largest {} N/mm at {:.1} mm, that is {} N/mm² over the finger's width",
             place_words(case, solution.place()),
-            peak.line_load_n_per_mm,
+            draw::significant(force, 2),
+            draw::significant(peak.line_load_n_per_mm, 3),
             peak.arc_mm,
-            peak.pressure_n_per_mm2,
+            draw::significant(peak.pressure_n_per_mm2, 4),
         ),
         _ => format!("{}: no contact", place_words(case, solution.place())),
     };

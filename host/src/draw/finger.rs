@@ -551,7 +551,7 @@ impl FingerPicture<'_> {
         let right = view.area.right - 20.0;
         let y = view.area.bottom + 0.5 * FOOT;
         scene.arrow([right - length, y], [right, y], Ink::Force, 2.6);
-        let words = format!("{} N", short(round, 3));
+        let words = format!("{} N", round_words(round));
         scene.text(Text::new([right - 0.5 * length, y + 1.4 * TEXT], TEXT, words).anchor(Anchor::Middle));
     }
 
@@ -606,7 +606,7 @@ struct Labels {
 
 /// The net force in words, yet without a place.
 fn net_text(magnitude: f64) -> Text {
-    Text::new([0.0; 2], 15.0, format!("*F* = {magnitude:.2} N")).ink(Ink::Force).halo()
+    Text::new([0.0; 2], 15.0, format!("*F* = {} N", significant(magnitude, 2))).ink(Ink::Force).halo()
 }
 
 /// What a text covers, px.
@@ -650,7 +650,7 @@ impl View {
         for x in [left, right] {
             scene.line(Path::lines([[x, y - 4.0], [x, y + 4.0]]), Stroke::new(Ink::Main, 2.0));
         }
-        let words = format!("{} mm", short(round, 3));
+        let words = format!("{} mm", round_words(round));
         scene.text(Text::new([0.5 * (left + right), y + 1.4 * TEXT], TEXT, words).anchor(Anchor::Middle));
     }
 }
@@ -678,8 +678,28 @@ fn along_line(line: &[[f64; 2]], arc: f64) -> Option<([f64; 2], [f64; 2])> {
 
 /// The largest of 1, 2, 5 times a power of ten that is not more.
 fn round_below(most: f64) -> f64 {
-    let power = 10_f64.powf(most.max(1e-9).log10().floor());
+    let power = 10_f64.powf(most.max(f64::MIN_POSITIVE).log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|factor| factor * power).find(|&value| value <= most).unwrap_or(power)
+}
+
+/// A value of [`round_below`] in words.
+fn round_words(round: f64) -> String {
+    // Beyond four decimals a power of ten reads better.
+    if round >= 1e-4 { short(round, 4) } else { format!("{round:.0e}").replace('-', "−") }
+}
+
+/// So many decimals; of a small value as many as show three digits, below 1e−4 with a power of ten: what is not zero does
+/// not read as zero.
+pub(crate) fn significant(value: f64, decimals: usize) -> String {
+    let size = value.abs();
+    let text = if !(size > 0.0 && size.is_finite()) || size >= 10_f64.powi(1 - decimals as i32) {
+        format!("{value:.decimals$}")
+    } else if size >= 1e-4 {
+        format!("{value:.*}", (2.0 - size.log10().floor()) as usize)
+    } else {
+        format!("{value:.2e}")
+    };
+    text.replace('-', "−")
 }
 
 /// At most so many decimals, without trailing zeros, with a true minus sign.
@@ -688,4 +708,18 @@ pub(crate) fn short(value: f64, decimals: usize) -> String {
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     let text = if text == "-0" { "0" } else { text };
     text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{round_below, round_words, significant};
+
+    #[test]
+    fn small_values_keep_their_digits() {
+        let words = [6.034, 0.5, 0.0, 0.015_23, 1.5e-5, -0.02, 123.456].map(|value| significant(value, 2));
+        assert_eq!(words, ["6.03", "0.50", "0.00", "0.0152", "1.50e−5", "−0.0200", "123.46"]);
+        assert_eq!([0.012_34, 0.001_234].map(|value| significant(value, 3)), ["0.012", "0.00123"]);
+        let scales = [70.0, 3.0, 0.012, 4e-4, 1.1e-5, 6e-12].map(|most| round_words(round_below(most)));
+        assert_eq!(scales, ["50", "2", "0.01", "0.0002", "1e−5", "5e−12"]);
+    }
 }

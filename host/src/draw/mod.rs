@@ -15,7 +15,7 @@ use std::path::Path;
 
 pub use chart::{Chart, Mark, Panel, Series, Style};
 pub use finger::FingerPicture;
-pub(crate) use finger::short;
+pub(crate) use finger::{short, significant};
 #[cfg_attr(not(feature = "record"), allow(unused_imports))]
 pub(crate) use object::object_outline;
 pub use palette::Ink;

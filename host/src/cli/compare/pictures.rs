@@ -5,7 +5,7 @@ use model_core::object::Motion;
 
 use super::{Reading, Row};
 use crate::case::Case;
-use crate::draw::{Chart, Mark, Panel, Scene, Series, Style, short};
+use crate::draw::{Chart, Mark, Panel, Scene, Series, Style, short, significant};
 use crate::fea::{self, FeaError, Pose};
 use crate::metrics::Point;
 use crate::run::Solution;
@@ -55,11 +55,11 @@ pub(super) fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<S
     let mut chart = Chart::new(
         format!("{}: model and finite elements", case.finger.name),
         format!(
-            "{}{}, force {:.3} N, FEA {:.3} N; finger frame",
+            "{}{}, force {} N, FEA {} N; finger frame",
             short(pose.place, 3),
             case.path.unit(),
-            solution.force_magnitude_n.unwrap_or(0.0),
-            pose.magnitude()
+            significant(solution.force_magnitude_n.unwrap_or(0.0), 3),
+            significant(pose.magnitude(), 3)
         ),
         "*x* (mm)",
     );
