@@ -563,3 +563,14 @@ fn pins_show_on_the_beams_and_only_where_there_are_pins() {
         assert!(!expected || items.iter().position(|item| filled(item, Ink::Paper)) > last(Ink::Front), "hidden");
     }
 }
+
+#[test]
+fn any_letters_make_a_well_formed_picture() {
+    let name: String =
+        ('\0'..='\u{ff}').chain(['\u{d7ff}', '\u{e000}', '\u{fffd}', '\u{fffe}', '\u{ffff}', '\u{1f600}']).collect();
+    let scene = finger(&name, TURNING, 0.1, 1.0);
+    // Parses the picture.
+    texts(&scene);
+    let svg = draw::svg(&scene);
+    assert!(!svg.contains('\u{fffe}') && !svg.contains('\u{ffff}') && svg.contains('\u{fffd}'));
+}
