@@ -574,3 +574,11 @@ fn any_letters_make_a_well_formed_picture() {
     let svg = draw::svg(&scene);
     assert!(!svg.contains('\u{fffe}') && !svg.contains('\u{ffff}') && svg.contains('\u{fffd}'));
 }
+
+#[test]
+fn descriptions_are_words_without_marks() {
+    let chart = |title: &str, subtitle: &str| Chart::new(title, subtitle, "x").scene();
+    let both = chart("Strain of finger*2", "*α* = 8°: *F*_{x} = 6.03 N").above(&chart("Force", ""));
+    assert_eq!(both.description, "Strain of finger*2. α = 8°: Fx = 6.03 N. Force");
+    assert!(draw::svg(&both).contains("<title>Strain of finger*2. α = 8°: Fx = 6.03 N. Force</title>"));
+}

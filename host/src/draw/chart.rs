@@ -143,7 +143,7 @@ impl Chart {
     /// The picture.
     pub fn scene(&self) -> Scene {
         let fonts = Fonts::new();
-        let mut scene = Scene::new(self.width, self.height, format!("{}. {}", self.title, self.subtitle));
+        let mut scene = Scene::new(self.width, self.height, heading::described(&self.title, &self.subtitle));
         let top = self.headings(&mut scene, &fonts);
         let bottom = self.height - FOOT;
         let gaps = PANEL_GAP * self.panels.len().saturating_sub(1) as f64;

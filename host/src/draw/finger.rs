@@ -54,7 +54,7 @@ impl FingerPicture<'_> {
     /// The picture.
     pub fn scene(&self) -> Scene {
         let fonts = Fonts::new();
-        let mut scene = Scene::new(WIDTH, HIGHEST, format!("{}. {}", self.title, self.subtitle));
+        let mut scene = Scene::new(WIDTH, HIGHEST, heading::described(&self.title, &self.subtitle));
         let top = self.headings(&mut scene, &fonts);
         let ghost = Shape::undeformed(self.design);
         let net = self.net_force();

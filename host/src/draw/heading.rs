@@ -2,7 +2,7 @@
 
 use super::font::Fonts;
 use super::palette::Ink;
-use super::scene::{Path, Scene, Stroke, Text, literal};
+use super::scene::{Path, Scene, Stroke, Text, literal, sentences};
 
 pub(crate) const TEXT: f64 = 13.0;
 pub(crate) const MARGIN: f64 = 14.0;
@@ -22,6 +22,12 @@ pub(crate) enum Sample {
     Dot(Ink),
     /// An arrow of a width.
     Arrow(Ink, f64),
+}
+
+/// Title and conditions for readers who cannot see the picture: without marks.
+pub(super) fn described(title: &str, subtitle: &str) -> String {
+    let subtitle: String = Text::new([0.0; 2], TEXT, subtitle).pieces().into_iter().map(|piece| piece.words).collect();
+    sentences([title, &subtitle])
 }
 
 /// Draws title (no letter of it a mark), conditions and legend; returns the height they take up.

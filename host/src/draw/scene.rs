@@ -327,6 +327,18 @@ impl Text {
     }
 }
 
+/// Parts one after the other, each ended with a stop before the next; empty ones are left out.
+pub(super) fn sentences<'t>(parts: impl IntoIterator<Item = &'t str>) -> String {
+    let mut out = String::new();
+    for part in parts.into_iter().filter(|part| !part.is_empty()) {
+        if !out.is_empty() {
+            out.push_str(if out.ends_with('.') { " " } else { ". " });
+        }
+        out.push_str(part);
+    }
+    out
+}
+
 /// A piece of text in one style.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Piece {
@@ -396,7 +408,7 @@ impl Scene {
     /// Adds all of another picture, moved.
     fn take(&mut self, other: &Self, by: [f64; 2]) {
         let shift = |[x, y]: [f64; 2]| [x + by[0], y + by[1]];
-        self.description = format!("{} {}", self.description, other.description);
+        self.description = sentences([self.description.as_str(), &other.description]);
         self.items.extend(other.items.iter().cloned().map(|item| match item {
             Item::Path(path, fill, stroke) => Item::Path(path.mapped(shift), fill, stroke),
             Item::Text(text) => Item::Text(Text { at: shift(text.at), ..text }),
