@@ -411,6 +411,20 @@ fn forces_and_their_words_stay_in_the_picture_and_off_the_others() {
                         assert!(apart, "{object:?}, {motion:?}, {angle}: {words} covers {others}");
                     }
                 }
+                // Neither the cross at the object's centre nor the net force's shaft runs through words.
+                let line = |ink: Ink, width: f64| {
+                    let of = move |item: &&draw::Item| matches!(item, draw::Item::Path(_, None, Some(stroke)) if stroke.ink == ink && stroke.width == width);
+                    scene.items.iter().filter(of).map(item_points).filter(|points| points.len() == 2)
+                };
+                for ends in line(Ink::ObjectEdge, 1.0).chain(line(Ink::Force, 2.6)) {
+                    for part in 0..=40 {
+                        let [x, y] = [0, 1].map(|i| ends[0][i] + (ends[1][i] - ends[0][i]) * f64::from(part) / 40.0);
+                        for (words, b) in &boxes {
+                            let through = (b[0]..b[2]).contains(&x) && (b[1]..b[3]).contains(&y);
+                            assert!(!through, "{object:?}, {motion:?}, {angle}: a line through {words}");
+                        }
+                    }
+                }
                 // The net force's arrow, drawn twice, as a sample and at the finger: its head is below the legend.
                 let legend = boxes.iter().find(|(words, _)| words == "net force").unwrap().1;
                 let heads = scene
