@@ -4,7 +4,7 @@ use model_core::object::Motion;
 use model_core::status::Status;
 
 use crate::case::Case;
-use crate::draw::{self, Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
+use crate::draw::{self, Chart, FingerPicture, Mark, Panel, Scene, Series, Style, literal};
 use crate::report::{headline, model_words};
 use crate::run::Solution;
 use crate::strains::{Section, percent};
@@ -114,8 +114,11 @@ fn force(case: &Case, solutions: &[Solution]) -> Chart {
     if !jump.is_empty() {
         shown.push(Series { name: "jump of |*F*|".into(), colour: 6, style: Style::Dashed, points: jump });
     }
-    let mut chart =
-        Chart::new(title, with_minus(&format!("{}; force on the object, world frame", headline(case))), x_title);
+    let mut chart = Chart::new(
+        title,
+        format!("{}; force on the object, world frame", literal(&with_minus(&headline(case)))),
+        x_title,
+    );
     chart.height = 400.0;
     // Places without a trustworthy solution belong to the axis: what failed is not cut off.
     let places = || solutions.iter().map(Solution::place);
@@ -141,6 +144,26 @@ fn force_marks(solutions: &[Solution], unit: &str) -> Vec<Mark> {
     let mut marks = Vec::new();
     let mut before = Status::NoContact;
     let mut first_snap = true;
+    // A finger that stands on a later branch from the first place on has snapped through on the way there.
+    let first = solutions.first().filter(|first| first.branch.is_some_and(|branch| branch > 1));
+    if let Some((solution, first)) = first.and_then(|solution| Some((solution, solution.first_branch?))) {
+        let places = || solutions.iter().map(Solution::place);
+        let (low, high) = (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+        if let Some([after, to]) = first.snap_between() {
+            let at = 0.5 * (after + to);
+            let words = format!("snap-through at {at:.2}{unit}");
+            marks.push(if (low..=high).contains(&at) {
+                Mark::At { x: at, words }
+            } else {
+                let words = format!(
+                    "{words}, before the first place; up to {} N until then",
+                    draw::significant(first.max_force_n, 2)
+                );
+                Mark::At { x: solution.place(), words }
+            });
+            first_snap = false;
+        }
+    }
     for (index, solution) in solutions.iter().enumerate() {
         let status = solution.status;
         if index.checked_sub(1).is_some_and(|before| jumps(&solutions[before], solution)) {
@@ -166,7 +189,7 @@ fn force_marks(solutions: &[Solution], unit: &str) -> Vec<Mark> {
     let first =
         solutions.first().and_then(|solution| solution.first_branch).filter(|first| first.snap_between().is_some());
     if let Some((first, place)) = first.and_then(|first| Some((first, first.max_force_at()?))) {
-        let words = format!("{:.2} N at {}{unit}", first.max_force_n, draw::short(place, 2));
+        let words = format!("{} N at {}{unit}", draw::significant(first.max_force_n, 2), draw::short(place, 2));
         marks.push(Mark::Ring { at: [place, first.max_force_n], words });
     }
     // Branches are named where each place belongs to one: not on the way back.
@@ -203,11 +226,12 @@ fn pressure(case: &Case, solution: &Solution) -> Chart {
     let peak = solution.contact_pressure.iter().max_by(|a, b| a.line_load_n_per_mm.total_cmp(&b.line_load_n_per_mm));
     let subtitle = match (peak, solution.force_magnitude_n) {
         (Some(peak), Some(force)) => format!(
-            "{}: *F* = {force:.2} N; largest {:.3} N/mm at {:.1} mm, that is {:.4} N/mm² over the finger's width",
+            "{}: *F* = {} N; largest {} N/mm at {:.1} mm, that is {} N/mm² over the finger's width",
             place_words(case, solution.place()),
-            peak.line_load_n_per_mm,
+            draw::significant(force, 2),
+            draw::significant(peak.line_load_n_per_mm, 3),
             peak.arc_mm,
-            peak.pressure_n_per_mm2,
+            draw::significant(peak.pressure_n_per_mm2, 4),
         ),
         _ => format!("{}: no contact", place_words(case, solution.place())),
     };
@@ -250,7 +274,7 @@ fn strain(case: &Case, solution: &Solution) -> Chart {
     };
     // A limit far away would flatten the curves: it is drawn where it is near, and named in any case.
     let levels = |most: f64, both: bool| {
-        let near = limit.filter(|limit| *limit < 3.0 * most).map(in_percent);
+        let near = limit.filter(|limit| *limit < 3.0 * most).map(percent);
         let level = |y: f64, words: String| Mark::Level { y, words };
         let upper = near.map(|limit| level(limit, format!("limit {limit} %")));
         let lower = near.filter(|_| both).map(|limit| level(-limit, String::new()));

@@ -49,7 +49,7 @@ pub enum Mark {
         /// What happens there.
         words: String,
     },
-    /// A ring around a point, such as a solution on another branch.
+    /// A ring around a point, such as a solution on another branch; drawn only if it lies within the axes.
     Ring {
         /// The point.
         at: [f64; 2],
@@ -101,9 +101,9 @@ pub struct Panel {
 /// A chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// What it shows.
+    /// What it shows; no letter of it is a mark.
     pub title: String,
-    /// Under which conditions.
+    /// Under which conditions; `*…*` is italic, `_{…}` a subscript.
     pub subtitle: String,
     /// Title of the horizontal axis with its unit.
     pub x_title: String,
@@ -119,6 +119,12 @@ pub struct Chart {
 
 const PANEL_GAP: f64 = 18.0;
 const TICK: f64 = 5.0;
+/// To the right of the axes, px.
+const RIGHT: f64 = MARGIN + 10.0;
+/// Below the axes, px: labels and title of the horizontal one.
+const FOOT: f64 = MARGIN + 2.9 * TEXT;
+/// The least width of a chart with equal scales, px.
+const NARROWEST: f64 = 360.0;
 
 impl Chart {
     /// An empty chart of a size that suits a page's column.
@@ -137,22 +143,18 @@ impl Chart {
     /// The picture.
     pub fn scene(&self) -> Scene {
         let fonts = Fonts::new();
-        let mut scene = Scene::new(self.width, self.height, format!("{}. {}", self.title, self.subtitle));
+        let mut scene = Scene::new(self.width, self.height, heading::described(&self.title, &self.subtitle));
         let top = self.headings(&mut scene, &fonts);
-        let bottom = self.height - MARGIN - 2.9 * TEXT;
+        let bottom = self.height - FOOT;
         let gaps = PANEL_GAP * self.panels.len().saturating_sub(1) as f64;
         let share = |panel: &Panel| if panel.share > 0.0 { panel.share } else { 1.0 };
         let shares: f64 = self.panels.iter().map(share).sum();
         let unit = (bottom - top - gaps) / shares.max(1e-9);
 
-        let scales: Vec<Scale> = self.panels.iter().map(|panel| vertical(panel, unit * share(panel))).collect();
-        let label = |words: String| Text::new([0.0, 0.0], TEXT, words);
-        let widest = scales
-            .iter()
-            .flat_map(|scale| scale.ticks.iter().map(|&tick| fonts.width(&label(scale.words(tick)))))
-            .fold(0.0, f64::max);
-        let left = MARGIN + 1.5 * TEXT + widest + TICK + 6.0;
-        let right = self.width - MARGIN - 10.0;
+        let range = self.horizontal_range();
+        let scales: Vec<Scale> = self.panels.iter().map(|panel| vertical(panel, range, unit * share(panel))).collect();
+        let left = axes_left(&scales, &fonts);
+        let right = self.width - RIGHT;
         let x = self.horizontal(right - left);
 
         let mut y = top;
@@ -166,6 +168,29 @@ impl Chart {
             Text::new([0.5 * (left + right), self.height - MARGIN], TEXT, self.x_title.clone()).anchor(Anchor::Middle),
         );
         scene
+    }
+
+    /// Sizes a chart of one panel so that both axes have one scale, px per unit; both ranges have to be set. A narrow range of
+    /// the horizontal axis is widened to both sides, for the headings have to fit.
+    pub fn with_equal_scales(mut self, scale: f64) -> Self {
+        let (Some([low, high]), Some([bottom, top])) =
+            (self.x_range, self.panels.first().and_then(|panel| panel.y_range))
+        else {
+            return self;
+        };
+        let fonts = Fonts::new();
+        let tall = scale * (top - bottom);
+        let scales: Vec<Scale> =
+            self.panels.first().map(|panel| vertical(panel, [low, high], tall)).into_iter().collect();
+        let aside = axes_left(&scales, &fonts) + RIGHT;
+        let wide = (scale * (high - low)).max(NARROWEST - aside);
+        let more = 0.5 * (wide / scale - (high - low));
+        self.x_range = Some([low - more, high + more]);
+        self.width = wide + aside;
+        // What the headings take up is known once the width is.
+        let above = self.headings(&mut Scene::new(self.width, 0.0, ""), &fonts);
+        self.height = above + tall + FOOT;
+        self
     }
 
     fn headings(&self, scene: &mut Scene, fonts: &Fonts) -> f64 {
@@ -187,10 +212,21 @@ impl Chart {
     }
 
     fn horizontal(&self, width: f64) -> Scale {
-        let points = self.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.points);
-        let [low, high] = self.x_range.unwrap_or_else(|| extent(points.map(|p| p[0])));
+        let [low, high] = self.horizontal_range();
         Scale::covering(low, high, width / 75.0, false)
     }
+
+    fn horizontal_range(&self) -> [f64; 2] {
+        let points = self.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.points);
+        self.x_range.unwrap_or_else(|| extent(points.map(|p| p[0])))
+    }
+}
+
+/// Where the axes begin, px, beside the title and the widest label of a vertical axis.
+fn axes_left(scales: &[Scale], fonts: &Fonts) -> f64 {
+    let width = |words: String| fonts.width(&Text::new([0.0, 0.0], TEXT, words));
+    let labels = scales.iter().flat_map(|scale| scale.ticks.iter().map(|&tick| width(scale.words(tick))));
+    MARGIN + 1.5 * TEXT + labels.fold(0.0, f64::max) + TICK + 6.0
 }
 
 /// Smallest and largest of the finite values.
@@ -200,7 +236,8 @@ fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
 }
 
-fn vertical(panel: &Panel, height: f64) -> Scale {
+/// The vertical axis of a panel over a range of the horizontal one: what is not drawn asks for no room.
+fn vertical(panel: &Panel, [from, to]: [f64; 2], height: f64) -> Scale {
     let count = (height / 36.0).max(2.0);
     if let Some([low, high]) = panel.y_range {
         return Scale::covering(low, high, count, false);
@@ -209,8 +246,8 @@ fn vertical(panel: &Panel, height: f64) -> Scale {
     let bands = panel.marks.iter().flat_map(|mark| match mark {
         Mark::Band { low, high, .. } => vec![*low, *high],
         Mark::Level { y, .. } => vec![*y],
-        Mark::Ring { at, .. } => vec![at[1]],
-        Mark::At { .. } | Mark::Stretch { .. } => Vec::new(),
+        Mark::Ring { at, .. } if (from..=to).contains(&at[0]) => vec![at[1]],
+        Mark::Ring { .. } | Mark::At { .. } | Mark::Stretch { .. } => Vec::new(),
     });
     let [low, high] = extent(points.chain(bands).chain(panel.with_zero.then_some(0.0)));
     // Room for words at the top.
@@ -296,7 +333,10 @@ impl PanelView<'_> {
         let size = 0.92 * TEXT;
         // Left and right ends of the words at the top, by their row: words that would cover others go a row down.
         let mut rows: Vec<Vec<[f64; 2]>> = Vec::new();
-        for mark in &self.panel.marks {
+        // They come first: other words make way for them.
+        let (first, others): (Vec<&Mark>, Vec<&Mark>) =
+            self.panel.marks.iter().partition(|mark| matches!(mark, Mark::At { .. }));
+        for mark in first.into_iter().chain(others) {
             match mark {
                 Mark::At { x, words } => {
                     let x = self.at([*x, 0.0])[0];
@@ -320,21 +360,27 @@ impl PanelView<'_> {
                 }
                 Mark::Ring { at, words } => {
                     let [x, y] = self.at(*at);
-                    if !(x.is_finite() && y.is_finite()) {
+                    if !((left - 0.5..=right + 0.5).contains(&x) && (top - 0.5..=bottom + 0.5).contains(&y)) {
                         continue;
                     }
                     scene.line(Path::circle([x, y], 6.5), Stroke::new(Ink::Force, 1.6));
                     let text = Text::new([x + 10.0, y - 8.0], size, words.clone()).ink(Ink::Force).halo();
-                    let end = x + 10.0 + self.fonts.width(&text);
+                    let width = self.fonts.width(&text);
+                    let (after, before) = (x + 10.0, x - 10.0 - width);
+                    let end = after + width;
                     let crossed = self.panel.marks.iter().any(|mark| match mark {
                         Mark::At { x: line, .. } => (x..end).contains(&self.at([*line, 0.0])[0]),
                         _ => false,
                     });
-                    scene.text(if end <= right + 8.0 && !crossed {
-                        text
+                    let from = if end <= right + 8.0 && !crossed {
+                        after
+                    } else if before >= left {
+                        before
                     } else {
-                        Text { at: [x - 10.0, y - 8.0], ..text }.anchor(Anchor::End)
-                    });
+                        // Room on neither side: where it is, but within the axes.
+                        after.min(right + 8.0 - width)
+                    };
+                    scene.text(Text { at: [from, y - 8.0], ..text });
                 }
                 Mark::Level { y, words } => {
                     if !(self.y.low..=self.y.high).contains(y) {
@@ -342,8 +388,21 @@ impl PanelView<'_> {
                     }
                     let y = self.at([0.0, *y])[1];
                     scene.line(Path::lines([[left, y], [right, y]]), Stroke::new(Ink::Force, 1.4).dashed(7.0, 4.0));
-                    let below = if y - size < top { size + 3.0 } else { -5.0 };
-                    let text = Text::new([right - 4.0, y + below], size, words.clone()).ink(Ink::Force).halo();
+                    let text = Text::new([right - 4.0, y - 5.0], size, words.clone()).ink(Ink::Force).halo();
+                    let from = right - 4.0 - self.fonts.width(&text);
+                    // Above the line, else below it, else below the words at the top.
+                    let free = |base: f64| {
+                        base - size >= top
+                            && rows.iter().enumerate().all(|(row, ends)| {
+                                let other = top + size * (1.0 + 1.25 * row as f64);
+                                base - size >= other + 0.2 * size
+                                    || other - size >= base
+                                    || ends.iter().all(|&[a, b]| b < from || right < a)
+                            })
+                    };
+                    let bottom_row = top + size * (1.2 + 1.25 * rows.len() as f64);
+                    let base = [y - 5.0, y + size + 3.0].into_iter().find(|&base| free(base)).unwrap_or(bottom_row);
+                    let text = Text { at: [right - 4.0, base], ..text };
                     scene.text(text.anchor(Anchor::End));
                 }
                 Mark::Stretch { between, words } => {

@@ -13,7 +13,7 @@ use crate::shape::Shape;
 /// What the picture shows.
 #[derive(Clone, Debug)]
 pub struct FingerPicture<'a> {
-    /// Title.
+    /// Title; no letter of it is a mark.
     pub title: String,
     /// Conditions, in a line below the title.
     pub subtitle: String,
@@ -37,30 +37,42 @@ const HIGHEST: f64 = 640.0;
 const FOOT: f64 = 44.0;
 /// Length that the net force's arrow has at most, px.
 const LONGEST_ARROW: f64 = 120.0;
+/// Half the size of the cross at the object's centre, px.
+const CROSS: f64 = 5.0;
 /// Length of the arrow that shows where a base is translated to, px.
 const MOTION_ARROW: f64 = 46.0;
-/// Thickness of the base lamella in the picture, mm.
-const BASE: f64 = 4.0;
+/// Thickness of the base lamella in the picture, in parts of the finger's height.
+const BASE: f64 = 4.0 / 80.0;
+/// Width of the arm between motor and base lamella, in parts of the finger's height.
+const ARM: f64 = 7.0 / 80.0;
+/// Length of the lines between which the motor's angle is marked, in parts of the finger's height.
+const ANGLE: f64 = 15.0 / 80.0;
+/// Room around the finger's lines, in parts of its height.
+const ROOM: f64 = 4.0 / 80.0;
 
 impl FingerPicture<'_> {
     /// The picture.
     pub fn scene(&self) -> Scene {
         let fonts = Fonts::new();
-        let mut scene = Scene::new(WIDTH, HIGHEST, format!("{}. {}", self.title, self.subtitle));
+        let mut scene = Scene::new(WIDTH, HIGHEST, heading::described(&self.title, &self.subtitle));
         let top = self.headings(&mut scene, &fonts);
         let ghost = Shape::undeformed(self.design);
-        let view = self.view(&ghost, top);
+        let net = self.net_force();
+        let view = self.view(&ghost, top, &fonts, net);
         scene.height = view.area.bottom + FOOT + MARGIN;
 
         scene.items.push(Item::Clip(view.area));
-        self.draw_object(&mut scene, &view, &fonts);
+        let labels = self.labels(&view, &fonts, &ghost, net);
+        self.draw_object(&mut scene, &view, labels.object);
         self.draw_arm(&mut scene, &view);
         self.draw_ghost(&mut scene, &view, &ghost);
         self.draw_finger(&mut scene, &view);
         self.draw_base(&mut scene, &view);
         scene.items.push(Item::Unclip);
         self.draw_motion(&mut scene, &view);
-        self.draw_forces(&mut scene, &view, &fonts);
+        if let (Some(net), Some(at)) = (net, labels.force) {
+            self.draw_forces(&mut scene, &view, net, at);
+        }
         view.scale_bar(&mut scene);
         scene
     }
@@ -98,49 +110,172 @@ impl FingerPicture<'_> {
         }
     }
 
-    fn view(&self, ghost: &Shape, top: f64) -> View {
-        let mut low = [f64::INFINITY; 2];
-        let mut high = [f64::NEG_INFINITY; 2];
-        let mut include = |[x, y]: [f64; 2], reach: f64| {
+    /// The scale and place at which all that is drawn fits: each part is a point of the world with the room that it takes
+    /// up around it, some of it in mm and some, as of words, in px.
+    fn view(&self, ghost: &Shape, top: f64, fonts: &Fonts, net: Option<NetForce>) -> View {
+        let height = self.height();
+        let (base, room) = (BASE * height, ROOM * height);
+        let mut parts = Vec::new();
+        let mut include = |[x, y]: [f64; 2], reach: f64, rect: Rect| {
             if x.is_finite() && y.is_finite() {
-                low = [low[0].min(x - reach), low[1].min(y - reach)];
-                high = [high[0].max(x + reach), high[1].max(y + reach)];
+                parts.push(([x - reach, y - reach], rect));
+                parts.push(([x + reach, y + reach], rect));
             }
         };
+        let bare = Rect { left: 0.0, top: 0.0, right: 0.0, bottom: 0.0 };
         for &p in ghost.front.iter().chain(&ghost.back).chain(&self.shape.front).chain(&self.shape.back) {
-            include(self.world(p), 4.0);
+            include(self.world(p), room, bare);
         }
-        include(self.world([self.design.front.base[0], self.design.front.base[1] - BASE]), 4.0);
-        include(self.world([self.design.back.base[0], self.design.back.base[1] - BASE]), 4.0);
+        include(self.world([self.design.front.base[0], self.design.front.base[1] - base]), room, bare);
+        include(self.world([self.design.back.base[0], self.design.back.base[1] - base]), room, bare);
         match self.motion {
-            Motion::Rotating { axis } => include(axis, 7.0),
-            // The arrow of the motion.
-            Motion::Translating { .. } => include(self.below_base(), 9.0),
+            Motion::Rotating { axis } => {
+                include(axis, ARM * height, bare);
+                include(axis, 0.0, box_of(fonts, &self.motion_text([0.0; 2])));
+            }
+            Motion::Translating { direction } => {
+                include(self.below_base(), 2.25 * room, bare);
+                let half = direction.map(|part| 0.5 * MOTION_ARROW * part.abs());
+                let arrow = Rect { left: -half[0], top: -half[1], right: half[0], bottom: half[1] };
+                include(self.below_base(), 0.0, arrow.with(box_of(fonts, &self.motion_text([0.0; 2]))));
+            }
         }
-        let length = self.design.front.length();
         match object::bounds(&self.object) {
             Some((middle, radius)) if radius <= self.whole() => {
-                include(middle, radius + 3.0);
+                include(middle, radius + 0.75 * room, bare);
                 // Its name may stand below it.
                 let [x, y] = object::lowest(&self.object);
-                if !matches!(self.object, ObjectDesign::Circle { radius, .. } if radius > 12.0) {
-                    include([x, y - 8.0], 0.0);
+                if !matches!(self.object, ObjectDesign::Circle { radius, .. } if radius > 3.0 * room) {
+                    include([x, y - 2.0 * room], 0.0, bare);
                 }
             }
             _ => {
-                let foot = self.world(self.design.front.point(0.5 * length));
+                let foot = self.world(self.design.front.point(0.5 * height));
                 let towards = object::towards(&self.object, foot);
-                include([foot[0] + 0.5 * length * towards[0], foot[1] + 0.5 * length * towards[1]], 0.0);
+                include([foot[0] + 0.5 * height * towards[0], foot[1] + 0.5 * height * towards[1]], 0.0, bare);
+                // Room for its name behind its edge.
+                let edge = object::onto(&self.object, foot);
+                if (edge[0] - foot[0]).hypot(edge[1] - foot[1]) < height {
+                    let [right, up] = towards.map(|part| 2.5 * TEXT * part);
+                    let behind =
+                        Rect { left: right.min(0.0), right: right.max(0.0), top: -up.max(0.0), bottom: -up.min(0.0) };
+                    include(edge, 0.0, behind);
+                }
             }
         }
-        let (wide, tall) = (high[0] - low[0], high[1] - low[1]);
-        let scale = ((WIDTH - 2.0 * MARGIN) / wide).min((HIGHEST - top - FOOT - MARGIN) / tall);
-        let left = 0.5 * (WIDTH - scale * wide);
-        let area = Rect { left: MARGIN, right: WIDTH - MARGIN, top, bottom: top + scale * tall };
-        View { scale, origin: [left - scale * low[0], top + scale * high[1]], area }
+        if let Some(net) = net {
+            let room = Rect { left: -4.0, top: -4.0, right: 4.0, bottom: 4.0 };
+            for (from, arrow) in self.arrows(net) {
+                include(from, 0.0, room.moved(arrow));
+            }
+            let beside = self.force_places(fonts, net, net.arrow).swap_remove(0);
+            include(net.from, 0.0, room.moved(net.arrow).with(box_of(fonts, &beside)));
+        }
+        // What the parts cover at a scale: from left, top to right, bottom, px from the world's origin.
+        let covered = |scale: f64| {
+            let none = Rect { left: f64::INFINITY, top: f64::INFINITY, right: -f64::INFINITY, bottom: -f64::INFINITY };
+            parts.iter().fold(none, |all, ([x, y], rect)| all.with(rect.moved([scale * x, -scale * y])))
+        };
+        let (wide, tall) = (WIDTH - 2.0 * MARGIN, HIGHEST - top - FOOT - MARGIN);
+        let fits = |scale: f64| {
+            let all = covered(scale);
+            all.right - all.left <= wide && all.bottom - all.top <= tall
+        };
+        // What is covered grows with the scale: halve towards the largest that fits.
+        let points = covered(1.0);
+        let (mut low, mut high) = (0.0, 2.0 * wide.max(tall) / height);
+        if points.right.is_finite() {
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if fits(middle) { low = middle } else { high = middle }
+            }
+        }
+        let scale = low;
+        let all = covered(scale);
+        let left = 0.5 * (WIDTH - (all.right - all.left));
+        let area = Rect { left: MARGIN, right: WIDTH - MARGIN, top, bottom: top + all.bottom - all.top };
+        View { scale, origin: [left - all.left, top - all.top], area }
     }
 
-    fn draw_object(&self, scene: &mut Scene, view: &View, fonts: &Fonts) {
+    /// The net force with its arrow; none if it is not known or nothing.
+    fn net_force(&self) -> Option<NetForce> {
+        let force = self.force?;
+        let magnitude = force[0].hypot(force[1]);
+        let from = self.line_of_action(force);
+        let scale = LONGEST_ARROW / magnitude;
+        (magnitude > 0.0 && magnitude.is_finite() && from.iter().all(|x| x.is_finite())).then_some(NetForce {
+            magnitude,
+            from,
+            scale,
+            arrow: [scale * force[0], -scale * force[1]],
+        })
+    }
+
+    /// The arrows of all forces, the net one last: where each begins (world, mm) and where it leads (px).
+    fn arrows(&self, net: NetForce) -> Vec<([f64; 2], [f64; 2])> {
+        let mut arrows = Vec::new();
+        // A single contact force is the net force.
+        if self.shape.contacts.len() > 1 {
+            arrows.extend(self.shape.contacts.iter().map(|contact| {
+                let n = self.world_direction(contact.normal);
+                let length = net.scale * contact.force;
+                (self.world(contact.position), [-length * n[0], length * n[1]])
+            }));
+        }
+        arrows.push((net.from, net.arrow));
+        arrows
+    }
+
+    /// Where the net force's words may stand, the best place first; the arrow's head is at a point, px.
+    fn force_places(&self, fonts: &Fonts, net: NetForce, head: [f64; 2]) -> Vec<Text> {
+        let text = net_text(net.magnitude);
+        let width = fonts.width(&text);
+        let [x, y] = head;
+        let (right, left) = (x + 8.0, x - 8.0 - width);
+        let sides = if net.arrow[0] >= 0.0 { [right, left] } else { [left, right] };
+        let beyond = if net.arrow[1] < 0.0 { -0.5 * text.size } else { 1.3 * text.size };
+        let size = text.size;
+        let aside = [0.35, -0.45, 1.15].into_iter().flat_map(|down| sides.map(|x| [x, y + down * size]));
+        aside.chain([[x - 0.5 * width, y + beyond]]).map(|at| Text { at, ..text.clone() }).collect()
+    }
+
+    /// Where the words of the object and of the net force stand: off each other, and off all lines where there is room.
+    fn labels(&self, view: &View, fonts: &Fonts, ghost: &Shape, net: Option<NetForce>) -> Labels {
+        let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
+        if let Some((centre, _)) = object::bounds(&self.object) {
+            let [x, y] = view.at(centre);
+            lines.extend([vec![[x - CROSS, y], [x + CROSS, y]], vec![[x, y - CROSS], [x, y + CROSS]]]);
+        }
+        for beam in [&self.shape.front, &self.shape.back, &ghost.front, &ghost.back] {
+            lines.push(beam.iter().map(|&p| view.at(self.world(p))).collect());
+        }
+        for (from, [right, down]) in net.map(|net| self.arrows(net)).unwrap_or_default() {
+            let from = view.at(from);
+            lines.push(vec![from, [from[0] + right, from[1] + down]]);
+        }
+        let crossed = |rect: Rect, lines: &[Vec<[f64; 2]>]| {
+            lines.iter().flat_map(|line| line.windows(2)).filter(|ends| rect.meets([ends[0], ends[1]])).count()
+        };
+        let least = |places: Vec<Text>, lines: &[Vec<[f64; 2]>]| {
+            let cost = |text: &Text| {
+                let rect = box_of(fonts, text);
+                crossed(rect, lines) + if rect.within(view.area) { 0 } else { 1000 }
+            };
+            // Of equals the first: the best one.
+            places.into_iter().min_by_key(cost)
+        };
+        let force = net.and_then(|net| {
+            let head = view.at(net.from);
+            least(self.force_places(fonts, net, [head[0] + net.arrow[0], head[1] + net.arrow[1]]), &lines)
+        });
+        if let Some(text) = &force {
+            lines.push(box_of(fonts, text).outline());
+        }
+        let object = self.object_places(view, fonts);
+        Labels { object: least(object, &lines), force }
+    }
+
+    fn draw_object(&self, scene: &mut Scene, view: &View, name: Option<Text>) {
         // Large enough to reach beyond the picture on all sides, for a half-plane.
         let reach = (view.area.right - view.area.left).hypot(view.area.bottom - view.area.top) / view.scale;
         let middle = view.world([0.5 * (view.area.left + view.area.right), 0.5 * (view.area.top + view.area.bottom)]);
@@ -149,69 +284,102 @@ impl FingerPicture<'_> {
         let bounds = object::bounds(&self.object);
         if let Some((centre, _)) = bounds {
             let [x, y] = view.at(centre);
-            let cross = 5.0;
-            for [dx, dy] in [[cross, 0.0], [0.0, cross]] {
+            for [dx, dy] in [[CROSS, 0.0], [0.0, CROSS]] {
                 let line = Path::lines([[x - dx, y - dy], [x + dx, y + dy]]);
                 scene.line(line, Stroke::new(Ink::ObjectEdge, 1.0));
             }
         }
-        let text = Text::new([0.0; 2], TEXT, object::words(&self.object)).ink(Ink::Muted).anchor(Anchor::Middle);
-        let at = self.name_place(view, fonts.width(&text));
-        let outside = object::distance(&self.object, view.world(at)) > 0.0;
-        scene.text(Text { at, ..if outside { text.halo() } else { text } });
+        if let Some(name) = name {
+            let outside = object::distance(&self.object, view.world(name.at)) > 0.0;
+            scene.text(if outside { name.halo() } else { name });
+        }
     }
 
-    /// Middle of the object's name, px: in a circle with room for it, else below the outline and away from the finger; for an
-    /// object that is cut off, where the picture reaches deepest into it.
-    fn name_place(&self, view: &View, width: f64) -> [f64; 2] {
+    /// Where the object's name may stand, the best place first: in a circle with room for it, else below the outline and away
+    /// from the finger; for an object that is cut off, where the picture reaches deepest into it.
+    fn object_places(&self, view: &View, fonts: &Fonts) -> Vec<Text> {
+        let text = Text::new([0.0; 2], TEXT, object::words(&self.object)).ink(Ink::Muted).anchor(Anchor::Middle);
+        let half = 0.5 * fonts.width(&text);
         let area = view.area;
+        let [left, right] = [area.left + half, area.right - half];
+        let mut places = Vec::new();
         if let ObjectDesign::Circle { centre, radius } = self.object {
             let [x, y] = view.at(centre);
-            let y = y + (0.62 * view.scale * radius).min(90.0);
-            let [half, left, right] = [0.5 * width, area.left + 0.5 * width, area.right - 0.5 * width];
-            if half < 0.7 * view.scale * radius && (left..right).contains(&x) && (area.top..area.bottom).contains(&y) {
-                return [x, y];
+            let down = (0.62 * view.scale * radius).min(90.0);
+            if half < 0.7 * view.scale * radius && (left..right).contains(&x) {
+                let inside = |y: &f64| (area.top + TEXT..area.bottom).contains(y);
+                places.extend([y + down, y - down + 0.7 * TEXT].into_iter().filter(inside).map(|y| [x, y]));
             }
         }
-        if object::bounds(&self.object).is_some_and(|(_, radius)| radius <= self.whole()) {
+        if let Some((middle, radius)) = object::bounds(&self.object).filter(|(_, radius)| *radius <= self.whole()) {
             let [x, y] = view.at(object::lowest(&self.object));
-            return [(x + 70.0).min(area.right - 70.0), (y + 1.5 * TEXT).min(area.bottom - 0.5 * TEXT)];
+            let within =
+                |[x, y]: [f64; 2]| [x.min(right).max(left), y.min(area.bottom - 0.5 * TEXT).max(area.top + 1.5 * TEXT)];
+            let ([mx, my], reach) = (view.at(middle), view.scale * radius + 10.0);
+            places.extend([
+                within([x + 70.0, y + 1.5 * TEXT]),
+                within([mx + reach + half, my + 0.35 * TEXT]),
+                within([mx + 70.0, my - reach]),
+                within([mx - reach - half, my + 0.35 * TEXT]),
+            ]);
         }
-        let aside = [area.left + 60.0, area.right - 60.0];
-        let corners = aside.into_iter().flat_map(|x| [[x, area.bottom - TEXT], [x, area.top + 2.0 * TEXT]]);
-        let deep = |&at: &[f64; 2]| object::distance(&self.object, view.world(at));
-        corners.min_by(|a, b| deep(a).total_cmp(&deep(b))).unwrap_or_default()
+        if places.is_empty() {
+            let aside = [area.left + 60.0, 0.5 * (area.left + area.right), area.right - 60.0];
+            let mut rows = aside
+                .into_iter()
+                .flat_map(|x| [[x, area.bottom - TEXT], [x, area.top + 1.5 * TEXT]])
+                .collect::<Vec<_>>();
+            // How far out of the object the box of the words reaches.
+            let out = |&at: &[f64; 2]| {
+                let corners = box_of(fonts, &Text { at, ..text.clone() }).outline();
+                corners
+                    .into_iter()
+                    .map(|p| object::distance(&self.object, view.world(p)))
+                    .fold(f64::NEG_INFINITY, f64::max)
+            };
+            rows.sort_by(|a, b| out(a).total_cmp(&out(b)));
+            // Places outside are none, unless there is no other.
+            let inside = rows.iter().filter(|at| out(at) < 0.0).count().max(1);
+            places.extend(rows.into_iter().take(inside));
+        }
+        places.into_iter().map(|at| Text { at, ..text.clone() }).collect()
+    }
+
+    /// The finger's height, mm: what has no size of its own is drawn in proportion to it.
+    fn height(&self) -> f64 {
+        self.design.front.length()
     }
 
     /// The largest radius of an object that is shown whole, mm: the finger is what the picture is about.
     fn whole(&self) -> f64 {
-        0.6 * self.design.front.length()
+        0.6 * self.height()
     }
 
     /// Where the arrow of a translated base has its middle, world frame, mm.
     fn below_base(&self) -> [f64; 2] {
         let [front, back] = [self.design.front.base, self.design.back.base];
-        self.world([0.5 * (front[0] + back[0]), front[1].min(back[1]) - BASE - 10.0])
+        self.world([0.5 * (front[0] + back[0]), front[1].min(back[1]) - 3.5 * BASE * self.height()])
     }
 
     /// The arm from the motor to the base lamella.
     fn draw_arm(&self, scene: &mut Scene, view: &View) {
         let Motion::Rotating { axis } = self.motion else { return };
         let [front, back] = [self.design.front.base, self.design.back.base];
-        let middle = [0.5 * (front[0] + back[0]), 0.5 * (front[1] + back[1]) - 0.5 * BASE];
+        let middle = [0.5 * (front[0] + back[0]), 0.5 * (front[1] + back[1]) - 0.5 * BASE * self.height()];
         let arm = Path::lines([view.at(axis), view.at(self.world(middle))]);
-        scene.line(arm, Stroke::new(Ink::Faint, 7.0 * view.scale).round());
+        scene.line(arm, Stroke::new(Ink::Faint, ARM * self.height() * view.scale).round());
     }
 
     /// The base lamella, over the beams' ends.
     fn draw_base(&self, scene: &mut Scene, view: &View) {
         let [front, back] = [self.design.front.base, self.design.back.base];
-        let side = 2.0;
+        let base = BASE * self.height();
+        let side = 0.5 * base;
         let corners = [
             [back[0] - side, back[1]],
             [front[0] + side, front[1]],
-            [front[0] + side, front[1] - BASE],
-            [back[0] - side, back[1] - BASE],
+            [front[0] + side, front[1] - base],
+            [back[0] - side, back[1] - base],
         ];
         let block = Path::polygon(corners.map(|p| view.at(self.world(p))));
         scene.area(block, Ink::Ghost, 1.0, Stroke::new(Ink::Ghost, 1.0).round());
@@ -267,14 +435,16 @@ impl FingerPicture<'_> {
             let corner = |[x, y]: [f64; 2], side: f64| [x - side * half * along[1], y + side * half * along[0]];
             let body = [corner(p, 1.0), corner(q, 1.0), corner(q, -1.0), corner(p, -1.0)];
             scene.area(Path::polygon(body), Ink::Lamella, 1.0, Stroke::new(Ink::Lamella, 1.0).round());
-            if !flexible {
-                for end in [p, q] {
-                    scene.area(Path::circle(end, 3.0), Ink::Paper, 1.0, Stroke::new(Ink::Back, 1.4));
-                }
-            }
         }
         self.draw_beam(scene, view, &self.shape.back, &design.back.thickness, Ink::Back);
         self.draw_beam(scene, view, &self.shape.front, &design.front.thickness, Ink::Front);
+        // Pins lie on the beams' centrelines and show on them; welded lamellae have none.
+        if design.hinge.kind == HingeKind::Pinned {
+            for end in self.shape.lamellae.iter().flatten() {
+                let end = view.at(self.world(*end));
+                scene.area(Path::circle(end, 3.0), Ink::Paper, 1.0, Stroke::new(Ink::Back, 1.4));
+            }
+        }
     }
 
     fn rest_direction(&self, lamella: usize) -> [f64; 2] {
@@ -302,9 +472,10 @@ impl FingerPicture<'_> {
         }
         // The beam reaches into the base, which is drawn over it, and ends round: both beams' ends make one tip.
         let foot = unit([line[1][0] - line[0][0], line[1][1] - line[0][1]]);
+        let deep = 0.5 * BASE * self.height();
         let root = |side: f64| {
             let half = 0.5 * side * thickness.at(0.0);
-            [line[0][0] - BASE * 0.5 * foot[0] - half * foot[1], line[0][1] - BASE * 0.5 * foot[1] + half * foot[0]]
+            [line[0][0] - deep * foot[0] - half * foot[1], line[0][1] - deep * foot[1] + half * foot[0]]
         };
         let roots = [1.0, -1.0].map(|side| view.at(self.world(root(side))));
         if let Some(&tip) = line.last() {
@@ -325,7 +496,7 @@ impl FingerPicture<'_> {
         match self.motion {
             Motion::Rotating { axis } => {
                 let m = view.at(axis);
-                let reach = 15.0 * view.scale;
+                let reach = ANGLE * self.height() * view.scale;
                 let angle = self.coordinate;
                 let up = [m[0], m[1] - reach];
                 let turned = [m[0] + reach * angle.sin(), m[1] - reach * angle.cos()];
@@ -336,51 +507,51 @@ impl FingerPicture<'_> {
                 scene.line(arc, Stroke::new(Ink::Muted, 1.2));
                 scene.area(Path::circle(m, 5.0), Ink::Paper, 1.0, Stroke::new(Ink::Main, 1.6));
                 scene.fill(Path::circle(m, 1.6), Ink::Main, 1.0);
-                let words = format!("*α* = {}°", short(angle.to_degrees(), 2));
-                scene.text(Text::new([m[0] + 12.0, m[1] + 5.0], TEXT, words).halo());
+                scene.text(self.motion_text(m));
             }
             Motion::Translating { direction } => {
                 let middle = view.at(self.below_base());
                 let half = [0.5 * MOTION_ARROW * direction[0], -0.5 * MOTION_ARROW * direction[1]];
                 let from = [middle[0] - half[0], middle[1] - half[1]];
                 scene.arrow(from, [middle[0] + half[0], middle[1] + half[1]], Ink::Main, 1.4);
-                // Behind the arrow's tail, where its head is not.
-                let (aside, anchor) = if half[0] > 0.0 { (-9.0, Anchor::End) } else { (9.0, Anchor::Start) };
-                let words = format!("*d* = {} mm", short(self.coordinate, 2));
-                let at = [from[0] + aside, from[1] + 0.35 * TEXT];
-                scene.text(Text::new(at, TEXT, words).halo().anchor(anchor));
+                scene.text(self.motion_text(middle));
             }
         }
     }
 
-    fn draw_forces(&self, scene: &mut Scene, view: &View, fonts: &Fonts) {
-        let Some(force) = self.force else { return };
-        let magnitude = force[0].hypot(force[1]);
-        if !(magnitude.is_finite() && magnitude > 0.0) {
-            return;
-        }
-        let scale = LONGEST_ARROW / magnitude;
-        for contact in &self.shape.contacts {
-            let (p, n) = (self.world(contact.position), self.world_direction(contact.normal));
-            let from = view.at(p);
-            let to = [from[0] - scale * contact.force * n[0], from[1] + scale * contact.force * n[1]];
-            if self.shape.contacts.len() > 1 {
-                scene.arrow(from, to, Ink::Series(4), 1.3);
+    /// The motor's angle beside it, or the distance beside its arrow's middle, px.
+    fn motion_text(&self, [x, y]: [f64; 2]) -> Text {
+        match self.motion {
+            Motion::Rotating { .. } => {
+                let words = format!("*α* = {}°", short(self.coordinate.to_degrees(), 2));
+                Text::new([x + 12.0, y + 5.0], TEXT, words).halo()
+            }
+            Motion::Translating { direction } => {
+                let from = [x - 0.5 * MOTION_ARROW * direction[0], y + 0.5 * MOTION_ARROW * direction[1]];
+                // Behind the arrow's tail, where its head is not.
+                let (aside, anchor) = if direction[0] > 0.0 { (-9.0, Anchor::End) } else { (9.0, Anchor::Start) };
+                let words = format!("*d* = {} mm", short(self.coordinate, 2));
+                Text::new([from[0] + aside, from[1] + 0.35 * TEXT], TEXT, words).halo().anchor(anchor)
             }
         }
-        let from = view.at(self.line_of_action(force));
-        let to = [from[0] + scale * force[0], from[1] - scale * force[1]];
-        scene.arrow(from, to, Ink::Force, 2.6);
-        let text = Text::new([0.0, 0.0], 15.0, format!("*F* = {magnitude:.2} N"));
-        let side = if to[0] >= from[0] { 8.0 } else { -8.0 - fonts.width(&text) };
-        scene.text(Text { at: [to[0] + side, to[1] + 0.35 * TEXT], ..text }.ink(Ink::Force).halo());
+    }
 
+    fn draw_forces(&self, scene: &mut Scene, view: &View, net: NetForce, words: Text) {
+        let arrows = self.arrows(net);
+        for (index, &(from, [right, down])) in arrows.iter().enumerate() {
+            let from = view.at(from);
+            let (ink, width) = if index + 1 == arrows.len() { (Ink::Force, 2.6) } else { (Ink::Series(4), 1.3) };
+            scene.arrow(from, [from[0] + right, from[1] + down], ink, width);
+        }
+        scene.text(words);
+
+        let scale = net.scale;
         let round = round_below(80.0 / scale);
         let length = scale * round;
         let right = view.area.right - 20.0;
         let y = view.area.bottom + 0.5 * FOOT;
         scene.arrow([right - length, y], [right, y], Ink::Force, 2.6);
-        let words = format!("{} N", short(round, 3));
+        let words = format!("{} N", round_words(round));
         scene.text(Text::new([right - 0.5 * length, y + 1.4 * TEXT], TEXT, words).anchor(Anchor::Middle));
     }
 
@@ -414,6 +585,41 @@ impl FingerPicture<'_> {
     }
 }
 
+/// The net force and its arrow.
+#[derive(Clone, Copy, Debug)]
+struct NetForce {
+    /// N.
+    magnitude: f64,
+    /// Where the arrow begins, world frame, mm.
+    from: [f64; 2],
+    /// Length of forces' arrows, px per N.
+    scale: f64,
+    /// Where the arrow leads, px to the right and down.
+    arrow: [f64; 2],
+}
+
+/// Words whose places depend on what else is drawn.
+struct Labels {
+    object: Option<Text>,
+    force: Option<Text>,
+}
+
+/// The net force in words, yet without a place.
+fn net_text(magnitude: f64) -> Text {
+    Text::new([0.0; 2], 15.0, format!("*F* = {} N", significant(magnitude, 2))).ink(Ink::Force).halo()
+}
+
+/// What a text covers, px.
+fn box_of(fonts: &Fonts, text: &Text) -> Rect {
+    let (width, [x, y]) = (fonts.width(text), text.at);
+    let left = match text.anchor {
+        Anchor::Start => x,
+        Anchor::Middle => x - 0.5 * width,
+        Anchor::End => x - width,
+    };
+    Rect { left, top: y - 0.8 * text.size, right: left + width, bottom: y + 0.25 * text.size }
+}
+
 fn ghost_stroke() -> Stroke {
     Stroke::new(Ink::Ghost, 1.2).dashed(4.0, 3.0)
 }
@@ -444,7 +650,7 @@ impl View {
         for x in [left, right] {
             scene.line(Path::lines([[x, y - 4.0], [x, y + 4.0]]), Stroke::new(Ink::Main, 2.0));
         }
-        let words = format!("{} mm", short(round, 3));
+        let words = format!("{} mm", round_words(round));
         scene.text(Text::new([0.5 * (left + right), y + 1.4 * TEXT], TEXT, words).anchor(Anchor::Middle));
     }
 }
@@ -472,8 +678,28 @@ fn along_line(line: &[[f64; 2]], arc: f64) -> Option<([f64; 2], [f64; 2])> {
 
 /// The largest of 1, 2, 5 times a power of ten that is not more.
 fn round_below(most: f64) -> f64 {
-    let power = 10_f64.powf(most.max(1e-9).log10().floor());
+    let power = 10_f64.powf(most.max(f64::MIN_POSITIVE).log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|factor| factor * power).find(|&value| value <= most).unwrap_or(power)
+}
+
+/// A value of [`round_below`] in words.
+fn round_words(round: f64) -> String {
+    // Beyond four decimals a power of ten reads better.
+    if round >= 1e-4 { short(round, 4) } else { format!("{round:.0e}").replace('-', "−") }
+}
+
+/// So many decimals; of a small value as many as show three digits, below 1e−4 with a power of ten: what is not zero does
+/// not read as zero.
+pub(crate) fn significant(value: f64, decimals: usize) -> String {
+    let size = value.abs();
+    let text = if !(size > 0.0 && size.is_finite()) || size >= 10_f64.powi(1 - decimals as i32) {
+        format!("{value:.decimals$}")
+    } else if size >= 1e-4 {
+        format!("{value:.*}", (2.0 - size.log10().floor()) as usize)
+    } else {
+        format!("{value:.2e}")
+    };
+    text.replace('-', "−")
 }
 
 /// At most so many decimals, without trailing zeros, with a true minus sign.
@@ -482,4 +708,18 @@ pub(crate) fn short(value: f64, decimals: usize) -> String {
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     let text = if text == "-0" { "0" } else { text };
     text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{round_below, round_words, significant};
+
+    #[test]
+    fn small_values_keep_their_digits() {
+        let words = [6.034, 0.5, 0.0, 0.015_23, 1.5e-5, -0.02, 123.456].map(|value| significant(value, 2));
+        assert_eq!(words, ["6.03", "0.50", "0.00", "0.0152", "1.50e−5", "−0.0200", "123.46"]);
+        assert_eq!([0.012_34, 0.001_234].map(|value| significant(value, 3)), ["0.012", "0.00123"]);
+        let scales = [70.0, 3.0, 0.012, 4e-4, 1.1e-5, 6e-12].map(|most| round_words(round_below(most)));
+        assert_eq!(scales, ["50", "2", "0.01", "0.0002", "1e−5", "5e−12"]);
+    }
 }

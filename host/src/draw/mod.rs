@@ -15,12 +15,12 @@ use std::path::Path;
 
 pub use chart::{Chart, Mark, Panel, Series, Style};
 pub use finger::FingerPicture;
-pub(crate) use finger::short;
+pub(crate) use finger::{short, significant};
 #[cfg_attr(not(feature = "record"), allow(unused_imports))]
 pub(crate) use object::object_outline;
 pub use palette::Ink;
 pub use png::{PngError, Theme, png};
-pub use scene::{Item, Scene};
+pub use scene::{Item, Scene, Step, literal};
 pub use svg::{svg, svg_in_page};
 
 /// Pixels per CSS pixel of a PNG.

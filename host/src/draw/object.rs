@@ -136,11 +136,11 @@ pub(super) fn towards(object: &ObjectDesign, [x, y]: [f64; 2]) -> [f64; 2] {
 /// What the object is called in a picture.
 pub(super) fn words(object: &ObjectDesign) -> String {
     match object {
-        ObjectDesign::Circle { radius, .. } => format!("object Ø{} mm", short(2.0 * radius, 1)),
+        ObjectDesign::Circle { radius, .. } => format!("object Ø{} mm", short(2.0 * radius, 3)),
         ObjectDesign::Ellipse { semi_axes: [a, b], .. } => {
-            format!("object {} × {} mm", short(2.0 * a, 1), short(2.0 * b, 1))
+            format!("object {} × {} mm", short(2.0 * a, 3), short(2.0 * b, 3))
         }
-        ObjectDesign::Polygon { rounding, .. } => format!("object, rounding {} mm", short(*rounding, 1)),
+        ObjectDesign::Polygon { rounding, .. } => format!("object, rounding {} mm", short(*rounding, 3)),
         ObjectDesign::HalfPlane { .. } => "object".to_owned(),
     }
 }

@@ -131,6 +131,53 @@ pub struct Rect {
     pub bottom: f64,
 }
 
+impl Rect {
+    /// The rectangle at another place.
+    pub fn moved(self, [right, down]: [f64; 2]) -> Self {
+        Self { left: self.left + right, top: self.top + down, right: self.right + right, bottom: self.bottom + down }
+    }
+
+    /// The smallest rectangle that holds this one and another.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            left: self.left.min(other.left),
+            top: self.top.min(other.top),
+            right: self.right.max(other.right),
+            bottom: self.bottom.max(other.bottom),
+        }
+    }
+
+    /// True if all of it lies in another one.
+    pub fn within(self, other: Self) -> bool {
+        self.left >= other.left && self.top >= other.top && self.right <= other.right && self.bottom <= other.bottom
+    }
+
+    /// The corners one after the other, the first again at the end.
+    pub fn outline(self) -> Vec<[f64; 2]> {
+        let Self { left, top, right, bottom } = self;
+        vec![[left, top], [right, top], [right, bottom], [left, bottom], [left, top]]
+    }
+
+    /// True if a straight line between two points has a part in it.
+    pub fn meets(self, [a, b]: [[f64; 2]; 2]) -> bool {
+        // The part of the line, 0 at its beginning and 1 at its end, that lies between the sides, and between top and bottom.
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for (axis, [low, high]) in [[self.left, self.right], [self.top, self.bottom]].into_iter().enumerate() {
+            let step = b[axis] - a[axis];
+            if step == 0.0 {
+                if !(low..=high).contains(&a[axis]) {
+                    return false;
+                }
+                continue;
+            }
+            let ends = [(low - a[axis]) / step, (high - a[axis]) / step];
+            from = from.max(ends[0].min(ends[1]));
+            to = to.min(ends[0].max(ends[1]));
+        }
+        from <= to
+    }
+}
+
 /// How an area is filled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fill {
@@ -181,7 +228,19 @@ pub enum Anchor {
     End,
 }
 
-/// A line of text. `*…*` is italic, `_{…}` a subscript.
+/// A text that is shown as it is: no letter of it is a mark. Line breaks and tabs are blanks.
+pub fn literal(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        if matches!(letter, '*' | '_' | '}' | '\\') {
+            out.push('\\');
+        }
+        out.push(if letter.is_control() { ' ' } else { letter });
+    }
+    out
+}
+
+/// A line of text. `*…*` is italic, `_{…}` a subscript; a letter after a backslash is itself ([`literal`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Text {
     /// Position of the anchor on the base line.
@@ -251,6 +310,7 @@ impl Text {
         while let Some(letter) = letters.next() {
             let Piece { italic, subscript, .. } = piece;
             match letter {
+                '\\' => piece.words.extend(letters.next()),
                 '*' => finish(&mut piece, &mut pieces, Piece { italic: !italic, subscript, ..Piece::default() }),
                 '_' if letters.peek() == Some(&'{') => {
                     letters.next();
@@ -265,6 +325,18 @@ impl Text {
         finish(&mut piece, &mut pieces, Piece::default());
         pieces
     }
+}
+
+/// Parts one after the other, each ended with a stop before the next; empty ones are left out.
+pub(super) fn sentences<'t>(parts: impl IntoIterator<Item = &'t str>) -> String {
+    let mut out = String::new();
+    for part in parts.into_iter().filter(|part| !part.is_empty()) {
+        if !out.is_empty() {
+            out.push_str(if out.ends_with('.') { " " } else { ". " });
+        }
+        out.push_str(part);
+    }
+    out
 }
 
 /// A piece of text in one style.
@@ -336,7 +408,7 @@ impl Scene {
     /// Adds all of another picture, moved.
     fn take(&mut self, other: &Self, by: [f64; 2]) {
         let shift = |[x, y]: [f64; 2]| [x + by[0], y + by[1]];
-        self.description = format!("{} {}", self.description, other.description);
+        self.description = sentences([self.description.as_str(), &other.description]);
         self.items.extend(other.items.iter().cloned().map(|item| match item {
             Item::Path(path, fill, stroke) => Item::Path(path.mapped(shift), fill, stroke),
             Item::Text(text) => Item::Text(Text { at: shift(text.at), ..text }),

@@ -260,11 +260,14 @@ fn number(value: f64) -> String {
 }
 
 fn escape(text: &str) -> String {
-    // Control characters are not allowed in XML, whatever their escape.
-    let visible = text.chars().filter(|letter| !letter.is_control());
     let mut out = String::with_capacity(text.len());
-    for letter in visible {
+    for letter in text.chars() {
         match letter {
+            // Line breaks and tabs part words.
+            '\t' | '\n' | '\r' => out.push(' '),
+            // Not allowed in XML, whatever their escape.
+            '\u{fffe}' | '\u{ffff}' => {}
+            control if control.is_control() => {}
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),

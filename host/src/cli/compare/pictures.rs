@@ -1,13 +1,27 @@
 //! What a comparison draws: both shapes, or forces and residuals.
 
+use model_core::design::Design;
 use model_core::object::Motion;
 
 use super::{Reading, Row};
 use crate::case::Case;
-use crate::draw::{Chart, Mark, Panel, Scene, Series, Style};
+use crate::draw::{Chart, Mark, Panel, Scene, Series, Style, short, significant};
 use crate::fea::{self, FeaError, Pose};
 use crate::metrics::Point;
 use crate::run::Solution;
+
+/// How large a finger is drawn, px: fingers of all sizes alike.
+const SIZE: f64 = 520.0;
+
+/// Height or width of a finger, mm, the larger one.
+fn size_of(design: &Design) -> f64 {
+    let ends = [design.front.base, design.front.tip, design.back.base, design.back.tip];
+    let extent = |axis: usize| {
+        let of = ends.map(|p| p[axis]);
+        of.into_iter().fold(f64::NEG_INFINITY, f64::max) - of.into_iter().fold(f64::INFINITY, f64::min)
+    };
+    extent(0).max(extent(1))
+}
 
 /// Both shapes over each other, finger frame.
 pub(super) fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<Scene, FeaError> {
@@ -17,18 +31,18 @@ pub(super) fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<S
         style,
         points: points.to_vec(),
     };
-    // Scale of the picture, px per mm, and what its titles and axes take.
-    let scale = 6.5;
+    let size = size_of(&case.finger.design);
+    let room = size / 27.0;
     let lines = [&pose.front, &pose.back, &solution.front_mm, &solution.back_mm];
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
     for p in lines.into_iter().flatten() {
         for axis in 0..2 {
-            low[axis] = low[axis].min(p[axis] - 3.0);
-            high[axis] = high[axis].max(p[axis] + 3.0);
+            low[axis] = low[axis].min(p[axis] - room);
+            high[axis] = high[axis].max(p[axis] + room);
         }
     }
-    high[0] += 12.0;
+    high[0] += 4.0 * room;
     let middle = [high[0], 0.5 * (low[1] + high[1])];
     let object: Vec<Point> = fea::object_line(case, pose.place, middle, 2.0 * (high[1] - low[1]))
         .into_iter()
@@ -41,17 +55,15 @@ pub(super) fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<S
     let mut chart = Chart::new(
         format!("{}: model and finite elements", case.finger.name),
         format!(
-            "{}{}, force {:.3} N, FEA {:.3} N; finger frame",
-            pose.place,
+            "{}{}, force {} N, FEA {} N; finger frame",
+            short(pose.place, 3),
             case.path.unit(),
-            solution.force_magnitude_n.unwrap_or(0.0),
-            pose.magnitude()
+            significant(solution.force_magnitude_n.unwrap_or(0.0), 3),
+            significant(pose.magnitude(), 3)
         ),
         "*x* (mm)",
     );
     chart.x_range = Some([low[0], high[0]]);
-    chart.width = scale * (high[0] - low[0]) + 90.0;
-    chart.height = scale * (high[1] - low[1]) + 150.0;
     let mut mesh = Vec::new();
     if !pose.outline.is_empty() {
         mesh.push(series("FEA, outline of the mesh", 1, Style::Thin, &pose.outline));
@@ -71,7 +83,7 @@ pub(super) fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<S
             .collect(),
         ..Panel::default()
     });
-    Ok(chart.scene())
+    Ok(chart.with_equal_scales(SIZE / size).scene())
 }
 
 /// Forces over the place, and below them the residuals.
