@@ -327,7 +327,7 @@ const SLIPS: &[Change] = &[
         "thickness_mm = 36\n\n[finger.back]",
         13,
         "finger.front.thickness_mm",
-        "reach into each other at lamella",
+        "reach into each other between lamella 2",
     ),
     (
         "thickness_mm = 2.0\n\n[finger.back]",

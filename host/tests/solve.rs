@@ -350,13 +350,12 @@ fn bad_input_is_status_1_with_a_message() {
 /// What cannot be written is told; that nobody reads what is told besides is no failure.
 #[test]
 fn a_full_disk_is_told_and_a_deaf_terminal_is_not() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("case.toml");
-    std::fs::write(&file, CASE).unwrap();
+    let folder = Folder::new();
+    let file = folder.case(45.0, "[2.0, 4.0]");
     let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let run = |arguments: &[&str]| {
-        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_fre"));
-        command.arg("solve").args(arguments).stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        command.arg("solve").args(arguments);
         command
     };
     let told = run(&[file.to_str().unwrap(), "--format", "json"]).stdout(full()).output().unwrap();

@@ -16,7 +16,7 @@ use pictures::{overlay, residual_chart};
 use words::{csv, outlier_lines, text};
 
 use super::options::{ModelArgs, ThemeWord, refused};
-use super::{UNTRUSTWORTHY, bad_input};
+use super::{UNTRUSTWORTHY, bad_input, put_out};
 use crate::case::Case;
 use crate::draw::{self, Scene};
 use crate::fea::{Analysis, Plan, Pose};
@@ -259,13 +259,13 @@ pub fn run(args: &Args) -> ExitCode {
         Format::Text => text(&case, &comparison),
         Format::Csv => {
             for note in &comparison.notes {
-                eprintln!("fre: note: {note}");
+                tell!("fre: note: {note}");
             }
             for problem in &comparison.left_out {
-                eprintln!("fre: left out: {problem}");
+                tell!("fre: left out: {problem}");
             }
             for line in outlier_lines(&case, &comparison) {
-                eprintln!("fre: {line}");
+                tell!("fre: {line}");
             }
             csv(&case, &comparison)
         }
@@ -274,8 +274,9 @@ pub fn run(args: &Args) -> ExitCode {
             Err(error) => return bad_input(&error),
         },
     };
-    // A reader that stops early is no failure.
-    let _ = std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes());
+    if let Err(error) = put_out(&text) {
+        return bad_input(&error);
+    }
     if let Some(file) = &args.plot {
         match scene {
             Some(scene) => {
@@ -283,7 +284,7 @@ pub fn run(args: &Args) -> ExitCode {
                     return bad_input(&error);
                 }
             }
-            None => eprintln!("fre: {}: nothing to draw, no place has both results", file.display()),
+            None => tell!("fre: {}: nothing to draw, no place has both results", file.display()),
         }
     }
     let complete = |row: &Row| row.force_n.is_some() && (comparison.fea.is_none() || row.reference_force_n.is_some());
@@ -308,7 +309,7 @@ fn with_fea(args: &Args, case: &Case) -> Result<Compared, String> {
     });
     let plan = Plan::of(case, args.mesh).map_err(|error| format!("{}: {error}", args.case.display()))?;
     let (solutions, model_seconds) = solve(args, case)?;
-    eprintln!("CalculiX: {} elements, {} increments …", plan.mesh.elements.len(), plan.path.len());
+    tell!("CalculiX: {} elements, {} increments …", plan.mesh.elements.len(), plan.path.len());
     let analysis = plan.run(case, &folder).map_err(|error| error.to_string())?;
     let rows = solutions.iter().zip(&analysis.poses).map(|(solution, pose)| {
         let front = pose.as_ref().map_or(&[][..], |pose| &pose.front);

@@ -10,7 +10,7 @@ use model_core::object::Motion;
 use rayon::prelude::*;
 
 use crate::case::{Case, MAX_ANGLE, MAX_DISTANCE};
-use crate::cli::bad_input;
+use crate::cli::{bad_input, put_out};
 use crate::draw;
 use crate::outline::camera::Camera;
 use crate::outline::marks::{self, Mark};
@@ -183,15 +183,12 @@ fn outline(args: &Args) -> Result<(), OutlineError> {
     match &args.output {
         Some(file) if args.append && file.exists() => append(file, &header, &rows)?,
         Some(file) => write(file, format!("{header}\n{rows}").as_bytes())?,
-        // A reader that stops early is no failure.
-        None => {
-            let _ = std::io::Write::write_all(&mut std::io::stdout(), format!("{header}\n{rows}").as_bytes());
-        }
+        None => put_out(&format!("{header}\n{rows}")).map_err(OutlineError::Option)?,
     }
     if photo.is_transparent() {
-        eprintln!("picture      transparent in places: taken as before white");
+        tell!("picture      transparent in places: taken as before white");
     }
-    eprint!("{}", report(&outline, &agreement, marks.len()));
+    tell!("{}", report(&outline, &agreement, marks.len()).trim_end());
     Ok(())
 }
 
@@ -253,7 +250,7 @@ fn camera(args: &Args, size: [u32; 2]) -> Result<Option<Camera>, OutlineError> {
         .collect::<Result<Vec<_>, _>>()?;
     let found = zhang::calibrate(&boards, size, args.square_mm)?;
     let Camera { focal_px, centre_px, radial, tangential, .. } = found.camera;
-    eprintln!(
+    tell!(
         "camera       {} pictures, residual {:.3} px rms; focal length {:.1} ± {:.1}, {:.1} px, centre {:.1}, {:.1} px, \
          k1 {:.4}, k2 {:.4}, p1 {:.5}, p2 {:.5}",
         boards.len(),
@@ -270,7 +267,7 @@ fn camera(args: &Args, size: [u32; 2]) -> Result<Option<Camera>, OutlineError> {
     );
     for (file, largest) in args.checkerboard.iter().zip(&found.largest_px) {
         if *largest > 5.0 * found.rms_px.max(0.1) {
-            eprintln!(
+            tell!(
                 "             {}: a corner is {largest:.1} px off; leave this picture out if it is blurred",
                 file.display()
             );
