@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use model_core::design::{Design, PlaneStrain};
+use model_core::design::{Design, HingeKind, PlaneStrain};
 use model_core::discretise::plate_factor;
 
 use super::Plan;
@@ -158,8 +158,9 @@ fn heading(title: &str) -> String {
     format!("finger {}", title.chars().take(HEADING).map(harmless).collect::<String>().trim())
 }
 
-/// Factor on Young's modulus of an element: the beam's own, a width that differs from the base's, and the plate's as the rods
-/// have it (plane strain proper is the elements' own).
+/// Factor on Young's modulus of an element: the beam's own, a width that differs from the base's, and its layer's. A free wide
+/// strip bends as a plate but stretches as a bar does, and so it is in the model: the layers together have the plate's factor in
+/// bending alone. In plane strain proper, which is the elements' own, a strip cannot narrow and is stiffer in stretch as well.
 fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     let middle = mesh.middle(element);
     let width = design.width.at(middle[1]);
@@ -167,10 +168,11 @@ fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     let (factor, thickness) = match mesh.parts[element] {
         Part::Front => (design.front.stiffness_factor, beside(Faces::front(design))),
         Part::Back => (design.back.stiffness_factor, beside(Faces::back(design))),
+        Part::Lamella if design.hinge.kind == HingeKind::Welded => (1.0, design.lamellae.thickness),
         Part::Lamella => (1.0, design.hinge.thickness),
     };
     let plate = match design.plane_strain {
-        PlaneStrain::Auto => plate_factor(design, width, thickness),
+        PlaneStrain::Auto => mesh.layers[element].factor(plate_factor(design, width, thickness)),
         PlaneStrain::Stress | PlaneStrain::Strain => 1.0,
     };
     factor * plate * width / design.width.at(0.0)
