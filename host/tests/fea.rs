@@ -6,7 +6,7 @@ mod program;
 use std::collections::HashMap;
 
 use host::case::Case;
-use host::fea::{FeaError, Mesh, Outline, Plan, parse_dat, parse_frd, parse_sta};
+use host::fea::{FeaError, Layer, Mesh, Outline, Plan, parse_dat, parse_frd, parse_sta};
 
 /// Case of a series of the reference data: circle tangent to the undeformed finger at α = 0.
 fn case(finger: &str, radius: f64, height: f64, angles: &[f64]) -> Case {
@@ -132,6 +132,88 @@ fn a_motion_that_begins_inside_the_finger_is_opened_to_the_touch() {
     assert_eq!(plan.stops, [8]);
 }
 
+/// A case of `fea-80`, by its object and motion.
+fn on(object: &str, motion: &str) -> Case {
+    let text = format!("finger = \"preset:fea-80\"\n[object]\n{object}\n[motion]\n{motion}\n");
+    Case::parse("case.toml", &text).unwrap()
+}
+
+#[test]
+fn a_finger_that_has_passed_a_small_object_is_opened_past_it() {
+    for (radius, x) in [(5.0, 6.0), (1.0, 2.0)] {
+        let object = format!("shape = \"circle\"\nradius_mm = {radius:?}\ncentre_mm = [{x:?}, 45.0]");
+        for angle in [2.0, 6.0, 10.0, 30.0] {
+            let plan = Plan::of(&on(&object, &format!("motor_angles_deg = [{angle:?}]")), 1).unwrap();
+            // Both circles touch the undeformed front face at 0°, from the front.
+            assert!(
+                (plan.pivot[0] - x).abs() < 1e-3 && (plan.pivot[1] - 45.0).abs() < 1e-2,
+                "{angle}°: {:?}",
+                plan.pivot
+            );
+        }
+    }
+}
+
+#[test]
+fn the_tip_s_end_face_knows_contact() {
+    let wall = "shape = \"half-plane\"\npoint_mm = [0.0, 78.5]\nnormal = [0.0, -1.0]";
+    let plan = Plan::of(&on(wall, "direction = [0.0, 1.0]\ndistances_mm = [1.0]"), 1).unwrap();
+    let mesh = &plan.mesh;
+    let side =
+        |s: &host::fea::Side| [s.side, (s.side + 1) % 4].map(|corner| mesh.nodes[mesh.elements[s.element][corner]]);
+    let sides: Vec<_> = mesh.contact_face.iter().map(side).collect();
+    // From the base along the front face, then across the whole of the end, in one line.
+    let length: f64 = sides.iter().map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1])).sum();
+    let slope = 80.0_f64.atan2(28.0).sin();
+    assert!((length - (80.0 + 1.0 + 1.0 / slope)).abs() < 1e-9, "{length} mm may touch");
+    for pair in sides.windows(2) {
+        assert!(pair[0].iter().any(|p| pair[1].contains(p)), "a gap in the contact surface: {pair:?}");
+    }
+    // The wall reaches 1.5 mm over the end at 0 mm: the finger is drawn back to the touch.
+    assert!((plan.path[plan.stops[0] - 1][1] + 2.5).abs() < 1e-6, "{:?}", plan.path);
+}
+
+#[test]
+fn layers_bend_as_a_plate_and_stretch_as_a_bar() {
+    for plate in [1.0, 1.228, 4.0 / 3.0] {
+        let [skin, inner] = [Layer::Skin, Layer::Core].map(|layer| layer.factor(plate));
+        // What yields to shear is nearly as stiff as before.
+        assert!(inner > 0.7 && skin >= inner, "{skin} about {inner}");
+        // By sums over many slices of the thickness, an eighth of which is skin on either side.
+        let slices = 40_000;
+        let (mut stretch, mut bending) = (0.0, 0.0);
+        for i in 0..slices {
+            let y = (f64::from(i) + 0.5) / f64::from(slices) - 0.5;
+            let factor = if y.abs() < 0.375 { inner } else { skin };
+            stretch += factor / f64::from(slices);
+            bending += 12.0 * factor * y * y / f64::from(slices);
+        }
+        assert!((stretch - 1.0).abs() < 1e-4 && (bending - plate).abs() < 1e-4, "{stretch}, {bending}");
+    }
+}
+
+#[test]
+fn only_what_bends_lies_in_layers_and_only_with_a_plate_s_factor() {
+    assert!(mesh("fea-80", 2).layers.iter().all(|&layer| layer == Layer::Whole));
+    for refinement in [1, 2] {
+        let mesh = mesh("dhas-80", refinement);
+        assert_eq!(mesh.layers.len(), mesh.elements.len());
+        // The front beam's layers lie symmetrically about its centreline, x = 0: the core from −0.75 to 0.75 mm.
+        let mut seen = [0, 0];
+        for (element, &layer) in mesh.layers.iter().enumerate() {
+            let [x, y] = mesh.middle(element);
+            if mesh.parts[element] == host::fea::Part::Front && y < 70.0 {
+                let core = x.abs() < 0.75;
+                assert_eq!(layer, if core { Layer::Core } else { Layer::Skin }, "at ({x}, {y}) mm");
+                seen[usize::from(core)] += 1;
+            }
+            // The wedge.
+            assert!(y < 77.0 || layer == Layer::Whole, "at ({x}, {y}) mm");
+        }
+        assert!(seen[0] == seen[1] && seen[0] > 100, "{seen:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_meshed_is_refused_with_its_reason() {
     let mut narrow = case("fea-80", 40.0, 60.0, &[2.0]);
@@ -156,6 +238,9 @@ fn printed_results_are_read_at_whole_times_only() {
     // Stopped in the middle of a line: what stands before holds.
     let cut = parse_dat(text.split_once("3.883367").unwrap().0).unwrap();
     assert_eq!((cut.displacements, cut.forces.len()), (printed.displacements, 0));
+    // What is no number is read as such: its place has no force, the others keep theirs.
+    let overflown = parse_dat(&text.replace("-3.016658E-01", "*************").replace("4.310842E-05", "NaN")).unwrap();
+    assert!(overflown.forces[&1][0].is_nan() && overflown.displacements[&1][1][0].is_nan());
     let error = parse_dat(&text.replace("4.310842E-05", "NaN(oops)")).unwrap_err().to_string();
     assert!(error.contains("line 9"), "{error}");
 }
@@ -243,7 +328,7 @@ fn a_run_that_ends_early_keeps_what_it_reached() {
     let stop = lines.stops[0];
     let script = format!(
         "#!/bin/sh\n{{ echo ' displacements (vx,vy,vz) for set NLINES and time  {stop}.0'; echo; i=0; \
-         while [ $i -lt {count} ]; do echo '  3  0.0 0.0 0.0'; i=$((i+1)); done; \
+         while [ $i -lt {count} ]; do echo '  3  -4.0 0.0 0.0'; i=$((i+1)); done; \
          echo; echo ' total force (fx,fy,fz) for set NRING and time  {stop}.0'; echo; echo '  -0.5 0.0 0.0'; \
          echo ' displacements (vx,vy,vz) for set NLINES and time  {}.0'; echo; printf '  3  0.0 0.'; }} > finger.dat\n\
          printf '  100CL  101 {stop}.000000000  1\n -4  DISP        4    1\n -1         1 oops\n -3\n' > finger.frd\n",
@@ -256,6 +341,93 @@ fn a_run_that_ends_early_keeps_what_it_reached() {
     assert!(error.contains(".frd, line 3") && error.contains("not drawn"), "{error}");
     // Both have the model's force.
     assert!(rows.iter().all(|row| row[1] == "converged" && row[2].parse::<f64>().is_ok()), "{told}");
+}
+
+/// A program in CalculiX's place that prints the same at every stop of `with_another_program`'s case: how far every point has moved
+/// along x, and the force's x. Then it ends with a status.
+#[cfg(unix)]
+fn that_prints(moved: &str, force: &str, status: i32) -> String {
+    let plan = Plan::of(&case("fea-80", 40.0, 45.0, &[1.0, 2.0]), 1).unwrap();
+    let count = plan.mesh.front_line.len() + plan.mesh.back_line.len();
+    let mut script = "#!/bin/sh\n: > finger.dat\n".to_owned();
+    for stop in &plan.stops {
+        script += &format!(
+            "{{ echo ' displacements (vx,vy,vz) for set NLINES and time  {stop}.0'; echo; i=0; while [ $i -lt {count} ]; do \
+             echo '  3  {moved} 0.0 0.0'; i=$((i+1)); done; echo; echo ' total force (fx,fy,fz) for set NRING and time  {stop}.0'; \
+             echo; echo '  {force} 0.0 0.0'; }} >> finger.dat\n"
+        );
+    }
+    script + &format!("echo ' *ERROR: too many cutbacks'\nexit {status}\n")
+}
+
+#[cfg(unix)]
+#[test]
+fn a_place_whose_contact_was_missed_or_whose_result_is_no_number_has_no_force() {
+    // The finger has not moved at all, and the circle stands in it: at 1° by 0.9 to 1.1 mm.
+    let (status, told, error) =
+        with_another_program("missed", Some(&that_prints("0.0", "0.0", 0)), &["--format", "csv"]);
+    assert_eq!(status, Some(2), "{error}");
+    assert!(told.lines().skip(1).all(|line| line.split(',').nth(3) == Some("")), "{told}");
+    assert!(error.contains("note: at 1° the object stands") && error.contains("no FEA force is told"), "{error}");
+    // It has moved beyond the object, whose other side it now faces.
+    let (status, _, error) = with_another_program("beyond", Some(&that_prints("90.0", "0.0", 0)), &["--format", "csv"]);
+    assert!(status == Some(2) && error.contains("has passed the front beam"), "{error}");
+    let (status, told, error) = with_another_program("nan", Some(&that_prints("-4.0", "NaN", 0)), &["--format", "csv"]);
+    assert_eq!(status, Some(2), "{error}");
+    assert!(!told.contains("NaN") && error.contains("at 2° CalculiX's result is not a number"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn rounding_errors_have_no_percentages_and_a_bad_end_is_told() {
+    let (status, told, error) = with_another_program("noise", Some(&that_prints("-4.0", "1e-26", 201)), &[]);
+    assert_eq!(status, Some(0), "{error}");
+    assert!(told.contains("0.0000") && !told.contains("of the largest"), "{told}");
+    assert!(told.contains("CalculiX did not end well") && told.contains("201"), "{told}");
+    assert!(told.contains("too many cutbacks"), "{told}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_has_one_run_at_a_time_even_if_the_first_was_killed() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("ccx-locked");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(folder.join("bin")).unwrap();
+    // It says that it runs, and ends when a file `end` is there.
+    let script = "#!/bin/sh\necho > running\nwhile [ ! -e end ]; do /bin/sleep 0.05; done\necho > ended\n";
+    program::write(&folder.join("bin/ccx"), script);
+    let text = "finger = \"preset:fea-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 45.0]\n\
+                [motion]\nmotor_angles_deg = [1]\n";
+    std::fs::write(folder.join("case.toml"), text).unwrap();
+    let command = || {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_fre"));
+        command.args(["compare", "case.toml", "--fea", "--folder", "files"]);
+        command.env("PATH", folder.join("bin")).current_dir(&folder).stderr(std::process::Stdio::piped());
+        command
+    };
+    let wait_for = |file: &str| {
+        let begin = std::time::Instant::now();
+        while !folder.join("files").join(file).exists() {
+            assert!(begin.elapsed().as_secs() < 60, "no {file}");
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+    };
+    let mut first = command().spawn().unwrap();
+    wait_for("running");
+    first.kill().unwrap();
+    first.wait().unwrap();
+    // The program goes on without its parent, and keeps the folder.
+    let second = command().output().unwrap();
+    let told = String::from_utf8(second.stderr).unwrap();
+    assert!(
+        second.status.code() == Some(1) && told.contains("files: another `fre compare --fea` works here"),
+        "{told}"
+    );
+    std::fs::write(folder.join("files/end"), "").unwrap();
+    wait_for("ended");
+    // Free again: this run's program ends at once, and has reached nothing.
+    let third = String::from_utf8(command().output().unwrap().stderr).unwrap();
+    assert!(third.contains("CalculiX reached no place"), "{third}");
 }
 
 #[test]
@@ -331,6 +503,46 @@ fn calculix_agrees_on_a_wall() {
     // It meets the tip, where the model's wedge is rigid and the mesh's yields: more apart than on a beam's face.
     let wall = "shape = \"half-plane\"\npoint_mm = [8.0, 40.0]\nnormal = [-1.0, -0.15]";
     agrees("wall", &other_case(|_| (), wall, "motor_angles_deg = [3.0]"), 5.0, 0.3);
+}
+
+#[cfg(feature = "fea")]
+#[test]
+fn calculix_agrees_on_an_object_that_the_finger_had_passed() {
+    let small = "shape = \"circle\"\nradius_mm = 5.0\ncentre_mm = [6.0, 45.0]";
+    let case = other_case(|_| (), small, "motor_angles_deg = [6.0]");
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("passed");
+    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap();
+    let force = analysis.poses[0].as_ref().expect("a force").magnitude();
+    let model = host::run::solve(&case, &host::run::Options::default()).unwrap()[0].force_magnitude_n.unwrap();
+    // Not the direction: the model's contact is at fixed samples, and on so small a circle their spacing turns it by a degree.
+    println!("passed: model {model:.4} N, CalculiX {force:.4} N");
+    assert!((model / force - 1.0).abs() < 0.03, "model {model} N, CalculiX {force} N");
+}
+
+#[cfg(feature = "fea")]
+#[test]
+fn calculix_finds_contact_on_the_tip_s_end() {
+    // The model's tip is round and 1 mm longer, so that only the order of the forces is the same.
+    let wall = "shape = \"half-plane\"\npoint_mm = [0.0, 80.5]\nnormal = [0.0, -1.0]";
+    let case = other_case(|_| (), wall, "direction = [0.0, 1.0]\ndistances_mm = [3.0]");
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("end");
+    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap();
+    let force = analysis.poses[0].as_ref().expect("a force").force;
+    println!("a wall over the tip: {force:?} N");
+    // Frictionless: straight up.
+    assert!(force[1] > 5.0 && force[0].abs() < 0.01 * force[1], "{force:?}");
+}
+
+#[cfg(feature = "fea")]
+#[test]
+fn calculix_agrees_on_a_finger_that_bends_as_a_plate() {
+    use model_core::design::PlaneStrain;
+    agrees(
+        "plate",
+        &other_case(|design| design.plane_strain = PlaneStrain::Auto, CIRCLE, "motor_angles_deg = [4.0]"),
+        3.0,
+        0.3,
+    );
 }
 
 #[cfg(feature = "fea")]

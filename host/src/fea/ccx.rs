@@ -1,9 +1,10 @@
 //! Runs CalculiX and reads what it wrote.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::path::Path;
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus};
+use std::time::{Duration, Instant};
 
 use super::FeaError;
 use super::outline::Point;
@@ -31,12 +32,36 @@ pub struct Progress {
     pub iterations: usize,
 }
 
-/// Runs the deck `job.inp` in a folder and tells how the program ended. A run that ends early is no error: what it reached is
+/// How long a lock is waited for.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// Locks a folder, so that no two runs write the same files.
+///
+/// # Errors
+/// If another run has it, or the lock's file cannot be made.
+pub fn lock(folder: &Path, job: &str) -> Result<File, FeaError> {
+    let path = folder.join(format!("{job}.lock"));
+    let io = |source| FeaError::Io { file: path.display().to_string(), source };
+    let file = File::options().read(true).write(true).create(true).truncate(true).open(&path).map_err(io)?;
+    let begin = Instant::now();
+    loop {
+        match file.try_lock() {
+            Ok(()) => return Ok(file),
+            // A child between its fork and its exec holds its parent's lock for a moment.
+            Err(TryLockError::WouldBlock) if begin.elapsed() < PATIENCE => std::thread::sleep(PATIENCE / 50),
+            Err(TryLockError::WouldBlock) => return Err(FeaError::Busy { folder: folder.display().to_string() }),
+            Err(TryLockError::Error(source)) => return Err(io(source)),
+        }
+    }
+}
+
+/// Runs the deck `job.inp` in a folder and tells how the program ended. The program gets the lock's empty file as its standard input:
+/// should it outlive us, the folder stays locked until it ends. A run that ends early is no error: what it reached is
 /// in its files.
 ///
 /// # Errors
 /// If the program is missing or cannot be started.
-pub fn run(folder: &Path, job: &str) -> Result<ExitStatus, FeaError> {
+pub fn run(folder: &Path, job: &str, lock: &File) -> Result<ExitStatus, FeaError> {
     let io = |source| FeaError::Io { file: folder.display().to_string(), source };
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let log = File::create(folder.join(format!("{job}.log"))).map_err(io)?;
@@ -44,7 +69,7 @@ pub fn run(folder: &Path, job: &str) -> Result<ExitStatus, FeaError> {
         .arg(job)
         .current_dir(folder)
         .env("OMP_NUM_THREADS", threads.to_string())
-        .stdin(Stdio::null())
+        .stdin(lock.try_clone().map_err(io)?)
         .stdout(log.try_clone().map_err(io)?)
         .stderr(log)
         .status();
@@ -64,7 +89,8 @@ pub fn complaint(folder: &Path, job: &str) -> Option<String> {
     Some(format!("{first} {rest}").trim().to_owned())
 }
 
-/// Reads a `.dat` file. Every step ends at a whole time; blocks at other times are left out. Where the file ends in the middle
+/// Reads a `.dat` file. Every step ends at a whole time; blocks at other times are left out. What is written as no number (NaN, or
+/// a field full of asterisks) is read as such. Where the file ends in the middle
 /// of a line, the program was stopped: what stands before holds.
 ///
 /// # Errors
@@ -96,7 +122,9 @@ pub fn parse_dat(text: &str) -> Result<Printed, FeaError> {
             });
             continue;
         }
-        let number = |field: usize| fields.get(field).and_then(|text| text.parse::<f64>().ok()).ok_or_else(bad);
+        // Fortran prints asterisks for a number that does not fit its columns: none, as NaN is.
+        let value = |text: &str| if text.starts_with('*') { Ok(f64::NAN) } else { text.parse::<f64>() };
+        let number = |field: usize| fields.get(field).and_then(|text| value(text).ok()).ok_or_else(bad);
         match block {
             Some(Block::Displacements(step)) => {
                 let point = [number(1)?, number(2)?];

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use model_core::design::{Design, PlaneStrain};
+use model_core::design::{Design, HingeKind, PlaneStrain};
 use model_core::discretise::plate_factor;
 
 use super::Plan;
@@ -35,7 +35,7 @@ pub fn deck(title: &str, design: &Design, plan: &Plan) -> String {
 
 fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fmt::Result {
     let Plan { mesh, surface, path, turns, pivot, stops } = plan;
-    writeln!(out, "*HEADING\n{}", title.chars().filter(|c| c.is_ascii_graphic() || *c == ' ').collect::<String>())?;
+    writeln!(out, "*HEADING\n{}", heading(title))?;
     let ring = surface.nodes();
     writeln!(out, "*NODE,NSET=NALL")?;
     for (i, [x, y]) in mesh.nodes.iter().chain(&ring).enumerate() {
@@ -148,8 +148,19 @@ pub fn lines(mesh: &Mesh) -> impl Iterator<Item = usize> {
     mesh.front_line.iter().chain(&mesh.back_line).copied()
 }
 
-/// Factor on Young's modulus of an element: the beam's own, a width that differs from the base's, and the plate's as the rods
-/// have it (plane strain proper is the elements' own).
+/// Most characters of a finger's name in the deck: CalculiX reads 132 of a line.
+const HEADING: usize = 60;
+
+/// A finger's name as a line of its own that CalculiX takes for nothing else: a card begins with an asterisk, a comma parts
+/// fields, and letters beyond ASCII are several characters to it.
+fn heading(title: &str) -> String {
+    let harmless = |c: char| if c.is_ascii_alphanumeric() || "-_. ".contains(c) { c } else { '_' };
+    format!("finger {}", title.chars().take(HEADING).map(harmless).collect::<String>().trim())
+}
+
+/// Factor on Young's modulus of an element: the beam's own, a width that differs from the base's, and its layer's. A free wide
+/// strip bends as a plate but stretches as a bar does, and so it is in the model: the layers together have the plate's factor in
+/// bending alone. In plane strain proper, which is the elements' own, a strip cannot narrow and is stiffer in stretch as well.
 fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     let middle = mesh.middle(element);
     let width = design.width.at(middle[1]);
@@ -157,10 +168,11 @@ fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     let (factor, thickness) = match mesh.parts[element] {
         Part::Front => (design.front.stiffness_factor, beside(Faces::front(design))),
         Part::Back => (design.back.stiffness_factor, beside(Faces::back(design))),
+        Part::Lamella if design.hinge.kind == HingeKind::Welded => (1.0, design.lamellae.thickness),
         Part::Lamella => (1.0, design.hinge.thickness),
     };
     let plate = match design.plane_strain {
-        PlaneStrain::Auto => plate_factor(design, width, thickness),
+        PlaneStrain::Auto => mesh.layers[element].factor(plate_factor(design, width, thickness)),
         PlaneStrain::Stress | PlaneStrain::Strain => 1.0,
     };
     factor * plate * width / design.width.at(0.0)
@@ -174,4 +186,19 @@ fn set(out: &mut String, heading: &str, members: impl Iterator<Item = usize>) ->
         writeln!(out, "{},", line.join(","))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_never_a_card_nor_too_long_for_a_line() {
+        for name in ["*STEP nonsense", "a\n*STEP", "\u{6307}, **", "", &"x".repeat(500)] {
+            let line = heading(name);
+            assert!(line.starts_with("finger") && line.len() <= 80 && line.is_ascii(), "{line:?}");
+            assert!(!line.contains(['*', '\n', ',']), "{line:?}");
+        }
+        assert_eq!(heading("fea-80 (mine)"), "finger fea-80 _mine_");
+    }
 }

@@ -26,6 +26,36 @@ pub enum Part {
     Lamella,
 }
 
+/// Where an element lies in the thickness of a part that bends as a plate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// The part has one stiffness throughout: it hardly stretches, and yields only near the necks and beams that it holds.
+    Whole,
+    /// In the middle layer.
+    Core,
+    /// In one of the two outer layers.
+    Skin,
+}
+
+impl Layer {
+    /// Factor on Young's modulus that makes all layers together bend `plate` times as stiff and stretch as before: with the
+    /// core's share c, (1 − c)·skin + c·core = 1 and (1 − c³)·skin + c³·core = plate.
+    pub fn factor(self, plate: f64) -> f64 {
+        let c = CORE;
+        let skin = (plate - c * c) / (1.0 - c * c);
+        match self {
+            Self::Whole => plate,
+            Self::Skin => skin,
+            Self::Core => (1.0 - (1.0 - c) * skin) / c,
+        }
+    }
+
+    /// That of an element, counted across the thickness.
+    fn across(index: usize, count: usize, refinement: usize) -> Self {
+        if (refinement..count - refinement).contains(&index) { Self::Core } else { Self::Skin }
+    }
+}
+
 /// A side of an element, from 0: side i joins corners i and i + 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Side {
@@ -44,7 +74,9 @@ pub struct Mesh {
     pub elements: Vec<Element>,
     /// The part that each element belongs to.
     pub parts: Vec<Part>,
-    /// Sides of the front beam's outer face, base to tip.
+    /// The layer that each element lies in.
+    pub layers: Vec<Layer>,
+    /// Sides that may touch: the front beam's outer face, base to tip, then the tip's end face, front to back.
     pub contact_face: Vec<Side>,
     /// Clamped nodes.
     pub clamped: Vec<usize>,
@@ -59,6 +91,10 @@ pub struct Mesh {
 
 /// Elements through the thickness of a beam at refinement 1.
 const THROUGH_BEAM: usize = 2;
+/// The same of a beam in layers: two elements in its core, one in each skin.
+const THROUGH_LAYERS: usize = 4;
+/// The core's share of a thickness in layers. The core yields most to shear, and thin skins leave it nearly as stiff as it was.
+const CORE: f64 = 0.75;
 /// Elements through the thickness of a neck at refinement 1.
 const THROUGH_NECK: usize = 3;
 /// Growth of element sizes away from a corner, mm per mm.
@@ -78,9 +114,14 @@ impl Mesh {
         self.elements.iter().flat_map(sides).filter(|[_, middle, _]| times[middle] == 1).collect()
     }
 
-    /// Meshes a finger; `refinement` divides every element into as many parts in both directions.
-    pub fn finger(outline: &Outline<'_>, thickness: f64, refinement: usize) -> Self {
+    /// Meshes a finger; `refinement` divides every element into as many parts in both directions. In layers, what bends can be
+    /// given another stiffness in bending than in stretch.
+    pub fn finger(outline: &Outline<'_>, thickness: f64, layered: bool, refinement: usize) -> Self {
         let mut mesh = Self::default();
+        let through = refinement * if layered { THROUGH_LAYERS } else { THROUGH_BEAM };
+        let across = through_thickness(through / refinement, layered, refinement);
+        let neck = through_thickness(THROUGH_NECK, layered, refinement);
+        let mut end_face = Vec::new();
         let fine = outline.joints.iter().map(|j| 2.0 * j.neck).fold(thickness, f64::min) / THROUGH_NECK as f64;
         let beam_size = (0.5 * thickness).max(outline.front.length() / 120.0);
         let sizes = |largest: f64| Sizes { fine, largest: largest.max(fine), refinement };
@@ -90,38 +131,54 @@ impl Mesh {
             let (faces, merge) =
                 if front { (outline.front, outline.merge[0]) } else { (outline.back, outline.merge[1]) };
             let joints: Vec<[f64; 2]> = outline.joints.iter().map(|j| if front { j.front } else { j.back }).collect();
-            let arcs = stations(&joints, merge, &sizes(beam_size), refinement);
+            let arcs = stations(&joints, merge, &sizes(beam_size), &neck);
             let mut lines: Vec<[Point; 2]> = arcs.iter().map(|&s| [faces.outer(s), faces.inner(s)]).collect();
             // The wedge: from the notch to the middle of the tip on one side, along the outer face on the other.
             let end = outline.ends[if front { 0 } else { 1 }];
             let wedge = |&t: &f64| [faces.outer(lerp([merge, end], t)), mix(outline.notch, outline.top[1], t)];
             lines.extend(tip.iter().skip(1).map(wedge));
-            let rows: Vec<Vec<Point>> = lines
-                .iter()
-                .map(|&[a, b]| even(2 * THROUGH_BEAM * refinement).map(|t| mix(a, b, t)).collect())
-                .collect();
+            let rows: Vec<Vec<Point>> =
+                lines.iter().map(|&[a, b]| across.iter().map(|&t| mix(a, b, t)).collect()).collect();
             let part = if front { Part::Front } else { Part::Back };
-            let ids = mesh.add_patch(&rows, part);
+            // The wedge hardly bends.
+            let layer = |r: usize, c: usize| match layered && r < arcs.len() {
+                true => Layer::across(c / 2, through, refinement),
+                false => Layer::Whole,
+            };
+            let ids = mesh.add_patch(&rows, part, layer);
             mesh.clamped.extend(ids[0].iter().flatten());
-            let middle = THROUGH_BEAM * refinement;
+            let middle = through;
+            let end = ids.last().into_iter().flatten().flatten().copied();
             if front {
-                mesh.mark_contact_face(&ids);
+                let outer = ids.iter().filter_map(|row| row[0]);
+                mesh.mark_contact(outer);
+                end_face.extend(end);
                 // In the wedge the columns run apart; it hardly bends, so its line is straight to the tip.
                 mesh.front_line = ids[..arcs.len()].iter().filter_map(|row| row[middle]).collect();
                 mesh.front_line.extend(ids[ids.len() - 1][2 * middle]);
             } else {
                 mesh.back_line = ids[..arcs.len()].iter().filter_map(|row| row[middle]).collect();
+                // Both halves of the end face share the node on the front centreline, where the second one begins.
+                end_face.extend(end.rev().skip(1));
             }
         }
+        mesh.mark_contact(end_face.into_iter());
         for k in 0..outline.joints.len() {
-            mesh.add_lamella(outline, k, &sizes, refinement);
+            mesh.add_lamella(outline, k, &sizes, layered, refinement);
         }
         mesh.clamped.sort_unstable();
         mesh.clamped.dedup();
         mesh
     }
 
-    fn add_lamella(&mut self, outline: &Outline<'_>, k: usize, sizes: &impl Fn(f64) -> Sizes, refinement: usize) {
+    fn add_lamella(
+        &mut self,
+        outline: &Outline<'_>,
+        k: usize,
+        sizes: &impl Fn(f64) -> Sizes,
+        layered: bool,
+        refinement: usize,
+    ) {
         let joint = &outline.joints[k];
         if outline.kind == HingeKind::Pinned {
             let middle = |faces: &Faces<'_>, [low, high]: [f64; 2]| faces.centre(0.5 * (low + high));
@@ -130,21 +187,22 @@ impl Mesh {
             self.links.push(link);
             return;
         }
-        let steps = 2 * THROUGH_NECK * refinement;
+        let neck = through_thickness(THROUGH_NECK, layered, refinement);
+        let steps = neck.len() - 1;
         let at = |along: f64, up: f64| [0, 1].map(|i| joint.start[i] + along * joint.along[i] + up * joint.up[i]);
-        let front: Vec<Point> = even(steps).map(|t| outline.front.inner(lerp(joint.front, t))).collect();
-        let back: Vec<Point> = even(steps).map(|t| outline.back.inner(lerp(joint.back, t))).collect();
-        let middle: Vec<f64> = even(steps).map(|t| lerp([-joint.neck, joint.neck], t)).collect();
+        let front: Vec<Point> = neck.iter().map(|&t| outline.front.inner(lerp(joint.front, t))).collect();
+        let back: Vec<Point> = neck.iter().map(|&t| outline.back.inner(lerp(joint.back, t))).collect();
+        let middle: Vec<f64> = neck.iter().map(|&t| lerp([-joint.neck, joint.neck], t)).collect();
         if outline.kind == HingeKind::Welded {
             let columns = sizes(joint.bar).fractions(length(front[0], back[0]), [true, true]);
-            self.add_band(&front, &back, &columns);
+            self.add_band(&front, &back, &columns, layered.then_some(refinement));
             return;
         }
         // Necks, between a beam's face and an end of the bar.
         let ends = [0.0, joint.length].map(|along| middle.iter().map(|&up| at(along, up)).collect::<Vec<_>>());
         for (face, end) in [(&front, &ends[0]), (&back, &ends[1])] {
             let columns = sizes(joint.neck).fractions(length(face[steps / 2], end[steps / 2]), [true, true]);
-            self.add_band(face, end, &columns);
+            self.add_band(face, end, &columns, layered.then_some(refinement));
         }
         let mut ups = middle;
         let rest = joint.bar - joint.neck;
@@ -156,18 +214,28 @@ impl Mesh {
         }
         let columns = sizes(joint.bar).fractions(joint.length, [true, true]);
         let end = |along: f64| ups.iter().map(|&up| at(along, up)).collect::<Vec<_>>();
-        self.add_band(&end(0.0), &end(joint.length), &columns);
+        // A bar between two necks hardly bends.
+        self.add_band(&end(0.0), &end(joint.length), &columns, None);
     }
 
-    /// A patch between two edges of equally many points.
-    fn add_band(&mut self, from: &[Point], to: &[Point], columns: &[f64]) {
+    /// A patch between two edges of equally many points, in layers along it if their refinement is given.
+    fn add_band(&mut self, from: &[Point], to: &[Point], columns: &[f64], layered: Option<usize>) {
         let rows: Vec<Vec<Point>> =
             from.iter().zip(to).map(|(&a, &b)| columns.iter().map(|&t| mix(a, b, t)).collect()).collect();
-        self.add_patch(&rows, Part::Lamella);
+        let count = from.len() / 2;
+        let layer =
+            |r: usize, _: usize| layered.map_or(Layer::Whole, |refinement| Layer::across(r / 2, count, refinement));
+        self.add_patch(&rows, Part::Lamella, layer);
     }
 
     /// Adds a patch given at half steps (odd counts of rows and columns); returns its nodes, none in element centres.
-    fn add_patch(&mut self, rows: &[Vec<Point>], part: Part) -> Vec<Vec<Option<usize>>> {
+    /// The layer is told of an element by the row and column of its centre.
+    fn add_patch(
+        &mut self,
+        rows: &[Vec<Point>],
+        part: Part,
+        layer: impl Fn(usize, usize) -> Layer,
+    ) -> Vec<Vec<Option<usize>>> {
         let ids: Vec<Vec<Option<usize>>> = rows
             .iter()
             .enumerate()
@@ -190,6 +258,7 @@ impl Mesh {
                 }
                 self.elements.push(element);
                 self.parts.push(part);
+                self.layers.push(layer(r, c));
             }
         }
         ids
@@ -212,15 +281,15 @@ impl Mesh {
         self.nodes.len() - 1
     }
 
-    fn mark_contact_face(&mut self, ids: &[Vec<Option<usize>>]) {
-        let outer: Vec<usize> = ids.iter().filter_map(|row| row[0]).collect();
+    /// Adds the sides along a line of nodes (corner, middle, corner, …) to those that may touch.
+    fn mark_contact(&mut self, line: impl Iterator<Item = usize>) {
         let middles: HashMap<usize, Side> = self
             .elements
             .iter()
             .enumerate()
             .flat_map(|(element, nodes)| (0..4).map(move |side| (nodes[4 + side], Side { element, side })))
             .collect();
-        self.contact_face = outer.iter().skip(1).step_by(2).filter_map(|middle| middles.get(middle).copied()).collect();
+        self.contact_face.extend(line.skip(1).step_by(2).filter_map(|middle| middles.get(&middle).copied()));
     }
 
     /// Area of the elements (corners only), mm².
@@ -236,7 +305,7 @@ impl Mesh {
 }
 
 /// Arcs of a beam at half steps, base to where the beams merge.
-fn stations(joints: &[[f64; 2]], merge: f64, sizes: &Sizes, refinement: usize) -> Vec<f64> {
+fn stations(joints: &[[f64; 2]], merge: f64, sizes: &Sizes, neck: &[f64]) -> Vec<f64> {
     let mut arcs = vec![0.0];
     let mut from = 0.0;
     let mut extend = |from: f64, to: f64, fractions: &mut dyn Iterator<Item = f64>| {
@@ -244,7 +313,7 @@ fn stations(joints: &[[f64; 2]], merge: f64, sizes: &Sizes, refinement: usize) -
     };
     for &[low, high] in joints {
         extend(from, low, &mut sizes.fractions(low - from, [true, true]).into_iter());
-        extend(low, high, &mut even(2 * THROUGH_NECK * refinement));
+        extend(low, high, &mut neck.iter().copied());
         from = high;
     }
     extend(from, merge, &mut sizes.fractions(merge - from, [true, true]).into_iter());
@@ -295,6 +364,19 @@ impl Sizes {
         }
         fractions
     }
+}
+
+/// Fractions of a thickness at half steps: even, or a core of even elements between two skins of one each.
+fn through_thickness(elements: usize, layered: bool, refinement: usize) -> Vec<f64> {
+    let skin = 0.5 * (1.0 - CORE);
+    let knot = |i: usize| match i {
+        0 => 0.0,
+        _ if i == elements => 1.0,
+        _ if layered => skin + CORE * (i - 1) as f64 / (elements - 2) as f64,
+        _ => i as f64 / elements as f64,
+    };
+    let within = |i: usize| even(2 * refinement).skip(1).map(move |t| lerp([knot(i), knot(i + 1)], t));
+    std::iter::once(0.0).chain((0..elements).flat_map(within)).collect()
 }
 
 /// Even fractions 0, 1/n, …, 1.

@@ -1,8 +1,9 @@
 //! Finite elements: the same finger as a plane continuum, pressed on the same object by CalculiX (`ccx`).
 //!
 //! The finger is meshed with its real thicknesses, hinge necks, lamella bars and solid tip, in second-order elements; the
-//! object is a rigid surface that moves in the finger frame as the motion tells. A pinned lamella is a stiff link between the
-//! centrelines. Frictionless; St. Venant–Kirchhoff material. Forces are those on the object.
+//! object is a rigid surface that moves in the finger frame as the motion tells. Contact is known to the front beam's outer face and
+//! the tip's end face; a place at which the object stands in the deformed mesh all the same has no force. A pinned lamella is a
+//! stiff link between the centrelines. Frictionless; St. Venant–Kirchhoff material. Forces are those on the object.
 
 mod ccx;
 mod deck;
@@ -15,13 +16,13 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use model_core::design::Design;
+use model_core::design::{Design, PlaneStrain};
 use model_core::object::{Motion, Object as _, ObjectDesign, Shape};
 
 pub use ccx::{Printed, Progress, parse_dat, parse_sta};
 pub use deck::{HOLD_STEPS, STEP, deck};
 pub use frd::parse_frd;
-pub use mesh::{Element, Mesh, Part, Side};
+pub use mesh::{Element, Layer, Mesh, Part, Side};
 pub use outline::{Faces, Joint, Outline, Point};
 pub use surface::Surface;
 
@@ -32,6 +33,17 @@ pub const MAX_REFINEMENT: usize = 16;
 
 /// Name of the files that CalculiX reads and writes.
 const JOB: &str = "finger";
+
+/// Forces below this part of E·w·t (a beam stretched to twice its length) are rounding errors: 2e-9 N of `fea-80`.
+const NOISE: f64 = 1e-12;
+
+/// How deep the object may stand in the deformed mesh, as a part of the front beam's thickness. The contact's penalty lets it sink in
+/// by a hundredth or so; where it stands deeper, contact was missed.
+const MISSED: f64 = 0.1;
+
+/// The object is behind a face if its normal at the nearest point looks out of that face by more than this, as the model has it: 1
+/// straight from behind, −1 straight from the front.
+const BEHIND: f64 = 0.3;
 
 /// Why there are no finite elements.
 #[derive(Debug, thiserror::Error)]
@@ -63,9 +75,10 @@ pub enum FeaError {
         /// What was asked for.
         value: usize,
     },
-    /// The object touches the undeformed finger wherever the motion began.
+    /// The object touches the undeformed finger, or lies behind it, wherever the motion began.
     #[error(
-        "the object touches the undeformed finger at every place before the first; a place without contact is needed"
+        "the object touches the undeformed finger or lies behind its front beam at every place before the first; a place at \
+         which it lies clear in front is needed"
     )]
     NoStart,
     /// A file could not be read or written.
@@ -85,6 +98,15 @@ pub enum FeaError {
         line: usize,
         /// The line.
         text: String,
+    },
+    /// Another run works in the folder.
+    #[error(
+        "{folder}: another `fre compare --fea` works here, or a CalculiX (`ccx`) that outlived its own; wait for it, end it, or \
+         name another folder (--folder)"
+    )]
+    Busy {
+        /// The folder.
+        folder: String,
     },
     /// CalculiX reached no place at all.
     #[error("CalculiX reached no place ({ended}); its files are in {folder}{}", .complaint.as_ref().map(|words| format!("; it says: {words}")).unwrap_or_default())]
@@ -119,6 +141,15 @@ impl Pose {
     pub fn magnitude(&self) -> f64 {
         self.force[0].hypot(self.force[1])
     }
+
+    /// With no force where there are only the rounding errors of CalculiX's sums.
+    fn without_noise(mut self, design: &Design) -> Self {
+        let tension = design.material.youngs_modulus * design.width.at(0.0) * design.front.thickness.at(0.0);
+        if self.magnitude() < NOISE * tension {
+            self.force = [0.0; 2];
+        }
+        self
+    }
 }
 
 /// A finished analysis.
@@ -128,6 +159,8 @@ pub struct Analysis {
     pub poses: Vec<Option<Pose>>,
     /// Why the deformed mesh could not be read; forces and centrelines do not need it.
     pub unread: Option<FeaError>,
+    /// What was wrong with the run or with one of its places, for the reader.
+    pub doubts: Vec<String>,
     /// Elements of the finger.
     pub elements: usize,
     /// Nodes of the finger.
@@ -168,9 +201,10 @@ impl Plan {
         let design = &case.finger.design;
         let outline = Outline::of(design)?;
         let thickness = design.front.thickness.at(0.0).min(design.back.thickness.at(0.0));
-        let mesh = Mesh::finger(&outline, thickness, refinement);
-        let begin = start(case, design)?;
-        let touching = closest(case, design, begin).1;
+        let layered = design.plane_strain == PlaneStrain::Auto;
+        let mesh = Mesh::finger(&outline, thickness, layered, refinement);
+        let begin = start(case, &outline)?;
+        let touching = closest(case, &outline, begin).object;
         let reach = 1.25 * design.front.length();
         let round = match case.object {
             ObjectDesign::Circle { centre, .. } => Some(centre),
@@ -215,6 +249,8 @@ impl Plan {
         std::fs::create_dir_all(folder)
             .map_err(|source| FeaError::Io { file: folder.display().to_string(), source })?;
         let file = |ending: &str| -> PathBuf { folder.join(format!("{JOB}.{ending}")) };
+        // Held until the results are read.
+        let lock = ccx::lock(folder, JOB)?;
         // Results of an earlier run must not be taken for this one's.
         for ending in ["dat", "sta", "frd"] {
             let _ = std::fs::remove_file(file(ending));
@@ -223,7 +259,8 @@ impl Plan {
         std::fs::write(&deck, self.deck(case))
             .map_err(|source| FeaError::Io { file: deck.display().to_string(), source })?;
         let began = Instant::now();
-        let ended = ccx::run(folder, JOB)?.to_string();
+        let status = ccx::run(folder, JOB, &lock)?;
+        let ended = status.to_string();
         let seconds = began.elapsed().as_secs_f64();
         let printed = parse_dat(&std::fs::read_to_string(file("dat")).unwrap_or_default())?;
         let (deformed, unread) = match parse_frd(&std::fs::read_to_string(file("frd")).unwrap_or_default()) {
@@ -232,15 +269,31 @@ impl Plan {
         };
         let progress = parse_sta(&std::fs::read_to_string(file("sta")).unwrap_or_default());
         let pose = |(&place, step): (&f64, &usize)| self.pose(place, *step, &printed, deformed.get(step));
-        let poses: Vec<Option<Pose>> = case.path.places.iter().zip(&self.stops).map(pose).collect();
-        if poses.iter().all(Option::is_none) {
-            let complaint = ccx::complaint(folder, JOB);
+        let reached: Vec<Option<Pose>> = case.path.places.iter().zip(&self.stops).map(pose).collect();
+        let complaint = ccx::complaint(folder, JOB);
+        if reached.iter().all(Option::is_none) {
             return Err(FeaError::NothingReached { folder: folder.display().to_string(), ended, complaint });
         }
+        let mut doubts = Vec::new();
+        if !status.success() {
+            let says = complaint.map(|words| format!("; it says: {words}")).unwrap_or_default();
+            doubts.push(format!("CalculiX did not end well ({ended}){says}: only what it reached before is told"));
+        }
+        let poses = reached
+            .into_iter()
+            .map(|pose| {
+                let pose = pose?;
+                let doubt = doubt(case, &pose);
+                let sound = doubt.is_none();
+                doubts.extend(doubt);
+                sound.then(|| pose.without_noise(&case.finger.design))
+            })
+            .collect();
         let (elements, nodes) = (self.mesh.elements.len(), self.mesh.nodes.len());
-        Ok(Analysis { poses, unread, elements, nodes, progress, seconds })
+        Ok(Analysis { poses, unread, doubts, elements, nodes, progress, seconds })
     }
 
+    /// What CalculiX tells of a place; none if it did not get there.
     fn pose(
         &self,
         place: f64,
@@ -263,12 +316,13 @@ impl Plan {
         Some(Pose { place, force, front: line[..count].to_vec(), back: line[count..].to_vec(), outline })
     }
 
-    /// The mesh's outer edges where its nodes (from 1) have moved to; nothing if one of them is missing.
+    /// The mesh's outer edges where its nodes (from 1) have moved to; nothing if one of them is missing or no number.
     fn outline(&self, moved: &HashMap<usize, Point>) -> Vec<Point> {
         let edges = self.mesh.outer_edges();
         let place = |node: usize| {
             let [x, y] = self.mesh.nodes[node];
-            moved.get(&(node + 1)).map(|[u, v]| [x + u, y + v])
+            let at = moved.get(&(node + 1)).map(|[u, v]| [x + u, y + v]);
+            at.filter(|at| at.iter().all(|x| x.is_finite()))
         };
         let pieces: Option<Vec<[Point; 3]>> =
             edges.iter().map(|edge| Some([place(edge[0])?, place(edge[1])?, place(edge[2])?])).collect();
@@ -298,46 +352,116 @@ fn world_point(case: &Case, point: Point, place: f64) -> Point {
     [p.x, p.y]
 }
 
-/// Distance of the undeformed front beam's outer face to the object, and the object's nearest point, finger frame, mm.
-fn closest(case: &Case, design: &Design, place: f64) -> (f64, Point) {
+/// What may be wrong with a place that CalculiX reached, so that it has no force.
+fn doubt(case: &Case, pose: &Pose) -> Option<String> {
+    let at = format!("at {}{}", pose.place, case.path.unit());
+    let numbers = pose.force.iter().chain(pose.front.iter().chain(&pose.back).flatten());
+    if !numbers.copied().all(f64::is_finite) {
+        return Some(format!("{at} CalculiX's result is not a number: no FEA force is told"));
+    }
+    let design = &case.finger.design;
+    let object =
+        Shape::<f64>::from(case.object).displaced(&case.path.motion.world_to_finger(case.path.coordinate(pose.place)));
+    let thickness = design.front.thickness.at(0.0);
+    // Without a deformed mesh the front centreline must do, which lies half a thickness below the face.
+    let depth = if pose.outline.is_empty() {
+        let arcs = (0..pose.front.len()).map(|i| design.front.length() * i as f64 / pose.front.len() as f64);
+        let below = pose.front.iter().zip(arcs);
+        let depths = below.map(|(&p, arc)| 0.5 * design.front.thickness.at(arc) - object.gap(p.into()).distance);
+        depths.fold(f64::NEG_INFINITY, f64::max)
+    } else {
+        let points = pose.outline.iter().filter(|p| p[0].is_finite());
+        points.map(|&p| -object.gap(p.into()).distance).fold(f64::NEG_INFINITY, f64::max)
+    };
+    if depth > MISSED * thickness {
+        return Some(format!(
+            "{at} the object stands {depth:.2} mm in the deformed mesh, whose front beam's outer face and tip's end face alone know \
+             contact: no FEA force is told"
+        ));
+    }
+    // A small object fits into the windows between the lamellae.
+    let gaps = pose.front.iter().map(|&p| object.gap(p.into())).enumerate();
+    let (nearest, gap) = gaps.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
+    let [before, after] = [pose.front.get(nearest.checked_sub(1)?)?, pose.front.get(nearest + 1)?];
+    let along = outline::minus(*after, *before);
+    let from_behind = (gap.normal.x * along[1] - gap.normal.y * along[0]) / along[0].hypot(along[1]);
+    (from_behind > BEHIND)
+        .then(|| format!("{at} the object has passed the front beam without touching it: no FEA force is told"))
+}
+
+/// The undeformed finger and the object at a place.
+#[derive(Clone, Copy, Debug)]
+struct Closest {
+    /// Distance of the object to the faces that may touch, mm; negative inside of it.
+    distance: f64,
+    /// The object's nearest point, finger frame, mm.
+    object: Point,
+    /// How far the object's normal there looks out of the front face; see [`BEHIND`].
+    from_behind: f64,
+}
+
+impl Closest {
+    /// The object neither touches the finger nor has passed it. A rounding error of a tangent beginning is not a penetration.
+    fn is_clear(&self) -> bool {
+        self.distance >= -1e-9 && self.from_behind <= BEHIND
+    }
+}
+
+/// Where the object is nearest to the faces of the undeformed finger that may touch: the front beam's outer face and the tip's end
+/// face.
+fn closest(case: &Case, outline: &Outline<'_>, place: f64) -> Closest {
     const SAMPLES: usize = 200;
-    let faces = Faces::front(design);
     let by = case.path.motion.world_to_finger(case.path.coordinate(place));
     let object = Shape::<f64>::from(case.object).displaced(&by);
-    let gap = |arc: f64| object.gap(faces.outer(arc).into());
-    let step = faces.length() / SAMPLES as f64;
-    let distances = (0..=SAMPLES).map(|i| (i, gap(step * i as f64).distance));
-    let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |found| found.0);
-    // Between the neighbours of the nearest sample, by thirds.
-    let mut low = step * nearest.saturating_sub(1) as f64;
-    let mut high = step * (nearest + 1).min(SAMPLES) as f64;
+    let (faces, [corner, _, last]) = (outline.front, outline.top);
+    let (length, across) = (faces.length(), outline::minus(last, corner));
+    let end = across[0].hypot(across[1]);
+    // Along the outer face, then on across the end face.
+    let point = |arc: f64| match arc - length {
+        on if on > 0.0 => [0, 1].map(|axis| corner[axis] + on / end * across[axis]),
+        _ => faces.outer(arc),
+    };
+    let gap = |arc: f64| object.gap(point(arc).into());
+    let step = (length + end) / SAMPLES as f64;
+    // The corner between the faces is often the nearest and lies between two samples.
+    let arcs = (0..=SAMPLES).map(|i| step * i as f64).chain([length]);
+    let distances = arcs.map(|arc| (arc, gap(arc).distance));
+    let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |found| found.0);
+    // To the neighbours of the nearest sample, by thirds.
+    let (mut low, mut high) = ((nearest - step).max(0.0), (nearest + step).min(length + end));
     for _ in 0..100 {
         let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
         if gap(a).distance < gap(b).distance { high = b } else { low = a }
     }
-    let arc = 0.5 * (low + high);
-    let (point, gap) = (faces.outer(arc), gap(arc));
-    (gap.distance, [point[0] - gap.distance * gap.normal.x, point[1] - gap.distance * gap.normal.y])
+    let arc = [0.5 * (low + high), nearest].into_iter().min_by(|&a, &b| gap(a).distance.total_cmp(&gap(b).distance));
+    let arc = arc.unwrap_or(nearest);
+    let (point, gap) = (point(arc), gap(arc));
+    let inward = faces.inward(0.0);
+    Closest {
+        distance: gap.distance,
+        object: [point[0] - gap.distance * gap.normal.x, point[1] - gap.distance * gap.normal.y],
+        from_behind: -(gap.normal.x * inward[0] + gap.normal.y * inward[1]),
+    }
 }
 
-/// The place where the motion begins: the first place if nothing touches there, else where the undeformed finger, opened
-/// from there (or, failing that, closed), just touches.
-fn start(case: &Case, design: &Design) -> Result<f64, FeaError> {
-    let gap = |place: f64| closest(case, design, place).0;
+/// The place where the motion begins: the first place if the object lies clear in front of the undeformed finger there, else where
+/// it just touches the finger that is opened from there (or, failing that, closed). A finger that has passed the object, be it as
+/// small as a window between lamellae, is opened past it again: as in the model, contact comes from the front.
+fn start(case: &Case, outline: &Outline<'_>) -> Result<f64, FeaError> {
+    let is_clear = |place: f64| closest(case, outline, place).is_clear();
     let first = case.path.places.first().copied().unwrap_or(0.0);
-    // A rounding error of a tangent beginning is not a penetration.
-    if gap(first) >= -1e-9 {
+    if is_clear(first) {
         return Ok(first);
     }
     for sign in [-1.0, 1.0] {
         let mut touching = first;
         for i in 1..=1800 {
             let place = first + sign * 0.05 * f64::from(i);
-            if gap(place) >= 0.0 {
+            if is_clear(place) {
                 let mut free = place;
                 for _ in 0..60 {
                     let middle = 0.5 * (free + touching);
-                    if gap(middle) >= 0.0 {
+                    if is_clear(middle) {
                         free = middle;
                     } else {
                         touching = middle;

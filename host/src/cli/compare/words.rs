@@ -7,6 +7,9 @@ use crate::case::Case;
 use crate::draw::short;
 use crate::metrics::mean_and_max;
 
+/// Less than this is printed as 0.0000 N: rounding errors, which have no percentages.
+const NO_FORCE: f64 = 5e-5;
+
 /// For people: a table, then what it comes to.
 pub(super) fn text(case: &Case, comparison: &Comparison) -> String {
     let mut out = String::new();
@@ -53,7 +56,7 @@ fn write_text(out: &mut String, case: &Case, comparison: &Comparison) -> std::fm
     let at = |row: &Row| format!("at {}{}", short(row.place, 3), case.path.unit());
     // Percent of a force near zero tell nothing: 0.02 N of a gauge's noise without contact are 100 %.
     let largest = rows().filter_map(|row| row.reference_force_n).fold(0.0, f64::max);
-    let is_small = |row: &Row| row.reference_force_n.is_some_and(|force| force < LEAST_FORCE * largest);
+    let is_small = |row: &Row| row.reference_force_n.is_some_and(|force| force < (LEAST_FORCE * largest).max(NO_FORCE));
     let small = rows().filter(|row| row.error_percent.is_some() && is_small(row)).count();
     let percent = |row: &Row| row.error_percent.filter(|_| !is_small(row));
     if let Some([mean, max]) = mean_and_max(rows().filter_map(percent)) {
@@ -68,7 +71,7 @@ fn write_text(out: &mut String, case: &Case, comparison: &Comparison) -> std::fm
     }
     if let Some([mean, max]) = mean_and_max(rows().filter_map(|row| row.difference_n)) {
         let at = worst(&|row| row.difference_n).map(at).unwrap_or_default();
-        let share = if largest > 0.0 {
+        let share = if largest >= NO_FORCE {
             format!(
                 ": {:.2} and {:.2} % of the largest {reference} force",
                 100.0 * mean / largest,
