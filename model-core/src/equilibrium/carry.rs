@@ -1,6 +1,6 @@
 //! Moving the object while the finger's base stands still.
 
-use super::{FOLLOW_ITERATIONS, Follower, Outcome, Phase};
+use super::{Barred, FOLLOW_ITERATIONS, Follower, Outcome, Phase};
 use crate::object::{Motion, Object};
 use crate::real::{Real, Vec2, vec2};
 use crate::size::Size;
@@ -53,7 +53,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 length: 0.0,
             };
         }
-        let (object, motion, at, barred) = (self.object, self.motion, self.at, self.barred.take());
+        let (object, motion, at, barred) = (self.object, self.motion, self.at, self.barred);
+        self.barred = Barred::NONE;
         self.object = object.displaced(&motion.world_to_finger(at));
         self.motion = path;
         self.begin_path(T::ZERO);
@@ -66,7 +67,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let back = arrived || self.follow_within(0.0, budget.max(BACK)).status.is_trustworthy();
         self.object = if arrived { to } else { object };
         self.motion = motion;
-        self.barred = self.barred.or(barred);
+        if barred.way != 0 {
+            self.barred = barred;
+        }
         self.begin_path(at);
         if !back {
             self.phase = Phase::Lost;

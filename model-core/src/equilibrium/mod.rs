@@ -142,15 +142,20 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     step: T,
     phase: Phase<T>,
     snapped: bool,
-    barred: Option<Barred<T>>,
+    barred: Barred<T>,
     sweep: Sweep<T>,
 }
 
-/// The way from the last coordinate at which the object lay clear of the clamped base while something touched.
+/// The way from the last coordinate at which the object lay clear of the clamped base while something touched: 1 forward, −1 back, 0 if
+/// it lies clear. (Not an `Option`, so that [`Follower::EMPTY`] is all zeros.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Barred<T> {
     from: T,
-    forward: bool,
+    way: i8,
+}
+
+impl<T: Real> Barred<T> {
+    const NONE: Self = Self { from: T::ZERO, way: 0 };
 }
 
 /// Bending stiffness over length of a beam up to which a precision's tolerance of moments is meant, N·mm, and the length for that of
@@ -211,7 +216,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         step: T::ZERO,
         phase: Phase::Lost,
         snapped: false,
-        barred: None,
+        barred: Barred::NONE,
         sweep: Sweep { nearest: T::ZERO, normal: [T::ZERO; 2], nearest_free: T::ZERO, overflow: false, crowded: false },
     };
 
@@ -264,7 +269,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.extrapolates = false;
         self.phase = Phase::Following;
         self.snapped = false;
-        self.barred = None;
+        self.barred = Barred::NONE;
         self.step = self.max_step();
         self.work.row_count = 0;
         residual::potential(&self.ladder, &self.state, &mut self.work);
@@ -544,14 +549,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Keeps in mind where the object came against the base while it touched the finger. What the motion would have done to it
     /// from there on nobody knows, until the way has been gone back or the hand opened.
     fn bar(&mut self, at: T) {
+        let Barred { from, way } = self.barred;
+        let is_back = if way > 0 { at <= from } else { at >= from };
         if self.accepted.touching_count == 0 {
-            self.barred = None;
+            self.barred = Barred::NONE;
         } else if !self.base_is_free(at) {
-            self.barred = self.barred.or(Some(Barred { from: self.at, forward: at > self.at }));
-        } else if let Some(Barred { from, forward }) = self.barred
-            && (if forward { at <= from } else { at >= from })
-        {
-            self.barred = None;
+            if way == 0 {
+                self.barred = Barred { from: self.at, way: if at > self.at { 1 } else { -1 } };
+            }
+        } else if is_back {
+            self.barred = Barred::NONE;
         }
     }
 
@@ -592,7 +599,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(crate) fn standing(&self) -> Status {
-        if self.phase == Phase::Lost || self.barred.is_some() || !self.base_is_free(self.at) {
+        if self.phase == Phase::Lost || self.barred.way != 0 || !self.base_is_free(self.at) {
             Status::OutOfRange
         } else if self.state.touching_count == 0 {
             Status::NoContact
