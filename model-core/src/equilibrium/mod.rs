@@ -179,9 +179,11 @@ fn size(design: &Design) -> [f64; 2] {
 /// Contraction of the residuals by one step below which the next one keeps the stiffness. *Measured* at 170/20: anything from 0.005 to
 /// 0.1 costs the same, one count and cold.
 const SWIFT: f64 = 0.02;
-/// Part of a contact normal (out of the object) that may point to the front beam's outer side: round the tip's corner a little, and
-/// no further. Beyond, the object is behind the front beam, where no finger has a model of what it meets.
+/// Part of a contact normal (out of the object) that may point to the front beam's outer side. Beyond, the object is behind the front
+/// beam, where no finger has a model of what it meets.
 const INWARDS: f64 = 0.3;
+/// The same at the tip, whose end is round: a wall across it may lie 45° behind.
+const ROUND_THE_TIP: f64 = 0.7;
 /// New rows of a short step's first iteration beyond which they are thinned.
 const MANY: usize = 7;
 
@@ -517,7 +519,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         touching.take(self.state.touching_count).any(|(&index, normal)| {
             let Some(sample) = self.ladder.samples.as_ref().get(usize::from(index)) else { return false };
             let [x, y] = self.along(sample);
-            normal[0] * y - normal[1] * x > T::of(INWARDS) * (x * x + y * y).sqrt()
+            let is_tip = usize::from(index) + 1 == self.ladder.sample_count;
+            let limit = T::of(if is_tip { ROUND_THE_TIP } else { INWARDS });
+            normal[0] * y - normal[1] * x > limit * (x * x + y * y).sqrt()
         })
     }
 

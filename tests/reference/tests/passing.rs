@@ -74,6 +74,24 @@ fn what_has_slipped_past_gives_no_force() {
     }
 }
 
+/// The tip's end is round: a finger that is pushed against a wall across it leans over and still carries its force.
+#[test]
+fn a_wall_across_the_tip_is_not_behind_it() {
+    for design in [ladder_80(), fea_80()] {
+        let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
+        follower.configure(&design, &Discretisation::fine(Physics::Extended)).unwrap();
+        let wall = ObjectDesign::HalfPlane { point: [0.0, 82.0], normal: [0.0, -1.0] };
+        follower.set_object(wall, Motion::Translating { direction: [0.0, 1.0] });
+        assert!(follower.start(0.0));
+        for distance in [1.5, 2.0, 3.0, 4.0] {
+            let outcome = follower.follow(distance);
+            let [x, y] = follower.force_world();
+            assert!(outcome.status.is_trustworthy(), "{distance} mm: {outcome:?}");
+            assert!(x.abs() < 1e-9 && y > 5.0, "{distance} mm: {x}, {y} N");
+        }
+    }
+}
+
 /// A large cylinder low down comes against the clamped base on the way. What it would have done from there on nobody knows: the
 /// way back to before that is open, the way on is not.
 #[test]
