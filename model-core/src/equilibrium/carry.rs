@@ -1,6 +1,7 @@
 //! Moving the object while the finger's base stands still.
 
-use super::{Barred, FOLLOW_ITERATIONS, Follower, Outcome, Phase};
+use super::passing::Barred;
+use super::{FOLLOW_ITERATIONS, Follower, Outcome, Phase};
 use crate::object::{Motion, Object};
 use crate::real::{Real, Vec2, vec2};
 use crate::size::Size;

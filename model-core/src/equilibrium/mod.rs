@@ -8,17 +8,17 @@
 
 mod carry;
 mod fold;
+mod passing;
 mod solution;
 mod strains;
+mod tolerance;
 mod track;
 
 pub use track::Tracking;
 
-use crate::access::Access;
-use crate::contact::Sample;
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
-use crate::ladder::{Ladder, State, vec2_of};
+use crate::ladder::{Ladder, State};
 use crate::newton::gaps::{self, Sweep};
 use crate::newton::residual::{self, Residual};
 use crate::newton::step::{self, Inertia};
@@ -28,6 +28,7 @@ use crate::real::{Real, Tolerance};
 use crate::size::Size;
 use crate::status::Status;
 use fold::{FOLD_SHIFT, FOLD_STEP};
+use passing::Barred;
 pub use strains::{Place, Strain};
 
 /// How equilibria are followed. Every field has a default.
@@ -146,44 +147,9 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     sweep: Sweep<T>,
 }
 
-/// The way from the last coordinate at which the object lay clear of the clamped base while something touched: 1 forward, −1 back, 0 if
-/// it lies clear. (Not an `Option`, so that [`Follower::EMPTY`] is all zeros.)
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Barred<T> {
-    from: T,
-    way: i8,
-}
-
-impl<T: Real> Barred<T> {
-    const NONE: Self = Self { from: T::ZERO, way: 0 };
-}
-
-/// Bending stiffness over length of a beam up to which a precision's tolerance of moments is meant, N·mm, and the length for that of
-/// lengths, mm: twice those of a finger of 80 mm in a soft plastic. Rounding grows with a finger's stiffness and size, so the
-/// tolerances of a larger one do too.
-const MEANT: [f64; 2] = [20.0, 160.0];
-
-/// A finger's stiffness and length over what the tolerances are meant for, at least 1.
-fn size(design: &Design) -> [f64; 2] {
-    let mut most = [0.0_f64; 2];
-    for beam in [&design.front, &design.back] {
-        let length = libm::hypot(beam.tip[0] - beam.base[0], beam.tip[1] - beam.base[1]);
-        let thickness = beam.thickness.at(0.0);
-        let stiffness = design.material.youngs_modulus * beam.stiffness_factor * design.width.at(0.0) / 12.0;
-        most[0] = most[0].max(stiffness * thickness * thickness * thickness / length);
-        most[1] = most[1].max(length);
-    }
-    [(most[0] / MEANT[0]).max(1.0), (most[1] / MEANT[1]).max(1.0)]
-}
-
 /// Contraction of the residuals by one step below which the next one keeps the stiffness. *Measured* at 170/20: anything from 0.005 to
 /// 0.1 costs the same, one count and cold.
 const SWIFT: f64 = 0.02;
-/// Part of a contact normal (out of the object) that may point to the front beam's outer side. Beyond, the object is behind the front
-/// beam, where no finger has a model of what it meets.
-const INWARDS: f64 = 0.3;
-/// The same at the tip, whose end is round: a wall across it may lie 45° behind.
-const ROUND_THE_TIP: f64 = 0.7;
 /// New rows of a short step's first iteration beyond which they are thinned.
 const MANY: usize = 7;
 
@@ -243,7 +209,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         self.motion = Motion::Rotating { axis: design.motor_axis };
         self.youngs_modulus = T::of(design.material.youngs_modulus);
-        self.size = size(design).map(T::of);
+        self.size = tolerance::size(design).map(T::of);
         self.rest();
         Ok(())
     }
@@ -329,12 +295,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let object = self.object.displaced(&self.motion.world_to_finger(coordinate));
         let (_, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
         sweep.nearest >= T::ZERO && !self.rests_behind(&sweep)
-    }
-
-    /// From the undeformed finger's nearest sample the object lies on the front beam's inner side.
-    fn rests_behind(&self, sweep: &Sweep<T>) -> bool {
-        let [x, y] = self.ladder.direction.as_ref().at(0);
-        sweep.normal[0] * y - sweep.normal[1] * x > T::of(INWARDS)
     }
 
     fn max_step(&self) -> T {
@@ -513,31 +473,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.keep(at);
     }
 
-    /// Some sample touches from the front beam's inner side: the beam has passed the object.
-    fn presses_from_behind(&self) -> bool {
-        let touching = self.state.touching.as_ref().iter().zip(self.state.normal.as_ref());
-        touching.take(self.state.touching_count).any(|(&index, normal)| {
-            let Some(sample) = self.ladder.samples.as_ref().get(usize::from(index)) else { return false };
-            let [x, y] = self.along(sample);
-            let is_tip = usize::from(index) + 1 == self.ladder.sample_count;
-            let limit = T::of(if is_tip { ROUND_THE_TIP } else { INWARDS });
-            normal[0] * y - normal[1] * x > limit * (x * x + y * y).sqrt()
-        })
-    }
-
-    /// Where the deformed front beam leads at a sample, of any length.
-    fn along(&self, sample: &Sample<T>) -> [T; 2] {
-        if sample.rigid != T::ZERO
-            && let Some(front) = self.work.members.as_ref().get(4 * usize::from(sample.cell))
-        {
-            return front.rigid_end;
-        }
-        // The element's node that counts most.
-        let [first, middle, last] = sample.weights.map(T::abs);
-        let heaviest = if middle >= first && middle >= last { 1 } else { 2 * usize::from(last > first) };
-        self.work.nodes.as_ref().get(usize::from(sample.node) + heaviest).map_or([T::ZERO; 2], |node| node.strained)
-    }
-
     fn keep(&mut self, at: T) {
         // A coordinate that has come again tells nothing of the motion.
         if at != self.at {
@@ -548,22 +483,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.bar(at);
         self.at = at;
         self.extrapolates = self.accepted.touching_count > 0 && self.previous.touching_count > 0;
-    }
-
-    /// Keeps in mind where the object came against the base while it touched the finger. What the motion would have done to it
-    /// from there on nobody knows, until the way has been gone back or the hand opened.
-    fn bar(&mut self, at: T) {
-        let Barred { from, way } = self.barred;
-        let is_back = if way > 0 { at <= from } else { at >= from };
-        if self.accepted.touching_count == 0 {
-            self.barred = Barred::NONE;
-        } else if !self.base_is_free(at) {
-            if way == 0 {
-                self.barred = Barred { from: self.at, way: if at > self.at { 1 } else { -1 } };
-            }
-        } else if is_back {
-            self.barred = Barred::NONE;
-        }
     }
 
     /// Moves the state on to a coordinate along the line through the last two accepted ones.
@@ -580,19 +499,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.state.copy_from(&self.accepted, &self.ladder);
         let object = self.object.displaced(&self.motion.world_to_finger(self.at));
         (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
-    }
-
-    /// Residuals of an equilibrium.
-    pub(crate) fn tolerance(&self) -> Tolerance<T> {
-        let Tolerance { gradient, length } = T::TOLERANCE;
-        Tolerance { gradient: gradient * self.size[0], length: length * self.size[1] }
-    }
-
-    /// Residuals at which a step on the way to the coordinate asked for is accepted: single precision's, whatever the precision.
-    fn on_the_way(&self) -> Tolerance<T> {
-        let Tolerance { gradient, length } = f32::TOLERANCE;
-        let [moments, lengths] = self.size;
-        Tolerance { gradient: T::of(f64::from(gradient)) * moments, length: T::of(f64::from(length)) * lengths }
     }
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.
@@ -612,15 +518,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         } else {
             Status::Converged
         }
-    }
-
-    /// The object lies clear of the front beam's clamped end, which carries no sample: it cannot give way, and a model in
-    /// which the beam beside it does has a force that means nothing.
-    fn base_is_free(&self, at: T) -> bool {
-        let base = vec2_of(self.ladder.base);
-        let gap = self.object.displaced(&self.motion.world_to_finger(at)).gap(base);
-        let half_thickness = self.ladder.samples.as_ref().first().map_or(T::ZERO, |sample| sample.half_thickness);
-        gap.distance >= half_thickness - self.tolerance().length
     }
 
     /// Newton's method at a coordinate from the present state.
