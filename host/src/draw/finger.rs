@@ -11,7 +11,7 @@ use super::object;
 use super::palette::Ink;
 use super::scene::{Anchor, Item, Path, Rect, Scene, Step, Stroke, Text};
 use crate::shape::Shape;
-use labels::{Labels, box_of, net_text};
+use labels::box_of;
 
 /// What the picture shows.
 #[derive(Clone, Debug)]
