@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use host::case::{Case, CaseError};
-use host::heap::Host;
+use fre::case::{Case, CaseError};
+use fre::heap::Host;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Follower;
 
@@ -70,7 +70,7 @@ fn seeds() -> Vec<Vec<u8>> {
         format!("[finger]\n{finger}\n{OBJECT_AND_MOTION}").into_bytes()
     };
     files("examples")
-        .chain(files("host/src/case/presets").map(with_object))
+        .chain(files("host/fre/src/case/presets").map(with_object))
         .chain(TEXTS.iter().map(|text| text.as_bytes().to_vec()))
         .collect()
 }

@@ -1,4 +1,5 @@
-//! One equilibrium: a finger closed to 11° on a cylinder of 80 mm diameter, with the paper's own model at its full resolution.
+//! One equilibrium: a finger closed to 11° on a cylinder of 80 mm diameter, with the model of
+//! *Geometrico-Static Modelling of a FRE Finger* at its full resolution.
 
 use std::error::Error;
 

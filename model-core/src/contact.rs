@@ -42,11 +42,13 @@ pub struct Contact<T> {
     pub force: T,
 }
 
-/// A row of the contact border: a sample that touches or is about to.
+/// A row of the contact border: a place that touches or is about to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Row<T> {
-    /// Index of the sample.
+    /// Index of the place (see `Ladder::place`).
     pub sample: u16,
+    /// The place itself.
+    pub place: Sample<T>,
     /// Signed gap g, mm.
     pub gap: T,
     /// Normal out of the object: of a sample that touches the one that strains the beam.
@@ -64,6 +66,7 @@ pub(crate) struct Row<T> {
 impl<T: Real> Blank for Row<T> {
     const BLANK: Self = Self {
         sample: 0,
+        place: Sample::BLANK,
         gap: T::ZERO,
         normal: [T::ZERO; 2],
         tilt: T::ZERO,

@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, discretise};
+use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
 use crate::ladder::Ladder;
 use crate::size::Paper;
 
@@ -18,7 +18,7 @@ fn cantilever(scheme: Scheme, elements: u16, load: f64) -> [f64; 3] {
         scheme,
         elements: Elements::PerBeam { beam: elements, hinge: 1 },
         sampling: Sampling::Nodes,
-        softness: 0.0,
+        softness: Softness::Fixed(0.0),
         physics: Physics::Paper,
     };
     let mut ladder: Box<Ladder<f64, Paper>> = Box::new(Ladder::EMPTY);

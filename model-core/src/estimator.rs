@@ -5,11 +5,16 @@
 //! result, the estimate repeats the last trustworthy numbers with a status that is not trustworthy and an age above zero,
 //! and the next tick goes on from where this one stopped. An object set while the finger is on it is approached anew from
 //! the open finger, over as many ticks as that takes.
+//!
+//! Parallel jaws move the base along a line: their [`Drive`] says how far at which motor angle. Everything that goes in or comes out is
+//! of the motor angle all the same.
 
+use crate::bounds::{OutOfBounds, check};
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError};
+use crate::drive::{Drive, DriveError};
 use crate::equilibrium::{Follower, Settings, Tracking};
-use crate::object::{Motion, ObjectDesign, ObjectError};
+use crate::object::{ObjectDesign, ObjectError};
 use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
@@ -21,7 +26,7 @@ pub struct EstimatorSettings {
     /// Newton iterations allowed per tick; default 8. With fewer than three, in which a tick does not always converge, the
     /// estimator is content with [`Tracking::DEFAULT`], unless `one_iteration` says otherwise.
     pub budget: u32,
-    /// Motor angles outside this range (rad) are answered with `out-of-range`; default ±90°.
+    /// Motor angles outside this range (rad, within ±1000) are answered with `out-of-range`; default ±90°.
     pub range: [f64; 2],
     /// Content with one Newton iteration per tick (status `tracking`) where the residual is below these bounds; default none:
     /// every tick converges.
@@ -32,6 +37,21 @@ impl EstimatorSettings {
     /// The defaults.
     pub const DEFAULT: Self =
         Self { budget: 8, range: [-core::f64::consts::FRAC_PI_2, core::f64::consts::FRAC_PI_2], one_iteration: None };
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value that is not allowed, by its field's name.
+    pub fn validate(&self) -> Result<(), OutOfBounds> {
+        let [least, most] = self.range;
+        check("range", least, [-1e3, 1e3])?;
+        check("range", most, [least, 1e3])?;
+        if let Some(Tracking { gradient, length }) = self.one_iteration {
+            check("one_iteration.gradient", gradient, [0.0, 1e6])?;
+            check("one_iteration.length", length, [0.0, 1e3])?;
+        }
+        Ok(())
+    }
 }
 
 impl Default for EstimatorSettings {
@@ -56,7 +76,8 @@ pub struct Estimate {
     pub contact_centre: [f32; 2],
     /// Arc length of the front beam between the outermost touching samples.
     pub contact_extent: f32,
-    /// Torque the contact demands of the motor, positive when it must push to close.
+    /// Torque the contact demands of the motor, positive when it must push to close; through a drive that translates the base, the
+    /// force against its motion times mm per rad.
     pub torque: f32,
     /// Smallest distance between finger and object; negative by the contact's softness (at most a few µm) when touching.
     pub distance: f32,
@@ -111,7 +132,10 @@ pub struct Estimator<T: Real, S: Size> {
     last: Estimate,
     object: ObjectDesign,
     has_object: bool,
-    motion: Motion,
+    drive: Drive,
+    axis: [f64; 2],
+    /// Derivative of the motion's coordinate with the motor angle at the last tick: 1, or mm per rad.
+    ratio: f64,
     configured: bool,
     /// The follower stands at an equilibrium.
     placed: bool,
@@ -131,7 +155,7 @@ const CONVERGES_WITHIN: u32 = 3;
 const CHECKS_PER_TICK: u32 = 8;
 /// Derivatives are taken anew after this many ticks: at 500 Hz and 20°/s the finger has then turned by 0.3°.
 const DIFFERENTIATE_EVERY: u16 = 8;
-/// ... in the next tick that needs no more Newton iterations than this, so that a dear tick becomes no dearer.
+/// ... in the next tick that needs no more Newton iterations than this, which bounds the worst tick's cost.
 const DIFFERENTIATE_WITHIN: u32 = 2;
 /// Their distance, rad.
 const SEARCH_PACE: f64 = core::f64::consts::PI / 180.0;
@@ -147,7 +171,9 @@ impl<T: Real, S: Size> Estimator<T, S> {
         // An absent object need not be all zeros.
         object: ObjectDesign::Circle { centre: [0.0; 2], radius: 0.0 },
         has_object: false,
-        motion: Motion::Rotating { axis: [0.0; 2] },
+        drive: Drive::Rotating,
+        axis: [0.0; 2],
+        ratio: 0.0,
         configured: false,
         placed: false,
         searched: 0.0,
@@ -156,7 +182,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         differentiated: false,
     };
 
-    /// Takes a finger (rotated about its motor axis); the state starts anew, the object stays.
+    /// Takes a finger; the state starts anew, object and drive stay.
     ///
     /// # Errors
     /// What the discretisation refuses; the estimator then has no finger.
@@ -164,11 +190,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.configured = false;
         self.follower.configure(design, how)?;
         self.configured = true;
-        self.motion = Motion::Rotating { axis: design.motor_axis };
-        if self.has_object {
-            self.follower.set_object(self.object, self.motion);
-        }
-        (self.placed, self.searched, self.differentiated) = (false, 0.0, false);
+        self.axis = design.motor_axis;
+        self.start_anew();
         Ok(())
     }
 
@@ -179,17 +202,39 @@ impl<T: Real, S: Size> Estimator<T, S> {
     pub fn set_object(&mut self, object: ObjectDesign) -> Result<(), ObjectError> {
         object.validate()?;
         (self.object, self.has_object) = (object, true);
-        if self.configured {
-            self.follower.set_object(object, self.motion);
-        }
-        (self.placed, self.searched, self.differentiated) = (false, 0.0, false);
+        self.start_anew();
         Ok(())
     }
 
+    /// Says how the motor moves the base ([`Drive::Rotating`] unless it is said); the state starts anew, if it is another one.
+    ///
+    /// # Errors
+    /// What is wrong with the drive; the old one then stays.
+    pub fn set_drive(&mut self, drive: Drive) -> Result<(), DriveError> {
+        drive.validate()?;
+        if drive != self.drive {
+            self.drive = drive;
+            self.start_anew();
+        }
+        Ok(())
+    }
+
+    fn start_anew(&mut self) {
+        if self.configured && self.has_object {
+            self.follower.set_object(self.object, self.drive.motion(self.axis));
+        }
+        (self.placed, self.searched, self.differentiated) = (false, 0.0, false);
+    }
+
     /// Changes the bounds of the estimator and how its solver follows.
-    pub fn set_settings(&mut self, settings: EstimatorSettings, solver: Settings) {
+    ///
+    /// # Errors
+    /// The first value that is not allowed; the old settings then stay.
+    pub fn set_settings(&mut self, settings: EstimatorSettings, solver: Settings) -> Result<(), OutOfBounds> {
+        settings.validate()?;
+        self.follower.set_settings(solver)?;
         (self.settings, self.has_settings) = (settings, true);
-        self.follower.set_settings(solver);
+        Ok(())
     }
 
     /// Allows so many Newton iterations per tick from now on: what is left of a control loop's period may differ from tick to
@@ -252,7 +297,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
         estimate.motor_angle = motor_angle as f32;
         estimate.iterations = 0;
         let ready = self.configured && self.has_object && (least..=most).contains(&motor_angle);
-        if !ready {
+        let place = self.drive.coordinate(motor_angle).filter(|_| ready);
+        let [coordinate, ratio] = place.unwrap_or_default();
+        self.ratio = ratio;
+        if place.is_none() {
             estimate.status = Status::OutOfRange;
         } else if !self.placed && !self.place(motor_angle, least) {
             estimate.status = if self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
@@ -260,10 +308,13 @@ impl<T: Real, S: Size> Estimator<T, S> {
             // Where there is no time to converge, what there is time for has to do.
             let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
             let outcome = match settings.one_iteration.or(short) {
-                Some(within) => self.follower.track(motor_angle, within, settings.budget),
-                None => self.follower.follow_within(motor_angle, settings.budget),
+                Some(within) => self.follower.track(coordinate, within, settings.budget),
+                None => self.follower.follow_within(coordinate, settings.budget),
             };
+            // Another branch has other derivatives, and so has the other side of a hop.
+            self.differentiated &= outcome.snaps == 0 && outcome.hops == 0;
             estimate.status = outcome.status;
+            estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
             estimate.iterations = outcome.iterations.min(u32::from(u16::MAX)) as u16;
             estimate.residual = outcome.gradient as f32;
             if outcome.status.is_trustworthy() {
@@ -280,12 +331,13 @@ impl<T: Real, S: Size> Estimator<T, S> {
     fn place(&mut self, motor_angle: f64, least: f64) -> bool {
         for _ in 0..CHECKS_PER_TICK {
             let angle = motor_angle - self.searched;
-            if angle < least {
+            let place = self.drive.coordinate(angle).filter(|_| angle >= least);
+            let Some([coordinate, _]) = place else {
                 // Nowhere: say so once, then look again.
                 self.searched = 0.0;
                 return false;
-            }
-            if self.follower.begin(angle) {
+            };
+            if self.follower.begin(coordinate) {
                 (self.placed, self.searched) = (true, 0.0);
                 return true;
             }
@@ -301,12 +353,11 @@ impl<T: Real, S: Size> Estimator<T, S> {
             (estimate.force_per_angle, estimate.standard_deviation, estimate.sensitivity_age) = ([0.0; 2], 0.0, 0);
             return;
         }
-        // Another branch has other derivatives.
-        self.differentiated &= estimate.status == self.last.status;
-        estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
-        let due = estimate.sensitivity_age >= DIFFERENTIATE_EVERY && iterations <= DIFFERENTIATE_WITHIN;
+        let is_old = estimate.sensitivity_age >= DIFFERENTIATE_EVERY && iterations <= DIFFERENTIATE_WITHIN;
+        // Without any, as soon as they fit into the tick's budget: they cost less than an iteration.
+        let is_new = !self.differentiated && iterations < self.settings().budget.max(DIFFERENTIATE_WITHIN + 1);
         let size = estimate.force_magnitude();
-        if (due || !self.differentiated)
+        if (is_old || is_new)
             && let Some(found) = self.follower.sensitivity()
         {
             let single = |v: [T; 2]| v.map(|x| x.to_f64() as f32);
@@ -315,9 +366,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
                 let [u, v] = single(v);
                 u * x + v * y
             };
-            estimate.force_per_angle = single(found.coordinate.force);
+            let per_angle = found.coordinate.force.map(|part| part * T::of(self.ratio));
+            estimate.force_per_angle = single(per_angle);
             self.slopes = Slopes {
-                angle: along(found.coordinate.force),
+                angle: along(per_angle),
                 youngs_modulus: size,
                 centre: [along(found.centre[0].force), along(found.centre[1].force)],
                 radius: along(found.radius.force),
@@ -338,7 +390,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
     fn read(&self, estimate: &mut Estimate) {
         let single = |v: [T; 2]| v.map(|x| x.to_f64() as f32);
         estimate.force = single(self.follower.force_world());
-        estimate.torque = self.follower.motor_torque().to_f64() as f32;
+        estimate.torque = (self.ratio * self.follower.motor_torque().to_f64()) as f32;
         estimate.distance = self.follower.distance().to_f64() as f32;
         let mut centre = [T::ZERO; 2];
         let mut total = T::ZERO;
@@ -368,6 +420,8 @@ mod tests {
 
     use super::*;
     use crate::discretise::Physics;
+    use crate::drive::{Knots, Travel};
+    use crate::object::Motion;
     use crate::size::Reduced;
 
     const COUNT: f64 = core::f64::consts::TAU / 4096.0;
@@ -410,10 +464,107 @@ mod tests {
         assert_eq!((open.status, open.standard_deviation, open.sensitivity_age), (Status::NoContact, 0.0, 0));
     }
 
+    /// In one-iteration mode a tick that is pursued to convergence follows one that is not, and the other way round: no reason to take
+    /// derivatives in the very tick that costs most.
+    #[test]
+    fn a_tick_that_is_pursued_to_convergence_takes_no_derivatives() {
+        let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
+        let design = crate::design::tests::ladder_80();
+        estimator.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
+        estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 }).expect("a valid object");
+        let content = EstimatorSettings { one_iteration: Some(Tracking::DEFAULT), ..EstimatorSettings::DEFAULT };
+        estimator.set_settings(content, Settings::DEFAULT).expect("allowed");
+        let (mut flips, mut costly, mut last) = (0, 0, Estimate::blank(Status::NoContact));
+        // A count at a time, with a leap of 6 counts now and then.
+        for tick in -20_i32..150 {
+            let count = tick + 6 * (tick + 20).div_euclid(9);
+            let estimate = estimator.update(f64::from(count) * COUNT * 0.5);
+            assert!(estimate.status.is_trustworthy(), "{estimate:?}");
+            let was_known = last.standard_deviation > 0.0 && last.standard_deviation.is_finite();
+            let is_flip = estimate.status != last.status && was_known;
+            let is_costly = u32::from(estimate.iterations) > DIFFERENTIATE_WITHIN;
+            (flips, costly) = (flips + u32::from(is_flip), costly + u32::from(is_costly));
+            let is_fresh = estimate.sensitivity_age == 0;
+            assert!(!(was_known && is_costly && is_fresh), "tick {tick}: {estimate:?} after {last:?}");
+            assert!(estimate.force == [0.0; 2] || estimate.standard_deviation.is_finite(), "{estimate:?}");
+            last = estimate;
+        }
+        assert!(flips > 10 && costly > 3, "{flips} flips, {costly} ticks of many iterations");
+    }
+
+    /// Parallel jaws, in proportion and by a crank's table, against the same model followed along the line: force, torque by the motor's
+    /// work, slope by differences.
+    #[test]
+    fn jaws_that_translate_are_followed_by_the_motor_angle() {
+        let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+        let knots: std::vec::Vec<[f32; 2]> =
+            (0..6).map(|k| -0.4 + 0.3 * k as f32).map(|angle| [angle, 12.0 * libm::sinf(angle)]).collect();
+        let table = Travel::Table(Knots::new(&knots).expect("six knots"));
+        for travel in [Travel::Linear { mm_per_rad: 10.0 }, table] {
+            let drive = Drive::Translating { direction: [2.0, 0.0], travel };
+            let mut estimator: Box<Estimator<f64, Reduced>> = Box::new(Estimator::EMPTY);
+            let design = crate::design::tests::ladder_80();
+            let how = Discretisation::estimator(Physics::Extended);
+            estimator.set_drive(drive).expect("an allowed drive");
+            estimator.configure(&design, &how).expect("a valid finger");
+            estimator.set_object(object).expect("a valid object");
+            let given = Uncertainty { zero_angle: 0.003, ..Uncertainty::NONE };
+            estimator.set_uncertainty(given).expect("allowed values");
+            let mut follower: Box<Follower<f64, Reduced>> = Box::new(Follower::EMPTY);
+            follower.configure(&design, &how).expect("a valid finger");
+            follower.set_object(object, Motion::Translating { direction: [1.0, 0.0] });
+            assert!(follower.start(-1.0));
+            let mut compared = 0;
+            let mut before: Option<(f64, f64, [f64; 2])> = None;
+            for tick in -60..=420 {
+                let angle = f64::from(tick) * COUNT;
+                let estimate = estimator.update(angle);
+                assert!(estimate.status.is_trustworthy() && estimate.motor_angle == angle as f32, "{estimate:?}");
+                let [distance, ratio] = drive.coordinate(angle).expect("within the table");
+                let exact = follower.follow(distance);
+                assert!(exact.status.is_trustworthy());
+                let force = follower.force_world();
+                for i in 0..2 {
+                    assert!((f64::from(estimate.force[i]) - force[i]).abs() < 1e-4, "{estimate:?} {force:?}");
+                }
+                assert!((f64::from(estimate.torque) - ratio * force[0]).abs() < 1e-3, "{estimate:?}");
+                // The motor's work is the energy's.
+                let potential = follower.potential();
+                if let Some((last, torque, then)) = before
+                    && tick % 16 == 0
+                    && torque > 5.0
+                {
+                    let work = 0.5 * (torque + f64::from(estimate.torque)) * 16.0 * COUNT;
+                    assert!((potential - last - work).abs() < 0.02 * work, "{} {work}", potential - last);
+                    let slope = (force[0] - then[0]) / (16.0 * COUNT);
+                    let given = f64::from(estimate.force_per_angle[0]);
+                    assert!((given - slope).abs() < 0.15 * slope.abs() + 0.3, "{given} {slope} at {angle}");
+                    let along = f64::from(
+                        estimate.force_per_angle[0] * estimate.force[0]
+                            + estimate.force_per_angle[1] * estimate.force[1],
+                    ) / f64::from(estimate.force_magnitude());
+                    let deviation = f64::from(estimate.standard_deviation);
+                    assert!((deviation - 0.003 * along.abs()).abs() < 0.05 * deviation, "{estimate:?}");
+                    compared += 1;
+                }
+                if tick % 16 == 0 {
+                    before = Some((potential, f64::from(estimate.torque), force));
+                }
+            }
+            assert!(compared > 10, "{compared}");
+            // Outside the table nothing is known; in proportion it goes on.
+            let outside = estimator.update(1.2).status;
+            assert_eq!(outside == Status::OutOfRange, matches!(travel, Travel::Table(_)), "{outside:?}");
+        }
+        let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
+        let refused = estimator.set_drive(Drive::linear([1.0, 0.0], -1.0));
+        assert!(matches!(refused, Err(DriveError::Value { name: "mm_per_rad", .. })), "{refused:?}");
+    }
+
     #[test]
     fn an_uncertainty_that_is_none_is_refused() {
         let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
         let refused = estimator.set_uncertainty(Uncertainty { radius: f32::NAN, ..Uncertainty::DEFAULT });
-        assert_eq!(refused.map_err(|error| error.name), Err("radius"));
+        assert!(matches!(refused, Err(UncertaintyError::Value { name: "radius", .. })), "{refused:?}");
     }
 }

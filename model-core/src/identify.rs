@@ -13,8 +13,9 @@
 //! deviation is that of the linearised problem, 1/√Σ wₖ dₖ² with b eliminated, made greater where the residuals are greater
 //! than the noise that was given. Nothing is stored per measurement.
 
+use crate::drive::Drive;
 use crate::equilibrium::Follower;
-use crate::object::{Motion, ObjectDesign};
+use crate::object::ObjectDesign;
 use crate::real::Real;
 use crate::size::Size;
 
@@ -22,6 +23,9 @@ use crate::size::Size;
 const PLACES: usize = 9;
 /// Sections of the bracket at most.
 const SECTIONS: usize = 32;
+/// Passes over the motion at most; in each, every measurement is followed within
+/// [`FOLLOW_ITERATIONS`](crate::equilibrium::FOLLOW_ITERATIONS).
+pub const PASSES: usize = PLACES + SECTIONS;
 /// A bracket below this part of the standard deviation ends the search.
 const SETTLED: f64 = 0.1;
 /// The golden section.
@@ -36,6 +40,15 @@ pub struct Measurement {
     pub angle: f64,
     /// Torque that drives the finger against the object, without the friction of a free motion, N·mm.
     pub torque: f64,
+}
+
+/// How the motor moves the finger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moved {
+    /// It turns the base, or moves it along a line.
+    pub drive: Drive,
+    /// The finger's motor axis, mm.
+    pub axis: [f64; 2],
 }
 
 /// Standard deviations of the measurements.
@@ -136,14 +149,14 @@ struct Pass {
     touching: usize,
 }
 
-/// Finds the unknown within its range, mm. The follower has the finger; `object` is what is known of the circle, its
-/// unknown part aside; `axis` is the finger's motor axis.
+/// Finds the unknown within its range, mm, in at most [`PASSES`] passes. The follower has the finger; `object` is what is known of the circle, its
+/// unknown part aside.
 ///
 /// # Errors
 /// Input that is not as it has to be, or an unknown that cannot be found in the range.
 pub fn identify<T: Real, S: Size>(
     follower: &mut Follower<T, S>,
-    axis: [f64; 2],
+    moved: &Moved,
     object: ObjectDesign,
     unknown: Unknown,
     range: [f64; 2],
@@ -181,8 +194,8 @@ pub fn identify<T: Real, S: Size>(
         }
     };
     let mut pass = |value: f64| {
-        follower.set_object(at(value), Motion::Rotating { axis });
-        go(follower, unknown, measurements, noise)
+        follower.set_object(at(value), moved.drive.motion(moved.axis));
+        go(follower, &moved.drive, unknown, measurements, noise)
     };
 
     let pace = (most - least) / PLACES as f64;
@@ -245,12 +258,13 @@ fn found(value: f64, here: &Pass, measurements: usize) -> Identified {
 /// Follows the motion once; nothing if the model cannot.
 fn go<T: Real, S: Size>(
     follower: &mut Follower<T, S>,
+    drive: &Drive,
     unknown: Unknown,
     measurements: &[Measurement],
     noise: &Noise,
 ) -> Option<Pass> {
-    let first = measurements.first()?;
-    if !follower.start(first.angle) {
+    let [first, _] = drive.coordinate(measurements.first()?.angle)?;
+    if !follower.start(first) {
         return None;
     }
     let (mut w, mut wd, mut wr) = (1.0 / (noise.offset * noise.offset).max(f64::MIN_POSITIVE), 0.0, 0.0);
@@ -258,7 +272,8 @@ fn go<T: Real, S: Size>(
     let (mut touching, mut logarithms) = (0, 0.0);
     let mut last = (0.0, 0.0);
     for measurement in measurements {
-        if !follower.follow(measurement.angle).status.is_trustworthy() {
+        let [coordinate, ratio] = drive.coordinate(measurement.angle)?;
+        if !follower.follow(coordinate).status.is_trustworthy() {
             return None;
         }
         if follower.touching() > 0 {
@@ -270,13 +285,13 @@ fn go<T: Real, S: Size>(
                     Unknown::Radius => slopes.radius.torque,
                     Unknown::RadiusBehindSide => slopes.radius.torque + slopes.centre[0].torque,
                 };
-                last = (derivative.to_f64(), slopes.coordinate.torque.to_f64());
+                last = (ratio * derivative.to_f64(), ratio * ratio * slopes.coordinate.torque.to_f64());
             }
         } else {
             last = (0.0, 0.0);
         }
         let (derivative, stiffness) = last;
-        let rest = measurement.torque - follower.motor_torque().to_f64();
+        let rest = measurement.torque - ratio * follower.motor_torque().to_f64();
         let lateral = stiffness * noise.angle;
         let weight = 1.0 / (noise.torque * noise.torque + lateral * lateral);
         logarithms += libm::log(weight * noise.torque * noise.torque);
@@ -302,11 +317,13 @@ mod tests {
 
     use super::*;
     use crate::discretise::{Discretisation, Physics, Scheme};
+    use crate::object::Motion;
     use crate::size::{Paper, Reduced};
 
     const COUNT: f64 = core::f64::consts::TAU / 4096.0;
     const NOISE: Noise = Noise { torque: 20.0, offset: 30.0, angle: COUNT };
     const AXIS: [f64; 2] = [-14.0, -20.0];
+    const TURNED: Moved = Moved { drive: Drive::Rotating, axis: AXIS };
 
     fn circle(radius: f64, height: f64) -> ObjectDesign {
         ObjectDesign::Circle { centre: [radius + 1.0, height], radius }
@@ -365,7 +382,7 @@ mod tests {
                     Unknown::Radius => (circle(radius, height), radius),
                     Unknown::RadiusBehindSide => (circle(1.0, height), radius),
                 };
-                let found = identify(&mut *follower, AXIS, known, unknown, range, &measurements, &NOISE)
+                let found = identify(&mut *follower, &TURNED, known, unknown, range, &measurements, &NOISE)
                     .unwrap_or_else(|error| panic!("{unknown:?} of {radius} mm at {height} mm: {error}"));
                 let error = found.value - value;
                 std::eprintln!("{unknown:?}, {radius} mm at {height} mm: {error:+.3} mm, {found:?}");
@@ -384,6 +401,29 @@ mod tests {
         found_within(Unknown::Height, [25.0, 65.0], &[(40.0, 45.0), (40.0, 56.0), (30.0, 50.0)], 0.6);
     }
 
+    /// Jaws that a rack of 20 mm per rad moves along a line: the motor's torque is the force times that.
+    #[test]
+    fn jaws_that_translate_find_the_height() {
+        let moved = Moved { drive: Drive::linear([1.0, 0.0], 20.0), axis: AXIS };
+        let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
+        let how = Discretisation::full(Scheme::Trapezoid, Physics::Extended);
+        follower.configure(&crate::design::tests::ladder_80(), &how).expect("a valid finger");
+        follower.set_object(circle(40.0, 45.0), moved.drive.motion(AXIS));
+        assert!(follower.start(-1.0));
+        let measure = |step: i32| {
+            let angle = f64::from(step) * 2.0 * COUNT;
+            assert!(follower.follow(20.0 * angle).status.is_trustworthy());
+            Measurement { angle, torque: 20.0 * follower.motor_torque() }
+        };
+        let measurements: Vec<_> = (0..=130).map(measure).collect();
+        let known = circle(40.0, 0.0);
+        // The force along the line says less of the height than a torque about an axis does.
+        let quiet = Noise { torque: 1.0, offset: 1.0, angle: 0.01 * COUNT };
+        let found = identify(&mut *model(), &moved, known, Unknown::Height, [25.0, 65.0], &measurements, &quiet);
+        let found = found.expect("a height");
+        assert!((found.value - 45.0).abs() < 2.0 && found.standard_deviation < 2.0, "{found:?}");
+    }
+
     #[test]
     fn the_radius_is_found() {
         let cases = [(40.0, 45.0), (50.0, 45.0), (40.0, 56.0)];
@@ -395,7 +435,7 @@ mod tests {
         let mut follower = model();
         let some: Vec<_> = (0..20).map(|k| Measurement { angle: f64::from(k) * 0.01, torque: 0.0 }).collect();
         let mut ask = |object, unknown, range, measurements: &[Measurement], noise| {
-            identify(&mut *follower, AXIS, object, unknown, range, measurements, noise).unwrap_err()
+            identify(&mut *follower, &TURNED, object, unknown, range, measurements, noise).unwrap_err()
         };
         let (object, range) = (circle(40.0, 45.0), [30.0, 60.0]);
         let polygon = ObjectDesign::Ellipse { centre: [60.0, 45.0], semi_axes: [20.0, 30.0], angle: 0.0 };
@@ -411,10 +451,32 @@ mod tests {
         assert_eq!(ask(object, Unknown::Height, range, &before, &NOISE), IdentifyError::TooFew(0));
     }
 
+    /// The search ends, also where it is fooled: a torque without noise that no circle of this height gives.
+    #[test]
+    fn a_search_takes_no_more_than_its_passes() {
+        let mut follower = model();
+        let measurements: Vec<_> =
+            (0..40).map(|k| Measurement { angle: f64::from(k) * 0.004, torque: 3e3 * f64::from(k % 5) }).collect();
+        let range = [30.0, 60.0];
+        let sharp = Noise { torque: 1e-6, offset: 1e-6, angle: 0.0 };
+        let mut most = 0;
+        for place in 0..=60 {
+            follower.set_object(circle(40.0, 30.0 + 0.5 * f64::from(place)), Motion::Rotating { axis: AXIS });
+            let before = follower.effort();
+            let _ = go(&mut follower, &Drive::Rotating, Unknown::Height, &measurements, &sharp);
+            most = most.max(follower.effort().since(before).evaluations);
+        }
+        let before = follower.effort();
+        let _ = identify(&mut *follower, &TURNED, circle(40.0, 45.0), Unknown::Height, range, &measurements, &sharp);
+        let spent = follower.effort().since(before).evaluations;
+        let passes = spent as f64 / f64::from(most);
+        assert!((PLACES as f64..PASSES as f64 + 1.0).contains(&passes), "{passes} passes");
+    }
+
     #[test]
     fn an_object_outside_the_range_is_not_found_at_its_end() {
         let truth = truth(circle(40.0, 45.0));
-        let found = identify(&mut *model(), AXIS, circle(40.0, 0.0), Unknown::Height, [52.0, 60.0], &truth, &NOISE);
+        let found = identify(&mut *model(), &TURNED, circle(40.0, 0.0), Unknown::Height, [52.0, 60.0], &truth, &NOISE);
         assert!(matches!(found, Err(IdentifyError::AtEnd(_))), "{found:?}");
     }
 }

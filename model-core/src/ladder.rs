@@ -14,6 +14,7 @@ use crate::access::Access;
 use crate::contact::Sample;
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size, Storage};
+use crate::units::Units;
 
 /// Joint index of a beam's clamped base. Unknown 0 is a multiplier, never a joint; and a blank ladder is all zeros, so that a
 /// static one needs no image in flash.
@@ -40,6 +41,8 @@ pub struct Member<T> {
     pub(crate) compliance: [T; 2],
     /// 3c/EA, 1/N: growth of the bending stiffness per force that stretches the member; 0 where it is constant.
     pub(crate) stiffening: T,
+    /// What rounding its angles may leave of a gradient component, N·mm.
+    pub(crate) rounding: T,
 }
 
 impl<T> Member<T> {
@@ -60,6 +63,7 @@ impl<T: Real> Blank for Member<T> {
         rigid_end: [T::ZERO; 2],
         compliance: [T::ZERO; 2],
         stiffening: T::ZERO,
+        rounding: T::ZERO,
     };
 }
 
@@ -68,8 +72,22 @@ pub struct Ladder<T: Real, S: Size> {
     pub(crate) cells: usize,
     pub(crate) node_count: usize,
     pub(crate) sample_count: usize,
-    /// Contact softness ε_c, mm/N.
-    pub(crate) softness: T,
+    /// Samples on the flexible part of the beam; those on the wedge follow.
+    pub(crate) flexible_samples: usize,
+    /// Samples per element there.
+    pub(crate) per_element: usize,
+    /// Places at which a gap can be checked per sample: the sample, and others that divide the way to it from the one before evenly.
+    pub(crate) fineness: usize,
+    /// Smallest radius of the line along which the centreline touches the object.
+    pub(crate) sharpest: T,
+    /// Largest radius of such a line at which places between the samples count.
+    pub(crate) bluntest: T,
+    /// Units of the numbers below: lengths are in units of length, moments in units of moment, and so on.
+    pub(crate) units: Units<T>,
+    /// Contact softness ε_c asked for, and that of the front beam itself.
+    pub(crate) softness: [T; 2],
+    /// The first is the second: it goes with Young's modulus.
+    pub(crate) softness_is_own: bool,
     /// Nodes are the ends and middles of quadratic elements, not links.
     pub(crate) quadratic: bool,
     /// The lamellae turn with the beams: the three angles at a lamella are one, the back beam's.
@@ -91,6 +109,8 @@ pub struct Ladder<T: Real, S: Size> {
     pub(crate) rest: S::Cells<[T; 2]>,
     /// Magnitude of each diagonal entry of the condensed system at rest.
     pub(crate) scale: S::Unknowns<T>,
+    /// What rounding the angles may leave of a joint's gradient, N·mm; 0 at the closures.
+    pub(crate) rounding: S::Unknowns<T>,
     /// Front beam's base, mm.
     pub(crate) base: [T; 2],
     /// From the front beam's base to the back beam's, mm.
@@ -103,7 +123,14 @@ impl<T: Real, S: Size> Ladder<T, S> {
         cells: 0,
         node_count: 0,
         sample_count: 0,
-        softness: T::ZERO,
+        flexible_samples: 0,
+        per_element: 0,
+        fineness: 0,
+        sharpest: T::ZERO,
+        bluntest: T::ZERO,
+        units: Units::NONE,
+        softness: [T::ZERO; 2],
+        softness_is_own: false,
         quadratic: false,
         welded: false,
         weight: <S::Nodes<T> as Storage<T>>::EMPTY,
@@ -115,6 +142,7 @@ impl<T: Real, S: Size> Ladder<T, S> {
         samples: <S::Samples<Sample<T>> as Storage<Sample<T>>>::EMPTY,
         rest: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         scale: <S::Unknowns<T> as Storage<T>>::EMPTY,
+        rounding: <S::Unknowns<T> as Storage<T>>::EMPTY,
         base: [T::ZERO; 2],
         base_rung: [T::ZERO; 2],
     };
@@ -126,13 +154,17 @@ impl<T: Real, S: Size> Ladder<T, S> {
         self.sample_count = 0;
         // The tip cell has no hinges, and one angle.
         let fits = cells == 0
-            || self.members.fit(4 * cells - 2) && self.rest.fit(cells) && self.scale.fit(PER_CELL * cells - 2);
+            || self.members.fit(4 * cells - 2)
+                && self.rest.fit(cells)
+                && self.scale.fit(PER_CELL * cells - 2)
+                && self.rounding.fit(PER_CELL * cells - 2);
         if fits {
             self.cells = cells;
             self.members.as_mut().fill(Member::BLANK);
             self.weight.as_mut().fill(T::ZERO);
             self.coupling.as_mut().fill([T::ZERO; 2]);
             self.scale.as_mut().fill(T::ZERO);
+            self.rounding.as_mut().fill(T::ZERO);
         }
         fits
     }
@@ -186,10 +218,11 @@ impl<T: Real, S: Size> Ladder<T, S> {
         interior + 3 * (self.cells - 1) + 1
     }
 
-    /// Sets K's diagonal from the entries beside it.
+    /// Sets K's diagonal from the entries beside it, and what rounding may leave of the moments: an angle is known to a relative
+    /// [`Real::EPSILON`], and a stiff member turns that into a moment that has no meaning.
     pub(crate) fn complete_stiffness(&mut self) {
         let count = self.member_count();
-        for member in self.members.as_ref().run(0..count) {
+        for member in self.members.as_mut().run_mut(0..count) {
             let nodes = member.nodes();
             let diagonal = self.diagonal.as_mut().run_mut(nodes.clone());
             diagonal.fill(T::ZERO);
@@ -198,6 +231,13 @@ impl<T: Real, S: Size> Ladder<T, S> {
                     if let Some(value) = diagonal.get_mut(at) {
                         *value -= entry;
                     }
+                }
+            }
+            let stiffest = diagonal.iter().fold(T::ZERO, |most, &entry| most.max(entry));
+            member.rounding = T::EPSILON * stiffest;
+            for joint in [member.start, member.end] {
+                if joint != CLAMPED {
+                    self.rounding.as_mut().add(usize::from(joint), member.rounding);
                 }
             }
         }
@@ -302,6 +342,12 @@ impl<T: Real, S: Size> State<T, S> {
         self.lambda.as_mut().fill([T::ZERO; 2]);
         self.load = [T::ZERO; 2];
         self.touching_count = 0;
+    }
+
+    /// Σ μ n over the touching samples, N: the contact force with its sign changed.
+    pub(crate) fn force(&self) -> [T; 2] {
+        let touching = self.multiplier.as_ref().iter().zip(self.normal.as_ref()).take(self.touching_count);
+        touching.fold([T::ZERO; 2], |sum, (&force, normal)| [sum[0] + force * normal[0], sum[1] + force * normal[1]])
     }
 
     /// Takes another state of the same ladder.

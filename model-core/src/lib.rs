@@ -53,47 +53,23 @@
 //!
 //! # The mathematics
 //!
-//! **Discretisation** ([`discretise`]). Beams and hinges are chains of rigid links between joints. The unknowns are absolute changes of
-//! orientation θ, so the end of a chain is a sum, D = Σ lᵢ e(βᵢ + θᵢ) with e(a) = (cos a, sin a), and the bending energy
-//! ½ Σ EI/ℓ (θᵢ − θᵢ₋₁)² is a quadratic form ½ θᵀKθ with a constant, banded K. The members of a lamella share its three angles, so
-//! only positions are left to close: per cell k, h_k = Dᶠ_k + R_k − Dᵇ_k − R_{k−1} − const = 0, with the front and back spans D
-//! and the rungs R (front hinge, lamella, back hinge). `paper` is of first order, `trapezoid` of second, `simpson` (quadratic
-//! elements, weights h/6, 4h/6, h/6) of fourth.
+//! [`derivation`] has all of it, with numbered equations, the table of symbols, and frames and signs. In short:
 //!
-//! **Equilibrium** is a stationary point of the Lagrangian, L = ½ θᵀKθ + Σ λ_k·h_k − Σ μ_j g_j − ½ ε_c Σ μ_j², with
-//! μ_j ≥ 0, g_j + ε_c μ_j ≥ 0 and one of them zero at every contact sample. λ_k is the internal force of a cell, μ_j the contact force.
-//! Stretch and shear are eliminated link by link: under a force f the direction e becomes e + (f·e)/EA e + (f·e′)/κGA e′ ([`ladder`]).
-//!
-//! **One step** ([`newton`]). With f the force through link i, the Hessian is K − diag(lᵢ f·eᵢ): the geometric stiffness is diagonal.
-//! The linear system in (θ, λ, μ) is taken apart in an order whose cost is linear in elements and lamellae:
-//!
-//! 1. *Condensation.* A member's interior angles z are coupled to its two joints and its force only: H z = −r − B (a, b, f)ᵀ.
-//!    Eliminating them element by element leaves the Schur complement C − Bᵀ H⁻¹ B on (a, b, f).
-//! 2. *Banded KKT.* What is left are, per cell, λ_k and three joint angles, a symmetric matrix A of half-bandwidth 6, factorised as L D Lᵀ.
-//! 3. *Border.* Each contact row is a column q_j against A; all of them give the dense, small D = ε_c I − Z + Qᵀ A⁻¹ Q.
-//! 4. *Active set.* The complementarity problem μ ≥ 0, D Δμ − b ≥ 0 is solved by adding and dropping rows, D factorised with
-//!    1×1 and 2×2 pivots, as it may be indefinite where the contacts stabilise the finger.
-//! 5. *Back-substitution* of Δμ, Δλ and Δθ.
-//!
-//! **Stability** ([`equilibrium`]). By Sylvester's law and Haynsworth's additivity of inertia, the negative pivots met in 1 and 2, less
-//! the 2(K + 1) that the closures give, less the negative eigenvalues of D on the active set, count the directions in which the energy
-//! falls along closures and contacts. Zero: the equilibrium is stable. Only such ones are accepted.
-//!
-//! **Branches.** dα is walked in steps that are halved when a step fails, is unstable or wanders (its iterates may end on another
-//! branch). Where the smallest step fails the branch has folded: one pivot has passed through zero. The finger then moves by itself;
-//! the fold handler follows (H + s K₀) Δθ = −g, an implicit step 1/s long of a finger in a viscous bath, until it rests, and flags
-//! what it finds as snapped. The flag stays until the hand is open.
-//!
-//! **Derivatives** ([`sensitivity`]). At an equilibrium r(z, p) = 0 the implicit function theorem gives dz/dp = −(∂r/∂z)⁻¹ ∂r/∂p with the
-//! matrix that is factorised already, now with the turning of every contact normal. An independent check of all of it is the motor's
-//! work: τ = d(V + ½ ε_c Σ μ²)/dα.
+//! - Unknowns are absolute changes of orientation θ of links or quadratic elements. Members share the angles at their joints, so
+//!   only positions are left to close: h_k = 0 per cell, with multipliers λ_k.
+//! - An equilibrium is a stationary point of L = V + Σ λ_k·h_k − Σ μ_j g_j − ½ ε_c Σ μ_j² with μ_j ≥ 0, g_j + ε_c μ_j ≥ 0 and one of
+//!   them zero at every contact sample. Stretch and shear are eliminated node by node.
+//! - A Newton step condenses each member onto its joints and force, factorises the banded KKT matrix as L D Lᵀ, borders it by the
+//!   contact rows and settles their active set. Its cost is linear in elements and lamellae.
+//! - The pivots' signs say whether the equilibrium is stable. Only converged and stable ones are accepted.
+//! - A motion is followed in steps. Where a branch folds, an overdamped motion leads to the next one, flagged as snapped.
 //!
 //! # The modules
 //!
 //! Data flow, each module knowing only those above it: [`design`] → [`discretise`] → [`ladder`] (kinematics, energy) →
 //! [`contact`] and [`object`] → [`newton`] (one step) → [`equilibrium`] (continuation, stability, folds; what can be read off) → [`sensitivity`],
-//! [`uncertainty`], [`estimator`], [`grasp`]. Units are mm, N, N·mm, rad, MPa; frames and signs are defined at [`object::Motion`] and
-//! [`equilibrium::Follower`].
+//! [`uncertainty`], [`estimator`], [`grasp`]. Between [`discretise`] and what is read off an equilibrium the solver computes in the
+//! finger's own [`units`]. Outside, units are mm, N, N·mm, rad, MPa; frames and signs are defined in [`derivation`].
 
 #![no_std]
 #[cfg(test)]
@@ -103,9 +79,14 @@ extern crate std;
 extern crate std;
 
 mod access;
+pub mod bounds;
+mod cholesky;
 pub mod contact;
+#[doc = include_str!("derivation.md")]
+pub mod derivation {}
 pub mod design;
 pub mod discretise;
+pub mod drive;
 #[cfg(test)]
 mod elastica;
 pub mod equilibrium;
@@ -115,6 +96,7 @@ pub mod identify;
 pub mod ladder;
 pub mod newton;
 pub mod object;
+mod places;
 #[cfg(any(test, feature = "random"))]
 pub mod random_designs;
 pub mod real;
@@ -122,3 +104,4 @@ pub mod sensitivity;
 pub mod size;
 pub mod status;
 pub mod uncertainty;
+pub mod units;

@@ -68,7 +68,8 @@ pub trait Real:
     }
 }
 
-/// Residuals at which an equilibrium counts as converged.
+/// Residuals at which an equilibrium counts as converged, in the finger's units ([`crate::units`]): those below for a finger of 80 mm in
+/// a soft plastic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance<T> {
     /// Largest component of the energy's gradient, N·mm.

@@ -3,6 +3,54 @@
 //! Design, state and workspace are generic over [`Size`]. All their arrays start as constants ([`Storage::EMPTY`]), so
 //! that a `static` holds them without passing through a stack, and are fitted to the model when it is discretised.
 
+/// The most entries of the lists in a description: of a finger ([`crate::design::Design`]) or an object
+/// ([`crate::object::ObjectDesign`]). A description is as large as its lists' capacities, so a microcontroller has shorter
+/// ones; the wire carries entries, not capacities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lists {
+    /// Lamellae of a finger.
+    pub lamellae: usize,
+    /// Knots of a taper.
+    pub knots: usize,
+    /// Corners of a polygon.
+    pub corners: usize,
+}
+
+impl Lists {
+    /// A microcontroller's.
+    pub const TARGET: Self = Self { lamellae: 12, knots: 8, corners: 8 };
+    /// Those of a machine with an operating system.
+    pub const HOSTED: Self = Self { lamellae: 64, knots: 64, corners: 64 };
+    /// Those of the machine that the program is built for.
+    pub const HERE: Self = if cfg!(target_os = "none") { Self::TARGET } else { Self::HOSTED };
+}
+
+/// A list of a description is longer than another machine has room for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooLong {
+    /// The list, by its key in a case file.
+    pub key: &'static str,
+    /// Its entries.
+    pub found: usize,
+    /// The most that are allowed.
+    pub most: usize,
+}
+
+impl TooLong {
+    /// Checks a list's length.
+    pub(crate) fn check(key: &'static str, found: usize, most: usize) -> Result<(), Self> {
+        if found > most { Err(Self { key, found, most }) } else { Ok(()) }
+    }
+}
+
+impl core::fmt::Display for TooLong {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} has {} entries; the microcontroller has room for {}", self.key, self.found, self.most)
+    }
+}
+
+impl core::error::Error for TooLong {}
+
 /// A value that arrays are filled with before they are used.
 pub trait Blank: Copy + 'static {
     /// The value.
@@ -92,7 +140,7 @@ fixed_size!(
     Reduced, cells 8, nodes 126, samples 96, contacts 22
 );
 fixed_size!(
-    /// The paper's resolution: 170 elements per beam and 20 per hinge with up to 7 lamellae, contact at nodes; fewer elements
+    /// The resolution of *Geometrico-Static Modelling of a FRE Finger*: 170 elements per beam and 20 per hinge with up to 7 lamellae, contact at nodes; fewer elements
     /// with up to 12.
     Paper, cells 13, nodes 704, samples 184, contacts 40
 );

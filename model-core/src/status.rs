@@ -13,13 +13,14 @@ pub enum Status {
     Tracking,
     /// The finger does not touch the object.
     NoContact,
-    /// Converged after a snap-through to another branch (in one-iteration mode: within its bound).
+    /// Converged after a snap-through (in one-iteration mode: within its bound): the branch has ended and another was found beyond, or
+    /// the force has changed as much within as short a way on a branch that goes on.
     Snapped,
     /// The iterations allowed were not enough.
     MaxIterations,
     /// The residual stopped falling above the tolerance.
     Stagnated,
-    /// The branch ended and no other was found.
+    /// The branch ended, as the stability test says, and no other was found.
     Folded,
     /// More samples touch than the model has room for.
     ContactCapacity,
@@ -28,6 +29,10 @@ pub enum Status {
     OutOfRange,
     /// Older than the present measurement.
     Stale,
+    /// The residual stays above the tolerance while the steps are as small as rounding: a matter of the precision, not of the finger.
+    Precision,
+    /// Which samples touch did not settle, so that nothing can be said about the branch.
+    Unsettled,
 }
 
 impl Status {
@@ -49,6 +54,8 @@ impl Status {
             Self::ContactCapacity => "contact-capacity",
             Self::OutOfRange => "out-of-range",
             Self::Stale => "stale",
+            Self::Precision => "precision",
+            Self::Unsettled => "unsettled",
         }
     }
 }

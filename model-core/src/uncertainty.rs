@@ -7,8 +7,14 @@
 //! mean b/2, which no one subtracts, would be b/√12). A zero angle that was calibrated in contact, approached from one side, holds
 //! the mean lag: b is then what remains.
 
+use crate::cholesky::cholesky;
+
 /// Parameters whose uncertainty has a covariance, in its order.
 pub const PARAMETERS: usize = 5;
+/// Their names.
+const NAMES: [&str; PARAMETERS] = ["zero_angle", "youngs_modulus", "centre x", "centre y", "radius"];
+/// How far below zero an eigenvalue of the correlations may lie, which are given in single precision.
+const ROUNDING: f64 = 1e-5;
 
 /// How uncertain angle and parameters are. Angles in rad, lengths in mm; standard deviations unless said otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,20 +52,35 @@ pub struct Slopes {
     pub radius: f32,
 }
 
-/// A value of an [`Uncertainty`] is not allowed.
+/// Why an [`Uncertainty`] is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UncertaintyError {
-    /// Its name.
-    pub name: &'static str,
-    /// The value.
-    pub value: f32,
-    /// Least and greatest allowed.
-    pub allowed: [f32; 2],
+pub enum UncertaintyError {
+    /// A value is outside its range.
+    Value {
+        /// Its name.
+        name: &'static str,
+        /// The value.
+        value: f32,
+        /// Least and greatest allowed.
+        allowed: [f32; 2],
+    },
+    /// No errors can be correlated so: the matrix of the correlations is not positive semidefinite.
+    Correlations {
+        /// The first parameter whose correlations contradict each other and those of the parameters before it.
+        parameter: &'static str,
+    },
 }
 
 impl core::fmt::Display for UncertaintyError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} is {}; allowed is {} to {}", self.name, self.value, self.allowed[0], self.allowed[1])
+        match self {
+            Self::Value { name, value, allowed: [least, most] } => {
+                write!(f, "{name} is {value}; allowed is {least} to {most}")
+            }
+            Self::Correlations { parameter } => {
+                write!(f, "correlations of {parameter} contradict the others: no positive semidefinite matrix")
+            }
+        }
     }
 }
 
@@ -96,16 +117,34 @@ impl Uncertainty {
     pub fn validate(&self) -> Result<(), UncertaintyError> {
         let check = |name, value: f32, allowed: [f32; 2]| {
             let fine = (allowed[0]..=allowed[1]).contains(&value);
-            fine.then_some(()).ok_or(UncertaintyError { name, value, allowed })
+            fine.then_some(()).ok_or(UncertaintyError::Value { name, value, allowed })
         };
         check("quantisation", self.quantisation, [0.0, 1.0])?;
         check("backlash", self.backlash, [0.0, 1.0])?;
         check("zero_angle", self.zero_angle, [0.0, 1.0])?;
         check("youngs_modulus", self.youngs_modulus, [0.0, 10.0])?;
-        check("centre", self.centre[0], [0.0, 1000.0])?;
-        check("centre", self.centre[1], [0.0, 1000.0])?;
+        check("centre x", self.centre[0], [0.0, 1000.0])?;
+        check("centre y", self.centre[1], [0.0, 1000.0])?;
         check("radius", self.radius, [0.0, 1000.0])?;
-        self.correlations.iter().try_for_each(|&value| check("correlation", value, [-1.0, 1.0]))
+        self.correlations.iter().try_for_each(|&value| check("correlation", value, [-1.0, 1.0]))?;
+        let contradicts =
+            |row: usize| UncertaintyError::Correlations { parameter: NAMES.get(row).copied().unwrap_or_default() };
+        cholesky(&self.matrix(), PARAMETERS, ROUNDING).map(|_| ()).map_err(contradicts)
+    }
+
+    /// Lower triangle of the correlations' matrix.
+    fn matrix(&self) -> [[f64; PARAMETERS]; PARAMETERS] {
+        let mut matrix = [[0.0; PARAMETERS]; PARAMETERS];
+        let mut correlations = self.correlations.iter();
+        for (i, row) in matrix.iter_mut().enumerate() {
+            for (value, correlation) in row.iter_mut().take(i).zip(&mut correlations) {
+                *value = f64::from(*correlation);
+            }
+            if let Some(diagonal) = row.get_mut(i) {
+                *diagonal = 1.0;
+            }
+        }
+        matrix
     }
 
     /// Standard deviation of the force's magnitude, N.
@@ -126,7 +165,7 @@ impl Uncertainty {
                 variance += 2.0 * correlation * part * other;
             }
         }
-        // Correlations that contradict each other can make it negative.
+        // Rounding can make it negative.
         libm::sqrtf(variance.max(0.0))
     }
 }
@@ -191,10 +230,63 @@ mod tests {
         let refused = |change: fn(&mut Uncertainty)| {
             let mut given = Uncertainty::DEFAULT;
             change(&mut given);
-            given.validate().expect_err("must be refused").name
+            match given.validate().expect_err("must be refused") {
+                UncertaintyError::Value { name, .. } => name,
+                UncertaintyError::Correlations { parameter } => parameter,
+            }
         };
         assert_eq!(refused(|u| u.backlash = -0.1), "backlash");
-        assert_eq!(refused(|u| u.centre[1] = f32::NAN), "centre");
+        assert_eq!(refused(|u| u.centre[1] = f32::NAN), "centre y");
         assert_eq!(refused(|u| u.correlations[9] = 1.5), "correlation");
+    }
+
+    /// Modulus against zero angle −1, x with either +1: no three errors can do that, and the variance would be negative.
+    #[test]
+    fn correlations_that_contradict_each_other_are_refused() {
+        let with = |correlations: &[(usize, f32)]| {
+            let mut given = Uncertainty::DEFAULT;
+            for &(place, value) in correlations {
+                given.correlations[place] = value;
+            }
+            given.validate()
+        };
+        let refused = |parameter| Err(UncertaintyError::Correlations { parameter });
+        assert_eq!(with(&[(0, -1.0), (1, 1.0), (2, 1.0)]), refused("centre x"));
+        assert_eq!(with(&[(6, 0.9), (7, 0.9), (0, -0.9)]), refused("radius"));
+        assert_eq!(with(&[(9, 0.99), (8, -0.99), (5, 0.5)]), refused("radius"));
+        // Errors with one cause, and those of a matrix at the edge: three of them with −1/2 each.
+        assert_eq!(with(&[(0, -1.0), (1, 1.0), (2, -1.0)]), Ok(()));
+        assert_eq!(with(&[(0, -0.5), (1, -0.5), (2, -0.5)]), Ok(()));
+        let said = std::string::ToString::to_string(&with(&[(0, -1.0), (1, 1.0), (2, 1.0)]).unwrap_err());
+        assert!(said.contains("centre x") && said.len() <= 104, "{said}");
+    }
+
+    /// Whatever is allowed has a variance that is not negative but for rounding: by random matrices, which are mostly refused.
+    #[test]
+    fn allowed_correlations_give_no_negative_variance() {
+        let mut random = Random::new(8);
+        let (mut allowed, mut refused) = (0, 0);
+        for _ in 0..2_000 {
+            let mut given = Uncertainty { quantisation: 0.0, backlash: 0.0, ..Uncertainty::DEFAULT };
+            given.correlations = core::array::from_fn(|_| (2.0 * random.unit() - 1.0) as f32);
+            // The least of the quadratic form over random directions.
+            let matrix = given.matrix();
+            let least = (0..400).map(|_| {
+                let v: [f64; PARAMETERS] = core::array::from_fn(|_| random.unit() - 0.5);
+                let form: f64 = (0..PARAMETERS)
+                    .flat_map(|i| (0..=i).map(move |j| (i, j)))
+                    .map(|(i, j)| if i == j { v[i] * v[i] } else { 2.0 * matrix[i][j] * v[i] * v[j] })
+                    .sum();
+                form / v.iter().map(|x| x * x).sum::<f64>()
+            });
+            let least = least.fold(f64::INFINITY, f64::min);
+            if given.validate().is_ok() {
+                allowed += 1;
+                assert!(least > -ROUNDING, "{given:?}: {least}");
+            } else {
+                refused += 1;
+            }
+        }
+        assert!(allowed > 20 && refused > 1_000, "{allowed} allowed, {refused} refused");
     }
 }

@@ -1,4 +1,4 @@
-"""The paper's model by CasADi and IPOPT: an independent formulation, for the times and the forces of `cargo xtask bench`.
+"""The model of "Geometrico-Static Modelling of a FRE Finger" (the paper) by CasADi and IPOPT: an independent formulation, for the times and the forces of `cargo xtask bench`.
 
 Finger `ladder-80`, circle R40 at Mid, `paper` 170/20, inextensible (equations 2 to 7 of the paper). Unknowns are the angles of all
 rigid elements and the positions of their ends, with a closure per element: written with the angles alone the program is a fifth as

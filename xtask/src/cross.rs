@@ -3,13 +3,13 @@
 //! Choice, in this order: the active toolchain if its sysroot has the target's libraries; Debian's `rustc-web` with a sysroot that
 //! `cargo xtask setup` built once. (Setup may make the first one true by asking rustup, where that is allowed.)
 
-use crate::command::output;
+use crate::command::{line, output};
 use crate::paths;
 use anyhow::{Context, Result, bail};
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// The microcontroller's target: Cortex-M4F and M7F, hardware floating point in single precision.
 pub const TRIPLE: &str = "thumbv7em-none-eabihf";
@@ -81,6 +81,17 @@ impl Cross {
         };
         Ok(version.trim().to_owned())
     }
+}
+
+/// Runs a build and returns cargo's messages: what it made, with paths and profiles.
+pub fn built(build: &mut Command) -> Result<Vec<serde_json::Value>> {
+    build.arg("--message-format=json-render-diagnostics").stderr(Stdio::inherit());
+    let messages = build.output().with_context(|| format!("cannot start `{}`", line(build)))?;
+    if !messages.status.success() {
+        bail!("`{}` failed: {}", line(build), messages.status);
+    }
+    let text = String::from_utf8_lossy(&messages.stdout);
+    Ok(text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect())
 }
 
 /// Debian's cargo, with every tool it starts taken from /usr/bin, be it directly or through a rustup proxy.

@@ -4,10 +4,10 @@
 //! the program sends before it gets round to accepting.
 
 use anyhow::{Context, Result};
+use fre_qemu::Uart;
 use std::io::{self, ErrorKind};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
-use std::process::Command;
 use std::thread;
 
 /// A socket that waits for the two UARTs. Its name has no file and goes with the process.
@@ -26,21 +26,18 @@ impl Crossing {
         Ok(Self { name, listener, first: None })
     }
 
-    /// Adds both UARTs to QEMU's command line.
-    pub fn connect(&self, qemu: &mut Command) {
-        for id in ["a", "b"] {
-            let description = format!("socket,id={id},abstract=on,path={}", self.name);
-            qemu.args(["-chardev", &description, "-serial", &format!("chardev:{id}")]);
-        }
+    /// What QEMU's UARTs, both of them, connect to.
+    pub fn uart(&self) -> Uart {
+        Uart::ConnectedByName(self.name.clone())
     }
 
     /// Takes a UART that has come meanwhile; never waits. Bytes flow once both are there, until QEMU ends.
-    pub fn attend(&mut self) -> Result<()> {
+    pub fn attend(&mut self) -> io::Result<()> {
         loop {
             let stream = match self.listener.accept() {
                 Ok((stream, _)) => stream,
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(()),
-                Err(error) => return Err(error).context("cannot accept a UART"),
+                Err(error) => return Err(error),
             };
             stream.set_nonblocking(false)?;
             match self.first.take() {

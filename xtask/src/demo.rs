@@ -1,9 +1,9 @@
 //! `cargo xtask demo`: builds the gripper's image for QEMU and the `fre` command, and lets `fre demo` show them.
 
 use crate::command::{headline, run as run_command};
-use crate::logging::Log;
 use crate::{firmware, paths, setup};
 use anyhow::{Context, Result, bail};
+use fre_log::Log;
 use std::env;
 use std::fs;
 use std::path::Path;
@@ -31,14 +31,18 @@ pub fn run(arguments: &[&str]) -> Result<()> {
     setup::run(setup::Parts::Firmware)?;
     let image = firmware::show(firmware::SIMULATED)?;
     headline("fre");
-    let fre = ["--release", "--package", "host", "--bin", "fre"];
-    let features: &[&str] = if options.live { &["--features", "web"] } else { &[] };
+    let fre = ["--release", "--package", "fre-cli", "--bin", "fre"];
+    let features = ["--features", if options.live { "web" } else { "gripper" }];
     run_command(cargo("build").arg("--quiet").args(fre).args(features))?;
     println!("built");
 
     headline("demo");
     let mut demo = cargo("run");
-    demo.arg("--quiet").args(fre).args(features).args(["--", "demo", "--report", REPORT, "--firmware"]).arg(&image);
+    demo.arg("--quiet")
+        .args(fre)
+        .args(features)
+        .args(["--", "demo", "--report", REPORT, "--force", "--firmware"])
+        .arg(&image);
     if let Some(seconds) = options.seconds {
         demo.args(["--seconds", seconds]);
     }
@@ -91,7 +95,8 @@ fn decode(image: &Path) -> Result<Vec<String>> {
     let Ok(frames) = fs::read(folder.join("firmware.defmt")) else {
         return Ok(Vec::new());
     };
-    let lines = Log::of(&fs::read(image).context("cannot read the image")?)?.lines(&frames)?;
+    let lines = Log::of(&fs::read(image).context("cannot read the image")?)?.lines(&frames);
+    let lines: Vec<String> = lines.iter().map(ToString::to_string).collect();
     fs::write(folder.join("firmware.log"), lines.join("\n") + "\n").context("cannot write the firmware's log")?;
     Ok(lines)
 }

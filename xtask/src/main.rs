@@ -5,18 +5,19 @@ mod command;
 mod cross;
 mod crossing;
 mod demo;
+mod derivation;
 mod firmware;
 mod fuzz;
-mod logging;
 mod on_target;
 mod panic_free;
 mod paths;
+mod portable;
 mod qemu;
 mod setup;
 mod suite;
 
 use anyhow::{Context, Result, bail};
-use logging::Log;
+use fre_log::Log;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -31,7 +32,9 @@ usage: cargo xtask COMMAND
   decode ELF             turn an image's log, on standard input, into text
   demo [--seconds N] [--physics paper|extended] [--live]
                          the firmware in QEMU beside the full-resolution model: live lines, a table, target/demo/report.html
-  bench [--json FILE]
+  bench [--json FILE] [PART ...]
+                         every figure that the README and the book quote, or these parts of them (`bench --help` lists them)
+  docs                   make what rustdoc shows of docs/derivation.md
   fuzz [--seconds N] [TARGET ...]
                          every fuzz target, or these, for N seconds each (60); failing inputs are shown and kept in target/fuzz/crashes";
 
@@ -59,9 +62,10 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
         ["bench", rest @ ..] => bench::run(rest),
         ["firmware", board] => firmware::run(board),
         ["qemu-run", elf] => qemu_run(Path::new(elf)),
-        ["decode", elf] => Log::of(&read_image(Path::new(elf))?)?.print(std::io::stdin()),
+        ["decode", elf] => qemu::print(&Log::of(&read_image(Path::new(elf))?)?, std::io::stdin()),
         ["demo", options @ ..] => demo::run(options),
         ["fuzz", rest @ ..] => fuzz::run(rest),
+        ["docs"] => derivation::write(),
         _ => bail!("`{}` is not a command\n\n{USAGE}", arguments.join(" ")),
     }
 }

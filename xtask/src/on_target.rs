@@ -4,14 +4,14 @@
 //! the entry function's address and the module path. The machine gets `run_addr ADDRESS` as its semihosting command line.
 
 use crate::crossing::Crossing;
-use crate::logging::Log;
-use crate::qemu;
 use anyhow::{Context, Result, bail};
+use fre_log::Log;
+use fre_qemu::{Machine, Pace};
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::io::Read;
 use std::num::NonZero;
 use std::path::Path;
-use std::process::{Child, ExitStatus, Stdio};
+use std::process::Stdio;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 /// Exit status of an image that panicked (the board support's choice).
 const PANICKED: i32 = 101;
 /// 4 ns per instruction, so that runs repeat; waiting still takes its time.
-const SPEED: [&str; 2] = ["-icount", "shift=2"];
+const PACE: Pace = Pace::Counted { shift: 2 };
 const DEFAULT_TIMEOUT: Duration = Duration::from_secs(60);
 
 #[derive(Debug, PartialEq)]
@@ -128,21 +128,13 @@ fn text(file: &object::File, address: u32, length: u32) -> Option<String> {
 
 /// Runs one test in a machine of its own; `Some` says what went wrong.
 fn run_one(elf: &Path, test: &Test, log: &Log) -> Result<Option<String>> {
-    let mut command = qemu::machine(elf, &["run_addr", &test.entry.to_string()]);
     let mut crossing = Crossing::new(format!("fre-on-target-{}-{}", std::process::id(), test.entry))?;
-    crossing.connect(&mut command);
-    let mut qemu = command
-        .args(SPEED)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .context("cannot start qemu-system-arm")?;
-    let (stdout, stderr) = (qemu.stdout.take(), qemu.stderr.take());
-    let stdout = thread::spawn(move || read_all(stdout));
-    let stderr = thread::spawn(move || read_all(stderr));
-    let status = wait(&mut qemu, &mut crossing, test.timeout)?;
-    let (stdout, stderr) = (stdout.join().unwrap_or_default(), stderr.join().unwrap_or_default());
+    let machine = Machine::new(elf).arguments(&["run_addr", &test.entry.to_string()]).pace(PACE);
+    let mut machine = machine.uarts(crossing.uart(), crossing.uart()).boot(Stdio::piped())?;
+    let output = machine.output();
+    let frames = thread::spawn(move || read_all(output));
+    let status = machine.end(Some(test.timeout), || crossing.attend())?;
+    let frames = frames.join().unwrap_or_default();
 
     let verdict = match status.map(|status| (status.code(), status)) {
         None => format!("no end after {} s", test.timeout.as_secs()),
@@ -152,10 +144,8 @@ fn run_one(elf: &Path, test: &Test, log: &Log) -> Result<Option<String>> {
         Some((Some(PANICKED), _)) => "panicked".to_owned(),
         Some((_, status)) => format!("ended with {status}"),
     };
-    let mut lines = log.lines(&stdout)?;
-    lines.push(String::from_utf8_lossy(&stderr).into_owned());
-    lines.push(verdict);
-    lines.retain(|line| !line.is_empty());
+    let mut lines: Vec<String> = log.lines(&frames).iter().map(ToString::to_string).collect();
+    lines.extend([format!("QEMU said: {}", machine.words()), verdict]);
     Ok(Some(lines.join("\n")))
 }
 
@@ -166,21 +156,4 @@ fn read_all(source: Option<impl Read>) -> Vec<u8> {
         let _ = source.read_to_end(&mut bytes);
     }
     bytes
-}
-
-/// The exit status, or `None` after the time is up; the process has ended either way.
-fn wait(child: &mut Child, crossing: &mut Crossing, timeout: Duration) -> Result<Option<ExitStatus>> {
-    let deadline = Instant::now() + timeout;
-    loop {
-        crossing.attend()?;
-        if let Some(status) = child.try_wait()? {
-            return Ok(Some(status));
-        }
-        if Instant::now() > deadline {
-            child.kill()?;
-            child.wait()?;
-            return Ok(None);
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
 }

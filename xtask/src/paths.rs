@@ -24,8 +24,3 @@ pub fn target() -> PathBuf {
 pub fn boards_target() -> PathBuf {
     target().join("boards")
 }
-
-/// The interpreter of the tests' virtual environment.
-pub fn python() -> PathBuf {
-    target().join("python/bin/python")
-}

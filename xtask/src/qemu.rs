@@ -1,50 +1,42 @@
-//! The virtual machine: QEMU's mps2-an500 with semihosting.
+//! `cargo xtask qemu-run`: an image in QEMU with its log on the terminal.
 
-use crate::command::{headline, line};
-use crate::logging::Log;
+use crate::command::headline;
 use crate::paths;
 use anyhow::{Context, Result, bail};
+use fre_log::Log;
+use fre_qemu::{Machine, Uart};
 use std::fs;
+use std::io::Read;
 use std::path::Path;
-use std::process::{Command, Stdio};
-
-/// QEMU with this image; the log (defmt frames) comes out on standard output. Serial ports are the caller's.
-pub fn machine(elf: &Path, program_arguments: &[&str]) -> Command {
-    let mut semihosting = "enable=on,target=native".to_owned();
-    for argument in program_arguments {
-        semihosting += &format!(",arg={argument}");
-    }
-    let mut command = Command::new("qemu-system-arm");
-    command
-        .args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none"])
-        .args(["-semihosting-config", &semihosting])
-        .arg("-kernel")
-        .arg(elf);
-    command
-}
+use std::process::Stdio;
 
 /// Runs a program with its log on the terminal and its two UARTs on Unix sockets, until it ends.
 pub fn run_with_log(elf: &Path) -> Result<()> {
-    let bytes = fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
-    let log = Log::of(&bytes)?;
+    let log = Log::of(&fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?)
+        .with_context(|| elf.display().to_string())?;
     let folder = paths::target().join("qemu");
     fs::create_dir_all(&folder)?;
-    let mut command = machine(elf, &[]);
+    let [bus, link] = ["bus", "link"].map(|name| folder.join(name));
     headline("QEMU; UART 0 (bus) and UART 1 (link) are Unix sockets:");
-    for name in ["bus", "link"] {
-        let socket = folder.join(name);
-        println!("{}", socket.display());
-        let description = format!("socket,id={name},path={},server=on,wait=off", socket.display());
-        command.args(["-chardev", &description, "-serial", &format!("chardev:{name}")]);
+    println!("{}\n{}", bus.display(), link.display());
+    let mut machine = Machine::new(elf).uarts(Uart::Opened(bus), Uart::Opened(link)).boot(Stdio::piped())?;
+    if let Some(output) = machine.output() {
+        print(&log, output)?;
     }
-    let mut qemu =
-        command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start `{}`", line(&command)))?;
-    if let Some(output) = qemu.stdout.take() {
-        log.print(output)?;
+    match machine.end(None, || Ok(()))? {
+        Some(status) if status.success() => Ok(()),
+        status => bail!("QEMU ended with {}; it said: {}", status.unwrap_or_default(), machine.words()),
     }
-    let status = qemu.wait()?;
-    if !status.success() {
-        bail!("`{}` ended with {status}", line(&command));
+}
+
+/// Prints the lines of a log as its frames come, until the source ends.
+pub fn print(log: &Log, mut frames: impl Read) -> Result<()> {
+    let mut decoder = log.decoder();
+    let mut buffer = [0; 4096];
+    loop {
+        match frames.read(&mut buffer).context("cannot read the log")? {
+            0 => return Ok(()),
+            count => decoder.feed(&buffer[..count]).iter().for_each(|line| println!("{line}")),
+        }
     }
-    Ok(())
 }

@@ -1,8 +1,8 @@
 //! `cargo xtask test`: every check and test, the cheap ones first.
 
-use crate::command::{headline, run as run_command};
-use crate::cross::{Cross, TRIPLE};
-use crate::{firmware, on_target, panic_free, paths, setup};
+use crate::command::{find, headline, run as run_command};
+use crate::cross::{Cross, TRIPLE, built};
+use crate::{firmware, on_target, panic_free, paths, portable, setup};
 use anyhow::{Context, Result};
 use std::env;
 use std::path::PathBuf;
@@ -16,7 +16,14 @@ const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "target", "system", "b
 const LINTED: &str = "opencr";
 
 /// Features of the tests on this PC, the same in every part: so that nothing is built a second time with others.
-pub const FEATURES: [&str; 2] = ["--features", "host/outline,host/probe,host/record,host/web"];
+pub const FEATURES: [&str; 2] = [
+    "--features",
+    "fre-cli/outline,fre-cli/probe,fre-cli/python,fre-cli/qemu,fre-cli/record,fre-cli/web,fre-gripper/python,\
+     system-tests/browser,system-tests/python,system-tests/qemu",
+];
+
+/// The feature of CalculiX's tests.
+const CALCULIX: &str = "fea";
 
 /// Runs the parts named, or all; stops at the first step that fails.
 pub fn run(parts: &[&str]) -> Result<()> {
@@ -60,8 +67,16 @@ pub fn run(parts: &[&str]) -> Result<()> {
     }
 
     if wanted("pc") {
+        // `fre gripper` and its like are tested on the firmware, too: cargo builds the program for tests of its own package only.
+        let image = firmware::show(firmware::SIMULATED)?;
         headline("tests on this PC");
-        run_command(cargo("test").args(["--no-fail-fast", "--workspace", "--exclude", "system-tests"]).args(FEATURES))?;
+        let every_package = ["--no-fail-fast", "--workspace", "--exclude", "system-tests"];
+        let mut tests = cargo("test");
+        tests.args(every_package).args(FEATURES).env("FRE_FIRMWARE_ELF", image);
+        if find("ccx").is_some() {
+            tests.args(["--features", "fre-cli/fea"]);
+        }
+        run_command(&mut tests)?;
     }
 
     if wanted("target") {
@@ -77,28 +92,14 @@ pub fn run(parts: &[&str]) -> Result<()> {
         // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
         let mut tests = cargo("test");
         tests.args(["--no-fail-fast", "--workspace"]).args(FEATURES).env("FRE_FIRMWARE_ELF", &image);
-        for test in [
-            "budget",
-            "gripper",
-            "grip",
-            "faults",
-            "log",
-            "device",
-            "roles",
-            "latency",
-            "restart",
-            "contact",
-            "live_page",
-            "calibrated",
-            "free_object",
-            "scan",
-        ] {
-            tests.args(["--test", test]);
+        for test in system_tests()? {
+            tests.args(["--test", &test]);
         }
         run_command(&mut tests)?;
-        // `fre` itself on the firmware: cargo builds the program for tests of its own package only.
-        let own = ["--test", "gripper_command", "--", "--ignored", "--test-threads=1"];
-        run_command(cargo("test").arg("--workspace").args(FEATURES).args(own).env("FRE_FIRMWARE_ELF", image))?;
+    }
+
+    if wanted("boards") {
+        portable::check()?;
     }
 
     // Last: the chip library is built once per chip and way, which takes minutes the first time.
@@ -114,35 +115,31 @@ pub fn run(parts: &[&str]) -> Result<()> {
     Ok(())
 }
 
+/// The test programs of the system: the files of their folder.
+fn system_tests() -> Result<Vec<String>> {
+    let folder = paths::root().join("tests/system/tests");
+    let files = folder.read_dir().with_context(|| format!("cannot list {}", folder.display()))?;
+    let mut names: Vec<String> =
+        files.filter_map(|file| Some(file.ok()?.file_name().to_str()?.strip_suffix(".rs")?.to_owned())).collect();
+    names.sort();
+    Ok(names)
+}
+
 /// The cargo that runs this program, for the PC, at the repository's root.
 fn cargo(subcommand: &str) -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.arg(subcommand).current_dir(paths::root()).env("FRE_PYTHON", paths::python());
+    command.arg(subcommand).current_dir(paths::root()).env("FRE_PYTHON", setup::python::TESTS.python());
+    // A test program that is left out fails, but for CalculiX's: that is installed on request only (`setup --fea`).
+    command.env("FRE_LEFT_OUT", CALCULIX);
     command
 }
 
 /// Builds the test image; returns the ELF's path, whose name has a hash that only cargo knows.
 fn build_on_target(cross: &Cross) -> Result<PathBuf> {
     let mut build = cross.cargo("test");
-    build.args([
-        "--quiet",
-        "--release",
-        "--package",
-        "on-target",
-        "--lib",
-        "--no-run",
-        "--message-format=json-render-diagnostics",
-    ]);
-    let messages = build
-        .stderr(std::process::Stdio::inherit())
-        .output()
-        .with_context(|| format!("cannot start `{}`", crate::command::line(&build)))?;
-    if !messages.status.success() {
-        anyhow::bail!("`{}` failed: {}", crate::command::line(&build), messages.status);
-    }
-    String::from_utf8_lossy(&messages.stdout)
-        .lines()
-        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+    build.args(["--quiet", "--release", "--package", "on-target", "--lib", "--no-run"]);
+    built(&mut build)?
+        .iter()
         .find_map(|message| message["executable"].as_str().map(PathBuf::from))
         .with_context(|| format!("cargo named no test image for {TRIPLE}"))
 }

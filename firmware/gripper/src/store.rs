@@ -4,6 +4,8 @@
 //! for none: until the new record is whole, the old one counts. A record begins with the version of its layout; of another
 //! version, or damaged, it counts as absent, which is told.
 
+mod earlier;
+
 use core::future::Future;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
@@ -20,7 +22,9 @@ use serde::de::DeserializeOwned;
 use crate::shared::Setup;
 
 /// Version of the records' layout. A change of [`Settings`], [`Finger`], [`ObjectDesign`] or [`Uncertainty`] needs another.
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
+/// The version before, which is read as well: its settings and fingers have another layout, its other records the same.
+const EARLIER: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).
 const RECORD: usize = 1088;
 
@@ -77,13 +81,13 @@ impl<F: NorFlash> Store<F> {
     /// Reads everything; what is absent stays as it is.
     pub(crate) async fn restore(&mut self, setup: &mut Setup) -> Found {
         let mut found = Found::default();
-        if let Some(settings) = self.read::<Settings>(Key::Settings, &mut found).await {
+        if let Some(settings) = self.read::<Settings>(Key::Settings, earlier::settings, &mut found).await {
             setup.settings = settings;
         }
         for finger in 0..FINGERS as u8 {
-            let design = self.read::<Option<Finger>>(Key::Finger(finger), &mut found).await;
-            let object = self.read::<Option<ObjectDesign>>(Key::Object(finger), &mut found).await;
-            let uncertainty = self.read::<Option<Uncertainty>>(Key::Uncertainty(finger), &mut found).await;
+            let design = self.read::<Option<Finger>>(Key::Finger(finger), earlier::finger, &mut found).await;
+            let object = self.read::<Option<ObjectDesign>>(Key::Object(finger), same, &mut found).await;
+            let uncertainty = self.read::<Option<Uncertainty>>(Key::Uncertainty(finger), same, &mut found).await;
             if let (Some(place), Some(uncertainty)) = (setup.uncertainties.get_mut(usize::from(finger)), uncertainty) {
                 *place = uncertainty;
             }
@@ -135,7 +139,13 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    async fn read<T: DeserializeOwned>(&mut self, key: Key, found: &mut Found) -> Option<T> {
+    /// Reads a record; `earlier` reads one of the version before.
+    async fn read<T: DeserializeOwned>(
+        &mut self,
+        key: Key,
+        earlier: fn(&[u8]) -> Option<T>,
+        found: &mut Found,
+    ) -> Option<T> {
         let record = match self.map.as_mut()?.fetch_item::<&[u8]>(&mut self.buffer, &key.number()).await {
             Ok(Some(record)) => record,
             Ok(None) => return None,
@@ -145,7 +155,8 @@ impl<F: NorFlash> Store<F> {
             }
         };
         let value = match record.split_first() {
-            Some((&VERSION, rest)) => postcard::from_bytes(rest).ok(),
+            Some((&VERSION, rest)) => same(rest),
+            Some((&EARLIER, rest)) => earlier(rest),
             _ => None,
         };
         if value.is_some() {
@@ -155,6 +166,11 @@ impl<F: NorFlash> Store<F> {
         }
         value
     }
+}
+
+/// A value of this version's layout.
+fn same<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
+    postcard::from_bytes(bytes).ok()
 }
 
 /// Encodes one record; gives its length.
@@ -214,6 +230,7 @@ mod tests {
         Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
     };
     use model_core::discretise::{Discretisation, Physics};
+    use model_core::size::Lists;
 
     use super::*;
 
@@ -287,15 +304,16 @@ mod tests {
         setup
     }
 
-    fn full<X: Clone, const N: usize>(value: X) -> heapless::Vec<X, N> {
-        core::iter::repeat_n(value, N).collect()
+    fn filled<X: Clone, const N: usize>(value: X, entries: usize) -> heapless::Vec<X, N> {
+        core::iter::repeat_n(value, entries).collect()
     }
 
-    /// A finger with as much of everything as there is room for.
-    fn longest() -> Finger {
-        let profile = || Profile { knots: full([1.5, 2.5]) };
+    /// A finger with as much of everything as a microcontroller has room for.
+    pub(super) fn longest() -> Finger {
+        let profile = || Profile { knots: filled([1.5, 2.5], Lists::TARGET.knots) };
         let beam = || Beam { base: [1.5; 2], tip: [2.5; 2], sagitta: 0.1, thickness: profile(), stiffness_factor: 1.1 };
-        let arcs = Attachments::Arcs { front: full(0.1), back: full(0.2) };
+        let arcs =
+            Attachments::Arcs { front: filled(0.1, Lists::TARGET.lamellae), back: filled(0.2, Lists::TARGET.lamellae) };
         let design = Design {
             width: profile(),
             plane_strain: PlaneStrain::Auto,
@@ -303,7 +321,12 @@ mod tests {
             front: beam(),
             back: beam(),
             lamellae: Lamellae { attachments: arcs, thickness: 3.0 },
-            hinge: Hinge { kind: HingeKind::Welded, length: full(2.5), thickness: 0.8, from: HingeFrom::Face },
+            hinge: Hinge {
+                kind: HingeKind::Welded,
+                length: filled(2.5, Lists::TARGET.lamellae),
+                thickness: 0.8,
+                from: HingeFrom::Face,
+            },
             rigid_above: Some(70.0),
             motor_axis: [-14.0, -20.0],
         };
@@ -453,6 +476,22 @@ mod tests {
             keep(&mut flash, Key::Settings, &new).unwrap();
             assert_eq!(restore(&mut flash).0.settings, new.settings);
         }
+    }
+
+    /// A gripper that was updated: objects and uncertainties of the version before are there.
+    #[test]
+    fn records_of_the_version_before_come_back() {
+        let mut flash = Flash::<4>::new();
+        let mut store = Store::new(&mut flash);
+        let setup = with(3.0, 5);
+        for key in [Key::Object(1), Key::Uncertainty(2)] {
+            let length = encode(key, &setup, &mut store.record).unwrap();
+            store.record[0] = EARLIER;
+            block_on(store.write(key, length)).unwrap();
+        }
+        let (back, found) = restore(&mut flash);
+        assert_eq!(found, Found { records: 2, damaged: 0 });
+        assert_eq!((back.objects[1], back.uncertainties[2]), (setup.objects[1], setup.uncertainties[2]));
     }
 
     #[test]

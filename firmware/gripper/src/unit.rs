@@ -44,10 +44,13 @@ pub(crate) struct Unit<'a> {
 
 impl<'a> Unit<'a> {
     pub(crate) fn new(finger: u8, model: &'a mut Model, mount: Option<Mount>) -> Self {
+        let of = mount.unwrap_or(Mount::DEFAULT);
+        // A mount's drive was checked with the settings.
+        let _ = model.set_drive(of.drive);
         Self {
             model,
             mount,
-            calibration: Calibration::new(&mount.unwrap_or(Mount::DEFAULT)),
+            calibration: Calibration::new(&of),
             grip: Grip::REST,
             contact: Contact::NONE,
             budget: Budget::NEW,
@@ -113,7 +116,10 @@ impl<'a> Unit<'a> {
         let id = self.id();
         let at = self.calibration.position(self.grip.goal());
         self.mount = mount;
-        self.calibration = Calibration::new(&mount.unwrap_or(Mount::DEFAULT));
+        let of = mount.unwrap_or(Mount::DEFAULT);
+        self.calibration = Calibration::new(&of);
+        // Checked with the settings.
+        let _ = self.model.set_drive(of.drive);
         // Of another gear: a value that was taken before is taken again.
         let _ = self.set_uncertainty(self.uncertainty);
         // The motor stays where it is, at the angle it now is called.

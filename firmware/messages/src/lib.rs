@@ -38,7 +38,7 @@ use model_core::uncertainty::Uncertainty;
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// Version of what messages mean. (Their layout is told apart by the keys.)
-pub const PROTOCOL_VERSION: u16 = 3;
+pub const PROTOCOL_VERSION: u16 = 4;
 
 /// Most fingers of a gripper.
 pub const FINGERS: usize = 4;

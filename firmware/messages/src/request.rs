@@ -4,6 +4,7 @@ use core::fmt::{self, Write};
 use heapless::String;
 use model_core::design::Design;
 use model_core::discretise::Discretisation;
+use model_core::drive::Drive;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -140,10 +141,13 @@ pub struct Mount {
     pub force_limit: f32,
     /// Current above which the motor is not led on, mA.
     pub current_limit: f32,
+    /// How the motor moves the finger's base: it turns it, or it moves it along a line (parallel jaws). Everything above is of the
+    /// motor's angle either way.
+    pub drive: Drive,
 }
 
 impl Mount {
-    /// Servo 1, angle 0 in the middle of its revolution, no play, ±60°, 20°/s, at most 100 N and 2 A.
+    /// Servo 1, angle 0 in the middle of its revolution, no play, ±60°, 20°/s, at most 100 N and 2 A, turning the finger.
     pub const DEFAULT: Self = Self {
         servo_id: 1,
         zero: 2048.0,
@@ -156,6 +160,7 @@ impl Mount {
         speed: core::f32::consts::PI / 9.0,
         force_limit: 100.0,
         current_limit: 2000.0,
+        drive: Drive::Rotating,
     };
 
     fn validate(&self) -> Outcome {
@@ -172,7 +177,12 @@ impl Mount {
             (SettingsField::ForceLimit, self.force_limit, 0.01, 1000.0),
             (SettingsField::CurrentLimit, self.current_limit, 1.0, 10_000.0),
         ];
-        checks.into_iter().try_for_each(|(field, value, min, max)| field.check(value, min, max))
+        checks.into_iter().try_for_each(|(field, value, min, max)| field.check(value, min, max))?;
+        self.drive.validate().map_err(|error| Refusal::Drive(Refusal::text(&error)))?;
+        // A table says nothing beyond its ends.
+        let [first, last] = self.drive.range();
+        SettingsField::RangeLow.check(self.range[0], first, last)?;
+        SettingsField::RangeHigh.check(self.range[1], first, last)
     }
 }
 
@@ -419,6 +429,8 @@ pub enum Refusal {
         /// Greatest allowed.
         max: f32,
     },
+    /// How a motor moves its finger is at fault.
+    Drive(Text),
     /// Two fingers would have the same servo.
     SameServo {
         /// Its address.
@@ -465,7 +477,7 @@ impl Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Finger(why) | Self::Object(why) | Self::Uncertainty(why) => f.write_str(why),
+            Self::Finger(why) | Self::Object(why) | Self::Uncertainty(why) | Self::Drive(why) => f.write_str(why),
             Self::Setting { field, value, min, max } => {
                 write!(f, "{} is {value}; allowed is {min} to {max}", field.name())
             }

@@ -15,11 +15,13 @@ impl Shape {
             let pushed = contact.normal.map(|n| (-contact.force * n).to_f64() as f32);
             Contact { position: single(contact.position), force: pushed }
         };
+        let (shift, turn) = follower.base();
         Self {
             sequence: report.sequence,
             finger: report.finger,
             status: report.estimate.status,
-            motor_angle: follower.coordinate() as f32,
+            motor_angle: turn.to_f64() as f32,
+            shift: single(shift),
             front: thinned(follower.front().count(), follower.front().map(single)),
             back: thinned(follower.back().count(), follower.back().map(single)),
             lamella_front: first(follower.lamellae().map(|[front, _]| single(front))),

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 use model_core::estimator::Estimate;
-use model_core::size::{Reduced, Size};
+use model_core::size::{Lists, Reduced, Size};
 use model_core::status::Status;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use crate::ResetCause;
 /// Most points of a beam in a [`Shape`].
 pub const POINTS: usize = 64;
 /// Most lamellae in a [`Shape`].
-pub const LAMELLAE: usize = model_core::design::MAX_LAMELLAE;
+pub const LAMELLAE: usize = Lists::TARGET.lamellae;
 /// Most contact points in a [`Shape`]: as many as the microcontroller's model has room for, so that none is left out.
 pub const CONTACTS: usize = <Reduced as Size>::CONTACTS;
 
@@ -160,8 +160,10 @@ pub struct Shape {
     pub finger: u8,
     /// That report's status.
     pub status: Status,
-    /// Motor angle of the equilibrium shown, rad.
+    /// Angle by which the motor has turned the base about its axis, rad; 0 for a base that is moved along a line.
     pub motor_angle: f32,
+    /// How far the base has been moved along its line, world frame, mm; 0 for one that is turned.
+    pub shift: [f32; 2],
     /// Centreline of the front beam.
     pub front: Vec<[f32; 2], POINTS>,
     /// Centreline of the back beam.

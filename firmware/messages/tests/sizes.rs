@@ -3,18 +3,24 @@
 use heapless::Vec;
 use messages::{CONTACTS, Contact, Finger, LAMELLAE, Mount, POINTS, Phase, Report, Role, Settings, Shape, Why, frame};
 use model_core::design::{
-    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, MAX_KNOTS, MAX_LAMELLAE, Material, MaterialLaw,
-    PlaneStrain, Profile,
+    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
 };
 use model_core::discretise::{Discretisation, Physics};
+use model_core::drive::{Drive, Knots, MAX_DRIVE_KNOTS, Travel};
 use model_core::estimator::Estimate;
+use model_core::size::Lists;
 use model_core::status::Status;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 use postcard_rpc::{Endpoint, Key};
 use serde::{Serialize, de::DeserializeOwned};
 
 fn full<X: Clone, const N: usize>(value: X) -> Vec<X, N> {
-    core::iter::repeat_n(value, N).collect()
+    filled(value, N)
+}
+
+/// A list of so many entries.
+fn filled<X: Clone, const N: usize>(value: X, entries: usize) -> Vec<X, N> {
+    core::iter::repeat_n(value, entries).collect()
 }
 
 /// Sends a message through a frame; returns its length and what arrived.
@@ -34,7 +40,7 @@ fn through<T: Serialize + DeserializeOwned>(body: &T) -> (usize, T) {
 
 #[test]
 fn the_largest_finger_fits() {
-    let profile = || Profile { knots: full::<_, MAX_KNOTS>([f64::MIN, f64::MAX]) };
+    let profile = || Profile { knots: filled([f64::MIN, f64::MAX], Lists::TARGET.knots) };
     let beam = || Beam { base: [1.5; 2], tip: [-2.5; 2], sagitta: 0.1, thickness: profile(), stiffness_factor: 0.1 };
     let design = Design {
         width: profile(),
@@ -43,18 +49,22 @@ fn the_largest_finger_fits() {
         front: beam(),
         back: beam(),
         lamellae: Lamellae {
-            attachments: Attachments::Arcs { front: full::<_, MAX_LAMELLAE>(0.1), back: full::<_, MAX_LAMELLAE>(0.2) },
+            attachments: Attachments::Arcs {
+                front: filled(0.1, Lists::TARGET.lamellae),
+                back: filled(0.2, Lists::TARGET.lamellae),
+            },
             thickness: 3.0,
         },
         hinge: Hinge {
             kind: HingeKind::Welded,
-            length: full::<_, MAX_LAMELLAE>(2.5),
+            length: filled(2.5, Lists::TARGET.lamellae),
             thickness: 0.8,
             from: HingeFrom::Face,
         },
         rigid_above: Some(70.0),
         motor_axis: [-14.0, -20.0],
     };
+    assert_eq!(design.fits(Lists::TARGET), Ok(()));
     let finger = Some(Finger { design, how: Discretisation::estimator(Physics::Paper) });
     let (length, back) = through(&finger);
     assert_eq!(back, finger);
@@ -69,6 +79,7 @@ fn the_largest_shape_fits() {
         finger: 3,
         status: Status::Stale,
         motor_angle: 0.2,
+        shift: [1.5, -2.5],
         front: full::<_, POINTS>([1.0; 2]),
         back: full::<_, POINTS>([2.0; 2]),
         lamella_front: full::<_, LAMELLAE>([3.0; 2]),
@@ -114,11 +125,15 @@ fn a_report_is_small() {
 
 #[test]
 fn settings_of_four_fingers_are_small() {
-    let fingers = [Some(Mount { zero: -1.5, ..Mount::DEFAULT }); 4];
-    let settings = Settings { fingers, role: Role::DEVICE, baud: Some(4_000_000), ..Settings::DEFAULT };
-    let (length, back) = through(&settings);
-    assert_eq!(back, settings);
-    assert!(length <= 256, "{length} bytes");
+    let knots = Knots::new(&[[0.5, -3.0]; MAX_DRIVE_KNOTS]).expect("as many as there is room for");
+    let table = Drive::Translating { direction: [0.8, -0.6], travel: Travel::Table(knots) };
+    for (drive, most) in [(Drive::Rotating, 260), (table, 512)] {
+        let fingers = [Some(Mount { zero: -1.5, drive, ..Mount::DEFAULT }); 4];
+        let settings = Settings { fingers, role: Role::DEVICE, baud: Some(4_000_000), ..Settings::DEFAULT };
+        let (length, back) = through(&settings);
+        assert_eq!(back, settings);
+        assert!(length <= most, "{length} bytes");
+    }
 }
 
 /// Requests, answers and topics are told apart by four bytes.

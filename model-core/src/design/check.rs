@@ -2,6 +2,7 @@
 
 use super::{Attachments, Beam, Design, HingeFrom, HingeKind, Profile};
 use crate::discretise::{BAR_ROOT, face_distances};
+use crate::size::{Lists, TooLong};
 
 /// Places in a [`Design`], named as in a case file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +76,36 @@ impl Field {
             Self::HingeThickness => "hinge.thickness_mm",
             Self::RigidAbove => "tip.rigid_above_mm",
             Self::MotorAxis => "motor.axis_mm",
+        }
+    }
+
+    /// Smallest and largest number allowed, in the design's units; none where that depends on the rest of the design.
+    pub const fn range(self) -> Option<[f64; 2]> {
+        match self {
+            Self::Width => Some([0.1, MAX_LENGTH]),
+            Self::YoungsModulus => Some([1e-3, 1e6]),
+            Self::PoissonsRatio => Some([0.0, 0.499]),
+            Self::FrontBase | Self::FrontTip | Self::BackBase | Self::BackTip | Self::MotorAxis => {
+                Some([-MAX_LENGTH, MAX_LENGTH])
+            }
+            Self::FrontStiffness | Self::BackStiffness => Some([1e-3, 1e3]),
+            Self::LamellaThickness | Self::HingeThickness | Self::HingeLength => Some([MIN_THICKNESS, MAX_LENGTH]),
+            Self::FrontSagitta
+            | Self::FrontThickness
+            | Self::BackSagitta
+            | Self::BackThickness
+            | Self::Heights
+            | Self::FrontArcs
+            | Self::BackArcs
+            | Self::RigidAbove => None,
+        }
+    }
+
+    /// Checks that a number is finite and within the field's own range.
+    fn admit(self, value: f64) -> Result<(), DesignError> {
+        match self.range() {
+            Some([min, max]) => within(self, value, min, max),
+            None => within(self, value, f64::MIN, f64::MAX),
         }
     }
 }
@@ -244,7 +275,7 @@ fn within(field: Field, value: f64, min: f64, max: f64) -> Result<(), DesignErro
     Ok(())
 }
 
-fn profile(field: Field, profile: &Profile, min: f64, max: f64) -> Result<(), DesignError> {
+fn profile(field: Field, profile: &Profile, admit: impl Fn(f64) -> Result<(), DesignError>) -> Result<(), DesignError> {
     if profile.knots.is_empty() {
         return Err(DesignError::Profile { field, knot: 0 });
     }
@@ -257,13 +288,13 @@ fn profile(field: Field, profile: &Profile, min: f64, max: f64) -> Result<(), De
             return Err(DesignError::Profile { field, knot });
         }
         previous = position;
-        within(field, value, min, max)?;
+        admit(value)?;
     }
     Ok(())
 }
 
-/// Largest length of any part, mm: beyond it the solver's tolerances lose their meaning in single precision.
-const MAX_LENGTH: f64 = 1000.0;
+/// Largest length of any part, mm.
+const MAX_LENGTH: f64 = 5000.0;
 /// Smallest thickness of a beam or hinge, mm.
 const MIN_THICKNESS: f64 = 0.01;
 
@@ -273,9 +304,9 @@ impl Design {
     /// # Errors
     /// The first [`DesignError`] met, in the order of the struct's fields.
     pub fn validate(&self) -> Result<(), DesignError> {
-        profile(Field::Width, &self.width, 0.1, MAX_LENGTH)?;
-        within(Field::YoungsModulus, self.material.youngs_modulus, 1e-3, 1e6)?;
-        within(Field::PoissonsRatio, self.material.poissons_ratio, 0.0, 0.499)?;
+        profile(Field::Width, &self.width, |width| Field::Width.admit(width))?;
+        Field::YoungsModulus.admit(self.material.youngs_modulus)?;
+        Field::PoissonsRatio.admit(self.material.poissons_ratio)?;
         self.validate_beam(
             &self.front,
             [Field::FrontBase, Field::FrontTip, Field::FrontSagitta, Field::FrontThickness, Field::FrontStiffness],
@@ -298,9 +329,29 @@ impl Design {
         }
         self.validate_lamellae()?;
         for axis in self.motor_axis {
-            within(Field::MotorAxis, axis, -MAX_LENGTH, MAX_LENGTH)?;
+            Field::MotorAxis.admit(axis)?;
         }
         Ok(())
+    }
+
+    /// Checks that another machine has room for the design's lists.
+    ///
+    /// # Errors
+    /// The first list that is too long.
+    pub fn fits(&self, room: Lists) -> Result<(), TooLong> {
+        for (field, profile) in [
+            (Field::Width, &self.width),
+            (Field::FrontThickness, &self.front.thickness),
+            (Field::BackThickness, &self.back.thickness),
+        ] {
+            TooLong::check(field.key(), profile.knots.len(), room.knots)?;
+        }
+        let lamellae = match self.lamellae.attachments {
+            Attachments::Heights(_) => Field::Heights,
+            Attachments::Arcs { .. } => Field::FrontArcs,
+        };
+        TooLong::check(lamellae.key(), self.lamella_count(), room.lamellae)?;
+        TooLong::check(Field::HingeLength.key(), self.hinge.length.len(), room.lamellae)
     }
 
     fn validate_beam(
@@ -310,7 +361,7 @@ impl Design {
     ) -> Result<(), DesignError> {
         for (field, point) in [(base, beam.base), (tip, beam.tip)] {
             for coordinate in point {
-                within(field, coordinate, -MAX_LENGTH, MAX_LENGTH)?;
+                field.admit(coordinate)?;
             }
         }
         let rise = beam.tip[1] - beam.base[1];
@@ -321,8 +372,9 @@ impl Design {
         let lean = libm::asin(rise / beam.chord());
         let most = 0.5 * beam.chord() * libm::tan(0.5 * (lean - 0.1).min(core::f64::consts::FRAC_PI_3));
         within(sagitta, beam.sagitta, -most, most)?;
-        profile(thickness, &beam.thickness, MIN_THICKNESS, 0.5 * beam.length())?;
-        within(factor, beam.stiffness_factor, 1e-3, 1e3)
+        let most = 0.5 * beam.length();
+        profile(thickness, &beam.thickness, |value| within(thickness, value, MIN_THICKNESS, most))?;
+        factor.admit(beam.stiffness_factor)
     }
 
     fn validate_lamellae(&self) -> Result<(), DesignError> {
@@ -341,18 +393,18 @@ impl Design {
                 ascending(Field::BackArcs, back, 0.0, ends[1])?;
             }
         }
-        within(Field::LamellaThickness, self.lamellae.thickness, MIN_THICKNESS, MAX_LENGTH)?;
+        Field::LamellaThickness.admit(self.lamellae.thickness)?;
         let count = self.lamella_count();
         if count == 0 {
             return Ok(());
         }
         if self.hinge.kind == HingeKind::Flexible {
-            within(Field::HingeThickness, self.hinge.thickness, MIN_THICKNESS, MAX_LENGTH)?;
+            Field::HingeThickness.admit(self.hinge.thickness)?;
             if self.hinge.length.len() != 1 && self.hinge.length.len() != count {
                 return Err(DesignError::HingeCount { found: self.hinge.length.len(), lamellae: count });
             }
             for &length in &self.hinge.length {
-                within(Field::HingeLength, length, 0.01, MAX_LENGTH)?;
+                Field::HingeLength.admit(length)?;
             }
         }
         for lamella in 0..count {

@@ -10,10 +10,12 @@ pub use beam::Beam;
 pub use check::{DesignError, Field};
 use heapless::Vec;
 
-/// Largest number of lamellae of a finger.
-pub const MAX_LAMELLAE: usize = 12;
-/// Largest number of knots of a [`Profile`].
-pub const MAX_KNOTS: usize = 8;
+use crate::size::Lists;
+
+/// Largest number of lamellae of a finger on this machine.
+pub const MAX_LAMELLAE: usize = Lists::HERE.lamellae;
+/// Largest number of knots of a [`Profile`] on this machine.
+pub const MAX_KNOTS: usize = Lists::HERE.knots;
 
 /// A quantity along the finger: constant, or linear between knots and constant beyond the first and last.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,7 +165,7 @@ pub enum HingeKind {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum HingeFrom {
-    /// The beam's centreline (the paper's).
+    /// The beam's centreline, as in *Geometrico-Static Modelling of a FRE Finger*.
     #[default]
     Centreline,
     /// The beam's face: the clear length of the neck; the flexible length then reaches into beam and bar.

@@ -4,6 +4,7 @@
 //! constants it can have, and the same ones on every machine.
 
 mod hinge;
+mod natural;
 mod rod;
 mod samples;
 mod section;
@@ -13,6 +14,7 @@ use crate::design::{Design, DesignError, HingeFrom, HingeKind, PlaneStrain};
 use crate::ladder::{CLAMPED, Ladder};
 use crate::real::Real;
 use crate::size::Size;
+use crate::units::Units;
 use hinge::{rigid_tip, write_hinges};
 use rod::{Rod, write_rod};
 use samples::write_samples;
@@ -25,8 +27,8 @@ use section::{compliance, flexible_ends};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Scheme {
-    /// The paper's: rigid elements, springs EI/ℓe between neighbours and from the first element to the start joint; the
-    /// last element is rigid with the end joint. First order.
+    /// That of *Geometrico-Static Modelling of a FRE Finger*: rigid elements, springs EI/ℓe between neighbours and from the first
+    /// element to the start joint; the last element is rigid with the end joint. First order.
     Paper,
     /// All N element angles free; half-length springs (2EI/ℓe) to both end joints. Second order.
     Trapezoid,
@@ -40,7 +42,7 @@ pub enum Scheme {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum Physics {
-    /// The paper's: inextensible, hinges from the centrelines, no rigid tip, plane stress.
+    /// That of *Geometrico-Static Modelling of a FRE Finger*: inextensible, hinges from the centrelines, no rigid tip, plane stress.
     Paper,
     /// Stretch and shear in every member, a bending stiffness that follows the stretch by the material's law, effective hinges,
     /// rigid tip wedge and plate stiffening as the design says.
@@ -77,7 +79,7 @@ impl Elements {
     pub const REDUCED: Self = Self::PerSpan { span: 2, tip_span: 3, hinge: 1 };
     /// The PC's: 4 per span, 2 per hinge.
     pub const FINE: Self = Self::PerSpan { span: 4, tip_span: 4, hinge: 2 };
-    /// The paper's: 170 per beam, 20 per hinge.
+    /// Those of *Geometrico-Static Modelling of a FRE Finger*: 170 per beam, 20 per hinge.
     pub const PAPER: Self = Self::PerBeam { beam: 170, hinge: 20 };
 }
 
@@ -92,6 +94,20 @@ pub enum Sampling {
     PerElement(u8),
 }
 
+/// Softness ε_c of the contact: a touching sample's gap is −ε_c μ. It shares the force between neighbouring samples, which without it
+/// are all but dependent.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
+pub enum Softness {
+    /// That of the front beam itself at a point, 1/(E w), with E with the beam's stiffness factor and w the finger's largest width: the
+    /// force is less by as small a part whatever the finger is made of.
+    #[default]
+    Local,
+    /// So much, mm/N. Where an object is so sharp that it is looked for between the samples, no less than [`Self::Local`].
+    Fixed(f64),
+}
+
 /// How a design becomes a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -103,20 +119,20 @@ pub struct Discretisation {
     pub elements: Elements,
     /// Contact samples.
     pub sampling: Sampling,
-    /// Contact softness ε_c in g + ε_c μ = 0, mm/N.
-    pub softness: f64,
+    /// Contact softness ε_c in g + ε_c μ = 0.
+    pub softness: Softness,
     /// Physics.
     pub physics: Physics,
 }
 
 impl Discretisation {
-    /// The microcontroller's resolution: `simpson`, reduced, 4 samples per element, ε_c = 1e-3 mm/N.
+    /// The microcontroller's resolution: `simpson`, reduced, 4 samples per element, the beam's own softness.
     pub const fn reduced(physics: Physics) -> Self {
         Self {
             scheme: Scheme::Simpson,
             elements: Elements::REDUCED,
             sampling: Sampling::PerElement(4),
-            softness: 1e-3,
+            softness: Softness::Local,
             physics,
         }
     }
@@ -137,7 +153,7 @@ impl Discretisation {
 
     /// 170 elements per beam and 20 per hinge with contact at nodes and ε_c = 0: `paper` or `trapezoid`.
     pub const fn full(scheme: Scheme, physics: Physics) -> Self {
-        Self { scheme, elements: Elements::PAPER, sampling: Sampling::Nodes, softness: 0.0, physics }
+        Self { scheme, elements: Elements::PAPER, sampling: Sampling::Nodes, softness: Softness::Fixed(0.0), physics }
     }
 }
 
@@ -240,21 +256,30 @@ pub fn discretise<T: Real, S: Size>(
     how: &Discretisation,
     ladder: &mut Ladder<T, S>,
 ) -> Result<(), DiscretiseError> {
-    let paper;
-    let design = match how.physics {
-        Physics::Extended => design,
-        Physics::Paper => {
-            let mut simple = design.clone();
-            simple.hinge.from = HingeFrom::Centreline;
-            simple.rigid_above = None;
-            simple.plane_strain = PlaneStrain::Stress;
-            paper = simple;
-            &paper
-        }
-    };
+    discretise_in(design, how, None, ladder)
+}
+
+/// As [`discretise`], but in the units given: those of a finger that differs a little.
+pub(crate) fn discretise_in<T: Real, S: Size>(
+    design: &Design,
+    how: &Discretisation,
+    units: Option<Units<f64>>,
+    ladder: &mut Ladder<T, S>,
+) -> Result<(), DiscretiseError> {
+    let mut design = design.clone();
+    if how.physics == Physics::Paper {
+        design.hinge.from = HingeFrom::Centreline;
+        design.rigid_above = None;
+        design.plane_strain = PlaneStrain::Stress;
+    }
     design.validate()?;
-    if !(0.0..=1.0).contains(&how.softness) {
-        return Err(DiscretiseError::Softness { found: how.softness });
+    let units = units.unwrap_or_else(|| natural::units(&design));
+    natural::express(&mut design, &units);
+    let design = &design;
+    if let Softness::Fixed(found) = how.softness
+        && !(0.0..=1.0).contains(&found)
+    {
+        return Err(DiscretiseError::Softness { found });
     }
     if let Sampling::PerElement(samples) = how.sampling
         && (how.scheme != Scheme::Simpson || samples == 0 || samples > 16)
@@ -264,7 +289,14 @@ pub fn discretise<T: Real, S: Size>(
     let lamellae = design.lamella_count();
     let cells = lamellae + 1;
     ladder.reset(cells).then_some(()).ok_or(DiscretiseError::Capacity)?;
-    ladder.softness = T::of(how.softness);
+    ladder.units = Units { length: T::of(units.length), force: T::of(units.force) };
+    let widest = design.width.knots.iter().fold(0.0_f64, |most, knot| most.max(knot[1]));
+    let local = 1.0 / (design.material.youngs_modulus * design.front.stiffness_factor * widest);
+    ladder.softness = match how.softness {
+        Softness::Local => [T::of(local); 2],
+        Softness::Fixed(softness) => [T::of(softness * units.force / units.length), T::of(local)],
+    };
+    ladder.softness_is_own = how.softness == Softness::Local;
     ladder.quadratic = how.scheme == Scheme::Simpson;
     ladder.welded = design.hinge.kind == HingeKind::Welded;
 

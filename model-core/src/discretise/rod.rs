@@ -103,6 +103,7 @@ pub(super) fn write_rod<T: Real, S: Size>(
         rigid_end: rod.rigid_end.map(T::of),
         compliance: rod.compliance.map(T::of),
         stiffening: T::of(rod.stiffening),
+        rounding: T::ZERO,
     })
 }
 
@@ -125,5 +126,6 @@ pub(super) fn write_point<T: Real, S: Size>(
         rigid_end: [T::ZERO; 2],
         compliance: [T::ZERO; 2],
         stiffening: T::ZERO,
+        rounding: T::ZERO,
     })
 }

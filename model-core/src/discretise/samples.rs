@@ -6,6 +6,7 @@ use crate::access::Access as _;
 use crate::contact::Sample;
 use crate::design::Design;
 use crate::ladder::Ladder;
+use crate::places::hermite_weights;
 use crate::real::Real;
 use crate::size::{Size, Storage};
 
@@ -45,7 +46,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
                 let (node, weights) = match how.scheme {
                     Scheme::Paper | Scheme::Trapezoid => (first + element + 1, [h, 0.0, 0.0]),
                     Scheme::Simpson => {
-                        let [a, m, b] = hermite_weights(xi, h);
+                        let [a, m, b] = hermite_weights::<f64>(xi, h);
                         let shared = if element > 0 { h / 6.0 } else { 0.0 };
                         (first + 2 * element, [shared + a, m, b])
                     }
@@ -65,6 +66,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
         }
         from = to;
     }
+    (ladder.flexible_samples, ladder.per_element, ladder.fineness) = (ladder.sample_count, per_element, 1);
     let wedge = beam.length() - ends[0];
     if design.rigid_above.is_some() && wedge > 1e-9 {
         // The wedge is sampled about as densely as the elements below it.
@@ -89,13 +91,4 @@ pub(super) fn write_samples<T: Real, S: Size>(
         }
     }
     Ok(())
-}
-
-/// Weights of e(a), e(m), e(b) in P(ξ) − P₀ of an element of length h: the cubic Hermite curve through both ends, whose
-/// chord is Simpson's rule h/6·(e(a) + 4 e(m) + e(b)) and whose end tangents are h·e(a) and h·e(b).
-fn hermite_weights(xi: f64, h: f64) -> [f64; 3] {
-    let h01 = xi * xi * (3.0 - 2.0 * xi);
-    let h10 = xi * (1.0 - xi) * (1.0 - xi);
-    let h11 = xi * xi * (xi - 1.0);
-    [h * (h01 / 6.0 + h10), h * h01 * 4.0 / 6.0, h * (h01 / 6.0 + h11)]
 }

@@ -1,4 +1,4 @@
-//! Moving the object while the finger's base stands still.
+//! Moving the object while the finger's base keeps its place.
 
 use super::passing::Barred;
 use super::{FOLLOW_ITERATIONS, Follower, Outcome, Phase};
@@ -7,21 +7,82 @@ use crate::real::{Real, Vec2, vec2};
 use crate::size::Size;
 use crate::status::Status;
 
-/// Newton iterations allowed for the way back from where a budget ran out: on a way just come, one or two a step.
-const BACK: u32 = 16;
+/// What [`Follower::go_back`] needs besides the state that the follower keeps.
+pub(crate) struct Mark<T, O> {
+    /// There is an equilibrium to go back to.
+    is_good: bool,
+    object: O,
+    motion: Motion,
+    at: T,
+    snapped: bool,
+    drift: T,
+    barred: Barred<T>,
+}
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
-    /// Shifts the object by a vector (world frame, mm), following the equilibrium; `to` is the object where it then is.
+    /// Shifts the object by a vector (world frame, mm), following the equilibrium with at most [`FOLLOW_ITERATIONS`] Newton
+    /// iterations; `to` is the object where it then is.
     ///
     /// If the equilibrium cannot be followed there, object and finger are as before, unless the outcome's status is
     /// trustworthy.
     pub fn shift_object(&mut self, by: [f64; 2], to: impl Into<O>) -> Outcome {
-        self.shift_object_within(by, to, FOLLOW_ITERATIONS)
+        let mark = self.mark();
+        let outcome = self.shift_marked(by, to, FOLLOW_ITERATIONS);
+        self.settled(&mark, outcome)
     }
 
-    /// The same with at most so many Newton iterations and accepted steps, and [`BACK`] more for the way back if they are
-    /// too few.
-    pub(crate) fn shift_object_within(&mut self, by: [f64; 2], to: impl Into<O>, budget: u32) -> Outcome {
+    /// Turns the object about a point (world frame, mm) by an angle (rad, counter-clockwise); otherwise as
+    /// [`Self::shift_object`].
+    pub fn turn_object(&mut self, about: [f64; 2], angle: f64, to: impl Into<O>) -> Outcome {
+        let mark = self.mark();
+        let outcome = self.turn_marked(about, angle, to, FOLLOW_ITERATIONS);
+        self.settled(&mark, outcome)
+    }
+
+    fn settled(&mut self, mark: &Mark<T, O>, outcome: Outcome) -> Outcome {
+        if !outcome.status.is_trustworthy() {
+            self.go_back(mark);
+        }
+        self.unmark();
+        outcome
+    }
+
+    /// Remembers the accepted equilibrium, to which [`Self::go_back`] returns without an iteration, until [`Self::unmark`].
+    pub(crate) fn mark(&mut self) -> Mark<T, O> {
+        self.previous.copy_from(&self.accepted, &self.ladder);
+        (self.extrapolates, self.is_marked) = (false, true);
+        Mark {
+            is_good: self.has_equilibrium(),
+            object: self.object,
+            motion: self.motion,
+            at: self.at,
+            snapped: self.snapped,
+            drift: self.drift,
+            barred: self.barred,
+        }
+    }
+
+    /// Object and finger are as they were at the mark, which stays. One evaluation.
+    pub(crate) fn go_back(&mut self, mark: &Mark<T, O>) {
+        if !self.is_marked || !mark.is_good {
+            return;
+        }
+        self.accepted.copy_from(&self.previous, &self.ladder);
+        (self.object, self.motion, self.snapped, self.barred) = (mark.object, mark.motion, mark.snapped, mark.barred);
+        self.drift = mark.drift;
+        self.phase = Phase::Following;
+        self.begin_path(mark.at);
+        self.show_accepted();
+    }
+
+    pub(crate) fn unmark(&mut self) {
+        self.is_marked = false;
+        self.begin_fall(self.at);
+    }
+
+    /// Shifts the object of a marked follower with at most so many Newton iterations and accepted steps. What it leaves behind
+    /// when the outcome is not trustworthy is good for [`Self::go_back`] only.
+    pub(crate) fn shift_marked(&mut self, by: [f64; 2], to: impl Into<O>, budget: u32) -> Outcome {
         let length = libm::hypot(by[0], by[1]);
         let along = if length > 0.0 { by.map(|x| x / length) } else { [1.0, 0.0] };
         let along = self.displacement().vector(vec2::<T>(along));
@@ -29,14 +90,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.carry(Motion::Translating { direction: [-along.x.to_f64(), -along.y.to_f64()] }, length, to.into(), budget)
     }
 
-    /// Turns the object about a point (world frame, mm) by an angle (rad, counter-clockwise); otherwise as
-    /// [`Self::shift_object`].
-    pub fn turn_object(&mut self, about: [f64; 2], angle: f64, to: impl Into<O>) -> Outcome {
-        self.turn_object_within(about, angle, to, FOLLOW_ITERATIONS)
-    }
-
-    /// The same, bounded as [`Self::shift_object_within`].
-    pub(crate) fn turn_object_within(&mut self, about: [f64; 2], angle: f64, to: impl Into<O>, budget: u32) -> Outcome {
+    /// Turns the object of a marked follower, as [`Self::shift_marked`].
+    pub(crate) fn turn_marked(&mut self, about: [f64; 2], angle: f64, to: impl Into<O>, budget: u32) -> Outcome {
         let pivot = self.displacement().point(vec2::<T>(about));
         self.carry(Motion::Rotating { axis: [pivot.x.to_f64(), pivot.y.to_f64()] }, angle, to.into(), budget)
     }
@@ -50,30 +105,23 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 iterations: 0,
                 steps: 0,
                 snaps: 0,
+                hops: 0,
                 gradient: 0.0,
                 length: 0.0,
             };
         }
-        let (object, motion, at, barred) = (self.object, self.motion, self.at, self.barred);
+        let (motion, at, barred) = (self.motion, self.at, self.barred);
         self.barred = Barred::NONE;
-        self.object = object.displaced(&motion.world_to_finger(at));
+        self.object = self.object.displaced(&motion.world_to_finger(at));
         self.motion = path;
         self.begin_path(T::ZERO);
         let outcome = self.follow_within(far, budget);
-        let arrived = outcome.status.is_trustworthy();
-        if let Phase::Folding { .. } = self.phase {
-            self.show_accepted();
-            self.phase = Phase::Following;
-        }
-        let back = arrived || self.follow_within(0.0, budget.max(BACK)).status.is_trustworthy();
-        self.object = if arrived { to } else { object };
-        self.motion = motion;
-        if barred.way != 0 {
-            self.barred = barred;
-        }
-        self.begin_path(at);
-        if !back {
-            self.phase = Phase::Lost;
+        if outcome.status.is_trustworthy() {
+            (self.object, self.motion) = (to, motion);
+            if barred.way != 0 {
+                self.barred = barred;
+            }
+            self.begin_path(at);
         }
         outcome
     }

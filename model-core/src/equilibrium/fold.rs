@@ -1,5 +1,6 @@
 //! What happens where a branch ends: the overdamped motion just past the fold, to wherever it comes to rest.
 
+use super::hop::change;
 use super::{Follower, Outcome, Phase};
 use crate::newton::{Hessian, step};
 use crate::object::Object;
@@ -33,16 +34,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// implicit step in time of a finger in a viscous bath, 1/`shift` long, which goes downhill in energy as long as the
     /// shifted problem is stable. The time step follows the motion: short while it is fast, long while it is slow.
     pub(super) fn fold(&mut self, target: T, shift: T, spent: u32, budget: u32, outcome: &mut Outcome) {
-        let object = self.object.displaced(&self.motion.world_to_finger(target));
+        let object = self.seen(target);
         let margin = T::of(FOLD_MARGIN);
-        let tolerance = self.tolerance();
+        let tolerance = T::TOLERANCE;
         let (mut shift, mut spent) = (shift, spent);
         let (mut used, mut polishes, mut slow) = (0, 6, false);
         loop {
             let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
             self.sweep = sweep;
-            outcome.gradient = residual.gradient.to_f64();
-            outcome.length = residual.length.to_f64();
+            self.note(&residual, outcome);
             let settled = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
             if spent >= FOLD_ITERATIONS || residual.gradient >= T::of(1e12) {
                 self.give_up(target);
@@ -58,12 +58,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             if settled {
                 let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
                 if inertia.is_stable() {
-                    if self.largest_move() > T::of(SAME_BRANCH) || self.largest_change() > T::of(SAME_FORCE) {
+                    if self.largest_move() > T::of(SAME_BRANCH)
+                        || change(self.state.force(), self.accepted.force()) > T::of(SAME_FORCE)
+                    {
                         self.snapped = true;
                         outcome.snaps += 1;
                     }
                     let passed = self.presses_from_behind();
                     self.phase = Phase::Following;
+                    self.drift = T::ZERO;
+                    self.begin_fall(target);
                     self.accept(target);
                     if passed {
                         self.phase = Phase::Lost;
@@ -120,21 +124,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Largest difference of an angle between the present and the accepted state, rad.
-    fn largest_move(&self) -> T {
+    pub(super) fn largest_move(&self) -> T {
         let now = self.state.angle.as_ref().iter().take(self.ladder.node_count);
         now.zip(self.accepted.angle.as_ref()).fold(T::ZERO, |most, (&a, &b)| most.max((a - b).abs()))
-    }
-
-    /// Change of the contact force from the accepted state to the present one, as a part of the larger of both.
-    fn largest_change(&self) -> T {
-        let [now, before] = [&self.state, &self.accepted].map(|state| {
-            let touching = state.multiplier.as_ref().iter().zip(state.normal.as_ref()).take(state.touching_count);
-            touching
-                .fold([T::ZERO; 2], |sum, (&force, normal)| [sum[0] + force * normal[0], sum[1] + force * normal[1]])
-        });
-        let size = |v: [T; 2]| (v[0] * v[0] + v[1] * v[1]).sqrt();
-        let most = size(now).max(size(before));
-        if most > T::ZERO { size([now[0] - before[0], now[1] - before[1]]) / most } else { T::ZERO }
     }
 
     /// A small deterministic disturbance of the interior angles, to leave a saddle.

@@ -3,19 +3,30 @@
 //! The answer depends on the path (the finger can snap through, with hysteresis), so an equilibrium is always reached by
 //! following the branch in small steps of the motion's coordinate: the motor angle in rad, or the distance in mm of a
 //! translated base. A step counts only if all residuals are within tolerance *and* the equilibrium is stable; otherwise
-//! it is halved. Where even the smallest step fails, the branch has ended: the fold handler then follows the overdamped
-//! motion from there to rest, just past the fold, and what it finds is flagged as a snap.
+//! it is halved. Where even the smallest step fails, the fold handler follows the overdamped motion from there to rest, just beyond,
+//! and what it finds is flagged as a snap. If it finds nothing, the status says why the smallest step failed: `folded` only if the
+//! stability test has seen a direction in which the energy falls.
+//!
+//! The inertia behind "stable" is that of the accepted state itself or of a state so near that no angle differs by more than
+//! [`NEAR_ENOUGH`]: as a rule the one before the last Newton step. Steps without an iteration add up until they are as far as that; then
+//! one is made.
 
 mod carry;
 mod fold;
+mod hop;
 mod passing;
+mod settings;
 mod solution;
 mod strains;
-mod tolerance;
+#[cfg(test)]
+mod tests;
 mod track;
 
+pub use settings::Settings;
 pub use track::Tracking;
 
+use crate::access::Access;
+use crate::bounds::OutOfBounds;
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
 use crate::ladder::{Ladder, State};
@@ -27,53 +38,12 @@ use crate::object::{Motion, Object, Shape};
 use crate::real::{Real, Tolerance};
 use crate::size::Size;
 use crate::status::Status;
+use crate::units::Seen;
+pub(crate) use carry::Mark;
 use fold::{FOLD_SHIFT, FOLD_STEP};
+use hop::Fall;
 use passing::Barred;
 pub use strains::{Place, Strain};
-
-/// How equilibria are followed. Every field has a default.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Second derivative of the Newton step; default [`Hessian::Newton`].
-    pub hessian: Hessian,
-    /// Newton iterations allowed for one step of the coordinate; default 25 (Gauss–Newton needs more).
-    pub max_iterations: u32,
-    /// Largest step of a motor angle, rad; default 1°.
-    pub max_angle_step: f64,
-    /// Largest step of a distance, mm; default 1 mm.
-    pub max_distance_step: f64,
-    /// A step that fails at this fraction of the largest one has met the end of its branch; default 1/512.
-    pub min_step: f64,
-    /// Gap within which a sample takes part in a step before it touches, mm; default 0: those that penetrate. More rows cost
-    /// more and save no iterations, neither at one-count steps nor at 1° steps (*measured*).
-    pub margin: f64,
-}
-
-impl Settings {
-    /// The defaults.
-    pub const DEFAULT: Self = Self {
-        hessian: Hessian::Newton,
-        max_iterations: 25,
-        max_angle_step: core::f64::consts::PI / 180.0,
-        max_distance_step: 1.0,
-        min_step: 1.0 / 512.0,
-        margin: 0.0,
-    };
-    const UNSET: Self = Self {
-        hessian: Hessian::Newton,
-        max_iterations: 0,
-        max_angle_step: 0.0,
-        max_distance_step: 0.0,
-        min_step: 0.0,
-        margin: 0.0,
-    };
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
 
 /// What a call of [`Follower::follow`] did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +56,8 @@ pub struct Outcome {
     pub steps: u32,
     /// Snap-throughs to another branch in this call; the status stays `snapped` until the hand is open again.
     pub snaps: u32,
+    /// Hops in this call: steep falls of the force on a branch that goes on; they are flagged as `snapped`, too.
+    pub hops: u32,
     /// Largest gradient component at the last iterate, N·mm.
     pub gradient: f64,
     /// Largest closure or gap error at the last iterate, mm.
@@ -101,12 +73,14 @@ enum Phase<T> {
     Following,
     /// On the way from the end of a branch to rest.
     Folding { target: T, shift: T, spent: u32 },
-    /// The branch ended at the accepted equilibrium and no other was found beyond; the way back is open.
+    /// The branch cannot be followed beyond the accepted equilibrium and no other was found; the path back is open.
     Ended { forward: bool },
 }
 
 /// Newton iterations of one call of [`Follower::follow`]: a motion over many snaps takes a few thousand.
 pub const FOLLOW_ITERATIONS: u32 = 20_000;
+/// Places at which [`Follower::start`] looks for an open finger, each one evaluation of the gaps.
+pub const START_CHECKS: u32 = 8192;
 /// Ends of branches that one call looks beyond. Where two branches end into each other, more would go on for ever.
 const FOLDS: u32 = 24;
 /// Newton iterations after which a step is halved rather than pursued: iterates that wander may end on another branch.
@@ -136,13 +110,18 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     object: O,
     pub(crate) motion: Motion,
     youngs_modulus: T,
-    /// How many times stiffer (moments) and longer (lengths) the finger is than what the tolerances are meant for, at least 1.
-    size: [T; 2],
     /// Coordinate of the accepted state.
     at: T,
     step: T,
     phase: Phase<T>,
     snapped: bool,
+    /// The state before is what [`Self::go_back`] returns to: it stays, and nothing is extrapolated.
+    is_marked: bool,
+    /// Largest difference of an angle between the accepted state and the one whose inertia says that it is stable, rad.
+    drift: T,
+    /// Why the smallest step failed where the branch could not be followed.
+    failed: Status,
+    fall: Fall<T>,
     barred: Barred<T>,
     sweep: Sweep<T>,
 }
@@ -153,12 +132,47 @@ const SWIFT: f64 = 0.02;
 /// New rows of a short step's first iteration beyond which they are thinned.
 const MANY: usize = 7;
 
+/// Residuals at which a step on the way to the coordinate asked for is accepted: single precision's, whatever the precision.
+fn on_the_way<T: Real>() -> Tolerance<T> {
+    let Tolerance { gradient, length } = f32::TOLERANCE;
+    Tolerance { gradient: T::of(f64::from(gradient)), length: T::of(f64::from(length)) }
+}
+
+/// Largest difference of an angle, rad, at which one state's inertia is taken for another's (see the module).
+pub const NEAR_ENOUGH: f64 = 2e-3;
+/// Change of an angle, in units of the precision's [`Real::EPSILON`], below which a Newton step is rounding.
+const ROUNDING: f64 = 1e3;
+
 /// Result of Newton's method at one coordinate.
 struct Attempt<T> {
     status: Status,
     iterations: u32,
+    /// What the last factorisation says, and how far the state has moved from the one that it was made at.
     inertia: Option<Inertia>,
+    drift: T,
+    /// Some iterate was unstable with contacts that had settled.
+    unstable: bool,
+    /// Largest change of an angle in the smallest step, rad.
+    least_pace: T,
     residual: Residual<T>,
+}
+
+impl<T: Real> Attempt<T> {
+    /// Why it failed.
+    fn cause(&self) -> Status {
+        if self.unstable {
+            Status::Folded
+        } else if self.inertia.is_some_and(|inertia| !inertia.settled) {
+            Status::Unsettled
+        } else if self.least_pace <= T::of(ROUNDING) * T::EPSILON
+            || self.status == Status::Converged && self.inertia.is_some_and(|inertia| !inertia.is_stable())
+        {
+            // Steps that are rounding, or an inertia that no matrix has.
+            Status::Precision
+        } else {
+            Status::Stagnated
+        }
+    }
 }
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
@@ -179,11 +193,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         object: O::BLANK,
         motion: Motion::Rotating { axis: [0.0; 2] },
         youngs_modulus: T::ZERO,
-        size: [T::ZERO; 2],
         at: T::ZERO,
         step: T::ZERO,
         phase: Phase::Lost,
         snapped: false,
+        is_marked: false,
+        drift: T::ZERO,
+        // Never read; all zeros.
+        failed: Status::Converged,
+        fall: Fall::NONE,
         barred: Barred::NONE,
         sweep: Sweep { nearest: T::ZERO, normal: [T::ZERO; 2], nearest_free: T::ZERO, overflow: false, crowded: false },
     };
@@ -209,14 +227,25 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         self.motion = Motion::Rotating { axis: design.motor_axis };
         self.youngs_modulus = T::of(design.material.youngs_modulus);
-        self.size = tolerance::size(design).map(T::of);
+        self.refine();
         self.rest();
         Ok(())
     }
 
     /// Changes how equilibria are followed.
-    pub fn set_settings(&mut self, settings: Settings) {
+    ///
+    /// # Errors
+    /// The first value that is not allowed; the old settings then stay.
+    pub fn set_settings(&mut self, settings: Settings) -> Result<(), OutOfBounds> {
+        settings.validate()?;
         self.settings = settings;
+        self.step = self.max_step();
+        Ok(())
+    }
+
+    /// Follows with the settings that suit a second derivative, [`Settings::of`].
+    pub fn set_hessian(&mut self, hessian: Hessian) {
+        self.settings = Settings::of(hessian);
         self.step = self.max_step();
     }
 
@@ -224,6 +253,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn set_object(&mut self, object: impl Into<O>, motion: Motion) {
         self.object = object.into();
         self.motion = motion;
+        self.is_marked = false;
+        self.refine();
         self.rest();
     }
 
@@ -237,6 +268,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.extrapolates = false;
         self.phase = Phase::Following;
         self.snapped = false;
+        (self.drift, self.fall) = (T::ZERO, Fall::NONE);
         self.barred = Barred::NONE;
         self.step = self.max_step();
         self.work.row_count = 0;
@@ -248,13 +280,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     ///
     /// For tests of the model and for stiffness figures; increase it in steps, as the load itself is not followed.
     pub fn set_dead_load(&mut self, lamella: usize, load: [f64; 2]) {
-        self.state.load = load.map(T::of);
+        let unit = self.ladder.units.force;
+        self.state.load = load.map(|force| T::of(force) / unit);
         self.state.load_cell = lamella.min(self.ladder.cells.saturating_sub(1));
         (self.accepted.load, self.accepted.load_cell) = (self.state.load, self.state.load_cell);
     }
 
     /// Puts the undeformed finger where the following of a motion to `first` can begin: at the largest coordinate not
-    /// above `first` at which the object lies clear in front of the finger, searched back over a half turn (or 500 mm).
+    /// above `first` at which the object lies clear in front of the finger, searched back over a half turn (or 500 units of
+    /// length) at most [`START_CHECKS`] places, a quarter of the largest step apart where that many reach.
     ///
     /// Returns false, and leaves the follower lost, if there is none.
     pub fn start(&mut self, first: f64) -> bool {
@@ -262,18 +296,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.ladder.cells == 0 || !first.is_finite() {
             return false;
         }
-        let (pace, reach) = match self.motion {
-            Motion::Rotating { .. } => (0.25 * self.settings.max_angle_step, core::f64::consts::PI),
-            Motion::Translating { .. } => (0.25 * self.settings.max_distance_step, 500.0),
-        };
-        let mut coordinate = first;
-        while first - coordinate <= reach {
-            if self.begin(coordinate) {
-                return true;
+        let (step, reach) = match self.motion {
+            Motion::Rotating { .. } => (self.settings.max_angle_step, core::f64::consts::PI),
+            Motion::Translating { .. } => {
+                let unit = self.ladder.units.length.to_f64();
+                (self.settings.max_distance_step * unit, 500.0 * unit)
             }
-            coordinate -= pace;
-        }
-        false
+        };
+        let pace = (0.25 * step).max(reach / f64::from(START_CHECKS - 1));
+        let mut places = (0..START_CHECKS).map(|check| f64::from(check) * pace).take_while(|back| *back <= reach);
+        places.any(|back| self.begin(first - back))
     }
 
     /// Puts the undeformed finger at a coordinate if the object lies clear in front of it there; otherwise the follower is
@@ -292,16 +324,50 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The finger at rest neither touches the object nor has passed it: the object lies on the front beam's outer side.
     fn is_clear(&mut self, coordinate: T) -> bool {
         self.state.rest();
-        let object = self.object.displaced(&self.motion.world_to_finger(coordinate));
+        let object = self.seen(coordinate);
         let (_, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
         sweep.nearest >= T::ZERO && !self.rests_behind(&sweep)
     }
 
+    /// Looks for contacts as densely as the object asks.
+    fn refine(&mut self) {
+        self.ladder.refine(Seen::new(self.object, &self.ladder.units).sharpest());
+    }
+
+    /// Largest step of the coordinate: what the settings allow, and on a sharp object less, so that none passes through it unseen.
     fn max_step(&self) -> T {
-        match self.motion {
-            Motion::Rotating { .. } => T::of(self.settings.max_angle_step),
-            Motion::Translating { .. } => T::of(self.settings.max_distance_step),
+        let (allowed, unit) = match self.motion {
+            Motion::Rotating { .. } => (T::of(self.settings.max_angle_step), T::one()),
+            Motion::Translating { .. } => {
+                let unit = self.ladder.units.length;
+                (T::of(self.settings.max_distance_step) * unit, unit)
+            }
+        };
+        if self.ladder.fineness <= 1 {
+            return allowed;
         }
+        let arm = match self.motion {
+            Motion::Rotating { axis } => {
+                let [x, y] = axis.map(|place| T::of(place) / self.ladder.units.length);
+                let [u, v] = self.ladder.base;
+                let length = self.ladder.samples.as_ref().at(self.ladder.sample_count.saturating_sub(1)).arc;
+                ((x - u) * (x - u) + (y - v) * (y - v)).sqrt() + length
+            }
+            Motion::Translating { .. } => T::one(),
+        };
+        allowed.min(T::of(0.5) * self.ladder.sharpest / arm * unit)
+    }
+
+    /// The object as the solver sees it at a coordinate: in the finger's frame and units.
+    fn seen(&self, coordinate: T) -> Seen<T, O> {
+        Seen::new(self.object.displaced(&self.motion.world_to_finger(coordinate)), &self.ladder.units)
+    }
+
+    /// Reports residuals in N·mm and mm.
+    fn note(&self, residual: &Residual<T>, outcome: &mut Outcome) {
+        let units = &self.ladder.units;
+        outcome.gradient = (residual.gradient * units.moment()).to_f64();
+        outcome.length = (residual.length * units.length).to_f64();
     }
 
     /// Follows the equilibrium to a coordinate (rad or mm), with at most [`FOLLOW_ITERATIONS`] Newton iterations.
@@ -313,8 +379,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     ///
     /// With `max-iterations` the coordinate was not reached yet; the next call goes on from where this one stopped.
     pub fn follow_within(&mut self, to: f64, budget: u32) -> Outcome {
-        let mut outcome =
-            Outcome { status: Status::OutOfRange, iterations: 0, steps: 0, snaps: 0, gradient: 0.0, length: 0.0 };
+        let mut outcome = Outcome {
+            status: Status::OutOfRange,
+            iterations: 0,
+            steps: 0,
+            snaps: 0,
+            hops: 0,
+            gradient: 0.0,
+            length: 0.0,
+        };
         if self.ladder.cells == 0 || !to.is_finite() {
             return outcome;
         }
@@ -333,7 +406,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 }
                 Phase::Ended { forward } => {
                     if (to > self.at) == forward {
-                        outcome.status = self.or_open_hand(to, Status::Folded);
+                        outcome.status = self.or_open_hand(to, self.failed);
                         return outcome;
                     }
                     self.phase = Phase::Following;
@@ -402,19 +475,21 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return Some(Status::MaxIterations);
         }
         self.extrapolate(target);
-        let tolerance = if reaches { self.tolerance() } else { self.on_the_way() };
+        let tolerance = if reaches { T::TOLERANCE } else { on_the_way() };
         let allowed = self.patience((target - self.at).abs(), reaches);
         let attempt = self.newton(target, allowed.min(left), tolerance);
         outcome.iterations += attempt.iterations;
-        outcome.gradient = attempt.residual.gradient.to_f64();
-        outcome.length = attempt.residual.length.to_f64();
+        self.note(&attempt.residual, outcome);
         let stable = self.settings.hessian == Hessian::GaussNewton || attempt.inertia.is_none_or(|i| i.is_stable());
-        let passed = attempt.status == Status::Converged && stable && self.presses_from_behind();
-        if attempt.status == Status::Converged && stable && !passed {
+        let converged = attempt.status == Status::Converged && stable;
+        let passed = converged && self.presses_from_behind();
+        if converged && !passed && !self.leaps(target) {
+            self.drift = attempt.drift;
             if untouched && attempt.iterations == 0 {
                 // The open hand as it was, and evaluated as it is.
                 self.keep(target);
             } else {
+                outcome.hops += u32::from(self.hops(target));
                 self.accept(target);
             }
             outcome.steps += 1;
@@ -422,6 +497,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return (reaches && self.phase == Phase::Following).then(|| self.standing());
         }
         self.state.copy_from(&self.accepted, &self.ladder);
+        if left == 0 && attempt.status == Status::MaxIterations {
+            // Nothing was tried, so that nothing is known of the step.
+            return Some(Status::MaxIterations);
+        }
         self.extrapolates = false;
         let half = size.min(remaining.abs()) * T::of(0.5);
         // A step that had its due, or a whole call to itself, has failed; another call would only repeat it.
@@ -442,6 +521,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             // Just past the end the energy's slope is too faint to follow: go a small step further.
             let past = self.max_step() * T::of(FOLD_STEP);
             let target = if remaining > T::ZERO { self.at + past } else { self.at - past };
+            self.failed = attempt.cause();
             self.phase = Phase::Folding { target, shift: T::of(FOLD_SHIFT), spent: 0 };
         }
         (outcome.iterations >= budget).then_some(Status::MaxIterations)
@@ -464,9 +544,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             // Nothing touches: the rest position exactly, whatever the iterations left behind.
             self.state.rest();
             self.snapped = false;
-            let object = self.object.displaced(&self.motion.world_to_finger(at));
+            (self.drift, self.fall) = (T::ZERO, Fall::NONE);
+            let object = self.seen(at);
             (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
-            if self.sweep.nearest < -self.tolerance().length || self.rests_behind(&self.sweep) {
+            if self.sweep.nearest < -T::TOLERANCE.length || self.rests_behind(&self.sweep) {
                 self.phase = Phase::Lost;
             }
         }
@@ -475,14 +556,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     fn keep(&mut self, at: T) {
         // A coordinate that has come again tells nothing of the motion.
-        if at != self.at {
+        if at != self.at && !self.is_marked {
             self.previous.copy_from(&self.accepted, &self.ladder);
             self.before = self.at;
         }
         self.accepted.copy_from(&self.state, &self.ladder);
         self.bar(at);
         self.at = at;
-        self.extrapolates = self.accepted.touching_count > 0 && self.previous.touching_count > 0;
+        self.extrapolates = !self.is_marked && self.accepted.touching_count > 0 && self.previous.touching_count > 0;
     }
 
     /// Moves the state on to a coordinate along the line through the last two accepted ones.
@@ -497,7 +578,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Brings the workspace, which results are read from, back to the accepted state.
     pub(crate) fn show_accepted(&mut self) {
         self.state.copy_from(&self.accepted, &self.ladder);
-        let object = self.object.displaced(&self.motion.world_to_finger(self.at));
+        let object = self.seen(self.at);
         (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
     }
 
@@ -522,12 +603,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Newton's method at a coordinate from the present state.
     fn newton(&mut self, coordinate: T, max_iterations: u32, tolerance: Tolerance<T>) -> Attempt<T> {
-        let object = self.object.displaced(&self.motion.world_to_finger(coordinate));
-        let margin = T::of(self.settings.margin);
+        let object = self.seen(coordinate);
+        let margin = T::of(self.settings.margin) / self.ladder.units.length;
         let mut attempt = Attempt {
             status: Status::MaxIterations,
             iterations: 0,
             inertia: None,
+            drift: T::ZERO,
+            unstable: false,
+            least_pace: T::of(1e30),
             residual: Residual { gradient: T::of(1e30), length: T::of(1e30) },
         };
         let small = (coordinate - self.at).abs() <= T::of(0.25) * self.max_step();
@@ -540,19 +624,35 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             } else {
                 step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin)
             };
-            if attempt.iterations == 0 && small {
+            if attempt.iterations == 0 && small && self.ladder.fineness <= 1 {
                 gaps::thin(&mut self.work, MANY);
             }
             attempt.residual = residual;
             self.sweep = sweep;
-            if residual.gradient <= tolerance.gradient && residual.length <= tolerance.length {
+            let near = T::of(NEAR_ENOUGH);
+            let newton = self.settings.hessian == Hessian::Newton;
+            let mut converged = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
+            if converged && attempt.iterations == 0 {
+                attempt.drift = self.drift + self.largest_move();
+                // Too far from the last state that was judged for a step without an iteration.
+                converged = !newton || attempt.drift <= near;
+            }
+            if converged {
+                let stable = attempt.inertia.is_none_or(|inertia| inertia.is_stable());
+                let judges = newton && (!stable || attempt.drift > near);
+                if judges && attempt.iterations >= max_iterations {
+                    return attempt;
+                }
                 attempt.status = Status::Converged;
-                if attempt.inertia.is_some_and(|i| !i.is_stable()) && self.settings.hessian == Hessian::Newton {
-                    // The last factorisation was made one step before: judge the solution itself.
+                if judges {
+                    // The last factorisation was made at another state: judge the solution itself.
                     if self.work.shallow {
                         step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
                     }
-                    attempt.inertia = Some(step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO));
+                    let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
+                    (attempt.inertia, attempt.drift) = (Some(inertia), T::ZERO);
+                    attempt.iterations += 1;
+                    attempt.unstable |= inertia.is_unstable();
                 }
                 return attempt;
             }
@@ -584,11 +684,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 if lags {
                     step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
                 }
+                attempt.drift = T::ZERO;
                 step::solve(&self.ladder, &mut self.work, self.settings.hessian, T::ZERO)
             };
             attempt.inertia = Some(inertia);
+            attempt.unstable |= inertia.is_unstable();
             attempt.iterations += 1;
             let part = step::clip(&self.work);
+            attempt.drift += part * self.work.pace;
+            attempt.least_pace = attempt.least_pace.min(self.work.pace);
             step::apply(&self.ladder, &mut self.state, &self.work, part);
             lags = lagged::pays::<T>() && part == T::one() && self.settings.hessian == Hessian::Newton;
         }

@@ -38,9 +38,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(super) fn presses_from_behind(&self) -> bool {
         let touching = self.state.touching.as_ref().iter().zip(self.state.normal.as_ref());
         touching.take(self.state.touching_count).any(|(&index, normal)| {
-            let Some(sample) = self.ladder.samples.as_ref().get(usize::from(index)) else { return false };
-            let [x, y] = self.along(sample);
-            let is_tip = usize::from(index) + 1 == self.ladder.sample_count;
+            let [x, y] = self.along(&self.ladder.place(index));
+            let is_tip = usize::from(index) + 1 == self.ladder.place_count();
             let limit = T::of(if is_tip { ROUND_THE_TIP } else { INWARDS });
             normal[0] * y - normal[1] * x > limit * (x * x + y * y).sqrt()
         })
@@ -79,8 +78,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// which the beam beside it does has a force that means nothing.
     pub(super) fn base_is_free(&self, at: T) -> bool {
         let base = vec2_of(self.ladder.base);
-        let gap = self.object.displaced(&self.motion.world_to_finger(at)).gap(base);
+        let gap = self.seen(at).gap(base);
         let half_thickness = self.ladder.samples.as_ref().first().map_or(T::ZERO, |sample| sample.half_thickness);
-        gap.distance >= half_thickness - self.tolerance().length
+        gap.distance >= half_thickness - T::TOLERANCE.length
     }
 }

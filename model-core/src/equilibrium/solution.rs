@@ -6,17 +6,23 @@ use super::{Follower, Phase};
 use crate::access::Access;
 use crate::contact::Contact;
 use crate::ladder::{Ladder, State};
-use crate::newton::{gaps, strain};
+use crate::newton::{Effort, gaps, strain};
 use crate::object::{Displacement, Motion, Object};
 use crate::real::{Real, Vec2, cross, vec2};
 use crate::sensitivity::Parts;
 use crate::size::Size;
+use crate::units::Units;
 
 /// What can be read off the last accepted equilibrium.
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Coordinate of the last accepted equilibrium, rad or mm.
     pub fn coordinate(&self) -> f64 {
         self.at.to_f64()
+    }
+
+    /// What was computed so far: the cost of a call is the difference before and after it.
+    pub fn effort(&self) -> Effort {
+        self.work.effort
     }
 
     /// Number of angles of the model.
@@ -63,7 +69,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Smallest distance to the object over all samples, mm; slightly negative in contact (softness).
     pub fn distance(&self) -> T {
-        self.sweep.nearest
+        self.sweep.nearest * self.ladder.units.length
     }
 
     pub(crate) fn displacement(&self) -> Displacement<T> {
@@ -125,53 +131,62 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             if side == 0 {
                 // A member's force is the one at its end: contacts on the span itself come on top.
                 for row in self.work.rows.as_ref().iter().take(self.work.row_count) {
-                    let sample = self.ladder.samples.as_ref().get(usize::from(row.sample));
-                    if sample.is_some_and(|sample| sample.cell == 0) {
+                    if row.place.cell == 0 {
                         force = [0, 1].map(|i| force[i] - row.multiplier * row.normal[i]);
                     }
                 }
             }
-            (force, moment)
+            (self.ladder.units.newtons(force), moment * self.ladder.units.moment())
         })
     }
 
     /// Elastic energy V (without the contact term), N·mm.
     pub fn energy(&self) -> T {
-        self.state.bending_energy(&self.ladder) + strain::energy(&self.ladder, &self.work)
+        let energy = self.state.bending_energy(&self.ladder) + strain::energy(&self.ladder, &self.work);
+        energy * self.ladder.units.moment()
     }
 
     /// Elastic energy with the contact's softness, V + ½ ε_c Σ μ², N·mm: what torque and force are derivatives of.
     pub fn potential(&self) -> T {
-        let half = T::of(0.5) * self.ladder.softness;
+        let half = T::of(0.5) * self.softness();
         self.contacts().fold(self.energy(), |sum, contact| sum + half * contact.force * contact.force)
+    }
+
+    /// Contact softness ε_c in use, mm/N: a touching place is pressed into the object by ε_c times its force.
+    pub fn softness(&self) -> T {
+        let Units { length, force } = self.ladder.units;
+        self.ladder.contact_softness() * length / force
     }
 
     /// Deformed tip of the front beam, finger frame, mm.
     pub fn tip(&self) -> [T; 2] {
-        self.work.tip(&self.ladder)
+        self.ladder.units.millimetres(self.work.tip(&self.ladder))
     }
 
     /// Touching samples, base to tip, finger frame.
     pub fn contacts(&self) -> impl Iterator<Item = Contact<T>> + '_ {
         let rows = self.work.rows.as_ref().iter().take(self.work.row_count);
         rows.filter(|row| row.multiplier > T::ZERO).map(|row| {
-            let sample = self.ladder.samples.as_ref().at(usize::from(row.sample));
-            let centre = gaps::sample_position(&self.ladder, &self.work, &sample);
+            let sample = &row.place;
+            let centre = gaps::sample_position(&self.ladder, &self.work, sample);
+            let units = &self.ladder.units;
             Contact {
-                arc: sample.arc,
-                position: [
+                arc: sample.arc * units.length,
+                position: units.millimetres([
                     centre.x - sample.half_thickness * row.normal[0],
                     centre.y - sample.half_thickness * row.normal[1],
-                ],
+                ]),
                 normal: row.normal,
-                force: row.multiplier,
+                force: row.multiplier * units.force,
             }
         })
     }
 
     /// Arc lengths of all contact samples, touching or not, mm, base to tip.
     pub fn sample_arcs(&self) -> impl Iterator<Item = T> + '_ {
-        self.ladder.samples.as_ref()[..self.ladder.sample_count].iter().map(|sample| sample.arc)
+        self.ladder.samples.as_ref()[..self.ladder.sample_count]
+            .iter()
+            .map(|sample| sample.arc * self.ladder.units.length)
     }
 
     /// Deformed centreline of the front beam, finger frame, mm, base to tip: the ends of its links, or the ends and
@@ -204,7 +219,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let links = (nodes.start + 1..nodes.end).filter_map(move |node| self.link(index, node, &mut at));
             links.chain(rigid.then_some(end))
         });
-        core::iter::once(base).chain(spans)
+        core::iter::once(base).chain(spans).map(|point| self.ladder.units.millimetres(point))
     }
 
     /// The point of a member's centreline that belongs to a node after the first; `at` is the last link's or element's
@@ -240,8 +255,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let d = strain::end_to_end(&hinge(2));
             let from = [start[0] + d[0], start[1] + d[1]];
             let bar = hinge(3).rigid_start;
-            [from, [from[0] + bar[0], from[1] + bar[1]]]
+            [from, [from[0] + bar[0], from[1] + bar[1]]].map(|end| self.ladder.units.millimetres(end))
         })
+    }
+
+    /// Where the motion has taken the base: how far it has moved, world frame, mm, and how far the motor has turned it about its axis, rad.
+    pub fn base(&self) -> ([T; 2], T) {
+        match self.motion {
+            Motion::Rotating { .. } => ([T::ZERO; 2], self.at),
+            Motion::Translating { direction } => (direction.map(|part| T::of(part) * self.at), T::ZERO),
+        }
     }
 
     /// Turns a finger-frame point into the world frame, mm.

@@ -66,7 +66,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 let node = nodes.start + element;
                 let (arc, stretch, bend) =
                     if ladder.quadratic { self.end(node, element) } else { self.spring(node, nodes.start) };
-                Strain { place, arc: start + arc, stretch, bending: ladder.fibre.as_ref()[node] * bend }
+                Strain {
+                    place,
+                    arc: ladder.units.length * (start + arc),
+                    stretch,
+                    bending: ladder.fibre.as_ref()[node] * bend,
+                }
             })
         })
     }

@@ -4,7 +4,7 @@
 //! was found before it, so that residual says how far the result may be trusted; where it is too large, or anything else about
 //! the step is out of the ordinary, the tick goes on with Newton's method to convergence.
 
-use super::{Follower, Outcome, Phase};
+use super::{Follower, NEAR_ENOUGH, Outcome, Phase};
 use crate::newton::gaps;
 use crate::newton::{Hessian, step};
 use crate::object::Object;
@@ -12,7 +12,8 @@ use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
 
-/// Residuals before the one step above which it is not trusted.
+/// Residuals before the one step above which it is not trusted, in the finger's units ([`crate::units`]): those below for a finger of
+/// 80 mm in a soft plastic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracking {
     /// Largest component of the energy's gradient, N·mm.
@@ -59,26 +60,43 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return self.follow_within(to, budget);
         }
         self.extrapolate(target);
-        let object = self.object.displaced(&self.motion.world_to_finger(target));
-        let mut outcome =
-            Outcome { status: Status::MaxIterations, iterations: 0, steps: 0, snaps: 0, gradient: 0.0, length: 0.0 };
+        let object = self.seen(target);
+        let mut outcome = Outcome {
+            status: Status::MaxIterations,
+            iterations: 0,
+            steps: 0,
+            snaps: 0,
+            hops: 0,
+            gradient: 0.0,
+            length: 0.0,
+        };
+        let (near, mut moved) = (T::of(NEAR_ENOUGH), T::ZERO);
+        let mut trusted;
         loop {
             let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::of(NEAR));
-            if outcome.iterations == 0 {
+            if outcome.iterations == 0 && self.ladder.fineness <= 1 {
                 gaps::thin(&mut self.work, super::MANY);
             }
             self.sweep = sweep;
-            (outcome.gradient, outcome.length) = (residual.gradient.to_f64(), residual.length.to_f64());
-            let tolerance = self.tolerance();
-            if residual.gradient <= tolerance.gradient && residual.length <= tolerance.length && reaches {
+            self.note(&residual, &mut outcome);
+            let tolerance = T::TOLERANCE;
+            let converged = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
+            if converged && reaches {
                 // As where the motor stands: the factorisation that judged the last step has judged this state.
-                self.accept(target);
-                return Outcome { status: self.standing(), steps: 1, ..outcome };
+                let drift = if outcome.iterations == 0 { self.drift + self.largest_move() } else { moved };
+                if drift <= near && !self.leaps(target) {
+                    self.drift = drift;
+                    outcome.hops += u32::from(self.hops(target));
+                    self.accept(target);
+                    return Outcome { status: self.standing(), steps: 1, ..outcome };
+                }
             }
-            let is_within =
-                |times: f64| outcome.gradient <= times * within.gradient && outcome.length <= times * within.length;
+            let is_within = |times: f64| {
+                let bound = |bound: f64| T::of(times * bound);
+                residual.gradient <= bound(within.gradient) && residual.length <= bound(within.length)
+            };
             let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
-            let moved = self.work.pace;
+            moved = self.work.pace;
             step::apply(&self.ladder, &mut self.state, &self.work, T::one());
             outcome.iterations += 1;
             let finite = self.state.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
@@ -87,12 +105,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             if !inertia.is_stable() || !finite || moved > T::of(step::CLIP) || odd {
                 return self.pursue(to, budget, outcome, size);
             }
-            if is_within(1.0) && !sweep.overflow {
-                outcome.status = match (reaches, self.snapped) {
-                    (false, _) => Status::MaxIterations,
-                    (true, true) => Status::Snapped,
-                    (true, false) => Status::Tracking,
-                };
+            trusted = is_within(1.0) && !sweep.overflow && moved <= near;
+            if trusted {
                 break;
             }
             if outcome.iterations >= budget.min(MOST) {
@@ -102,11 +116,21 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 break;
             }
         }
+        if self.leaps(target) {
+            return self.pursue(to, budget, outcome, size);
+        }
         step::settle_rows(&self.state, &mut self.work);
+        self.drift = moved;
+        outcome.hops += u32::from(self.hops(target));
         self.accept(target);
         self.step = (size + size).min(self.max_step());
-        // An object against the base has no status of this mode's own.
-        let status = if self.standing() == Status::OutOfRange { Status::OutOfRange } else { outcome.status };
+        let status = match self.standing() {
+            // An object against the base has no status of this mode's own.
+            Status::OutOfRange => Status::OutOfRange,
+            _ if !trusted || !reaches => Status::MaxIterations,
+            Status::Snapped => Status::Snapped,
+            _ => Status::Tracking,
+        };
         Outcome { status, steps: 1, ..outcome }
     }
 

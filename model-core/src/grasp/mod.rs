@@ -14,8 +14,10 @@ mod resume;
 
 use heapless::Vec;
 
-use crate::equilibrium::Follower;
-use crate::object::{Motion, ObjectDesign, ObjectError};
+use crate::cholesky::cholesky;
+use crate::equilibrium::{FOLLOW_ITERATIONS, Follower, Mark};
+use crate::newton::Effort;
+use crate::object::{Motion, ObjectDesign, ObjectError, Shape};
 use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
@@ -31,8 +33,10 @@ const STEPS: u32 = 200;
 const LONGEST: f64 = 1.0;
 /// Halvings of a step before it is given up.
 const HALVINGS: u32 = 12;
-/// Newton iterations that every single move of a finger may take.
+/// Newton iterations that every finger may take for a step that was begun, whatever is left.
 const LEAST: u32 = 4;
+/// By how many Newton iterations [`Grasp::release_within`] may exceed what it was allowed.
+pub const EXCESS: u32 = LEAST * MAX_FINGERS as u32;
 /// The least stiffness that is divided by, N/mm.
 const SOFTEST: f64 = 0.05;
 
@@ -163,7 +167,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         }
         object.validate().map_err(GraspError::Object)?;
         let (origin, size) = reference(&object).ok_or(GraspError::Endless)?;
-        let round = matches!(object, ObjectDesign::Circle { .. });
+        let round = is_round(&object);
         let finite = load.force.iter().all(|part| part.is_finite()) && load.moment.is_finite();
         if !finite || (round && load.moment != 0.0) {
             return Err(GraspError::Load);
@@ -216,9 +220,9 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         self.release_within(u32::MAX)
     }
 
-    /// The same with about so many Newton iterations of a finger: no new step or derivative is begun when they are spent,
-    /// and a finger's way back from a step cut short takes 16 more at most. With `max-iterations` the balance is not reached;
-    /// the object stays where it is then, and the next call goes on from there.
+    /// The same with so many Newton iterations of a finger, derivatives counted as one each: no new step or derivative is begun when
+    /// they are spent, and the last step takes [`EXCESS`] more at most. With `max-iterations` the balance is not reached; the
+    /// next call goes on from where the object then is.
     pub fn release_within(&mut self, iterations: u32) -> Balance {
         (self.allowed, self.spent) = (iterations, 0);
         let tolerance = (1e-6_f64).max(2e3 * T::EPSILON.to_f64());
@@ -261,6 +265,11 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         self.report(status, &here, steps, known)
     }
 
+    /// What was computed so far, all fingers together.
+    pub fn effort(&self) -> Effort {
+        self.fingers.iter().fold(Effort::default(), |sum, finger| sum.with(finger.follower.effort()))
+    }
+
     /// Newton iterations that may still be spent.
     fn left(&self) -> u32 {
         self.allowed.saturating_sub(self.spent)
@@ -268,20 +277,36 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
 
     /// Goes along a step as far as the energy falls.
     fn descend(&mut self, here: &Sum, step: [f64; 3]) -> Result<Sum, Status> {
+        if self.left() == 0 {
+            return Err(Status::MaxIterations);
+        }
+        let from = (self.centre, self.turn);
+        let mut marks: Vec<_, MAX_FINGERS> = Vec::new();
+        for finger in &mut self.fingers {
+            // As much room as for fingers.
+            let _ = marks.push(finger.follower.mark());
+        }
+        let found = self.search(here, step, from, &marks);
+        for finger in &mut self.fingers {
+            finger.follower.unmark();
+        }
+        found
+    }
+
+    /// Halves a step until the energy falls; every part of it is tried from where it begins.
+    fn search(
+        &mut self,
+        here: &Sum,
+        step: [f64; 3],
+        from: ([f64; 2], f64),
+        marks: &[Mark<T, Shape<T>>],
+    ) -> Result<Sum, Status> {
         let slope: f64 = here.left.iter().zip(&step).map(|(force, part)| force * part).sum();
         let mut part = 1.0;
         let mut failed = Status::Stagnated;
-        // What is left of the step that was taken last.
-        let mut gone = 0.0;
         for _ in 0..HALVINGS {
-            if self.left() == 0 {
-                // Where it has come to is as good a place to go on from as any.
-                return Err(Status::MaxIterations);
-            }
-            let moved = self.go(step.map(|x| x * (part - gone)));
-            match moved {
+            match self.go(from, step.map(|x| x * part)) {
                 Ok(()) => {
-                    gone = part;
                     let there = self.sum();
                     let falls = there.energy <= here.energy - 1e-4 * part * slope;
                     // Close to the end the energy's digits run out before the forces' do.
@@ -289,27 +314,30 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
                     if falls || better {
                         return Ok(there);
                     }
+                    if self.left() == 0 {
+                        // The next call goes on from here: from where the step began it would only repeat it.
+                        return Err(Status::MaxIterations);
+                    }
                 }
                 Err(status) => failed = status,
             }
+            for (finger, mark) in self.fingers.iter_mut().zip(marks) {
+                finger.follower.go_back(mark);
+            }
+            (self.centre, self.turn) = from;
+            if self.left() == 0 {
+                return Err(Status::MaxIterations);
+            }
             part *= 0.5;
         }
-        let _ = self.go(step.map(|x| -x * gone));
         Err(failed)
     }
 
-    /// Moves the object by a step (mm, mm, and the turn times the size); where a finger cannot follow, all go back.
-    fn go(&mut self, step: [f64; 3]) -> Result<(), Status> {
-        let from = (self.centre, self.turn);
+    /// Moves the object by a step (mm, mm, and the turn times the size); where a finger cannot follow, the object is nowhere.
+    fn go(&mut self, from: ([f64; 2], f64), step: [f64; 3]) -> Result<(), Status> {
         let to = ([from.0[0] + step[0], from.0[1] + step[1]], from.1 + step[2] / self.size);
         for index in 0..self.fingers.len() {
-            if let Err(status) = self.take(index, from, to) {
-                for earlier in 0..index {
-                    // Back on a way just come; what fails now shows at the next sum.
-                    let _ = self.take(earlier, to, from);
-                }
-                return Err(status);
-            }
+            self.take(index, from, to)?;
         }
         (self.centre, self.turn) = to;
         Ok(())
@@ -318,35 +346,29 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     /// One finger sees the object move from a place and turn to another.
     fn take(&mut self, index: usize, from: ([f64; 2], f64), to: ([f64; 2], f64)) -> Result<(), Status> {
         let (given, origin) = (self.given, self.origin);
+        let left = self.left().clamp(LEAST, FOLLOW_ITERATIONS);
         let Some(finger) = self.fingers.get_mut(index) else { return Ok(()) };
         let placement = finger.placement;
         let seen = |centre, turn| placement.object_back(&moved(&given, origin, centre, turn));
         let shift = placement.vector_back([to.0[0] - from.0[0], to.0[1] - from.0[1]]);
-        // At least what gets a finger back that others could not follow.
-        let left = self.allowed.saturating_sub(self.spent).max(LEAST);
-        let shifted = finger.follower.shift_object_within(shift, seen(to.0, from.1), left);
-        self.spent = self.spent.saturating_add(shifted.iterations.max(1));
-        let shifted = shifted.status;
-        if !shifted.is_trustworthy() {
-            return Err(shifted);
+        let shifted = finger.follower.shift_marked(shift, seen(to.0, from.1), left);
+        // Without an iteration it still costs an evaluation.
+        let mut spent = shifted.iterations.max(1);
+        let mut status = shifted.status;
+        if status.is_trustworthy() && to.1 != from.1 {
+            let turn = placement.sense() * (to.1 - from.1);
+            let left = left.saturating_sub(spent);
+            let turned = finger.follower.turn_marked(placement.point_back(to.0), turn, seen(to.0, to.1), left);
+            spent += turned.iterations;
+            status = turned.status;
         }
-        if to.1 == from.1 {
-            return Ok(());
-        }
-        let turn = placement.sense() * (to.1 - from.1);
-        let turned = finger.follower.turn_object_within(placement.point_back(to.0), turn, seen(to.0, to.1), left);
-        self.spent = self.spent.saturating_add(turned.iterations.max(1));
-        let turned = turned.status;
-        if turned.is_trustworthy() {
-            return Ok(());
-        }
-        let _ = finger.follower.shift_object(shift.map(|x| -x), seen(from.0, from.1));
-        Err(turned)
+        self.spent = self.spent.saturating_add(spent);
+        if status.is_trustworthy() { Ok(()) } else { Err(status) }
     }
 
-    /// 2 for a circle, whose turn nothing depends on, else 3.
+    /// 2 for a circle or a bore, whose turn nothing depends on, else 3.
     fn freedoms(&self) -> usize {
-        if matches!(self.given, ObjectDesign::Circle { .. }) { 2 } else { 3 }
+        if is_round(&self.given) { 2 } else { 3 }
     }
 
     fn force(&self, finger: &Finger<'_, T, S>) -> [f64; 2] {
@@ -407,7 +429,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     fn standing(&self, scaled: &[[f64; 3]; 3], n: usize) -> Status {
         // A hair more, so that a direction in which nothing changes is not a matter of rounding.
         let hair = 1e-6 * (0..n).map(|i| scaled[i][i].abs()).fold(0.0, f64::max);
-        if cholesky(scaled, n, hair).is_none() {
+        if cholesky(scaled, n, hair).is_err() {
             return Status::Folded;
         }
         let snapped = self.fingers.iter().any(|finger| finger.follower.has_snapped());
@@ -443,6 +465,11 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     }
 }
 
+/// Nothing depends on the object's turn.
+fn is_round(object: &ObjectDesign) -> bool {
+    matches!(object, ObjectDesign::Circle { .. } | ObjectDesign::Bore { .. })
+}
+
 fn magnitude([x, y]: [f64; 2]) -> f64 {
     libm::hypot(x, y)
 }
@@ -456,40 +483,19 @@ fn largest(left: &[f64; 3]) -> f64 {
     left.iter().fold(0.0, |most: f64, part| if part.abs() <= most { most } else { part.abs() })
 }
 
-/// Cholesky's factor of the leading n×n block with a shift on its diagonal; none unless that is positive definite.
-fn cholesky(a: &[[f64; 3]; 3], n: usize, shift: f64) -> Option<[[f64; 3]; 3]> {
-    let mut l = [[0.0; 3]; 3];
-    for i in 0..n.min(3) {
-        for j in 0..=i {
-            let mut value = a[i][j] + if i == j { shift } else { 0.0 };
-            for k in 0..j {
-                value -= l[i][k] * l[j][k];
-            }
-            if i > j {
-                l[i][j] = value / l[j][j];
-            } else if value > 0.0 {
-                l[i][i] = libm::sqrt(value);
-            } else {
-                return None;
-            }
-        }
-    }
-    Some(l)
-}
-
 /// The Newton step on the leading n freedoms, with as much added to the diagonal as makes it positive definite.
 fn newton(stiffness: &[[f64; 3]; 3], left: &[f64; 3], n: usize) -> [f64; 3] {
     let largest = (0..n).map(|i| stiffness[i][i].abs()).fold(SOFTEST, f64::max);
     let mut shift = 0.0;
     let mut factor = cholesky(stiffness, n, -1e-9 * largest);
     for _ in 0..60 {
-        if factor.is_some() {
+        if factor.is_ok() {
             break;
         }
         shift = (2.0 * shift).max(1e-2 * largest);
         factor = cholesky(stiffness, n, shift);
     }
-    let Some(l) = factor else { return [0.0; 3] };
+    let Ok(l) = factor else { return [0.0; 3] };
     let mut x = *left;
     for i in 0..n {
         for k in 0..i {

@@ -62,6 +62,7 @@ impl Placement {
             ObjectDesign::HalfPlane { point, normal } => {
                 ObjectDesign::HalfPlane { point: self.point_back(point), normal: self.vector_back(normal) }
             }
+            ObjectDesign::Bore { centre, radius } => ObjectDesign::Bore { centre: self.point_back(centre), radius },
         }
     }
 }
@@ -70,7 +71,7 @@ impl Placement {
 /// none for a half-plane.
 pub fn reference(object: &ObjectDesign) -> Option<([f64; 2], f64)> {
     match object {
-        ObjectDesign::Circle { centre, radius } => Some((*centre, *radius)),
+        ObjectDesign::Circle { centre, radius } | ObjectDesign::Bore { centre, radius } => Some((*centre, *radius)),
         ObjectDesign::Ellipse { centre, semi_axes, .. } => Some((*centre, semi_axes[0].max(semi_axes[1]))),
         ObjectDesign::Polygon { corners, rounding } => {
             let part = 1.0 / corners.len() as f64;

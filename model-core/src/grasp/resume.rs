@@ -110,7 +110,8 @@ impl Place {
 fn are_alike(one: &ObjectDesign, other: &ObjectDesign) -> bool {
     let near = |a: f64, b: f64| (a - b).abs() <= ALIKE;
     match (one, other) {
-        (ObjectDesign::Circle { radius: a, .. }, ObjectDesign::Circle { radius: b, .. }) => near(*a, *b),
+        (ObjectDesign::Circle { radius: a, .. }, ObjectDesign::Circle { radius: b, .. })
+        | (ObjectDesign::Bore { radius: a, .. }, ObjectDesign::Bore { radius: b, .. }) => near(*a, *b),
         (
             ObjectDesign::Ellipse { semi_axes: a, angle: at, .. },
             ObjectDesign::Ellipse { semi_axes: b, angle: by, .. },

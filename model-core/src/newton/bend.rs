@@ -203,14 +203,31 @@ pub(crate) fn sample_lever<T: Real, S: Size>(
         }
         return own;
     }
-    own[0] = list.get(first).map_or([T::ZERO; 2], |node| node.lever);
-    let carrier = carrier(weight, first);
+    let lever = |node: usize| list.get(node).map_or([T::ZERO; 2], |node| node.lever);
+    // A place short of a link's end: a part of that link, and the whole of the one below it.
+    let (link, part) = if sample.weights[1] == T::ZERO { (first, T::one()) } else { (first + 1, share(1)) };
+    let [x, y] = lever(link);
+    let mut this = [part * x, part * y];
+    let mut end = [T::ZERO; 2];
+    let carrier = carrier(weight, link);
     if let Some(carrying) = list.get(carrier).filter(|_| stiffens) {
-        // The spring above the link shortens the next link, which lies beyond the sample, or this one.
-        let s = slope(first);
+        // The spring above the link shortens the next link, which lies beyond the place, or this one.
+        let s = part * slope(link);
         let v = [s * carrying.e[0], s * carrying.e[1]];
-        own[if carrier == first { 1 } else { 0 }] =
-            if carrier == first { v } else { [own[0][0] + v[0], own[0][1] + v[1]] };
+        if carrier == link {
+            end = v;
+        } else {
+            this = [this[0] + v[0], this[1] + v[1]];
+        }
+    }
+    if link == first {
+        return [this, end, own[2]];
+    }
+    own = [lever(first), this, end];
+    if let Some(partial) = list.get(link).filter(|_| stiffens) {
+        // The spring below it shortens the whole of it.
+        let s = (T::one() - part) * slope(first);
+        own[0] = [own[0][0] + s * partial.e[0], own[0][1] + s * partial.e[1]];
     }
     own
 }

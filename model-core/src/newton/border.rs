@@ -43,12 +43,11 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
     let mut span_start = 0;
     let mut cell = usize::MAX;
     for j in 0..work.row_count {
-        let row = work.rows.as_ref().at(j);
-        let Some(sample) = ladder.samples.as_ref().get(usize::from(row.sample)) else { continue };
-        if cell != usize::from(sample.cell) {
-            (cell, span_start) = (usize::from(sample.cell), j);
+        let place = work.rows.as_ref().at(j).place;
+        if cell != usize::from(place.cell) {
+            (cell, span_start) = (usize::from(place.cell), j);
         }
-        if let Some((ends, residual)) = own_span(ladder, work, j, span_start, sample) {
+        if let Some((ends, residual)) = own_span(ladder, work, j, span_start, &place) {
             spans_below(ladder, work, j, span_start, cell, ends, residual);
         }
     }
@@ -128,7 +127,7 @@ fn own_span<T: Real, S: Size>(
     let entries = work.flexibility.as_mut().get_mut(j * S::CONTACTS..)?.get_mut(span_start..=j)?;
     let rows = work.rows.as_ref().get(span_start..=j)?.iter().zip(work.own.as_ref().get(span_start..=j)?);
     for ((other, own), entry) in rows.zip(entries) {
-        let lower = ladder.samples.as_ref().get(usize::from(other.sample))?;
+        let lower = &other.place;
         let start = usize::from(lower.node).saturating_sub(nodes.start);
         while at + 1 < start
             && let Some(node) = inner.get(at)
@@ -190,7 +189,7 @@ fn spans_below<T: Real, S: Size>(
         let [member, ..] = members else { return };
         // They see this one through their own span's force, and by nᵀ XX n′ of every span below both.
         while let (Some(other), Some(own)) = (rows.get(next), owns.get(next))
-            && cell_of(ladder, other) == lower
+            && cell_of(other) == lower
         {
             entries.put(next, dot(own.x, normal) - dot(below, other.normal));
             next += 1;

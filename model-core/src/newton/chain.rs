@@ -7,7 +7,7 @@
 use super::strain::strained;
 use super::{Node, Workspace};
 use crate::access::Access;
-use crate::contact::{Row, Sample};
+use crate::contact::Row;
 use crate::ladder::{Ladder, State};
 use crate::real::Real;
 use crate::size::Size;
@@ -49,10 +49,12 @@ pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
 
 /// A member on the way from its end to its start.
 struct Walk<'a, T> {
-    samples: &'a [Sample<T>],
     /// The rows that touch the links still to come, and the node of the topmost one.
     rows: &'a [Row<T>],
     touching: usize,
+    /// What rows that touch a link short of its end pull at those below it only, N; the inverse length of a link.
+    owed: Option<[T; 2]>,
+    inverse: T,
     /// Force through the present link, N.
     force: [T; 2],
     compliance: [T; 2],
@@ -69,11 +71,21 @@ impl<T: Real> Walk<'_, T> {
     /// Takes the rows off that touch a link or one above it: contacts pull at the whole of their link and of those below it.
     #[inline(always)]
     fn pass(&mut self, node: usize) {
+        if let Some([x, y]) = self.owed.take() {
+            self.force = [self.force[0] - x, self.force[1] - y];
+        }
         while self.touching >= node
             && let Some((row, rest)) = self.rows.split_last()
         {
-            for i in 0..2 {
-                self.force[i] -= row.multiplier * row.normal[i];
+            let pull = row.normal.map(|n| row.multiplier * n);
+            let part = row.place.weights[1] * self.inverse;
+            if part == T::ZERO {
+                self.force = [self.force[0] - pull[0], self.force[1] - pull[1]];
+            } else {
+                let [x, y] = self.owed.unwrap_or([T::ZERO; 2]);
+                let left = T::one() - part;
+                self.force = [self.force[0] - part * pull[0], self.force[1] - part * pull[1]];
+                self.owed = Some([x + left * pull[0], y + left * pull[1]]);
             }
             self.rows = rest;
             self.touching = self.topmost();
@@ -81,8 +93,10 @@ impl<T: Real> Walk<'_, T> {
     }
 
     fn topmost(&self) -> usize {
-        let sample = self.rows.last().and_then(|row| self.samples.get(usize::from(row.sample)));
-        sample.map_or(0, |sample| usize::from(sample.node))
+        self.rows.last().map_or(0, |row| {
+            // A place short of a link's end has the link below it whole.
+            usize::from(row.place.node) + usize::from(row.place.weights[1] != T::ZERO)
+        })
     }
 
     /// Strained direction of an end, which has no length.
@@ -187,9 +201,10 @@ fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
     // All links of a member are of one length; where there is none, it is a pin or what stands for a weld.
     let length = weight.first().copied().unwrap_or(zero);
     let mut walk = Walk {
-        samples: ladder.samples.as_ref(),
         rows: work.rows.as_ref().get(own).unwrap_or(&[]),
         touching: 0,
+        owed: None,
+        inverse: if length == zero { zero } else { T::one() / length },
         force: out.force,
         compliance: member.compliance,
         stiffening: member.stiffening,

@@ -5,7 +5,7 @@ use super::strain::place_front;
 use crate::access::Access;
 use crate::contact::{Row, Sample, sample_gap};
 use crate::ladder::{Ladder, State, vec2_of};
-use crate::object::Object;
+use crate::object::{Gap, Object};
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size};
 
@@ -24,21 +24,117 @@ pub(crate) struct Sweep<T> {
     pub crowded: bool,
 }
 
-/// Makes rows of the samples that touch, with the normals of the state: what strains the front beam, and so says where the gaps
+/// Makes rows of the places that touch, with the normals of the state: what strains the front beam, and so says where the gaps
 /// are. That the normals there are the same is one more thing that must hold at an equilibrium.
-pub(crate) fn recall<T: Real, S: Size>(state: &State<T, S>, work: &mut Workspace<T, S>) {
+pub(crate) fn recall<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
     work.row_count = state.touching_count;
     work.turning = None;
     let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
     let rows = work.rows.as_mut().iter_mut().zip(touching).take(state.touching_count);
     for (row, ((&sample, &multiplier), &normal)) in rows {
-        *row = Row { sample, normal, multiplier, ..Row::BLANK };
+        *row = Row { sample, place: ladder.place(sample), normal, multiplier, ..Row::BLANK };
     }
 }
 
-/// Finds the gaps of all samples and makes the contact rows: samples that touched before and those nearer than `margin`.
+/// A sweep under way: the rows made so far, and what is known of the places still to come.
+struct Gathering<'a, T: Real, S: Size> {
+    state: &'a State<T, S>,
+    rows: &'a mut [Row<T>],
+    count: usize,
+    softness: T,
+    margin: T,
+    /// How many of the places that touched before have been seen, and the next one.
+    touched: usize,
+    next: Option<usize>,
+    /// Gap of the last row if that is the deepest so far of a run of new places.
+    run: Option<T>,
+    found: Sweep<T>,
+}
+
+impl<T: Real, S: Size> Gathering<'_, T, S> {
+    fn listed(&self) -> &[u16] {
+        self.state.touching.as_ref().run(0..self.state.touching_count)
+    }
+
+    #[inline(always)]
+    fn nearest(&mut self, gap: &Gap<T>) {
+        if gap.distance < self.found.nearest {
+            self.found.nearest = gap.distance;
+            self.found.normal = [gap.normal.x, gap.normal.y];
+        }
+    }
+
+    /// A place that touched before: its row, with the normal that the beam is strained with.
+    #[inline(always)]
+    fn touching(&mut self, index: usize, place: &Sample<T>, gap: &Gap<T>) {
+        let (multiplier, normal) =
+            (self.state.multiplier.as_ref().at(self.touched), self.state.normal.as_ref().at(self.touched));
+        self.touched += 1;
+        self.next = self.listed().get(self.touched).map(|&place| usize::from(place));
+        let tilt = normal[0] * gap.normal.y - normal[1] * gap.normal.x;
+        self.run = None;
+        self.push(index, place, gap, normal, tilt, multiplier);
+    }
+
+    /// Another place: a row if it is near and there is room.
+    #[inline(always)]
+    fn free(&mut self, index: usize, place: &Sample<T>, gap: &Gap<T>) {
+        self.found.nearest_free = self.found.nearest_free.min(gap.distance);
+        if gap.distance > self.margin {
+            return;
+        }
+        // Room is kept for the places that touch further up the beam.
+        if self.count + self.listed().len() - self.touched >= S::CONTACTS {
+            self.found.overflow |= gap.distance < T::ZERO;
+            self.found.crowded = true;
+            return;
+        }
+        self.push(index, place, gap, [gap.normal.x, gap.normal.y], T::ZERO, T::ZERO);
+    }
+
+    /// Another place of those between the samples: of a run of them only the deepest becomes a row, and those within `reach` of one
+    /// that touches. What is left out and still penetrates after the step is near one that touches then.
+    fn between(&mut self, index: usize, place: &Sample<T>, gap: &Gap<T>, reach: usize) {
+        let touching_below = self.touched.checked_sub(1).and_then(|last| self.listed().get(last));
+        let near_below = touching_below.is_some_and(|&below| index - usize::from(below) <= reach);
+        let near = near_below || self.next.is_some_and(|above| above - index <= reach);
+        if near || gap.distance > self.margin {
+            self.run = None;
+            self.free(index, place, gap);
+            return;
+        }
+        match self.run {
+            Some(deepest) if gap.distance >= deepest => return,
+            Some(_) => self.count -= 1,
+            None => {}
+        }
+        let rows = self.count;
+        self.free(index, place, gap);
+        self.run = (self.count > rows).then_some(gap.distance);
+    }
+
+    #[inline(always)]
+    fn push(&mut self, index: usize, place: &Sample<T>, gap: &Gap<T>, normal: [T; 2], tilt: T, multiplier: T) {
+        if let Some(row) = self.rows.get_mut(self.count) {
+            *row = Row {
+                sample: index as u16,
+                place: *place,
+                gap: gap.distance,
+                normal,
+                tilt,
+                curvature: gap.curvature,
+                softness: self.softness,
+                multiplier,
+            };
+            self.count += 1;
+        }
+    }
+}
+
+/// Finds the gaps of all samples, and near a sharp object of the places between them, and makes the contact rows: places that touched
+/// before and those nearer than `margin`.
 ///
-/// A sample that is only near gives way when there is no room; one that touches or penetrates never does silently.
+/// A place that is only near gives way when there is no room; one that touches or penetrates never does silently.
 pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
@@ -47,13 +143,21 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     margin: T,
 ) -> Sweep<T> {
     let samples = ladder.samples.as_ref().iter().take(ladder.sample_count);
-    let (nodes, weight) = (work.nodes.as_ref(), ladder.weight.as_ref());
-    let listed = state.touching.as_ref().run(0..state.touching_count);
-    let mut touching = 0;
-    let mut next = listed.first().map(|&sample| usize::from(sample));
-    let mut count = 0;
+    let Workspace { nodes, rows, start, members, .. } = work;
+    let (nodes, weight) = (nodes.as_ref(), ladder.weight.as_ref());
     let far = T::of(1e9);
-    let mut found = Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, crowded: false };
+    let mut gathering = Gathering {
+        state,
+        rows: rows.as_mut(),
+        count: 0,
+        softness: ladder.contact_softness(),
+        margin,
+        touched: 0,
+        next: state.touching.as_ref().run(0..state.touching_count).first().map(|&place| usize::from(place)),
+        run: None,
+        found: Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, crowded: false },
+    };
+    let is_fine = ladder.fineness > 1;
     let mut cell = usize::MAX;
     let mut node = 0;
     let mut prefix = Vec2::new(T::ZERO, T::ZERO);
@@ -61,13 +165,14 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     // No beam is stretched by a quarter, so that a sample far off clears those that are nearer to it along the beam. Where there are
     // few samples to an element, a cheap test of each does as well.
     let (longest, mut seen) = (T::of(1.25), -far);
-    for (index, sample) in samples.enumerate() {
+    for (at, sample) in samples.enumerate() {
         if cell != usize::from(sample.cell) {
             cell = usize::from(sample.cell);
             node = ladder.members.as_ref().get(4 * cell).map_or(0, |front| usize::from(front.first));
-            prefix = vec2_of(work.start.as_ref().at(cell));
-            rigid_end = work.members.as_ref().get(4 * cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
+            prefix = vec2_of(start.as_ref().at(cell));
+            rigid_end = members.as_ref().get(4 * cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
         }
+        let below = prefix;
         let mut position = prefix;
         if ladder.quadratic {
             while node < usize::from(sample.node)
@@ -91,14 +196,51 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
             position += vec2_of(on.strained) * sample.weights[0];
             prefix = position;
         }
-        let touched = next == Some(index);
+        if sample.rigid != T::ZERO {
+            position += rigid_end * sample.rigid;
+        }
+        if is_fine && ladder.is_fine(at) {
+            let near = {
+                let reach = sample.half_thickness + margin + longest * ladder.way_to(at);
+                !object.clears(position, reach) && object.gap(position).distance <= reach
+            };
+            let index = ladder.index_of(at);
+            let first = index + 1 - ladder.fineness;
+            if near || gathering.next.is_some_and(|next| next < index) {
+                for index in first..index {
+                    let is_touching = gathering.next == Some(index);
+                    if !near && !is_touching {
+                        continue;
+                    }
+                    let place = ladder.place(index as u16);
+                    // The nodes below the place's are in the prefix; of links, those below the link.
+                    let from = if ladder.quadratic { prefix } else { below };
+                    let skipped = usize::from(!ladder.quadratic);
+                    let mut position = from + rigid_end * place.rigid;
+                    let on = nodes.get(usize::from(place.node)..).unwrap_or(&[]).iter().zip(&place.weights);
+                    for (on, &w) in on.skip(skipped).filter(|(_, w)| **w != T::ZERO) {
+                        position += vec2_of(on.strained) * w;
+                    }
+                    let gap = sample_gap(object, &place, position);
+                    if is_touching {
+                        gathering.nearest(&gap);
+                        gathering.touching(index, &place, &gap);
+                        continue;
+                    }
+                    let stride = ladder.stride(at, &gap);
+                    if (index + 1 - first).is_multiple_of(stride) {
+                        gathering.nearest(&gap);
+                        gathering.between(index, &place, &gap, usize::from(REACH) * stride);
+                    }
+                }
+            }
+        }
+        let index = if is_fine { ladder.index_of(at) } else { at };
+        let touched = gathering.next == Some(index);
         // While something touches, where the others are does not matter.
         let matters = touched || state.touching_count == 0;
         if !matters && seen - longest * sample.arc > sample.half_thickness + margin {
             continue;
-        }
-        if sample.rigid != T::ZERO {
-            position += rigid_end * sample.rigid;
         }
         if !matters && ladder.quadratic && object.clears(position, sample.half_thickness + margin) {
             continue;
@@ -107,43 +249,17 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
         if !ladder.quadratic {
             seen = gap.distance + sample.half_thickness + longest * sample.arc;
         }
-        if gap.distance < found.nearest {
-            found.nearest = gap.distance;
-            found.normal = [gap.normal.x, gap.normal.y];
-        }
-        let now = [gap.normal.x, gap.normal.y];
-        let (normal, tilt, multiplier) = if touched {
-            let (multiplier, normal) = (state.multiplier.as_ref().at(touching), state.normal.as_ref().at(touching));
-            touching += 1;
-            next = listed.get(touching).map(|&sample| usize::from(sample));
-            // The beam is strained with this normal.
-            (normal, normal[0] * now[1] - normal[1] * now[0], multiplier)
+        gathering.nearest(&gap);
+        if touched {
+            gathering.touching(index, sample, &gap);
+        } else if is_fine && ladder.stride(at, &gap) < ladder.fineness {
+            gathering.between(index, sample, &gap, usize::from(REACH) * ladder.stride(at, &gap));
         } else {
-            found.nearest_free = found.nearest_free.min(gap.distance);
-            if gap.distance > margin {
-                continue;
-            }
-            // Room is kept for the samples that touch further up the beam.
-            if count + listed.len() - touching >= S::CONTACTS {
-                found.overflow |= gap.distance < T::ZERO;
-                found.crowded = true;
-                continue;
-            }
-            (now, T::ZERO, T::ZERO)
-        };
-        if let Some(row) = work.rows.as_mut().get_mut(count) {
-            *row = Row {
-                sample: index as u16,
-                gap: gap.distance,
-                normal,
-                tilt,
-                curvature: gap.curvature,
-                softness: ladder.softness,
-                multiplier,
-            };
-            count += 1;
+            gathering.run = None;
+            gathering.free(index, sample, &gap);
         }
     }
+    let Gathering { count, found, .. } = gathering;
     work.row_count = count;
     found
 }
@@ -164,8 +280,7 @@ pub(crate) fn replace<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
     place_front::<T, S, DEPTH>(ladder, state, work);
     for j in 0..count {
         let mut row = work.rows.as_ref().at(j);
-        let Some(sample) = ladder.samples.as_ref().get(usize::from(row.sample)) else { continue };
-        let gap = sample_gap(object, sample, sample_position(ladder, work, sample));
+        let gap = sample_gap(object, &row.place, sample_position(ladder, work, &row.place));
         row.gap = gap.distance;
         row.curvature = gap.curvature;
         if row.multiplier > T::ZERO {
@@ -183,7 +298,7 @@ pub(crate) fn turned_by<T: Real>([x, y]: [T; 2], angle: T) -> [T; 2] {
     [length * (x - angle * y), length * (y + angle * x)]
 }
 
-/// Samples beyond a touching one that stay among the rows when they are thinned.
+/// Samples, or strides of places, beyond a touching one that stay among the rows when they are thinned.
 const REACH: u16 = 2;
 
 /// Thins the rows of samples that only penetrate if there are more than `many`: those near a touching sample stay, and of the

@@ -63,7 +63,13 @@ pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
                 from -= 1;
                 row
             }
-            _ => Row { sample, gap: T::of(GONE), softness: ladder.softness, ..Row::BLANK },
+            _ => Row {
+                sample,
+                place: ladder.place(sample),
+                gap: T::of(GONE),
+                softness: ladder.contact_softness(),
+                ..Row::BLANK
+            },
         };
         rows.put(j, row);
     }
@@ -79,6 +85,7 @@ pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
 
 /// Finds the increments at the evaluated state with the last factorisation; the rows are aligned.
 pub(crate) fn solve<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Inertia {
+    work.effort.solves();
     let n = ladder.unknowns();
     banded::put_closures(ladder, work);
     let (mut below, mut from) = ([T::ZERO; 2], 0);
@@ -140,14 +147,13 @@ fn border_rows<T: Real, S: Size>(
     from: usize,
     below: [T; 2],
 ) -> usize {
-    let own = strain::own_rows(ladder, work.rows.as_ref().run(0..work.row_count), index, from);
+    let own = strain::own_rows(work.rows.as_ref().run(0..work.row_count), index, from);
     let Some(nodes) = ladder.members.as_ref().get(index).map(|member| member.nodes()) else { return own.end };
     let Some([_, inner @ .., _]) = work.nodes.as_ref().get(nodes.clone()) else { return own.end };
     let (mut at, mut swept) = (0, [T::ZERO; 2]);
     let rows = work.rows.as_ref().run(own.clone()).iter().zip(work.own.as_ref().run(own.clone()));
     for ((row, lever), right) in rows.zip(work.row_rhs.as_mut().run_mut(own.clone())) {
-        let Some(sample) = ladder.samples.as_ref().get(usize::from(row.sample)) else { continue };
-        let first = usize::from(sample.node).saturating_sub(nodes.start);
+        let first = usize::from(row.place.node).saturating_sub(nodes.start);
         // The interior nodes below the sample's element, whose levers are whole.
         while at + 1 < first
             && let Some(node) = inner.get(at)

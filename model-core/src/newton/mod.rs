@@ -2,6 +2,8 @@
 //! `strain` and `gaps` → `residual` → `condense` each member onto its joints and force → `banded` KKT in joints and λ →
 //! `border` by the contact rows → `active_set` on the dense border → increments. `chain` is the strain of links instead of quadratic
 //! elements; `lagged` are the steps that keep an earlier factorisation.
+//!
+//! Here mm, N and N·mm stand for the finger's own units of length, force and moment ([`crate::units`]).
 
 pub(crate) mod active_set;
 pub(crate) mod banded;
@@ -111,8 +113,46 @@ impl<T: Real> Blank for MemberWork<T> {
     };
 }
 
-/// Room for one step. Nothing in it outlives a solve.
+/// What was computed since the program began, counted; every count wraps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Evaluations of residuals and gaps.
+    pub evaluations: u32,
+    /// Linear systems solved: Newton iterations, factorisations that judge a solution, derivatives.
+    pub solves: u32,
+}
+
+impl Effort {
+    pub(crate) const NONE: Self = Self { evaluations: 0, solves: 0 };
+
+    /// What was computed since an earlier count.
+    pub fn since(self, earlier: Self) -> Self {
+        Self {
+            evaluations: self.evaluations.wrapping_sub(earlier.evaluations),
+            solves: self.solves.wrapping_sub(earlier.solves),
+        }
+    }
+
+    /// Both together.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            evaluations: self.evaluations.wrapping_add(other.evaluations),
+            solves: self.solves.wrapping_add(other.solves),
+        }
+    }
+
+    pub(crate) fn evaluates(&mut self) {
+        self.evaluations = self.evaluations.wrapping_add(1);
+    }
+
+    pub(crate) fn solves(&mut self) {
+        self.solves = self.solves.wrapping_add(1);
+    }
+}
+
+/// Room for one step. Nothing in it outlives a solve but the count of them.
 pub struct Workspace<T: Real, S: Size> {
+    pub(crate) effort: Effort,
     pub(crate) nodes: S::Nodes<Node<T>>,
     /// The factorisation has the second derivatives of the force's part: it takes the nodes' coupling, not the ladder's.
     pub(crate) curved: bool,
@@ -170,6 +210,7 @@ pub struct Workspace<T: Real, S: Size> {
 impl<T: Real, S: Size> Workspace<T, S> {
     /// Room before anything was fitted.
     pub const EMPTY: Self = Self {
+        effort: Effort::NONE,
         nodes: <S::Nodes<Node<T>> as Storage<Node<T>>>::EMPTY,
         curved: false,
         members: <S::Members<MemberWork<T>> as Storage<MemberWork<T>>>::EMPTY,

@@ -13,7 +13,7 @@ use crate::size::Size;
 /// Largest components of what must vanish at an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Residual<T> {
-    /// Gradient with respect to angles and stretches, N·mm.
+    /// Gradient with respect to angles and stretches, N·mm, less what rounding of the angles may leave of it.
     pub gradient: T,
     /// Closure errors, errors g + ε_c μ of touching samples, penetration of the others, mm.
     pub length: T,
@@ -45,12 +45,13 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
         else {
             continue;
         };
-        worst.gradient = worst.gradient.max(out.steepest);
+        let mut steepest = out.steepest;
         if ladder.quadratic {
             for node in interior {
-                worst.gradient = worst.gradient.max(node.gradient.abs());
+                steepest = steepest.max(node.gradient.abs());
             }
         }
+        worst.gradient = worst.gradient.max(steepest - member.rounding);
         let joints = work.rhs.as_mut();
         let turn = |f: [T; 2], rigid: [T; 2]| f[1] * rigid[0] - f[0] * rigid[1];
         if member.start != CLAMPED {
@@ -62,20 +63,21 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
     // NaN anywhere reaches a closure or a joint; the comparisons alone would drop it.
     let mut total = T::ZERO;
     let joints = work.rhs.as_ref().run(0..ladder.unknowns()).chunks(PER_CELL);
-    for (closure, joints) in work.closure.as_ref().iter().zip(joints) {
+    let roundings = ladder.rounding.as_ref().chunks(PER_CELL);
+    for ((closure, joints), roundings) in work.closure.as_ref().iter().zip(joints).zip(roundings) {
         for error in closure {
             total += *error;
             worst.length = worst.length.max(error.abs());
         }
-        for slope in joints.iter().skip(2) {
+        for (slope, &rounding) in joints.iter().zip(roundings).skip(2) {
             total += *slope;
-            worst.gradient = worst.gradient.max(slope.abs());
+            worst.gradient = worst.gradient.max(slope.abs() - rounding);
         }
     }
     let rows = work.rows.as_ref().run(0..work.row_count);
     for row in rows {
         if row.multiplier != T::ZERO {
-            worst.length = worst.length.max((row.gap + ladder.softness * row.multiplier).abs());
+            worst.length = worst.length.max((row.gap + ladder.contact_softness() * row.multiplier).abs());
         }
     }
     let astray = astray(ladder, work);
@@ -88,18 +90,21 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
     worst
 }
 
-/// By how much the gradient is off for normals that are not the object's where the samples are, N·mm: force times a node's weight.
+/// By how much the gradient is off for normals that are not the object's where the samples are, N·mm. A node's gradient takes the forces
+/// above it times its weight, so what counts is the largest sum of misdirected force from the tip down: opposite tilts further apart do
+/// not make up for each other. NaN stays NaN.
 pub(crate) fn astray<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
-    let (mut astray, mut arm) = (T::ZERO, T::ZERO);
-    for row in work.rows.as_ref().run(0..work.row_count) {
+    let (mut most, mut arm, mut above) = (T::ZERO, T::ZERO, [T::ZERO; 2]);
+    for row in work.rows.as_ref().run(0..work.row_count).iter().rev() {
         if row.multiplier != T::ZERO {
-            let node =
-                ladder.samples.as_ref().get(usize::from(row.sample)).map_or(0, |sample| usize::from(sample.node));
-            arm = ladder.weight.as_ref().get(node + 1).map_or(arm, |&weight| arm.max(weight));
-            astray += row.multiplier * row.tilt;
+            arm = ladder.weight.as_ref().get(usize::from(row.place.node) + 1).map_or(arm, |&weight| arm.max(weight));
+            let across = row.multiplier * row.tilt;
+            above = [above[0] - across * row.normal[1], above[1] + across * row.normal[0]];
+            let size = above[0] * above[0] + above[1] * above[1];
+            most = if size <= most { most } else { size };
         }
     }
-    (astray * arm).abs()
+    most.sqrt() * arm
 }
 
 /// Elastic energy at a state whose rows are those of the last evaluation, N·mm; leaves closures and positions behind.
@@ -109,7 +114,7 @@ pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T
     forces(ladder, state, work);
     let mut from = 0;
     for index in 0..ladder.member_count() {
-        let own = own_rows(ladder, work.rows.as_ref().run(0..work.row_count), index, from);
+        let own = own_rows(work.rows.as_ref().run(0..work.row_count), index, from);
         from = own.end;
         strain::<T, S, DEEP>(ladder, state, work, index, own);
     }

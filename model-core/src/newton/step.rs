@@ -25,7 +25,7 @@ const REPLACED: f64 = 1e-6;
 pub(crate) struct Inertia {
     /// Negative pivots of the condensation and of the banded KKT, less the 2(K+1) that the closures give.
     pub excess: isize,
-    /// Negative eigenvalues of D on the active set, less the one that the turning of the contact force has by itself.
+    /// Negative eigenvalues of D on the active set, less those that the turning of the contact force has by itself.
     pub border: isize,
     /// The active set settled.
     pub settled: bool,
@@ -35,6 +35,12 @@ impl Inertia {
     /// The energy's Hessian is positive definite on the closures' and contacts' tangent space: a stable equilibrium.
     pub(crate) fn is_stable(&self) -> bool {
         self.settled && self.excess == self.border
+    }
+
+    /// There is a direction in which the energy falls. (Fewer than none there cannot be: a border with more negative eigenvalues than the
+    /// rest has in excess is an effect of rounding.)
+    pub(crate) fn is_unstable(&self) -> bool {
+        self.settled && self.excess > self.border
     }
 }
 
@@ -77,9 +83,10 @@ fn evaluate_to<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
+    work.effort.evaluates();
     work.shallow = DEPTH != DEEP && !ladder.quadratic;
     bend::shorten(ladder, state, work);
-    gaps::recall(state, work);
+    gaps::recall(ladder, state, work);
     // After a small step the normals are those of the object up to second order: nothing is left to replace, as a rule.
     let replaces = T::TOLERANCE.length < T::of(REPLACED);
     let at_once = !replaces || DEPTH != DEEP && work.pace <= T::of(CLOSE);
@@ -135,6 +142,7 @@ pub(crate) fn solve<T: Real, S: Size>(
     hessian: Hessian,
     shift: T,
 ) -> Inertia {
+    work.effort.solves();
     let curvature = if hessian == Hessian::Newton { T::one() } else { T::ZERO };
     if hessian == Hessian::Newton {
         turning::add(work, S::CONTACTS);
@@ -150,7 +158,7 @@ pub(crate) fn solve<T: Real, S: Size>(
 pub(crate) fn inertia<T: Real, S: Size>(work: &Workspace<T, S>, settled: Settled) -> Inertia {
     Inertia {
         excess: work.excess,
-        border: settled.negative as isize - isize::from(work.turning.is_some()),
+        border: settled.negative as isize - turning::negative(work),
         settled: settled.settled,
     }
 }
@@ -209,7 +217,7 @@ fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) 
     let mut end = work.row_count;
     for cell in (0..ladder.cells).rev() {
         let rows = work.rows.as_ref().run(0..end);
-        let own = rows.iter().rev().take_while(|row| strain::cell_of(ladder, row) == cell).count();
+        let own = rows.iter().rev().take_while(|row| strain::cell_of(row) == cell).count();
         let rows = end - own..end;
         end = rows.start;
         let mut own_force = [T::ZERO; 2];
@@ -256,21 +264,20 @@ fn recover_member<T: Real, S: Size>(
     let pace = if rows.is_empty() {
         solve_interior(list, before, db, wide, |node| pulled(node, carried))
     } else {
-        let samples = ladder.samples.as_ref();
         let own = work.rows.as_ref().run(rows.clone()).iter().zip(work.row_delta.as_ref().run(rows.clone()));
         let mut beyond = own.clone().rev().peekable();
         for (i, node) in list.iter_mut().enumerate().skip(1).rev() {
             // Contacts beyond this node pull the whole of it.
-            while let Some((row, &delta)) = beyond.next_if(|(row, _)| {
-                samples.get(usize::from(row.sample)).is_some_and(|sample| usize::from(sample.node) > nodes.start + i)
-            }) {
+            while let Some((row, &delta)) = beyond.next_if(|(row, _)| usize::from(row.place.node) > nodes.start + i) {
                 carried = [carried[0] - delta * row.normal[0], carried[1] - delta * row.normal[1]];
             }
             node.delta = pulled(node, carried);
         }
         for ((row, &delta), own) in own.zip(work.own.as_ref().run(rows)) {
-            let Some(sample) = samples.get(usize::from(row.sample)).filter(|_| delta != T::ZERO) else { continue };
-            let first = usize::from(sample.node).wrapping_sub(nodes.start);
+            if delta == T::ZERO {
+                continue;
+            }
+            let first = usize::from(row.place.node).wrapping_sub(nodes.start);
             for (k, &[x, y]) in own.lever.iter().enumerate() {
                 if let Some(node) = list.get_mut(first.wrapping_add(k)) {
                     node.delta += delta * (row.normal[0] * x + row.normal[1] * y);

@@ -2,7 +2,7 @@
 
 use super::{MemberWork, Node, Workspace, chain};
 use crate::access::Access;
-use crate::contact::{Row, Sample};
+use crate::contact::Row;
 use crate::ladder::{Ladder, State, turned};
 use crate::real::Real;
 use crate::size::Size;
@@ -85,22 +85,17 @@ pub(crate) fn closures<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
 
 /// Cell whose front span a row touches.
 #[inline]
-pub(crate) fn cell_of<T: Real, S: Size>(ladder: &Ladder<T, S>, row: &Row<T>) -> usize {
-    ladder.samples.as_ref().get(usize::from(row.sample)).map_or(usize::MAX, |sample| usize::from(sample.cell))
+pub(crate) fn cell_of<T: Real>(row: &Row<T>) -> usize {
+    usize::from(row.place.cell)
 }
 
 /// The rows that touch a front span, in order; `from` is where to begin to look.
 #[inline]
-pub(crate) fn own_rows<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
-    rows: &[Row<T>],
-    index: usize,
-    from: usize,
-) -> core::ops::Range<usize> {
+pub(crate) fn own_rows<T: Real>(rows: &[Row<T>], index: usize, from: usize) -> core::ops::Range<usize> {
     let mut end = from;
     if index.is_multiple_of(4) {
         let above = rows.get(from..).unwrap_or(&[]);
-        end += above.iter().take_while(|row| cell_of(ladder, row) == index / 4).count();
+        end += above.iter().take_while(|row| cell_of(row) == index / 4).count();
     }
     from..end
 }
@@ -174,7 +169,6 @@ pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
 struct Walk<'a, T> {
     /// Touching samples on the member, base to tip; those beyond the present node are taken off.
     own: &'a [Row<T>],
-    samples: &'a [Sample<T>],
     carried: [T; 2],
 }
 
@@ -186,9 +180,8 @@ impl<T: Real> Walk<'_, T> {
         if self.own.is_empty() {
             return force;
         }
-        let place = |row: &Row<T>| self.samples.get(usize::from(row.sample));
         while let Some((row, below)) = self.own.split_last()
-            && place(row).is_some_and(|sample| usize::from(sample.node) > node)
+            && usize::from(row.place.node) > node
         {
             self.own = below;
             force = [force[0] - row.multiplier * row.normal[0], force[1] - row.multiplier * row.normal[1]];
@@ -196,8 +189,7 @@ impl<T: Real> Walk<'_, T> {
         self.carried = force;
         if w != T::ZERO {
             for row in self.own {
-                let part =
-                    place(row).and_then(|sample| sample.weights.get(node.wrapping_sub(usize::from(sample.node))));
+                let part = row.place.weights.get(node.wrapping_sub(usize::from(row.place.node)));
                 if let Some(&part) = part {
                     let share = row.multiplier * part / w;
                     force = [force[0] - share * row.normal[0], force[1] - share * row.normal[1]];
@@ -209,13 +201,8 @@ impl<T: Real> Walk<'_, T> {
 }
 
 /// A member's walk; `own` are its rows.
-fn walk<'a, T: Real, S: Size>(
-    ladder: &'a Ladder<T, S>,
-    rows: &'a [Row<T>],
-    force: [T; 2],
-    own: core::ops::Range<usize>,
-) -> Walk<'a, T> {
-    Walk { own: rows.get(own).unwrap_or(&[]), samples: ladder.samples.as_ref(), carried: force }
+fn walk<T: Real>(rows: &[Row<T>], force: [T; 2], own: core::ops::Range<usize>) -> Walk<'_, T> {
+    Walk { own: rows.get(own).unwrap_or(&[]), carried: force }
 }
 
 fn strain_all<T: Real, S: Size, const RIGID: bool>(
@@ -228,7 +215,7 @@ fn strain_all<T: Real, S: Size, const RIGID: bool>(
         return;
     };
     let nodes = member.nodes();
-    let mut walk = walk(ladder, work.rows.as_ref(), out.force, own);
+    let mut walk = walk(work.rows.as_ref(), out.force, own);
     let mut chord = [T::ZERO; 2];
     // Σ w e eᵀ.
     let mut inertia = [T::ZERO; 3];
@@ -262,9 +249,9 @@ pub(crate) fn energy<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T
     let rows = work.rows.as_ref().run(0..work.row_count);
     let (mut from, mut twice) = (0, T::ZERO);
     for (index, (member, out)) in ladder.members().iter().zip(work.members.as_ref()).enumerate() {
-        let own = own_rows(ladder, rows, index, from);
+        let own = own_rows(rows, index, from);
         from = own.end;
-        let mut walk = walk(ladder, rows, out.force, own);
+        let mut walk = walk(rows, out.force, own);
         let [stretch, shear] = member.compliance;
         for node in member.nodes().rev() {
             let (Some(&w), Some(&[x, y])) =
@@ -289,7 +276,7 @@ pub(crate) fn place_front<T: Real, S: Size, const DEPTH: u8>(
     forces(ladder, state, work);
     let mut from = 0;
     for cell in 0..ladder.cells {
-        let own = own_rows(ladder, work.rows.as_ref().run(0..work.row_count), 4 * cell, from);
+        let own = own_rows(work.rows.as_ref().run(0..work.row_count), 4 * cell, from);
         from = own.end;
         strain::<T, S, DEPTH>(ladder, state, work, 4 * cell, own);
     }
@@ -321,10 +308,10 @@ pub(crate) fn forces<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S
         }
         next = *l;
         while let Some((touching, below)) = rows.split_last()
-            && cell_of(ladder, touching) == cell
+            && cell_of(touching) == cell
         {
             rows = below;
-            let part = ladder.samples.as_ref().get(usize::from(touching.sample)).map_or(T::ZERO, |sample| sample.rigid);
+            let part = touching.place.rigid;
             for i in 0..2 {
                 let f = touching.multiplier * touching.normal[i];
                 sum[i] += f;

@@ -11,9 +11,9 @@ use super::chain::DEEP;
 use super::condense::Diagonal;
 use super::gaps::{self, Sweep};
 use super::{Workspace, active_set, residual, step, strain};
-use crate::contact::Row;
+use crate::contact::{Row, Sample};
 use crate::design::{HingeFrom, HingeKind};
-use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, discretise};
+use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
 use crate::ladder::{CLAMPED, Ladder, State};
 use crate::size::{Blank, Paper, Size};
 
@@ -49,7 +49,7 @@ fn random_model(random: &mut Random) -> Model {
         scheme,
         elements: Elements::PerSpan { span: 2, tip_span: 3, hinge: 2 },
         sampling: if scheme == Scheme::Simpson { Sampling::PerElement(3) } else { Sampling::Nodes },
-        softness: 1e-3,
+        softness: Softness::Fixed(1e-3),
         physics,
     };
     let (mut ladder, mut state, mut work): Model =
@@ -76,16 +76,19 @@ fn random_model(random: &mut Random) -> Model {
     state.load = [10.0 * random.signed(), 10.0 * random.signed()];
     state.load_cell = (ladder.cells as f64 * 0.5 * (1.0 + random.signed())) as usize;
     let mut count = 0;
-    for sample in 0..ladder.sample_count {
-        if random.signed() > 0.6 && count < 8 {
+    // At samples, or at places between them.
+    ladder.fineness = 1 + (1.5 * (1.0 + random.signed())) as usize;
+    for sample in 0..ladder.place_count() {
+        if random.signed() > 1.0 - 0.4 / ladder.fineness as f64 && count < 8 {
             let turn = random.signed();
             work.rows[count] = Row {
                 sample: sample as u16,
+                place: ladder.place(sample as u16),
                 gap: 0.1 * random.signed(),
                 tilt: 0.0,
                 normal: [-libm::cos(turn), libm::sin(turn)],
                 curvature: 0.0,
-                softness: ladder.softness,
+                softness: ladder.contact_softness(),
                 multiplier: 0.3 * strength * (1.01 + random.signed()),
             };
             count += 1;
@@ -161,7 +164,9 @@ fn lagrangian(
     frozen: &[[f64; 2]],
 ) -> f64 {
     let rows = &work.rows[..work.row_count];
-    let sample = |row: &Row<f64>| &ladder.samples[usize::from(row.sample)];
+    fn sample(row: &Row<f64>) -> &Sample<f64> {
+        &row.place
+    }
     let mut value = 0.0;
     for (index, member) in ladder.members[..ladder.member_count()].iter().enumerate() {
         let (cell, kind) = (index / 4, index % 4);
@@ -238,7 +243,7 @@ fn lagrangian(
     value -= dot(state.lambda[0], ladder.base_rung);
     for (row, at) in rows.iter().zip(frozen) {
         let gap = row.gap + dot(row.normal, [ladder.base[0] - at[0], ladder.base[1] - at[1]]);
-        value -= row.multiplier * gap + 0.5 * ladder.softness * row.multiplier.powi(2);
+        value -= row.multiplier * gap + 0.5 * ladder.contact_softness() * row.multiplier.powi(2);
     }
     value - dot(state.load, ladder.base)
 }
@@ -260,9 +265,9 @@ fn gradient(
         Place::Lambda(cell, i) => work.closure[cell][i],
         Place::Row(j) => {
             let row = &work.rows[j];
-            let p = gaps::sample_position(ladder, work, &ladder.samples[usize::from(row.sample)]);
+            let p = gaps::sample_position(ladder, work, &row.place);
             let moved = row.normal[0] * (p.x - frozen[j][0]) + row.normal[1] * (p.y - frozen[j][1]);
-            -(row.gap + moved) - ladder.softness * row.multiplier
+            -(row.gap + moved) - ladder.contact_softness() * row.multiplier
         }
     };
     places.iter().map(value).collect()
@@ -343,7 +348,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         let g = gradient(&ladder, &state, &mut work, &frozen, &places);
         // What the sweep would have found.
         for (j, value) in g[places.len() - work.row_count..].iter().enumerate() {
-            work.rows[j].gap = -value - ladder.softness * work.rows[j].multiplier;
+            work.rows[j].gap = -value - ladder.contact_softness() * work.rows[j].multiplier;
         }
         let negative = step::factorise(&ladder, &mut work, Diagonal { curvature: 1.0, shift: 0.0 });
         let rows = work.row_count;
@@ -479,4 +484,25 @@ fn kept_factors_settle_the_active_set_as_new_ones_do() {
         }
     }
     assert!(spared > 100, "{spared}");
+}
+
+/// Two patches whose normals are off by opposite angles, as a block's two corners are: the beam between them is pushed wrongly, which
+/// the sum of both does not show.
+#[test]
+fn opposite_tilts_of_two_contacts_do_not_make_up_for_each_other() {
+    let (ladder, _, mut work) = random_model(&mut Random(ChaCha8Rng::seed_from_u64(3)));
+    let last = ladder.sample_count as u16 - 1;
+    let row = |sample, tilt| Row { sample, tilt, normal: [-1.0, 0.0], multiplier: 2.0, ..Row::BLANK };
+    let mut astray = |rows: &[Row<f64>]| {
+        work.rows[..rows.len()].copy_from_slice(rows);
+        work.row_count = rows.len();
+        residual::astray(&ladder, &work)
+    };
+    let [low, high] = [last / 4, 3 * (last / 4)];
+    let alone = astray(&[row(high, -1e-3)]);
+    assert!(alone > 1e-4, "{alone}");
+    assert!(astray(&[row(low, 1e-3), row(high, -1e-3)]) >= alone);
+    assert!(astray(&[row(low, -1e-3), row(high, -1e-3)]) >= 2.0 * alone);
+    assert!(astray(&[row(low, f64::NAN), row(high, 1e-3)]).is_nan());
+    assert_eq!(astray(&[row(low, 0.0), row(high, 0.0)]), 0.0);
 }

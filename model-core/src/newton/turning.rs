@@ -49,6 +49,12 @@ pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize)
     work.turning = Some((middle + 1) as u16);
 }
 
+/// Negative eigenvalues that the row has by itself: one on a convex object, none in a bore, whose normals turn the other way.
+pub(crate) fn negative<T: Real, S: Size>(work: &Workspace<T, S>) -> isize {
+    let row = work.turning.and_then(|index| work.rows.as_ref().get(usize::from(index)));
+    isize::from(row.is_some_and(|row| row.softness < T::ZERO))
+}
+
 /// How far the touching samples slide along the object by the step, mm; positive turns the normals counter-clockwise for a
 /// convex object.
 pub(crate) fn slide<T: Real, S: Size>(work: &Workspace<T, S>) -> T {

@@ -37,6 +37,10 @@ impl<T: Real> Object<T> for Circle<T> {
         Gap { distance: distance - self.radius, normal: offset * inverse, curvature: inverse }
     }
 
+    fn sharpest(&self) -> T {
+        self.radius
+    }
+
     #[inline]
     fn clears(&self, point: Vec2<T>, least: T) -> bool {
         let (offset, reach) = (point - self.centre, self.radius + least);

@@ -2,14 +2,19 @@
 
 use core::ops::Deref;
 
-/// The most corners of a polygon.
-pub const MAX_CORNERS: usize = 8;
+use crate::size::{Lists, TooLong};
 
-/// Smallest radius of curvature of any outline, mm: samples on the finger are about a millimetre apart.
-const SHARPEST: f64 = 0.1;
-/// Largest radius or semi-axis, and largest coordinate, mm.
-const LARGEST: f64 = 1000.0;
-const FARTHEST: f64 = 2000.0;
+/// The most corners of a polygon on this machine.
+pub const MAX_CORNERS: usize = Lists::HERE.corners;
+
+/// Smallest radius of curvature of any outline, mm.
+pub(super) const SHARPEST: f64 = 0.1;
+/// Smallest and largest radius or semi-axis, mm.
+pub const RADII: [f64; 2] = [SHARPEST, 1000.0];
+/// Smallest and largest coordinate, mm.
+pub const PLACES: [f64; 2] = [-2000.0, 2000.0];
+/// Smallest and largest radius of a bore, mm.
+pub const BORES: [f64; 2] = [SHARPEST, 1e7];
 /// Sine of the smallest turn at a corner: less is a corner on a straight edge.
 const LEAST_TURN: f64 = 1e-6;
 
@@ -117,6 +122,13 @@ pub enum ObjectDesign {
         /// Normal out of the object; its length does not matter.
         normal: [f64; 2],
     },
+    /// A cylindrical hole, the finger being in it.
+    Bore {
+        /// Centre, mm.
+        centre: [f64; 2],
+        /// Radius, mm.
+        radius: f64,
+    },
 }
 
 /// Why an [`ObjectDesign`] is refused. `key` is the key in a case file, below `[object]`.
@@ -186,15 +198,26 @@ impl core::fmt::Display for ObjectError {
 
 impl core::error::Error for ObjectError {}
 
-fn within(key: &'static str, value: f64, min: f64, max: f64) -> Result<(), ObjectError> {
+fn within(key: &'static str, value: f64, [min, max]: [f64; 2]) -> Result<(), ObjectError> {
     if (min..=max).contains(&value) { Ok(()) } else { Err(ObjectError::OutOfRange { key, value, min, max }) }
 }
 
 fn place(key: &'static str, point: [f64; 2]) -> Result<(), ObjectError> {
-    point.into_iter().try_for_each(|value| within(key, value, -FARTHEST, FARTHEST))
+    point.into_iter().try_for_each(|value| within(key, value, PLACES))
 }
 
 impl ObjectDesign {
+    /// Checks that another machine has room for the object's list.
+    ///
+    /// # Errors
+    /// A polygon of too many corners.
+    pub fn fits(&self, room: Lists) -> Result<(), TooLong> {
+        match self {
+            Self::Polygon { corners, .. } => TooLong::check("corners_mm", corners.len(), room.corners),
+            _ => Ok(()),
+        }
+    }
+
     /// Checks the numbers.
     ///
     /// # Errors
@@ -202,29 +225,35 @@ impl ObjectDesign {
     pub fn validate(&self) -> Result<(), ObjectError> {
         match *self {
             Self::Circle { centre, radius } => {
-                within("radius_mm", radius, SHARPEST, LARGEST)?;
+                within("radius_mm", radius, RADII)?;
                 place("centre_mm", centre)
             }
             Self::Ellipse { centre, semi_axes, angle } => {
-                semi_axes.into_iter().try_for_each(|axis| within("semi_axes_mm", axis, SHARPEST, LARGEST))?;
+                semi_axes.into_iter().try_for_each(|axis| within("semi_axes_mm", axis, RADII))?;
                 let [long, short] = [semi_axes[0].max(semi_axes[1]), semi_axes[0].min(semi_axes[1])];
                 let radius = short * short / long;
                 // Equal axes of the smallest size pass whatever rounding does.
                 if radius < SHARPEST * (1.0 - 1e-9) {
                     return Err(ObjectError::TooSharp { radius, min: SHARPEST });
                 }
-                within("angle_deg", angle.to_degrees(), -360.0, 360.0)?;
+                within("angle_deg", angle.to_degrees(), [-360.0, 360.0])?;
                 place("centre_mm", centre)
             }
             Self::Polygon { corners, rounding } => {
                 corners.iter().try_for_each(|&corner| place("corners_mm", corner))?;
-                within("rounding_mm", rounding, SHARPEST, LARGEST)?;
+                within("rounding_mm", rounding, RADII)?;
                 convex(&corners)
             }
             Self::HalfPlane { point, normal } => {
                 place("point_mm", point)?;
                 let length = libm::hypot(normal[0], normal[1]);
                 if (1e-6..=1e6).contains(&length) { Ok(()) } else { Err(ObjectError::NoDirection { key: "normal" }) }
+            }
+            Self::Bore { centre, radius } => {
+                within("radius_mm", radius, BORES)?;
+                // Its wall must come near the finger, wherever its centre is.
+                let far = radius + PLACES[1];
+                centre.into_iter().try_for_each(|value| within("centre_mm", value, [-far, far]))
             }
         }
     }

@@ -92,6 +92,10 @@ impl<T: Real> Object<T> for Ellipse<T> {
         Gap { distance, normal, curvature }
     }
 
+    fn sharpest(&self) -> T {
+        self.short * (self.short / self.long)
+    }
+
     #[inline]
     fn clears(&self, point: Vec2<T>, least: T) -> bool {
         let offset = point - self.centre;

@@ -32,6 +32,10 @@ impl<T: Real> Object<T> for HalfPlane<T> {
         let distance = offset.x * self.normal.x + offset.y * self.normal.y;
         Gap { distance, normal: self.normal, curvature: T::ZERO }
     }
+
+    fn sharpest(&self) -> T {
+        T::of(1e9)
+    }
 }
 
 impl<T: Real> Blank for HalfPlane<T> {

@@ -3,6 +3,7 @@
 //! The solver knows an object through the trait [`Object`] only. The built-in shapes are one type, [`Shape`], made from
 //! the description that files and messages carry, [`ObjectDesign`].
 
+mod bore;
 mod circle;
 mod design;
 mod ellipse;
@@ -12,8 +13,9 @@ mod polygon;
 #[cfg(test)]
 mod tests;
 
+pub use bore::Bore;
 pub use circle::Circle;
-pub use design::{Corners, MAX_CORNERS, ObjectDesign, ObjectError};
+pub use design::{BORES, Corners, MAX_CORNERS, ObjectDesign, ObjectError, PLACES, RADII};
 pub use ellipse::Ellipse;
 pub use half_plane::HalfPlane;
 pub use motion::{Displacement, Motion};
@@ -30,7 +32,7 @@ pub struct Gap<T: Real> {
     /// Outward unit normal: the direction in which the distance grows.
     pub normal: Vec2<T>,
     /// Curvature of the level line of the distance through the point, 1/mm; positive for convex objects, 0 beside a flat
-    /// face. It is what turns the normal when the point moves along the line.
+    /// face, negative in a bore. It is what turns the normal when the point moves along the line.
     pub curvature: T,
 }
 
@@ -50,6 +52,12 @@ pub trait Object<T: Real>: Blank {
     fn clears(&self, _point: Vec2<T>, _least: T) -> bool {
         false
     }
+
+    /// Smallest radius of curvature of the convex parts of the outline, mm. Where it is large, the finger need not look for contacts
+    /// between its samples, and may take larger steps. Without an answer the outline may have any corner.
+    fn sharpest(&self) -> T {
+        T::of(design::SHARPEST)
+    }
 }
 
 /// The built-in shapes.
@@ -63,6 +71,8 @@ pub enum Shape<T: Real> {
     Polygon(Polygon<T>),
     /// A half-plane.
     HalfPlane(HalfPlane<T>),
+    /// A bore.
+    Bore(Bore<T>),
 }
 
 impl<T: Real> Blank for Shape<T> {
@@ -76,6 +86,7 @@ impl<T: Real> Object<T> for Shape<T> {
             Self::Ellipse(ellipse) => Self::Ellipse(ellipse.displaced(by)),
             Self::Polygon(polygon) => Self::Polygon(polygon.displaced(by)),
             Self::HalfPlane(half_plane) => Self::HalfPlane(half_plane.displaced(by)),
+            Self::Bore(bore) => Self::Bore(bore.displaced(by)),
         }
     }
 
@@ -86,6 +97,17 @@ impl<T: Real> Object<T> for Shape<T> {
             Self::Ellipse(ellipse) => ellipse.gap(point),
             Self::Polygon(polygon) => polygon.gap(point),
             Self::HalfPlane(half_plane) => half_plane.gap(point),
+            Self::Bore(bore) => bore.gap(point),
+        }
+    }
+
+    fn sharpest(&self) -> T {
+        match self {
+            Self::Circle(circle) => circle.sharpest(),
+            Self::Ellipse(ellipse) => ellipse.sharpest(),
+            Self::Polygon(polygon) => polygon.sharpest(),
+            Self::HalfPlane(half_plane) => half_plane.sharpest(),
+            Self::Bore(bore) => bore.sharpest(),
         }
     }
 
@@ -96,6 +118,7 @@ impl<T: Real> Object<T> for Shape<T> {
             Self::Ellipse(ellipse) => ellipse.clears(point, least),
             Self::Polygon(polygon) => polygon.clears(point, least),
             Self::HalfPlane(half_plane) => half_plane.clears(point, least),
+            Self::Bore(bore) => bore.clears(point, least),
         }
     }
 }
@@ -107,6 +130,7 @@ impl<T: Real> From<ObjectDesign> for Shape<T> {
             ObjectDesign::Ellipse { centre, semi_axes, angle } => Self::Ellipse(Ellipse::new(centre, semi_axes, angle)),
             ObjectDesign::Polygon { corners, rounding } => Self::Polygon(Polygon::new(&corners, rounding)),
             ObjectDesign::HalfPlane { point, normal } => Self::HalfPlane(HalfPlane::new(point, normal)),
+            ObjectDesign::Bore { centre, radius } => Self::Bore(Bore::new(centre, radius)),
         }
     }
 }

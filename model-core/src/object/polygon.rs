@@ -108,6 +108,10 @@ impl<T: Real> Object<T> for Polygon<T> {
         Gap { distance: distance - self.rounding, normal: corner * inverse, curvature: inverse }
     }
 
+    fn sharpest(&self) -> T {
+        self.rounding
+    }
+
     #[inline]
     fn clears(&self, point: Vec2<T>, least: T) -> bool {
         let reach = (self.rounding + least) * T::of(1.001);

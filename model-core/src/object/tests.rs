@@ -50,7 +50,8 @@ impl Random {
                 angle: self.between(-PI, PI),
             },
             2 => ObjectDesign::Polygon { corners: self.corners(), rounding: self.between(0.5, 10.0) },
-            _ => ObjectDesign::HalfPlane { point: self.point(30.0), normal: self.point(2.0) },
+            3 => ObjectDesign::HalfPlane { point: self.point(30.0), normal: self.point(2.0) },
+            _ => ObjectDesign::Bore { centre: self.point(30.0), radius: self.between(20.0, 120.0) },
         };
         design.validate().expect("a good design");
         design
@@ -66,7 +67,9 @@ impl Random {
 fn outline(design: &ObjectDesign, at: f64) -> Option<[f64; 2]> {
     let (s, c) = libm::sincos(TAU * at);
     match design {
-        ObjectDesign::Circle { centre, radius } => Some([centre[0] + radius * c, centre[1] + radius * s]),
+        ObjectDesign::Circle { centre, radius } | ObjectDesign::Bore { centre, radius } => {
+            Some([centre[0] + radius * c, centre[1] + radius * s])
+        }
         ObjectDesign::Ellipse { centre, semi_axes: [a, b], angle } => {
             let (t, u) = libm::sincos(*angle);
             Some([centre[0] + a * c * u - b * s * t, centre[1] + a * c * t + b * s * u])
@@ -120,15 +123,17 @@ fn search(design: &ObjectDesign, p: [f64; 2]) -> f64 {
 fn distances_are_those_found_by_search() {
     let mut random = Random::new(41);
     for case in 0..4000 {
-        let design = random.design(case % 4);
+        let design = random.design(case % 5);
         let object = Shape::<f64>::from(design);
         let p = random.point(90.0);
         let (gap, found) = (object.gap(vec2(p)), search(&design, p));
-        let off = if matches!(design, ObjectDesign::Circle { .. } | ObjectDesign::Ellipse { .. }) {
-            gap.distance.abs() - found
-        } else {
-            gap.distance - found
-        };
+        let off =
+            if matches!(design, ObjectDesign::Circle { .. } | ObjectDesign::Ellipse { .. } | ObjectDesign::Bore { .. })
+            {
+                gap.distance.abs() - found
+            } else {
+                gap.distance - found
+            };
         assert!(off.abs() < 1e-9, "{design:?} at {p:?}: {gap:?} against {found}");
         // The foot lies on the outline, and inside is negative.
         let foot = vec2::<f64>(p) - gap.normal * gap.distance;
@@ -143,10 +148,11 @@ fn normals_and_curvatures_are_those_of_differences() {
     let mut random = Random::new(42);
     let mut compared = 0;
     for case in 0..4000 {
-        let object = Shape::<f64>::from(random.design(case % 4));
+        let object = Shape::<f64>::from(random.design(case % 5));
         let p: Vec2<f64> = vec2(random.point(90.0));
         let gap = object.gap(p);
-        if gap.distance < 0.0 {
+        // Near a bore's axis the curvature is that of a point.
+        if gap.distance < 0.0 || gap.curvature < -0.2 {
             continue;
         }
         assert!((norm(gap.normal) - 1.0).abs() < 1e-12);
@@ -164,35 +170,35 @@ fn normals_and_curvatures_are_those_of_differences() {
         compared += 1;
         assert!((curvature - gap.curvature).abs() < 1e-6, "{object:?} at {p:?}: {curvature} against {gap:?}");
     }
-    assert!(compared > 2500, "{compared}");
+    assert!(compared > 2000, "{compared}");
 }
 
 #[test]
 fn what_clears_a_shape_is_farther_away_than_asked() {
     let mut random = Random::new(47);
-    let mut spared = [0; 4];
+    let mut spared = [0; 5];
     for case in 0..4000 {
-        let object = Shape::<f64>::from(random.design(case % 4));
+        let object = Shape::<f64>::from(random.design(case % 5));
         let p: Vec2<f64> = vec2(random.point(90.0));
         let distance = object.gap(p).distance;
         for least in [0.0, 0.9 * distance.max(0.0), 3.0] {
             let clears = object.clears(p, least);
             assert!(!clears || distance > least, "{object:?} at {p:?}: {distance} against {least}");
-            spared[case % 4] += usize::from(clears);
+            spared[case % 5] += usize::from(clears);
         }
-        if case % 4 == 0 {
+        if case % 5 == 0 {
             assert!(distance < 0.1 || object.clears(p, 0.0), "a circle: {object:?} at {p:?}");
         }
     }
     // A half-plane's gap is as cheap as any test.
-    assert!(spared[..3].iter().all(|&count| count > 300), "{spared:?}");
+    assert!([0, 1, 2, 4].iter().all(|&kind| spared[kind] > 200), "{spared:?}");
 }
 
 #[test]
 fn a_displacement_moves_points_and_objects_alike() {
     let mut random = Random::new(43);
     for case in 0..2000 {
-        let object = Shape::<f64>::from(random.design(case % 4));
+        let object = Shape::<f64>::from(random.design(case % 5));
         let (p, by) = (vec2(random.point(90.0)), random.displacement());
         let (here, there) = (object.gap(p), object.displaced(&by).gap(by.point(p)));
         assert!((here.distance - there.distance).abs() < 1e-10);
@@ -208,7 +214,7 @@ fn single_precision_is_as_good_as_its_digits() {
     let mut random = Random::new(44);
     let mut worst = [0.0_f64; 2];
     for case in 0..8000 {
-        let design = random.design(case % 4);
+        let design = random.design(case % 5);
         let (single, double) = (Shape::<f32>::from(design), Shape::<f64>::from(design));
         let p = random.point(90.0);
         let (low, high) = (single.gap(vec2(p)), double.gap(vec2(p)));
@@ -219,6 +225,15 @@ fn single_precision_is_as_good_as_its_digits() {
         }
     }
     assert!(worst[0] < 4e-5 && worst[1] < 2e-5, "distance {:e} mm, normal {:e} rad", worst[0], worst[1]);
+}
+
+fn single(p: Vec2<f64>) -> Vec2<f32> {
+    Vec2::new(p.x as f32, p.y as f32)
+}
+
+fn double(gap: Gap<f32>) -> Gap<f64> {
+    let normal = Vec2::new(f64::from(gap.normal.x), f64::from(gap.normal.y));
+    Gap { distance: f64::from(gap.distance), normal, curvature: f64::from(gap.curvature) }
 }
 
 #[test]
@@ -245,6 +260,13 @@ fn shapes_that_are_the_same_agree() {
         let flat = Shape::from(ObjectDesign::HalfPlane { point: centre, normal: [3.0 * c, 3.0 * s] }).gap(p);
         assert!((huge.distance - flat.distance).abs() < 2e-2 && norm(huge.normal - flat.normal) < 2e-4);
         assert!((huge.curvature - flat.curvature).abs() < 2e-6);
+        // And a bore.
+        let far = [centre[0] + 2e6 * c, centre[1] + 2e6 * s];
+        let wide = ObjectDesign::Bore { centre: far, radius: 2e6 };
+        for hollow in [Shape::<f64>::from(wide).gap(p), double(Shape::<f32>::from(wide).gap(single(p)))] {
+            assert!((hollow.distance - flat.distance).abs() < 1e-2, "{hollow:?} against {flat:?}");
+            assert!(norm(hollow.normal - flat.normal) < 1e-4 && (hollow.curvature + 5e-7).abs() < 1e-9);
+        }
         // Corners either way round.
         let corners = random.corners();
         let mut other: Vec<[f64; 2]> = corners.to_vec();
@@ -301,6 +323,8 @@ fn nowhere_is_there_a_nan() {
             rounding: 1.0,
         },
         ObjectDesign::HalfPlane { point: [0.0; 2], normal: [0.0, 1e-6] },
+        ObjectDesign::Bore { centre: [0.0; 2], radius: 7.5 },
+        ObjectDesign::Bore { centre: [1e4, 0.0], radius: 1e4 },
     ];
     let places = [0.0, -0.0, 1e-30, 5.0, -5.0, 7.5, 10.0, 1e-7, 1e4];
     for design in designs {
@@ -342,6 +366,9 @@ fn bad_designs_are_refused() {
         ObjectDesign::HalfPlane { point: [0.0; 2], normal: [f64::NAN, 0.0] },
         ObjectDesign::HalfPlane { point: [f64::NAN, 0.0], normal: [1.0, 0.0] },
         ObjectDesign::Circle { centre: [0.0, 1e9], radius: 1.0 },
+        ObjectDesign::Bore { centre: [0.0, 3000.0], radius: 100.0 },
+        ObjectDesign::Bore { centre: [0.0; 2], radius: 1e8 },
+        ObjectDesign::Bore { centre: [0.0; 2], radius: f64::NAN },
     ] {
         let error = bad.validate().expect_err("a bad design");
         assert!(std::format!("{error}").contains("allowed") || matches!(error, ObjectError::RepeatedCorner { .. }));

@@ -189,7 +189,7 @@ fn turning<T: Real>(leader: Row<T>, force: T, curvature: T) -> Row<T> {
 
 /// Where a row's sample is, finger frame, mm.
 fn position<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>, row: &Row<T>) -> [T; 2] {
-    let position = gaps::sample_position(ladder, work, &ladder.samples.as_ref().at(usize::from(row.sample)));
+    let position = gaps::sample_position(ladder, work, &row.place);
     [position.x, position.y]
 }
 
@@ -219,8 +219,37 @@ pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Work
 }
 
 /// Solves for the contacts' answer; `axis` is what the moment is taken about, `thickening` how much a sample's distance from the
-/// beam's surface grows.
+/// beam's surface grows (in units of length, unlike `cause` and `axis`).
 pub(super) fn respond<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &mut Workspace<T, S>,
+    layout: Layout,
+    cause: &Cause<T>,
+    thickening: impl Fn(u16) -> T,
+    axis: [T; 2],
+) -> Response<T> {
+    let units = ladder.units;
+    let inverse = T::one() / units.length;
+    let scaled = |v: [T; 2]| v.map(|x| x * inverse);
+    let cause = Cause {
+        shift: scaled(cause.shift),
+        pivot: scaled(cause.pivot),
+        growth: cause.growth * inverse,
+        softening: cause.softening * units.force * inverse,
+        ..*cause
+    };
+    let response = respond_scaled(ladder, work, layout, &cause, thickening, scaled(axis));
+    Response {
+        turn: response.turn,
+        force_change: units.newtons(response.force_change),
+        moment_change: response.moment_change * units.moment(),
+        centre: units.millimetres(response.centre),
+        centre_change: units.millimetres(response.centre_change),
+    }
+}
+
+/// As [`respond`], all in the finger's units.
+fn respond_scaled<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
     layout: Layout,
@@ -267,13 +296,13 @@ pub(super) fn respond<T: Real, S: Size>(
             dot(turning.normal, quarter(work.rows.as_ref().at(at - 1).normal)) * work.row_delta.as_ref().at(at) / whole;
         for (sample, j) in layout.run(run).zip(layout.gaps(run)) {
             let row = work.rows.as_ref().at(j);
-            let half = ladder.samples.as_ref().at(usize::from(row.sample)).half_thickness;
+            let half = row.place.half_thickness;
             let p = place(work, sample, &row);
             let (n, t) = (row.normal, quarter(row.normal));
             let change = work.row_delta.as_ref().at(j);
             let v = cause.velocity(p);
             let along = (tilt - cause.turn) / turning.curvature + dot(t, v);
-            let out = dot(n, v) + grown(&row) - ladder.softness * change;
+            let out = dot(n, v) + grown(&row) - ladder.contact_softness() * change;
             let across = row.multiplier * tilt;
             let push = [change * n[0] + across * t[0], change * n[1] + across * t[1]];
             let moved = [out * n[0] + along * t[0], out * n[1] + along * t[1]];

@@ -9,7 +9,7 @@ use super::border::{self, Cause, Layout};
 use super::{Derivative, Parts};
 use crate::access::Access;
 use crate::design::{Design, HingeKind, Profile};
-use crate::discretise::{Discretisation, discretise};
+use crate::discretise::{Discretisation, discretise_in};
 use crate::equilibrium::Follower;
 use crate::ladder::Ladder;
 use crate::newton::chain::DEEP;
@@ -18,6 +18,7 @@ use crate::newton::{Workspace, bend, residual, strain};
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::{Size, Storage};
+use crate::units::Units;
 
 /// A dimension of the finger. (The lamellae are rigid: their thickness changes nothing.)
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,7 +119,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let Parts { ladder, work } = self.parts();
             border::factorise(ladder, work, layout);
             let cause = Cause { residuals: true, ..Cause::NONE };
-            let thickening = |sample| probe.thickening.as_ref().at(usize::from(sample));
+            let fineness = probe.ladder.fineness.max(1);
+            let thickening = |place| probe.thickening.as_ref().at(usize::from(place) / fineness);
             frame.derivative(&border::respond(ladder, work, layout, &cause, thickening, frame.axis))
         });
         let Parts { work, .. } = self.parts();
@@ -137,21 +139,26 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         parameter: DesignParameter,
         step: f64,
     ) -> bool {
+        let Units { length, force } = self.parts().ladder.units;
+        let units = Units { length: length.to_f64(), force: force.to_f64() };
         for (sign, part) in [(1.0, 0.5 / step), (-1.0, -0.5 / step)] {
             let mut other = design.clone();
             parameter.shift(&mut other, sign * step);
-            let made = discretise(&other, how, &mut probe.ladder).is_ok();
+            // Not its own units, which may be others.
+            let made = discretise_in(&other, how, Some(units), &mut probe.ladder).is_ok();
             let fits = probe.work.fit(&probe.ladder) && probe.thickening.fit(probe.ladder.sample_count);
             let same = made && self.is_like(&probe.ladder) && fits;
             if !same {
                 return false;
             }
             let (state, Parts { ladder, work }) = self.state_and_parts();
+            probe.ladder.fineness = ladder.fineness;
             let rows = work.row_count;
             // The gap rows with their normals and multipliers as they are.
             probe.work.row_count = layout.touching;
             for (into, j) in probe.work.rows.as_mut().iter_mut().zip(layout.all_gaps()) {
                 *into = work.rows.as_ref()[j];
+                into.place = probe.ladder.place(into.sample);
             }
             strain::directions(&probe.ladder, state, &mut probe.work);
             bend::shorten(&probe.ladder, state, &mut probe.work);
@@ -178,11 +185,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             for j in 0..rows {
                 let row = work.rows.as_ref()[j];
-                let position = sample_position(
-                    &probe.ladder,
-                    &probe.work,
-                    &probe.ladder.samples.as_ref()[usize::from(row.sample)],
-                );
+                let position = sample_position(&probe.ladder, &probe.work, &probe.ladder.place(row.sample));
                 let along = part * (row.normal[0] * position.x + row.normal[1] * position.y);
                 // A row's right-hand side is −gap − softness · multiplier.
                 let gap = if sign > 0.0 { along - row.softness * row.multiplier } else { row.gap + along };

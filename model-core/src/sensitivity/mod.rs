@@ -53,7 +53,7 @@ pub struct Sensitivity<T> {
     pub centre: [Derivative<T>; 2],
     /// With the object's radius (an offset of its surface), per mm.
     pub radius: Derivative<T>,
-    /// With Young's modulus, per MPa, the contact softness ε_c staying the same.
+    /// With Young's modulus, per MPa; a contact softness that was set in mm/N stays the same.
     pub youngs_modulus: Derivative<T>,
     /// With the motor axis (finger frame, base and object staying where they are at angle 0), per mm: `axis[i]` belongs to
     /// its i-th coordinate. Zero for a translated base.
@@ -88,6 +88,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let motion = self.motion;
         let Parts { ladder, work } = self.parts();
         let layout = border::widen(ladder, work)?;
+        work.effort.solves();
         border::factorise(ladder, work, layout);
         let mut derivative =
             |cause: Cause<T>| frame.derivative(&border::respond(ladder, work, layout, &cause, |_| T::ZERO, frame.axis));
@@ -115,9 +116,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 }
             }
         }
-        // The force is E·f(E ε_c), the shape depends on E ε_c only.
+        // The force is E·f(E ε_c), the shape depends on E ε_c only; the beam's own softness goes with 1/E.
         let inverse = one / frame.youngs_modulus;
-        result.youngs_modulus.add(inverse * ladder.softness, &derivative(Cause { softening: one, ..Cause::NONE }));
+        let softness = ladder.contact_softness() * ladder.units.length / ladder.units.force;
+        if !ladder.softness_follows() {
+            result.youngs_modulus.add(inverse * softness, &derivative(Cause { softening: one, ..Cause::NONE }));
+        }
         result
             .youngs_modulus
             .add(inverse, &Derivative { force: frame.force, torque: frame.torque, contact_centre: zero });
@@ -145,6 +149,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let pivot = [pivot.x, pivot.y];
         let Parts { ladder, work } = self.parts();
         let layout = border::widen(ladder, work)?;
+        work.effort.solves();
         border::factorise(ladder, work, layout);
         let (one, zero) = (T::one(), T::ZERO);
         for (k, unit) in [Vec2::new(one, zero), Vec2::new(zero, one), Vec2::new(zero, zero)].into_iter().enumerate() {

@@ -10,8 +10,8 @@ use std::vec::Vec;
 
 use super::{Derivative, DesignParameter, Probe};
 use crate::design::Design;
-use crate::discretise::{Discretisation, Physics, Sampling, Scheme};
-use crate::equilibrium::{Follower, Settings};
+use crate::discretise::{Discretisation, Physics, Sampling, Scheme, Softness};
+use crate::equilibrium::Follower;
 use crate::object::{Corners, Motion, ObjectDesign};
 use crate::random_designs::{Random, Round, first_contact, random_case};
 use crate::status::Status;
@@ -63,6 +63,7 @@ fn moved(object: ObjectDesign, shift: [f64; 2], growth: f64) -> ObjectDesign {
             let point = go(point);
             ObjectDesign::HalfPlane { point: [point[0] + part * normal[0], point[1] + part * normal[1]], normal }
         }
+        ObjectDesign::Bore { centre, radius } => ObjectDesign::Bore { centre: go(centre), radius: radius - growth },
     }
 }
 
@@ -87,7 +88,6 @@ impl Case {
     /// Puts the follower at the equilibrium; false unless it came there without a snap and in contact.
     fn solve(&self, follower: &mut Solver, how: &Discretisation) -> bool {
         follower.configure(&self.design, how).expect("a valid design");
-        follower.set_settings(Settings::DEFAULT);
         let motion = match self.motion {
             Some(direction) => Motion::Translating { direction },
             None => Motion::Rotating { axis: self.design.motor_axis },
@@ -222,7 +222,7 @@ fn random(random: &mut Random, index: usize) -> (Case, Discretisation) {
     let how = match index % 8 {
         4 => Discretisation {
             sampling: Sampling::Nodes,
-            softness: 0.0,
+            softness: Softness::Fixed(0.0),
             ..Discretisation::full(Scheme::Trapezoid, physics)
         },
         6 => Discretisation { sampling: Sampling::PerElement(2), ..Discretisation::fine(physics) },

@@ -110,7 +110,8 @@ mod tests {
             let torque = follower.motor_torque();
             let mut potential = |by: f64| {
                 assert!(follower.follow(angle + by).status == Status::Converged);
-                follower.energy() + follower.contacts().map(|c| 0.5 * how.softness * c.force * c.force).sum::<f64>()
+                follower.energy()
+                    + follower.contacts().map(|c| 0.5 * follower.softness() * c.force * c.force).sum::<f64>()
             };
             let (near, far) = (potential(h) - potential(-h), potential(2.0 * h) - potential(-2.0 * h));
             let rate = (8.0 * near - far) / (12.0 * h);

@@ -39,7 +39,7 @@ fn set(fingers: &mut Fingers) {
         black_box(estimator.configure(design, &how).is_ok());
         let object = black_box(ObjectDesign::Circle { centre: [0.0; 2], radius: 1.0 });
         black_box(estimator.set_object(object).is_ok());
-        estimator.set_settings(black_box(EstimatorSettings::DEFAULT), black_box(Settings::DEFAULT));
+        let _ = black_box(estimator.set_settings(black_box(EstimatorSettings::DEFAULT), black_box(Settings::DEFAULT)));
         black_box(estimator.set_uncertainty(black_box(Uncertainty::DEFAULT)).is_ok());
     }
 }

@@ -4,12 +4,16 @@
 
 #[cfg(not(target_os = "none"))]
 pub mod random;
+#[cfg(not(target_os = "none"))]
+pub mod twins;
+#[cfg(not(target_os = "none"))]
+pub mod wide;
 
 use heapless::Vec;
 use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
 };
-use model_core::discretise::{Discretisation, Physics, Sampling, Scheme};
+use model_core::discretise::{Discretisation, Physics, Sampling, Scheme, Softness};
 use model_core::object::ObjectDesign;
 
 /// The finger of `ladder-80.csv`: 80 mm front beam, seven lamellae at heights 9k, hinges from the centrelines.
@@ -83,10 +87,14 @@ impl LadderRow {
         match self.scheme {
             "paper-170-20-nodes" => Discretisation::full(Scheme::Paper, Physics::Paper),
             "trapezoid-170-20-nodes" => Discretisation::full(Scheme::Trapezoid, Physics::Paper),
-            "SIMPSON 2/3/1 H4 eps1e-3" => Discretisation::reduced(Physics::Paper),
-            "SIMPSON 2/3/1 node" => {
-                Discretisation { sampling: Sampling::Nodes, softness: 0.0, ..Discretisation::reduced(Physics::Paper) }
+            "SIMPSON 2/3/1 H4 eps1e-3" => {
+                Discretisation { softness: Softness::Fixed(1e-3), ..Discretisation::reduced(Physics::Paper) }
             }
+            "SIMPSON 2/3/1 node" => Discretisation {
+                sampling: Sampling::Nodes,
+                softness: Softness::Fixed(0.0),
+                ..Discretisation::reduced(Physics::Paper)
+            },
             other => panic!("unknown scheme {other}"),
         }
     }

@@ -1,4 +1,4 @@
-//! Every row of `ladder-80.csv`: the paper's discrete model, computed independently.
+//! Every row of `ladder-80.csv`: the discrete model of *Geometrico-Static Modelling of a FRE Finger*, computed independently.
 
 use model_core::equilibrium::Follower;
 use model_core::object::Motion;

@@ -23,10 +23,8 @@ fn course(design: &Design, object: ObjectDesign, degrees: &[f64]) -> Vec<[(Statu
     fine.start(degrees[0].to_radians());
     let mut targets = [None, Some(Tracking::DEFAULT)].map(|one_iteration| {
         let mut target: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
-        target.set_settings(
-            EstimatorSettings { one_iteration, budget: 60, ..EstimatorSettings::DEFAULT },
-            Settings::DEFAULT,
-        );
+        let settings = EstimatorSettings { one_iteration, budget: 60, ..EstimatorSettings::DEFAULT };
+        target.set_settings(settings, Settings::DEFAULT).unwrap();
         target.configure(design, &Discretisation::estimator(Physics::Extended)).unwrap();
         target.set_object(object).unwrap();
         target

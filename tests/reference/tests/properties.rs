@@ -3,7 +3,7 @@
 
 use model_core::design::{Attachments, Design, Profile};
 use model_core::discretise::{Discretisation, Physics};
-use model_core::equilibrium::{Follower, Settings};
+use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
 use model_core::random_designs::Random;
 use model_core::size::Paper;
@@ -18,7 +18,6 @@ const CASES: usize = 60;
 fn solver(design: &Design, how: &Discretisation, object: ObjectDesign) -> Solver {
     let mut follower: Solver = Box::new(Follower::EMPTY);
     follower.configure(design, how).expect("a valid design");
-    follower.set_settings(Settings::DEFAULT);
     follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
     follower
 }
@@ -59,7 +58,8 @@ fn base_and_contacts_hold_the_finger_in_balance() {
 }
 
 /// V + ½ ε Σ μ².
-fn potential(follower: &Solver, softness: f64) -> f64 {
+fn potential(follower: &Solver) -> f64 {
+    let softness = follower.softness();
     follower.energy() + follower.contacts().map(|c| 0.5 * softness * c.force * c.force).sum::<f64>()
 }
 
@@ -81,7 +81,7 @@ fn the_motor_does_the_work_along_random_paths() {
                 for k in 0..3 {
                     let status = follower.follow(from + f64::from(k) * step).status;
                     let touching: Vec<u64> = follower.contacts().map(|c| c.arc.to_bits()).collect();
-                    points.push((status, touching, follower.motor_torque(), potential(&follower, how.softness)));
+                    points.push((status, touching, follower.motor_torque(), potential(&follower)));
                 }
                 let [a, m, b] = [&points[0], &points[1], &points[2]];
                 let smooth = points.iter().all(|p| p.0 == Status::Converged && p.1 == a.1);
@@ -169,10 +169,8 @@ fn scaling_length_and_modulus_scales_force_and_energy() {
             design.motor_axis = scale(design.motor_axis);
             design.material.youngs_modulus *= E;
             let object = ObjectDesign::Circle { centre: scale(case.centre), radius: S * case.radius };
-            // ε_c is a length per force.
-            let large_how = Discretisation { softness: how.softness / (E * S), ..how };
             let mut small = solver(&case.design, &how, case.object());
-            let mut large = solver(&design, &large_how, object);
+            let mut large = solver(&design, &how, object);
             assert!(small.start(case.angle) && large.start(case.angle));
             let [a, b] = [&mut small, &mut large].map(|follower| follower.follow(case.angle).status);
             if a != Status::Converged || b != Status::Converged {

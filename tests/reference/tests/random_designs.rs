@@ -13,7 +13,9 @@ type Solver = Follower<f64, Paper>;
 
 fn solve(follower: &mut Solver, case: &Case, how: &Discretisation, max_step: f64) -> Status {
     follower.configure(&case.design, how).expect("a valid design");
-    follower.set_settings(Settings { max_angle_step: max_step.to_radians(), ..Settings::DEFAULT });
+    follower
+        .set_settings(Settings { max_angle_step: max_step.to_radians(), ..Settings::DEFAULT })
+        .expect("an allowed step");
     follower.set_object(case.object(), Motion::Rotating { axis: case.design.motor_axis });
     if !follower.start(case.angle) {
         return Status::OutOfRange;
@@ -22,7 +24,8 @@ fn solve(follower: &mut Solver, case: &Case, how: &Discretisation, max_step: f64
 }
 
 /// What an equilibrium must satisfy, computed from the shape and the forces that the solver reports.
-fn check(follower: &mut Solver, case: &Case, softness: f64) -> Result<(), String> {
+fn check(follower: &mut Solver, case: &Case) -> Result<(), String> {
+    let softness = follower.softness();
     let Case { design, radius, .. } = case;
     let (angle, m) = (follower.coordinate(), design.motor_axis);
     let centre = centre_in_finger(design, case.centre, angle);
@@ -111,7 +114,7 @@ fn two_thousand_random_designs() {
         if status.is_trustworthy() {
             converged += 1;
             *table.entry((status.word(), "")).or_default() += 1;
-            if let Err(what) = check(&mut follower, &case, reduced.softness) {
+            if let Err(what) = check(&mut follower, &case) {
                 panic!("case {number}: {what}\n{}", case.file());
             }
         } else {

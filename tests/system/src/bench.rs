@@ -16,8 +16,8 @@ use embedded_io_async::{ErrorType, Read, Write};
 use embedded_storage::nor_flash::{
     self, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
+use fre_gripper::servo::{Clock, Config, Servo, Truth};
 use gripper::{Board, Boot, BusPort, LastWords, Model, ResetCause, Shared};
-use host::servo::{Clock, Config, Servo, Truth};
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{EstimateTopic, Event, EventTopic, Notice, Report};
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};

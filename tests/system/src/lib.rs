@@ -12,12 +12,16 @@
 
 mod bench;
 mod browser;
+mod hour;
+mod judge;
 mod machine;
 mod shared_bus;
 mod watch;
 
 pub use bench::{Bench, Flash, Meddling};
 pub use browser::Browser;
-pub use machine::{Machine, OBJECT, finger, load_of};
+pub use hour::{GEARED_MOUNT, Hour, an_hour, geared_servo, ready, set_up};
+pub use judge::{Judge, is_sound};
+pub use machine::{Machine, OBJECT, finger, firmware, load_of};
 pub use shared_bus::SharedBus;
 pub use watch::Watch;

@@ -4,24 +4,23 @@ use std::error::Error;
 use std::fs::File;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use host::case::preset;
-use host::link::{Address, Link};
-use host::servo::{Clock, Config, Handle, Hub, Load, Running, Servo};
+use fre::case::preset;
+use fre_gripper::link::{Address, Link};
+use fre_gripper::servo::{Clock, Config, Handle, Hub, Load, Running, Servo};
+use fre_qemu::{Pace, Running as Board, Sockets};
 use messages::Finger;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::object::ObjectDesign;
-use tempfile::TempDir;
 
 use crate::shared_bus::{SharedBus, carry};
 
 /// An instruction takes 2^2 ns: what fits into a tick does not depend on how busy the PC is, and costs are counts of
 /// instructions. (Waiting, as for the servo, takes the PC's time.)
-const COUNTING: [&str; 2] = ["-icount", "shift=2"];
+const COUNTING: Pace = Pace::Counted { shift: 2 };
 /// How long QEMU may take to open its sockets.
 const BOOT: Duration = Duration::from_secs(20);
 /// How long an answer may take on a busy PC.
@@ -49,15 +48,26 @@ pub fn load_of(object: ObjectDesign, highest_deg: f64) -> Arc<Load> {
     Arc::new(Load::of(&finger().design, object, &Load::REFERENCE, highest_deg).expect("a load"))
 }
 
+/// The firmware's ELF.
+///
+/// # Panics
+/// `FRE_FIRMWARE_ELF` does not name one.
+pub fn firmware() -> PathBuf {
+    let Some(elf) = std::env::var_os("FRE_FIRMWARE_ELF").map(PathBuf::from) else {
+        panic!("FRE_FIRMWARE_ELF does not name the firmware's ELF: run these tests by `cargo xtask test`");
+    };
+    elf
+}
+
 /// A gripper that runs until this is dropped.
 pub struct Machine {
-    qemu: Child,
+    board: Board,
     /// The first servo: the truth, and faults on purpose.
     pub servo: Handle,
     /// All of them.
     pub servos: Vec<Handle>,
     _bus: Running,
-    folder: TempDir,
+    sockets: Sockets,
     _turn: MutexGuard<'static, ()>,
 }
 
@@ -104,38 +114,22 @@ impl Machine {
         connect: impl Fn(&mut Hub, &Path) -> Result<(), Box<dyn Error>>,
     ) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(elf) = std::env::var_os("FRE_FIRMWARE_ELF").map(PathBuf::from) else {
-            panic!("FRE_FIRMWARE_ELF does not name the firmware's ELF: run these tests by `cargo xtask test`");
-        };
-        assert!(elf.is_file(), "{} is no file: run `cargo xtask firmware mps2`", elf.display());
-        let folder = tempfile::tempdir().expect("a folder for the sockets");
-        let mut command = Command::new("qemu-system-arm");
-        command.args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none"]);
-        command.args(["-semihosting-config", "enable=on,target=native"]);
-        for name in ["bus", "link"] {
-            let socket = folder.path().join(name);
-            let socket = format!("socket,id={name},path={},server=on,wait=off", socket.display());
-            command.args(["-chardev", &socket, "-serial", &format!("chardev:{name}")]);
-        }
-        command.args(COUNTING);
-        let log = File::create(folder.path().join("log")).expect("a file for the log");
-        let qemu = command.arg("-kernel").arg(&elf).stdin(Stdio::null()).stdout(log).spawn();
-        let qemu = qemu.unwrap_or_else(|error| panic!("qemu-system-arm: {error}; `cargo xtask setup` installs it"));
-        let end = Instant::now() + BOOT;
-        while let Err(error) = connect(&mut hub, &folder.path().join("bus")) {
-            assert!(Instant::now() < end, "QEMU does not open its bus: {error}");
-            std::thread::sleep(Duration::from_millis(10));
-        }
+        let sockets = Sockets::new().expect("a folder for the sockets");
+        let log = File::create(sockets.folder().join("log")).expect("a file for the log");
+        let machine = fre_qemu::Machine::new(firmware()).pace(COUNTING).listening(&sockets);
+        let mut board = machine.boot(log).unwrap_or_else(|error| panic!("{error}"));
+        let connected = board.until("connection to the bus", BOOT, || connect(&mut hub, &sockets.bus()));
+        connected.unwrap_or_else(|error| panic!("{error}"));
         let servos: Vec<Handle> =
             servos.into_iter().map(|servo| hub.servo(Servo::new(servo).expect("a servo"))).collect();
         let servo = servos.first().expect("a servo").clone();
         let bus = hub.spawn().expect("a bus");
-        Self { qemu, servo, servos, _bus: bus, folder, _turn: turn }
+        Self { board, servo, servos, _bus: bus, sockets, _turn: turn }
     }
 
     /// Where the link's socket is.
     pub fn address(&self) -> Address {
-        Address::Unix(self.folder.path().join("link"))
+        Address::Unix(self.sockets.link())
     }
 
     /// A connection to the gripper. The board has one socket: drop it before the next.
@@ -151,11 +145,10 @@ impl Drop for Machine {
         if std::thread::panicking() {
             // `cargo xtask` decodes it.
             let kept = std::env::temp_dir().join("gripper-mps2.log");
-            if std::fs::copy(self.folder.path().join("log"), &kept).is_ok() {
+            if std::fs::copy(self.sockets.folder().join("log"), &kept).is_ok() {
                 eprintln!("the firmware's log (defmt frames) is in {}", kept.display());
             }
+            eprintln!("QEMU said: {}", self.board.words());
         }
-        let _ = self.qemu.kill();
-        let _ = self.qemu.wait();
     }
 }

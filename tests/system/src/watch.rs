@@ -3,7 +3,7 @@
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use host::link::{Link, Told};
+use fre_gripper::link::{Link, Told};
 use messages::{Event, Grasp, Report, Shape};
 
 /// Listens to a gripper and keeps all it tells.

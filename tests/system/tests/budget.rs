@@ -36,6 +36,8 @@ fn motion(speed: f64, left: u32) -> Seen {
     let mut exact: Box<Estimator<f64, Reduced>> = Box::new(Estimator::EMPTY);
     exact.configure(&finger.design, &finger.how).expect("a valid finger");
     exact.set_object(OBJECT).expect("a valid object");
+    // What it is compared with has all the time it needs.
+    exact.set_budget(1000);
     let last = 11_f64.to_radians();
     let ticks = (last / (speed * TICK)) as u32;
     let mut budget = Budget::NEW;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use host::calibrate::{Calibrated, SendError, send};
+use fre_gripper::calibrated::{Calibrated, SendError, send};
 use messages::{Direction, Mount, Report, Settings};
 use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
@@ -59,7 +59,7 @@ fn what_was_fitted_is_sent_and_read_back() {
     let after = settled("a force at 7°", 7.0);
     assert_eq!(link.uncertainty(0).unwrap(), Some(uncertainty));
     // The same as the model makes of it on this PC.
-    let mut model = host::estimator::estimator(host::run::Precision::F64, Default::default());
+    let mut model = fre_gripper::estimator::estimator(fre::study::run::Precision::F64, Default::default());
     model.configure(&fitted.design, &fitted.how).unwrap();
     model.set_object(object).unwrap();
     model.set_uncertainty(uncertainty).unwrap();
@@ -109,7 +109,7 @@ fn what_was_fitted_is_sent_and_read_back() {
 }
 
 /// Waits for an estimate whose deviation is as it should be.
-fn watch_deviation(link: &host::link::Link, what: &str, is_so: impl Fn(&Estimate) -> bool) {
+fn watch_deviation(link: &fre_gripper::link::Link, what: &str, is_so: impl Fn(&Estimate) -> bool) {
     let mut watch = Watch::new(link);
     watch.until_report(what, PATIENCE, |report| {
         let estimate = &report.estimate;

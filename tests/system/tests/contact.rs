@@ -1,7 +1,7 @@
 //! What the current tells while the finger closes, in a time of its own: that something is met, known to the model or not,
 //! and that the object is not as described.
 
-use host::servo::{Config, Truth};
+use fre_gripper::servo::{Config, Truth};
 use messages::{Close, CloseTo, Event, Mount, Report, SetFinger, SetObject, SetSettings, Settings, Which};
 use model_core::object::ObjectDesign;
 use system_tests::{Bench, Flash, OBJECT, finger, load_of};

@@ -8,8 +8,8 @@ use std::thread::{JoinHandle, spawn};
 use std::time::{Duration, Instant};
 
 use dynamixel::{Device, Id, StatusReturn, Tap, Timing};
+use fre_gripper::servo::{Hub, Servo};
 use gripper::device_table::{BusSettings, Change, DeviceTable, FingerState};
-use host::servo::{Hub, Servo};
 use model_core::estimator::{Estimate, Estimator};
 use model_core::object::ObjectDesign;
 use model_core::size::Reduced;

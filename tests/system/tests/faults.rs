@@ -1,117 +1,24 @@
 //! Everything that can go wrong, counted, in a time of its own: nothing stops the gripper, and no wrong force is called good.
 
-use std::sync::{Arc, OnceLock};
-
-use host::servo::{Config, Load, OnBranch, Truth};
-use messages::{
-    Event, Grip, GripTo, Mount, Phase, Reaction, Report, SetFinger, SetObject, SetSettings, Settings, Which, Why,
-};
+use fre_gripper::servo::{Config, OnBranch};
+use messages::{Event, Grip, GripTo, Phase, Reaction, Settings, Which, Why};
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
-use system_tests::{Bench, Flash, OBJECT, finger, load_of};
+use system_tests::{
+    Bench, Flash, GEARED_MOUNT, Judge, OBJECT, an_hour, finger, geared_servo, is_sound, load_of, ready, set_up,
+};
 
-const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const COUNT: f64 = std::f64::consts::TAU / 4096.0;
-const BACKLASH_DEG: f64 = 0.25;
 const SECOND: u64 = 1_000_000;
 /// A period at 500 Hz, µs.
 const TICK: u64 = 2_000;
 /// Random requests of a campaign.
 const REQUESTS: u32 = 100_000;
-const MOUNT: Mount =
-    Mount { open_angle: -DEGREE, backlash: BACKLASH_DEG as f32 * DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
-
-fn load() -> Arc<Load> {
-    static LOAD: OnceLock<Arc<Load>> = OnceLock::new();
-    LOAD.get_or_init(|| load_of(OBJECT, 13.0)).clone()
-}
-
-fn servo() -> Config {
-    Config {
-        baud_rate: 1_000_000,
-        backlash_deg: BACKLASH_DEG,
-        start_deg: Some(-1.0),
-        load: load(),
-        ..Config::default()
-    }
-}
-
-fn set_up(bench: &mut Bench, settings: &Settings, object: ObjectDesign) {
-    bench.ask::<SetSettings>(settings).unwrap();
-    bench.ask::<SetFinger>(&messages::For { finger: 0, what: finger() }).unwrap();
-    bench.ask::<SetObject>(&messages::For { finger: 0, what: object }).unwrap();
-    bench.until("sound estimate", 5 * SECOND, is_sound);
-}
-
-fn ready(settings: &Settings) -> Bench {
-    let mut bench = Bench::new(servo(), &Flash::new());
-    set_up(&mut bench, settings, OBJECT);
-    bench
-}
-
-fn is_sound(report: &Report) -> bool {
-    report.estimate.status.is_trustworthy() && report.estimate.age == 0
-}
 
 fn grip(force: f32) -> GripTo {
     GripTo { fingers: Which::All, force, speed: None, limit: None }
-}
-
-/// How far the force of a report is from what the finger does in full resolution, on the branch it is on and at the angle
-/// where it truly is, its play included; in shares of what is allowed, 5 % or 0.1 N. Above 1 the force is wrong.
-fn error(report: &Report, truth: &Truth) -> f64 {
-    let ([x, y], [u, v]) = (truth.force, report.estimate.force.map(f64::from));
-    (u - x).hypot(v - y) / f64::max(0.05 * x.hypot(y), 0.1)
-}
-
-/// The judge of a campaign.
-#[derive(Default, Debug)]
-struct Judge {
-    reports: u64,
-    sound: u64,
-    wrong: u64,
-    first_wrong: Option<(Report, Truth)>,
-    /// Sound ones in contact.
-    touching: u64,
-    /// The largest error of a sound one.
-    worst: f64,
-    /// Ticks in a row without a sound estimate.
-    bad: u32,
-}
-
-impl Judge {
-    fn look(&mut self, report: &Report, truth: &Truth) {
-        self.reports += 1;
-        if is_sound(report) {
-            self.sound += 1;
-            self.bad = 0;
-            self.touching += u64::from(report.estimate.force != [0.0; 2]);
-            let error = error(report, truth);
-            self.worst = self.worst.max(error);
-            if error > 1.0 {
-                self.wrong += 1;
-                self.first_wrong.get_or_insert((*report, *truth));
-            }
-        } else {
-            self.bad += 1;
-        }
-    }
-
-    fn run(&mut self, bench: &mut Bench, us: u64) {
-        bench.run_with(us, |report, truth| self.look(report, truth));
-    }
-
-    fn verdict(&self, what: &str, bench: &Bench) {
-        let (fast, bite) = bench.longest_fast_us();
-        eprintln!(
-            "{what}: {} reports, {} sound ({} in contact), {} wrong, the worst {:.2} of what is allowed; longest fast {fast} µs",
-            self.reports, self.sound, self.touching, self.wrong, self.worst
-        );
-        assert_eq!(self.wrong, 0, "{:?}", self.first_wrong);
-        assert!(fast < bite, "the watchdog would have bitten after {fast} µs");
-    }
 }
 
 /// The grip in ideal surroundings: what is told is what is, at every tick.
@@ -120,8 +27,8 @@ fn three_forces_on_three_objects() {
     let circle = |radius, x, y| ObjectDesign::Circle { centre: [x, y], radius };
     for object in [OBJECT, circle(40.0, 41.0, 60.0), circle(30.0, 31.0, 38.0)] {
         let load = load_of(object, 17.0);
-        let mut bench = Bench::new(Config { load: load.clone(), ..servo() }, &Flash::new());
-        set_up(&mut bench, &Settings::of(MOUNT), object);
+        let mut bench = Bench::new(Config { load: load.clone(), ..geared_servo() }, &Flash::new());
+        set_up(&mut bench, &Settings::of(GEARED_MOUNT), object);
         for force in [2.0_f64, 5.0, 10.0] {
             bench.ask::<Grip>(&grip(force as f32)).unwrap();
             let (mut most, mut judge) = (0.0_f64, Judge::default());
@@ -151,7 +58,7 @@ fn three_forces_on_three_objects() {
 /// Random bytes among the packets in both directions, a million of them.
 #[test]
 fn a_million_random_bytes_on_the_bus() {
-    let mut bench = ready(&Settings::of(MOUNT));
+    let mut bench = ready(&Settings::of(GEARED_MOUNT));
     bench.ask::<Grip>(&grip(5.0)).unwrap();
     bench.run(2 * SECOND);
     let mut random = ChaCha8Rng::seed_from_u64(1);
@@ -192,7 +99,7 @@ fn recover(bench: &mut Bench, judge: &mut Judge) {
 /// Every bit flips with one in a thousand.
 #[test]
 fn bit_errors() {
-    let mut bench = ready(&Settings::of(MOUNT));
+    let mut bench = ready(&Settings::of(GEARED_MOUNT));
     bench.ask::<Grip>(&grip(5.0)).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(2);
     bench.meddling = Box::new(move |_, mut bytes| {
@@ -221,7 +128,7 @@ fn bit_errors() {
 /// Single faults, each followed by a well bus: the estimate is sound again within three ticks, whatever the fault was.
 #[test]
 fn every_fault_passes_within_three_ticks() {
-    let mut bench = ready(&Settings::of(MOUNT));
+    let mut bench = ready(&Settings::of(GEARED_MOUNT));
     bench.ask::<Grip>(&grip(5.0)).unwrap();
     bench.run(2 * SECOND);
     let mut random = ChaCha8Rng::seed_from_u64(3);
@@ -271,7 +178,7 @@ fn every_fault_passes_within_three_ticks() {
 /// and holds.
 #[test]
 fn a_servo_that_restarts() {
-    let mut bench = ready(&Settings::of(MOUNT));
+    let mut bench = ready(&Settings::of(GEARED_MOUNT));
     let mut judge = Judge::default();
     for round in 0..20 {
         bench.ask::<Grip>(&grip(4.0)).unwrap();
@@ -288,7 +195,7 @@ fn a_servo_that_restarts() {
 /// The host vanishes for seconds: the control loop does not notice.
 #[test]
 fn a_host_that_vanishes() {
-    let mut bench = ready(&Settings::of(MOUNT));
+    let mut bench = ready(&Settings::of(GEARED_MOUNT));
     bench.ask::<Grip>(&grip(5.0)).unwrap();
     let mut judge = Judge::default();
     let before = bench.ask::<messages::GetCounters>(&());
@@ -311,7 +218,7 @@ fn a_host_that_vanishes() {
 /// Many requests of random bytes, sound frames all of them, and noise between them: each is answered, and once.
 #[test]
 fn random_requests() {
-    let mut bench = ready(&Settings::of(MOUNT));
+    let mut bench = ready(&Settings::of(GEARED_MOUNT));
     let mut random = ChaCha8Rng::seed_from_u64(4);
     let keys: Vec<_> = messages::ENDPOINTS.endpoints.iter().map(|(_, key, _)| *key).collect();
     bench.keeps = false;
@@ -348,7 +255,7 @@ fn random_requests() {
     assert_eq!(answered.len(), sent.len());
     // As if nothing had been, once a search of the bus is over that may have been asked for last.
     bench.run(10 * SECOND);
-    set_up(&mut bench, &Settings::of(MOUNT), OBJECT);
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
     bench.ask::<Grip>(&grip(5.0)).unwrap();
     bench.until("grip", 5 * SECOND, |report| report.phase == Phase::Gripped);
     let (fast, bite) = bench.longest_fast_us();
@@ -359,12 +266,12 @@ fn random_requests() {
 #[test]
 fn settings_survive_and_damaged_ones_are_told() {
     let flash = Flash::new();
-    let settings = Settings { on_fault: Reaction::Release, rate_hz: 250, ..Settings::of(MOUNT) };
-    let mut bench = Bench::new(servo(), &flash);
+    let settings = Settings { on_fault: Reaction::Release, rate_hz: 250, ..Settings::of(GEARED_MOUNT) };
+    let mut bench = Bench::new(geared_servo(), &flash);
     set_up(&mut bench, &settings, OBJECT);
     drop(bench);
 
-    let mut bench = Bench::new(servo(), &flash);
+    let mut bench = Bench::new(geared_servo(), &flash);
     bench.until("estimate without being told anything", 5 * SECOND, is_sound);
     assert!(bench.events.contains(&Event::Restored { records: 3, damaged: 0 }), "{:?}", bench.events);
     assert_eq!(bench.ask::<messages::GetSettings>(&()), settings);
@@ -377,7 +284,7 @@ fn settings_survive_and_damaged_ones_are_told() {
         for _ in 0..1 << (round % 12) {
             flash.damage(random.next_u32() as usize, random.next_u32() as u8);
         }
-        let mut bench = Bench::new(servo(), &flash);
+        let mut bench = Bench::new(geared_servo(), &flash);
         bench.run(SECOND / 10);
         set_up(&mut bench, &settings, OBJECT);
         assert_eq!(bench.ask::<messages::GetSettings>(&()), settings);
@@ -386,38 +293,10 @@ fn settings_survive_and_damaged_ones_are_told() {
 
 /// An hour of gripping and releasing on a bus that is never quite well.
 #[test]
-fn an_hour() {
-    let settings = Settings { rate_hz: 100, shape_every: 0, ..Settings::of(MOUNT) };
-    let mut bench = ready(&settings);
-    let mut random = ChaCha8Rng::seed_from_u64(6);
-    bench.meddling = Box::new(move |_, mut bytes| {
-        match random.next_u32() % 500 {
-            0 => bytes.clear(),
-            1 => bytes.iter_mut().for_each(|byte| *byte = byte.wrapping_add(1)),
-            2 => bytes.truncate(5),
-            _ => {}
-        }
-        bytes
-    });
-    let mut judge = Judge::default();
-    bench.keeps = false;
-    let mut reached = 0;
-    for round in 0..360_u32 {
-        let force = 1.0 + (round % 10) as f32;
-        bench.ask::<Grip>(&grip(force)).unwrap();
-        judge.run(&mut bench, 5 * SECOND);
-        let [x, y] = bench.servo.truth().force;
-        reached += u32::from((x.hypot(y) - f64::from(force)).abs() < f64::max(1.0, 0.1 * f64::from(force)));
-        bench.ask::<messages::Open>(&Which::All).unwrap();
-        judge.run(&mut bench, 5 * SECOND);
-    }
-    assert!(bench.now_us() > 3_600 * SECOND);
-    judge.verdict("an hour", &bench);
-    assert!(reached > 350, "{reached} of 360 grips");
-    assert!(judge.sound > judge.reports * 9 / 10, "{judge:?}");
-    let counters = bench.ask::<messages::GetCounters>(&());
-    // Three ticks in a row without an answer: by chance about once in that hour.
-    assert!(counters.servo_losses <= 5, "{counters:?}");
+fn an_hour_of_gripping_is_sound() {
+    let hour = an_hour();
+    eprintln!("an hour: {}; longest fast {} µs", hour.judge, hour.fast_us);
+    assert!(hour.faults().is_empty(), "{:?}: {hour:?}", hour.faults());
 }
 
 /// A processor that is too slow for its rate: it does with few iterations; where these do not suffice, a tick tells the last good
@@ -425,7 +304,7 @@ fn an_hour() {
 #[test]
 fn a_slow_processor_tells_old_forces_in_time() {
     // An estimate may take as long as the time between two positions.
-    let mut bench = ready(&Settings::of(MOUNT));
+    let mut bench = ready(&Settings::of(GEARED_MOUNT));
     bench.set_cost(TICK as u32);
     let before = bench.ask::<messages::GetCounters>(&());
     let mut judge = Judge::default();
@@ -464,7 +343,7 @@ fn a_slow_processor_tells_old_forces_in_time() {
 /// With `Release`, a single lost answer opens the finger in the tick it was missed.
 #[test]
 fn release_within_a_tick() {
-    let settings = Settings { on_fault: Reaction::Release, ..Settings::of(MOUNT) };
+    let settings = Settings { on_fault: Reaction::Release, ..Settings::of(GEARED_MOUNT) };
     let mut bench = ready(&settings);
     bench.ask::<Grip>(&grip(5.0)).unwrap();
     bench.run(SECOND);
@@ -482,5 +361,5 @@ fn release_within_a_tick() {
     assert_eq!(bench.reports[before + first].0.phase, Phase::Released(Why::Bus));
     let goals: Vec<f32> = bench.reports[before + first..].iter().take(3).map(|(report, _)| report.goal).collect();
     assert!(goals[1] < goals[0] || goals[2] < goals[1], "{goals:?}");
-    assert_eq!(bench.reports.last().unwrap().0.goal, MOUNT.open_angle);
+    assert_eq!(bench.reports.last().unwrap().0.goal, GEARED_MOUNT.open_angle);
 }

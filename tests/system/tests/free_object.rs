@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use host::servo::{Clock, Config};
+use fre_gripper::servo::{Clock, Config};
 use messages::{Grasp, Mount, Report, Settings, Side, Support, Which};
 use model_core::equilibrium::Follower;
 use model_core::grasp::{Balance, Finger, Grasp as Model, Load, Placement};
@@ -71,7 +71,7 @@ fn settled(watch: &mut Watch, goals: [f32; 2]) {
 
 /// Waits for a grasp with a balance that is so.
 fn until_free(watch: &mut Watch, what: &str, so: impl Fn(&Grasp) -> bool) {
-    watch.until(what, SECONDS(60), |told| matches!(told, host::link::Told::Grasp(grasp) if so(grasp)));
+    watch.until(what, SECONDS(60), |told| matches!(told, fre_gripper::link::Told::Grasp(grasp) if so(grasp)));
 }
 
 /// The target's place is one where the object rests in f64 as well, with the same forces; let go where it was set it comes to rest

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use dynamixel::xm430;
-use host::link::{Link, LinkError};
-use host::servo::{Config, Handle, Load, OnBranch};
+use fre_gripper::link::{Link, LinkError};
+use fre_gripper::servo::{Config, Handle, Load, OnBranch};
 use messages::{Event, GripTo, Mount, Phase, Reaction, Refusal, Report, Settings, SettingsField, Side, Which, Why};
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
@@ -376,7 +376,7 @@ fn a_lost_answer_is_waited_out() {
             again.ask(&link, report, &to);
             matches!(report.phase, Phase::Gripping | Phase::Gripped) && report.estimate.age == 0
         });
-        machine.servo.inject([host::servo::Fault::Drop]);
+        machine.servo.inject([fre_gripper::servo::Fault::Drop]);
         watch.until_report("wait", SECONDS(60), |report| {
             matches!(report.phase, Phase::Waiting(Why::Bus) | Phase::Held(Why::ServoLost))
         });

@@ -6,9 +6,9 @@ use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use host::servo::{Clock, Config};
-use host::source::{Source, Told, WAITING};
-use host::web;
+use fre_gripper::servo::{Clock, Config};
+use fre_gripper::source::{Source, Told, WAITING};
+use fre_gripper::web;
 use messages::{Direction, FreeObject, Grasp, GripTo, Mount, Phase, Report, Settings, Side, Support, Which};
 use model_core::object::ObjectDesign;
 use serde_json::json;
@@ -56,7 +56,7 @@ fn on_page(
     servos: Vec<Config>,
     settings: &Settings,
     objects: &[ObjectDesign],
-    visit: impl FnOnce(&mut Browser, &str, &Mutex<Stream>, &host::link::Link),
+    visit: impl FnOnce(&mut Browser, &str, &Mutex<Stream>, &fre_gripper::link::Link),
 ) {
     let count = servos.len();
     let machine = Machine::boot_all(servos);
@@ -212,7 +212,7 @@ fn a_free_object_is_shown_where_it_has_gone() {
     on_page(vec![servo(1), servo(7)], &settings, &objects, visit_free);
 }
 
-fn visit_free(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host::link::Link) {
+fn visit_free(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_gripper::link::Link) {
     page.open(url, WIDE, false);
     page.until("document.getElementById('link').textContent === 'live'");
     for (finger, degrees) in [(0, 10.0_f32), (1, 7.0)] {
@@ -266,7 +266,7 @@ fn visit_free(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host
     page.picture(&pictures().join("free-phone-below.png"));
 }
 
-fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host::link::Link) {
+fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_gripper::link::Link) {
     page.open(url, WIDE, false);
     let of = |finger: u8, name: &str| {
         format!("document.querySelector('.finger[data-finger=\"{finger}\"] [data-is={name}]').textContent")
@@ -279,7 +279,7 @@ fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host
 
     // Another force for each: a card that showed its neighbour's would be found out.
     let mut asked = Instant::now();
-    let again = |link: &host::link::Link| {
+    let again = |link: &fre_gripper::link::Link| {
         for (finger, force) in [(0, 3.0), (1, 5.0)] {
             // Refused while a busy PC has lost the servo.
             let _ = link.grip(&GripTo { fingers: Which::One(finger), force, speed: Some(0.1), limit: None });
@@ -352,7 +352,7 @@ fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host
     assert!(page.complaints.is_empty(), "{:?}", page.complaints);
 }
 
-fn visit(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &host::link::Link) {
+fn visit(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_gripper::link::Link) {
     let is = |name: &str| format!("document.querySelector('[data-is={name}]').textContent");
     page.open(url, DESK, false);
     page.until(&format!("document.getElementById('link').textContent === 'live' && {} === 'no-contact'", is("status")));

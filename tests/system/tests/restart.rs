@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use host::link::{Link, LinkError};
+use fre_gripper::link::{Link, LinkError};
 use messages::{Provocation, ResetCause, Settings};
 use model_core::uncertainty::Uncertainty;
 use system_tests::{Machine, OBJECT, Watch, finger};

@@ -5,7 +5,7 @@ mod sdk;
 use std::path::Path;
 use std::time::Duration;
 
-use host::link::{Link, LinkError};
+use fre_gripper::link::{Link, LinkError};
 use messages::{Event, Mount, Refusal, Role, Settings, Which};
 use model_core::estimator::Estimator;
 use model_core::size::Reduced;
@@ -43,7 +43,7 @@ fn the_sdk_of_robotis_reads_the_force_from_the_firmware() {
     watch.until(
         "what was told meanwhile",
         SECONDS(20),
-        |told| matches!(told, host::link::Told::Event(notice) if matches!(notice.event, Event::Started { .. })),
+        |told| matches!(told, fre_gripper::link::Told::Event(notice) if matches!(notice.event, Event::Started { .. })),
     );
     let closed: Vec<i32> = facts["closed"][0].split(' ').map(|word| word.parse().unwrap()).collect();
     let milli = |value: f32| (value * 1e3).round() as i32;

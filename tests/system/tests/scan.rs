@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use host::link::LinkError;
-use host::servo::{Clock, Config};
+use fre_gripper::link::LinkError;
+use fre_gripper::servo::{Clock, Config};
 use messages::{Event, GripTo, Mount, Refusal, Settings, Which};
 use system_tests::{Machine, OBJECT, Watch, finger};
 

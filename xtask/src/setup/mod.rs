@@ -2,7 +2,7 @@
 
 mod apt;
 mod cross_target;
-mod python;
+pub mod python;
 
 use crate::command::{find, output};
 use crate::paths;
@@ -32,7 +32,7 @@ pub fn run(parts: Parts) -> Result<()> {
     type Part = (&'static str, fn() -> Result<String>);
     let mut wanted: Vec<Part> = vec![("QEMU", qemu), ("cross target", cross_target::provide)];
     if parts != Parts::Firmware {
-        wanted.push(("Python packages", python::provide));
+        wanted.push(("Python packages", || python::TESTS.provide()));
         wanted.push(("Chromium", chromium));
     }
     if parts == Parts::EverythingAndFea {
@@ -52,11 +52,10 @@ pub fn run(parts: Parts) -> Result<()> {
 }
 
 fn qemu() -> Result<String> {
-    const PROGRAM: &str = "qemu-system-arm";
-    if find(PROGRAM).is_none() {
-        apt::install(&[PROGRAM], Otherwise::Backports)?;
+    if find(fre_qemu::PROGRAM).is_none() {
+        apt::install(&[fre_qemu::PROGRAM], Otherwise::Backports)?;
     }
-    let version = output(Command::new(PROGRAM).arg("--version"))?;
+    let version = output(Command::new(fre_qemu::PROGRAM).arg("--version"))?;
     Ok(version.lines().next().unwrap_or_default().to_owned())
 }
 

@@ -342,5 +342,7 @@ const fn code(status: Status) -> u8 {
         Status::ContactCapacity => 7,
         Status::OutOfRange => 8,
         Status::Stale => 9,
+        Status::Precision => 10,
+        Status::Unsettled => 11,
     }
 }

@@ -53,7 +53,8 @@ pub struct FingerBlock {
     /// Torque that the contact demands of the motor, mN·mm; positive when it must push to close.
     pub torque: Register<i32>,
     /// Status of the numbers above: 0 converged, 1 tracking, 2 no-contact, 3 snapped (up to here they may be used),
-    /// 4 max-iterations, 5 stagnated, 6 folded, 7 contact-capacity, 8 out-of-range, 9 stale.
+    /// 4 max-iterations, 5 stagnated, 6 folded, 7 contact-capacity, 8 out-of-range, 9 stale,
+    /// 10 precision, 11 unsettled.
     pub status: Register<u8>,
     /// 1 if the numbers may be used.
     pub trustworthy: Register<u8>,

@@ -1,4 +1,4 @@
-//! Cost of the paper's full resolution, `paper` 170/20, on the target.
+//! Cost of the full resolution of *Geometrico-Static Modelling of a FRE Finger*, `paper` 170/20, on the target.
 
 #![no_std]
 #![no_main]

@@ -81,10 +81,14 @@ pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[Model]) -> ! {
             for (hessian, hessian_word, mode) in MODES {
                 let how = discretisation(physics);
                 let settings = Settings { hessian, max_iterations: BUDGET, ..Settings::DEFAULT };
+                if follower.set_settings(settings).is_err() {
+                    defmt::println!("refused: the settings are not allowed");
+                    mps2::exit(Exit::Failure)
+                }
                 for (step, step_word, last) in
                     [(COUNT, "count", LAST_COUNT), (core::f64::consts::PI / 180.0, "degree", LAST_DEG)]
                 {
-                    let (result, peak) = stack::peak_of(|| sweep(follower, &how, settings, mode, step, last, record));
+                    let (result, peak) = stack::peak_of(|| sweep(follower, &how, mode, step, last, record));
                     let ticks = match result {
                         Ok(ticks) => ticks,
                         Err(_) => {
@@ -128,7 +132,6 @@ pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[Model]) -> ! {
 fn sweep<'a, S: Size>(
     follower: &mut Follower<f32, S>,
     how: &Discretisation,
-    settings: Settings,
     mode: Mode,
     step: f64,
     last: i32,
@@ -136,7 +139,6 @@ fn sweep<'a, S: Size>(
 ) -> Result<&'a [Tick], DiscretiseError> {
     let design = ladder_80();
     follower.configure(&design, how)?;
-    follower.set_settings(settings);
     follower.set_object(circle_80(HEIGHT), Motion::Rotating { axis: design.motor_axis });
     follower.start(0.0);
     let mut used = 0;
@@ -176,7 +178,7 @@ struct Derivatives {
 fn derivatives<S: Size>(follower: &mut Follower<f32, S>, how: &Discretisation) -> Result<Derivatives, DiscretiseError> {
     let design = ladder_80();
     follower.configure(&design, how)?;
-    follower.set_settings(Settings::DEFAULT);
+    follower.set_hessian(Hessian::Newton);
     follower.set_object(circle_80(HEIGHT), Motion::Rotating { axis: design.motor_axis });
     follower.start(0.0);
     let mut sums = Derivatives { taken: 0, refused: 0, step_clock: 0, clock: 0, most: 0 };

@@ -1,0 +1,179 @@
+//! `fre calibrate`: the model's parameters from measurements.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use model_core::discretise::{Discretisation, DiscretiseError};
+
+use super::options::{ModelArgs, refused};
+use super::output::{ForceArgs, Picture, put_out, reads_case};
+use super::send::{Address, transmit};
+use super::{UNTRUSTWORTHY, bad_input};
+use fre::draw::Theme;
+use fre::files::{FileError, Output};
+use fre::fit::calibrate::{Input, Loss, Model, Noise, Parameter, document, fit, fitted_finger, picture, text};
+use fre::study::run::Precision;
+
+/// Fit modulus, zero angle, object offset or dimensions to measurements, with uncertainties.
+///
+/// Each CSV belongs to the case in the same place (or to the only one): one object each, all with the same finger. Columns:
+/// motor_angle_deg and force_n (or fx_n and fy_n), and front_x_mm and front_y_mm for outlines. Rows of an opening motion are left
+/// out, as backlash shifts them. Exit status: 0 every parameter determined; 1 bad input; 2 some parameter not determined by
+/// the data, or a fit that did not converge.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Measurements
+    #[arg(value_name = "CSV", required = true)]
+    measurements: Vec<PathBuf>,
+    /// The case (finger and object) of the measurements; once, or once per CSV
+    #[arg(long = "case", value_name = "CASE.toml", required = true)]
+    cases: Vec<PathBuf>,
+    /// What is fitted: youngs-modulus, zero, object-x, object-y, radius, front-thickness, back-thickness, hinge-thickness,
+    /// hinge-length
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parameter,
+          default_value = "youngs-modulus,zero,object-x,object-y")]
+    fit: Vec<Parameter>,
+    /// Standard deviation of a measured force, N
+    #[arg(long, value_name = "N", default_value_t = Noise::default().force_n, value_parser = positive)]
+    force_sd_n: f64,
+    /// Standard deviation of a measured angle, degrees [default: a servo's count over √12]
+    #[arg(long, value_name = "DEG", value_parser = positive)]
+    angle_sd_deg: Option<f64>,
+    /// Standard deviation of a point of an outline, mm
+    #[arg(long, value_name = "MM", default_value_t = Noise::default().outline_mm, value_parser = positive)]
+    outline_sd_mm: f64,
+    /// How readings far off count
+    #[arg(long, value_enum, default_value = "huber")]
+    loss: LossWord,
+    /// Uses the rows of opening motions as well
+    #[arg(long)]
+    both_ways: bool,
+    /// Writes the finger with the fitted values
+    #[arg(long, value_name = "finger.toml")]
+    write: Option<PathBuf>,
+    /// Sends the finger, its zero position, the standard deviations and, if there is one run, its object to a gripper, and reads them back: unix:PATH,
+    /// tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD. Not if some parameter is undetermined
+    #[arg(long, value_name = "LINK")]
+    send: Option<Address>,
+    /// The gripper's finger that was measured, from 0
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "send")]
+    finger: u8,
+    /// Form of the results on standard output
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// Draws forces and residuals
+    #[arg(long, value_name = "FILE.svg|FILE.png")]
+    plot: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// A table.
+    Text,
+    /// One object.
+    Json,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum LossWord {
+    /// Linear beyond 1.345 standard deviations.
+    Huber,
+    /// Rejected beyond 4.685.
+    Tukey,
+    /// Squared throughout.
+    Square,
+}
+
+fn parameter(word: &str) -> Result<Parameter, String> {
+    Parameter::of(word).ok_or_else(|| {
+        let words: Vec<&str> = Parameter::ALL.iter().map(|parameter| parameter.word()).collect();
+        format!("allowed is {}", words.join(", "))
+    })
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1000.0 => Ok(value),
+        _ => Err("allowed is a number above 0, up to 1000".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    match calibrate(args) {
+        Ok(whole) if whole => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::from(UNTRUSTWORTHY),
+        Err(message) => bad_input(&message),
+    }
+}
+
+fn calibrate(args: &Args) -> Result<bool, String> {
+    let options = args.model.options();
+    if options.precision != Precision::F64 {
+        return Err("--precision f32: a fit needs f64".to_owned());
+    }
+    let (write, plot) = outputs(args)?;
+    let input = Input::read(&args.measurements, &args.cases, args.both_ways).map_err(|error| error.to_string())?;
+    let design = &input.finger.design;
+    for (index, parameter) in args.fit.iter().enumerate() {
+        if args.fit[..index].contains(parameter) {
+            return Err(format!("--fit names {} twice", parameter.word()));
+        }
+        if let Some(obstacle) = parameter.obstacle(design, &input.objects) {
+            return Err(format!("--fit {}: {obstacle}", parameter.word()));
+        }
+    }
+    let default = Noise::default();
+    let noise = Noise {
+        force_n: args.force_sd_n,
+        angle_deg: args.angle_sd_deg.unwrap_or(default.angle_deg),
+        outline_mm: args.outline_sd_mm,
+        loss: match args.loss {
+            LossWord::Huber => Loss::Huber,
+            LossWord::Tukey => Loss::Tukey,
+            LossWord::Square => Loss::Square,
+        },
+    };
+    let model = Model { design, discretisation: options.discretisation };
+    let found = fit(&model, &input.runs, &args.fit, &noise).map_err(|error| match error {
+        DiscretiseError::Design(error) => format!("{}: finger.{error}", args.cases[0].display()),
+        error => refused(&error),
+    })?;
+    let text = match args.format {
+        Format::Text => text(&input, &found),
+        Format::Json => serde_json::to_string_pretty(&document(&input, &found)).map_err(|e| e.to_string())? + "\n",
+    };
+    put_out(&text)?;
+    if let Some(file) = write {
+        file.write(fitted_finger(&input, &found).as_bytes()).map_err(|error| error.to_string())?;
+    }
+    if let Some(file) = plot {
+        file.draw(&picture(&input.finger.name, &input.runs, &found), Theme::Light)?;
+    }
+    let whole = found.converged && found.undetermined.is_empty();
+    if let Some(address) = &args.send {
+        if whole {
+            let how = Discretisation::estimator(options.discretisation.physics);
+            transmit(address, args.finger, how, &input, &found)?;
+        } else {
+            tell!("fre: nothing was sent: the fit is not whole");
+        }
+    }
+    Ok(whole)
+}
+
+/// The files that are written: the finger and the picture.
+fn outputs(args: &Args) -> Result<(Option<Output>, Option<Picture>), String> {
+    let mut files = args.force.files();
+    let words = |error: FileError| error.to_string();
+    args.measurements.iter().try_for_each(|path| files.input(path, "the measurements")).map_err(words)?;
+    args.cases.iter().try_for_each(|path| reads_case(&mut files, path)).map_err(words)?;
+    let write = args.write.as_deref().map(|path| files.output(path, "--write")).transpose().map_err(words)?;
+    let plot = args.plot.as_deref().map(|path| Picture::of(&mut files, path)).transpose()?;
+    Ok((write, plot))
+}

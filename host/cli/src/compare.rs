@@ -1,0 +1,191 @@
+//! `fre compare`: a case against finite elements or measurements, with the metrics of *Geometrico-Static Modelling of a FRE Finger*.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use model_core::discretise::DiscretiseError;
+
+use super::options::{ModelArgs, ThemeWord, refused};
+use super::output::{ForceArgs, Picture, put_out, reads_case};
+use super::{UNTRUSTWORTHY, bad_input};
+use fre::case::Case;
+use fre::compare::{self, CompareError, Comparison, with_elements, with_measurements};
+use fre::fea::DECK;
+use fre::files::FileError;
+use fre::fit::measured::Measured;
+
+/// Compare a case with finite elements (--fea) or measurements (--measured).
+///
+/// Shape deviation: distance from each point of the reference's front centreline to the nearest point of the model's; its
+/// mean along the finger and its largest value. Force error: magnitude of the model's net force less the reference's.
+///
+/// --fea meshes the finger with its real thicknesses (straight or bowed, tapered; flexible, pinned or welded lamellae), presses
+/// it on the object (any shape) with CalculiX (`ccx`; `cargo xtask setup --fea` installs it) and compares at every place of
+/// the case's motion.
+///
+/// --measured reads a CSV whose header names the columns, in any order, with units: motor_angle_deg (or distance_mm); force_n
+/// (magnitude) or fx_n, fy_n (on the object, world frame); front_x_mm, front_y_mm (points of the front centreline, finger
+/// frame: lists separated by blanks, or one point per row). Semicolons or tabs instead of commas will do, then with decimal
+/// commas too; up to 64 MB. Rows of one place belong together: several forces of a place are averaged, several outlines count alike. Rows that
+/// cannot be used are left out and named with their line. Outliers (readings, and points of the outline, much farther from the
+/// model than the others) are named with their line and count all the same; the figures without them are told beside.
+/// The case's places are replaced by the measured ones, in ascending order: a closing motion (--order).
+///
+/// Exit status: 0 all compared; 1 bad input; 2 some place without a trustworthy solution or out of CalculiX's reach.
+#[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("reference").required(true).args(["fea", "measured"]))]
+pub struct Args {
+    /// The case file
+    #[arg(value_name = "CASE.toml")]
+    case: PathBuf,
+    /// Compares with finite elements
+    #[arg(long)]
+    fea: bool,
+    /// Compares with measurements
+    #[arg(long, value_name = "FILE.csv")]
+    measured: Option<PathBuf>,
+    /// Refinement of the finite elements: every element becomes N by N
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "measured")]
+    mesh: usize,
+    /// Order in which the measured places are visited
+    #[arg(long, value_enum, default_value = "closing", conflicts_with = "fea")]
+    order: Order,
+    /// Folder for CalculiX's files [default: the case's name with -fea, in the current folder]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "measured")]
+    folder: Option<PathBuf>,
+    /// Form of the results on standard output
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// Draws both shapes at the last place (--fea), or forces and residuals (--measured)
+    #[arg(long, value_name = "FILE.svg|FILE.png")]
+    plot: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
+    /// Colours of a PNG; an SVG follows its viewer's
+    #[arg(long, value_enum, default_value = "light", requires = "plot")]
+    plot_theme: ThemeWord,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// A table.
+    Text,
+    /// One object.
+    Json,
+    /// One line per place; notes go to standard error.
+    Csv,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Order {
+    /// Ascending, whatever the file's order.
+    Closing,
+    /// The file's: closing and opening again, with the finger's hysteresis.
+    File,
+}
+
+impl From<Order> for compare::Order {
+    fn from(order: Order) -> Self {
+        match order {
+            Order::Closing => Self::Closing,
+            Order::File => Self::File,
+        }
+    }
+}
+
+/// CalculiX' folder.
+fn folder(args: &Args) -> PathBuf {
+    args.folder.clone().unwrap_or_else(|| {
+        let stem = args.case.file_stem().unwrap_or_default().to_string_lossy();
+        PathBuf::from(format!("{stem}-fea"))
+    })
+}
+
+/// The file of the picture; no other one is lost by this run.
+fn plot(args: &Args) -> Result<Option<Picture>, String> {
+    let mut files = args.force.files();
+    let words = |error: FileError| error.to_string();
+    reads_case(&mut files, &args.case).map_err(words)?;
+    match &args.measured {
+        Some(measured) => files.input(measured, "--measured").map_err(words)?,
+        None => {
+            let deck = folder(args).join(DECK);
+            if deck.exists() {
+                // CalculiX writes its files itself: that they may be lost is all that is asked here.
+                drop(files.output(&deck, "--folder").map_err(words)?);
+            }
+        }
+    }
+    args.plot.as_deref().map(|file| Picture::of(&mut files, file)).transpose()
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    let plot = match plot(args) {
+        Ok(plot) => plot,
+        Err(error) => return bad_input(&error),
+    };
+    let mut case = match Case::read(&args.case) {
+        Ok(case) => case,
+        Err(error) => return bad_input(&error),
+    };
+    let comparison = match compared(args, &mut case) {
+        Ok(comparison) => comparison,
+        Err(message) => return bad_input(&message),
+    };
+    let text = match args.format {
+        Format::Text => comparison.text(&case),
+        Format::Csv => {
+            for note in &comparison.notes {
+                tell!("fre: note: {note}");
+            }
+            for problem in &comparison.left_out {
+                tell!("fre: left out: {problem}");
+            }
+            for line in comparison.outlier_lines(&case) {
+                tell!("fre: {line}");
+            }
+            comparison.csv(&case)
+        }
+        Format::Json => match comparison.json() {
+            Ok(text) => text,
+            Err(error) => return bad_input(&error),
+        },
+    };
+    if let Err(error) = put_out(&text) {
+        return bad_input(&error);
+    }
+    if let (Some(file), Some(plot)) = (&args.plot, plot) {
+        match &comparison.picture {
+            Some(scene) => {
+                if let Err(error) = plot.draw(scene, args.plot_theme.theme()) {
+                    return bad_input(&error);
+                }
+            }
+            None => tell!("fre: {}: nothing to draw, no place has both results", file.display()),
+        }
+    }
+    if comparison.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) }
+}
+
+fn compared(args: &Args, case: &mut Case) -> Result<Comparison, String> {
+    let options = args.model.options();
+    let compared = match &args.measured {
+        Some(file) => {
+            let measured = Measured::read(file).map_err(|error| error.to_string())?;
+            with_measurements(case, &options, &measured, file, args.order.into())
+        }
+        None => with_elements(case, &options, args.mesh, &folder(args), |plan| {
+            tell!("CalculiX: {} elements, {} increments …", plan.mesh.elements.len(), plan.path.len());
+        }),
+    };
+    compared.map_err(|error| match error {
+        CompareError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", args.case.display()),
+        CompareError::Discretise(error) => refused(&error),
+        CompareError::Mesh(error) => format!("{}: {error}", args.case.display()),
+        error => error.to_string(),
+    })
+}

@@ -1,0 +1,114 @@
+//! `fre demo`: the firmware in QEMU beside the full-resolution references.
+
+use std::io::IsTerminal;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+use super::options::PhysicsWord;
+use super::output::ForceArgs;
+#[cfg(feature = "web")]
+use super::output::put_out;
+use super::{UNTRUSTWORTHY, bad_input};
+use fre::files::{FileError, Folder};
+use fre_gripper::demo::{self, Options, Pace};
+
+/// Show the main job: the firmware in QEMU estimates the force of a finger that closes and opens, beside the full-resolution
+/// references on this PC.
+///
+/// `cargo xtask demo` builds the firmware and runs this. Ends by itself, with a table and a report; Ctrl-C ends it earlier.
+/// Exit status: 0 all is well; 1 it did not work; 2 it worked, and the result is not what it should be.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The gripper's firmware for QEMU's mps2-an500
+    #[arg(long, value_name = "ELF")]
+    firmware: PathBuf,
+    /// How long it takes, 4 to 600
+    #[arg(long, value_name = "S", default_value_t = 20.0)]
+    seconds: f64,
+    /// Folder for the report
+    #[arg(long, value_name = "FOLDER", default_value = "target/demo")]
+    report: PathBuf,
+    #[command(flatten)]
+    force: ForceArgs,
+    /// An instruction takes 2^N ns of QEMU's time, 0 to 10, or off: as fast as QEMU can (costs are then wall time)
+    #[arg(long, value_name = "N|off", default_value = "2", value_parser = pace)]
+    icount: Pace,
+    /// Physics of the target, the references and the servo's load
+    #[arg(long, value_enum, default_value = "extended")]
+    physics: PhysicsWord,
+    /// Serves a live page and goes on until it is stopped (needs a build with `--features web`)
+    #[arg(long, conflicts_with = "seconds")]
+    live: bool,
+    /// Where the live page is; an address that others can reach needs the token that is printed with it
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "live")]
+    listen: SocketAddr,
+}
+
+/// The report's folder, where these files will be written.
+fn folder(args: &Args, names: &[&str]) -> Result<Folder, FileError> {
+    let mut files = args.force.files();
+    files.input(&args.firmware, "--firmware")?;
+    files.folder(&args.report, names, "--report")
+}
+
+fn pace(words: &str) -> Result<Pace, String> {
+    match words.parse::<u8>() {
+        Ok(shift @ 0..=10) => Ok(Pace::Counted { shift }),
+        _ if words == "off" => Ok(Pace::Free),
+        _ => Err("allowed is 0 to 10, or off".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> ExitCode {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        if let Err(error) = signal_hook::flag::register(signal, stop.clone()) {
+            return bad_input(&format!("no signals: {error}"));
+        }
+    }
+    if args.live {
+        return live(&args, &stop);
+    }
+    let mut folder = match folder(&args, &demo::FILES) {
+        Ok(folder) => folder,
+        Err(error) => return bad_input(&error),
+    };
+    let Args { firmware, seconds, icount, physics, .. } = args;
+    let mut out = std::io::stdout();
+    let terminal = out.is_terminal();
+    let physics = physics.physics();
+    let options = Options { firmware, seconds, pace: icount, physics, terminal };
+    match demo::run(&options, &mut folder, &mut out, &stop) {
+        Ok(summary) if summary.faults.is_empty() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::from(UNTRUSTWORTHY),
+        Err(error) => bad_input(&error),
+    }
+}
+
+#[cfg(not(feature = "web"))]
+fn live(_: &Args, _: &AtomicBool) -> ExitCode {
+    bad_input(&"--live: this program was built without `web`; `cargo xtask demo --live` builds it with it")
+}
+
+#[cfg(feature = "web")]
+fn live(args: &Args, stop: &AtomicBool) -> ExitCode {
+    let mut folder = match folder(args, &[demo::LOG]) {
+        Ok(folder) => folder,
+        Err(error) => return bad_input(&error),
+    };
+    let ready = |url: &str| {
+        // Whoever does not read the address can still open the page.
+        let _ = put_out(&format!("live page   {url}\n            Ctrl-C ends the demonstration\n"));
+        fre_gripper::web::open_browser(url);
+    };
+    match demo::live(&args.firmware, &mut folder, args.icount, args.physics.physics(), args.listen, stop, ready) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => bad_input(&error),
+    }
+}

@@ -1,0 +1,51 @@
+//! `fre flash`: an image into a board's flash, through a debug probe.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::bad_input;
+use fre_gripper::probe::{Board, Image, ProbeError};
+
+/// Flash a board through a debug probe: write its image, read it back, start it.
+///
+/// `cargo xtask firmware BOARD` builds the image. Needs a `fre` built with debug probes: cargo run --release -p fre-cli
+/// --features probe --bin fre -- flash BOARD
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// opencr, nucleo-h743zi or nucleo-g474re
+    #[arg(value_name = "BOARD", value_parser = Board::named)]
+    board: Board,
+    /// The image [default: where `cargo xtask firmware` puts it]
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
+    /// The probe, if there are several
+    #[arg(long, value_name = "VID:PID[:SERIAL]")]
+    probe: Option<String>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    match flash(args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => bad_input(&error),
+    }
+}
+
+fn flash(args: &Args) -> Result<(), ProbeError> {
+    let image = Image::read(&args.image.clone().unwrap_or_else(|| args.board.image()), args.board.name)?;
+    image.fits(&args.board)?;
+    write(args, &image)
+}
+
+#[cfg(feature = "probe")]
+fn write(args: &Args, image: &Image) -> Result<(), ProbeError> {
+    use fre_gripper::probe::session;
+    let selector = session::selector(args.probe.as_deref())?;
+    session::flash(&args.board, image, selector.as_ref(), &mut std::io::stdout())
+}
+
+#[cfg(not(feature = "probe"))]
+fn write(args: &Args, _image: &Image) -> Result<(), ProbeError> {
+    let _ = &args.probe;
+    Err(ProbeError::NotBuilt)
+}

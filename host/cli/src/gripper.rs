@@ -1,0 +1,297 @@
+//! `fre gripper`: what a gripper's page can do, for scripts.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use clap::Subcommand;
+use messages::{Event, Finger, GripTo, Notice, Phase, Report, Which};
+use model_core::discretise::Discretisation;
+use model_core::object::ObjectDesign;
+use model_core::uncertainty::Uncertainty;
+
+use super::options::PhysicsWord;
+use super::output::put_out;
+use super::{UNTRUSTWORTHY, bad_input, identify};
+use fre::case::Case;
+use fre_gripper::link::{Address, Link, LinkError, Told, pairs, set};
+
+/// Ask a gripper, set it, and let it grip.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Where the gripper is: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD
+    #[arg(long, value_name = "LINK", global = true, required = false)]
+    link: Option<Address>,
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Who it is, how it started, and what it has counted
+    Info,
+    /// Its settings as KEY = VALUE, and what its fingers and objects are
+    Get,
+    /// Change settings by KEY=VALUE, and give a finger the design and object of a case
+    Set {
+        /// What to change; `get` shows the keys
+        #[arg(value_name = "KEY=VALUE")]
+        pairs: Vec<String>,
+        /// Takes finger and object from a case file
+        #[arg(long, value_name = "CASE.toml")]
+        case: Option<PathBuf>,
+        /// The finger that the case is for
+        #[arg(long, value_name = "N", default_value_t = 0, requires = "case")]
+        finger: u8,
+        /// How the finger is modelled
+        #[arg(long, value_enum, default_value = "extended", requires = "case")]
+        physics: PhysicsWord,
+    },
+    /// Close until a force is reached, and keep it
+    Grip {
+        /// Force of each finger on the object
+        #[arg(long, value_name = "N")]
+        force_n: f32,
+        /// Greatest speed [default: the settings' own]
+        #[arg(long, value_name = "DEG/S")]
+        speed_deg_per_s: Option<f32>,
+        /// Motor angle beyond which no finger closes [default: the settings' range]
+        #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+        limit_deg: Option<f32>,
+        #[command(flatten)]
+        which: Fingers,
+        /// Waits so long until the force is reached; status 2 if it is not
+        #[arg(long, value_name = "S")]
+        wait: Option<f64>,
+    },
+    Identify(identify::Args),
+    /// Open
+    Release(Fingers),
+    /// Stay where it is
+    Hold(Fingers),
+    /// Search the bus for servos at every rate, which takes some seconds; estimates are stale meanwhile, and no finger may grip
+    Scan,
+}
+
+#[derive(Clone, Copy, Debug, clap::Args)]
+struct Fingers {
+    /// One finger only, from 0 [default: all]
+    #[arg(long = "finger", value_name = "N", id = "which")]
+    finger: Option<u8>,
+}
+
+impl Fingers {
+    fn which(self) -> Which {
+        self.finger.map_or(Which::All, Which::One)
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    let Some(address) = &args.link else {
+        return bad_input(&"--link says where the gripper is");
+    };
+    match act(address, &args.action) {
+        Ok(code) => code,
+        Err(error) => bad_input(&error),
+    }
+}
+
+fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let link = Link::open(address)?;
+    match action {
+        Action::Info => put_out(&info(&link)?)?,
+        Action::Get => put_out(&get(&link)?)?,
+        Action::Set { pairs, case, finger, physics } => {
+            if !pairs.is_empty() {
+                let mut settings = link.settings()?;
+                pairs.iter().try_for_each(|pair| set(&mut settings, pair))?;
+                link.set_settings(&settings)?;
+            }
+            if let Some(path) = case {
+                let case = Case::read(path)?;
+                let how = Discretisation::estimator(physics.physics());
+                let design = Finger { design: case.finger.design, how };
+                link.set_finger(*finger, &design)?;
+                link.set_object(*finger, case.object)?;
+            }
+        }
+        Action::Grip { force_n, speed_deg_per_s, limit_deg, which, wait } => {
+            let told = link.listen();
+            link.grip(&GripTo {
+                fingers: which.which(),
+                force: *force_n,
+                speed: speed_deg_per_s.map(f32::to_radians),
+                limit: limit_deg.map(f32::to_radians),
+            })?;
+            if let Some(seconds) = wait {
+                let count = link.settings()?.count();
+                let longest = Duration::try_from_secs_f64(*seconds).map_err(|_| "--wait: not a time")?;
+                // What was told before says nothing about this grip.
+                let since_us = link.counters()?.uptime_us;
+                return wait_for(&told, which.which(), count, since_us, longest);
+            }
+        }
+        Action::Identify(args) => return identify::run(&link, args),
+        Action::Release(which) => link.open_fingers(which.which())?,
+        Action::Hold(which) => link.hold(which.which())?,
+        Action::Scan => return scan(&link),
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// How long a search may take: three quarters of a second a rate, and as long again for a slow link.
+const SCAN: Duration = Duration::from_secs(15);
+
+fn scan(link: &Link) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let told = link.listen();
+    link.scan()?;
+    let end = Instant::now() + SCAN;
+    loop {
+        match told.recv_timeout(end.saturating_duration_since(Instant::now())) {
+            Ok(Told::Event(Notice { event: event @ Event::DeviceFound { .. }, .. })) => {
+                put_out(&format!("{event}\n"))?;
+            }
+            Ok(Told::Event(Notice { event: event @ Event::ScanDone { .. }, .. })) => {
+                put_out(&format!("{event}\n"))?;
+                return Ok(ExitCode::SUCCESS);
+            }
+            Ok(_) => {}
+            Err(_) => return Err(format!("the search has not ended within {} s", SCAN.as_secs()).into()),
+        }
+    }
+}
+
+fn info(link: &Link) -> Result<String, LinkError> {
+    let mut text = String::new();
+    let version = link.version()?;
+    let _ = writeln!(text, "board            {}", version.board);
+    let _ = writeln!(text, "firmware         {}, protocol {}", version.firmware, version.protocol);
+    let _ = writeln!(text, "room for         {} fingers", version.fingers);
+    let boot = link.boot()?;
+    let _ = writeln!(text, "started because  {}", boot.cause.words());
+    if let Some(words) = boot.last_words {
+        let _ = writeln!(text, "last words       {words}");
+    }
+    let counters = link.counters()?;
+    let _ = writeln!(text, "running for      {:.1} s", counters.uptime_us as f64 * 1e-6);
+    let _ = writeln!(text, "ticks            {}, {} of them late", counters.ticks, counters.late_ticks);
+    let _ = writeln!(text, "rate             {:.1} Hz, {:.1} meant", counters.rate_hz, counters.chosen_hz);
+    let _ = writeln!(text, "estimates        {}", counters.estimates);
+    let us = |ticks: u32| f64::from(ticks) * 1e6 / f64::from(version.cost_hz.max(1));
+    let _ = writeln!(
+        text,
+        "latency          {:.0} µs from the servo's last byte to the report, {:.0} µs at most",
+        us(counters.latency),
+        us(counters.latency_most)
+    );
+    let _ = writeln!(
+        text,
+        "dropped          {} reports, {} grasps, {} shapes, {} events",
+        counters.dropped_reports, counters.dropped_grasps, counters.dropped_shapes, counters.dropped_events
+    );
+    let _ = writeln!(
+        text,
+        "bus              {} timeouts, {} damaged, {} refused, {} other faults, {} losses of a servo",
+        counters.bus_timeouts, counters.bus_damaged, counters.bus_refused, counters.bus_other, counters.servo_losses
+    );
+    let _ = writeln!(
+        text,
+        "link             {} frames, {} damaged, {} too large",
+        counters.link_frames, counters.link_damaged, counters.link_oversize
+    );
+    Ok(text)
+}
+
+/// Standard deviations of the parameters behind the forces'.
+fn deviations(given: &Uncertainty) -> String {
+    let Uncertainty { zero_angle, backlash, youngs_modulus, centre: [x, y], radius, .. } = given;
+    let (zero_deg, play_deg, percent) = (zero_angle.to_degrees(), backlash.to_degrees(), 100.0 * youngs_modulus);
+    let together = if given.correlations.iter().any(|r| *r != 0.0) { ", correlated" } else { "" };
+    format!(
+        "zero {zero_deg:.4}°, E {percent:.2} %, place ({x:.3}, {y:.3}) mm, radius {radius:.3} mm{together}; play {play_deg:.2}°"
+    )
+}
+
+/// An object by the keys of a case file.
+fn words(object: &ObjectDesign) -> String {
+    match object {
+        ObjectDesign::Circle { centre, radius } => format!("circle, radius_mm = {radius}, centre_mm = {centre:?}"),
+        ObjectDesign::Ellipse { centre, semi_axes, angle } => {
+            let degrees = angle.to_degrees();
+            format!("ellipse, centre_mm = {centre:?}, semi_axes_mm = {semi_axes:?}, angle_deg = {degrees}")
+        }
+        ObjectDesign::Polygon { corners, rounding } => {
+            format!("polygon, corners_mm = {:?}, rounding_mm = {rounding}", corners.to_vec())
+        }
+        ObjectDesign::HalfPlane { point, normal } => format!("half-plane, point_mm = {point:?}, normal = {normal:?}"),
+        ObjectDesign::Bore { centre, radius } => format!("bore, radius_mm = {radius}, centre_mm = {centre:?}"),
+    }
+}
+
+fn get(link: &Link) -> Result<String, LinkError> {
+    let mut text = String::new();
+    let settings = link.settings()?;
+    for (key, value) in pairs(&settings) {
+        let _ = writeln!(text, "{key} = {value}");
+    }
+    for finger in 0..settings.count() as u8 {
+        let design = link.finger(finger)?.map_or_else(
+            || "no design".to_owned(),
+            |finger| format!("{} lamellae", finger.design.lamellae.attachments.len()),
+        );
+        let object = link.object(finger)?.map_or_else(|| "no object".to_owned(), |object| words(&object));
+        let uncertainty = link.uncertainty(finger)?.map_or_else(
+            || format!("not calibrated, taken as {}", deviations(&Uncertainty::DEFAULT)),
+            |uncertainty| format!("calibrated to {}", deviations(&uncertainty)),
+        );
+        for words in [design, object, uncertainty] {
+            let _ = writeln!(text, "# finger {finger}: {words}");
+        }
+    }
+    Ok(text)
+}
+
+/// Waits until every finger meant has reached its force, or says what it does instead.
+fn wait_for(
+    told: &Receiver<Told>,
+    which: Which,
+    count: usize,
+    since_us: u64,
+    longest: Duration,
+) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let end = Instant::now() + longest;
+    let mut last: Vec<Option<Report>> = vec![None; count];
+    let reached = loop {
+        match told.recv_timeout(end.saturating_duration_since(Instant::now())) {
+            Ok(Told::Report(report)) if report.time_us > since_us => {
+                if let Some(place) = last.get_mut(usize::from(report.finger)).filter(|_| which.is(report.finger.into()))
+                {
+                    *place = Some(report);
+                }
+            }
+            Ok(_) => continue,
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => break false,
+        }
+        let meant = || (0..count).filter(|finger| which.is(*finger)).map(|finger| last[finger]);
+        if meant().all(|report| report.is_some_and(|report| report.phase == Phase::Gripped)) {
+            break true;
+        }
+        // Nothing more comes of a finger that has stopped.
+        let stopped = |report: Report| matches!(report.phase, Phase::Held(_) | Phase::Released(_) | Phase::Moving);
+        if meant().flatten().any(stopped) && meant().all(|report| report.is_some()) {
+            let settled = meant().flatten().all(|report| report.phase == Phase::Gripped || stopped(report));
+            if settled {
+                break false;
+            }
+        }
+    };
+    for report in last.into_iter().flatten() {
+        let (force, angle) = (report.estimate.force_magnitude(), report.estimate.motor_angle.to_degrees());
+        let status = report.estimate.status;
+        put_out(&format!("finger {}  {force:.3} N at {angle:.3}°  {status}  {}\n", report.finger, report.phase))?;
+    }
+    Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) })
+}

@@ -1,0 +1,153 @@
+//! What a command keeps of what it watches, in a thread of its own: a slow screen loses no report to a file.
+
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use super::output::ForceArgs;
+use fre::files::{FileError, Files, Output};
+use fre_gripper::record::Csv;
+use fre_gripper::source::{Source, Told};
+
+/// Messages that wait for a disk: half a minute of four fingers at 500 Hz.
+const WAITING: usize = 1 << 16;
+/// How often a thread looks whether it is still wanted.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// What is kept.
+#[derive(Debug, clap::Args)]
+pub struct KeepArgs {
+    /// Writes every report to a CSV file
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+    /// Records every estimate and event to an MCAP file, which Foxglove opens and `fre replay` plays (needs a build with
+    /// `--features record`)
+    #[arg(long, value_name = "FILE.mcap")]
+    record: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
+}
+
+/// Files that a command keeps, which are there to be written.
+pub struct Kept {
+    log: Option<(PathBuf, Output)>,
+    record: Option<(PathBuf, Output)>,
+}
+
+impl KeepArgs {
+    /// The files of the command that keeps these.
+    pub fn files(&self) -> Files {
+        self.force.files()
+    }
+
+    /// Takes note of the files, after those that are read.
+    ///
+    /// # Errors
+    /// One of them must not be written.
+    pub fn claim(&self, files: &mut Files) -> Result<Kept, FileError> {
+        let mut claim = |path: &Option<PathBuf>, what| -> Result<_, FileError> {
+            path.as_ref().map(|path| Ok((path.clone(), files.output(path, what)?))).transpose()
+        };
+        Ok(Kept { log: claim(&self.log, "--log")?, record: claim(&self.record, "--record")? })
+    }
+}
+
+impl Kept {
+    /// Begins to keep what this source tells.
+    ///
+    /// # Errors
+    /// A file that cannot be written, or a gripper that does not answer.
+    pub fn start(self, source: &Arc<dyn Source>) -> Result<Keeping, Box<dyn std::error::Error>> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut threads = Vec::new();
+        if let Some((path, output)) = self.log {
+            let mut csv = Csv::new(BufWriter::new(output.stream()?))?;
+            let (told, stop, name) = (source.hear(WAITING), stop.clone(), path.display().to_string());
+            threads.push(std::thread::spawn(move || {
+                hear(&told, &stop, |told| match told {
+                    Some(Told::Report(report)) => csv.write(report),
+                    _ => Ok(()),
+                })
+                .and_then(|()| csv.finish())
+                .map(|_| None)
+                .map_err(|error| format!("{name}: {error}"))
+            }));
+        }
+        if let Some((path, output)) = self.record {
+            threads.push(record(&path, output, source, stop.clone())?);
+        }
+        Ok(Keeping { stop, threads })
+    }
+}
+
+/// Hears until the end, or until it is not wanted any more; what waits then is kept too. `None`: nothing has come for a while.
+fn hear<E>(
+    told: &Receiver<Told>,
+    stop: &AtomicBool,
+    mut keep: impl FnMut(Option<&Told>) -> Result<(), E>,
+) -> Result<(), E> {
+    while !stop.load(Ordering::Acquire) {
+        match told.recv_timeout(GLANCE) {
+            Ok(told) => keep(Some(&told))?,
+            Err(RecvTimeoutError::Timeout) => keep(None)?,
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
+    }
+    told.try_iter().take(WAITING).try_for_each(|told| keep(Some(&told)))
+}
+
+type Thread = JoinHandle<Result<Option<String>, String>>;
+
+#[cfg(feature = "record")]
+fn record(
+    path: &Path,
+    output: Output,
+    source: &Arc<dyn Source>,
+    stop: Arc<AtomicBool>,
+) -> Result<Thread, Box<dyn std::error::Error>> {
+    use fre_gripper::record::Recorder;
+
+    let told = source.hear(WAITING);
+    let mut recorder = Recorder::to(output.stream()?, path, Some(source.setup()?))?;
+    let name = path.display().to_string();
+    Ok(std::thread::spawn(move || {
+        let heard = hear(&told, &stop, |told| match told {
+            Some(told) => recorder.take(told),
+            None => recorder.idle(),
+        });
+        let counts = heard.and_then(|()| recorder.finish()).map_err(|error| error.to_string())?;
+        Ok(Some(format!("{name}: {counts}\n")))
+    }))
+}
+
+#[cfg(not(feature = "record"))]
+fn record(_: &Path, _: Output, _: &Arc<dyn Source>, _: Arc<AtomicBool>) -> Result<Thread, Box<dyn std::error::Error>> {
+    Err(super::replay::NOT_BUILT.into())
+}
+
+/// Files on their way.
+#[must_use]
+pub struct Keeping {
+    stop: Arc<AtomicBool>,
+    threads: Vec<Thread>,
+}
+
+impl Keeping {
+    /// Ends the files; gives a line for people about each that has something to say.
+    ///
+    /// # Errors
+    /// A file that could not be written to its end.
+    pub fn finish(self) -> Result<Vec<String>, Box<dyn std::error::Error>> {
+        self.stop.store(true, Ordering::Release);
+        let mut lines = Vec::new();
+        for thread in self.threads {
+            let kept = thread.join().map_err(|_| "a file's thread has failed")?;
+            lines.extend(kept?);
+        }
+        Ok(lines)
+    }
+}

@@ -1,0 +1,75 @@
+//! `fre log`: a board's log as text, through a debug probe or out of QEMU.
+
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use super::bad_input;
+use fre_gripper::probe::{Board, ProbeError, emulated};
+
+/// Show a board's log: time, level, words, and the place in the source.
+///
+/// The program runs on while it is read. Ctrl-C ends it. A board needs a `fre` built with debug probes: cargo run --release
+/// -p fre-cli --features probe --bin fre -- log BOARD; --qemu boots the image for QEMU and needs no probe.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// opencr, nucleo-h743zi or nucleo-g474re
+    #[arg(value_name = "BOARD", value_parser = Board::named, required_unless_present = "qemu", conflicts_with = "qemu")]
+    board: Option<Board>,
+    /// Boots the gripper in QEMU (mps2-an500), nothing on its bus
+    #[arg(long)]
+    qemu: bool,
+    /// The image that runs there [default: where `cargo xtask firmware` puts it]
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
+    /// The probe, if there are several
+    #[arg(long, value_name = "VID:PID[:SERIAL]", conflicts_with = "qemu")]
+    probe: Option<String>,
+    /// Ends after this time [default: never]
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    let longest = match args.seconds.map(Duration::try_from_secs_f64).transpose() {
+        Ok(longest) => longest,
+        Err(_) => return bad_input(&"--seconds is no time; allowed is 0 and more"),
+    };
+    let shown = match args.board {
+        None => {
+            let image = args.image.clone().unwrap_or_else(emulated::image);
+            let mut out = std::io::stdout().lock();
+            emulated::log(&image, longest, |_, lines| {
+                for line in lines {
+                    writeln!(out, "{line}")?;
+                }
+                out.flush()?;
+                Ok(ControlFlow::Continue(()))
+            })
+        }
+        Some(board) => listen(args, &board, longest),
+    };
+    match shown {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads the lines has read enough.
+        Err(ProbeError::Log { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => bad_input(&error),
+    }
+}
+
+#[cfg(feature = "probe")]
+fn listen(args: &Args, board: &Board, longest: Option<Duration>) -> Result<(), ProbeError> {
+    use fre_gripper::probe::{Image, session};
+    let image = Image::read(&args.image.clone().unwrap_or_else(|| board.image()), board.name)?;
+    let selector = session::selector(args.probe.as_deref())?;
+    session::log(board, &image, selector.as_ref(), longest, &mut std::io::stdout())
+}
+
+#[cfg(not(feature = "probe"))]
+fn listen(args: &Args, _board: &Board, _longest: Option<Duration>) -> Result<(), ProbeError> {
+    let _ = &args.probe;
+    Err(ProbeError::NotBuilt)
+}

@@ -1,0 +1,61 @@
+//! `fre monitor`: what a gripper, or the estimator on this PC, tells.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+use super::keep::KeepArgs;
+use super::output::put_out;
+use super::source::SourceArgs;
+use super::view::{Stop, ViewArgs};
+
+/// Show what a gripper estimates and what happens to it: live in a terminal, on a page in the browser (--web), or a line per
+/// report where the output is no terminal (or with --lines).
+///
+/// Columns of the lines: the gripper's time, motor angle and goal, force on the object (magnitude, x, y in the world frame),
+/// torque demanded of the motor, the servo's current, status and its age in ticks. A force whose status is not converged,
+/// tracking, snapped or no-contact is an old one.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    source: SourceArgs,
+    /// Ends after this time [default: when the link closes]
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    #[command(flatten)]
+    view: ViewArgs,
+    #[command(flatten)]
+    keep: KeepArgs,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    watch(args).map_or_else(Stop::exit, |()| ExitCode::SUCCESS)
+}
+
+fn watch(args: &Args) -> Result<(), Stop> {
+    let length = match args.seconds {
+        Some(seconds) => Some(
+            Duration::try_from_secs_f64(seconds)
+                .map_err(|_| Stop::Input(format!("--seconds is {seconds}; allowed is 0 and more")))?,
+        ),
+        None => None,
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register(signal, stop.clone())?;
+    }
+    let mut files = args.keep.files();
+    args.source.reads(&mut files)?;
+    let kept = args.keep.claim(&mut files)?;
+    let source = args.source.open()?;
+    let keeping = kept.start(&source)?;
+    let result = args.view.show(&source, length, &stop);
+    // What was kept is whole whatever became of the view.
+    let kept = keeping.finish()?;
+    result?;
+    put_out(&kept.concat()).map_err(Stop::Input)
+}

@@ -1,0 +1,166 @@
+//! Options that commands share: how the model is discretised and solved.
+
+use clap::{Args, ValueEnum};
+use model_core::discretise::{Discretisation, DiscretiseError, Elements, Physics, Sampling, Scheme, Softness};
+use model_core::newton::Hessian;
+
+use fre::draw::Theme;
+use fre::study::run::{Options, Precision};
+
+/// Colours of a picture of pixels.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum ThemeWord {
+    /// On white, for paper.
+    Light,
+    /// On black, for screens.
+    Dark,
+}
+
+impl ThemeWord {
+    /// The theme that it names.
+    pub fn theme(self) -> Theme {
+        match self {
+            Self::Light => Theme::Light,
+            Self::Dark => Theme::Dark,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SchemeWord {
+    /// Rigid elements, first order: "Geometrico-Static Modelling of a FRE Finger".
+    Paper,
+    /// All element angles free, second order.
+    Trapezoid,
+    /// Quadratic elements, fourth order.
+    Simpson,
+}
+
+/// What a finger is made of.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum PhysicsWord {
+    /// Inextensible, hinges from the centrelines, no rigid tip, plane stress.
+    Paper,
+    /// What the finger says, with stretch.
+    Extended,
+}
+
+impl PhysicsWord {
+    /// The physics that it names.
+    pub fn physics(self) -> Physics {
+        match self {
+            Self::Paper => Physics::Paper,
+            Self::Extended => Physics::Extended,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum HessianWord {
+    /// With the exact geometric stiffness.
+    Newton,
+    /// The energy's alone; slow, and without a stability test.
+    GaussNewton,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum PrecisionWord {
+    /// Double.
+    F64,
+    /// Single, as on the microcontroller.
+    F32,
+}
+
+/// How the model is discretised and solved.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Model")]
+pub struct ModelArgs {
+    /// Scheme of beams and hinges
+    #[arg(long, value_enum, default_value = "simpson")]
+    scheme: SchemeWord,
+    /// Elements per beam / per hinge as B/H, or paper (170/20), reduced (2 per span, 3 in the tip span, 1 per hinge),
+    /// fine (4 per span, 2 per hinge)
+    #[arg(long, value_name = "B/H", default_value = "fine", value_parser = elements)]
+    elements: Elements,
+    /// Contact samples per element of scheme simpson (1 to 16) [default: 4; the other schemes sample at their nodes]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    samples: Option<u8>,
+    /// Contact softness ε in gap + ε·force = 0, mm/N, 0 to 1 [default: with samples the front beam's own, 1/(E·width); 0 with nodes]
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    softness_mm_per_n: Option<f64>,
+    /// Physics
+    #[arg(long, value_enum, default_value = "extended")]
+    physics: PhysicsWord,
+    /// Second derivative of the Newton step
+    #[arg(long, value_enum, default_value = "newton")]
+    hessian: HessianWord,
+    /// Floating-point precision
+    #[arg(long, value_enum, default_value = "f64")]
+    precision: PrecisionWord,
+}
+
+impl ModelArgs {
+    /// The options as the library takes them.
+    pub fn options(&self) -> Options {
+        let scheme = match self.scheme {
+            SchemeWord::Paper => Scheme::Paper,
+            SchemeWord::Trapezoid => Scheme::Trapezoid,
+            SchemeWord::Simpson => Scheme::Simpson,
+        };
+        let sampling = match (self.samples, scheme) {
+            (Some(samples), _) => Sampling::PerElement(samples),
+            (None, Scheme::Simpson) => Sampling::PerElement(4),
+            (None, _) => Sampling::Nodes,
+        };
+        let softness = match (self.softness_mm_per_n, sampling) {
+            (Some(softness), _) => Softness::Fixed(softness),
+            (None, Sampling::PerElement(_)) => Softness::Local,
+            (None, Sampling::Nodes) => Softness::Fixed(0.0),
+        };
+        let physics = self.physics.physics();
+        Options {
+            discretisation: Discretisation { scheme, elements: self.elements, sampling, softness, physics },
+            hessian: match self.hessian {
+                HessianWord::Newton => Hessian::Newton,
+                HessianWord::GaussNewton => Hessian::GaussNewton,
+            },
+            precision: match self.precision {
+                PrecisionWord::F64 => Precision::F64,
+                PrecisionWord::F32 => Precision::F32,
+            },
+        }
+    }
+}
+
+/// What was wrong with the options, by the option's name.
+pub fn refused(error: &DiscretiseError) -> String {
+    match error {
+        DiscretiseError::Softness { found } => format!("--softness-mm-per-n is {found}; allowed is 0 to 1"),
+        error => format!("--{error}"),
+    }
+}
+
+/// Reads a number of contact samples.
+fn samples(text: &str) -> Result<u8, String> {
+    text.parse().map_err(|_| "allowed is 1 to 16".to_owned())
+}
+
+/// The most elements per beam or hinge.
+const MOST_ELEMENTS: u16 = 2000;
+
+/// Reads a number of elements.
+pub fn elements(text: &str) -> Result<Elements, String> {
+    match text {
+        "paper" => return Ok(Elements::PAPER),
+        "reduced" => return Ok(Elements::REDUCED),
+        "fine" => return Ok(Elements::FINE),
+        _ => {}
+    }
+    let allowed = || format!("allowed is B/H with 1 to {MOST_ELEMENTS} elements each, paper, reduced or fine");
+    let count = |text: &str| text.parse::<u16>().ok().filter(|count| (1..=MOST_ELEMENTS).contains(count));
+    let (beam, hinge) = text.split_once('/').ok_or_else(allowed)?;
+    match (count(beam), count(hinge)) {
+        (Some(beam), Some(hinge)) => Ok(Elements::PerBeam { beam, hinge }),
+        _ => Err(allowed()),
+    }
+}

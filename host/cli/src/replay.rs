@@ -1,0 +1,298 @@
+//! `fre replay`: a recording through the view and the estimator.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use model_core::discretise::Elements;
+
+use super::bad_input;
+use super::options::{PhysicsWord, elements};
+use super::output::ForceArgs;
+use super::view::ViewArgs;
+
+/// What a program without recordings says.
+#[cfg(not(feature = "record"))]
+pub const NOT_BUILT: &str = "this `fre` was built without recordings; build it with them: cargo run --release -p fre-cli --features \
+                             record --bin fre -- …";
+
+/// Play a recording, write it as a table, or run the estimator on it once more.
+///
+/// Without options it is shown as `fre monitor` showed it, in its own time. With --again the forces are estimated anew from
+/// the recorded positions, with what is changed, and compared with the recorded ones. Needs a `fre` built with recordings:
+/// cargo run --release -p fre-cli --features record --bin fre -- replay FILE
+#[derive(Debug, clap::Args)]
+#[cfg_attr(not(feature = "record"), allow(dead_code))]
+pub struct Args {
+    /// The recording
+    #[arg(value_name = "FILE.mcap")]
+    file: PathBuf,
+    /// Writes every report to a CSV file instead of showing it
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
+    /// How many times as fast it is shown
+    #[arg(long, value_name = "TIMES", default_value_t = 1.0, conflicts_with = "csv")]
+    speed: f64,
+    /// Shows it as fast as it can
+    #[arg(long, conflicts_with_all = ["csv", "speed"])]
+    at_once: bool,
+    #[command(flatten)]
+    view: ViewArgs,
+    /// Estimates the forces anew and compares them with the recorded ones; with --csv they stand beside them
+    #[arg(long)]
+    again: bool,
+    /// With --again: shows the new estimates instead of comparing them
+    #[arg(long, requires = "again", conflicts_with = "csv")]
+    show: bool,
+    /// With --again: finger and object of a case file; repeated, one per finger, the last one for all behind it
+    #[arg(long, value_name = "CASE.toml", requires = "again")]
+    case: Vec<PathBuf>,
+    /// With --again: another Young's modulus
+    #[arg(long, value_name = "PA", requires = "again")]
+    youngs_modulus_pa: Option<f64>,
+    /// With --again: another setting, as finger.0.zero_counts=2050; may be repeated
+    #[arg(long, value_name = "KEY=VALUE", requires = "again")]
+    set: Vec<String>,
+    /// With --again: elements per beam / per hinge as B/H, or paper, reduced, fine [default: as recorded; fine for a --case]
+    #[arg(long, value_name = "B/H", value_parser = elements, requires = "again")]
+    elements: Option<Elements>,
+    /// With --again: physics [default: as recorded; extended for a --case]
+    #[arg(long, value_enum, requires = "again")]
+    physics: Option<PhysicsWord>,
+    /// With --again: floating-point precision; the microcontroller's is f32
+    #[arg(long, value_enum, default_value = "f64", requires = "again")]
+    precision: PrecisionWord,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum PrecisionWord {
+    F64,
+    F32,
+}
+
+/// Runs the command.
+#[cfg(not(feature = "record"))]
+pub fn run(_: &Args) -> ExitCode {
+    bad_input(&NOT_BUILT)
+}
+
+/// Runs the command.
+#[cfg(feature = "record")]
+pub fn run(args: &Args) -> ExitCode {
+    let done = match &args.csv {
+        Some(path) => run::table(args, Some(path)),
+        None if args.again && !args.show => run::table(args, None),
+        None => return run::show(args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => bad_input(&error),
+    }
+}
+
+#[cfg(feature = "record")]
+mod run {
+    use std::io::Write;
+    use std::path::Path;
+    use std::process::ExitCode;
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use messages::{FINGERS, Finger, Report};
+    use model_core::discretise::{Discretisation, Physics};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+    use super::super::bad_input;
+    use super::super::output::{put_out, reads_case};
+    use super::{Args, PrecisionWord};
+    use fre::case::Case;
+    use fre::files::Draft;
+    use fre::study::run::Precision;
+    use fre_gripper::record::{Again, Changes, Csv, Difference, Playback, Recorded, Recording, Speed, beginning};
+    use fre_gripper::source::{Modelled, Setup, Source, Told};
+
+    type Failure = Box<dyn std::error::Error>;
+
+    /// Shows it.
+    pub(super) fn show(args: &Args) -> ExitCode {
+        let opened = || -> Result<_, Failure> {
+            if !(args.speed > 0.0 && args.speed <= 1e6) {
+                return Err(format!("--speed is {}; allowed is above 0 to 1e6", args.speed).into());
+            }
+            let speed = if args.at_once { Speed::AtOnce } else { Speed::Times(args.speed) };
+            let again = args.again.then(|| changes(args)).transpose()?.map(Again::new);
+            let stop = Arc::new(AtomicBool::new(false));
+            for signal in [SIGINT, SIGTERM, SIGHUP] {
+                signal_hook::flag::register(signal, stop.clone())?;
+            }
+            Ok((Arc::new(Playback::open(&args.file, speed, again)?), stop))
+        };
+        let (playback, stop) = match opened() {
+            Ok(opened) => opened,
+            Err(error) => return bad_input(&error),
+        };
+        let source: Arc<dyn Source> = playback.clone();
+        let shown = args.view.show(&source, None, &stop);
+        for damage in playback.damages() {
+            tell!("fre: {}: {damage}; what comes after them was shown as well", args.file.display());
+        }
+        match (shown, playback.failed()) {
+            (Err(stop), _) => stop.exit(),
+            (Ok(()), Some(why)) => bad_input(&why),
+            (Ok(()), None) => ExitCode::SUCCESS,
+        }
+    }
+
+    /// What is changed.
+    fn changes(args: &Args) -> Result<Changes, Failure> {
+        let mut models = Vec::new();
+        for path in &args.case {
+            let case = Case::read(path)?;
+            let physics = args.physics.map_or(Physics::Extended, |word| word.physics());
+            let how = Discretisation::fine(physics);
+            let finger = Some(Finger { design: case.finger.design, how });
+            models.push(Modelled { finger, object: Some(case.object), uncertainty: None });
+        }
+        if let Some(modulus) = args.youngs_modulus_pa.filter(|pa| !(*pa > 0.0 && pa.is_finite())) {
+            return Err(format!("--youngs-modulus-pa is {modulus}; allowed is above 0").into());
+        }
+        Ok(Changes {
+            settings: args.set.clone(),
+            models,
+            // Pa to MPa.
+            youngs_modulus: args.youngs_modulus_pa.map(|pa| pa * 1e-6),
+            elements: args.elements,
+            physics: args.physics.map(|word| word.physics()),
+            precision: match args.precision {
+                PrecisionWord::F64 => Precision::F64,
+                PrecisionWord::F32 => Precision::F32,
+            },
+        })
+    }
+
+    /// Goes through the whole file: a table, a comparison, or both.
+    pub(super) fn table(args: &Args, csv: Option<&Path>) -> Result<(), Failure> {
+        let mut files = args.force.files();
+        files.input(&args.file, "the recording")?;
+        args.case.iter().try_for_each(|path| reads_case(&mut files, path))?;
+        let csv = csv.map(|path| files.output(path, "--csv")).transpose()?;
+        let mut recording = Recording::open(&args.file)?;
+        let setup = beginning(&args.file, &mut recording)?;
+        let mut again = args.again.then(|| changes(args)).transpose()?.map(Again::new);
+        if let Some(again) = &mut again {
+            again.set_up(&setup)?;
+        }
+        let mut table = csv.map(|csv| Table::new(csv.draft()?, again.is_some())).transpose()?;
+        let mut differences = [Difference::default(); FINGERS];
+        let (mut reports, mut events, mut gaps, mut missing) = (0_u64, 0_u64, 0_u64, 0_u64);
+        let mut damages = Vec::new();
+        for recorded in recording.by_ref() {
+            match recorded?.1 {
+                Recorded::Told(Told::Report(report)) => {
+                    reports += 1;
+                    let now = again.as_mut().map(|again| again.report(&report));
+                    if let (Some(now), Some(difference)) = (&now, differences.get_mut(usize::from(report.finger))) {
+                        difference.take(&report, now);
+                    }
+                    if let Some(table) = &mut table {
+                        table.write(&report, now.as_ref())?;
+                    }
+                }
+                Recorded::Told(Told::Event(_)) => events += 1,
+                Recorded::Told(Told::Setup(setup)) => {
+                    if let Some(again) = &mut again {
+                        again.set_up(&setup)?;
+                    }
+                }
+                Recorded::Told(Told::Grasp(_) | Told::Shape(_)) => {}
+                Recorded::Gap(gap) => {
+                    gaps += 1;
+                    missing += u64::from(gap.missing);
+                }
+                Recorded::Damage(damage) => damages.push(damage),
+            }
+        }
+        if let Some(table) = table {
+            table.finish()?;
+        }
+        let mut text = format!(
+            "{}: {reports} reports, {events} events; {missing} reports missing in {gaps} gaps\n",
+            of(&args.file, &setup)
+        );
+        text.extend(damages.iter().map(|damage| format!("{damage}; what came before and after them is whole\n")));
+        if recording.is_cut() {
+            text += "the end of the file is missing: its recorder was stopped by force, what came before it is whole\n";
+        }
+        if args.again {
+            text += &compare(&differences);
+        }
+        Ok(put_out(&text)?)
+    }
+
+    fn of(path: &Path, setup: &Setup) -> String {
+        format!("{} (firmware {} on {}, {})", path.display(), setup.firmware, setup.board, setup.place)
+    }
+
+    fn compare(differences: &[Difference]) -> String {
+        let mut text = "finger  reports  trustworthy before, now  in contact  mean force before, now / N  difference rms, max / N  at / s\n"
+            .to_owned();
+        for (finger, difference) in differences.iter().enumerate().filter(|(_, difference)| difference.reports > 0) {
+            let Difference { reports, trustworthy: [before, now], compared, largest, .. } = difference;
+            text += &format!("{finger:6}  {reports:7}  {before:17}  {now:5}  {compared:10}");
+            match difference.means() {
+                Some(([before, now], rms)) => {
+                    let (most, at) = (largest.0, largest.1 as f64 * 1e-6);
+                    text += &format!("  {before:17.3}  {now:7.3}  {rms:15.4}  {most:7.4}  {at:6.2}\n");
+                }
+                None => text += "  no contact in both\n",
+            }
+        }
+        text
+    }
+
+    /// The CSV, with the new estimate beside the recorded one.
+    enum Table {
+        Recorded(Csv<Draft>),
+        Both(Draft),
+    }
+
+    impl Table {
+        fn new(mut file: Draft, both: bool) -> Result<Self, Failure> {
+            if !both {
+                return Ok(Self::Recorded(Csv::new(file)?));
+            }
+            writeln!(
+                file,
+                "sequence,time_us,finger,position_counts,recorded_angle_deg,recorded_status,recorded_force_x_n,recorded_force_y_n,\
+                 angle_deg,status,force_x_n,force_y_n,standard_deviation_n"
+            )?;
+            Ok(Self::Both(file))
+        }
+
+        fn write(&mut self, report: &Report, now: Option<&Report>) -> std::io::Result<()> {
+            match (self, now) {
+                (Self::Recorded(csv), _) => csv.write(report),
+                (Self::Both(file), now) => {
+                    let Report { sequence, time_us, finger, position, .. } = report;
+                    write!(file, "{sequence},{time_us},{finger},{position}")?;
+                    let now = now.unwrap_or(report);
+                    for Report { estimate, .. } in [report, now] {
+                        let [fx, fy] = estimate.force;
+                        write!(file, ",{},{},{fx},{fy}", estimate.motor_angle.to_degrees(), estimate.status)?;
+                    }
+                    writeln!(file, ",{}", now.estimate.standard_deviation)
+                }
+            }
+        }
+
+        fn finish(self) -> Result<(), Failure> {
+            let file = match self {
+                Self::Recorded(csv) => csv.finish()?,
+                Self::Both(file) => file,
+            };
+            Ok(file.finish()?)
+        }
+    }
+}

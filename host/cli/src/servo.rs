@@ -1,0 +1,206 @@
+//! `fre servo`: the simulated Dynamixel servo on a pseudo-terminal or socket.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::ValueEnum;
+use dynamixel::xm430;
+use model_core::discretise::DiscretiseError;
+use model_core::object::Motion;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+
+use super::bad_input;
+use super::options::{ModelArgs, refused};
+use fre::case::Case;
+use fre_gripper::servo::{Clock, Config, Handle, Hub, Load, LoadError, PortError, Servo};
+
+/// Simulate a Dynamixel XM430-W350-T that turns the case's finger against its object.
+///
+/// Everyone on the bus hears all others: each --pty, --unix and --tcp is a party, and so is the servo. Standard output
+/// says, a line each, where the bus is ("pty PATH", "unix PATH", "tcp ADDRESS"), then "ready". Runs until stopped.
+#[derive(Debug, clap::Args)]
+#[command(
+    mut_arg("scheme", |arg| arg.default_value("paper")),
+    mut_arg("elements", |arg| arg.default_value("paper")),
+    mut_arg("physics", |arg| arg.default_value("paper"))
+)]
+pub struct Args {
+    /// The case: finger, object and motor axis; without one the servo has no load
+    #[arg(value_name = "CASE.toml")]
+    case: Option<PathBuf>,
+    /// Opens a raw pseudo-terminal (what is done if no port is named); may be repeated
+    #[arg(long, action = clap::ArgAction::Count)]
+    pty: u8,
+    /// Listens on a unix socket; may be repeated
+    #[arg(long, value_name = "PATH")]
+    unix: Vec<PathBuf>,
+    /// Listens on a TCP address; may be repeated
+    #[arg(long, value_name = "HOST:PORT")]
+    tcp: Vec<String>,
+    /// Connects to a unix socket on which another program listens; may be repeated
+    #[arg(long, value_name = "PATH")]
+    connect_unix: Vec<PathBuf>,
+    /// Connects to a TCP address; may be repeated
+    #[arg(long, value_name = "HOST:PORT")]
+    connect_tcp: Vec<String>,
+    /// Address on the bus, 0 to 252; several, separated by commas, are as many servos alike
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1")]
+    id: Vec<u8>,
+    /// Version of the servo's firmware; below 45 it does not know Fast Sync Read
+    #[arg(long, value_name = "N", default_value_t = xm430::FAST_READ_FIRMWARE)]
+    firmware: u8,
+    /// Baud rate of the servo
+    #[arg(long, value_name = "BITS_PER_S", default_value_t = 57_600)]
+    baud: u32,
+    /// Return delay, even, 0 to 508
+    #[arg(long, value_name = "US", default_value_t = 500)]
+    return_delay_us: u32,
+    /// Delays answers by the time that question and answer take on the wire (wall clock only)
+    #[arg(long)]
+    wire_time: bool,
+    /// What makes the servo's time pass: the wall's time, or every read of Present Position one period
+    #[arg(long, value_enum, default_value = "wall")]
+    clock: ClockWord,
+    /// Period of the clock "requests"
+    #[arg(long, value_name = "US", default_value_t = 2000)]
+    period_us: u32,
+    /// Position at motor angle 0, 0 to 4095
+    #[arg(long, value_name = "COUNT", default_value_t = 2048)]
+    zero_count: u16,
+    /// Counts fall as the finger closes
+    #[arg(long)]
+    reversed: bool,
+    /// Motor angle at power-on [default: 2° before the first contact]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    start_deg: Option<f64>,
+    /// Highest motor angle of the load's table [default: 5° above the case's highest]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    highest_deg: Option<f64>,
+    /// Play between encoder and finger, 0 to 5; 0.25 for this servo family
+    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
+    backlash_deg: f64,
+    /// Standard deviation of Present Current
+    #[arg(long, value_name = "MA", default_value_t = 3.0)]
+    noise_ma: f64,
+    /// Seed of the noise
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ClockWord {
+    /// The wall's.
+    Wall,
+    /// One period per read of Present Position.
+    Requests,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    match serve(args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => bad_input(&message),
+    }
+}
+
+fn serve(args: &Args) -> Result<(), String> {
+    let load = Arc::new(load(args)?);
+    let config = Config {
+        id: 0,
+        firmware: args.firmware,
+        baud_rate: args.baud,
+        return_delay_us: args.return_delay_us,
+        wire_time: args.wire_time,
+        clock: match args.clock {
+            ClockWord::Wall => Clock::Wall,
+            ClockWord::Requests => Clock::Requests { period_us: args.period_us },
+        },
+        zero_count: args.zero_count,
+        closing_up: !args.reversed,
+        start_deg: args.start_deg,
+        backlash_deg: args.backlash_deg,
+        noise_ma: args.noise_ma,
+        seed: args.seed,
+        load,
+    };
+    let mut servos = Vec::new();
+    for (place, &id) in args.id.iter().enumerate() {
+        if args.id[..place].contains(&id) {
+            return Err(format!("--id: {id} is named twice; two servos with one address would speak at once"));
+        }
+        servos.push(Servo::new(Config { id, ..config.clone() }).map_err(|error| error.to_string())?);
+    }
+    // Before the first line says that there is something to stop.
+    let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(|error| format!("no signals: {error}"))?;
+    let mut hub = Hub::new();
+    let places = ports(args, &mut hub).map_err(|error| error.to_string())?;
+    let handles: Vec<Handle> = servos.into_iter().map(|servo| hub.servo(servo)).collect();
+    let bus = hub.spawn().map_err(|error| error.to_string())?;
+    let mut out = std::io::stdout().lock();
+    // A reader that has gone does not stop the servo.
+    let _ = places.iter().try_for_each(|place| writeln!(out, "{place}"));
+    let _ = writeln!(out, "ready").and_then(|()| out.flush());
+    signals.forever().next();
+    let lost = bus.lost();
+    bus.stop();
+    for (id, statistics) in args.id.iter().zip(handles.iter().map(Handle::statistics)) {
+        tell!(
+            "fre servo: {id}: {} bytes heard, {} answers, {} reads of Present Position",
+            statistics.heard,
+            statistics.answers,
+            statistics.position_reads
+        );
+    }
+    tell!("fre servo: {lost} bytes lost");
+    Ok(())
+}
+
+fn load(args: &Args) -> Result<Load, String> {
+    let Some(file) = &args.case else {
+        return Ok(Load::none());
+    };
+    let case = Case::read(file).map_err(|error| error.to_string())?;
+    if !matches!(case.path.motion, Motion::Rotating { .. }) {
+        return Err(format!(
+            "{}: [motion] moves the base along a line; a servo turns it: give motor_angles_deg",
+            file.display()
+        ));
+    }
+    let asked = case.path.places.iter().copied().fold(0.0, f64::max);
+    let highest = args.highest_deg.unwrap_or(asked + 5.0);
+    Load::of(&case.finger.design, case.object, &args.model.options(), highest).map_err(|error| match error {
+        LoadError::Range { .. } => format!("--highest-deg: {error}"),
+        LoadError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", file.display()),
+        LoadError::Discretise(error) => refused(&error),
+        _ => format!("{}: {error}", file.display()),
+    })
+}
+
+/// Opens the ports; gives a line for each that others open.
+fn ports(args: &Args, hub: &mut Hub) -> Result<Vec<String>, PortError> {
+    let mut places = Vec::new();
+    let named = args.unix.len() + args.tcp.len() + args.connect_unix.len() + args.connect_tcp.len();
+    let terminals = if named == 0 { args.pty.max(1) } else { args.pty };
+    for _ in 0..terminals {
+        places.push(format!("pty {}", hub.pty()?.display()));
+    }
+    for path in &args.unix {
+        hub.listen_unix(path)?;
+        places.push(format!("unix {}", path.display()));
+    }
+    for address in &args.tcp {
+        places.push(format!("tcp {}", hub.listen_tcp(address)?));
+    }
+    for path in &args.connect_unix {
+        hub.connect_unix(path)?;
+    }
+    for address in &args.connect_tcp {
+        hub.connect_tcp(address)?;
+    }
+    Ok(places)
+}

@@ -1,0 +1,177 @@
+//! `fre solve`: one equilibrium per motor angle of a case.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use model_core::discretise::DiscretiseError;
+
+use super::options::{ModelArgs, ThemeWord, refused};
+use super::output::{ForceArgs, Picture, put_out, reads_case};
+use super::{UNTRUSTWORTHY, bad_input};
+use fre::case::Case;
+use fre::draw::Scene;
+use fre::study::pictures::{self, Kind};
+use fre::study::report;
+use fre::study::run::{self, Solution};
+use fre::study::warnings;
+
+/// Solve a case: one equilibrium per motor angle, by continuation from no contact.
+///
+/// The path leads through the angles in the case's order. Beside the force it tells what a designer asks: largest strains
+/// (with a warning above finger.material.max_strain), largest contact pressure, the stiffness that the object sees, and the
+/// largest force on the first branch, before the finger snaps through. Exit status: 0 all converged; 1 bad input; 2 some angle
+/// without a trustworthy solution.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The case file
+    #[arg(value_name = "CASE.toml")]
+    case: PathBuf,
+    /// Form of the results on standard output
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// Draws what --plot-kind names into one file; by default the finger at the last trustworthy angle and, for several
+    /// angles, the force over the angle
+    #[arg(long, value_name = "FILE.svg|FILE.png")]
+    plot: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
+    /// What is drawn, one below the other, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND,…", requires = "plot")]
+    plot_kind: Vec<KindWord>,
+    /// The angle (degrees) or distance (mm) of the finger, pressure and strain pictures; one of the case's [default: the last
+    /// with a trustworthy solution]
+    #[arg(long, value_name = "PLACE", requires = "plot", allow_hyphen_values = true)]
+    plot_at: Option<f64>,
+    /// Colours of a PNG; an SVG follows its viewer's
+    #[arg(long, value_enum, default_value = "light", requires = "plot")]
+    plot_theme: ThemeWord,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// A table.
+    Text,
+    /// An array with one object per angle.
+    Json,
+    /// One line per angle.
+    Csv,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum KindWord {
+    /// Deformed finger, object and contact forces to scale.
+    Finger,
+    /// Force over the motion, with branches and snap-throughs.
+    Force,
+    /// Contact force per length of the front beam (N/mm).
+    Pressure,
+    /// Strain at the outer fibres of both beams and in the hinges (%), with the material's limit.
+    Strain,
+    /// All of them.
+    All,
+}
+
+impl KindWord {
+    fn kinds(self) -> &'static [Kind] {
+        match self {
+            Self::Finger => &[Kind::Finger],
+            Self::Force => &[Kind::Force],
+            Self::Pressure => &[Kind::Pressure],
+            Self::Strain => &[Kind::Strain],
+            Self::All => &[Kind::Finger, Kind::Force, Kind::Pressure, Kind::Strain],
+        }
+    }
+}
+
+/// How near a place of the case --plot-at must be, degrees or mm.
+const SAME_PLACE: f64 = 1e-6;
+
+/// The pictures asked for; none if there is nothing to draw.
+fn picture(args: &Args, case: &Case, solutions: &[Solution]) -> Result<Option<Scene>, String> {
+    let kinds: Vec<Kind> = args.plot_kind.iter().flat_map(|word| word.kinds()).copied().collect();
+    let Some(place) = args.plot_at else {
+        let last = solutions.iter().rposition(|solution| solution.status.is_trustworthy());
+        return Ok(match last {
+            Some(last) if !kinds.is_empty() => pictures::stacked(case, solutions, last, &kinds),
+            _ => pictures::overview(case, solutions),
+        });
+    };
+    let at = index_of(case, place)?;
+    let kinds = if kinds.is_empty() { KindWord::Finger.kinds() } else { &kinds };
+    Ok(pictures::stacked(case, solutions, at, kinds))
+}
+
+/// Which of a case's places this is; a motion that comes back meets it twice: the first is meant.
+fn index_of(case: &Case, place: f64) -> Result<usize, String> {
+    let places = &case.path.places;
+    places.iter().position(|other| (other - place).abs() < SAME_PLACE).ok_or_else(|| {
+        let places: Vec<String> = places.iter().map(f64::to_string).collect();
+        format!("--plot-at {place}: is no place of the case; allowed is one of {}", places.join(", "))
+    })
+}
+
+/// The file of the pictures.
+fn plot(args: &Args) -> Result<Option<Picture>, String> {
+    let mut files = args.force.files();
+    reads_case(&mut files, &args.case).map_err(|error| error.to_string())?;
+    args.plot.as_deref().map(|file| Picture::of(&mut files, file)).transpose()
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    // The plot's name is checked before time is spent on solving.
+    let plot = match plot(args) {
+        Ok(plot) => plot,
+        Err(error) => return bad_input(&error),
+    };
+    let case = match Case::read(&args.case) {
+        Ok(case) => case,
+        Err(error) => return bad_input(&error),
+    };
+    if let Some(Err(error)) = args.plot_at.map(|place| index_of(&case, place)) {
+        return bad_input(&error);
+    }
+    let solutions = match run::solve(&case, &args.model.options()) {
+        Ok(solutions) => solutions,
+        Err(DiscretiseError::Design(error)) => {
+            return bad_input(&format!("{}: finger.{error}", args.case.display()));
+        }
+        Err(error) => return bad_input(&refused(&error)),
+    };
+    let text = match args.format {
+        Format::Text => report::text(&case, &solutions),
+        Format::Json => match report::json(&solutions) {
+            Ok(text) => text,
+            Err(error) => return bad_input(&error),
+        },
+        Format::Csv => report::csv(&solutions),
+    };
+    if let Err(error) = put_out(&text) {
+        return bad_input(&error);
+    }
+    if !matches!(args.format, Format::Text) {
+        // The text has them already.
+        for words in warnings::warnings(&case, &solutions) {
+            tell!("fre: warning: {words}");
+        }
+    }
+    if let (Some(file), Some(plot)) = (&args.plot, plot) {
+        match picture(args, &case, &solutions) {
+            Ok(Some(scene)) => {
+                if let Err(error) = plot.draw(&scene, args.plot_theme.theme()) {
+                    return bad_input(&error);
+                }
+            }
+            Ok(None) => tell!("fre: {}: nothing to draw, there is no trustworthy solution there", file.display()),
+            Err(error) => return bad_input(&error),
+        }
+    }
+    if solutions.iter().all(|solution| solution.status.is_trustworthy()) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(UNTRUSTWORTHY)
+    }
+}

@@ -1,0 +1,120 @@
+//! Which source of estimates a command watches: a gripper's link, or a bus of this PC.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use messages::{Finger, Settings};
+use model_core::uncertainty::Uncertainty;
+
+use super::options::ModelArgs;
+use super::output::reads_case;
+use fre::case::Case;
+use fre::files::{FileError, Files};
+use fre_gripper::bus::{Bus, BusAddress, BusOptions};
+use fre_gripper::link::{Address, Link, set};
+use fre_gripper::source::{Modelled, Source};
+
+/// Which source.
+#[derive(Debug, clap::Args)]
+pub struct SourceArgs {
+    /// Where the gripper is: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD
+    #[arg(long, value_name = "LINK", required_unless_present = "bus", conflicts_with = "bus")]
+    pub link: Option<Address>,
+    /// Servos on this PC's own bus instead, read through a USB adapter (U2D2): a serial port as PORT or PORT@BAUD (without BAUD
+    /// the usual rates are tried), or unix:PATH or tcp:HOST:PORT. The estimator runs on this PC; nothing is written to a servo
+    #[arg(long, value_name = "PORT")]
+    bus: Option<BusAddress>,
+    /// With --bus: finger and object of a case file; repeated, one per finger, the last one for all behind it
+    #[arg(long, value_name = "CASE.toml", requires = "bus")]
+    case: Vec<PathBuf>,
+    /// With --bus: settings as KEY = VALUE lines, as `fre gripper get` prints them: which servo each finger has, its zero,
+    /// direction and gear ratio
+    #[arg(long, value_name = "FILE", requires = "bus")]
+    settings: Option<PathBuf>,
+    /// With --bus: one setting, as finger.0.zero_counts=2048, finger.0.servo_id=3 or rate_hz=200; may be repeated. If no
+    /// servo_id is named, the servos that answer are the fingers, in the order of their addresses
+    #[arg(long, value_name = "KEY=VALUE", requires = "bus")]
+    set: Vec<String>,
+    /// With --bus: what a calibration has left uncertain, as `fre calibrate --format json` writes it; repeated, one per finger, the
+    /// last one for all behind it [default: a finger that was measured and not calibrated]
+    #[arg(long, value_name = "FIT.json", requires = "case")]
+    uncertainty: Vec<PathBuf>,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+impl SourceArgs {
+    /// Takes note of the files that are read.
+    ///
+    /// # Errors
+    /// One of them is an output.
+    pub fn reads(&self, files: &mut Files) -> Result<(), FileError> {
+        self.case.iter().try_for_each(|path| reads_case(files, path))?;
+        self.settings.iter().try_for_each(|path| files.input(path, "--settings"))?;
+        self.uncertainty.iter().try_for_each(|path| files.input(path, "--uncertainty"))
+    }
+
+    /// Opens it. What a person should know of it goes to standard error.
+    ///
+    /// # Errors
+    /// For people.
+    pub fn open(&self) -> Result<Arc<dyn Source>, Box<dyn std::error::Error>> {
+        match (&self.link, &self.bus) {
+            (Some(link), _) => Ok(Arc::new(Link::open(link)?)),
+            (None, Some(address)) => {
+                let bus = Bus::open(address, &self.bus_options()?)?;
+                for note in bus.notes() {
+                    tell!("fre: {note}");
+                }
+                Ok(Arc::new(bus))
+            }
+            (None, None) => Err("--link or --bus says where the estimates come from".into()),
+        }
+    }
+
+    fn bus_options(&self) -> Result<BusOptions, Box<dyn std::error::Error>> {
+        let mut settings = Settings::DEFAULT;
+        let mut names_servos = false;
+        let mut take = |words: &str| {
+            names_servos |= words.contains(".servo_id");
+            set(&mut settings, words)
+        };
+        if let Some(path) = &self.settings {
+            let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+            for (number, line) in text.lines().enumerate() {
+                if !line.trim().is_empty() && !line.trim_start().starts_with('#') {
+                    take(line).map_err(|error| format!("{}:{}: {error}", path.display(), number + 1))?;
+                }
+            }
+        }
+        for words in &self.set {
+            take(words).map_err(|error| format!("--set {error}"))?;
+        }
+        let options = self.model.options();
+        let left = self.uncertainty.iter().map(|path| uncertainty(path)).collect::<Result<Vec<_>, _>>()?;
+        let cases = self.case.iter().map(|path| Case::read(path)).collect::<Result<Vec<_>, _>>()?;
+        // The last of either stands for those behind it.
+        let model = |number: usize| {
+            let case = cases.get(number).or(cases.last())?;
+            let finger = Finger { design: case.finger.design.clone(), how: options.discretisation };
+            let uncertainty = left.get(number).or(left.last()).copied();
+            Some(Modelled { finger: Some(finger), object: Some(case.object), uncertainty })
+        };
+        let models = (0..cases.len().max(left.len())).map_while(model).collect();
+        Ok(BusOptions { settings, names_servos, models, precision: options.precision, hessian: options.hessian })
+    }
+}
+
+/// What `fre calibrate --format json` says of a gripper's uncertainty.
+fn uncertainty(path: &Path) -> Result<Uncertainty, String> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
+    let fit: serde_json::Value = serde_json::from_str(&text).map_err(|error| format!("{name}: {error}"))?;
+    let needed = "needed is what `fre calibrate --format json` writes";
+    let found =
+        fit.pointer("/gripper/uncertainty").ok_or_else(|| format!("{name}: has no gripper.uncertainty; {needed}"))?;
+    let found: Uncertainty = serde::Deserialize::deserialize(found)
+        .map_err(|error| format!("{name}: gripper.uncertainty: {error}; {needed}"))?;
+    found.validate().map_err(|error| format!("{name}: gripper.uncertainty: {error}"))?;
+    Ok(found)
+}

@@ -1,0 +1,259 @@
+//! `fre sweep`: a case over ranges of angles and a grid of its numbers.
+
+use std::io::{IsTerminal as _, Write as _};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Parser as _;
+use model_core::discretise::Elements;
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use super::options::ModelArgs;
+use super::output::reads_case;
+use super::{UNTRUSTWORTHY, bad_input};
+use fre::case::{Document, MAX_ANGLE};
+use fre::files::Files;
+use fre::study::sweep::{self, Axis, Ledger, Progress, Sweep, SweepError, Tally, Tuned};
+use fre::study::warnings;
+
+/// Failures told one by one.
+const MOST_TOLD: usize = 20;
+/// Most threads that --jobs may ask for.
+const MOST_JOBS: i64 = 1024;
+/// What a shell sees of a program that was stopped from the keyboard.
+const INTERRUPTED: i32 = 130;
+
+/// Solve a case over ranges of angles and a grid of any of its numbers, in parallel, as CSV.
+///
+/// One row per grid point and angle, each with its status; every grid point is followed from no contact through all
+/// angles. Several resolutions end in a table of error against time on standard error (--jobs 1 for times that nothing else
+/// disturbs). With --out a stopped sweep (killed, too) goes on where it was when it is started again with the same arguments.
+/// The first line of the CSV names the sweep (read the table from the second line on). Exit status: 0 all converged;
+/// 1 bad input; 2 some row without a trustworthy solution.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The case file
+    #[arg(value_name = "CASE.toml")]
+    case: PathBuf,
+    /// Motor angles, degrees, in place of the case's own: ranges and numbers, separated by commas; 0:12:1,12:0:-1 closes
+    /// and opens
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = Angles::parse)]
+    angles: Option<Angles>,
+    /// A number of the case by its dotted key (object.radius_mm, object.centre_mm.1, finger.front.thickness_mm, …) with its
+    /// values, or elements=24/3,48/4,170/20; may be repeated, the grid is the product
+    #[arg(long, value_name = "KEY=A:B:STEP|KEY=v1,v2,…")]
+    vary: Vec<String>,
+    /// The CSV file; a stopped sweep goes on in it [default: standard output]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Threads, 0 for one per core
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=MOST_JOBS))]
+    jobs: u16,
+    /// Tells progress even where standard error is no terminal
+    #[arg(long)]
+    progress: bool,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+/// Motor angles of an option.
+#[derive(Clone, Debug)]
+struct Angles(Vec<f64>);
+
+impl Angles {
+    fn parse(text: &str) -> Result<Self, String> {
+        let angles = sweep::numbers(text)?;
+        match angles.iter().find(|angle| angle.abs() > MAX_ANGLE) {
+            Some(angle) => Err(format!("{angle} degrees; allowed is {} to {MAX_ANGLE}", -MAX_ANGLE)),
+            None => Ok(Self(angles)),
+        }
+    }
+}
+
+/// The option that reads a resolution, so that --vary means the same by its words.
+#[derive(Debug, clap::Parser)]
+#[command(no_binary_name = true)]
+struct Resolution {
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+fn elements(word: &str) -> Result<Elements, String> {
+    match Resolution::try_parse_from([format!("--elements={word}")]) {
+        Ok(read) => Ok(read.model.options().discretisation.elements),
+        Err(_) => Err(format!("\"{word}\" is no resolution; allowed is B/H (1 to 2000 each), paper, reduced or fine")),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    match work(args) {
+        Ok(tally) if tally.failures.is_empty() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::from(UNTRUSTWORTHY),
+        // A reader that stops early (`fre … | head`) is no failure.
+        Err(SweepError::File { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => bad_input(&error),
+    }
+}
+
+fn work(args: &Args) -> Result<Tally, SweepError> {
+    let document = Document::read(&args.case)?;
+    let case = document.case()?;
+    let axes = args.vary.iter().map(|text| Axis::parse(text, elements)).collect::<Result<Vec<_>, _>>()?;
+    let angles = args.angles.as_ref().map(|angles| angles.0.as_slice());
+    let sweep = Sweep::new(document, angles, axes, args.model.options())?;
+    let mut files = Files::new(false);
+    reads_case(&mut files, &args.case)?;
+    if let Some(out) = &args.out {
+        // Continued, never overwritten: another sweep's file, or any other, is refused.
+        files.continued(out, "--out")?;
+    }
+    let mut ledger = args.out.as_deref().map(|path| Ledger::open(path, &sweep)).transpose()?;
+    if let Some(ledger) = ledger.as_ref().filter(|ledger| ledger.found() > 0) {
+        tell!("fre: {} of {} rows are known already", ledger.found(), sweep.rows());
+    }
+    let terminal = std::io::stderr().is_terminal();
+    let shown = terminal || args.progress;
+    let stopped = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, stopped.clone())
+            .map_err(|source| SweepError::File { file: "signals".to_owned(), source })?;
+    }
+    let mut told = std::time::Instant::now();
+    let tell = |progress: Progress| {
+        if stopped.load(Ordering::Relaxed) {
+            // Rows are written by this thread, whole: nothing is torn here.
+            tell!("{}fre: stopped; {}", if terminal { "\n" } else { "" }, left_words(args, progress));
+            std::process::exit(INTERRUPTED);
+        }
+        let due = if terminal { 0.1 } else { 1.0 };
+        if shown && (told.elapsed().as_secs_f64() > due || progress.done == progress.total) {
+            told = std::time::Instant::now();
+            let (start, end) = if terminal { ("\r", "\u{1b}[K") } else { ("", "\n") };
+            let _ = write!(std::io::stderr(), "{start}{}{end}", progress_words(progress));
+            let _ = std::io::stderr().flush();
+        }
+    };
+    let stdout = std::io::BufWriter::new(std::io::stdout().lock());
+    let mut out = Kept { out: stdout, keep: sweep.has_resolutions(), text: Vec::new() };
+    let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, usize::from(args.jobs), tell);
+    if terminal {
+        tell!("");
+    }
+    let tally = tally?;
+    summarise(&sweep, &tally);
+    for words in warnings::warnings(&case, &[]) {
+        tell!("fre: warning: {words}");
+    }
+    if sweep.has_resolutions() {
+        let text = match &args.out {
+            Some(file) => std::fs::read_to_string(file)
+                .map_err(|source| SweepError::File { file: file.display().to_string(), source })?,
+            None => String::from_utf8_lossy(&out.text).into_owned(),
+        };
+        if let Some(found) = sweep::study(&sweep, &text) {
+            tell!("{}", study_words(&found).trim_end());
+        }
+    }
+    Ok(tally)
+}
+
+/// A stream whose text is kept as well if it is wanted at the end.
+struct Kept<W> {
+    out: W,
+    keep: bool,
+    text: Vec<u8>,
+}
+
+impl<W: std::io::Write> std::io::Write for Kept<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        if self.keep {
+            self.text.extend(bytes.iter().take(written));
+        }
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// Error against time, one line per resolution.
+fn study_words(found: &[Tuned]) -> String {
+    let mut text = "fre: error of the force against the resolution with the most unknowns, and time\n".to_owned();
+    text += "     elements  unknowns  time ms  mean error %  max error %  rows compared\n";
+    for Tuned { elements, unknowns, time_ms, compared, error_percent } in found {
+        let [mean, most] = error_percent.map_or(["–".to_owned(), "–".to_owned()], |e| e.map(|e| format!("{e:.4}")));
+        text += &format!("     {elements:>8}  {unknowns:>8}  {time_ms:>7.3}  {mean:>12}  {most:>11}  {compared:>13}\n");
+    }
+    text
+}
+
+/// What a sweep that was stopped leaves behind.
+fn left_words(args: &Args, progress: Progress) -> String {
+    let Progress { done, total, .. } = progress;
+    match &args.out {
+        Some(file) => {
+            format!("{done} of {total} rows are in {}; the same command goes on there", file.display())
+        }
+        None => format!("{done} of {total} rows were computed; with --out a stopped sweep can go on"),
+    }
+}
+
+fn progress_words(progress: Progress) -> String {
+    let Progress { checked, done, total, rate, left_s } = progress;
+    if let Some([checked, points]) = checked {
+        return format!("checking the grid: {checked}/{points} points");
+    }
+    let share = 100.0 * done as f64 / total.max(1) as f64;
+    let filled = 24 * done / total.max(1);
+    let bar: String = (0..24).map(|i| if i < filled { '█' } else { '·' }).collect();
+    let left = left_s.map_or_else(|| "–".to_owned(), duration);
+    format!("{bar} {share:3.0} %  {done}/{total} rows  {rate:.0} rows/s  {left} left")
+}
+
+fn duration(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m} min {s:02} s"),
+        (h, m, _) => format!("{h} h {m:02} min"),
+    }
+}
+
+/// A row's point and place for people: "object.radius_mm=20 at 8°".
+fn place_words(sweep: &Sweep, row: usize) -> String {
+    let count = sweep.places().len().max(1);
+    let place = sweep.places().get(row % count).copied().unwrap_or_default();
+    let point = sweep.describe(row / count);
+    format!("{point}{}{place}{}", if point.is_empty() { "" } else { " at " }, sweep.unit())
+}
+
+/// Tells on standard error what came of it; failures by name.
+fn summarise(sweep: &Sweep, tally: &Tally) {
+    let counts: Vec<String> = tally.statuses.iter().map(|(word, count)| format!("{count} {word}")).collect();
+    let earlier = if tally.resumed > 0 { format!(", {} from before", tally.resumed) } else { String::new() };
+    tell!("fre: {} rows ({} computed{earlier}): {}", sweep.rows(), tally.computed, counts.join(", "));
+    for &(row, status) in tally.failures.iter().take(MOST_TOLD) {
+        tell!("fre: row {row}: {status}: {}", place_words(sweep, row));
+    }
+    if tally.failures.len() > MOST_TOLD {
+        tell!("fre: and {} more; their rows have the status", tally.failures.len() - MOST_TOLD);
+    }
+    for (rows, what) in [
+        (&tally.strained, "are strained beyond finger.material.max_strain (true in column beyond_max_strain)"),
+        (&tally.overlapping, "have the object in a part of the finger that knows no contact (column overlap_mm)"),
+    ] {
+        if let Some(&first) = rows.first() {
+            tell!(
+                "fre: warning: {} of {} rows {what}; the first is row {first}: {}",
+                rows.len(),
+                sweep.rows(),
+                place_words(sweep, first)
+            );
+        }
+    }
+}

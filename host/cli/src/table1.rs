@@ -1,0 +1,49 @@
+//! `fre table1`: the twenty cases of *Geometrico-Static Modelling of a FRE Finger*, the paper.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::output::{ForceArgs, put_out};
+use super::{UNTRUSTWORTHY, bad_input};
+use fre::study::table1;
+
+/// Solve the twenty cases of "Geometrico-Static Modelling of a FRE Finger" (the paper's Table 1) with both physics
+/// at full and reduced resolution, and compare the models.
+///
+/// Prints the tables as Markdown; with --out also writes report.html (one page with pictures), table1.md, table1.csv,
+/// errors.svg and errors.png. The finger is the preset dhas-80, an approximation; the paper prints no object positions: they
+/// are chosen so that first contact is 6° before the first angle. Exit status: 0 all converged; 1 bad input; 2 some case
+/// without a trustworthy solution.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder for report, table and data
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    force: ForceArgs,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> ExitCode {
+    let folder =
+        args.out.as_deref().map(|folder| args.force.files().folder(folder, &table1::FILES, "--out")).transpose();
+    let mut folder = match folder {
+        Ok(folder) => folder,
+        Err(error) => return bad_input(&error),
+    };
+    let rows = match table1::solve() {
+        Ok(rows) => rows,
+        Err(error) => return bad_input(&error),
+    };
+    if let Err(error) = put_out(&table1::markdown(&rows)) {
+        return bad_input(&error);
+    }
+    if let Some(folder) = &mut folder {
+        match table1::write(folder, &rows) {
+            Ok(files) => files.iter().for_each(|file| tell!("fre: {}", file.display())),
+            Err(error) => return bad_input(&error),
+        }
+    }
+    let trusted = rows.iter().flat_map(|row| &row.solutions).all(|solution| solution.status.is_trustworthy());
+    if trusted { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) }
+}

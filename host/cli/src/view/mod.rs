@@ -1,0 +1,109 @@
+//! How a command shows a source: live in the terminal, as lines of text, or on a page.
+
+mod lines;
+mod page;
+
+use std::io::IsTerminal;
+use std::net::SocketAddr;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use super::output::put_out;
+use super::{BAD_INPUT, bad_input};
+use fre::files::FileError;
+use fre_gripper::source::{OrderError, Source};
+use fre_gripper::terminal;
+
+/// How a source is shown.
+#[derive(Debug, clap::Args)]
+pub struct ViewArgs {
+    /// Lines of text even in a terminal
+    #[arg(long, conflicts_with = "web")]
+    lines: bool,
+    /// Of the lines: every N-th report
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
+    every: u32,
+    /// Serves a live page instead, and prints its address (needs a build with `--features web`)
+    #[arg(long)]
+    web: bool,
+    /// Where the page is; an address that others can reach needs the token that is printed with it
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "web")]
+    listen: SocketAddr,
+    /// Opens the page in a browser
+    #[arg(long, requires = "web")]
+    open: bool,
+}
+
+impl ViewArgs {
+    /// Shows it until the time is over, somebody stops it, or nothing more comes.
+    ///
+    /// # Errors
+    /// A source that does not answer, or an output that cannot be written.
+    pub fn show(&self, source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBool) -> Result<(), Stop> {
+        if self.web {
+            page::serve(source, self.listen, self.open, length, stop)
+        } else if !self.lines && std::io::stdout().is_terminal() && std::io::stdin().is_terminal() {
+            let origin = source.setup()?.origin;
+            let ended = terminal::show(source, length, stop)?;
+            let ending = lines::ending(&ended, origin, &source.statistics());
+            put_out(&format!("{ending}\n")).map_err(Stop::Input)
+        } else {
+            lines::show(source, length, self.every, stop)
+        }
+    }
+}
+
+/// Why nothing more is shown.
+pub enum Stop {
+    /// What was asked for makes no sense, or does not answer.
+    Input(String),
+    /// The output.
+    Output(std::io::Error),
+}
+
+impl Stop {
+    /// Tells the person, and gives the exit status.
+    pub fn exit(self) -> ExitCode {
+        match self {
+            Self::Input(message) => bad_input(&message),
+            // Whoever reads the lines has read enough.
+            Self::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+            Self::Output(error) => {
+                tell!("fre: cannot write: {error}");
+                ExitCode::from(BAD_INPUT)
+            }
+        }
+    }
+}
+
+impl From<std::io::Error> for Stop {
+    fn from(error: std::io::Error) -> Self {
+        Self::Output(error)
+    }
+}
+
+impl From<FileError> for Stop {
+    fn from(error: FileError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<OrderError> for Stop {
+    fn from(error: OrderError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<terminal::TerminalError> for Stop {
+    fn from(error: terminal::TerminalError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<Box<dyn std::error::Error>> for Stop {
+    fn from(error: Box<dyn std::error::Error>) -> Self {
+        Self::Input(error.to_string())
+    }
+}

@@ -1,0 +1,34 @@
+//! The commands of a gripper and its servos.
+
+use std::process::ExitCode;
+
+use clap::Subcommand;
+
+use super::{demo, flash, gripper, log, monitor, replay, servo};
+
+/// The commands of a gripper and its servos.
+#[derive(Debug, Subcommand)]
+pub enum Hardware {
+    Demo(demo::Args),
+    Flash(flash::Args),
+    Gripper(gripper::Args),
+    Log(log::Args),
+    Monitor(monitor::Args),
+    Replay(replay::Args),
+    Servo(servo::Args),
+}
+
+impl Hardware {
+    /// Runs the command.
+    pub fn run(self) -> ExitCode {
+        match self {
+            Self::Demo(args) => demo::run(args),
+            Self::Flash(args) => flash::run(&args),
+            Self::Gripper(args) => gripper::run(&args),
+            Self::Log(args) => log::run(&args),
+            Self::Monitor(args) => monitor::run(&args),
+            Self::Replay(args) => replay::run(&args),
+            Self::Servo(args) => servo::run(&args),
+        }
+    }
+}

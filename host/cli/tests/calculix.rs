@@ -1,0 +1,188 @@
+//! CalculiX on meshes of cases: it agrees with the model, and reproduces the reference's rows. `cargo xtask setup --fea` installs it.
+
+use fre::case::Case;
+use fre::fea::Plan;
+
+/// Case of a series of the reference data: circle tangent to the undeformed finger at α = 0.
+fn case(finger: &str, radius: f64, height: f64, angles: &[f64]) -> Case {
+    let text = format!(
+        "finger = \"preset:{finger}\"\n[object]\nshape = \"circle\"\nradius_mm = {radius:?}\ncentre_mm = [{:?}, {height:?}]\n\
+         [motion]\nmotor_angles_deg = {angles:?}\n",
+        radius + 1.0
+    );
+    Case::parse("case.toml", &text).unwrap()
+}
+
+/// A case of `fea-80` with lines added to (or put in place of) the finger's, and an object.
+fn other_case(change: impl FnOnce(&mut model_core::design::Design), object: &str, motion: &str) -> Case {
+    let text = format!("finger = \"preset:fea-80\"\n[object]\n{object}\n[motion]\n{motion}\n");
+    let mut case = Case::parse("case.toml", &text).unwrap();
+    change(&mut case.finger.design);
+    case.finger.design.validate().unwrap();
+    case
+}
+
+/// Runs CalculiX on a case and compares force (%) and shape (mm) with the model.
+fn agrees(name: &str, case: &Case, force: f64, shape: f64) {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let analysis = Plan::of(case, 1).unwrap().run(case, &folder).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let solutions = fre::study::run::solve(case, &fre::study::run::Options::default()).unwrap();
+    for (solution, pose) in solutions.iter().zip(&analysis.poses) {
+        let pose = pose.as_ref().unwrap_or_else(|| panic!("{name}: CalculiX did not reach {}", solution.place()));
+        let model = solution.force_magnitude_n.unwrap();
+        let error = fre::metrics::force_error(model, pose.magnitude()).percent.unwrap();
+        let off = fre::metrics::deviation(&solution.front_mm, &pose.front).unwrap();
+        // The same direction: the object's turn is in the deck.
+        let [x, y] = solution.force_finger_frame_n.unwrap();
+        let angle = (x * pose.force[1] - y * pose.force[0]).atan2(x * pose.force[0] + y * pose.force[1]).to_degrees();
+        println!(
+            "{name} at {}: model {model:.4} N, CalculiX {:.4} N, {error:+.2} %, {angle:+.2}°, shape {:.3} mm, {:.0} s",
+            solution.place(),
+            pose.magnitude(),
+            off.max,
+            analysis.seconds
+        );
+        assert!(
+            error.abs() < force && off.max < shape && angle.abs() < 1.0,
+            "{name}: {error:+.2} %, {angle:+.2}°, {off:?}"
+        );
+    }
+}
+
+/// The circle of the reference data's R40_Mid.
+const CIRCLE: &str = "shape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 45.0]";
+
+#[test]
+fn calculix_agrees_on_an_ellipse() {
+    let ellipse = "shape = \"ellipse\"\ncentre_mm = [26.0, 45.0]\nsemi_axes_mm = [24.0, 40.0]\nangle_deg = 10.0";
+    agrees("ellipse", &other_case(|_| (), ellipse, "motor_angles_deg = [4.0]"), 3.0, 0.3);
+}
+
+#[test]
+fn calculix_agrees_on_a_rounded_block_that_a_parallel_gripper_closes_on() {
+    let block =
+        "shape = \"polygon\"\ncorners_mm = [[9.0, 28.0], [9.0, 52.0], [40.0, 52.0], [40.0, 28.0]]\nrounding_mm = 8.0";
+    agrees("block", &other_case(|_| (), block, "direction = [1.0, 0.0]\ndistances_mm = [3.0]"), 3.0, 0.3);
+}
+
+#[test]
+fn calculix_agrees_on_a_wall() {
+    // It meets the tip, where the model's wedge is rigid and the mesh's yields: more apart than on a beam's face.
+    let wall = "shape = \"half-plane\"\npoint_mm = [8.0, 40.0]\nnormal = [-1.0, -0.15]";
+    agrees("wall", &other_case(|_| (), wall, "motor_angles_deg = [3.0]"), 5.0, 0.3);
+}
+
+#[test]
+fn calculix_agrees_on_an_object_that_the_finger_had_passed() {
+    let small = "shape = \"circle\"\nradius_mm = 5.0\ncentre_mm = [6.0, 45.0]";
+    let case = other_case(|_| (), small, "motor_angles_deg = [6.0]");
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("passed");
+    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap();
+    let force = analysis.poses[0].as_ref().expect("a force").magnitude();
+    let model =
+        fre::study::run::solve(&case, &fre::study::run::Options::default()).unwrap()[0].force_magnitude_n.unwrap();
+    // Not the direction: the model's contact is at fixed samples, and on so small a circle their spacing turns it by a degree.
+    println!("passed: model {model:.4} N, CalculiX {force:.4} N");
+    assert!((model / force - 1.0).abs() < 0.03, "model {model} N, CalculiX {force} N");
+}
+
+#[test]
+fn calculix_finds_contact_on_the_tip_s_end() {
+    // The model's tip is round and 1 mm longer, so that only the order of the forces is the same.
+    let wall = "shape = \"half-plane\"\npoint_mm = [0.0, 80.5]\nnormal = [0.0, -1.0]";
+    let case = other_case(|_| (), wall, "direction = [0.0, 1.0]\ndistances_mm = [3.0]");
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("end");
+    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap();
+    let force = analysis.poses[0].as_ref().expect("a force").force;
+    println!("a wall over the tip: {force:?} N");
+    // Frictionless: straight up.
+    assert!(force[1] > 5.0 && force[0].abs() < 0.01 * force[1], "{force:?}");
+}
+
+#[test]
+fn calculix_agrees_on_a_finger_that_bends_as_a_plate() {
+    use model_core::design::PlaneStrain;
+    agrees(
+        "plate",
+        &other_case(|design| design.plane_strain = PlaneStrain::Auto, CIRCLE, "motor_angles_deg = [4.0]"),
+        3.0,
+        0.3,
+    );
+}
+
+#[test]
+fn calculix_agrees_on_a_tapered_finger() {
+    use model_core::design::Profile;
+    let taper = |design: &mut model_core::design::Design| {
+        let profile = |knots: &[[f64; 2]]| Profile { knots: heapless::Vec::from_slice(knots).unwrap() };
+        design.front.thickness = profile(&[[0.0, 2.4], [80.0, 1.6]]);
+        design.back.thickness = profile(&[[0.0, 2.6], [84.0, 1.8]]);
+        design.width = profile(&[[0.0, 24.0], [80.0, 14.0]]);
+    };
+    agrees("taper", &other_case(taper, CIRCLE, "motor_angles_deg = [4.0]"), 3.0, 0.3);
+}
+
+#[test]
+fn calculix_agrees_on_bowed_beams() {
+    let bow = |design: &mut model_core::design::Design| {
+        design.front.sagitta = -2.0;
+        design.back.sagitta = -3.0;
+    };
+    agrees("bow", &other_case(bow, CIRCLE, "motor_angles_deg = [5.0]"), 3.0, 0.3);
+}
+
+#[test]
+fn calculix_agrees_on_pinned_lamellae() {
+    let pin = |design: &mut model_core::design::Design| design.hinge.kind = model_core::design::HingeKind::Pinned;
+    agrees("pin", &other_case(pin, CIRCLE, "motor_angles_deg = [4.0]"), 3.0, 0.3);
+}
+
+/// Runs CalculiX on a series of `fea-80.csv` up to an angle and compares with the row.
+fn reproduce(series: &str, radius: f64, height: f64, angle: f64) {
+    let rows = include_str!("../../../tests/reference/fea-80.csv");
+    let row = rows
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>())
+        .find(|row| row[0] == "calculix-cpe8r" && row[1] == series && row[4].parse() == Ok(angle))
+        .unwrap();
+    let reference: f64 = row[9].parse().unwrap();
+    let list = |column: usize| row[column].split(' ').map(|x: &str| x.parse::<f64>().unwrap());
+    let front: Vec<[f64; 2]> = list(13).zip(list(14)).map(|(x, y)| [x, y]).collect();
+
+    let case = case("fea-80", radius, height, &[angle]);
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{series}-{angle}"));
+    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap_or_else(|error| panic!("{error}"));
+    let pose = analysis.poses[0].as_ref().expect("CalculiX reached the angle");
+    let error = fre::metrics::force_error(pose.magnitude(), reference).percent.unwrap();
+    let shape = fre::metrics::deviation(&pose.front, &front).unwrap();
+    println!(
+        "{series} {angle}°: {:.5} N, reference {reference} N, {error:+.2} %, shape {:.4} mm, {:.0} s",
+        pose.magnitude(),
+        shape.max,
+        analysis.seconds
+    );
+    assert!(error.abs() < 0.5, "{series} {angle}°: force {error:+.3} % off");
+    assert!(shape.max < 0.05, "{series} {angle}°: shape {shape:?} off");
+    // The outer face lies half a thickness before the centreline.
+    let count = pose.front.len();
+    for on in &pose.front[count / 10..count * 9 / 10] {
+        let distance = |p: &[f64; 2]| (p[0] - on[0]).hypot(p[1] - on[1]);
+        let nearest = pose.mesh_edge.iter().map(distance).fold(f64::INFINITY, f64::min);
+        assert!((0.9..1.1).contains(&nearest), "{series} {angle}°: the outline is {nearest} mm from {on:?}");
+    }
+}
+
+#[test]
+fn calculix_reproduces_a_low_pose() {
+    reproduce("R40_Low", 40.0, 30.0, 6.0);
+}
+
+#[test]
+fn calculix_reproduces_a_mid_pose() {
+    reproduce("R30_Mid", 30.0, 45.0, 4.0);
+}
+
+#[test]
+fn calculix_reproduces_a_high_pose() {
+    reproduce("R40_High", 40.0, 60.0, 4.0);
+}

@@ -1,0 +1,279 @@
+//! Calibrations: of measurements drawn from the model, the truth comes back, and the stated deviations cover it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use fre::case::{preset, read_finger};
+use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
+use fre::fit::calibrate::{Loss, Model, Noise, Parameter, Run, Trial, fit};
+use model_core::design::Design;
+use model_core::discretise::{Discretisation, Physics};
+use model_core::object::ObjectDesign;
+use model_core::sensitivity::DesignParameter;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const USUAL: [Parameter; 4] = [Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
+
+fn design() -> Design {
+    preset("ladder-80").unwrap().unwrap().design
+}
+
+fn model(design: &Design) -> Model<'_> {
+    Model { design, discretisation: Discretisation::reduced(Physics::Extended) }
+}
+
+fn truth() -> Trial {
+    Trial { parameters: USUAL.to_vec(), values: vec![46.0, 0.6, 0.8, -0.5] }
+}
+
+fn drawn(protocol: &Protocol, seed: u64) -> (Design, Vec<Run>) {
+    let design = design();
+    let drawn = draw(&model(&design), &truth(), protocol, Errors::USUAL, seed).unwrap();
+    (design, drawn)
+}
+
+fn readings(seed: u64, count: u32) -> (Design, Vec<Run>) {
+    drawn(&Protocol::cylinders(&[[30.0, 40.0], [45.0, 40.0], [58.0, 40.0], [40.0, 20.0]], count), seed)
+}
+
+#[test]
+fn stated_deviations_cover_the_truth() {
+    let (mut within, mut all, mut squares) = (0, 0, 0.0);
+    for seed in 0..30 {
+        let (design, runs) = readings(1000 + seed, 12);
+        let found = fit(&model(&design), &runs, &USUAL, &Noise::default()).unwrap();
+        assert!(found.converged && found.undetermined.is_empty(), "{found:?}");
+        for (estimate, value) in found.estimates.iter().zip(&truth().values) {
+            let off = (estimate.value - value) / estimate.standard_deviation;
+            within += usize::from(off.abs() <= 2.0);
+            all += 1;
+            squares += off * off;
+        }
+    }
+    // 95.4 % of 120 that go together in fours: about as sharp as 60 independent ones, three deviations of which are 8 %.
+    assert!(within * 100 >= all * 87, "{within} of {all} within two deviations");
+    let mean = squares / f64::from(all as u32);
+    assert!((0.5..1.6).contains(&mean), "mean square of errors over stated deviations {mean}");
+}
+
+/// Every one of them: within 1 % of the modulus, 0.05° and 0.2 mm. (`cargo xtask bench calibration` does it with 500.)
+#[test]
+fn what_is_recommended_finds_the_truth_every_time() {
+    let (mut within, mut all) = (0, 0);
+    for seed in 0..10 {
+        let (design, runs) = drawn(&Protocol::recommended(), seed);
+        let found = fit(&model(&design), &runs, &USUAL, &Noise::default()).unwrap();
+        assert!(found.converged && found.undetermined.is_empty(), "{found:?}");
+        for ((estimate, value), bound) in found.estimates.iter().zip(&truth().values).zip([0.46, 0.05, 0.2, 0.2]) {
+            let off = (estimate.value - value).abs();
+            assert!(off < bound, "seed {seed}: {estimate:?}");
+            within += usize::from(off <= 2.0 * estimate.standard_deviation);
+            all += 1;
+        }
+        assert!(found.inflation < 1.2, "{}", found.inflation);
+    }
+    // As above; three deviations of 20 independent ones are 14 %.
+    assert!(within * 100 >= all * 80, "{within} of {all} within two deviations");
+}
+
+#[test]
+fn outliers_are_named_and_hardly_count() {
+    let (design, mut runs) = readings(8, 24);
+    let spoilt = [(0, 5), (2, 11), (3, 2)];
+    for (run, reading) in spoilt {
+        let force = runs[run].readings[reading].force_n.as_mut().unwrap();
+        *force += 1.5;
+    }
+    for loss in [Loss::Huber, Loss::Tukey] {
+        let found = fit(&model(&design), &runs, &USUAL, &Noise { loss, ..Noise::default() }).unwrap();
+        for (run, reading) in spoilt {
+            let line = runs[run].readings[reading].line;
+            assert!(found.residuals.iter().any(|r| r.run == run && r.line == line && r.is_outlier()), "{loss:?}");
+        }
+        for (estimate, value) in found.estimates.iter().zip(&truth().values) {
+            let off = (estimate.value - value).abs() / estimate.standard_deviation;
+            assert!(off < 4.0, "{loss:?}: {estimate:?}");
+        }
+    }
+}
+
+#[test]
+fn what_the_data_do_not_tell_is_named() {
+    let design = design();
+    let mut few = Protocol::cylinders(&[[45.0, 40.0]], 4);
+    few.angles_deg.truncate(3);
+    // Low forces at one place: the modulus, the angle and the place all make them greater or less.
+    let drawn = draw(&model(&design), &truth(), &few, Errors::USUAL, 1).unwrap();
+    let mut parameters = USUAL.to_vec();
+    parameters.push(Parameter::Radius);
+    let found = fit(&model(&design), &drawn, &parameters, &Noise::default()).unwrap();
+    assert!(!found.undetermined.is_empty());
+    let named: Vec<Parameter> = found.undetermined.iter().flat_map(|c| c.terms.iter().map(|(p, _)| *p)).collect();
+    assert!(named.contains(&Parameter::Zero) || named.contains(&Parameter::ObjectX), "{named:?}");
+    assert!(found.estimates.iter().any(|estimate| !estimate.determined));
+    // A direction that nothing tells keeps the doubt it had.
+    let doubts: f64 =
+        found.estimates.iter().map(|e| e.standard_deviation / e.parameter.doubt(&design)).fold(0.0, f64::max);
+    assert!(doubts > 0.3 && doubts < 1.5, "{doubts}");
+}
+
+#[test]
+fn a_hinge_thickness_and_outlines_are_fitted_too() {
+    let design = design();
+    let parameters = [Parameter::Design(DesignParameter::HingeThickness), Parameter::Zero];
+    let truth = Trial { parameters: parameters.to_vec(), values: vec![0.85, -0.4] };
+    let protocol = Protocol::cylinders(&[[45.0, 40.0], [58.0, 40.0]], 10);
+    let mut runs = draw(&model(&design), &truth, &protocol, Errors::USUAL, 3).unwrap();
+    for run in &mut runs {
+        let shapes = model(&design).predict(&with_fronts(run), &truth, false).unwrap();
+        for (reading, shape) in run.readings.iter_mut().zip(shapes) {
+            reading.front_mm = shape.front_mm.iter().step_by(2).copied().collect();
+        }
+    }
+    let found = fit(&model(&design), &runs, &parameters, &Noise::default()).unwrap();
+    assert!((found.estimates[0].value - 0.85).abs() < 4.0 * found.estimates[0].standard_deviation, "{found:?}");
+    assert!(found.estimates[0].standard_deviation < 0.02 && found.estimates[1].standard_deviation < 0.1);
+    let (points, rms) = found.outline.unwrap();
+    assert!(points > 100 && rms < 0.05, "{points} {rms}");
+}
+
+/// The run with a point at every reading, so that shapes are computed.
+fn with_fronts(run: &Run) -> Run {
+    let mut run = run.clone();
+    for reading in &mut run.readings {
+        reading.front_mm = vec![[0.0, 0.0]];
+    }
+    run
+}
+
+/// A folder of its own for each test, removed when dropped.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn file(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+}
+
+fn fre(words: &[&Path], options: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    command.arg("calibrate").args(words).args(options.split_whitespace()).output().unwrap()
+}
+
+fn files(folder: &Folder) -> (Vec<PathBuf>, Vec<PathBuf>) {
+    let (_, runs) = readings(5, 16);
+    let (mut tables, mut cases) = (Vec::new(), Vec::new());
+    for (index, run) in runs.iter().enumerate() {
+        // A gauge's reading of its own is nothing to the fit.
+        let [head, gauge] = if index == 0 { [",gauge_mv", ",1.5"] } else { [""; 2] };
+        let mut table = format!("motor_angle_deg,force_n{head}\n");
+        for reading in &run.readings {
+            table += &format!("{},{}{gauge}\n", reading.angle_deg, reading.force_n.unwrap());
+        }
+        // On the way back, with the play of the gears between.
+        let back = run.readings.last().unwrap();
+        table += &format!("{},{}{gauge}\n", back.angle_deg - 2.0, 0.1);
+        tables.push(folder.file(&format!("{index}.csv"), &table));
+        let ObjectDesign::Circle { centre: [x, y], radius } = run.object else { panic!("a circle") };
+        cases.push(folder.file(
+            &format!("{index}.toml"),
+            &format!(
+                "finger = \"preset:ladder-80\"\nobject = {{ shape = \"circle\", radius_mm = {radius:?}, centre_mm = [{x:?}, {y:?}] }}\n\
+                 motion = {{ motor_angles_deg = [5] }}\n"
+            ),
+        ));
+    }
+    (tables, cases)
+}
+
+#[test]
+fn the_command_fits_writes_and_draws() {
+    let folder = Folder::new();
+    let (tables, cases) = files(&folder);
+    let mut words: Vec<&Path> = tables.iter().map(PathBuf::as_path).collect();
+    for case in &cases {
+        words.extend([Path::new("--case"), case.as_path()]);
+    }
+    let (finger, plot) = (folder.0.path().join("finger.toml"), folder.0.path().join("plot.svg"));
+    let options = format!("--elements reduced --format json --write {} --plot {}", finger.display(), plot.display());
+    let output = fre(&words, &options);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let modulus = value["parameters"][0]["value"].as_f64().unwrap();
+    assert!((modulus - 46.0).abs() < 1.0, "{value}");
+    assert_eq!(value["left_out"].as_array().unwrap().len(), 5, "a column, the opening rows: {}", value["left_out"]);
+    let zero = value["gripper"]["zero_counts"].as_f64().unwrap();
+    assert!((zero + 0.6 * 4096.0 / 360.0).abs() < 4.0, "{zero}");
+    assert!(value["gripper"]["uncertainty"]["youngs_modulus"].as_f64().unwrap() > 0.0);
+    let written = read_finger(&finger).unwrap();
+    assert!((written.design.material.youngs_modulus - modulus).abs() < 1e-9);
+    // What was not fitted is as the preset has it, to its comment and its digits.
+    let text = std::fs::read_to_string(&finger).unwrap();
+    for kept in [
+        "# The finger of the discrete model's",
+        "poissons_ratio = 0.48\n",
+        "heights_mm = [9, 18, 27, 36, 45, 54, 63]\n",
+    ] {
+        assert!(text.contains(kept), "{kept}:\n{text}");
+    }
+    assert!(std::fs::read_to_string(&plot).unwrap().contains("residual"));
+
+    let text = fre(&words, "--elements reduced --fit youngs-modulus,zero");
+    let text = String::from_utf8(text.stdout).unwrap();
+    assert!(text.contains("correlation") && text.contains("for the gripper (--send does it)"), "{text}");
+    assert!(text.contains("left out: ") && text.contains(": columns gauge_mv"), "{text}");
+}
+
+#[test]
+fn bad_input_is_named() {
+    let folder = Folder::new();
+    let (tables, cases) = files(&folder);
+    let case = [tables[0].as_path(), Path::new("--case"), cases[0].as_path()];
+    let said = |words: &[&Path], options: &str| {
+        let output = fre(words, options);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(said(&case, "--fit youngs-modulus,colour").contains("hinge-thickness"));
+    assert!(said(&case, "--fit zero,zero").contains("zero twice"));
+    assert!(said(&case, "--force-sd-n 0").contains("above 0"));
+    let two =
+        [tables[0].as_path(), &tables[1], &tables[2], Path::new("--case"), &cases[0], Path::new("--case"), &cases[1]];
+    assert!(said(&two, "").contains("3 files of measurements and 2 cases"));
+    let distances = folder.file("d.csv", "distance_mm,force_n\n1,2\n");
+    assert!(said(&[&distances, Path::new("--case"), &cases[0]], "").contains("motor_angle_deg"));
+}
+
+#[test]
+fn what_is_read_is_never_written() {
+    let folder = Folder::new();
+    let (tables, cases) = files(&folder);
+    let words = [tables[0].as_path(), Path::new("--case"), cases[0].as_path()];
+    let said = |options: &str| {
+        let output = fre(&words, options);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let kept = [&tables[0], &cases[0]].map(|path| (path, std::fs::read(path).unwrap()));
+    let link = folder.0.path().join("link.toml");
+    std::os::unix::fs::symlink(&cases[0], &link).unwrap();
+    for output in [&tables[0], &cases[0], &link] {
+        let message = said(&format!("--force --write {}", output.display()));
+        assert!(message.contains("is the same file as"), "{message}");
+    }
+    let other = folder.file("finger.toml", "mine");
+    assert!(said(&format!("--write {}", other.display())).contains("exists; --force overwrites it"));
+    let both = folder.0.path().join("both.svg");
+    assert!(said(&format!("--write {0} --plot {0}", both.display())).contains("is the same file as --write"));
+    for (path, bytes) in kept {
+        assert!(std::fs::read(path).unwrap() == bytes, "{}", path.display());
+    }
+    assert_eq!(std::fs::read_to_string(&other).unwrap(), "mine");
+}

@@ -1,0 +1,280 @@
+//! What a designer asks: strains, contact pressure, stiffness, and how far the first branch reaches.
+
+use std::process::{Command, Output};
+
+use fre::case::Case;
+use fre::study::run::{self, Options, Solution};
+use model_core::discretise::{Discretisation, Elements, Physics, Sampling, Scheme};
+
+/// A finger on a cylinder that it snaps through on, at 11.05°; its force is largest at 10.5°.
+fn case(angles: &str) -> Case {
+    Case::parse(
+        "case.toml",
+        &format!(
+            "finger = \"preset:fea-80\"\nobject = {{ shape = \"circle\", radius_mm = 40, centre_mm = [41, 60] }}\n\
+             motion.motor_angles_deg = {angles}\n"
+        ),
+    )
+    .unwrap()
+}
+
+fn fine(elements: Elements) -> Options {
+    let discretisation = Discretisation { elements, ..Discretisation::fine(Physics::Extended) };
+    Options { discretisation, ..Options::default() }
+}
+
+fn solve(case: &Case, options: &Options) -> Vec<Solution> {
+    let solutions = run::solve(case, options).unwrap();
+    assert!(solutions.iter().all(|solution| solution.status.is_trustworthy()), "{solutions:?}");
+    solutions
+}
+
+#[test]
+fn strain_is_half_the_thickness_times_the_drawn_curvature() {
+    // Without shear, which tilts cross-sections against the centreline, and without stretch.
+    let mut options = fine(Elements::PerSpan { span: 24, tip_span: 24, hinge: 6 });
+    options.discretisation.physics = Physics::Paper;
+    let solution = solve(&case("[4]"), &options).remove(0);
+    let strains = solution.strains.unwrap();
+    let bending = |section: &fre::study::strains::Section| 0.5 * (section.object_side - section.back_side);
+    let line = &solution.back_mm;
+    let length = |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]).hypot(b[1] - a[1]);
+    // Curvature of the centreline as it is drawn: through an element's end and its neighbours' other ends.
+    let ends: Vec<[f64; 2]> = line.iter().step_by(2).copied().collect();
+    let (mut arc, mut compared) = (0.0, 0);
+    for window in ends.windows(3) {
+        let [a, b, c] = [window[0], window[1], window[2]];
+        arc += length(a, b);
+        let (first, second) = (length(a, b), length(b, c));
+        let cross = (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]);
+        let curvature = 2.0 * cross / (first * second * (first + second));
+        // Two sections share the arc: the end of an element and the start of the next; at a joint the bend jumps.
+        let here: Vec<f64> =
+            strains.back.iter().filter(|section| (section.arc_mm - arc).abs() < 0.02).map(bending).collect();
+        if let [before, after] = here[..]
+            && (before - after).abs() < 1e-4
+        {
+            // Half the thickness is 1 mm.
+            assert!((before - curvature).abs() < 2e-4 + 0.01 * before.abs(), "{arc:.2}: {before:.5} {curvature:.5}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 130, "{compared}");
+}
+
+#[test]
+fn the_back_beam_is_pushed_together_and_the_front_beam_drawn_out() {
+    let strains = solve(&case("[9]"), &Options::default()).remove(0).strains.unwrap();
+    let mean = |sections: &[fre::study::strains::Section]| {
+        let sum: f64 = sections.iter().map(|section| 0.5 * (section.object_side + section.back_side)).sum();
+        sum / sections.len() as f64
+    };
+    assert!(mean(&strains.back) < -0.01 && mean(&strains.front) > 0.01);
+}
+
+#[test]
+fn largest_strains_are_those_of_the_sections_spans_and_hinges() {
+    for (scheme, sampling) in [
+        (Scheme::Simpson, Sampling::PerElement(4)),
+        (Scheme::Trapezoid, Sampling::Nodes),
+        (Scheme::Paper, Sampling::Nodes),
+    ] {
+        let mut options = fine(Elements::PerBeam { beam: 56, hinge: 6 });
+        (options.discretisation.scheme, options.discretisation.sampling) = (scheme, sampling);
+        let solution = solve(&case("[5]"), &options).remove(0);
+        let (strains, most) = (solution.strains.unwrap(), solution.max_strain.unwrap());
+        let largest =
+            |sections: &[fre::study::strains::Section]| sections.iter().map(|s| s.largest()).fold(0.0, f64::max);
+        assert_eq!((largest(&strains.front), largest(&strains.back)), (most.front, most.back));
+        assert_eq!((strains.spans.len(), strains.hinges.len()), (7, 6));
+        assert_eq!(strains.spans.iter().map(|pair| pair.front).fold(0.0, f64::max), most.front);
+        assert_eq!(strains.hinges.iter().map(|pair| pair.front.max(pair.back)).fold(0.0, f64::max), most.hinge);
+        assert!(strains.front.is_sorted_by(|a, b| a.arc_mm < b.arc_mm + 1e-9), "{scheme:?}");
+        let last = strains.back.last().unwrap().arc_mm;
+        assert!((70.0..84.8).contains(&last), "{scheme:?}: {last}");
+        // Schemes agree on what a designer reads; the springs of `paper` know the bend to first order.
+        assert!((most.hinge - 0.0889).abs() < 0.012, "{scheme:?}: {most:?}");
+    }
+}
+
+#[test]
+fn pressure_times_length_is_the_force() {
+    for solution in solve(&case("[0, 2, 5, 9, 12]"), &Options::default()) {
+        let force: f64 = solution.contacts.iter().map(|contact| contact.force).sum();
+        let length = |pressure: &fre::study::pressure::Pressure| pressure.between_mm[1] - pressure.between_mm[0];
+        let sum: f64 = solution.contact_pressure.iter().map(|p| p.line_load_n_per_mm * length(p)).sum();
+        assert!((sum - force).abs() < 1e-9 * force.max(1.0), "{sum} {force}");
+        for pressure in &solution.contact_pressure {
+            assert!((pressure.pressure_n_per_mm2 * 20.0 - pressure.line_load_n_per_mm).abs() < 1e-12);
+            let [from, to] = pressure.between_mm;
+            assert!(from < pressure.arc_mm && pressure.arc_mm <= to && to <= 80.0, "{pressure:?}");
+        }
+        // What one sample stands for ends where the next one's begins.
+        for pair in solution.contact_pressure.windows(2) {
+            assert!(pair[0].between_mm[1] <= pair[1].between_mm[0] + 1e-9, "{pair:?}");
+        }
+    }
+}
+
+#[test]
+fn the_first_branch_ends_where_small_steps_snap() {
+    let coarse = solve(&case("[5, 10, 11, 12, 13]"), &Options::default());
+    assert_eq!(coarse.iter().map(|solution| solution.branch.unwrap()).collect::<Vec<_>>(), [1, 1, 1, 2, 2]);
+    let first = coarse[0].first_branch.unwrap();
+    assert!(coarse.iter().all(|solution| solution.first_branch == Some(first)));
+    let angles: Vec<String> = (0..=140).map(|i| format!("{}", 10.5 + 0.01 * f64::from(i))).collect();
+    let small = solve(&case(&format!("[{}]", angles.join(","))), &Options::default());
+    let snapped = small.iter().position(|solution| solution.branch == Some(2)).unwrap();
+    let [after, before] = first.snap_between().unwrap();
+    assert!(before - after < 0.041 && (11.0..12.0).contains(&after));
+    assert!(after - 0.04 < small[snapped - 1].place() && small[snapped].place() < before + 0.04, "{first:?}");
+    let most =
+        small[..snapped].iter().max_by(|a, b| a.force_magnitude_n.unwrap().total_cmp(&b.force_magnitude_n.unwrap()));
+    let most = most.unwrap();
+    assert!((most.force_magnitude_n.unwrap() - first.max_force_n).abs() < 0.01, "{first:?}");
+    assert!((most.place() - first.max_force_at().unwrap()).abs() < 0.1, "{first:?}");
+    // Before the snap there is none to be told of.
+    let calm = solve(&case("[5, 10]"), &Options::default());
+    let first = calm[0].first_branch.unwrap();
+    assert_eq!((first.snap_between(), first.max_force_at()), (None, Some(10.0)));
+    assert_eq!(Some(first.max_force_n), calm[1].force_magnitude_n);
+}
+
+#[test]
+fn a_finger_that_touches_along_many_samples_still_has_its_numbers() {
+    // 140 of 680 samples touch.
+    let options = fine(Elements::PAPER);
+    let solution = solve(&case("[12]"), &options).remove(0);
+    assert!(solution.contacts.len() > 64, "{}", solution.contacts.len());
+    assert!(solution.sensitivity.is_some());
+}
+
+fn fre(folder: &std::path::Path, text: &str, arguments: &[&str]) -> Output {
+    let file = folder.join("case.toml");
+    std::fs::write(&file, text).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    command.arg(arguments[0]).arg(&file).args(&arguments[1..]).current_dir(folder).output().unwrap()
+}
+
+#[test]
+fn strains_beyond_the_limit_are_warned_of_in_every_format() {
+    let own = tempfile::tempdir().unwrap();
+    let folder = own.path();
+    let finger = include_str!("../../fre/src/case/presets/fea-80.toml").replace("\n[", "\n[finger.");
+    let text = |limit: &str| {
+        let finger = finger.replace("poissons_ratio = 0.48", &format!("poissons_ratio = 0.48\n{limit}"));
+        format!(
+            "[finger]\n{finger}\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 60]\n\
+             [motion]\nmotor_angles_deg = [2, 6]\n"
+        )
+    };
+    let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let low = text("max_strain = 0.05");
+    let said = words(&fre(folder, &low, &["solve"]).stdout);
+    assert!(said.contains("warning: back hinge of lamella 6: strain 10.4"), "{said}");
+    assert!(said.contains("the material bears 5 % (at 6°)") && said.contains("First branch: largest force"), "{said}");
+    let csv = fre(folder, &low, &["solve", "--format", "csv"]);
+    assert!(words(&csv.stderr).contains("fre: warning: back hinge of lamella 6"), "{}", words(&csv.stderr));
+    let lines = words(&csv.stdout);
+    let column = lines.lines().next().unwrap().split(',').position(|name| name == "beyond_max_strain").unwrap();
+    let cells: Vec<&str> = lines.lines().skip(1).map(|line| line.split(',').nth(column).unwrap()).collect();
+    assert_eq!(cells, ["false", "true"]);
+    let json: serde_json::Value =
+        serde_json::from_slice(&fre(folder, &low, &["solve", "--format", "json"]).stdout).unwrap();
+    assert_eq!(json[0]["beyond_max_strain"], serde_json::json!([]));
+    assert_eq!(json[1]["beyond_max_strain"][0]["limit"], 0.05);
+    let sweep = ["sweep", "--vary", "finger.material.max_strain=0.05,0.2", "--out", "out.csv"];
+    // Told again by a sweep that finds all its rows known.
+    for computed in [4, 0] {
+        let output = fre(folder, &low, &sweep);
+        let said = words(&output.stderr);
+        assert!(said.contains(&format!("4 rows ({computed} computed")), "{said}");
+        let warning = "warning: 1 of 4 rows are strained beyond finger.material.max_strain";
+        assert!(
+            said.contains(warning) && said.contains("the first is row 1: finger.material.max_strain=0.05 at 6°"),
+            "{said}"
+        );
+        assert_eq!((output.status.code(), output.stdout.is_empty()), (Some(0), true));
+    }
+    let swept = std::fs::read_to_string(folder.join("out.csv")).unwrap();
+    assert_eq!(swept.matches(",true,1,").count(), 1, "{swept}");
+    // A limit that nothing reaches, and none.
+    let said = words(&fre(folder, &text("max_strain = 0.3"), &["solve"]).stdout);
+    assert!(!said.contains("warning") && !said.contains("no limit"), "{said}");
+    assert!(
+        words(&fre(folder, &text(""), &["solve"]).stdout).contains("held against no limit: finger.material.max_strain")
+    );
+    let json: serde_json::Value =
+        serde_json::from_slice(&fre(folder, &text(""), &["solve", "--format", "json"]).stdout).unwrap();
+    assert!(json[1]["beyond_max_strain"].is_null());
+}
+
+#[test]
+fn every_kind_of_picture_is_drawn_and_wrong_places_are_refused() {
+    let own = tempfile::tempdir().unwrap();
+    let folder = own.path();
+    let text = "finger = \"preset:fea-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 60] }\n\
+        motion.motor_angles_deg = [0, 9, 12, 13]\n";
+    let words = |name: &str| {
+        let svg = std::fs::read_to_string(folder.join(name)).unwrap();
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
+        let tree = roxmltree::Document::parse(&svg).unwrap();
+        // Letters are outlines; the words lie over them.
+        assert!(svg.contains("<use href=\"#letter0-") && svg.contains(".hidden{fill-opacity:0}"));
+        let texts = tree.descendants().filter(|node| node.has_tag_name("text"));
+        let joined = |node: roxmltree::Node| {
+            node.descendants().filter(roxmltree::Node::is_text).filter_map(|n| n.text()).collect::<String>()
+        };
+        texts.map(joined).collect::<Vec<_>>().join("\n")
+    };
+    let drawn = |kind: &str, more: &[&str]| {
+        let arguments = [&["solve", "--force", "--plot", "a.svg", "--plot-kind", kind], more].concat();
+        let output = fre(folder, text, &arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        words("a.svg")
+    };
+    let force = drawn("force", &[]);
+    assert!(force.contains("snap-through at 11.") && force.contains("branch 1"), "{force}");
+    // The largest force lies between two places; it is marked where it is.
+    assert!(force.contains("22.3") && force.contains(" N at 10."), "{force}");
+    // Rounding of an undeformed finger is not drawn as if it were something.
+    let open = drawn("strain", &["--plot-at", "0"]);
+    assert!(!open.contains("e−") && open.contains("(finger.material.max_strain)"), "{open}");
+    // Where there is no trustworthy solution the axis goes on, and says why.
+    let failing = text
+        .replace("radius_mm = 40", "radius_mm = 1000")
+        .replace("[41, 60]", "[1001, 60]")
+        .replace("[0, 9,", "[0, 3, 9,");
+    let output = fre(folder, &failing, &["solve", "--force", "--plot", "a.svg", "--plot-kind", "finger,force"]);
+    assert_eq!(output.status.code(), Some(2));
+    let lost = words("a.svg");
+    assert!(lost.contains("out-of-range") && lost.lines().any(|word| word == "12"), "{lost}");
+    assert!(lost.contains("object Ø2000 mm"), "{lost}");
+    assert!(drawn("pressure", &[]).contains("force per length (N/mm)"));
+    assert!(drawn("pressure", &["--plot-at", "0"]).contains("no contact"));
+    let strain = drawn("strain", &["--plot-at", "9"]);
+    for expected in ["α = 9°", "front beam (%)", "back beam (%)", "hinges, largest (%)", "max_strain"] {
+        assert!(strain.contains(expected), "{expected}: {strain}");
+    }
+    let all = drawn("all", &[]);
+    assert!(all.contains("front beam (%)") && all.contains("N/mm²") && all.contains("F = ") && all.contains("20 mm"));
+    assert!(drawn("finger,strain", &[]).contains("back hinges"));
+    for (arguments, message) in [
+        (
+            &["solve", "--force", "--plot", "a.svg", "--plot-at", "7"][..],
+            "--plot-at 7: is no place of the case; allowed is one of 0, 9, 12, 13",
+        ),
+        (&["solve", "--plot-kind", "force"], "--plot"),
+        (&["solve", "--force", "--plot", "a.svg", "--plot-kind", "stress"], "strain"),
+    ] {
+        let output = fre(folder, text, arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!((output.status.code(), output.stdout.is_empty()), (Some(1), true), "{said}");
+        assert!(said.contains(message), "{said}");
+    }
+    let [light, dark] = ["light", "dark"].map(|theme| {
+        fre(folder, text, &["solve", "--force", "--plot", "a.png", "--plot-theme", theme]);
+        tiny_skia::Pixmap::decode_png(&std::fs::read(folder.join("a.png")).unwrap()).unwrap().pixel(1, 1).unwrap()
+    });
+    assert!(light.red() == 255 && dark.red() < 30);
+}

@@ -1,0 +1,386 @@
+//! `fre gripper`, `fre monitor`, `fre calibrate --send` and `fre log --qemu` on the real firmware in QEMU, as a script uses them.
+//!
+//! `cargo xtask test system` builds the firmware, names it in `FRE_FIRMWARE_ELF`, and turns the feature `qemu` on.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use fre::case::preset;
+use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
+use fre::fit::calibrate::{Model, Parameter, Trial};
+use fre_gripper::servo::{Clock, Config, Hub, Load, Running, Servo};
+use fre_qemu::{Machine, Running as Board, Sockets};
+use model_core::discretise::{Discretisation, Physics};
+use model_core::object::ObjectDesign;
+
+/// Of the case below.
+const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+const CASE: &str = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 45.0]\n\
+    [motion]\nmotor_angles_deg = [6.0]\n";
+/// How long anything may take, a busy PC included.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn firmware() -> String {
+    std::env::var("FRE_FIRMWARE_ELF").expect("FRE_FIRMWARE_ELF; run this by `cargo xtask test system`")
+}
+
+/// `fre …`: exit status, output, errors.
+fn fre(words: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+/// A gripper in QEMU; its servo's time passes by its position's reads.
+struct Gripper {
+    _board: Board,
+    sockets: Sockets,
+    _bus: Running,
+    _turn: MutexGuard<'static, ()>,
+}
+
+/// Grippers share the processors with their tests: one at a time.
+static TURN: Mutex<()> = Mutex::new(());
+
+impl Gripper {
+    fn boot() -> Self {
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let sockets = Sockets::new().unwrap();
+        let mut board = Machine::new(firmware()).listening(&sockets).boot(Stdio::null()).unwrap();
+        let design = preset("ladder-80").unwrap().unwrap().design;
+        let load = Arc::new(Load::of(&design, OBJECT, &Load::REFERENCE, 14.0).unwrap());
+        let clock = Clock::Requests { period_us: 2_000 };
+        let servo =
+            Config { baud_rate: 1_000_000, clock, start_deg: Some(-1.0), noise_ma: 5.0, load, ..Config::default() };
+        let mut hub = Hub::new();
+        board.until("connection to the bus", PATIENCE, || hub.connect_unix(&sockets.bus())).unwrap();
+        hub.servo(Servo::new(servo).unwrap());
+        let bus = hub.spawn().unwrap();
+        Self { _board: board, sockets, _bus: bus, _turn: turn }
+    }
+
+    /// `fre …` on its link: exit status, output, errors.
+    fn fre(&self, words: &[&str]) -> (Option<i32>, String, String) {
+        fre(&[words, &["--link", &self.link()]].concat())
+    }
+
+    fn link(&self) -> String {
+        format!("unix:{}", self.sockets.link().display())
+    }
+
+    /// The same, which must go well.
+    fn done(&self, words: &[&str]) -> String {
+        let (code, out, errors) = self.fre(words);
+        assert_eq!(code, Some(0), "{words:?}: {out}{errors}");
+        out
+    }
+
+    /// A motion, which must go well at last: a busy PC loses the servo for a moment now and then, which is said.
+    fn moved(&self, words: &[&str]) -> String {
+        let end = Instant::now() + 2 * PATIENCE;
+        loop {
+            let (code, out, errors) = self.fre(words);
+            match code {
+                Some(0) => return out,
+                Some(1) => assert!(errors.contains("no servo answers"), "{words:?}: {out}{errors}"),
+                _ => assert!(out.contains("held"), "{words:?}: {out}{errors}"),
+            }
+            assert!(Instant::now() < end, "{words:?}: {out}{errors}");
+            std::thread::sleep(Duration::from_millis(200));
+        }
+    }
+}
+
+#[test]
+fn a_script_sets_grips_holds_and_releases() {
+    let gripper = Gripper::boot();
+    let info = gripper.done(&["gripper", "info"]);
+    for words in ["mps2", "protocol", "room for", "started because", "estimates", "bus", "link"] {
+        assert!(info.contains(words), "no {words}: {info}");
+    }
+    let before = gripper.done(&["gripper", "get"]);
+    assert!(before.contains("rate_hz = 500") && before.contains("finger 0: no design"), "{before}");
+
+    let case = gripper.sockets.folder().join("case.toml");
+    std::fs::write(&case, CASE).unwrap();
+    let case = case.to_str().unwrap();
+    gripper.done(&["gripper", "set", "rate_hz=400", "finger.0.force_limit_n=8.5", "--case", case]);
+    let after = gripper.done(&["gripper", "get"]);
+    for words in ["rate_hz = 400", "finger.0.force_limit_n = 8.5", "7 lamellae", "circle, radius_mm = 40"] {
+        assert!(after.contains(words), "no {words}: {after}");
+    }
+    // What is wrong is named, by this program or by the gripper, and changes nothing.
+    for (pair, words) in [
+        ("finger.0.colour=red", "is no key"),
+        ("finger.0.side=up", "left or right"),
+        ("rate_hz=4000", "4000"),
+        ("finger.0.force_limit_n=-1", "-1"),
+    ] {
+        let (code, _, errors) = gripper.fre(&["gripper", "set", pair]);
+        assert!(code == Some(1) && errors.contains(words), "{pair}: {code:?} {errors}");
+    }
+    assert_eq!(gripper.done(&["gripper", "get"]), after);
+    let (code, _, errors) = gripper.fre(&["gripper", "grip", "--force-n", "9"]);
+    assert!(code == Some(1) && errors.contains('9'), "beyond its limit: {code:?} {errors}");
+
+    let gripped = gripper.moved(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
+    assert!(gripped.starts_with("finger 0") && gripped.contains("gripped"), "{gripped}");
+    let force: f64 = gripped.split_whitespace().nth(2).and_then(|word| word.parse().ok()).unwrap();
+    assert!((force - 4.0).abs() < 0.4, "{gripped}");
+    gripper.moved(&["gripper", "hold"]);
+    assert!(lines_until(&gripper, "held").contains("held"));
+    gripper.moved(&["gripper", "release", "--finger", "0"]);
+    lines_until(&gripper, ",released,");
+    assert_eq!(gripper.fre(&["gripper", "release", "--finger", "3"]).0, Some(1));
+
+    let found = gripper.moved(&["gripper", "scan"]);
+    assert!(found.contains("id 1: model 1020, firmware 45, answers at 1000000 baud"), "{found}");
+    assert!(found.trim_end().ends_with("devices"), "{found}");
+    let (code, _, errors) = gripper.fre(&["gripper", "set", "object=free"]);
+    assert!(code == Some(1) && errors.contains("number of fingers"), "one finger holds nothing: {errors}");
+}
+
+/// A finger told of an object 7 mm too high finds by closing on it where it is; and one told of a smaller one, how large.
+#[test]
+fn closing_tells_where_a_round_object_is() {
+    let gripper = Gripper::boot();
+    let case = gripper.sockets.folder().join("case.toml");
+    let set = |centre: [f64; 2], radius: f64| {
+        let text = CASE.replace("radius_mm = 40.0", &format!("radius_mm = {radius:.1}"));
+        std::fs::write(&case, text.replace("[41.0, 45.0]", &format!("{centre:?}"))).unwrap();
+        gripper.done(&["gripper", "set", "--case", case.to_str().unwrap()]);
+    };
+    gripper.done(&["gripper", "set", "finger.0.open_deg=-6", "finger.0.least_deg=-7"]);
+    for (centre, radius, unknown, range, truth, allowed) in [
+        ([41.0, 52.0], 40.0, "height", "30:60", 45.0, 1.0),
+        ([31.0, 45.0], 30.0, "radius-behind-side", "20:60", 40.0, 2.0),
+    ] {
+        set(centre, radius);
+        let words = ["gripper", "identify", unknown, "--range-mm", range, "--to-deg", "9", "--wait", "120"];
+        let found = gripper.moved(&words);
+        let numbers: Vec<f64> = found.lines().next().unwrap().split(' ').filter_map(|word| word.parse().ok()).collect();
+        let [value, deviation] = numbers.as_slice() else { panic!("{found}") };
+        eprintln!("{found}");
+        assert!((value - truth).abs() < allowed && *deviation > 0.01 && *deviation < allowed, "{found}");
+    }
+    // Set, it is the gripper's object.
+    set([41.0, 52.0], 40.0);
+    let words = ["gripper", "identify", "height", "--range-mm", "30:60", "--to-deg", "9", "--wait", "120", "--set"];
+    let found = gripper.moved(&words);
+    let height = found.split_whitespace().nth(1).unwrap().to_owned();
+    let objects = gripper.done(&["gripper", "get"]);
+    let whole = height.split('.').next().unwrap();
+    assert!(objects.contains(&format!("centre_mm = [41.0, {whole}")), "{height}: {objects}");
+    // What is wrong is named.
+    for (words, said) in [
+        (["--range-mm", "60:30", "--to-deg", "9"], "LEAST < MOST"),
+        (["--range-mm", "30:60", "--to-deg", "900"], "900"),
+        (["--finger", "3", "--range-mm", "30:60"], "to-deg"),
+    ] {
+        let (code, _, errors) = gripper.fre(&[["gripper", "identify", "height"].as_slice(), &words].concat());
+        assert!(code == Some(1) && errors.contains(said), "{words:?}: {code:?} {errors}");
+    }
+    // The object is nowhere in the range: said, by status 2.
+    let (code, out, errors) =
+        gripper.fre(&["gripper", "identify", "height", "--range-mm", "60:70", "--to-deg", "9", "--wait", "120"]);
+    assert!(code == Some(2) && out.contains("positions seen"), "{code:?} {out}{errors}");
+}
+
+/// What the CSV of `fre monitor` says as soon as some row has a word.
+fn lines_until(gripper: &Gripper, word: &str) -> String {
+    let end = Instant::now() + PATIENCE;
+    let log = gripper.sockets.folder().join("log.csv");
+    loop {
+        let lines =
+            gripper.done(&["monitor", "--seconds", "0.5", "--every", "1", "--force", "--log", log.to_str().unwrap()]);
+        // No terminal: a heading, then a line per report.
+        assert!(lines.contains("force_n") && lines.contains("reports,"), "{lines}");
+        let rows = std::fs::read_to_string(&log).unwrap();
+        if rows.contains(word) {
+            return rows;
+        }
+        assert!(Instant::now() < end, "no {word}: {rows}");
+    }
+}
+
+#[test]
+fn the_terminal_shows_it_live_and_space_stops() {
+    use std::io::{Read, Write};
+
+    let gripper = Gripper::boot();
+    let case = gripper.sockets.folder().join("case.toml");
+    std::fs::write(&case, CASE).unwrap();
+    gripper.done(&["gripper", "set", "--case", case.to_str().unwrap()]);
+    gripper.moved(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
+
+    // A pseudo-terminal of 100 × 30.
+    let master = rustix::pty::openpt(rustix::pty::OpenptFlags::RDWR | rustix::pty::OpenptFlags::NOCTTY).unwrap();
+    rustix::pty::grantpt(&master).unwrap();
+    rustix::pty::unlockpt(&master).unwrap();
+    let size = rustix::termios::Winsize { ws_row: 30, ws_col: 100, ws_xpixel: 0, ws_ypixel: 0 };
+    rustix::termios::tcsetwinsize(&master, size).unwrap();
+    let name = rustix::pty::ptsname(&master, Vec::new()).unwrap();
+    let side = || std::fs::File::options().read(true).write(true).open(name.to_str().unwrap()).unwrap();
+    let link = format!("unix:{}", gripper.sockets.link().display());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    command.args(["monitor", "--link", &link]).env("TERM", "xterm-256color");
+    let mut monitor = command.stdin(side()).stdout(side()).stderr(side()).spawn().unwrap();
+    drop(command);
+    let mut master = std::fs::File::from(master);
+    let mut writer = master.try_clone().unwrap();
+    let seen = Arc::new(std::sync::Mutex::new(String::new()));
+    let reading = std::thread::spawn({
+        let seen = seen.clone();
+        move || {
+            let mut chunk = [0; 4096];
+            // The end of a pseudo-terminal is an error of reading.
+            while let Ok(count @ 1..) = master.read(&mut chunk) {
+                seen.lock().unwrap().push_str(&String::from_utf8_lossy(&chunk[..count]));
+            }
+        }
+    });
+    let until = |words: &str| {
+        let end = Instant::now() + PATIENCE;
+        while !plain(&seen.lock().unwrap()).contains(words) {
+            assert!(Instant::now() < end, "no `{words}` in {}", plain(&seen.lock().unwrap()));
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    };
+    for words in ["live", "converged", "components", "iterations", "STOP all fingers"] {
+        until(words);
+    }
+    let end = Instant::now() + PATIENCE;
+    while !plain(&seen.lock().unwrap()).contains("all fingers hold") {
+        assert!(Instant::now() < end, "{}", plain(&seen.lock().unwrap()));
+        writer.write_all(b" ").unwrap();
+        std::thread::sleep(Duration::from_secs(1));
+    }
+    writer.write_all(b"q").unwrap();
+    let end = Instant::now() + PATIENCE;
+    let status = loop {
+        if let Some(status) = monitor.try_wait().unwrap() {
+            break status;
+        }
+        assert!(Instant::now() < end, "q does not end it");
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    assert!(status.success());
+    until("reports,");
+    drop(writer);
+    reading.join().unwrap();
+    assert!(lines_until(&gripper, "held").contains("held"));
+}
+
+/// The words, without what moves the cursor (also over a blank that is there already) and colours the letters.
+fn plain(text: &str) -> String {
+    let mut plain = String::new();
+    let mut letters = text.chars();
+    while let Some(letter) = letters.next() {
+        if letter == '\u{1b}' {
+            // A control sequence ends with a letter.
+            letters.by_ref().skip(1).find(char::is_ascii_alphabetic);
+            plain.push(' ');
+        } else {
+            plain.push(letter);
+        }
+    }
+    plain.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Measurements of three cylinders as files: CSVs and their cases. The truth: 46 MPa, 0.6°, (0.8, −0.5) mm.
+fn measured(folder: &Path) -> Vec<(String, String)> {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let model = Model { design: &design, discretisation: Discretisation::reduced(Physics::Extended) };
+    let parameters = vec![Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
+    let truth = Trial { parameters, values: vec![46.0, 0.6, 0.8, -0.5] };
+    let protocol = Protocol::cylinders(&[[20.0, 10.0], [65.0, 10.0], [45.0, 40.0]], 16);
+    let runs = draw(&model, &truth, &protocol, Errors::USUAL, 11).unwrap();
+    let files = runs.iter().enumerate().map(|(index, run)| {
+        let rows = run.readings.iter().map(|reading| format!("{},{}\n", reading.angle_deg, reading.force_n.unwrap()));
+        let table = folder.join(format!("{index}.csv"));
+        std::fs::write(&table, format!("motor_angle_deg,force_n\n{}", rows.collect::<String>())).unwrap();
+        let ObjectDesign::Circle { centre: [x, y], radius } = run.object else { panic!("a circle") };
+        let case = folder.join(format!("{index}.toml"));
+        let object = format!("shape = \"circle\"\nradius_mm = {radius:?}\ncentre_mm = [{x:?}, {y:?}]");
+        let words = format!("finger = \"preset:ladder-80\"\n[object]\n{object}\n[motion]\nmotor_angles_deg = [6.0]\n");
+        std::fs::write(&case, words).unwrap();
+        (table.display().to_string(), case.display().to_string())
+    });
+    files.collect()
+}
+
+#[test]
+fn a_calibration_reaches_the_gripper() {
+    let gripper = Gripper::boot();
+    let files = measured(gripper.sockets.folder());
+    let value = |text: &str, key: &str| -> f64 {
+        let words = text.lines().find_map(|line| line.strip_prefix(&format!("{key} = "))).map(str::to_owned);
+        words.and_then(|words| words.parse().ok()).unwrap_or_else(|| panic!("no {key}: {text}"))
+    };
+    let before = gripper.done(&["gripper", "get"]);
+    assert!(before.contains("finger 0: not calibrated, taken as zero 0.2000°, E 5.00 %"), "{before}");
+    let zero = value(&before, "finger.0.zero_counts");
+    let link = gripper.link();
+    let send = |options: &[&str], which: &[(String, String)]| {
+        let tables = which.iter().map(|(table, _)| table.as_str());
+        let cases = which.iter().flat_map(|(_, case)| ["--case", case.as_str()]);
+        let words: Vec<&str> = ["calibrate"].into_iter().chain(tables).chain(cases).collect();
+        fre(&[&words, ["--elements", "reduced", "--send", &link].as_slice(), options].concat())
+    };
+
+    // A few low forces in one place tell too little: nothing is sent, and it says so.
+    let few = std::fs::read_to_string(&files[2].0).unwrap().lines().take(4).collect::<Vec<_>>().join("\n");
+    let table = gripper.sockets.folder().join("few.csv").display().to_string();
+    std::fs::write(&table, few).unwrap();
+    let (code, out, errors) = send(&[], &[(table, files[2].1.clone())]);
+    assert!(code == Some(2) && errors.contains("nothing was sent"), "{code:?} {out}{errors}");
+    assert_eq!(gripper.done(&["gripper", "get"]), before);
+    let (code, _, errors) = send(&["--finger", "3"], &files);
+    assert!(code == Some(1) && errors.contains("no finger 3"), "{code:?} {errors}");
+    assert_eq!(gripper.done(&["gripper", "get"]), before);
+
+    let (code, out, errors) = send(&[], &files);
+    assert_eq!(code, Some(0), "{out}{errors}");
+    assert!(errors.contains("sent to finger 0") && errors.contains("read back: finger, uncertainty, zero"), "{errors}");
+    let after = gripper.done(&["gripper", "get"]);
+    let moved = value(&after, "finger.0.zero_counts") - zero;
+    assert!((moved + 0.6 * 4096.0 / 360.0).abs() < 1.2, "0.6° are −6.8 counts: {moved}");
+    assert!(after.contains("7 lamellae") && after.contains("no object"), "which of three it is nobody knows: {after}");
+    // What the fit's own table says.
+    let stated =
+        out.lines().find_map(|line| line.trim().strip_prefix("uncertainty")).expect("the fit's uncertainty").trim();
+    let deviation = stated.strip_prefix("zero ").and_then(|rest| rest.split('°').next()).expect("a zero");
+    assert!(after.contains(&format!("finger 0: calibrated to zero {deviation}°")), "{stated}: {after}");
+    assert!(deviation.parse::<f64>().unwrap() < 0.05 && after.contains("correlated; play 0.00°"), "{after}");
+
+    // One object: it goes along.
+    let (code, out, errors) = send(&["--fit", "youngs-modulus"], &files[2..]);
+    assert_eq!(code, Some(0), "{out}{errors}");
+    assert!(errors.contains("finger and object, uncertainty"), "{errors}");
+    let after = gripper.done(&["gripper", "get"]);
+    assert!(after.contains("circle, radius_mm = 40"), "{after}");
+}
+
+#[test]
+fn the_log_out_of_qemu_is_shown() {
+    let image = firmware();
+    // How long the first line takes depends on the PC.
+    let shown = [2, 10, 60].iter().find_map(|seconds| {
+        let (code, out, errors) = fre(&["log", "--qemu", "--image", &image, "--seconds", &seconds.to_string()]);
+        assert_eq!(code, Some(0), "{out}{errors}");
+        (!out.is_empty()).then_some(out)
+    });
+    let shown = shown.expect("a line within a minute");
+    let line = shown.lines().next().unwrap();
+    assert!(line.trim_start().starts_with("0.") && line.contains(" INFO "), "time and level: {line}");
+    assert!(line.contains("gripper on mps2-an500, version") && line.contains("gripper.rs:"), "words and place: {line}");
+
+    let (code, _, errors) = fre(&["log", "--qemu", "--image", "/nowhere/gripper"]);
+    assert!(code == Some(1) && errors.contains("/nowhere/gripper"), "{errors}");
+    let (code, _, errors) = fre(&["log", "--qemu", "--image", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")]);
+    assert_eq!(code, Some(1), "no image at all: {errors}");
+    assert_eq!(fre(&["log", "opencr", "--qemu"]).0, Some(1), "a board or QEMU");
+    assert_eq!(fre(&["log"]).0, Some(1), "neither");
+}

@@ -1,0 +1,17 @@
+//! Says which tests of the command this run leaves out.
+
+use std::process::ExitCode;
+
+use test_bus::{Feature, left_out};
+
+fn main() -> ExitCode {
+    let features = [
+        Feature { name: "gripper", on: cfg!(feature = "gripper"), needs: "the libraries of a gripper and its servos" },
+        Feature { name: "outline", on: cfg!(feature = "outline"), needs: "the libraries for photographs" },
+        Feature { name: "record", on: cfg!(feature = "record"), needs: "the library for recordings" },
+        Feature { name: "python", on: cfg!(feature = "python"), needs: "the MCAP reader for Python" },
+        Feature { name: "qemu", on: cfg!(feature = "qemu"), needs: "QEMU and the firmware's image" },
+        Feature { name: "fea", on: cfg!(feature = "fea"), needs: "CalculiX" },
+    ];
+    left_out(include_str!("../Cargo.toml"), &features)
+}

@@ -1,0 +1,138 @@
+//! `fre table1`: the twenty cases of *Geometrico-Static Modelling of a FRE Finger*.
+
+use std::process::Command;
+
+use fre::files::Files;
+use fre::study::run;
+use fre::study::table1::{
+    self, APPROACH_DEG, CASES, COMPARED, Comparison, EXTENDED_FULL, EXTENDED_REDUCED, SERIES, models,
+};
+use model_core::status::Status;
+
+#[test]
+fn first_contact_is_where_it_is_said_to_be() {
+    for series in SERIES {
+        let mut case = series.case().unwrap();
+        let touch = series.angles_deg[0] - APPROACH_DEG;
+        case.path.places = vec![touch - 1.0, touch - 0.001, touch + 0.05];
+        let solved = run::solve(&case, &run::Options::default()).unwrap();
+        let statuses: Vec<Status> = solved.iter().map(|solution| solution.status).collect();
+        assert_eq!(statuses, [Status::NoContact, Status::NoContact, Status::Converged], "{}", series.name(0));
+        // Samples stand on the beam at distances of a few millimetres.
+        let arc = solved[2].contacts[0].arc;
+        assert!((arc - series.height_mm).abs() < 2.5, "{arc} is not {}", series.height_mm);
+    }
+}
+
+#[test]
+fn every_model_has_twenty_rows_with_their_statuses() {
+    let rows = table1::solve().unwrap();
+    assert_eq!(rows.len(), CASES);
+    let angles: Vec<f64> = rows.iter().map(|row| row.series.angles_deg[row.angle]).collect();
+    let paper = [11, 13, 15, 17, 12, 15, 17, 19, 13, 15, 17, 19, 18, 20, 22, 24, 22, 24, 26, 28];
+    assert_eq!(angles, paper.map(f64::from));
+    for row in &rows {
+        assert_eq!((row.solutions.len(), row.snapped.len()), (4, 4));
+        for (solution, model) in row.solutions.iter().zip(models()) {
+            assert_eq!(solution.place(), row.series.angles_deg[row.angle]);
+            assert_eq!(solution.force_n.is_some(), solution.status.is_trustworthy());
+            let full = model.name.ends_with("170/20");
+            assert_eq!(solution.model.elements_per_beam == 170, full, "{}", model.name);
+            assert!(model.name.starts_with(&solution.model.physics), "{}", model.name);
+        }
+    }
+    let csv = table1::csv(&rows);
+    for model in models() {
+        assert_eq!(csv.lines().filter(|line| line.split(',').nth(4) == Some(model.name)).count(), CASES);
+    }
+    assert_eq!(csv.lines().count(), 1 + 4 * CASES);
+    // The reduced model is judged by the accurate one of its physics: the design allows 1.5 %.
+    let mut compared = 0;
+    for row in &rows {
+        if let Comparison::Same { shape, force_percent } = row.compare(EXTENDED_REDUCED, EXTENDED_FULL) {
+            compared += 1;
+            assert!(force_percent.abs() < 1.5 && shape.max < 0.3 && shape.mean <= shape.max, "{}", row.name());
+        }
+    }
+    assert!(compared >= 15, "{compared}");
+}
+
+#[test]
+fn what_cannot_be_trusted_is_named_and_not_compared() {
+    let mut rows = table1::solve().unwrap();
+    let lost = &mut rows[3].solutions[EXTENDED_FULL];
+    lost.status = Status::Folded;
+    (lost.force_n, lost.force_magnitude_n) = (None, None);
+    lost.front_mm.clear();
+    rows[7].snapped[EXTENDED_REDUCED] = !rows[7].snapped[EXTENDED_FULL];
+    assert_eq!(rows[3].compare(EXTENDED_REDUCED, EXTENDED_FULL), Comparison::None);
+    assert_eq!(rows[7].compare(EXTENDED_REDUCED, EXTENDED_FULL), Comparison::OtherBranch);
+    let text = table1::markdown(&rows);
+    let line = |table: &str, case: &str| {
+        let rest = &text[text.find(table).unwrap()..];
+        rest.lines().find(|line| line.starts_with(&format!("| {case} "))).unwrap().to_owned()
+    };
+    let forces: Vec<String> =
+        line("## Net force", "Ø80 High α4").split('|').map(|cell| cell.trim().to_owned()).collect();
+    assert_eq!(forces[5], "folded", "{forces:?}");
+    assert!(line("## Deviation", "Ø80 High α4").contains("| folded | – | – |"));
+    assert!(line("## Deviation", "Ø80 Mid α4").contains("| other branch | – | – |"));
+    assert!(text.contains("18 of 20") && !text.contains("NaN"), "{text}");
+    // All lines of a Markdown table have as many cells.
+    for table in text.split("\n## ").skip(1) {
+        let cells: Vec<usize> =
+            table.lines().filter(|line| line.starts_with('|')).map(|l| l.matches('|').count()).collect();
+        assert!(cells.len() > 4 && cells.iter().all(|count| *count == cells[0]), "{table}");
+    }
+    let own = tempfile::tempdir().unwrap();
+    let folder = own.path();
+    let mut outputs = Files::new(false).folder(folder, &table1::FILES, "the report").unwrap();
+    let files = table1::write(&mut outputs, &rows).unwrap();
+    let page = std::fs::read_to_string(&files[0]).unwrap();
+    assert!(page.contains("<b>Ø80 High α4</b>, 17°: folded"));
+    // One cross for every measure of every pair that is not compared.
+    let bars = std::fs::read_to_string(folder.join("errors.svg")).unwrap();
+    assert_eq!(strokes_of_crosses(&bars), 2 * 3 * 3);
+}
+
+/// Lines in a series' colour are those of crosses; the legend's are wider.
+fn strokes_of_crosses(svg: &str) -> usize {
+    svg.matches("class=\"s-series").count() - svg.matches("stroke-width=\"12\"").count()
+}
+
+#[test]
+fn the_command_writes_a_page_that_needs_nothing_else() {
+    let own = tempfile::tempdir().unwrap();
+    // The command makes it.
+    let folder = own.path().join("report");
+    let output = Command::new(env!("CARGO_BIN_EXE_fre")).arg("table1").arg("--out").arg(&folder).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lost = table1::solve().unwrap().iter().flat_map(|row| &row.solutions).any(|s| !s.status.is_trustworthy());
+    assert_eq!(output.status.code(), Some(if lost { 2 } else { 0 }), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("prints neither the objects' positions") && text.contains("6° before α1"), "{text}");
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    for reference in ["src=", "href=", "@import", "url(http", "<script"] {
+        assert!(!page.contains(reference), "{reference}");
+    }
+    assert_eq!(page.matches("<svg").count() + page.matches("class=\"bad\"><b>").count(), CASES + 1);
+    assert!(!page.contains("NaN"));
+    // A comparison is named once, over its three measures.
+    assert_eq!(page.matches("<th colspan=\"3\">paper reduced against paper 170/20</th>").count(), 1);
+    assert!(!page.contains("x_f") && page.contains("<i>x</i><sub>f</sub>"));
+    for row in page.split("<tr").skip(1).filter_map(|rest| rest.split("</tr>").next()) {
+        let spans = row.matches("colspan=\"").count();
+        let cells = row.matches("</td>").count() + row.matches("</th>").count();
+        assert!(spans > 0 || [7, 10].contains(&cells), "{row}");
+    }
+    // Identifiers are the page's own, each once.
+    let ids: Vec<&str> = page.match_indices(" id=\"").filter_map(|(at, _)| page[at + 5..].split('"').next()).collect();
+    let different: std::collections::HashSet<&&str> = ids.iter().collect();
+    assert!(ids.len() >= 15 && ids.len() == different.len(), "{ids:?}");
+    let bars = std::fs::read_to_string(folder.join("errors.svg")).unwrap();
+    let tree = roxmltree::Document::parse(&bars).unwrap();
+    let rects = tree.descendants().filter(|n| n.attribute("class").is_some_and(|class| class.starts_with("f-series")));
+    assert_eq!(rects.count() + strokes_of_crosses(&bars) / 2, 3 * COMPARED.len() * CASES);
+    for name in ["table1.md", "table1.csv", "errors.png"] {
+        assert!(std::fs::metadata(folder.join(name)).unwrap().len() > 1000, "{name}");
+    }
+}

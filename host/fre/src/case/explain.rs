@@ -1,0 +1,88 @@
+//! A design error in the file's words: its line, its key, its units.
+
+use model_core::design::{DesignError, Field};
+
+use super::error::CaseError;
+use super::source::{Table, Value};
+
+/// A design error in the file's words: its line, its key, its units.
+pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
+    let number = |field: Field, value: f64, reason: String| match table.find(field.key()) {
+        Some(found) => found.entry_holding(value).refuse(reason),
+        None => table.refuse(field.key(), reason),
+    };
+    let entry = |field: Field, index: usize, reason: String| {
+        let entries = table.find(field.key()).and_then(|value| value.entries("", usize::MAX).ok());
+        match entries.as_ref().and_then(|entries| entries.get(index)) {
+            Some(value) => value.refuse(reason),
+            None => table.refuse(field.key(), reason),
+        }
+    };
+    match error {
+        DesignError::NotFinite { field, value } => number(field, value, "a finite number is needed".into()),
+        DesignError::OutOfRange { field, value, min, max } => {
+            let reason = format!("allowed is {} to {} mm", rounded(min), rounded(max));
+            match table.find(field.key()).and_then(|found| knot_value(&found, value)) {
+                Some(knot) => knot.refuse(reason),
+                None => number(field, value, reason),
+            }
+        }
+        DesignError::Profile { field, knot } => {
+            entry(field, knot, "its position must be larger than its predecessor's".into())
+        }
+        DesignError::BeamNotUpright { field, rise } => table.refuse(
+            field.key(),
+            format!(
+                "is {} mm above the beam's base; needed is at least 1 mm and more than a tenth of the beam's length",
+                rounded(rise)
+            ),
+        ),
+        DesignError::BackNotBehindFront { back_x, front_x } => table
+            .refuse(Field::BackBase.key(), format!("x is {back_x}; it must be less than the front beam's {front_x}")),
+        DesignError::TipsApart { distance, max } => table.refuse(
+            Field::BackTip.key(),
+            format!("lies {} mm from front.tip_mm; allowed is up to {} mm", rounded(distance), rounded(max)),
+        ),
+        DesignError::LamellaCount { front, back } => table.refuse(
+            Field::BackArcs.key(),
+            format!("has {back} entries, front_arc_mm has {front}; they must be as many"),
+        ),
+        DesignError::LamellaOutsideBeam { field, lamella, above, below, .. } => entry(
+            field,
+            lamella,
+            format!(
+                "lies outside the flexible beam; allowed is more than {} and less than {} mm",
+                rounded(above),
+                rounded(below)
+            ),
+        ),
+        DesignError::LamellaOrder { field, lamella, previous, .. } => {
+            entry(field, lamella, format!("must be larger than its predecessor {previous}"))
+        }
+        DesignError::HingeCount { found, lamellae } => table.refuse(
+            Field::HingeLength.key(),
+            format!("has {found} entries; allowed is one for all or one per lamella ({lamellae})"),
+        ),
+        DesignError::NoRoomForHinges { lamella, width, needed } => {
+            let reason = format!(
+                "lamella {} (counted from 1 at the base) is {} mm wide, its two hinges need {} mm",
+                lamella + 1,
+                rounded(width),
+                rounded(needed)
+            );
+            entry(Field::HingeLength, lamella, reason)
+        }
+    }
+}
+
+/// The second number of a taper's pair that is this one: a position may be the same number.
+fn knot_value<'d>(profile: &Value<'d>, number: f64) -> Option<Value<'d>> {
+    let pairs = profile.is_array().then(|| profile.entries("", usize::MAX).ok()).flatten()?;
+    let values = pairs.iter().filter(|pair| pair.is_array()).filter_map(|pair| pair.entries("", 2).ok()?.pop());
+    values.into_iter().find(|value| value.number("").is_ok_and(|found| found.to_bits() == number.to_bits()))
+}
+
+/// At most four decimals, for messages.
+pub(super) fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}

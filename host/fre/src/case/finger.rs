@@ -1,0 +1,256 @@
+//! A finger: the keys of `[finger]` as a design in the solver's units, and back.
+
+use model_core::design::{
+    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
+};
+
+use super::error::CaseError;
+use super::explain::explain;
+use super::keys::{self, Along, BeamTable, FingerTable, HingeTable, LamellaeTable, PerRib, RibThickness};
+use super::source::Table;
+use super::{check, fits};
+
+/// Pascal per megapascal (N/mm²), the solver's unit.
+pub(super) const PA_PER_MPA: f64 = 1e6;
+
+/// A finger as a file describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finger {
+    /// Name for titles and tables.
+    pub name: String,
+    /// The design, validated.
+    pub design: Design,
+    /// False if the file gives no motor axis: such a finger can only be moved along a line.
+    pub has_motor: bool,
+    /// The strain that the material bears, dimensionless; none if it is not known.
+    pub max_strain: Option<f64>,
+}
+
+/// Reads and validates a finger's table; `name` stands in for a missing one.
+pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Finger, CaseError> {
+    check::table(table, keys::finger_schema())?;
+    build(&table.read()?, table, name)
+}
+
+/// The finger of a table that the schema's check has passed.
+pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result<Finger, CaseError> {
+    let lamellae = lamellae(keys.lamellae.as_ref(), table)?;
+    if keys.hinge.is_some() && keys.lamellae.is_none() {
+        return Err(
+            table.missing("lamellae", "a table with heights_mm beside hinge (heights_mm = [] for a finger without)")
+        );
+    }
+    let design = Design {
+        width: profile(&keys.width_mm),
+        plane_strain: match keys.plane_strain {
+            keys::PlaneStrain::Stress => PlaneStrain::Stress,
+            keys::PlaneStrain::Strain => PlaneStrain::Strain,
+            keys::PlaneStrain::Auto => PlaneStrain::Auto,
+        },
+        material: Material {
+            youngs_modulus: keys.material.youngs_modulus_pa / PA_PER_MPA,
+            poissons_ratio: keys.material.poissons_ratio,
+            law: match keys.material.law {
+                keys::MaterialLaw::StVenantKirchhoff => MaterialLaw::StVenantKirchhoff,
+                keys::MaterialLaw::NeoHookean => MaterialLaw::NeoHookean,
+                keys::MaterialLaw::Linear => MaterialLaw::Linear,
+            },
+        },
+        front: beam(&keys.front),
+        back: beam(&keys.back),
+        hinge: hinge(keys.hinge.as_ref(), table, !lamellae.attachments.is_empty())?,
+        lamellae,
+        rigid_above: keys.tip.as_ref().and_then(|tip| tip.rigid_above_mm),
+        motor_axis: keys.motor.as_ref().map_or([0.0, 0.0], |motor| motor.axis_mm),
+    };
+    design.validate().map_err(|error| explain(table, error))?;
+    fits::beams_apart(table, &design)?;
+    fits::lamellae_apart(table, &design)?;
+    Ok(Finger {
+        name: keys.name.clone().unwrap_or_else(|| name.to_owned()),
+        design,
+        has_motor: keys.motor.is_some(),
+        max_strain: keys.material.max_strain,
+    })
+}
+
+fn beam(keys: &BeamTable) -> Beam {
+    Beam {
+        base: keys.base_mm,
+        tip: keys.tip_mm,
+        sagitta: keys.sagitta_mm,
+        thickness: profile(&keys.thickness_mm),
+        stiffness_factor: keys.stiffness_factor,
+    }
+}
+
+/// Lists are no longer than the schema allows, which is what the design holds.
+fn profile(along: &Along) -> Profile {
+    match along {
+        Along::Everywhere(value) => Profile::constant(*value),
+        Along::Taper(pairs) => Profile { knots: pairs.iter().map(|&(position, value)| [position, value]).collect() },
+    }
+}
+
+fn lamellae(keys: Option<&LamellaeTable>, finger: &Table<'_>) -> Result<Lamellae, CaseError> {
+    let none = Lamellae { attachments: Attachments::Heights(heapless::Vec::new()), thickness: 1.0 };
+    let (Some(keys), Some(table)) = (keys, finger.child("lamellae")) else { return Ok(none) };
+    let list = |numbers: &[f64]| numbers.iter().copied().collect();
+    let attachments = match (&keys.heights_mm, &keys.front_arc_mm, &keys.back_arc_mm) {
+        (Some(heights), None, None) => Attachments::Heights(list(heights)),
+        (None, Some(front), Some(back)) => Attachments::Arcs { front: list(front), back: list(back) },
+        (Some(_), _, _) => {
+            return Err(table
+                .refuse("heights_mm", "cannot stand beside front_arc_mm or back_arc_mm; allowed is one or the other"));
+        }
+        (None, Some(_), None) => {
+            return Err(table.missing("back_arc_mm", "an array of mm beside front_arc_mm"));
+        }
+        (None, None, Some(_)) => {
+            return Err(table.missing("front_arc_mm", "an array of mm beside back_arc_mm"));
+        }
+        (None, None, None) => {
+            return Err(table.missing("heights_mm", "an array of mm, or front_arc_mm and back_arc_mm"));
+        }
+    };
+    if attachments.is_empty() {
+        return Ok(none);
+    }
+    match &keys.thickness_mm {
+        Some(RibThickness::All(thickness)) => Ok(Lamellae { attachments, thickness: *thickness }),
+        _ => Err(table.missing("thickness_mm", "a number of mm")),
+    }
+}
+
+fn hinge(keys: Option<&HingeTable>, finger: &Table<'_>, needed: bool) -> Result<Hinge, CaseError> {
+    let (Some(keys), Some(table)) = (keys, finger.child("hinge")) else {
+        if needed {
+            return Err(
+                finger.missing("hinge", "a table with length_mm and thickness_mm, or kind = \"pinned\" or \"welded\"")
+            );
+        }
+        let (kind, from) = (HingeKind::Welded, HingeFrom::Centreline);
+        return Ok(Hinge { kind, length: heapless::Vec::new(), thickness: 1.0, from });
+    };
+    let flexible = needed && keys.kind == keys::HingeKind::Flexible;
+    let length = match &keys.length_mm {
+        Some(PerRib::Each(lengths)) => lengths.iter().copied().collect(),
+        Some(PerRib::All(length)) => [*length].into_iter().collect(),
+        None if flexible => return Err(table.missing("length_mm", "a number of mm, or one per lamella")),
+        None => heapless::Vec::new(),
+    };
+    let thickness = match keys.thickness_mm {
+        Some(thickness) => thickness,
+        None if flexible => return Err(table.missing("thickness_mm", "a number of mm")),
+        None => 1.0,
+    };
+    Ok(Hinge {
+        kind: match keys.kind {
+            keys::HingeKind::Flexible => HingeKind::Flexible,
+            keys::HingeKind::Pinned => HingeKind::Pinned,
+            keys::HingeKind::Welded => HingeKind::Welded,
+        },
+        length,
+        thickness,
+        from: match keys.from {
+            keys::HingeFrom::Centreline => HingeFrom::Centreline,
+            keys::HingeFrom::Face => HingeFrom::Face,
+        },
+    })
+}
+
+impl From<&Finger> for FingerTable {
+    fn from(finger: &Finger) -> Self {
+        let design = &finger.design;
+        let has_lamellae = !design.lamellae.attachments.is_empty();
+        Self {
+            name: Some(finger.name.clone()),
+            width_mm: (&design.width).into(),
+            plane_strain: match design.plane_strain {
+                PlaneStrain::Stress => keys::PlaneStrain::Stress,
+                PlaneStrain::Strain => keys::PlaneStrain::Strain,
+                PlaneStrain::Auto => keys::PlaneStrain::Auto,
+            },
+            material: keys::MaterialTable {
+                youngs_modulus_pa: design.material.youngs_modulus * PA_PER_MPA,
+                poissons_ratio: design.material.poissons_ratio,
+                law: match design.material.law {
+                    MaterialLaw::StVenantKirchhoff => keys::MaterialLaw::StVenantKirchhoff,
+                    MaterialLaw::NeoHookean => keys::MaterialLaw::NeoHookean,
+                    MaterialLaw::Linear => keys::MaterialLaw::Linear,
+                },
+                max_strain: finger.max_strain,
+                prony: None,
+            },
+            front: (&design.front).into(),
+            back: (&design.back).into(),
+            lamellae: has_lamellae.then(|| (&design.lamellae).into()),
+            hinge: has_lamellae.then(|| (&design.hinge).into()),
+            tip: design.rigid_above.map(|height| keys::TipTable { rigid_above_mm: Some(height) }),
+            motor: finger.has_motor.then_some(keys::MotorTable { axis_mm: design.motor_axis }),
+        }
+    }
+}
+
+impl From<&Profile> for Along {
+    fn from(profile: &Profile) -> Self {
+        match profile.knots.as_slice() {
+            [[_, value]] => Self::Everywhere(*value),
+            knots => Self::Taper(knots.iter().map(|&[position, value]| (position, value)).collect()),
+        }
+    }
+}
+
+impl From<&Beam> for BeamTable {
+    fn from(beam: &Beam) -> Self {
+        Self {
+            base_mm: beam.base,
+            tip_mm: beam.tip,
+            sagitta_mm: beam.sagitta,
+            thickness_mm: (&beam.thickness).into(),
+            stiffness_factor: beam.stiffness_factor,
+            bending_factor: 1.0,
+            stretch_factor: 1.0,
+            clamp_mm: 0.0,
+            centreline_mm: None,
+        }
+    }
+}
+
+impl From<&Lamellae> for LamellaeTable {
+    fn from(lamellae: &Lamellae) -> Self {
+        let (heights_mm, front_arc_mm, back_arc_mm) = match &lamellae.attachments {
+            Attachments::Heights(heights) => (Some(heights.to_vec()), None, None),
+            Attachments::Arcs { front, back } => (None, Some(front.to_vec()), Some(back.to_vec())),
+        };
+        Self {
+            heights_mm,
+            front_arc_mm,
+            back_arc_mm,
+            thickness_mm: Some(RibThickness::All(lamellae.thickness)),
+            ..Self::default()
+        }
+    }
+}
+
+impl From<&Hinge> for HingeTable {
+    fn from(hinge: &Hinge) -> Self {
+        Self {
+            kind: match hinge.kind {
+                HingeKind::Flexible => keys::HingeKind::Flexible,
+                HingeKind::Pinned => keys::HingeKind::Pinned,
+                HingeKind::Welded => keys::HingeKind::Welded,
+            },
+            length_mm: match hinge.length.as_slice() {
+                [] => None,
+                [length] => Some(PerRib::All(*length)),
+                lengths => Some(PerRib::Each(lengths.to_vec())),
+            },
+            thickness_mm: Some(hinge.thickness),
+            from: match hinge.from {
+                HingeFrom::Centreline => keys::HingeFrom::Centreline,
+                HingeFrom::Face => keys::HingeFrom::Face,
+            },
+        }
+    }
+}

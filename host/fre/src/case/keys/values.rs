@@ -1,0 +1,45 @@
+//! Values that a file may give in more than one form.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A number, or one that changes along the finger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Along {
+    /// The same everywhere.
+    Everywhere(f64),
+    /// Pairs (position, value), linear between them.
+    Taper(#[schemars(length(min = 1))] Vec<(f64, f64)>),
+}
+
+/// A number for all lamellae, or one for each.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum PerRib {
+    /// The same for all.
+    All(f64),
+    /// One for each, base to tip.
+    Each(Vec<f64>),
+}
+
+/// Thickness of lamellae.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum RibThickness {
+    /// The same for all.
+    All(f64),
+    /// One for each, base to tip.
+    #[schemars(extend("x-computed" = []))]
+    Each(Vec<f64>),
+    /// For each, at its front and at its back end.
+    #[schemars(extend("x-pair" = "[front, back]", "x-computed" = []))]
+    Tapered(Vec<[f64; 2]>),
+}
+
+impl PerRib {
+    /// Zero for all.
+    pub(super) fn zero() -> Self {
+        Self::All(0.0)
+    }
+}

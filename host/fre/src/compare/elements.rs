@@ -1,0 +1,62 @@
+//! A case against finite elements.
+
+use std::path::Path;
+
+use super::notes::differences;
+use super::pictures::overlay;
+use super::{CompareError, Comparison, Elements, Reference, Row, solve};
+use crate::case::Case;
+use crate::fea::{Analysis, Plan, Pose};
+use crate::study::run::Options;
+use crate::study::warnings;
+
+/// Compares a case with finite elements: meshes the finger, presses it on the object with CalculiX in a folder, and compares at
+/// every place of the case's motion. `refinement` makes every element so many by so many; `begins` is called with the plan before
+/// CalculiX starts.
+///
+/// # Errors
+/// The case cannot be meshed or discretised, or CalculiX fails.
+pub fn with_elements(
+    case: &Case,
+    options: &Options,
+    refinement: usize,
+    folder: &Path,
+    begins: impl FnOnce(&Plan),
+) -> Result<Comparison, CompareError> {
+    let plan = Plan::of(case, refinement).map_err(CompareError::Mesh)?;
+    let (solutions, model_seconds) = solve(case, options)?;
+    begins(&plan);
+    let analysis = plan.run(case, folder).map_err(CompareError::Fea)?;
+    let rows = solutions.iter().zip(&analysis.poses).map(|(solution, pose)| {
+        let front = pose.as_ref().map_or(&[][..], |pose| &pose.front);
+        Row::new(solution, pose.as_ref().map(Pose::magnitude), front)
+    });
+    let rows: Vec<Row> = rows.collect();
+    let Analysis { elements, nodes, progress, seconds, unread, doubts, .. } = analysis;
+    let figures = Elements {
+        seconds,
+        speed_ratio: seconds / model_seconds.max(1e-9),
+        elements,
+        nodes,
+        increments: progress.increments,
+        failed_attempts: progress.failed_attempts,
+        iterations: progress.iterations,
+        folder: folder.display().to_string(),
+    };
+    let both = solutions.iter().zip(&analysis.poses).rev();
+    let last = both.filter_map(|(s, p)| p.as_ref().map(|p| (s, p))).find(|(s, _)| s.status.is_trustworthy());
+    let picture = last.map(|(solution, pose)| overlay(case, solution, pose)).transpose().map_err(CompareError::Fea)?;
+    let mut notes = differences(case, options.discretisation.physics, &solutions);
+    notes.extend(warnings::warnings(case, &solutions));
+    notes.extend(doubts);
+    notes.extend(unread.map(|error| format!("{error}: the deformed mesh is not drawn")));
+    Ok(Comparison {
+        reference: Reference::Fea,
+        rows,
+        model_seconds,
+        fea: Some(figures),
+        notes,
+        left_out: Vec::new(),
+        picture,
+    })
+}

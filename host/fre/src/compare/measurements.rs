@@ -1,0 +1,61 @@
+//! A case against measurements.
+
+use std::path::Path;
+
+use model_core::object::Motion;
+
+use super::notes::doubts;
+use super::outlying::{mark_outliers, outlying_points};
+use super::pictures::residual_chart;
+use super::{CompareError, Comparison, Reference, Row, solve};
+use crate::case::Case;
+use crate::fit::measured::{Coordinate, Measured};
+use crate::study::run::Options;
+use crate::study::warnings;
+
+/// Order in which measured places are visited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Ascending, whatever the file's order.
+    Closing,
+    /// The file's: closing and opening again, with the finger's hysteresis.
+    File,
+}
+
+/// Compares a case with the measurements of a file. The measured places, in the given order, replace those of the case.
+///
+/// # Errors
+/// The file has another coordinate than the case's motion, or the finger cannot be discretised as asked.
+pub fn with_measurements(
+    case: &mut Case,
+    options: &Options,
+    measured: &Measured,
+    file: &Path,
+    order: Order,
+) -> Result<Comparison, CompareError> {
+    let needed = match case.path.motion {
+        Motion::Rotating { .. } => Coordinate::MotorAngle,
+        Motion::Translating { .. } => Coordinate::Distance,
+    };
+    if measured.coordinate != needed {
+        let (found, needed) = (measured.coordinate.column(), needed.column());
+        return Err(CompareError::Coordinate { file: file.display().to_string(), found, needed });
+    }
+    let measurements = match order {
+        Order::Closing => measured.closing(),
+        Order::File => measured.visits(),
+    };
+    case.path.places = measurements.iter().map(|m| m.place).collect();
+    let (solutions, model_seconds) = solve(case, options)?;
+    let mut rows: Vec<Row> = solutions.iter().zip(&measurements).map(|(s, m)| Row::measured(s, m)).collect();
+    mark_outliers(&mut rows);
+    for (row, (solution, measurement)) in rows.iter_mut().zip(solutions.iter().zip(&measurements)) {
+        row.outlying_points = outlying_points(measurement, &solution.front_mm);
+        row.leave_outliers_out(solution, measurement);
+    }
+    let picture = rows.iter().any(|row| row.difference_n.is_some()).then(|| residual_chart(case, &rows));
+    let left_out = measured.problems.iter().map(|problem| format!("{}:{problem}", file.display())).collect();
+    let mut notes = doubts(order, case, measured, &measurements, &rows);
+    notes.extend(warnings::warnings(case, &solutions));
+    Ok(Comparison { reference: Reference::Measured, rows, model_seconds, fea: None, notes, left_out, picture })
+}

@@ -1,0 +1,176 @@
+//! Widths and paths of letters, from fonts inside the program: pictures need no font of the system.
+
+use ttf_parser::{Face, OutlineBuilder};
+
+use super::scene::{Anchor, Path, SUBSCRIPT_DROP, SUBSCRIPT_SIZE, Step, Text};
+
+/// The faces that pictures use.
+pub(crate) struct Fonts {
+    regular: Option<Face<'static>>,
+    italic: Option<Face<'static>>,
+    bold: Option<Face<'static>>,
+}
+
+impl Fonts {
+    /// Opens the fonts inside the program.
+    pub(crate) fn new() -> Self {
+        let face = |bytes| Face::parse(bytes, 0).ok();
+        Self {
+            regular: face(ttf_noto_sans::REGULAR),
+            italic: face(ttf_noto_sans::ITALIC),
+            bold: face(ttf_noto_sans::BOLD),
+        }
+    }
+
+    fn face(&self, bold: bool, italic: bool) -> Option<&Face<'static>> {
+        match (bold, italic) {
+            (_, true) => self.italic.as_ref(),
+            (true, false) => self.bold.as_ref(),
+            (false, false) => self.regular.as_ref(),
+        }
+    }
+
+    /// The letters of a text, placed before any turn of it, for documents that hold each letter's path once.
+    pub(crate) fn glyphs(&self, text: &Text) -> Vec<Glyph> {
+        let start = self.start(text);
+        let mut glyphs = Vec::new();
+        self.letters(text, |face, id, size, [x, y]| {
+            let style = [&self.regular, &self.italic, &self.bold]
+                .into_iter()
+                .position(|one| one.as_ref().is_some_and(|one| std::ptr::eq(one, face)));
+            let scale = size / f64::from(face.units_per_em());
+            let at = [text.at[0] + start + x, text.at[1] + y];
+            glyphs.push(Glyph { style: style.unwrap_or(0), id: id.0, scale, at });
+        });
+        glyphs
+    }
+
+    /// Outline of a letter in the font's units, y down; empty for a blank.
+    pub(crate) fn glyph_path(&self, glyph: &Glyph) -> Path {
+        let mut path = Path::default();
+        let face = [&self.regular, &self.italic, &self.bold].get(glyph.style).and_then(|face| face.as_ref());
+        if let Some(face) = face {
+            let mut pen =
+                Pen { path: &mut path, scale: 1.0, offset: [0.0; 2], at: [0.0; 2], upright: false, last: [0.0; 2] };
+            face.outline_glyph(ttf_parser::GlyphId(glyph.id), &mut pen);
+        }
+        path
+    }
+
+    /// Offset of a text's left end from its position, px.
+    fn start(&self, text: &Text) -> f64 {
+        match text.anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => -0.5 * self.width(text),
+            Anchor::End => -self.width(text),
+        }
+    }
+
+    /// Calls `place` for every letter with its face, glyph, size (px) and offset from the text's left end (px).
+    fn letters<'f>(
+        &'f self,
+        text: &Text,
+        mut place: impl FnMut(&'f Face<'static>, ttf_parser::GlyphId, f64, [f64; 2]),
+    ) -> f64 {
+        let mut x = 0.0;
+        for piece in text.pieces() {
+            let Some(face) = self.face(text.bold, piece.italic) else { continue };
+            let size = if piece.subscript { SUBSCRIPT_SIZE * text.size } else { text.size };
+            let drop = if piece.subscript { SUBSCRIPT_DROP * text.size } else { 0.0 };
+            let scale = size / f64::from(face.units_per_em());
+            for letter in piece.words.chars() {
+                // A letter that the font lacks shows as its empty box, never as nothing.
+                let glyph = face.glyph_index(letter).unwrap_or(ttf_parser::GlyphId(0));
+                place(face, glyph, size, [x, drop]);
+                x += scale * f64::from(face.glyph_hor_advance(glyph).unwrap_or(0));
+            }
+        }
+        x
+    }
+
+    /// Width of a text, px.
+    pub(crate) fn width(&self, text: &Text) -> f64 {
+        self.letters(text, |_, _, _, _| {})
+    }
+
+    /// Outlines of a text, placed in the picture.
+    pub(crate) fn path(&self, text: &Text) -> Path {
+        let start = self.start(text);
+        let mut path = Path::default();
+        self.letters(text, |face, glyph, size, [x, y]| {
+            let mut pen = Pen {
+                path: &mut path,
+                scale: size / f64::from(face.units_per_em()),
+                offset: [start + x, y],
+                at: text.at,
+                upright: text.upright,
+                last: [0.0, 0.0],
+            };
+            face.outline_glyph(glyph, &mut pen);
+        });
+        path
+    }
+}
+
+/// A letter of a text.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Glyph {
+    /// Regular, italic, bold.
+    pub(crate) style: usize,
+    /// Number in its font.
+    pub(crate) id: u16,
+    /// Pixels per unit of the font.
+    pub(crate) scale: f64,
+    /// Where its origin lies before the text's turn, px.
+    pub(crate) at: [f64; 2],
+}
+
+/// Writes a glyph into a path.
+struct Pen<'p> {
+    path: &'p mut Path,
+    scale: f64,
+    offset: [f64; 2],
+    at: [f64; 2],
+    upright: bool,
+    /// Where the glyph stands, in the picture.
+    last: [f64; 2],
+}
+
+impl Pen<'_> {
+    fn point(&self, x: f32, y: f32) -> [f64; 2] {
+        let (x, y) = (self.offset[0] + self.scale * f64::from(x), self.offset[1] - self.scale * f64::from(y));
+        let [x, y] = if self.upright { [y, -x] } else { [x, y] };
+        [self.at[0] + x, self.at[1] + y]
+    }
+}
+
+impl OutlineBuilder for Pen<'_> {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.last = self.point(x, y);
+        self.path.0.push(Step::Move(self.last));
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.last = self.point(x, y);
+        self.path.0.push(Step::Line(self.last));
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let (control, end, start) = (self.point(x1, y1), self.point(x, y), self.last);
+        let third = |from: [f64; 2]| {
+            [from[0] + (control[0] - from[0]) * 2.0 / 3.0, from[1] + (control[1] - from[1]) * 2.0 / 3.0]
+        };
+        self.last = end;
+        self.path.0.push(Step::Cubic(third(start), third(end), end));
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let step = Step::Cubic(self.point(x1, y1), self.point(x2, y2), self.point(x, y));
+        self.last = self.point(x, y);
+        self.path.0.push(step);
+    }
+
+    fn close(&mut self) {
+        self.path.0.push(Step::Close);
+    }
+}

@@ -1,0 +1,401 @@
+//! A mapped mesh of second-order quadrilaterals over the finger's region and the object's edge.
+//!
+//! Every part (beam, neck, bar, half of the tip wedge) is a patch of rows and columns; patches share the points of their
+//! common edges, and points that coincide become one node. Sizes are graded towards the corners where necks begin.
+
+use std::collections::HashMap;
+
+use model_core::design::HingeKind;
+
+use super::region::{Faces, Point, Region, cross, minus};
+
+/// Nodes closer than this are one, mm.
+const SAME: f64 = 1e-6;
+
+/// An eight-node quadrilateral: four corners counter-clockwise, then the middles of its sides.
+pub type Element = [usize; 8];
+
+/// A part of the finger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Part {
+    /// Front beam with its half of the tip wedge.
+    Front,
+    /// Back beam with its half of the tip wedge.
+    Back,
+    /// Necks and bars of the lamellae.
+    Lamella,
+}
+
+/// Where an element lies in the thickness of a part that bends as a plate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// The part has one stiffness throughout: it hardly stretches, and yields only near the necks and beams that it holds.
+    Whole,
+    /// In the middle layer.
+    Core,
+    /// In one of the two outer layers.
+    Skin,
+}
+
+impl Layer {
+    /// Factor on Young's modulus that makes all layers together bend `plate` times as stiff and stretch as before: with the
+    /// core's share c, (1 − c)·skin + c·core = 1 and (1 − c³)·skin + c³·core = plate.
+    pub fn factor(self, plate: f64) -> f64 {
+        let c = CORE;
+        let skin = (plate - c * c) / (1.0 - c * c);
+        match self {
+            Self::Whole => plate,
+            Self::Skin => skin,
+            Self::Core => (1.0 - (1.0 - c) * skin) / c,
+        }
+    }
+
+    /// That of an element, counted across the thickness.
+    fn across(index: usize, count: usize, refinement: usize) -> Self {
+        if (refinement..count - refinement).contains(&index) { Self::Core } else { Self::Skin }
+    }
+}
+
+/// A side of an element, from 0: side i joins corners i and i + 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Side {
+    /// Index of the element.
+    pub element: usize,
+    /// Which of its sides.
+    pub side: usize,
+}
+
+/// The mesh of a finger, finger frame, mm.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Positions.
+    pub nodes: Vec<Point>,
+    /// Elements.
+    pub elements: Vec<Element>,
+    /// The part that each element belongs to.
+    pub parts: Vec<Part>,
+    /// The layer that each element lies in.
+    pub layers: Vec<Layer>,
+    /// Sides that may touch: the front beam's outer face, base to tip, then the tip's end face, front to back.
+    pub contact_face: Vec<Side>,
+    /// Clamped nodes.
+    pub clamped: Vec<usize>,
+    /// Front beam's centreline, base to tip (the tip's corner where the centreline ends).
+    pub front_line: Vec<usize>,
+    /// Back beam's centreline up to where the beams merge.
+    pub back_line: Vec<usize>,
+    /// Rigid links of pinned lamellae between the beams' centrelines (front, back), base to tip.
+    pub links: Vec<[usize; 2]>,
+    places: HashMap<[i64; 2], usize>,
+}
+
+/// Elements through the thickness of a beam at refinement 1.
+const THROUGH_BEAM: usize = 2;
+/// The same of a beam in layers: two elements in its core, one in each skin.
+const THROUGH_LAYERS: usize = 4;
+/// The core's share of a thickness in layers. The core yields most to shear, and thin skins leave it nearly as stiff as it was.
+const CORE: f64 = 0.75;
+/// Elements through the thickness of a neck at refinement 1.
+const THROUGH_NECK: usize = 3;
+/// Growth of element sizes away from a corner, mm per mm.
+const GROWTH: f64 = 0.4;
+
+impl Mesh {
+    /// Sides that belong to one element only, in no order: corner, middle, corner.
+    pub fn outer_edges(&self) -> Vec<[usize; 3]> {
+        let sides = |element: &Element| {
+            let e = *element;
+            [0, 1, 2, 3].map(|side| [e[side], e[4 + side], e[(side + 1) % 4]])
+        };
+        let mut times: HashMap<usize, usize> = HashMap::new();
+        for [_, middle, _] in self.elements.iter().flat_map(sides) {
+            *times.entry(middle).or_default() += 1;
+        }
+        self.elements.iter().flat_map(sides).filter(|[_, middle, _]| times[middle] == 1).collect()
+    }
+
+    /// Meshes a finger; `refinement` divides every element into as many parts in both directions. In layers, what bends can be
+    /// given another stiffness in bending than in stretch.
+    pub fn finger(region: &Region<'_>, thickness: f64, layered: bool, refinement: usize) -> Self {
+        let mut mesh = Self::default();
+        let through = refinement * if layered { THROUGH_LAYERS } else { THROUGH_BEAM };
+        let across = through_thickness(through / refinement, layered, refinement);
+        let neck = through_thickness(THROUGH_NECK, layered, refinement);
+        let mut end_face = Vec::new();
+        let fine = region.joints.iter().map(|j| 2.0 * j.neck).fold(thickness, f64::min) / THROUGH_NECK as f64;
+        let beam_size = (0.5 * thickness).max(region.front.length() / 120.0);
+        let sizes = |largest: f64| Sizes { fine, largest: largest.max(fine), refinement };
+
+        let tip = sizes(beam_size).fractions(length(region.notch, region.top[1]), [true, false]);
+        for front in [true, false] {
+            let (faces, merge) = if front { (region.front, region.merge[0]) } else { (region.back, region.merge[1]) };
+            let joints: Vec<[f64; 2]> = region.joints.iter().map(|j| if front { j.front } else { j.back }).collect();
+            let arcs = stations(&joints, merge, &sizes(beam_size), &neck);
+            let mut lines: Vec<[Point; 2]> = arcs.iter().map(|&s| [faces.outer(s), faces.inner(s)]).collect();
+            // The wedge: from the notch to the middle of the tip on one side, along the outer face on the other.
+            let end = region.ends[if front { 0 } else { 1 }];
+            let wedge = |&t: &f64| [faces.outer(lerp([merge, end], t)), mix(region.notch, region.top[1], t)];
+            lines.extend(tip.iter().skip(1).map(wedge));
+            let rows: Vec<Vec<Point>> =
+                lines.iter().map(|&[a, b]| across.iter().map(|&t| mix(a, b, t)).collect()).collect();
+            let part = if front { Part::Front } else { Part::Back };
+            // The wedge hardly bends.
+            let layer = |r: usize, c: usize| match layered && r < arcs.len() {
+                true => Layer::across(c / 2, through, refinement),
+                false => Layer::Whole,
+            };
+            let ids = mesh.add_patch(&rows, part, layer);
+            mesh.clamped.extend(ids[0].iter().flatten());
+            let middle = through;
+            let end = ids.last().into_iter().flatten().flatten().copied();
+            if front {
+                let outer = ids.iter().filter_map(|row| row[0]);
+                mesh.mark_contact(outer);
+                end_face.extend(end);
+                // In the wedge the columns run apart; it hardly bends, so its line is straight to the tip.
+                mesh.front_line = ids[..arcs.len()].iter().filter_map(|row| row[middle]).collect();
+                mesh.front_line.extend(ids[ids.len() - 1][2 * middle]);
+            } else {
+                mesh.back_line = ids[..arcs.len()].iter().filter_map(|row| row[middle]).collect();
+                // Both halves of the end face share the node on the front centreline, where the second one begins.
+                end_face.extend(end.rev().skip(1));
+            }
+        }
+        mesh.mark_contact(end_face.into_iter());
+        for k in 0..region.joints.len() {
+            mesh.add_lamella(region, k, &sizes, layered, refinement);
+        }
+        mesh.clamped.sort_unstable();
+        mesh.clamped.dedup();
+        mesh
+    }
+
+    fn add_lamella(
+        &mut self,
+        region: &Region<'_>,
+        k: usize,
+        sizes: &impl Fn(f64) -> Sizes,
+        layered: bool,
+        refinement: usize,
+    ) {
+        let joint = &region.joints[k];
+        if region.kind == HingeKind::Pinned {
+            let middle = |faces: &Faces<'_>, [low, high]: [f64; 2]| faces.centre(0.5 * (low + high));
+            let ends = [middle(&region.front, joint.front), middle(&region.back, joint.back)];
+            let link = ends.map(|end| self.node(end));
+            self.links.push(link);
+            return;
+        }
+        let neck = through_thickness(THROUGH_NECK, layered, refinement);
+        let steps = neck.len() - 1;
+        let at = |along: f64, up: f64| [0, 1].map(|i| joint.start[i] + along * joint.along[i] + up * joint.up[i]);
+        let front: Vec<Point> = neck.iter().map(|&t| region.front.inner(lerp(joint.front, t))).collect();
+        let back: Vec<Point> = neck.iter().map(|&t| region.back.inner(lerp(joint.back, t))).collect();
+        let middle: Vec<f64> = neck.iter().map(|&t| lerp([-joint.neck, joint.neck], t)).collect();
+        if region.kind == HingeKind::Welded {
+            let columns = sizes(joint.bar).fractions(length(front[0], back[0]), [true, true]);
+            self.add_band(&front, &back, &columns, layered.then_some(refinement));
+            return;
+        }
+        // Necks, between a beam's face and an end of the bar.
+        let ends = [0.0, joint.length].map(|along| middle.iter().map(|&up| at(along, up)).collect::<Vec<_>>());
+        for (face, end) in [(&front, &ends[0]), (&back, &ends[1])] {
+            let columns = sizes(joint.neck).fractions(length(face[steps / 2], end[steps / 2]), [true, true]);
+            self.add_band(face, end, &columns, layered.then_some(refinement));
+        }
+        let mut ups = middle;
+        let rest = joint.bar - joint.neck;
+        if rest > 1e-3 {
+            let outer = sizes(joint.bar).fractions(rest, [true, false]);
+            let above: Vec<f64> = outer.iter().skip(1).map(|t| joint.neck + t * rest).collect();
+            let below = above.iter().rev().map(|up| -up);
+            ups = below.chain(ups).chain(above.iter().copied()).collect();
+        }
+        let columns = sizes(joint.bar).fractions(joint.length, [true, true]);
+        let end = |along: f64| ups.iter().map(|&up| at(along, up)).collect::<Vec<_>>();
+        // A bar between two necks hardly bends.
+        self.add_band(&end(0.0), &end(joint.length), &columns, None);
+    }
+
+    /// A patch between two edges of equally many points, in layers along it if their refinement is given.
+    fn add_band(&mut self, from: &[Point], to: &[Point], columns: &[f64], layered: Option<usize>) {
+        let rows: Vec<Vec<Point>> =
+            from.iter().zip(to).map(|(&a, &b)| columns.iter().map(|&t| mix(a, b, t)).collect()).collect();
+        let count = from.len() / 2;
+        let layer =
+            |r: usize, _: usize| layered.map_or(Layer::Whole, |refinement| Layer::across(r / 2, count, refinement));
+        self.add_patch(&rows, Part::Lamella, layer);
+    }
+
+    /// Adds a patch given at half steps (odd counts of rows and columns); returns its nodes, none in element centres.
+    /// The layer is told of an element by the row and column of its centre.
+    fn add_patch(
+        &mut self,
+        rows: &[Vec<Point>],
+        part: Part,
+        layer: impl Fn(usize, usize) -> Layer,
+    ) -> Vec<Vec<Option<usize>>> {
+        let ids: Vec<Vec<Option<usize>>> = rows
+            .iter()
+            .enumerate()
+            .map(|(r, row)| {
+                let node = |(c, &p): (usize, &Point)| (r % 2 == 0 || c % 2 == 0).then(|| self.node(p));
+                row.iter().enumerate().map(node).collect()
+            })
+            .collect();
+        for r in (1..rows.len()).step_by(2) {
+            for c in (1..rows[r].len()).step_by(2) {
+                let around = [(0, 0), (0, 2), (2, 2), (2, 0), (0, 1), (1, 2), (2, 1), (1, 0)];
+                let mut element = [0; 8];
+                for (slot, (dr, dc)) in element.iter_mut().zip(around) {
+                    *slot = ids[r + dr - 1][c + dc - 1].unwrap_or(0);
+                }
+                let turned = area(&[0, 1, 2, 3].map(|i| self.nodes[element[i]])) < 0.0;
+                if turned {
+                    let e = element;
+                    element = [e[0], e[3], e[2], e[1], e[7], e[6], e[5], e[4]];
+                }
+                self.elements.push(element);
+                self.parts.push(part);
+                self.layers.push(layer(r, c));
+            }
+        }
+        ids
+    }
+
+    fn node(&mut self, p: Point) -> usize {
+        // Twice the tolerance as cell size: equal points lie in the same or a neighbouring cell.
+        let cell = p.map(|x| (x / (2.0 * SAME)).floor() as i64);
+        for dx in -1..=1 {
+            for dy in -1..=1 {
+                if let Some(&id) = self.places.get(&[cell[0] + dx, cell[1] + dy])
+                    && length(self.nodes[id], p) < SAME
+                {
+                    return id;
+                }
+            }
+        }
+        self.places.insert(cell, self.nodes.len());
+        self.nodes.push(p);
+        self.nodes.len() - 1
+    }
+
+    /// Adds the sides along a line of nodes (corner, middle, corner, …) to those that may touch.
+    fn mark_contact(&mut self, line: impl Iterator<Item = usize>) {
+        let middles: HashMap<usize, Side> = self
+            .elements
+            .iter()
+            .enumerate()
+            .flat_map(|(element, nodes)| (0..4).map(move |side| (nodes[4 + side], Side { element, side })))
+            .collect();
+        self.contact_face.extend(line.skip(1).step_by(2).filter_map(|middle| middles.get(&middle).copied()));
+    }
+
+    /// Area of the elements (corners only), mm².
+    pub fn area(&self) -> f64 {
+        self.elements.iter().map(|e| area(&[0, 1, 2, 3].map(|i| self.nodes[e[i]]))).sum()
+    }
+
+    /// Middle of an element, mm.
+    pub fn middle(&self, element: usize) -> Point {
+        let e = &self.elements[element];
+        [0, 1].map(|axis| 0.25 * e[..4].iter().map(|&n| self.nodes[n][axis]).sum::<f64>())
+    }
+}
+
+/// Arcs of a beam at half steps, base to where the beams merge.
+fn stations(joints: &[[f64; 2]], merge: f64, sizes: &Sizes, neck: &[f64]) -> Vec<f64> {
+    let mut arcs = vec![0.0];
+    let mut from = 0.0;
+    let mut extend = |from: f64, to: f64, fractions: &mut dyn Iterator<Item = f64>| {
+        arcs.extend(fractions.skip(1).map(|t| lerp([from, to], t)));
+    };
+    for &[low, high] in joints {
+        extend(from, low, &mut sizes.fractions(low - from, [true, true]).into_iter());
+        extend(low, high, &mut neck.iter().copied());
+        from = high;
+    }
+    extend(from, merge, &mut sizes.fractions(merge - from, [true, true]).into_iter());
+    arcs
+}
+
+/// Element sizes along a line.
+struct Sizes {
+    /// At a corner, mm.
+    fine: f64,
+    /// Far from corners, mm.
+    largest: f64,
+    refinement: usize,
+}
+
+impl Sizes {
+    /// Fractions of a length at half steps, graded towards the ends that are marked.
+    fn fractions(&self, length: f64, graded: [bool; 2]) -> Vec<f64> {
+        const SAMPLES: usize = 400;
+        let density = |t: f64| {
+            let from_start = if graded[0] { t * length } else { f64::INFINITY };
+            let from_end = if graded[1] { (1.0 - t) * length } else { f64::INFINITY };
+            length / (self.fine + GROWTH * from_start.min(from_end)).min(self.largest)
+        };
+        let mut sums = vec![0.0];
+        for i in 0..SAMPLES {
+            let t = (i as f64 + 0.5) / SAMPLES as f64;
+            sums.push(sums[i] + density(t) / SAMPLES as f64);
+        }
+        let total = sums[SAMPLES];
+        let half_steps = 2 * (total.ceil().max(1.0) as usize) * self.refinement;
+        let mut fractions = Vec::with_capacity(half_steps + 1);
+        let mut i = 0;
+        for k in 0..=half_steps {
+            let wanted = total * k as f64 / half_steps as f64;
+            while i + 1 < SAMPLES && sums[i + 1] < wanted {
+                i += 1;
+            }
+            let part = (wanted - sums[i]) / (sums[i + 1] - sums[i]);
+            fractions.push(((i as f64 + part) / SAMPLES as f64).clamp(0.0, 1.0));
+        }
+        // Exactly the ends, so that neighbouring patches meet.
+        fractions[0] = 0.0;
+        fractions[half_steps] = 1.0;
+        // Middles of sides in the middle.
+        for k in (1..half_steps).step_by(2) {
+            fractions[k] = 0.5 * (fractions[k - 1] + fractions[k + 1]);
+        }
+        fractions
+    }
+}
+
+/// Fractions of a thickness at half steps: even, or a core of even elements between two skins of one each.
+fn through_thickness(elements: usize, layered: bool, refinement: usize) -> Vec<f64> {
+    let skin = 0.5 * (1.0 - CORE);
+    let knot = |i: usize| match i {
+        0 => 0.0,
+        _ if i == elements => 1.0,
+        _ if layered => skin + CORE * (i - 1) as f64 / (elements - 2) as f64,
+        _ => i as f64 / elements as f64,
+    };
+    let within = |i: usize| even(2 * refinement).skip(1).map(move |t| lerp([knot(i), knot(i + 1)], t));
+    std::iter::once(0.0).chain((0..elements).flat_map(within)).collect()
+}
+
+/// Even fractions 0, 1/n, …, 1.
+fn even(steps: usize) -> impl Iterator<Item = f64> {
+    (0..=steps).map(move |i| i as f64 / steps as f64)
+}
+
+fn lerp([a, b]: [f64; 2], t: f64) -> f64 {
+    a + t * (b - a)
+}
+
+fn mix(a: Point, b: Point, t: f64) -> Point {
+    [lerp([a[0], b[0]], t), lerp([a[1], b[1]], t)]
+}
+
+fn length(a: Point, b: Point) -> f64 {
+    (b[0] - a[0]).hypot(b[1] - a[1])
+}
+
+/// Signed area of a quadrilateral, positive counter-clockwise.
+fn area(corners: &[Point; 4]) -> f64 {
+    0.5 * cross(minus(corners[2], corners[0]), minus(corners[3], corners[1]))
+}

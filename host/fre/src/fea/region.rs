@@ -1,0 +1,255 @@
+//! The region that the finger fills as it is built: faces of the beams, where they meet, and where the lamellae are joined.
+
+use model_core::design::{Beam, Design, HingeKind};
+
+use super::FeaError;
+use crate::shape::insets;
+
+/// A point or vector of the finger frame, mm.
+pub type Point = [f64; 2];
+
+/// A beam with its two faces; arcs are those of its centreline, mm.
+#[derive(Clone, Copy, Debug)]
+pub struct Faces<'d> {
+    beam: &'d Beam,
+    /// 1 if the other beam lies to the left of the way from base to tip, −1 if to the right.
+    side: f64,
+}
+
+impl<'d> Faces<'d> {
+    /// The front beam's.
+    pub fn front(design: &'d Design) -> Self {
+        Self { beam: &design.front, side: 1.0 }
+    }
+
+    /// The back beam's.
+    pub fn back(design: &'d Design) -> Self {
+        Self { beam: &design.back, side: -1.0 }
+    }
+
+    /// Length of the centreline.
+    pub fn length(&self) -> f64 {
+        self.beam.length()
+    }
+
+    /// Unit normal towards the other beam at an arc.
+    pub fn inward(&self, arc: f64) -> Point {
+        let e = self.beam.direction(arc);
+        [-self.side * e[1], self.side * e[0]]
+    }
+
+    /// The point of the centreline at an arc.
+    pub fn centre(&self, arc: f64) -> Point {
+        self.beam.point(arc)
+    }
+
+    /// Thickness at an arc, mm.
+    pub fn thickness(&self, arc: f64) -> f64 {
+        self.beam.thickness.at(arc)
+    }
+
+    /// The point of the face towards the other beam, across from an arc.
+    pub fn inner(&self, arc: f64) -> Point {
+        self.off_centre(arc, 0.5)
+    }
+
+    /// The point of the face away from the other beam.
+    pub fn outer(&self, arc: f64) -> Point {
+        self.off_centre(arc, -0.5)
+    }
+
+    fn off_centre(&self, arc: f64, part: f64) -> Point {
+        let by = part * self.beam.thickness.at(arc);
+        let (p, inward) = (self.beam.point(arc), self.inward(arc));
+        [p[0] + by * inward[0], p[1] + by * inward[1]]
+    }
+
+    /// Arc of the centreline's point next to a point.
+    pub fn arc_beside(&self, p: Point) -> f64 {
+        let mut arc = dot(minus(p, self.beam.base), self.beam.direction(0.0));
+        // Exact at once for a straight beam; a bowed one turns slowly.
+        for _ in 0..30 {
+            arc += dot(minus(p, self.beam.point(arc)), self.beam.direction(arc));
+        }
+        arc
+    }
+
+    /// Distance of a point from the inner face, towards the other beam, and its arc.
+    fn height_over_inner(&self, p: Point) -> (f64, f64) {
+        let arc = self.arc_beside(p);
+        (dot(minus(p, self.beam.point(arc)), self.inward(arc)) - 0.5 * self.thickness(arc), arc)
+    }
+
+    /// Arc at which a face crosses the line through `p` along `d`; `near` is a first guess.
+    fn crossing(face: impl Fn(f64) -> Point, p: Point, d: Point, near: f64) -> f64 {
+        let off = |arc: f64| cross(d, minus(face(arc), p));
+        let (mut a, mut b) = (near - 0.5, near + 0.5);
+        let (mut at_a, mut at_b) = (off(a), off(b));
+        // The secant method: exact at once for a straight face, a few rounds for a tapered one.
+        for _ in 0..30 {
+            if at_b == at_a || at_b.abs() < 1e-12 {
+                break;
+            }
+            let next = b - at_b * (b - a) / (at_b - at_a);
+            (a, at_a) = (b, at_b);
+            (b, at_b) = (next, off(next));
+        }
+        b
+    }
+}
+
+/// Where a lamella is joined to the two beams, and its bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// Arcs of the front beam across from the lower and the upper edge of the neck.
+    pub front: [f64; 2],
+    /// The same of the back beam.
+    pub back: [f64; 2],
+    /// Middle of the bar's front end; for a welded lamella on the front centreline.
+    pub start: Point,
+    /// Unit vector along the lamella, front to back.
+    pub along: Point,
+    /// Unit vector across the lamella, towards the tip.
+    pub up: Point,
+    /// Length of the bar.
+    pub length: f64,
+    /// Half the thickness of the neck (for a welded lamella of the bar).
+    pub neck: f64,
+    /// Half the thickness of the bar.
+    pub bar: f64,
+}
+
+/// The region.
+#[derive(Clone, Debug)]
+pub struct Region<'d> {
+    /// Faces of the front beam.
+    pub front: Faces<'d>,
+    /// Faces of the back beam.
+    pub back: Faces<'d>,
+    /// The lamellae, base to tip.
+    pub joints: Vec<Joint>,
+    /// How the lamellae are joined to the beams.
+    pub kind: HingeKind,
+    /// Arcs (front, back) at which the beams' inner faces meet.
+    pub merge: [f64; 2],
+    /// Point where they meet.
+    pub notch: Point,
+    /// Corners of the tip: on the front beam's outer face, on its centreline, on the back beam's outer face.
+    pub top: [Point; 3],
+    /// Arcs (front, back) at which the outer faces end in the tip's corners.
+    pub ends: [f64; 2],
+}
+
+impl<'d> Region<'d> {
+    /// The region of a design.
+    ///
+    /// # Errors
+    /// If a part has no room, or the finger has something that finite elements here do not know.
+    pub fn of(design: &'d Design) -> Result<Self, FeaError> {
+        let (front, back) = (Faces::front(design), Faces::back(design));
+        let merge = merge(&front, &back)?;
+        let notch = front.inner(merge[0]);
+        let tip = design.front.tip;
+        let across = front.inward(front.length());
+        let top_arc = Faces::crossing(|s| back.outer(s), tip, across, back.length());
+        let top = [front.outer(front.length()), tip, back.outer(top_arc)];
+
+        let joints = (0..design.lamella_count()).map(|k| joint(design, k, &front, &back, merge));
+        let joints = joints.collect::<Result<_, _>>()?;
+        let ends = [front.length(), top_arc];
+        Ok(Self { joints, front, back, kind: design.hinge.kind, merge, notch, top, ends })
+    }
+}
+
+/// Arcs at which the inner faces meet.
+fn merge(front: &Faces<'_>, back: &Faces<'_>) -> Result<[f64; 2], FeaError> {
+    let (mut below, mut above) = (0.0, front.length());
+    let open = |arc: f64| back.height_over_inner(front.inner(arc)).0;
+    if !(open(below) > 0.0 && open(above) < 0.0) {
+        return Err(FeaError::Unsupported {
+            what: "a tip where the beams' inner faces do not meet",
+            allowed: "inner faces apart at the base and meeting below the tip",
+        });
+    }
+    for _ in 0..100 {
+        let middle = 0.5 * (below + above);
+        if open(middle) > 0.0 {
+            below = middle;
+        } else {
+            above = middle;
+        }
+    }
+    let arc = 0.5 * (below + above);
+    Ok([arc, back.height_over_inner(front.inner(arc)).1])
+}
+
+fn joint(
+    design: &Design,
+    lamella: usize,
+    front: &Faces<'_>,
+    back: &Faces<'_>,
+    merge: [f64; 2],
+) -> Result<Joint, FeaError> {
+    let arcs = design.attachment_arcs(lamella);
+    let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
+    let width = design.lamella_width(lamella);
+    let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width];
+    let up = [along[1], -along[0]];
+    let inset = insets(design, lamella);
+    let start = [p[0] + inset[0] * along[0], p[1] + inset[0] * along[1]];
+    let bar = 0.5 * design.lamellae.thickness;
+    let neck = match design.hinge.kind {
+        HingeKind::Flexible => 0.5 * design.hinge.thickness,
+        _ => bar,
+    };
+    let edges = |faces: &Faces<'_>, arc: f64| {
+        [-neck, neck].map(|by| {
+            let edge = [p[0] + by * up[0], p[1] + by * up[1]];
+            Faces::crossing(|s| faces.inner(s), edge, along, arc)
+        })
+    };
+    // A pin joins the centrelines; the elements beside it are as small as at a bar's edges.
+    let pinned = design.hinge.kind == HingeKind::Pinned;
+    let sides = |faces: &Faces<'_>, arc: f64| if pinned { [arc - neck, arc + neck] } else { edges(faces, arc) };
+    let joint = Joint {
+        front: sides(front, arcs[0]),
+        back: sides(back, arcs[1]),
+        start,
+        along,
+        up,
+        length: width - inset[0] - inset[1],
+        neck,
+        bar: bar.max(neck),
+    };
+    let room = |value: f64, what: &'static str| {
+        if value > 1e-3 { Ok(()) } else { Err(FeaError::NoRoom { lamella, what, value }) }
+    };
+    room(joint.length, "the bar's length")?;
+    room(merge[0] - joint.front[1], "the front beam above it, below the solid tip")?;
+    room(merge[1] - joint.back[1], "the back beam above it, below the solid tip")?;
+    room(joint.front[0], "the front beam below it")?;
+    room(joint.back[0], "the back beam below it")?;
+    if design.hinge.kind == HingeKind::Flexible {
+        // Each corner of the bar's ends must stand clear of the face that the neck comes from.
+        let at = |along_by: f64, up_by: f64| {
+            [start[0] + along_by * along[0] + up_by * up[0], start[1] + along_by * along[1] + up_by * up[1]]
+        };
+        for side in [-joint.bar, joint.bar] {
+            room(front.height_over_inner(at(0.0, side)).0, "the front neck's clear length")?;
+            room(back.height_over_inner(at(joint.length, side)).0, "the back neck's clear length")?;
+        }
+    }
+    Ok(joint)
+}
+
+pub(super) fn minus(a: Point, b: Point) -> Point {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+pub(super) fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+pub(super) fn cross(a: Point, b: Point) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}

@@ -1,0 +1,124 @@
+//! Measurements with their cases, as a calibration needs them.
+
+use std::path::{Path, PathBuf};
+
+use model_core::object::{Motion, ObjectDesign};
+
+use super::Run;
+use crate::case::{Case, CaseError, Document, Finger};
+use crate::fit::measured::{Coordinate, Measured, MeasuredError};
+
+/// The runs of one finger, each on its object.
+#[derive(Clone, Debug)]
+pub struct Input {
+    /// The first case, to be written with fitted values.
+    pub document: Document,
+    /// The finger of all runs.
+    pub finger: Finger,
+    /// The object of each run, world frame.
+    pub objects: Vec<ObjectDesign>,
+    /// The runs, one per file of measurements.
+    pub runs: Vec<Run>,
+    /// What was left out of the files, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// Why measurements and cases do not make a calibration.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// As many cases as files, or one for all, are needed.
+    #[error("{files} files of measurements and {cases} cases; allowed is one case, or one per file")]
+    Count {
+        /// Files of measurements.
+        files: usize,
+        /// Cases.
+        cases: usize,
+    },
+    /// A case cannot be used.
+    #[error(transparent)]
+    Case(#[from] Box<CaseError>),
+    /// The cases have several fingers.
+    #[error("{file}: its finger is not that of {first}")]
+    Finger {
+        /// The case.
+        file: String,
+        /// The first case.
+        first: String,
+    },
+    /// A case moves its base along a line.
+    #[error("{file}: a calibration needs motor angles, not distances")]
+    Motion {
+        /// The case.
+        file: String,
+    },
+    /// A file of measurements cannot be used.
+    #[error(transparent)]
+    Measured(#[from] MeasuredError),
+    /// A file has another coordinate than motor angles.
+    #[error("{file}: has {found}; needed is motor_angle_deg")]
+    Coordinate {
+        /// The file.
+        file: String,
+        /// Its column.
+        found: &'static str,
+    },
+}
+
+/// Readings of one place scatter by less, degrees: three counts of a servo.
+const SCATTER_DEG: f64 = 3.0 * 360.0 / 4096.0;
+
+impl Input {
+    /// Reads files of measurements and their cases: one case for all files, or one for each in their order. Rows of an opening motion
+    /// are left out unless `both_ways`.
+    ///
+    /// # Errors
+    /// A file that cannot be used, or cases that do not fit.
+    pub fn read(measurements: &[PathBuf], cases: &[PathBuf], both_ways: bool) -> Result<Self, InputError> {
+        let count = InputError::Count { files: measurements.len(), cases: cases.len() };
+        if cases.len() != 1 && cases.len() != measurements.len() {
+            return Err(count);
+        }
+        let name = |path: &Path| path.display().to_string();
+        let paths = cases;
+        let documents = paths.iter().map(|path| Document::read(path).map_err(Box::new));
+        let documents: Vec<Document> = documents.collect::<Result<_, _>>()?;
+        let cases = documents.iter().map(|document| document.case().map_err(Box::new));
+        let cases: Vec<Case> = cases.collect::<Result<_, _>>()?;
+        let (Some(document), Some(first)) = (documents.first().cloned(), cases.first()) else { return Err(count) };
+        let finger = first.finger.clone();
+        for (case, path) in cases.iter().zip(paths) {
+            if case.finger.design != finger.design {
+                return Err(InputError::Finger { file: name(path), first: name(&paths[0]) });
+            }
+            if !matches!(case.path.motion, Motion::Rotating { .. }) {
+                return Err(InputError::Motion { file: name(path) });
+            }
+        }
+        let (mut runs, mut objects, mut remarks) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, path) in measurements.iter().enumerate() {
+            let measured = Measured::read(path)?;
+            let name = name(path);
+            if measured.coordinate != Coordinate::MotorAngle {
+                return Err(InputError::Coordinate { file: name, found: measured.coordinate.column() });
+            }
+            let object = cases[if cases.len() == 1 { 0 } else { index }].object;
+            let (run, opening) = if both_ways {
+                (Run::all(&name, object, &measured), Vec::new())
+            } else {
+                Run::closing(&name, object, &measured, SCATTER_DEG)
+            };
+            if !measured.aside.is_empty() {
+                remarks.push(format!("left out: {name}: columns {}", measured.aside.join(", ")));
+            }
+            remarks.extend(measured.problems.iter().map(|problem| format!("left out: {name}:{problem}")));
+            if let (Some(first), count @ 1..) = (opening.first(), opening.len()) {
+                remarks.push(format!(
+                    "left out: {count} rows of {name} that belong to an opening motion (from line {first} on; --both-ways uses them)"
+                ));
+            }
+            objects.push(object);
+            runs.push(run);
+        }
+        Ok(Self { document, finger, objects, runs, remarks })
+    }
+}

@@ -1,0 +1,178 @@
+//! A finished fit as text, JSON and a finger file.
+
+use std::fmt::Write as _;
+
+use model_core::object::ObjectDesign;
+use serde_json::{Value, json};
+
+use super::{Combination, Fit, Input, uncertainty, zero_counts};
+use crate::case::Finger;
+
+/// A combination as a person reads it.
+fn words(combination: &Combination) -> String {
+    let terms = combination
+        .terms
+        .iter()
+        .map(|(parameter, change)| format!("{} {change:+.3} {}", parameter.word(), parameter.unit()));
+    terms.collect::<Vec<_>>().join(" with ")
+}
+
+/// For people: the parameters, their correlation, what the data leave open, and what it means for a gripper.
+pub fn text(input: &Input, fit: &Fit) -> String {
+    let mut out = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_text(&mut out, input, fit);
+    out
+}
+
+fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
+    let design = &input.finger.design;
+    let forces = fit.residuals.len();
+    writeln!(out, "{}: {forces} forces of {} runs", input.finger.name, input.runs.len())?;
+    writeln!(out, "{:<16} {:>10} {:>10} {:>10}  unit", "parameter", "start", "fitted", "σ")?;
+    for estimate in &fit.estimates {
+        let note = if estimate.determined { "" } else { "  not determined by the data" };
+        writeln!(
+            out,
+            "{:<16} {:>10.4} {:>10.4} {:>10.4}  {}{note}",
+            estimate.parameter.word(),
+            estimate.start,
+            estimate.value,
+            estimate.standard_deviation,
+            estimate.parameter.unit()
+        )?;
+    }
+    for combination in &fit.undetermined {
+        writeln!(out, "the data do not tell {} from no change", words(combination))?;
+    }
+    if fit.estimates.len() > 1 {
+        writeln!(out, "correlation")?;
+        for (i, estimate) in fit.estimates.iter().enumerate() {
+            let row: Vec<String> = fit.correlation[i][..=i].iter().map(|value| format!("{value:>6.2}")).collect();
+            writeln!(out, "{:<16} {}", estimate.parameter.word(), row.join(" "))?;
+        }
+    }
+    writeln!(
+        out,
+        "residuals: rms {:.4} N, {:.2} times what the stated noise allows; {} passes{}",
+        fit.rms_n(),
+        fit.inflation,
+        fit.passes,
+        if fit.converged { "" } else { ", NOT CONVERGED" }
+    )?;
+    if let Some((points, rms)) = fit.outline {
+        writeln!(out, "outlines: {points} points, rms distance {rms:.3} mm")?;
+    }
+    for residual in fit.residuals.iter().filter(|residual| residual.is_outlier()) {
+        let name = &input.runs[residual.run].name;
+        match residual.difference_n() {
+            Some(difference) => writeln!(
+                out,
+                "outlier: {name}:{}: {:.3} N at {:.3}°, {difference:+.3} N off",
+                residual.line, residual.measured_n, residual.angle_deg
+            )?,
+            None => writeln!(out, "no solution: {name}:{}: at {:.3}°", residual.line, residual.angle_deg)?,
+        }
+    }
+    for remark in &input.remarks {
+        writeln!(out, "{remark}")?;
+    }
+    let given = uncertainty(fit, design);
+    writeln!(out, "for the gripper (--send does it):")?;
+    writeln!(
+        out,
+        "  zero position {:+.2} counts, if its counts grow on closing and it has no gear",
+        zero_counts(fit, design)
+    )?;
+    writeln!(out, "  finger        E = {:.4} MPa", fit.trial.design(design).material.youngs_modulus)?;
+    for (run, object) in input.runs.iter().zip(&input.objects) {
+        if let ObjectDesign::Circle { centre, radius } = fit.trial.object(*object, design) {
+            writeln!(
+                out,
+                "  object        ({:.3}, {:.3}) mm, radius {radius:.3} mm ({})",
+                centre[0], centre[1], run.name
+            )?;
+        }
+    }
+    writeln!(
+        out,
+        "  uncertainty   zero {:.4}°, E {:.2} %, place ({:.3}, {:.3}) mm, radius {:.3} mm",
+        given.zero_angle.to_degrees(),
+        100.0 * given.youngs_modulus,
+        given.centre[0],
+        given.centre[1],
+        given.radius
+    )
+}
+
+/// Everything, as JSON.
+pub fn document(input: &Input, fit: &Fit) -> Value {
+    let design = &input.finger.design;
+    let estimates = fit.estimates.iter().map(|estimate| {
+        json!({
+            "parameter": estimate.parameter.word(),
+            "unit": estimate.parameter.unit(),
+            "start": estimate.start,
+            "value": estimate.value,
+            "standard_deviation": estimate.standard_deviation,
+            "determined": estimate.determined,
+        })
+    });
+    let combination = |combination: &Combination| -> Value {
+        let terms = combination.terms.iter().map(|(p, change)| (p.word().to_owned(), json!(change)));
+        Value::Object(terms.collect())
+    };
+    let residuals = fit.residuals.iter().map(|residual| {
+        json!({
+            "file": input.runs[residual.run].name,
+            "line": residual.line,
+            "motor_angle_deg": residual.angle_deg,
+            "measured_n": residual.measured_n,
+            "fitted_n": residual.predicted_n,
+            "standard_deviation_n": residual.standard_deviation_n,
+            "weight": residual.weight,
+        })
+    });
+    json!({
+        "converged": fit.converged,
+        "passes": fit.passes,
+        "parameters": estimates.collect::<Vec<_>>(),
+        "correlation": fit.correlation,
+        "undetermined": fit.undetermined.iter().map(combination).collect::<Vec<_>>(),
+        "rms_n": fit.rms_n(),
+        "inflation": fit.inflation,
+        "outline": fit.outline.map(|(points, rms)| json!({ "points": points, "rms_mm": rms })),
+        "residuals": residuals.collect::<Vec<_>>(),
+        "left_out": input.remarks,
+        "gripper": {
+            "zero_counts": zero_counts(fit, design),
+            "youngs_modulus_mpa": fit.trial.design(design).material.youngs_modulus,
+            "uncertainty": uncertainty(fit, design),
+        },
+    })
+}
+
+/// The finger file of the first case with the fitted values, their standard deviations in its comments; what was not fitted stays as
+/// it was written.
+pub fn fitted_finger(input: &Input, fit: &Fit) -> String {
+    let design = &input.finger.design;
+    let mut remarks = vec!["written by `fre calibrate`; standard deviations in brackets".to_owned()];
+    for estimate in &fit.estimates {
+        let mut remark = format!(
+            "{} = {:.5} ({:.5}) {}",
+            estimate.parameter.word(),
+            estimate.value,
+            estimate.standard_deviation,
+            estimate.parameter.unit()
+        );
+        if !estimate.determined {
+            let _ = write!(remark, ", not determined by the data");
+        }
+        remarks.push(remark);
+    }
+    remarks.push("zero and object offset belong to the gripper and the case; they are not part of a finger".to_owned());
+    let fitted = Finger { design: fit.trial.design(design), ..input.finger.clone() };
+    let mut document = input.document.clone();
+    document.set_finger(&fitted);
+    document.finger_text(&remarks)
+}

@@ -1,0 +1,24 @@
+//! Fin-Ray fingers on a PC: cases, solving, sweeps, comparison, calibration, finite elements and pictures. The library behind the
+//! `fre` command.
+//!
+//! Folders, each using only those after it:
+//!
+//! - [`compare`] – a case against finite elements or measurements
+//! - [`fit`] – measurements, calibration, the front beam's outline from a photograph
+//! - [`fea`] – finite elements by CalculiX
+//! - [`study`] – a case solved: runs, sweeps, the paper's table; reports, warnings and pictures of them
+//! - [`draw`] – pictures
+//! - [`case`] – case files
+//! - [`files`] – files that are read and written
+//! - [`metrics`], [`shape`], [`heap`] – distances and errors, the deformed finger, the model's size on a PC
+
+pub mod case;
+pub mod compare;
+pub mod draw;
+pub mod fea;
+pub mod files;
+pub mod fit;
+pub mod heap;
+pub mod metrics;
+pub mod shape;
+pub mod study;

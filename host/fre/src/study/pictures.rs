@@ -1,0 +1,336 @@
+//! Pictures of results: the finger on its object, force over the motion, contact pressure and strain along the beams.
+
+use model_core::object::Motion;
+use model_core::status::Status;
+
+use crate::case::Case;
+use crate::draw::{self, Chart, FingerPicture, Mark, Panel, Scene, Series, Style, literal};
+use crate::study::report::{headline, model_words};
+use crate::study::run::Solution;
+use crate::study::strains::{Section, percent};
+
+/// A kind of picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Deformed finger, object, contact forces to scale, at one place.
+    Finger,
+    /// Force over the motion, with branches and snap-throughs.
+    Force,
+    /// Contact pressure along the front beam, at one place.
+    Pressure,
+    /// Strains along both beams and in the hinges, at one place.
+    Strain,
+}
+
+/// Pictures of a case, one below the other. What belongs to one place shows `at`, an index into the solutions.
+pub fn stacked(case: &Case, solutions: &[Solution], at: usize, kinds: &[Kind]) -> Option<Scene> {
+    let solution = solutions.get(at).filter(|solution| solution.status.is_trustworthy())?;
+    let scenes = kinds.iter().map(|kind| match kind {
+        Kind::Finger => finger(case, solution),
+        Kind::Force => force(case, solutions).scene(),
+        Kind::Pressure => pressure(case, solution).scene(),
+        Kind::Strain => strain(case, solution).scene(),
+    });
+    scenes.reduce(|above, below| above.above(&below))
+}
+
+/// The finger at the last trustworthy place and, if there are several, the force over the places; none without any.
+pub fn overview(case: &Case, solutions: &[Solution]) -> Option<Scene> {
+    let at = solutions.iter().rposition(|solution| solution.status.is_trustworthy())?;
+    let kinds = [Kind::Finger, Kind::Force];
+    stacked(case, solutions, at, &kinds[..if solutions.len() < 2 { 1 } else { 2 }])
+}
+
+fn finger(case: &Case, solution: &Solution) -> Scene {
+    let shape = solution.shape();
+    FingerPicture {
+        title: with_minus(&headline(case)),
+        subtitle: model_words(solution),
+        design: &case.finger.design,
+        motion: case.path.motion,
+        coordinate: case.path.coordinate(solution.place()),
+        object: case.object,
+        shape: &shape,
+        force: solution.force_n,
+    }
+    .scene()
+}
+
+/// A text with true minus signs before its numbers; hyphens within names stay.
+fn with_minus(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut letters = text.chars().peekable();
+    let mut before = ' ';
+    while let Some(letter) = letters.next() {
+        let sign = letter == '-' && " (".contains(before) && letters.peek().is_some_and(char::is_ascii_digit);
+        out.push(if sign { '−' } else { letter });
+        before = letter;
+    }
+    out
+}
+
+/// A place in words: "α = 10°".
+fn place_words(case: &Case, place: f64) -> String {
+    let place = draw::short(place, 3);
+    match case.path.motion {
+        Motion::Rotating { .. } => format!("*α* = {place}°"),
+        Motion::Translating { .. } => format!("*d* = {place} mm"),
+    }
+}
+
+/// The force over the places of a case; a line per branch.
+fn force(case: &Case, solutions: &[Solution]) -> Chart {
+    let (title, x_title) = match case.path.motion {
+        Motion::Rotating { .. } => ("Contact force over motor angle", "motor angle *α* (°)"),
+        Motion::Translating { .. } => ("Contact force over distance", "distance *d* (mm)"),
+    };
+    let nothing = [f64::NAN; 2];
+    let mut lines: [Vec<[f64; 2]>; 3] = Default::default();
+    let mut jump = Vec::new();
+    let mut last: Option<(&Solution, [f64; 3])> = None;
+    for solution in solutions {
+        let values = solution.force_n.zip(solution.force_magnitude_n).map(|([x, y], f)| [f, x, y]);
+        if last.is_some_and(|(before, _)| jumps(before, solution)) {
+            // The lines end where the branch does; the jump is drawn apart.
+            lines.iter_mut().for_each(|line| line.push(nothing));
+            if let (Some((before, [from, ..])), Some([to, ..])) = (last, values) {
+                jump.extend([[before.place(), from], [solution.place(), to], nothing]);
+            }
+        }
+        for (line, i) in lines.iter_mut().zip(0..) {
+            line.push(values.map_or(nothing, |values: [f64; 3]| [solution.place(), values[i]]));
+        }
+        last = values.map(|values| (solution, values)).or(last);
+    }
+    let [magnitude, x, y] = lines;
+    let touches = solutions.iter().any(|solution| solution.force_magnitude_n.is_some_and(|force| force > 0.0));
+    // A component that is nearly all of the force must not hide the magnitude.
+    let series = |name: &str, colour, style, points| Series { name: name.into(), colour, style, points };
+    let mut shown = vec![
+        series("magnitude |*F*|", 0, Style::Thick, magnitude),
+        series("*F*_{x}", 1, Style::LineAndDots, x),
+        series("*F*_{y}", 2, Style::LineAndDots, y),
+    ];
+    if !jump.is_empty() {
+        shown.push(Series { name: "jump of |*F*|".into(), colour: 6, style: Style::Dashed, points: jump });
+    }
+    let mut chart = Chart::new(
+        title,
+        format!("{}; force on the object, world frame", literal(&with_minus(&headline(case)))),
+        x_title,
+    );
+    chart.height = 400.0;
+    // Places without a trustworthy solution belong to the axis: what failed is not cut off.
+    let places = || solutions.iter().map(Solution::place);
+    chart.x_range = Some([places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)]);
+    chart.panels = vec![Panel {
+        y_title: "force (N)".into(),
+        y_range: (!touches).then_some([0.0, 1.0]),
+        series: shown,
+        marks: force_marks(solutions, case.path.unit()),
+        ..Panel::default()
+    }];
+    chart
+}
+
+/// True if the finger snapped through between two places that follow each other.
+fn jumps(before: &Solution, after: &Solution) -> bool {
+    let released = after.status == Status::NoContact;
+    before.branch.zip(after.branch).is_some_and(|(before, after)| before != after) && !released
+}
+
+/// Snap-throughs, failures and branches.
+fn force_marks(solutions: &[Solution], unit: &str) -> Vec<Mark> {
+    let mut marks = Vec::new();
+    let mut before = Status::NoContact;
+    let mut first_snap = true;
+    // A finger that stands on a later branch from the first place on has snapped through on the way there.
+    let first = solutions.first().filter(|first| first.branch.is_some_and(|branch| branch > 1));
+    if let Some((solution, first)) = first.and_then(|solution| Some((solution, solution.first_branch?))) {
+        let places = || solutions.iter().map(Solution::place);
+        let (low, high) = (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+        if let Some([after, to]) = first.snap_between() {
+            let at = 0.5 * (after + to);
+            let words = format!("snap-through at {at:.2}{unit}");
+            marks.push(if (low..=high).contains(&at) {
+                Mark::At { x: at, words }
+            } else {
+                let words = format!(
+                    "{words}, before the first place; up to {} N until then",
+                    draw::significant(first.max_force_n, 2)
+                );
+                Mark::At { x: solution.place(), words }
+            });
+            first_snap = false;
+        }
+    }
+    for (index, solution) in solutions.iter().enumerate() {
+        let status = solution.status;
+        if index.checked_sub(1).is_some_and(|before| jumps(&solutions[before], solution)) {
+            let known = solution.first_branch.and_then(|first| first.snap_between()).filter(|_| first_snap);
+            first_snap = false;
+            marks.push(match known {
+                Some([after, to]) => Mark::At {
+                    x: 0.5 * (after + to),
+                    words: format!("snap-through at {:.2}{unit}", 0.5 * (after + to)),
+                },
+                None => {
+                    let [from, to] = [solutions[index - 1].place(), solution.place()];
+                    let [low, high] = [from.min(to), from.max(to)].map(|place| draw::short(place, 3));
+                    Mark::At { x: 0.5 * (from + to), words: format!("snap-through between {low} and {high}{unit}") }
+                }
+            });
+        } else if !status.is_trustworthy() && status != before {
+            marks.push(Mark::At { x: solution.place(), words: status.to_string() });
+        }
+        before = status;
+    }
+    // What the first branch bears may lie between two places.
+    let first =
+        solutions.first().and_then(|solution| solution.first_branch).filter(|first| first.snap_between().is_some());
+    if let Some((first, place)) = first.and_then(|first| Some((first, first.max_force_at()?))) {
+        let words = format!("{} N at {}{unit}", draw::significant(first.max_force_n, 2), draw::short(place, 2));
+        marks.push(Mark::Ring { at: [place, first.max_force_n], words });
+    }
+    // Branches are named where each place belongs to one: not on the way back.
+    let places: Vec<f64> = solutions.iter().map(Solution::place).collect();
+    let most = solutions.iter().filter_map(|solution| solution.branch).max().unwrap_or(1);
+    if most > 1 && places.is_sorted() {
+        for branch in 1..=most {
+            let mut on = solutions.iter().filter(|solution| solution.branch == Some(branch)).map(Solution::place);
+            if let (Some(from), Some(to)) = (on.next(), on.next_back()) {
+                marks.push(Mark::Stretch { between: [from, to], words: format!("branch {branch}") });
+            }
+        }
+    }
+    marks
+}
+
+/// Where the lamellae are joined to a beam, as marks with their numbers.
+fn lamella_marks(case: &Case, side: usize, named: bool) -> Vec<Mark> {
+    let design = &case.finger.design;
+    let mark = |lamella: usize| Mark::At {
+        x: design.attachment_arcs(lamella)[side],
+        words: if named { (lamella + 1).to_string() } else { String::new() },
+    };
+    (0..design.lamella_count()).map(mark).collect()
+}
+
+/// Contact pressure along the front beam.
+fn pressure(case: &Case, solution: &Solution) -> Chart {
+    let mut points = Vec::new();
+    for pressure in &solution.contact_pressure {
+        let ([from, to], load) = (pressure.between_mm, pressure.line_load_n_per_mm);
+        points.extend([[from, 0.0], [from, load], [to, load], [to, 0.0], [f64::NAN; 2]]);
+    }
+    let peak = solution.contact_pressure.iter().max_by(|a, b| a.line_load_n_per_mm.total_cmp(&b.line_load_n_per_mm));
+    let subtitle = match (peak, solution.force_magnitude_n) {
+        (Some(peak), Some(force)) => format!(
+            "{}: *F* = {} N; largest {} N/mm at {:.1} mm, that is {} N/mm² over the finger's width",
+            place_words(case, solution.place()),
+            draw::significant(force, 2),
+            draw::significant(peak.line_load_n_per_mm, 3),
+            peak.arc_mm,
+            draw::significant(peak.pressure_n_per_mm2, 4),
+        ),
+        _ => format!("{}: no contact", place_words(case, solution.place())),
+    };
+    let mut chart = Chart::new(
+        "Contact force per length along the front beam",
+        subtitle,
+        "arc length from the base *s* (mm); dashed: lamellae, numbered from the base",
+    );
+    chart.height = 330.0;
+    chart.x_range = Some([0.0, case.finger.design.front.length()]);
+    chart.panels = vec![Panel {
+        y_title: "force per length (N/mm)".into(),
+        series: vec![Series {
+            name: "touching samples, each over the length it stands for".into(),
+            colour: 1,
+            style: Style::Area,
+            points,
+        }],
+        y_range: peak.is_none().then_some([0.0, 1.0]),
+        marks: lamella_marks(case, 0, true),
+        ..Panel::default()
+    }];
+    chart
+}
+
+/// Strains below this are the solver's rounding; an axis of their size would make them look like something.
+const AT_REST: f64 = 1e-6;
+
+/// Strains along both beams, and below them the hinges'.
+fn strain(case: &Case, solution: &Solution) -> Chart {
+    let design = &case.finger.design;
+    let limit = case.finger.max_strain;
+    let strains = solution.strains.clone().unwrap_or_default();
+    let in_percent = |share: f64| 100.0 * share;
+    let face = |name: &str, colour, sections: &[Section], pick: fn(&Section) -> f64| Series {
+        name: name.into(),
+        colour,
+        style: Style::Line,
+        points: sections.iter().map(|section| [section.arc_mm, in_percent(pick(section))]).collect(),
+    };
+    // A limit far away would flatten the curves: it is drawn where it is near, and named in any case.
+    let levels = |most: f64, both: bool| {
+        let near = limit.filter(|limit| *limit < 3.0 * most).map(percent);
+        let level = |y: f64, words: String| Mark::Level { y, words };
+        let upper = near.map(|limit| level(limit, format!("limit {limit} %")));
+        let lower = near.filter(|_| both).map(|limit| level(-limit, String::new()));
+        upper.into_iter().chain(lower).collect::<Vec<_>>()
+    };
+    let largest = |sections: &[Section]| sections.iter().map(Section::largest).fold(0.0, f64::max);
+    let beam = |title: &str, side: usize, sections: &[Section]| {
+        let most = largest(sections);
+        let at_rest = most < AT_REST;
+        let mut marks = lamella_marks(case, side, side == 0);
+        marks.extend(levels(most, true));
+        Panel {
+            y_title: format!("{title} (%)"),
+            series: vec![
+                face("face on the object's side", 0, sections, |section| section.object_side),
+                face("other face", 1, sections, |section| section.back_side),
+            ],
+            y_range: at_rest.then_some([-1.0, 1.0]),
+            marks,
+            ..Panel::default()
+        }
+    };
+    let mut panels = vec![beam("front beam", 0, &strains.front), beam("back beam", 1, &strains.back)];
+    if !strains.hinges.is_empty() {
+        let dots = |name: &str, colour, pick: fn(&crate::study::strains::Pair) -> f64, side: usize| Series {
+            name: name.into(),
+            colour,
+            style: Style::Dots,
+            points: strains
+                .hinges
+                .iter()
+                .enumerate()
+                .map(|(lamella, pair)| [design.attachment_arcs(lamella)[side], in_percent(pick(pair))])
+                .collect(),
+        };
+        let most = strains.hinges.iter().map(|pair| pair.front.max(pair.back)).fold(0.0, f64::max);
+        panels.push(Panel {
+            y_title: "hinges, largest (%)".into(),
+            series: vec![dots("front hinges", 2, |pair| pair.front, 0), dots("back hinges", 3, |pair| pair.back, 1)],
+            marks: levels(most, false),
+            y_range: (most < AT_REST).then_some([0.0, 1.0]),
+            with_zero: true,
+            share: 0.8,
+        });
+    }
+    let bears = match limit {
+        Some(limit) => format!("the material bears {} %", percent(limit)),
+        None => "the material's limit is not known (finger.material.max_strain)".to_owned(),
+    };
+    let mut chart = Chart::new(
+        "Strain at the outer fibres",
+        format!("{}: bending and stretch, positive where drawn out; {bears}", place_words(case, solution.place())),
+        "arc length of the beam from the base *s* (mm); dashed: lamellae",
+    );
+    chart.height = 600.0;
+    chart.x_range = Some([0.0, design.front.length().max(design.back.length())]);
+    chart.panels = panels;
+    chart
+}

@@ -1,0 +1,341 @@
+//! The CSV file of a sweep. Lines are only ever appended, whole; what a killed sweep has left behind is read again.
+//!
+//! The first line names the sweep by a hash of its case, arguments and program version; the second names the columns.
+//! Rows stand in the order in which they were found until the sweep is complete; then the file is sorted.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use model_core::object::Motion;
+use model_core::status::Status;
+use serde::Deserialize as _;
+use serde::de::IntoDeserializer as _;
+
+use super::{Sweep, SweepError};
+use crate::study::report;
+use crate::study::run::{Model, Precision, Solution};
+
+/// What a sweep keeps in mind of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Known {
+    /// Its status.
+    pub status: Status,
+    /// True if a part is strained beyond the material's limit; false as well where the limit is not given.
+    pub strained: bool,
+    /// True if the object reaches into a part of the finger that knows no contact.
+    pub overlaps: bool,
+}
+
+impl Known {
+    /// Of a solution.
+    pub fn of(solution: &Solution) -> Self {
+        let strained = solution.beyond_max_strain.as_ref().is_some_and(|beyond| !beyond.is_empty());
+        Self { status: solution.status, strained, overlaps: solution.overlap_mm.is_some() }
+    }
+}
+
+/// The rows of a sweep that are known, and the file that holds them.
+#[derive(Debug)]
+pub struct Ledger {
+    path: PathBuf,
+    file: File,
+    /// What is known of every row by its number.
+    known: Vec<Option<Known>>,
+    /// Rows that the file held when it was opened.
+    found: usize,
+    /// The first two lines, until they are in the file.
+    header: Option<String>,
+    /// True for a file that was not there before.
+    made: bool,
+}
+
+impl Ledger {
+    /// Opens a sweep's file, or makes it. Nothing is written before [`Self::begin`].
+    ///
+    /// # Errors
+    /// The file belongs to another sweep or to something else, is being written, or cannot be read or written.
+    pub fn open(path: &Path, sweep: &Sweep) -> Result<Self, SweepError> {
+        let name = path.display().to_string();
+        let failed = |source| SweepError::File { file: name.clone(), source };
+        let foreign = |reason: String| SweepError::Foreign { file: name.clone(), reason };
+        let mut options = OpenOptions::new();
+        options.read(true).write(true);
+        let (mut file, made) = match options.create_new(true).open(path) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+                (options.create_new(false).open(path).map_err(failed)?, false)
+            }
+            made => (made.map_err(failed)?, true),
+        };
+        if !file.metadata().map_err(failed)?.is_file() {
+            return Err(SweepError::NoFile { file: name });
+        }
+        let begin = Instant::now();
+        loop {
+            match file.try_lock() {
+                Ok(()) => break,
+                // A child between its fork and its exec holds its parent's lock for a moment.
+                Err(TryLockError::WouldBlock) if begin.elapsed() < PATIENCE => std::thread::sleep(PATIENCE / 50),
+                Err(TryLockError::WouldBlock) => return Err(SweepError::Busy { file: name }),
+                Err(TryLockError::Error(source)) => return Err(failed(source)),
+            }
+        }
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        let header = header(sweep);
+        let known = vec![None; sweep.rows()];
+        let mut ledger = Self { path: path.to_owned(), file, known, found: 0, header: None, made };
+        let Some(rows) = bytes.strip_prefix(header.as_bytes()) else {
+            // The very beginning may be torn as well.
+            if !header.as_bytes().starts_with(&bytes) {
+                return Err(foreign(difference(&bytes, &header)));
+            }
+            ledger.header = Some(header);
+            return Ok(ledger);
+        };
+        let whole = rows.iter().rposition(|&byte| byte == b'\n').map_or(0, |last| last + 1);
+        let columns: Vec<&str> = header.lines().last().map_or_else(Vec::new, |line| line.split(',').collect());
+        let lines = rows[..whole].split_inclusive(|&byte| byte == b'\n');
+        for (index, line) in lines.enumerate() {
+            let bad = || foreign(format!("line {} is no row of this sweep", index + 3));
+            let line = std::str::from_utf8(line).map_err(|_| bad())?.trim_end_matches('\n');
+            let (row, known) = read_row(line, &columns, sweep).ok_or_else(bad)?;
+            let place = ledger.known.get_mut(row).filter(|place| place.is_none()).ok_or_else(bad)?;
+            *place = Some(known);
+            ledger.found += 1;
+        }
+        // A torn last line is cut off; so far nothing else than what was there is in the file.
+        let length = (header.len() + whole) as u64;
+        ledger.file.set_len(length).map_err(failed)?;
+        ledger.file.seek(SeekFrom::Start(length)).map_err(failed)?;
+        Ok(ledger)
+    }
+
+    /// Writes the first lines of a file that has none yet.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn begin(&mut self) -> Result<(), SweepError> {
+        let Some(header) = self.header.take() else { return Ok(()) };
+        let mut write = || {
+            self.file.set_len(0)?;
+            self.file.seek(SeekFrom::Start(0))?;
+            self.file.write_all(header.as_bytes())
+        };
+        write().map_err(|source| SweepError::File { file: self.path.display().to_string(), source })
+    }
+
+    /// Removes the file again if it was not there before and nothing is in it: a refused sweep leaves nothing behind.
+    pub fn abandon(&mut self) {
+        if self.made && self.header.is_some() {
+            // What cannot be removed is empty, and as good as not there.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+
+    /// Rows that the file held when it was opened.
+    pub fn found(&self) -> usize {
+        self.found
+    }
+
+    /// What is known of every row by its number.
+    pub fn known(&self) -> &[Option<Known>] {
+        &self.known
+    }
+
+    /// True if every row of a point is known.
+    pub fn has(&self, sweep: &Sweep, point: usize) -> bool {
+        let count = sweep.places().len();
+        self.known.iter().skip(point * count).take(count).all(Option::is_some)
+    }
+
+    /// Appends those rows of a point that are not yet known; gives their number.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn add(&mut self, sweep: &Sweep, point: usize, solutions: &[Solution]) -> Result<usize, SweepError> {
+        let first = point * sweep.places().len();
+        let (mut text, mut count) = (String::new(), 0);
+        for ((row, line), solution) in rows(sweep, point, solutions).zip(solutions) {
+            let place = self.known.get_mut(first + row).filter(|place| place.is_none());
+            if let Some(place) = place {
+                *place = Some(Known::of(solution));
+                text.push_str(&line);
+                count += 1;
+            }
+        }
+        self.file
+            .write_all(text.as_bytes())
+            .map_err(|source| SweepError::File { file: self.path.display().to_string(), source })?;
+        Ok(count)
+    }
+
+    /// Sorts the rows of a complete sweep. The file is replaced at once: at any time it holds all rows.
+    ///
+    /// # Errors
+    /// A file cannot be read or written.
+    pub fn finish(&mut self) -> Result<(), SweepError> {
+        let failed = |source| SweepError::File { file: self.path.display().to_string(), source };
+        let mut text = String::new();
+        self.file.seek(SeekFrom::Start(0)).map_err(failed)?;
+        self.file.read_to_string(&mut text).map_err(failed)?;
+        let mut lines: Vec<&str> = text.split_inclusive('\n').collect();
+        let number = |line: &&str| line.split(',').next().and_then(|word| word.parse::<usize>().ok());
+        let rows = lines.get_mut(2..).unwrap_or_default();
+        if rows.is_sorted_by_key(number) {
+            return Ok(());
+        }
+        rows.sort_by_key(number);
+        // Of a link, what it leads to is replaced.
+        let path = std::fs::canonicalize(&self.path).map_err(failed)?;
+        let unsorted = |source| SweepError::Unsorted { file: self.path.display().to_string(), source };
+        let replace = || {
+            let mut beside = tempfile::NamedTempFile::new_in(path.parent().unwrap_or(Path::new(".")))?;
+            lines.iter().try_for_each(|line| beside.write_all(line.as_bytes()))?;
+            // Whoever might read the rows still may.
+            beside.as_file().set_permissions(self.file.metadata()?.permissions())?;
+            beside.persist(&path).map_err(|error| error.error)
+        };
+        replace().map(drop).map_err(unsorted)
+    }
+}
+
+/// How long a lock is waited for.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+const MAGIC: &str = "# fre sweep ";
+
+/// The first two lines of a sweep's file.
+pub(super) fn header(sweep: &Sweep) -> String {
+    let nothing = Solution {
+        status: Status::NoContact,
+        motor_angle_deg: matches!(sweep.path.motion, Motion::Rotating { .. }).then_some(0.0),
+        distance_mm: matches!(sweep.path.motion, Motion::Translating { .. }).then_some(0.0),
+        force_n: None,
+        force_magnitude_n: None,
+        force_finger_frame_n: None,
+        motor_torque_nmm: None,
+        energy_nmm: None,
+        gap_mm: None,
+        tip_mm: None,
+        front_mm: Vec::new(),
+        back_mm: Vec::new(),
+        lamellae_mm: Vec::new(),
+        contacts: Vec::new(),
+        max_strain: None,
+        sensitivity: None,
+        iterations: 0,
+        steps: 0,
+        elapsed_us: 0.0,
+        model: Model {
+            scheme: String::new(),
+            elements_per_beam: 0,
+            elements_per_hinge: 0,
+            unknowns: 0,
+            physics: String::new(),
+            precision: Precision::F64,
+        },
+        branch: None,
+        first_branch: None,
+        contact_pressure: Vec::new(),
+        strains: None,
+        beyond_max_strain: None,
+        overlap_mm: None,
+    };
+    let csv = report::csv(&[nothing]);
+    let axes: String = sweep.axes.iter().map(|axis| format!("{},", axis.name())).collect();
+    let columns = csv.lines().next().unwrap_or_default();
+    format!(
+        "{MAGIC}{} {:016x}: {} points, {} rows; to be read from the next line on\nrow,{axes}{columns}\n",
+        env!("CARGO_PKG_VERSION"),
+        fnv(sweep.identity().as_bytes()),
+        sweep.points(),
+        sweep.rows()
+    )
+}
+
+/// The rows of a point: their number within the point, and their line.
+pub(super) fn rows(sweep: &Sweep, point: usize, solutions: &[Solution]) -> impl Iterator<Item = (usize, String)> {
+    let first = point * sweep.places().len();
+    let words: String = sweep.words(point).iter().map(|word| format!("{word},")).collect();
+    let csv = report::csv(solutions);
+    let lines: Vec<String> = csv.lines().skip(1).map(str::to_owned).collect();
+    lines.into_iter().enumerate().map(move |(row, line)| (row, format!("{},{words}{line}\n", first + row)))
+}
+
+/// What makes a file with other first lines another sweep's, in words.
+fn difference(found: &[u8], header: &str) -> String {
+    let found = String::from_utf8_lossy(found);
+    let (Some(other), Some(own)) = (First::of(&found), First::of(header)) else {
+        return "is not the output of a sweep".to_owned();
+    };
+    let what = if other.version != own.version {
+        format!("was written by fre {}, this is fre {}", other.version, own.version)
+    } else if other.axes != own.axes {
+        format!("varies {}, asked for is {}", other.axes, own.axes)
+    } else if other.counts != own.counts {
+        format!("has {}, asked for are {}", other.counts, own.counts)
+    } else {
+        "has another case, other values or other model options".to_owned()
+    };
+    format!("holds another sweep: it {what}")
+}
+
+/// What the first two lines of a sweep's file tell of it.
+struct First<'l> {
+    version: &'l str,
+    /// "9 points, 99 rows"
+    counts: &'l str,
+    axes: String,
+}
+
+impl<'l> First<'l> {
+    fn of(text: &'l str) -> Option<Self> {
+        let mut lines = text.lines();
+        let (names, rest) = lines.next()?.strip_prefix(MAGIC)?.split_once(": ")?;
+        let (counts, _) = rest.split_once(';')?;
+        let columns = lines.next().unwrap_or_default().strip_prefix("row,").unwrap_or_default();
+        let axes: Vec<&str> = columns.split(',').take_while(|column| *column != "status").collect();
+        let axes = if axes.is_empty() { "nothing".to_owned() } else { axes.join(", ") };
+        Some(Self { version: names.split_once(' ')?.0, counts, axes })
+    }
+}
+
+/// The status that a word names.
+pub(super) fn status_of(word: &str) -> Option<Status> {
+    let word: serde::de::value::StrDeserializer<'_, serde::de::value::Error> = word.into_deserializer();
+    Status::deserialize(word).ok()
+}
+
+/// Number of a row, and what is kept in mind of it; none if it is not one of this sweep's.
+fn read_row(line: &str, columns: &[&str], sweep: &Sweep) -> Option<(usize, Known)> {
+    let cells: Vec<&str> = line.split(',').collect();
+    if cells.len() != columns.len() {
+        return None;
+    }
+    let row: usize = cells[0].parse().ok()?;
+    let axes = sweep.axes.len();
+    let fits = row < sweep.rows() && sweep.words(row / sweep.places().len()) == cells[1..=axes];
+    let status = status_of(cells.get(1 + axes)?)?;
+    let has = |column: &str, so: &dyn Fn(&str) -> bool| {
+        columns.iter().zip(&cells).any(|(name, cell)| *name == column && so(cell))
+    };
+    let (strained, overlaps) =
+        (has("beyond_max_strain", &|cell| cell == "true"), has("overlap_mm", &|cell| !cell.is_empty()));
+    fits.then_some((row, Known { status, strained, overlaps }))
+}
+
+/// The FNV-1a hash of 64 bits (Fowler, Noll, Vo): short, and the same on every machine.
+fn fnv(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_hash_is_fnv_1a() {
+        assert_eq!(super::fnv(b""), 0xcbf2_9ce4_8422_2325);
+        assert_eq!(super::fnv(b"a"), 0xaf63_dc4c_8601_ec8c);
+    }
+}

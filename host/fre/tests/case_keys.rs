@@ -1,0 +1,189 @@
+//! The keys of a case file: those that are declared before their physics is there, and the page that lists them all.
+
+use std::path::Path;
+
+use fre::case::{Case, Document, PICTURES, keys, reference};
+use fre::draw::{self, KEY_PICTURES};
+use fre::study::run::{self, Options};
+
+const CASE: &str = r#"
+[finger]
+width_mm = 20.0
+[finger.material]
+youngs_modulus_pa = 4.95e7
+poissons_ratio = 0.48
+[finger.front]
+base_mm = [0.0, 0.0]
+tip_mm = [0.0, 80.0]
+thickness_mm = 2.0
+[finger.back]
+base_mm = [-28.0, 0.0]
+tip_mm = [0.0, 80.0]
+thickness_mm = 2.0
+[finger.lamellae]
+heights_mm = [9, 18, 27]
+thickness_mm = 3.0
+[finger.hinge]
+length_mm = 2.5
+thickness_mm = 0.8
+[finger.motor]
+axis_mm = [-14.0, -20.0]
+[object]
+shape = "circle"
+radius_mm = 40.0
+centre_mm = [41.0, 60.0]
+[motion]
+motor_angles_deg = [6.0, 8]
+"#;
+
+/// A table, a line that is added to it, and whether it is today's behaviour.
+const ADDED: &[(&str, &str, bool)] = &[
+    ("object", "friction = 0", true),
+    ("object", "friction = 0.6", false),
+    ("finger.front", "clamp_mm = 0.0", true),
+    ("finger.back", "clamp_mm = 40", false),
+    ("finger.back", "centreline_mm = [[-28, 0], [-20, 40], [0, 80]]", false),
+    ("finger.front", "bending_factor = 1", true),
+    ("finger.front", "bending_factor = 1.2", false),
+    ("finger.back", "stretch_factor = 1.0", true),
+    ("finger.back", "stretch_factor = 0.7", false),
+    ("finger.lamellae", "bending_factor = 1.0", true),
+    ("finger.lamellae", "stretch_factor = 1.5", false),
+    ("finger.lamellae", "kind = \"rigid\"", true),
+    ("finger.lamellae", "kind = \"rib\"", false),
+    ("finger.lamellae", "ends = \"welded\"", false),
+    ("finger.lamellae", "angle_deg = 0", true),
+    ("finger.lamellae", "angle_deg = 20.0", false),
+    ("finger.lamellae", "angle_deg = [0, 10, 20]", false),
+    ("finger.lamellae", "gap_mm = 0.4", false),
+    ("finger.lamellae", "fillet_mm = 0.0", true),
+    ("finger.lamellae", "fillet_mm = 1.0", false),
+    ("finger.material", "prony = [[0.15, 0.1]]", false),
+    ("motion", "times_s = [0, 1]", false),
+    ("motion", "speed_deg_per_s = 10", false),
+];
+
+/// The case with a line below a table's header.
+fn with(table: &str, line: &str) -> String {
+    CASE.replacen(&format!("[{table}]\n"), &format!("[{table}]\n{line}\n"), 1)
+}
+
+#[test]
+fn keys_without_their_physics_are_refused_by_name_and_their_defaults_taken() {
+    let plain = Case::parse("case.toml", CASE).unwrap();
+    for &(table, line, is_today) in ADDED {
+        let key = line.split(' ').next().unwrap();
+        match Case::parse("case.toml", &with(table, line)) {
+            Ok(case) => assert!(is_today && case == plain, "{table}: {line}"),
+            Err(error) => {
+                assert!(!is_today, "{error}");
+                assert_eq!(error.key(), Some(format!("{table}.{key}").as_str()), "{error}");
+                assert!(error.to_string().contains("not yet computed"), "{error}");
+            }
+        }
+    }
+    let message = |table, line| Case::parse("case.toml", &with(table, line)).unwrap_err().to_string();
+    assert_eq!(
+        message("object", "friction = 0.6"),
+        "case.toml:24: object.friction = 0.6: known key, not yet computed; allowed is 0"
+    );
+    assert_eq!(
+        message("finger.lamellae", "kind = \"rib\""),
+        "case.toml:16: finger.lamellae.kind = \"rib\": known word, not yet computed; allowed is \"rigid\""
+    );
+    let each = CASE.replacen("thickness_mm = 3.0", "thickness_mm = [1, 1.2, 1.4]", 1);
+    let error = Case::parse("case.toml", &each).unwrap_err();
+    assert_eq!(error.key(), Some("finger.lamellae.thickness_mm"));
+    assert!(error.to_string().contains("known form, not yet computed; allowed is a number of mm"), "{error}");
+}
+
+#[test]
+fn every_static_range_is_kept() {
+    let objects = [
+        "shape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 60]",
+        "shape = \"ellipse\"\ncentre_mm = [41, 60]\nsemi_axes_mm = [40, 20]\nangle_deg = 5",
+        "shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [[30, 30], [60, 30], [60, 60]]",
+        "shape = \"half-plane\"\npoint_mm = [10, 40]\nnormal = [-1, 0]",
+        "shape = \"bore\"\nradius_mm = 150\ncentre_mm = [-122, 0]",
+    ];
+    let mut count = 0;
+    for object in objects {
+        let start = CASE.find("shape").unwrap();
+        let text = format!("{}{object}\n[motion]\nmotor_angles_deg = [6]\n", &CASE[..start]);
+        let document = Document::resolve("case.toml", &text, Path::new("")).unwrap();
+        for key in document.keys() {
+            let mut schema = keys::schema();
+            for part in key.split('.').filter(|part| part.parse::<usize>().is_err()) {
+                let forms = schema["anyOf"].as_array().into_iter().chain(schema["oneOf"].as_array()).flatten();
+                let holds = |form: &&serde_json::Value| {
+                    let tag = form["properties"]["shape"]["const"].as_str();
+                    form["properties"][part].is_object() && tag.is_none_or(|tag| object.contains(&format!("\"{tag}\"")))
+                };
+                schema = &forms.chain([schema]).find(holds).unwrap()["properties"][part];
+            }
+            let Some([least, most]) = schema["x-range"].as_array().map(Vec::as_slice) else { continue };
+            let (least, most) = (least.as_f64().unwrap(), most.as_f64().unwrap());
+            for beyond in [least - 1e-3 * least.abs().max(1e-6), most * 1.001] {
+                let mut varied = document.clone();
+                varied.set(&key, beyond).unwrap();
+                let error = varied.case().expect_err(&key);
+                let named = error.key().unwrap().replace('[', ".").replace(']', "");
+                assert_eq!(named, key, "{error}");
+                assert!(error.to_string().contains("allowed is"), "{error}");
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 100, "{count}");
+}
+
+#[test]
+fn a_finger_of_64_lamellae_with_tapers_of_64_knots_grips_a_polygon_of_64_corners() {
+    let knots = |least: f64, most: f64, length: f64| {
+        let knot = |k: u32| {
+            let part = f64::from(k) / 63.0;
+            format!("[{}, {}]", length * part, most + (least - most) * part)
+        };
+        format!("[{}]", (0..64).map(knot).collect::<Vec<_>>().join(", "))
+    };
+    let heights: Vec<String> = (1..=64).map(|k| format!("{}", 2.0 * f64::from(k))).collect();
+    let corner = |k: u32| {
+        let angle = f64::from(k) * std::f64::consts::TAU / 64.0;
+        format!("[{}, {}]", 46.0 + 40.0 * angle.cos(), 90.0 + 40.0 * angle.sin())
+    };
+    let text = format!(
+        "[finger]\nwidth_mm = {}\nmaterial = {{ youngs_modulus_pa = 4.95e7, poissons_ratio = 0.48 }}\n\
+         front = {{ base_mm = [0, 0], tip_mm = [0, 160], thickness_mm = {} }}\n\
+         back = {{ base_mm = [-56, 0], tip_mm = [0, 160], thickness_mm = {} }}\n\
+         lamellae = {{ heights_mm = [{}], thickness_mm = 1 }}\nhinge = {{ length_mm = 1.5, thickness_mm = 0.8 }}\n\
+         motor.axis_mm = [-28, -20]\n[object]\nshape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [{}]\n\
+         [motion]\nmotor_angles_deg = [0, 1, 2, 3]\n",
+        knots(15.0, 20.0, 160.0),
+        knots(1.5, 2.5, 160.0),
+        knots(1.5, 2.5, 169.0),
+        heights.join(", "),
+        (0..64).map(corner).collect::<Vec<_>>().join(", ")
+    );
+    let case = Case::parse("case.toml", &text).unwrap();
+    let design = &case.finger.design;
+    assert_eq!((design.lamella_count(), design.width.knots.len(), design.back.thickness.knots.len()), (64, 64, 64));
+    let solutions = run::solve(&case, &Options::default()).unwrap();
+    assert!(solutions.iter().all(|solution| solution.status.is_trustworthy()), "{solutions:?}");
+    let force = solutions.last().unwrap().force_n.unwrap();
+    assert!(force[0].hypot(force[1]) > 0.1, "{force:?}");
+}
+
+#[test]
+fn the_page_of_all_keys_is_current() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+    let stale = "is not current; run `cargo run --release --bin fre -- schema --force --page docs`";
+    let page = docs.join("case.md");
+    assert!(std::fs::read_to_string(&page).unwrap_or_default() == reference(), "{} {stale}", page.display());
+    for name in KEY_PICTURES {
+        let file = docs.join(PICTURES).join(format!("{name}.svg"));
+        let scene = draw::key_picture(name).unwrap();
+        assert!(std::fs::read_to_string(&file).unwrap_or_default() == draw::svg(&scene), "{} {stale}", file.display());
+        assert!(reference().contains(&format!("({PICTURES}/{name}.svg)")), "{name} is on no line of the page");
+    }
+    assert!(draw::key_picture("other").is_none());
+}

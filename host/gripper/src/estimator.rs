@@ -1,0 +1,93 @@
+//! The estimator of the microcontroller on this PC, at any resolution and in either precision.
+
+use messages::{Report, Shape};
+use model_core::design::Design;
+use model_core::discretise::{Discretisation, DiscretiseError};
+use model_core::drive::{Drive, DriveError};
+use model_core::estimator::{Estimate, Estimator};
+use model_core::newton::Hessian;
+use model_core::object::{ObjectDesign, ObjectError};
+use model_core::real::Real;
+use model_core::size::Size;
+use model_core::uncertainty::{Uncertainty, UncertaintyError};
+
+use fre::heap::Host;
+use fre::study::run::Precision;
+
+/// An estimator of one finger, as `model_core`'s [`Estimator`].
+pub trait AnyEstimator: Send {
+    /// Takes a finger; the state starts anew.
+    ///
+    /// # Errors
+    /// What the discretisation refuses.
+    fn configure(&mut self, design: &Design, how: &Discretisation) -> Result<(), DiscretiseError>;
+
+    /// Takes an object, world frame; the state starts anew.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn set_object(&mut self, object: ObjectDesign) -> Result<(), ObjectError>;
+
+    /// Says how uncertain angle and parameters are.
+    ///
+    /// # Errors
+    /// The first value that is not allowed.
+    fn set_uncertainty(&mut self, uncertainty: Uncertainty) -> Result<(), UncertaintyError>;
+
+    /// Says how the motor moves the base.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn set_drive(&mut self, drive: Drive) -> Result<(), DriveError>;
+
+    /// Estimates at a motor angle, rad.
+    fn update(&mut self, motor_angle: f64) -> Estimate;
+
+    /// The deformed finger behind a report.
+    fn shape(&self, report: &Report) -> Shape;
+}
+
+impl<T: Real + Send, S: Size> AnyEstimator for Estimator<T, S>
+where
+    Self: Send,
+{
+    fn configure(&mut self, design: &Design, how: &Discretisation) -> Result<(), DiscretiseError> {
+        self.configure(design, how)
+    }
+
+    fn set_object(&mut self, object: ObjectDesign) -> Result<(), ObjectError> {
+        self.set_object(object)
+    }
+
+    fn set_uncertainty(&mut self, uncertainty: Uncertainty) -> Result<(), UncertaintyError> {
+        self.set_uncertainty(uncertainty)
+    }
+
+    fn set_drive(&mut self, drive: Drive) -> Result<(), DriveError> {
+        self.set_drive(drive)
+    }
+
+    fn update(&mut self, motor_angle: f64) -> Estimate {
+        self.update(motor_angle)
+    }
+
+    fn shape(&self, report: &Report) -> Shape {
+        Shape::of(self.follower(), report)
+    }
+}
+
+/// An estimator without finger and object; every estimate is `out-of-range` until it has both.
+pub fn estimator(precision: Precision, hessian: Hessian) -> Box<dyn AnyEstimator> {
+    fn with<T: Real + Send>(hessian: Hessian) -> Box<dyn AnyEstimator>
+    where
+        Estimator<T, Host>: Send,
+    {
+        let mut estimator: Estimator<T, Host> = Estimator::EMPTY;
+        estimator.follower_mut().set_hessian(hessian);
+        Box::new(estimator)
+    }
+    match precision {
+        Precision::F32 => with::<f32>(hessian),
+        Precision::F64 => with::<f64>(hessian),
+    }
+}

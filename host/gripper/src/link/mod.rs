@@ -1,0 +1,36 @@
+//! The link to a gripper: its estimates as a stream, its requests as functions.
+//!
+//! ```no_run
+//! use fre_gripper::link::{Address, Link, Told};
+//! use messages::Which;
+//! # fn main() -> Result<(), fre_gripper::link::LinkError> {
+//! let link = Link::open(&"unix:link".parse::<Address>()?)?;
+//! let told = link.listen();
+//! link.close(Which::All, 0.19, None)?;
+//! for told in told {
+//!     if let Told::Report(report) = told {
+//!         println!("{:.2} N {}", report.estimate.force_magnitude(), report.estimate.status);
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! One thread reads. A listener that does not keep up loses the newest messages, which is counted; the gripper and other
+//! listeners do not notice. A damaged frame costs itself only.
+
+mod address;
+mod client;
+mod error;
+mod keys;
+mod port;
+#[cfg(test)]
+mod tests;
+
+pub use address::{Address, BadAddress};
+pub use client::Link;
+pub use error::LinkError;
+pub use keys::{KeyError, pairs, set};
+pub(crate) use port::Port;
+
+pub use crate::source::Told;

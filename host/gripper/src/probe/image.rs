@@ -1,0 +1,191 @@
+//! A firmware image: what goes into flash, and where its log is found.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use fre_log::Log;
+use object::elf::{FileHeader32, PT_LOAD};
+use object::read::elf::{FileHeader, ProgramHeader};
+use object::{Endianness, Object, ObjectSymbol};
+
+use super::{Board, ProbeError};
+
+/// An image.
+pub struct Image {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    pieces: Vec<Piece>,
+    rtt: Option<u64>,
+}
+
+/// Bytes of an image and where they go.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// Address in flash.
+    pub address: u64,
+    /// What goes there.
+    pub bytes: Vec<u8>,
+}
+
+impl Image {
+    /// Reads an image for this board.
+    ///
+    /// # Errors
+    /// No file; no ELF file for a 32-bit Arm processor, or one with nothing to load.
+    pub fn read(path: &Path, board: &str) -> Result<Self, ProbeError> {
+        let bytes = fs::read(path).map_err(|source| ProbeError::NoImage {
+            path: path.to_owned(),
+            board: board.to_owned(),
+            source,
+        })?;
+        Self::parse(path, bytes)
+    }
+
+    /// Takes an image's bytes apart; the path is for messages.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn parse(path: &Path, bytes: Vec<u8>) -> Result<Self, ProbeError> {
+        let bad = |why: String| ProbeError::BadImage { path: path.to_owned(), why };
+        let (pieces, rtt) = contents(&bytes).map_err(bad)?;
+        Ok(Self { path: path.to_owned(), bytes, pieces, rtt })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The words of its log.
+    ///
+    /// # Errors
+    /// It does not log by defmt, or by another version of it.
+    pub fn log(&self) -> Result<Log, ProbeError> {
+        Log::of(&self.bytes).map_err(|why| ProbeError::BadImage { path: self.path.clone(), why: why.to_string() })
+    }
+
+    /// What goes into flash, by rising addresses.
+    pub fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// Address of the control block by which the log is read over RTT.
+    pub fn rtt(&self) -> Option<u64> {
+        self.rtt
+    }
+
+    /// That all of it belongs into this board's flash.
+    ///
+    /// # Errors
+    /// A piece does not.
+    pub fn fits(&self, board: &Board) -> Result<(), ProbeError> {
+        let (start, end) = board.flash;
+        let outside = |piece: &&Piece| piece.address < start || piece.address + piece.bytes.len() as u64 > end;
+        match self.pieces.iter().find(outside) {
+            None => Ok(()),
+            Some(piece) => Err(ProbeError::WrongBoard {
+                path: self.path.clone(),
+                board: board.name,
+                address: piece.address,
+                bytes: piece.bytes.len() as u64,
+                start,
+                end,
+            }),
+        }
+    }
+}
+
+fn contents(bytes: &[u8]) -> Result<(Vec<Piece>, Option<u64>), String> {
+    let words = |error: object::Error| error.to_string();
+    let header = FileHeader32::<Endianness>::parse(bytes).map_err(|error| format!("no 32-bit ELF file ({error})"))?;
+    let endian = header.endian().map_err(words)?;
+    if header.e_machine(endian) != object::elf::EM_ARM {
+        return Err("it is for another processor than an Arm".to_owned());
+    }
+    let mut pieces = Vec::new();
+    for segment in header.program_headers(endian, bytes).map_err(words)? {
+        let data = segment.data(endian, bytes).map_err(|()| "it is cut off".to_owned())?;
+        if segment.p_type(endian) == PT_LOAD && !data.is_empty() {
+            pieces.push(Piece { address: u64::from(segment.p_paddr(endian)), bytes: data.to_vec() });
+        }
+    }
+    if pieces.is_empty() {
+        return Err("it has nothing to load".to_owned());
+    }
+    pieces.sort_by_key(|piece| piece.address);
+    let file = object::File::parse(bytes).map_err(words)?;
+    let rtt = file.symbols().find(|symbol| symbol.name() == Ok("_SEGGER_RTT")).map(|symbol| symbol.address());
+    Ok((pieces, rtt))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An ELF file with these segments: physical address, bytes.
+    fn elf(machine: u16, segments: &[(u32, &[u8])]) -> Vec<u8> {
+        let mut file = vec![0x7f, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+        let half = |file: &mut Vec<u8>, value: u16| file.extend(value.to_le_bytes());
+        let word = |file: &mut Vec<u8>, value: u32| file.extend(value.to_le_bytes());
+        half(&mut file, 2);
+        half(&mut file, machine);
+        for value in [1, 0, 52, 0, 0] {
+            word(&mut file, value);
+        }
+        for value in [52, 32, segments.len() as u16, 40, 0, 0] {
+            half(&mut file, value);
+        }
+        let mut offset = 52 + 32 * segments.len() as u32;
+        for (address, bytes) in segments {
+            let size = bytes.len() as u32;
+            for value in [1, offset, *address, *address, size, size, 5, 4] {
+                word(&mut file, value);
+            }
+            offset += size;
+        }
+        for (_, bytes) in segments {
+            file.extend(*bytes);
+        }
+        file
+    }
+
+    const ARM: u16 = 40;
+
+    #[test]
+    fn what_goes_into_flash_is_found() {
+        let image =
+            Image::parse(Path::new("x"), elf(ARM, &[(0x0804_0100, b"code"), (0x0804_0000, b"vectors")])).unwrap();
+        let pieces: Vec<_> = image.pieces().iter().map(|piece| (piece.address, piece.bytes.as_slice())).collect();
+        assert_eq!(pieces, [(0x0804_0000, b"vectors".as_slice()), (0x0804_0100, b"code")]);
+        assert_eq!(image.rtt(), None);
+        assert!(image.fits(&Board::named("opencr").unwrap()).is_ok());
+        assert!(image.fits(&Board::named("nucleo-h743zi").unwrap()).is_ok());
+    }
+
+    #[test]
+    fn an_opencr_keeps_its_boot_loader() {
+        let opencr = Board::named("opencr").unwrap();
+        for (address, bytes) in [(0x0800_0000, 4), (0x0803_fffe, 4), (0x080f_fffe, 4)] {
+            let image = Image::parse(Path::new("other"), elf(ARM, &[(address, &vec![0; bytes])])).unwrap();
+            let error = image.fits(&opencr).unwrap_err().to_string();
+            assert!(error.contains("other") && error.contains("opencr"), "{error}");
+            assert!(error.contains(&format!("{address:#010x}")) && error.contains("0x08040000"), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_image_is_refused_with_the_reason() {
+        let why = |bytes: Vec<u8>| Image::parse(Path::new("x.elf"), bytes).err().unwrap().to_string();
+        assert!(why(Vec::new()).contains("x.elf"));
+        assert!(
+            why(b"not an ELF file, but long enough to hold the header of one, if it were".to_vec()).contains("ELF")
+        );
+        assert!(why(elf(62, &[(0, b"x")])).contains("another processor"));
+        assert!(why(elf(ARM, &[])).contains("nothing to load"));
+        let mut cut = elf(ARM, &[(0x0800_0000, b"four")]);
+        cut.truncate(cut.len() - 1);
+        assert!(why(cut).contains("cut off"));
+        let missing = Image::read(Path::new("/nowhere/gripper"), "opencr").err().unwrap().to_string();
+        assert!(missing.contains("/nowhere/gripper") && missing.contains("cargo xtask firmware opencr"), "{missing}");
+    }
+}

@@ -1,0 +1,13 @@
+//! Boards from the PC's side: what is flashed ([`Image`]), how its log is read ([`fre_log`]), and the two ways to it: a debug
+//! probe (feature `probe`) or QEMU ([`emulated`]).
+
+mod board;
+pub mod emulated;
+mod error;
+mod image;
+#[cfg(feature = "probe")]
+pub mod session;
+
+pub use board::{BOARDS, Board};
+pub use error::ProbeError;
+pub use image::{Image, Piece};

@@ -1,0 +1,314 @@
+//! What the finger asks of the servo: the contact's torque and force over the finger's angle.
+//!
+//! The model is solved once, at every half count of the range, before the servo answers its first packet; an answer then
+//! costs a look-up. Whole counts without play lie on nodes; between two nodes the straight line is up to 0.04 N off for
+//! the reference model, whose contact moves from node to node. The finger can snap through with hysteresis, so there is
+//! one table per branch: a branch that ends leads to another one, upwards and downwards.
+
+use std::f64::consts::PI;
+
+use model_core::design::Design;
+use model_core::discretise::{Discretisation, DiscretiseError, Physics, Scheme};
+use model_core::equilibrium::Follower;
+use model_core::newton::Hessian;
+use model_core::object::{Motion, ObjectDesign};
+use model_core::real::Real;
+use model_core::status::Status;
+
+use fre::heap::Host;
+use fre::study::run::{Options, Precision};
+
+/// Distance of two nodes of the table, rad: half a count of the servo.
+const PITCH: f64 = PI / 4096.0;
+/// The table ends where the torque is above this, N·mm: more than the servo can give.
+const MOST_TORQUE: f64 = 5_000.0;
+/// Two branches are the same where torque and force differ by less than this, N·mm and N.
+const SAME: [f64; 2] = [0.05, 1e-3];
+/// A step of the table is a jump if torque departs from the line through the two nodes before it by more than this,
+/// N·mm, and this share of it. (The solver's status says that the finger has snapped, not when.)
+const JUMP: [f64; 2] = [5.0, 0.02];
+/// Branches that are explored.
+const MOST_BRANCHES: usize = 16;
+
+/// Why no table could be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LoadError {
+    /// The finger cannot be discretised so.
+    #[error("the finger cannot be discretised: {0}")]
+    Discretise(DiscretiseError),
+    /// The object is in the way of the open finger too.
+    #[error("the finger touches the object at every angle from -180° to 0°: it has nowhere to start from")]
+    NoRoom,
+    /// The range of angles is empty.
+    #[error(
+        "the table's highest angle is {highest_deg}°; allowed is from {lowest_deg}° (where the open finger is) to 180°"
+    )]
+    Range {
+        /// What was asked for.
+        highest_deg: f64,
+        /// Where nothing touches yet.
+        lowest_deg: f64,
+    },
+}
+
+/// The contact at one angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Torque that the contact demands of the motor, N·mm; positive pushes the finger open.
+    pub torque: f64,
+    /// Force of the finger on the object, world frame, N.
+    pub force: [f64; 2],
+    /// `no-contact`, `converged`, `snapped` on a branch that the finger has snapped to, `out-of-range` beyond the table.
+    pub status: Status,
+}
+
+impl Contact {
+    const NONE: Self = Self { torque: 0.0, force: [0.0; 2], status: Status::NoContact };
+
+    fn is_like(&self, other: &Self) -> bool {
+        (self.torque - other.torque).abs() < SAME[0]
+            && (self.force[0] - other.force[0]).abs() < SAME[1]
+            && (self.force[1] - other.force[1]).abs() < SAME[1]
+    }
+}
+
+/// One branch of equilibria: nodes at consecutive multiples of the pitch.
+#[derive(Clone, Debug)]
+struct Branch {
+    first: i64,
+    nodes: Vec<Contact>,
+    /// Where the finger snaps to beyond either end.
+    below: Option<usize>,
+    above: Option<usize>,
+}
+
+impl Branch {
+    fn last(&self) -> i64 {
+        self.first + self.nodes.len() as i64 - 1
+    }
+
+    fn node(&self, index: i64) -> Option<&Contact> {
+        usize::try_from(index - self.first).ok().and_then(|at| self.nodes.get(at))
+    }
+}
+
+/// Torque and force over the finger's angle, on every branch that closing and opening meet.
+#[derive(Clone, Debug, Default)]
+pub struct Load {
+    branches: Vec<Branch>,
+}
+
+/// Which branch the finger is on. A finger starts open, on the first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OnBranch(usize);
+
+impl Load {
+    /// A servo without a finger.
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// The model of the reference: scheme `paper` at 170/20 in the extended physics, which is the estimator's default.
+    pub const REFERENCE: Options = Options {
+        discretisation: Discretisation::full(Scheme::Paper, Physics::Extended),
+        hessian: Hessian::Newton,
+        precision: Precision::F64,
+    };
+
+    /// Of a finger that its motor turns against an object, up to an angle in degrees (or until the torque is more than
+    /// the servo can give).
+    ///
+    /// # Errors
+    /// A model that cannot be made, or no angle without contact.
+    pub fn of(design: &Design, object: ObjectDesign, options: &Options, highest_deg: f64) -> Result<Self, LoadError> {
+        match options.precision {
+            Precision::F64 => explore::<f64>(design, object, options, highest_deg),
+            Precision::F32 => explore::<f32>(design, object, options, highest_deg),
+        }
+    }
+
+    /// The contact at a finger angle, rad; the branch changes where the finger snaps.
+    pub fn at(&self, angle: f64, on: &mut OnBranch) -> Contact {
+        let place = angle / PITCH;
+        // Every pass goes to a branch that is entered from this one's end; a ring of ends would be a flaw of the table.
+        for _ in 0..2 * MOST_BRANCHES {
+            let Some(branch) = self.branches.get(on.0) else {
+                return Contact::NONE;
+            };
+            let next = if place < branch.first as f64 {
+                branch.below
+            } else if place > branch.last() as f64 {
+                branch.above
+            } else {
+                None
+            };
+            match next {
+                Some(next) => on.0 = next,
+                None => return branch.between(place),
+            }
+        }
+        Contact { status: Status::OutOfRange, ..Contact::NONE }
+    }
+
+    /// First angle at which the closing finger touches, rad; none if it never does.
+    pub fn first_contact(&self) -> Option<f64> {
+        let branch = self.branches.first()?;
+        let touching = branch.nodes.iter().position(|node| node.status != Status::NoContact)?;
+        Some((branch.first + touching as i64) as f64 * PITCH)
+    }
+
+    /// The greatest angle of the table, rad.
+    pub fn highest(&self) -> Option<f64> {
+        self.branches.iter().map(Branch::last).max().map(|last| last as f64 * PITCH)
+    }
+
+    /// Number of branches.
+    pub fn branch_count(&self) -> usize {
+        self.branches.len()
+    }
+}
+
+impl Branch {
+    /// Between two nodes; beyond the ends the last two nodes' line.
+    fn between(&self, place: f64) -> Contact {
+        if place < self.first as f64 {
+            // The open end of the first branch is free of contact; another's goes on as it ends.
+            let end = self.nodes.first().copied().unwrap_or(Contact::NONE);
+            return if end.status == Status::NoContact { end } else { Contact { status: Status::OutOfRange, ..end } };
+        }
+        let low = (place.floor() as i64).min(self.last() - 1).max(self.first);
+        let (Some(a), Some(b)) = (self.node(low), self.node(low + 1)) else {
+            return self.nodes.first().copied().unwrap_or(Contact::NONE);
+        };
+        let share = place - low as f64;
+        let mix = |a: f64, b: f64| a + (b - a) * share;
+        let torque = mix(a.torque, b.torque);
+        let status = if share > 1.0 {
+            Status::OutOfRange
+        } else if share >= 1.0 {
+            b.status
+        } else if share > 0.0 && b.status != Status::NoContact && a.status == Status::NoContact {
+            Status::Converged
+        } else {
+            a.status
+        };
+        Contact { torque, force: [mix(a.force[0], b.force[0]), mix(a.force[1], b.force[1])], status }
+    }
+}
+
+/// Whether the finger has snapped on the way to a node from those before it, the nearest first.
+fn jumps<'a>(mut before: impl Iterator<Item = &'a Contact>, node: &Contact) -> bool {
+    let (Some(near), Some(far)) = (before.next(), before.next()) else {
+        return false;
+    };
+    if node.status != Status::Snapped {
+        return false;
+    }
+    let bend = (node.torque - 2.0 * near.torque + far.torque).abs();
+    near.status != Status::Snapped || bend > JUMP[0] + JUMP[1] * near.torque.abs()
+}
+
+/// The contact at a node, if the model can be followed there.
+fn visit<T: Real>(follower: &mut Follower<T, Host>, index: i64) -> Option<Contact> {
+    let status = follower.follow(index as f64 * PITCH).status;
+    status.is_trustworthy().then(|| Contact {
+        torque: follower.motor_torque().to_f64(),
+        force: follower.force_world().map(Real::to_f64),
+        status,
+    })
+}
+
+/// Closes from the open finger; gives the first node.
+fn open<T: Real>(follower: &mut Follower<T, Host>) -> Result<i64, LoadError> {
+    if !follower.start(0.0) {
+        return Err(LoadError::NoRoom);
+    }
+    Ok((follower.coordinate() / PITCH).floor() as i64)
+}
+
+fn explore<T: Real>(
+    design: &Design,
+    object: ObjectDesign,
+    options: &Options,
+    highest_deg: f64,
+) -> Result<Load, LoadError> {
+    let mut follower: Follower<T, Host> = Follower::EMPTY;
+    let follower = &mut follower;
+    follower.configure(design, &options.discretisation).map_err(LoadError::Discretise)?;
+    follower.set_hessian(options.hessian);
+    follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+    let first = open(follower)?;
+    let range = LoadError::Range { highest_deg, lowest_deg: (first as f64 * PITCH).to_degrees() };
+    if highest_deg.is_nan() || highest_deg > 180.0 {
+        return Err(range);
+    }
+    let last = (highest_deg.to_radians() / PITCH).ceil() as i64;
+    if last <= first {
+        return Err(range);
+    }
+    let mut branches = vec![Branch { first, nodes: Vec::new(), below: None, above: None }];
+    close(follower, first, last, &mut branches);
+    // Opening: each branch but the first is followed down from its beginning.
+    for from in 1..branches.len() {
+        descend(follower, from, &mut branches)?;
+    }
+    Ok(Load { branches })
+}
+
+/// Follows upwards; every snap begins a branch.
+fn close<T: Real>(follower: &mut Follower<T, Host>, first: i64, last: i64, branches: &mut Vec<Branch>) {
+    for index in first..=last {
+        let Some(node) = visit(follower, index) else {
+            break;
+        };
+        let count = branches.len();
+        let nodes = &branches[count - 1].nodes;
+        if jumps(nodes.iter().rev(), &node) && count < MOST_BRANCHES {
+            branches[count - 1].above = Some(count);
+            branches.push(Branch { first: index, nodes: vec![node], below: None, above: None });
+        } else {
+            branches[count - 1].nodes.push(node);
+        }
+        if node.torque > MOST_TORQUE {
+            break;
+        }
+    }
+}
+
+/// Extends a branch downwards from its first node to where the finger snaps back, and so on down to a known branch.
+fn descend<T: Real>(
+    follower: &mut Follower<T, Host>,
+    from: usize,
+    branches: &mut Vec<Branch>,
+) -> Result<(), LoadError> {
+    let top = branches[from].first;
+    let bottom = open(follower)?;
+    // The same way up, in the same steps, leads to the same state.
+    for index in bottom..=top {
+        if visit(follower, index).is_none() {
+            return Ok(());
+        }
+    }
+    let mut at = from;
+    for index in (bottom..top).rev() {
+        let Some(node) = visit(follower, index) else {
+            break;
+        };
+        let known = |branch: &Branch| branch.node(index).is_some_and(|known| known.is_like(&node));
+        if let Some(joined) = (0..branches.len()).find(|&other| other != at && known(&branches[other])) {
+            branches[at].below = Some(joined);
+            break;
+        }
+        if jumps(branches[at].nodes.iter(), &node) && branches.len() < MOST_BRANCHES {
+            // A branch that closing does not meet. What is above it is not known.
+            let new = branches.len();
+            branches[at].below = Some(new);
+            branches.push(Branch { first: index, nodes: vec![node], below: None, above: None });
+            at = new;
+        } else {
+            branches[at].nodes.insert(0, node);
+            branches[at].first = index;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,114 @@
+//! Where estimates come from: a gripper behind a link, servos on a bus of this PC, or a recording. All tell the same, so
+//! that a view, a page, a recorder and plain lines need not know which.
+
+mod gap;
+mod listeners;
+mod setup;
+
+pub use gap::{Gap, Sequence};
+pub use listeners::Listeners;
+pub use setup::{Modelled, Origin, Setup};
+
+use std::sync::mpsc::Receiver;
+
+use messages::{CloseTo, Counters, Finger, Grasp, GripTo, Notice, Refusal, Report, Settings, Shape, Which};
+use model_core::object::ObjectDesign;
+
+/// Messages that wait for a listener unless it asks for more: 2 s of four fingers at 500 Hz.
+pub const WAITING: usize = 4096;
+
+/// What was heard so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Sound frames.
+    pub frames: u64,
+    /// Damaged ones.
+    pub damaged: u64,
+    /// Sound ones that nobody expected: other definitions than ours, or answers after their time.
+    pub unexpected: u64,
+    /// Reports missing between those that came, by their sequence numbers.
+    pub missing_reports: u64,
+    /// Messages that a listener had no room for.
+    pub unheard: u64,
+}
+
+/// What a source tells.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Told {
+    /// A finger's part of a tick of the control loop.
+    Report(Report),
+    /// What the fingers come to together.
+    Grasp(Grasp),
+    /// The deformed finger.
+    Shape(Box<Shape>),
+    /// Something that happened.
+    Event(Notice),
+    /// The set-up from here on: settings, designs or objects have changed.
+    Setup(Box<Setup>),
+}
+
+/// What a source may be asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Order {
+    /// Another object for a finger, in that finger's world frame.
+    Object(u8, ObjectDesign),
+    /// Another design of a finger.
+    Finger(u8, Box<Finger>),
+    /// Other settings.
+    Settings(Settings),
+    /// Open.
+    Open(Which),
+    /// Close to an angle.
+    Close(CloseTo),
+    /// Close until a force is reached.
+    Grip(GripTo),
+    /// Stay where it is.
+    Hold(Which),
+}
+
+/// Why an order was not obeyed.
+#[derive(Debug, thiserror::Error)]
+pub enum OrderError {
+    /// The gripper's, or the connection's.
+    #[error(transparent)]
+    Gripper(Box<dyn std::error::Error + Send + Sync>),
+    /// The value is not allowed.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// This source cannot do that.
+    #[error("{0}")]
+    Never(&'static str),
+}
+
+/// A source of estimates.
+///
+/// Its thread ends when it is dropped; the listeners' channels end with it, or before when nothing more comes.
+pub trait Source: Send + Sync {
+    /// Who tells, with which settings, designs and objects, as of now.
+    ///
+    /// # Errors
+    /// A gripper that does not answer.
+    fn setup(&self) -> Result<Setup, OrderError>;
+
+    /// Everything that is told from now on; `waiting` messages wait for a listener that is late, what comes then is lost to it
+    /// and counted ([`Statistics::unheard`]).
+    fn hear(&self, waiting: usize) -> Receiver<Told>;
+
+    /// What came so far, and what is missing.
+    fn statistics(&self) -> Statistics;
+
+    /// What a gripper counted; nothing if this source does not count.
+    ///
+    /// # Errors
+    /// A gripper that does not answer.
+    fn counters(&self) -> Result<Option<Counters>, OrderError>;
+
+    /// Does what is asked, or says why not. A changed set-up is told to all listeners.
+    ///
+    /// # Errors
+    /// The order is not for this source, or not allowed.
+    fn order(&self, order: &Order) -> Result<(), OrderError>;
+
+    /// Nothing more comes.
+    fn is_closed(&self) -> bool;
+}

@@ -1,5 +1,0 @@
-//! The `fre` command.
-
-fn main() -> std::process::ExitCode {
-    host::cli::run()
-}

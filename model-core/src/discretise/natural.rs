@@ -1,0 +1,63 @@
+//! The units that a finger is computed in, and the finger in them.
+
+use crate::design::{Attachments, Beam, Design, Profile};
+use crate::units::Units;
+
+/// Length, mm, and stiffness EI/L, N·mm, above which a finger's units are 2 mm and 2 N·mm; both are a little less than those of a
+/// finger of 80 mm in a soft plastic, for which the units are 1.
+const LENGTH: f64 = 64.0;
+const STIFFNESS: f64 = 8.0;
+/// Places along a beam at which its stiffness is looked at.
+const PLACES: u32 = 32;
+
+/// Largest power of two that is not above a number.
+fn power_of_two(value: f64) -> f64 {
+    libm::exp2(libm::floor(libm::log2(value)))
+}
+
+/// Stiffness of a whole beam against bending, 1/∫ds/EI, N·mm: that of its thin parts counts most.
+fn stiffness(design: &Design, beam: &Beam) -> f64 {
+    let step = beam.length() / f64::from(PLACES);
+    let mut compliance = 0.0;
+    for place in 0..PLACES {
+        let arc = (f64::from(place) + 0.5) * step;
+        let (width, thickness) = (design.width.at(beam.point(arc)[1]), beam.thickness.at(arc));
+        compliance += step / (width * thickness * thickness * thickness / 12.0);
+    }
+    design.material.youngs_modulus * beam.stiffness_factor / compliance
+}
+
+/// The units of a valid finger: the unit length from its longer beam, the unit force from its stiffer one.
+///
+/// What a hinge or a thick part of a taper is stiffer than the beams does not go into the units but into the allowance for rounding of
+/// the members concerned (`Ladder::complete_stiffness`): it raises the rounding of their own moments and nothing else.
+pub(super) fn units(design: &Design) -> Units<f64> {
+    let beams = [&design.front, &design.back];
+    let length = beams.iter().fold(0.0_f64, |most, beam| most.max(beam.length()));
+    let stiffness = beams.iter().fold(0.0_f64, |most, beam| most.max(stiffness(design, beam)));
+    let length = power_of_two(length / LENGTH);
+    Units { length, force: power_of_two(stiffness / STIFFNESS) / length }
+}
+
+/// Expresses a finger in its units; every number keeps all its digits.
+pub(super) fn express(design: &mut Design, units: &Units<f64>) {
+    let inverse = 1.0 / units.length;
+    let scale = |value: &mut f64| *value *= inverse;
+    let profile = |profile: &mut Profile| profile.knots.iter_mut().flatten().for_each(scale);
+    profile(&mut design.width);
+    for beam in [&mut design.front, &mut design.back] {
+        beam.base.iter_mut().chain(&mut beam.tip).for_each(scale);
+        scale(&mut beam.sagitta);
+        profile(&mut beam.thickness);
+    }
+    match &mut design.lamellae.attachments {
+        Attachments::Heights(heights) => heights.iter_mut().for_each(scale),
+        Attachments::Arcs { front, back } => front.iter_mut().chain(back).for_each(scale),
+    }
+    scale(&mut design.lamellae.thickness);
+    design.hinge.length.iter_mut().for_each(scale);
+    scale(&mut design.hinge.thickness);
+    design.rigid_above.iter_mut().for_each(scale);
+    design.motor_axis.iter_mut().for_each(scale);
+    design.material.youngs_modulus *= units.length * units.length / units.force;
+}

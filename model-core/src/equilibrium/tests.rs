@@ -1,0 +1,133 @@
+//! What every accepted state must satisfy, looked at from inside.
+
+use std::boxed::Box;
+
+use super::{Attempt, Follower, NEAR_ENOUGH, Settings};
+use crate::design::Profile;
+use crate::design::tests::ladder_80;
+use crate::discretise::{Discretisation, Physics};
+use crate::newton::residual::Residual;
+use crate::newton::step::Inertia;
+use crate::newton::{Hessian, step};
+use crate::object::{Motion, ObjectDesign};
+use crate::random_designs::{Random, Round, first_contact, random_case};
+use crate::real::Real;
+use crate::size::Paper;
+use crate::status::Status;
+
+type Solver<T> = Follower<T, Paper>;
+
+/// The inertia of the accepted state itself has nothing against it; the workspace shows it again afterwards.
+fn is_stable<T: Real>(follower: &mut Solver<T>) -> bool {
+    follower.show_accepted();
+    let inertia = step::solve(&follower.ladder, &mut follower.work, Hessian::Newton, T::ZERO);
+    follower.show_accepted();
+    inertia.settled && !inertia.is_unstable()
+}
+
+fn start<T: Real>(object: ObjectDesign, from: f64) -> Box<Solver<T>> {
+    let mut follower: Box<Solver<T>> = Box::new(Follower::EMPTY);
+    let design = ladder_80();
+    follower.configure(&design, &Discretisation::reduced(Physics::Extended)).expect("a valid finger");
+    follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+    assert!(follower.start(from));
+    follower
+}
+
+/// Small steps need no iteration: how far the state comes from the last one that a factorisation has judged.
+#[test]
+fn no_state_is_accepted_far_from_one_that_was_judged() {
+    let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+    let mut follower = start::<f32>(object, 0.0);
+    let mut judged: std::vec::Vec<f32> = follower.accepted.angle.as_ref().to_vec();
+    let (mut without, mut farthest) = (0, 0.0_f32);
+    for step in 0..=1100 {
+        let outcome = follower.follow((f64::from(step) * 0.01).to_radians());
+        assert!(outcome.status.is_trustworthy(), "{}", outcome.status);
+        let now = follower.accepted.angle.as_ref();
+        let apart = now.iter().zip(&judged).fold(0.0_f32, |most, (a, b)| most.max((a - b).abs()));
+        farthest = farthest.max(apart);
+        if outcome.iterations > 0 {
+            judged = now.to_vec();
+        } else {
+            without += 1;
+        }
+        assert!(is_stable(&mut follower), "step {step}");
+    }
+    std::println!("{without} of 1100 steps without an iteration, at most {farthest:.1e} rad from a judged state");
+    // The judged state lies one step before the one compared with here.
+    assert!(f64::from(farthest) <= 1.5 * NEAR_ENOUGH, "{farthest:e}");
+}
+
+/// The inertia that was taken for an accepted state's is its own, also where branches end.
+#[test]
+fn accepted_states_are_stable_by_their_own_inertia() {
+    let mut follower: Box<Solver<f32>> = Box::new(Follower::EMPTY);
+    let mut random = Random::new(5);
+    let (mut states, mut snaps) = (0, 0);
+    let mut wrong = std::vec::Vec::new();
+    for case in 0..60 {
+        let (design, Round { centre, radius }, indentation) = random_case(&mut random);
+        let touch = first_contact(&design, centre, radius);
+        for (physics, step) in [(Physics::Paper, 1.0), (Physics::Extended, 1.0), (Physics::Paper, 0.05)] {
+            follower.configure(&design, &Discretisation::reduced(physics)).expect("a valid finger");
+            follower.set_settings(Settings::DEFAULT).expect("the defaults");
+            follower.set_object(ObjectDesign::Circle { centre, radius }, Motion::Rotating { axis: design.motor_axis });
+            if !follower.start(touch) {
+                continue;
+            }
+            let count = (indentation.to_degrees() / step) as u32;
+            for k in 0..=count {
+                let outcome = follower.follow(touch + (f64::from(k) * step).to_radians());
+                snaps += outcome.snaps;
+                if !outcome.status.is_trustworthy() {
+                    break;
+                }
+                states += 1;
+                let drift = follower.drift.to_f64();
+                assert!(drift <= NEAR_ENOUGH, "{drift:e}");
+                if !is_stable(&mut follower) {
+                    wrong.push((case, physics, step, k, drift));
+                }
+            }
+        }
+    }
+    // A finger that snaps through several times as it closes.
+    let mut design = ladder_80();
+    (design.front.thickness, design.back.thickness) = (Profile::constant(2.6), Profile::constant(2.6));
+    design.hinge.thickness = 0.4;
+    for (physics, height) in [(Physics::Paper, 70.0), (Physics::Extended, 70.0), (Physics::Extended, 55.0)] {
+        follower.configure(&design, &Discretisation::reduced(physics)).expect("a valid finger");
+        let object = ObjectDesign::Circle { centre: [42.0, height], radius: 40.0 };
+        follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+        assert!(follower.start(0.0));
+        for k in 0..=800 {
+            let outcome = follower.follow((0.02 * f64::from(k)).to_radians());
+            snaps += outcome.snaps;
+            assert!(outcome.status.is_trustworthy(), "{outcome:?}");
+            states += 1;
+            if !is_stable(&mut follower) {
+                wrong.push((1000, physics, height, k, follower.drift.to_f64()));
+            }
+        }
+    }
+    std::println!("{states} states, {snaps} snap-throughs, unstable: {wrong:?}");
+    assert!(wrong.is_empty(), "{wrong:?}");
+    assert!(states > 10_000 && snaps > 3, "{states} {snaps}");
+}
+
+/// What is reported where a step fails and nothing is found beyond.
+#[test]
+fn only_an_unstable_state_is_a_fold() {
+    let stable = Inertia { excess: 1, border: 1, settled: true };
+    let failed = |inertia: Option<Inertia>, unstable, least_pace| {
+        let residual = Residual { gradient: 1.0, length: 1.0 };
+        let status = Status::MaxIterations;
+        Attempt::<f32> { status, iterations: 25, inertia, drift: 0.0, unstable, least_pace, residual }.cause()
+    };
+    assert_eq!(failed(Some(stable), true, 0.1), Status::Folded);
+    assert_eq!(failed(Some(Inertia { settled: false, ..stable }), false, 0.1), Status::Unsettled);
+    assert_eq!(failed(Some(stable), false, 1e-5), Status::Precision);
+    assert_eq!(failed(Some(stable), false, 0.1), Status::Stagnated);
+    assert_eq!(failed(None, false, 0.1), Status::Stagnated);
+}

@@ -1,0 +1,88 @@
+//! `cargo xtask bench`: builds the target's images and starts the bench (`tests/bench`), which measures.
+
+use crate::command::{headline, run as run_command};
+use crate::cross::Cross;
+use crate::{firmware, paths, setup};
+use anyhow::{Context, Result};
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The images of the part `target`.
+const IMAGES: [&str; 3] = ["bench-reduced", "bench-paper", "bench-empty"];
+
+/// Hands the arguments on, with the images and the Python that the wanted parts need.
+pub fn run(arguments: &[&str]) -> Result<()> {
+    // Refused, or answered (`--help`), before anything is built for the target.
+    run_command(bench().arg("--check").args(arguments))?;
+    if arguments.iter().any(|argument| ["--help", "-h"].contains(argument)) {
+        return Ok(());
+    }
+    let parts = parts(arguments);
+    let wanted = |part| parts.is_empty() || parts.contains(&part);
+    headline("set-up");
+    setup::run(setup::Parts::Firmware)?;
+    let mut command = bench();
+    if wanted("rates") {
+        command.env("FRE_FIRMWARE_ELF", firmware::show(firmware::SIMULATED)?);
+    }
+    if wanted("peer") {
+        match setup::python::PEER.provide() {
+            Ok(_) => drop(command.arg("--peer-python").arg(setup::python::PEER.python())),
+            Err(error) => println!("left out: CasADi + IPOPT: {error:#}"),
+        }
+    }
+    if wanted("target") {
+        let cross = Cross::find()?;
+        let (folder, opt_level) = images(&cross)?;
+        command.arg("--images").arg(folder).args(["--opt-level", &opt_level, "--rustc", &cross.rustc_version()?]);
+    }
+    run_command(command.args(arguments))
+}
+
+/// The parts among the arguments: all words but options and their values.
+fn parts<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+    let mut parts = Vec::new();
+    let mut words = arguments.iter();
+    while let Some(&word) = words.next() {
+        if !word.starts_with('-') {
+            parts.push(word);
+        } else if !word.contains('=') {
+            words.next();
+        }
+    }
+    parts
+}
+
+/// The bench, built as users build.
+fn bench() -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.current_dir(paths::root()).args(["run", "--quiet", "--release", "--package", "fre-bench", "--"]);
+    command
+}
+
+/// Builds the images in one go; their folder and optimisation level.
+fn images(cross: &Cross) -> Result<(PathBuf, String)> {
+    let mut build = cross.cargo("build");
+    build.args(["--quiet", "--release", "--package", "mps2", "--features", "bench"]);
+    for image in IMAGES {
+        build.args(["--bin", image]);
+    }
+    let built = crate::cross::built(&mut build)?;
+    let image = built.iter().find(|message| message["executable"].is_string()).context("cargo named no image")?;
+    let folder = image["executable"].as_str().and_then(|path| Path::new(path).parent());
+    let opt_level = image["profile"]["opt_level"].as_str().context("cargo named no optimisation level")?;
+    Ok((folder.context("an image without a folder")?.to_owned(), opt_level.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_the_words_that_belong_to_no_option() {
+        assert!(parts(&[]).is_empty() && parts(&["--json", "peer"]).is_empty());
+        assert_eq!(parts(&["pc", "--json", "a.json", "target"]), ["pc", "target"]);
+        assert_eq!(parts(&["--json=a.json", "pc"]), ["pc"]);
+    }
+}
