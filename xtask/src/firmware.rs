@@ -104,7 +104,10 @@ mod tests {
         let board = check("opencr").unwrap();
         assert!(within(board, board.flash, board.ram).is_ok());
         let error = within(board, board.flash + 1, 0).unwrap_err().to_string();
-        assert!(error.contains("opencr") && error.contains("of flash") && error.contains(&board.flash.to_string()), "{error}");
+        assert!(
+            error.contains("opencr") && error.contains("of flash") && error.contains(&board.flash.to_string()),
+            "{error}"
+        );
         assert!(within(board, 0, board.ram + 1).unwrap_err().to_string().contains("static RAM"));
         assert!(check("uno").unwrap_err().to_string().contains("mps2, opencr, nucleo-h743zi, nucleo-g474re"));
     }
