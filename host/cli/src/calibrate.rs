@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 use model_core::discretise::{Discretisation, DiscretiseError};
+use model_core::drive::Drive;
 
 use super::options::{ModelArgs, refused};
 use super::output::{ForceArgs, Picture, put_out, reads_case};
@@ -29,11 +30,15 @@ pub struct Args {
     /// The case (finger and object) of the measurements; once, or once per CSV
     #[arg(long = "case", value_name = "CASE.toml", required = true)]
     cases: Vec<PathBuf>,
-    /// What is fitted: youngs-modulus, zero, object-x, object-y, radius, front-thickness, back-thickness, hinge-thickness,
-    /// hinge-length
+    /// What is fitted: youngs-modulus, zero, object-x, object-y, radius, travel, front-thickness, back-thickness,
+    /// hinge-thickness, hinge-length
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parameter,
           default_value = "youngs-modulus,zero,object-x,object-y")]
     fit: Vec<Parameter>,
+    /// How the motor moves the finger: rotating, "linear X,Y MM_PER_RAD" (parallel jaws; X,Y: the direction of closing), or
+    /// "table X,Y DEG:MM DEG:MM …" (crank linkages). The measurements have the motor's angles either way
+    #[arg(long, value_name = "DRIVE", default_value = "rotating", value_parser = super::options::drive)]
+    drive: Drive,
     /// Standard deviation of a measured force, N
     #[arg(long, value_name = "N", default_value_t = Noise::default().force_n, value_parser = positive)]
     force_sd_n: f64,
@@ -52,7 +57,7 @@ pub struct Args {
     /// Writes the finger with the fitted values
     #[arg(long, value_name = "finger.toml")]
     write: Option<PathBuf>,
-    /// Sends the finger, its zero position, the standard deviations and, if there is one run, its object to a gripper, and reads them back: unix:PATH,
+    /// Sends the finger, its zero position, its drive, the standard deviations and, if there is one run, its object to a gripper, and reads them back: unix:PATH,
     /// tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD. Not if some parameter is undetermined
     #[arg(long, value_name = "LINK")]
     send: Option<Address>,
@@ -118,13 +123,14 @@ fn calibrate(args: &Args) -> Result<bool, String> {
         return Err("--precision f32: a fit needs f64".to_owned());
     }
     let (write, plot) = outputs(args)?;
-    let input = Input::read(&args.measurements, &args.cases, args.both_ways).map_err(|error| error.to_string())?;
+    let input =
+        Input::read(&args.measurements, &args.cases, args.both_ways, args.drive).map_err(|error| error.to_string())?;
     let design = &input.finger.design;
     for (index, parameter) in args.fit.iter().enumerate() {
         if args.fit[..index].contains(parameter) {
             return Err(format!("--fit names {} twice", parameter.word()));
         }
-        if let Some(obstacle) = parameter.obstacle(design, &input.objects) {
+        if let Some(obstacle) = parameter.obstacle(design, &input.objects, &input.drive) {
             return Err(format!("--fit {}: {obstacle}", parameter.word()));
         }
     }
@@ -139,7 +145,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
             LossWord::Square => Loss::Square,
         },
     };
-    let model = Model { design, discretisation: options.discretisation };
+    let model = Model { design, discretisation: options.discretisation, drive: input.drive };
     let found = fit(&model, &input.runs, &args.fit, &noise).map_err(|error| match error {
         DiscretiseError::Design(error) => format!("{}: finger.{error}", args.cases[0].display()),
         error => refused(&error),

@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use model_core::discretise::{Discretisation, DiscretiseError, Elements, Physics, Sampling, Scheme, Softness};
+use model_core::drive::Drive;
 use model_core::newton::Hessian;
 
 use fre::draw::Theme;
@@ -163,4 +164,11 @@ pub fn elements(text: &str) -> Result<Elements, String> {
         (Some(beam), Some(hinge)) => Ok(Elements::PerBeam { beam, hinge }),
         _ => Err(allowed()),
     }
+}
+
+/// How a motor moves its finger, from an argument.
+pub fn drive(words: &str) -> Result<Drive, String> {
+    let drive = fre::drive::read(words).ok_or_else(|| format!("allowed is {}", fre::drive::ALLOWED))?;
+    drive.validate().map_err(|error| error.to_string())?;
+    Ok(drive)
 }

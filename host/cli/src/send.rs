@@ -17,8 +17,13 @@ pub fn transmit(address: &Address, number: u8, how: Discretisation, input: &Inpu
         // Which of them is in the gripper is not known.
         _ => None,
     };
-    let calibrated =
-        Calibrated { finger, zero_counts: zero_counts(fit, design), uncertainty: uncertainty(fit, design), object };
+    let calibrated = Calibrated {
+        finger,
+        zero_counts: zero_counts(fit, design),
+        drive: fit.trial.drive(&input.drive, design),
+        uncertainty: uncertainty(fit, design),
+        object,
+    };
     let link = Link::open(address).map_err(|error| error.to_string())?;
     let [before, now] = send(&link, number, &calibrated).map_err(|error| format!("--send {address}: {error}"))?;
     let and = if object.is_some() { " and object" } else { "" };

@@ -8,13 +8,14 @@ use std::sync::Arc;
 use clap::ValueEnum;
 use dynamixel::xm430;
 use model_core::discretise::DiscretiseError;
-use model_core::object::Motion;
+use model_core::drive::Drive;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use super::bad_input;
 use super::options::{ModelArgs, refused};
 use fre::case::Case;
+use fre::drive::agrees;
 use fre_gripper::servo::{Clock, Config, Handle, Hub, Load, LoadError, PortError, Servo};
 
 /// Simulate a Dynamixel XM430-W350-T that turns the case's finger against its object.
@@ -67,6 +68,10 @@ pub struct Args {
     /// Period of the clock "requests"
     #[arg(long, value_name = "US", default_value_t = 2000)]
     period_us: u32,
+    /// How the servo moves the finger: rotating, "linear X,Y MM_PER_RAD" (parallel jaws; X,Y: the direction of closing), or
+    /// "table X,Y DEG:MM DEG:MM …" (crank linkages); the case's motion has to be like it
+    #[arg(long, value_name = "DRIVE", default_value = "rotating", value_parser = super::options::drive)]
+    drive: Drive,
     /// Position at motor angle 0, 0 to 4095
     #[arg(long, value_name = "COUNT", default_value_t = 2048)]
     zero_count: u16,
@@ -76,7 +81,7 @@ pub struct Args {
     /// Motor angle at power-on [default: 2° before the first contact]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     start_deg: Option<f64>,
-    /// Highest motor angle of the load's table [default: 5° above the case's highest]
+    /// Highest motor angle of the load's table [default: 5° above the case's highest, 180 with a drive along a line]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     highest_deg: Option<f64>,
     /// Play between encoder and finger, 0 to 5; 0.25 for this servo family
@@ -165,15 +170,15 @@ fn load(args: &Args) -> Result<Load, String> {
         return Ok(Load::none());
     };
     let case = Case::read(file).map_err(|error| error.to_string())?;
-    if !matches!(case.path.motion, Motion::Rotating { .. }) {
-        return Err(format!(
-            "{}: [motion] moves the base along a line; a servo turns it: give motor_angles_deg",
-            file.display()
-        ));
-    }
-    let asked = case.path.places.iter().copied().fold(0.0, f64::max);
-    let highest = args.highest_deg.unwrap_or(asked + 5.0);
-    Load::of(&case.finger.design, case.object, &args.model.options(), highest).map_err(|error| match error {
+    let drive = &args.drive;
+    agrees(&case.path.motion, drive).map_err(|error| format!("{}: {error}", file.display()))?;
+    let highest = match (args.highest_deg, drive) {
+        (Some(given), _) => given,
+        (None, Drive::Rotating) => case.path.places.iter().copied().fold(0.0, f64::max) + 5.0,
+        // Places are distances: as far as a servo turns.
+        (None, Drive::Translating { .. }) => 180.0,
+    };
+    Load::of(&case.finger.design, case.object, drive, &args.model.options(), highest).map_err(|error| match error {
         LoadError::Range { .. } => format!("--highest-deg: {error}"),
         LoadError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", file.display()),
         LoadError::Discretise(error) => refused(&error),

@@ -8,6 +8,7 @@ use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
 use fre::fit::calibrate::{Loss, Model, Noise, Parameter, Run, Trial, fit};
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics};
+use model_core::drive::{Drive, Knots, Travel};
 use model_core::object::ObjectDesign;
 use model_core::sensitivity::DesignParameter;
 use serde_json::Value;
@@ -20,7 +21,7 @@ fn design() -> Design {
 }
 
 fn model(design: &Design) -> Model<'_> {
-    Model { design, discretisation: Discretisation::reduced(Physics::Extended) }
+    Model { design, discretisation: Discretisation::reduced(Physics::Extended), drive: Drive::Rotating }
 }
 
 fn truth() -> Trial {
@@ -147,6 +148,50 @@ fn with_fronts(run: &Run) -> Run {
     run
 }
 
+/// Jaws on a rack and on a crank: zero and travel come back with the rest, and what goes to the gripper has the fitted travel.
+#[test]
+fn a_translating_fingers_travel_is_fitted() {
+    let design = design();
+    let crank = [-30.0_f32, 0.0, 30.0, 60.0].map(|deg| [deg.to_radians(), 22.0 * deg.to_radians().sin()]);
+    let table = Travel::Table(Knots::new(&crank).unwrap());
+    for drive in [Drive::linear([1.0, 0.0], 20.0), Drive::Translating { direction: [1.0, 0.0], travel: table }] {
+        let model = Model { drive, ..model(&design) };
+        let parameters = [Parameter::YoungsModulus, Parameter::Zero, Parameter::Travel, Parameter::ObjectY];
+        let truth = Trial { parameters: parameters.to_vec(), values: vec![46.0, 0.8, 1.03, -0.5] };
+        // A thin and a thick cylinder, low and high, each 2 mm and 7 mm away: one distance leaves zero and travel together.
+        let mut protocol = Protocol::recommended();
+        let far = |object: &ObjectDesign| match *object {
+            ObjectDesign::Circle { centre: [x, y], radius } => ObjectDesign::Circle { centre: [x + 5.0, y], radius },
+            ref other => *other,
+        };
+        let further: Vec<ObjectDesign> = protocol.objects.iter().map(far).collect();
+        protocol.objects.extend(further);
+        protocol.angles_deg = (0..40).map(|i| (8.0 * f64::from(i)).round() * 360.0 / 4096.0).collect();
+        let runs = draw(&model, &truth, &protocol, Errors::USUAL, 11).unwrap();
+        let found = fit(&model, &runs, &parameters, &Noise::default()).unwrap();
+        assert!(found.converged && found.undetermined.is_empty(), "{found:?}");
+        for ((estimate, value), bound) in found.estimates.iter().zip(&truth.values).zip([0.46, 0.1, 0.005, 0.2]) {
+            let off = (estimate.value - value).abs();
+            assert!(off < bound && off < 4.0 * estimate.standard_deviation, "{drive:?}: {estimate:?}");
+        }
+        let sent = found.trial.drive(&drive, &design);
+        let [there, _] = sent.coordinate(0.5).unwrap();
+        let [before, _] = drive.coordinate(0.5).unwrap();
+        assert!((there / before - 1.03).abs() < 0.005, "{sent:?}");
+        // Beyond a table's end nothing is known.
+        if let Some(run) = runs.first() {
+            let mut beyond = run.clone();
+            beyond.readings.truncate(1);
+            beyond.readings[0].angle_deg = 200.0;
+            let status = model.predict(&beyond, &truth, true).unwrap()[0].status;
+            assert!(
+                matches!(drive, Drive::Translating { travel: Travel::Linear { .. }, .. }) || !status.is_trustworthy()
+            );
+        }
+    }
+    assert!(Parameter::Travel.obstacle(&design, &[], &Drive::Rotating).is_some());
+}
+
 /// A folder of its own for each test, removed when dropped.
 struct Folder(TempDir);
 
@@ -247,6 +292,24 @@ fn bad_input_is_named() {
     let two =
         [tables[0].as_path(), &tables[1], &tables[2], Path::new("--case"), &cases[0], Path::new("--case"), &cases[1]];
     assert!(said(&two, "").contains("3 files of measurements and 2 cases"));
+    let jaw = folder.file(
+        "jaw.toml",
+        "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
+         motion = { direction = [1, 0], distances_mm = [5] }\n",
+    );
+    let jaw = [tables[0].as_path(), Path::new("--case"), jaw.as_path()];
+    assert!(said(&jaw, "").contains("--drive is needed"));
+    assert!(said(&jaw, "--drive sideways").contains("linear X,Y MM_PER_RAD"));
+    let with = |words: &[&Path], drive: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        let output = command.arg("calibrate").args(words).args(["--drive", drive]).output().unwrap();
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(with(&jaw, "linear 1,0 0").contains("mm_per_rad is 0"));
+    assert!(with(&jaw, "linear 0,1 20").contains("90.0° from the direction of --drive"));
+    assert!(with(&case, "linear 1,0 20").contains("[motion] turns the base"));
+    assert!(said(&case, "--fit zero,travel").contains("no travel"));
     let distances = folder.file("d.csv", "distance_mm,force_n\n1,2\n");
     assert!(said(&[&distances, Path::new("--case"), &cases[0]], "").contains("motor_angle_deg"));
 }

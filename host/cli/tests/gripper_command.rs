@@ -13,6 +13,7 @@ use fre::fit::calibrate::{Model, Parameter, Trial};
 use fre_gripper::servo::{Clock, Config, Hub, Load, Running, Servo};
 use fre_qemu::{Machine, Running as Board, Sockets};
 use model_core::discretise::{Discretisation, Physics};
+use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
 
 /// Of the case below.
@@ -50,7 +51,7 @@ impl Gripper {
         let sockets = Sockets::new().unwrap();
         let mut board = Machine::new(firmware()).listening(&sockets).boot(Stdio::null()).unwrap();
         let design = preset("ladder-80").unwrap().unwrap().design;
-        let load = Arc::new(Load::of(&design, OBJECT, &Load::REFERENCE, 14.0).unwrap());
+        let load = Arc::new(Load::of(&design, OBJECT, &Drive::Rotating, &Load::REFERENCE, 14.0).unwrap());
         let clock = Clock::Requests { period_us: 2_000 };
         let servo =
             Config { baud_rate: 1_000_000, clock, start_deg: Some(-1.0), noise_ma: 5.0, load, ..Config::default() };
@@ -292,7 +293,8 @@ fn plain(text: &str) -> String {
 /// Measurements of three cylinders as files: CSVs and their cases. The truth: 46 MPa, 0.6°, (0.8, −0.5) mm.
 fn measured(folder: &Path) -> Vec<(String, String)> {
     let design = preset("ladder-80").unwrap().unwrap().design;
-    let model = Model { design: &design, discretisation: Discretisation::reduced(Physics::Extended) };
+    let model =
+        Model { design: &design, discretisation: Discretisation::reduced(Physics::Extended), drive: Drive::Rotating };
     let parameters = vec![Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
     let truth = Trial { parameters, values: vec![46.0, 0.6, 0.8, -0.5] };
     let protocol = Protocol::cylinders(&[[20.0, 10.0], [65.0, 10.0], [45.0, 40.0]], 16);

@@ -11,6 +11,7 @@ use fre::study::run::{self, Options, Precision, Solution};
 use fre::study::sweep::{Axis, Sweep};
 use fre_gripper::servo::{Load, OnBranch};
 use model_core::discretise::{Discretisation, Physics};
+use model_core::drive::Drive;
 use model_core::status::Status;
 
 const ELLIPSE: &str = include_str!("../../../examples/ellipse.toml");
@@ -143,7 +144,7 @@ fn the_simulated_servo_feels_every_shape() {
     for (name, text) in [("ellipse", ELLIPSE), ("wall", WALL)] {
         let (case, solutions) = solve(text);
         let options = Options { discretisation: Discretisation::reduced(Physics::Extended), ..Load::REFERENCE };
-        let load = Load::of(&case.finger.design, case.object, &options, 8.0).unwrap();
+        let load = Load::of(&case.finger.design, case.object, &Drive::Rotating, &options, 8.0).unwrap();
         let mut on = OnBranch::default();
         for solution in &solutions {
             let there = load.at(solution.place().to_radians(), &mut on);

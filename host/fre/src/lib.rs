@@ -10,11 +10,13 @@
 //! - [`draw`] – pictures
 //! - [`case`] – case files
 //! - [`files`] – files that are read and written
-//! - [`metrics`], [`shape`], [`heap`] – distances and errors, the deformed finger, the model's size on a PC
+//! - [`drive`], [`metrics`], [`shape`], [`heap`] – how a motor moves its finger, distances and errors, the deformed finger, the model's
+//!   size on a PC
 
 pub mod case;
 pub mod compare;
 pub mod draw;
+pub mod drive;
 pub mod fea;
 pub mod files;
 pub mod fit;

@@ -1,6 +1,7 @@
 //! A calibration into a gripper's memory, and read back.
 
 use messages::{Direction, Finger};
+use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
 
@@ -13,6 +14,8 @@ pub struct Calibrated {
     pub finger: Finger,
     /// What is added to the zero position of a servo without a gear whose counts grow on closing, counts.
     pub zero_counts: f64,
+    /// How the motor moves the base, as fitted.
+    pub drive: Drive,
     /// What the fit leaves uncertain, which the standard deviations of the gripper's forces follow.
     pub uncertainty: Uncertainty,
     /// The fitted object, if it goes with it.
@@ -52,6 +55,7 @@ pub fn send(link: &Link, number: u8, calibrated: &Calibrated) -> Result<[f32; 2]
     let before = mount.zero;
     let sign = if mount.direction == Direction::Same { 1.0 } else { -1.0 };
     mount.zero += (sign * f64::from(mount.gear_ratio) * calibrated.zero_counts) as f32;
+    mount.drive = calibrated.drive;
     let now = mount.zero;
     link.set_finger(number, &calibrated.finger)?;
     if let Some(object) = calibrated.object {

@@ -171,6 +171,7 @@ fn with(object: ObjectDesign, unknown: Unknown, value: f64) -> ObjectDesign {
 mod tests {
     use messages::{Phase, Why};
     use model_core::discretise::{Discretisation, Physics};
+    use model_core::drive::Drive;
     use model_core::estimator::Estimate;
 
     use super::*;
@@ -198,7 +199,7 @@ mod tests {
 
     fn closing(from_deg: f64) -> (Finger, Motion) {
         let design = preset("ladder-80").expect("a preset").expect("a sound one").design;
-        let load = Load::of(&design, OBJECT, &Load::REFERENCE, 12.0).expect("a load");
+        let load = Load::of(&design, OBJECT, &Drive::Rotating, &Load::REFERENCE, 12.0).expect("a load");
         let finger = Finger { design, how: Discretisation::estimator(Physics::Extended) };
         let calibration = Calibration::new(&MOUNT);
         let (mut motion, mut branch) = (Motion::default(), crate::servo::OnBranch::default());

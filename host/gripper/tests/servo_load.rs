@@ -8,6 +8,7 @@ use fre::study::run::Options;
 use fre_gripper::servo::{Load, LoadError, OnBranch};
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics, Scheme};
+use model_core::drive::{Drive, Knots, Travel};
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
 use model_core::status::Status;
@@ -24,7 +25,7 @@ fn circle(x: f64, y: f64) -> ObjectDesign {
 fn the_table_is_the_model() {
     for (scheme, y) in [(Scheme::Paper, 45.0), (Scheme::Trapezoid, 30.0)] {
         let options = Options { discretisation: Discretisation::full(scheme, Physics::Paper), ..Load::REFERENCE };
-        let load = Load::of(&ladder(), circle(41.0, y), &options, 11.0).unwrap();
+        let load = Load::of(&ladder(), circle(41.0, y), &Drive::Rotating, &options, 11.0).unwrap();
         let mut follower = Follower::<f64, Host>::EMPTY;
         follower.configure(&ladder(), &options.discretisation).unwrap();
         follower.set_object(circle(41.0, y), Motion::Rotating { axis: ladder().motor_axis });
@@ -47,9 +48,45 @@ fn the_table_is_the_model() {
     }
 }
 
+/// A jaw: the force is the model's at the drive's distance, and the motor's torque is the force times the distance per angle.
+#[test]
+fn a_jaw_moves_along_its_line() {
+    let crank: Vec<[f32; 2]> =
+        [-20.0_f32, 0.0, 20.0, 40.0].map(|angle| [angle.to_radians(), 25.0 * angle.to_radians().sin()]).to_vec();
+    let table = Travel::Table(Knots::new(&crank).unwrap());
+    let drives = [Drive::linear([1.0, 0.0], 20.0), Drive::Translating { direction: [2.0, 0.0], travel: table }];
+    let object = circle(45.0, 45.0);
+    for drive in drives {
+        let load = Load::of(&ladder(), object, &drive, &Load::REFERENCE, 30.0).unwrap();
+        let mut follower = Follower::<f64, Host>::EMPTY;
+        follower.configure(&ladder(), &Load::REFERENCE.discretisation).unwrap();
+        follower.set_object(object, Motion::Translating { direction: [1.0, 0.0] });
+        assert!(follower.start(0.0));
+        let (mut on, mut most) = (OnBranch::default(), 0.0_f64);
+        for count in 0..320 {
+            let angle = f64::from(count) / 4096.0 * TAU;
+            let [distance, slope] = drive.coordinate(angle).unwrap();
+            assert!(follower.follow(distance).status.is_trustworthy(), "{drive:?} at {count}");
+            let there = load.at(angle, &mut on);
+            for (table, model) in there.force.iter().zip(follower.force_world()) {
+                assert!((table - model).abs() < 1e-6, "{drive:?} at {count}: {table} {model}");
+            }
+            let torque = follower.force_world()[0] * slope;
+            assert!((there.torque - torque).abs() < 1e-3, "{drive:?} at {count}: {} {torque}", there.torque);
+            most = most.max(torque);
+        }
+        assert!(most > 50.0, "{drive:?}: {most}");
+    }
+    let open = Travel::Table(Knots::new(&[[0.1, 0.0], [1.0, 20.0]]).unwrap());
+    let drive = Drive::Translating { direction: [1.0, 0.0], travel: open };
+    assert_eq!(Load::of(&ladder(), object, &drive, &Load::REFERENCE, 30.0).err(), Some(LoadError::NoZero));
+    let still = Drive::linear([0.0, 0.0], 20.0);
+    assert!(matches!(Load::of(&ladder(), object, &still, &Load::REFERENCE, 30.0), Err(LoadError::Drive(_))));
+}
+
 #[test]
 fn it_says_where_it_ends() {
-    let load = Load::of(&ladder(), circle(45.0, 45.0), &Load::REFERENCE, 6.0).unwrap();
+    let load = Load::of(&ladder(), circle(45.0, 45.0), &Drive::Rotating, &Load::REFERENCE, 6.0).unwrap();
     let first = load.first_contact().unwrap().to_degrees();
     assert!((2.0..4.0).contains(&first), "{first}");
     let mut on = OnBranch::default();
@@ -62,9 +99,9 @@ fn it_says_where_it_ends() {
 
 #[test]
 fn no_table_is_made_from_nonsense() {
-    let of = |highest| Load::of(&ladder(), circle(41.0, 45.0), &Load::REFERENCE, highest).err();
+    let of = |highest| Load::of(&ladder(), circle(41.0, 45.0), &Drive::Rotating, &Load::REFERENCE, highest).err();
     assert!(matches!(of(f64::NAN), Some(LoadError::Range { .. })));
     assert!(matches!(of(-3.0), Some(LoadError::Range { .. })));
     let inside = ObjectDesign::Circle { centre: [-14.0, -20.0], radius: 300.0 };
-    assert_eq!(Load::of(&ladder(), inside, &Load::REFERENCE, 10.0).err(), Some(LoadError::NoRoom));
+    assert_eq!(Load::of(&ladder(), inside, &Drive::Rotating, &Load::REFERENCE, 10.0).err(), Some(LoadError::NoRoom));
 }

@@ -13,6 +13,7 @@ use fre_gripper::source::{Listeners, Modelled, Order, OrderError, Origin, Setup,
 use fre_gripper::web;
 use messages::{Counters, Finger, Phase, Report, Settings, Which};
 use model_core::discretise::{Discretisation, Physics};
+use model_core::drive::Drive;
 use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
@@ -235,14 +236,18 @@ fn commands_become_orders_and_nonsense_is_named() {
         assert_eq!(status, 200, "{text}");
         assert_eq!(served.orders().last(), Some(&order));
     }
-    let limits = r#"{"force_limit_n":9.5,"current_limit_ma":700,"speed_deg_s":20,"low_deg":-5,"high_deg":12,"open_deg":-2,"rate_hz":250,"on_fault":"release"}"#;
+    let limits = r#"{"force_limit_n":9.5,"current_limit_ma":700,"speed_deg_s":20,"low_deg":-5,"high_deg":12,"open_deg":-2,"rate_hz":250,"on_fault":"release","drive":"linear 1,0 12.5"}"#;
     let (status, text) = served.command(&host, &format!(r#"{{"limits":{{"finger":0,"limits":{limits}}}}}"#));
     assert_eq!(status, 200, "{text}");
     let orders = served.orders();
     let Some(Order::Settings(settings)) = orders.last() else { panic!("{orders:?}") };
     assert_eq!((settings.rate_hz, settings.on_fault), (250, messages::Reaction::Release));
     assert_eq!(settings.fingers[0].unwrap().force_limit, 9.5);
+    assert_eq!(settings.fingers[0].unwrap().drive, Drive::linear([1.0, 0.0], 12.5));
     assert!((settings.fingers[0].unwrap().range[1] - 12.0_f32.to_radians()).abs() < 1e-6);
+    let sideways = limits.replace("linear 1,0 12.5", "sideways");
+    let (status, text) = served.command(&host, &format!(r#"{{"limits":{{"finger":0,"limits":{sideways}}}}}"#));
+    assert!(status == 409 && text.contains("`sideways` is not rotating, linear X,Y MM_PER_RAD"), "{status} {text}");
 }
 
 #[test]

@@ -13,6 +13,7 @@ use fre::case::preset;
 use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
 use fre::fit::calibrate::{Fit, Model, Noise, Parameter, Trial, fit};
 use model_core::discretise::{Discretisation, Physics};
+use model_core::drive::Drive;
 use rayon::prelude::*;
 
 const PARAMETERS: [Parameter; 4] = [Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
@@ -64,8 +65,10 @@ pub struct Estimated {
 pub fn measure(runs: u64) -> Result<Report> {
     let design = preset("ladder-80").context("the preset is gone")??.design;
     let truth = Trial { parameters: PARAMETERS.to_vec(), values: TRUTH.to_vec() };
-    let reduced = Model { design: &design, discretisation: Discretisation::reduced(Physics::Extended) };
-    let fine = Model { design: &design, discretisation: Discretisation::fine(Physics::Extended) };
+    let reduced =
+        Model { design: &design, discretisation: Discretisation::reduced(Physics::Extended), drive: Drive::Rotating };
+    let fine =
+        Model { design: &design, discretisation: Discretisation::fine(Physics::Extended), drive: Drive::Rotating };
     let thick = [[30.0, 40.0], [45.0, 40.0], [58.0, 40.0], [40.0, 20.0]];
     let ends = [[20.0, 10.0], [65.0, 10.0], [20.0, 40.0], [65.0, 40.0]];
     let protocols = [

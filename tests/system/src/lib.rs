@@ -22,6 +22,6 @@ pub use bench::{Bench, Flash, Meddling};
 pub use browser::Browser;
 pub use hour::{GEARED_MOUNT, Hour, an_hour, geared_servo, ready, set_up};
 pub use judge::{Judge, is_sound};
-pub use machine::{Machine, OBJECT, finger, firmware, load_of};
+pub use machine::{Machine, OBJECT, finger, firmware, load_of, load_on};
 pub use shared_bus::SharedBus;
 pub use watch::Watch;

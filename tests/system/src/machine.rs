@@ -14,6 +14,7 @@ use fre_gripper::servo::{Clock, Config, Handle, Hub, Load, Running, Servo};
 use fre_qemu::{Pace, Running as Board, Sockets};
 use messages::Finger;
 use model_core::discretise::{Discretisation, Physics};
+use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
 
 use crate::shared_bus::{SharedBus, carry};
@@ -45,7 +46,12 @@ fn load() -> Arc<Load> {
 
 /// The same on another object, up to an angle in degrees.
 pub fn load_of(object: ObjectDesign, highest_deg: f64) -> Arc<Load> {
-    Arc::new(Load::of(&finger().design, object, &Load::REFERENCE, highest_deg).expect("a load"))
+    load_on(&Drive::Rotating, object, highest_deg)
+}
+
+/// The same of a finger that the motor moves so.
+pub fn load_on(drive: &Drive, object: ObjectDesign, highest_deg: f64) -> Arc<Load> {
+    Arc::new(Load::of(&finger().design, object, drive, &Load::REFERENCE, highest_deg).expect("a load"))
 }
 
 /// The firmware's ELF.

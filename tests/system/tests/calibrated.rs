@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use fre_gripper::calibrated::{Calibrated, SendError, send};
 use messages::{Direction, Mount, Report, Settings};
+use model_core::drive::Drive;
 use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
@@ -49,7 +50,8 @@ fn what_was_fitted_is_sent_and_read_back() {
     uncertainty.quantisation = Uncertainty::DEFAULT.quantisation;
     uncertainty.correlations[1] = -0.8;
     let (zero, place) = (f64::from(zero_counts), Some(object));
-    let calibrated = Calibrated { finger: fitted.clone(), zero_counts: zero, uncertainty, object: place };
+    let calibrated =
+        Calibrated { finger: fitted.clone(), zero_counts: zero, drive: Drive::Rotating, uncertainty, object: place };
     assert_eq!(link.uncertainty(0).unwrap(), None);
     let [was, now] = send(&link, 0, &calibrated).unwrap();
     assert_eq!(was, mount.zero);

@@ -28,6 +28,7 @@ use std::time::{Duration, Instant};
 use messages::{Counters, Mount, Report, Settings, Version, Which};
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics, Scheme};
+use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 
@@ -250,7 +251,7 @@ fn boot(
 ) -> Result<Booted, DemoError> {
     let design = preset(PRESET).ok_or(DemoError::Preset(PRESET))??.design;
     let truth = run::Options { discretisation: Discretisation::full(Scheme::Paper, physics), ..Load::REFERENCE };
-    let load = Arc::new(Load::of(&design, OBJECT, &truth, CLOSED_DEG + MARGIN_DEG)?);
+    let load = Arc::new(Load::of(&design, OBJECT, &Drive::Rotating, &truth, CLOSED_DEG + MARGIN_DEG)?);
     let [x, y] = load.at(CLOSED_DEG.to_radians(), &mut OnBranch::default()).force;
     let servo = Config {
         baud_rate: 1_000_000,

@@ -1,9 +1,8 @@
 //! A gripper's settings as keys and values for people and scripts: degrees instead of radians.
 
-mod drive;
-
 use std::str::FromStr;
 
+use fre::drive::{self, degrees as shown};
 use messages::{Direction, FINGERS, Mount, Reaction, Role, Settings, Side, Support};
 
 /// Why a key or a value makes no sense.
@@ -54,12 +53,6 @@ fn degrees(words: &str, place: &mut f32) -> Result<(), &'static str> {
     number(words, place)?;
     *place = place.to_radians();
     Ok(())
-}
-
-/// An angle in degrees, without the digits that a single-precision radian has not.
-fn shown(angle: f32) -> String {
-    let degrees = f64::from(angle).to_degrees();
-    ((degrees * 1e5).round() / 1e5 + 0.0).to_string()
 }
 
 const KEYS: [Key; 13] = [

@@ -1,4 +1,5 @@
-//! What the finger asks of the servo: the contact's torque and force over the finger's angle.
+//! What the finger asks of the servo: the contact's torque and force over the motor's angle, which turns the finger or moves it along a
+//! line.
 //!
 //! The model is solved once, at every half count of the range, before the servo answers its first packet; an answer then
 //! costs a look-up. Whole counts without play lie on nodes; between two nodes the straight line is up to 0.04 N off for
@@ -9,9 +10,10 @@ use std::f64::consts::PI;
 
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, DiscretiseError, Physics, Scheme};
+use model_core::drive::{Drive, DriveError};
 use model_core::equilibrium::Follower;
 use model_core::newton::Hessian;
-use model_core::object::{Motion, ObjectDesign};
+use model_core::object::ObjectDesign;
 use model_core::real::Real;
 use model_core::status::Status;
 
@@ -20,6 +22,8 @@ use fre::study::run::{Options, Precision};
 
 /// Distance of two nodes of the table, rad: half a count of the servo.
 const PITCH: f64 = PI / 4096.0;
+/// Nodes of half a turn.
+const HALF_TURN: i64 = 4096;
 /// The table ends where the torque is above this, N·mm: more than the servo can give.
 const MOST_TORQUE: f64 = 5_000.0;
 /// Two branches are the same where torque and force differ by less than this, N·mm and N.
@@ -36,8 +40,14 @@ pub enum LoadError {
     /// The finger cannot be discretised so.
     #[error("the finger cannot be discretised: {0}")]
     Discretise(DiscretiseError),
+    /// The motor cannot move it so.
+    #[error("the drive: {0}")]
+    Drive(DriveError),
+    /// A drive's table leaves angle 0 out, where the servo's zero is.
+    #[error("the drive's table has no distance at motor angle 0°")]
+    NoZero,
     /// The object is in the way of the open finger too.
-    #[error("the finger touches the object at every angle from -180° to 0°: it has nowhere to start from")]
+    #[error("the finger touches the object at every motor angle up to 0°: it has nowhere to start from")]
     NoRoom,
     /// The range of angles is empty.
     #[error(
@@ -115,19 +125,26 @@ impl Load {
         precision: Precision::F64,
     };
 
-    /// Of a finger that its motor turns against an object, up to an angle in degrees (or until the torque is more than
-    /// the servo can give).
+    /// Of a finger that its motor moves against an object, up to a motor angle in degrees (or until the torque is more than
+    /// the servo can give, or a drive's table ends).
     ///
     /// # Errors
     /// A model that cannot be made, or no angle without contact.
-    pub fn of(design: &Design, object: ObjectDesign, options: &Options, highest_deg: f64) -> Result<Self, LoadError> {
+    pub fn of(
+        design: &Design,
+        object: ObjectDesign,
+        drive: &Drive,
+        options: &Options,
+        highest_deg: f64,
+    ) -> Result<Self, LoadError> {
+        drive.validate().map_err(LoadError::Drive)?;
         match options.precision {
-            Precision::F64 => explore::<f64>(design, object, options, highest_deg),
-            Precision::F32 => explore::<f32>(design, object, options, highest_deg),
+            Precision::F64 => explore::<f64>(design, object, drive, options, highest_deg),
+            Precision::F32 => explore::<f32>(design, object, drive, options, highest_deg),
         }
     }
 
-    /// The contact at a finger angle, rad; the branch changes where the finger snaps.
+    /// The contact at a motor angle without play, rad; the branch changes where the finger snaps.
     pub fn at(&self, angle: f64, on: &mut OnBranch) -> Contact {
         let place = angle / PITCH;
         // Every pass goes to a branch that is entered from this one's end; a ring of ends would be a flaw of the table.
@@ -208,36 +225,56 @@ fn jumps<'a>(mut before: impl Iterator<Item = &'a Contact>, node: &Contact) -> b
     near.status != Status::Snapped || bend > JUMP[0] + JUMP[1] * near.torque.abs()
 }
 
-/// The contact at a node, if the model can be followed there.
-fn visit<T: Real>(follower: &mut Follower<T, Host>, index: i64) -> Option<Contact> {
-    let status = follower.follow(index as f64 * PITCH).status;
-    status.is_trustworthy().then(|| Contact {
-        torque: follower.motor_torque().to_f64(),
-        force: follower.force_world().map(Real::to_f64),
-        status,
-    })
+/// The model on its drive.
+struct Finger<'a, T: Real> {
+    follower: Follower<T, Host>,
+    drive: &'a Drive,
 }
 
-/// Closes from the open finger; gives the first node.
-fn open<T: Real>(follower: &mut Follower<T, Host>) -> Result<i64, LoadError> {
-    if !follower.start(0.0) {
-        return Err(LoadError::NoRoom);
+impl<T: Real> Finger<'_, T> {
+    /// The base's coordinate (rad or mm) at a node and its derivative by the motor's angle, if the drive reaches it.
+    fn coordinate(&self, index: i64) -> Option<[f64; 2]> {
+        self.drive.coordinate(index as f64 * PITCH)
     }
-    Ok((follower.coordinate() / PITCH).floor() as i64)
+
+    /// The contact at a node, if the model can be followed there.
+    fn visit(&mut self, index: i64) -> Option<Contact> {
+        let [coordinate, slope] = self.coordinate(index)?;
+        let status = self.follower.follow(coordinate).status;
+        status.is_trustworthy().then(|| Contact {
+            // Of the motor: a force times the way per angle.
+            torque: self.follower.motor_torque().to_f64() * slope,
+            force: self.follower.force_world().map(Real::to_f64),
+            status,
+        })
+    }
+
+    /// Closes from the open finger; gives the first node, half a turn before 0 at most.
+    fn open(&mut self) -> Result<i64, LoadError> {
+        let [zero, _] = self.coordinate(0).ok_or(LoadError::NoZero)?;
+        if !self.follower.start(zero) {
+            return Err(LoadError::NoRoom);
+        }
+        let free = self.follower.coordinate();
+        let is_free = |index: &i64| self.coordinate(*index).is_some_and(|[coordinate, _]| coordinate <= free);
+        (-HALF_TURN..=0).rev().find(is_free).ok_or(LoadError::NoRoom)
+    }
 }
 
 fn explore<T: Real>(
     design: &Design,
     object: ObjectDesign,
+    drive: &Drive,
     options: &Options,
     highest_deg: f64,
 ) -> Result<Load, LoadError> {
-    let mut follower: Follower<T, Host> = Follower::EMPTY;
-    let follower = &mut follower;
+    let mut finger = Finger::<T> { follower: Follower::EMPTY, drive };
+    let follower = &mut finger.follower;
     follower.configure(design, &options.discretisation).map_err(LoadError::Discretise)?;
     follower.set_hessian(options.hessian);
-    follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
-    let first = open(follower)?;
+    follower.set_object(object, drive.motion(design.motor_axis));
+    let finger = &mut finger;
+    let first = finger.open()?;
     let range = LoadError::Range { highest_deg, lowest_deg: (first as f64 * PITCH).to_degrees() };
     if highest_deg.is_nan() || highest_deg > 180.0 {
         return Err(range);
@@ -247,18 +284,18 @@ fn explore<T: Real>(
         return Err(range);
     }
     let mut branches = vec![Branch { first, nodes: Vec::new(), below: None, above: None }];
-    close(follower, first, last, &mut branches);
+    close(finger, first, last, &mut branches);
     // Opening: each branch but the first is followed down from its beginning.
     for from in 1..branches.len() {
-        descend(follower, from, &mut branches)?;
+        descend(finger, from, &mut branches)?;
     }
     Ok(Load { branches })
 }
 
 /// Follows upwards; every snap begins a branch.
-fn close<T: Real>(follower: &mut Follower<T, Host>, first: i64, last: i64, branches: &mut Vec<Branch>) {
+fn close<T: Real>(finger: &mut Finger<'_, T>, first: i64, last: i64, branches: &mut Vec<Branch>) {
     for index in first..=last {
-        let Some(node) = visit(follower, index) else {
+        let Some(node) = finger.visit(index) else {
             break;
         };
         let count = branches.len();
@@ -276,22 +313,18 @@ fn close<T: Real>(follower: &mut Follower<T, Host>, first: i64, last: i64, branc
 }
 
 /// Extends a branch downwards from its first node to where the finger snaps back, and so on down to a known branch.
-fn descend<T: Real>(
-    follower: &mut Follower<T, Host>,
-    from: usize,
-    branches: &mut Vec<Branch>,
-) -> Result<(), LoadError> {
+fn descend<T: Real>(finger: &mut Finger<'_, T>, from: usize, branches: &mut Vec<Branch>) -> Result<(), LoadError> {
     let top = branches[from].first;
-    let bottom = open(follower)?;
+    let bottom = finger.open()?;
     // The same way up, in the same steps, leads to the same state.
     for index in bottom..=top {
-        if visit(follower, index).is_none() {
+        if finger.visit(index).is_none() {
             return Ok(());
         }
     }
     let mut at = from;
     for index in (bottom..top).rev() {
-        let Some(node) = visit(follower, index) else {
+        let Some(node) = finger.visit(index) else {
             break;
         };
         let known = |branch: &Branch| branch.node(index).is_some_and(|known| known.is_like(&node));

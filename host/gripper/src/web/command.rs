@@ -105,10 +105,7 @@ impl Command {
             Self::Limits { finger, limits } => source
                 .setup()
                 .map_err(|error| error.to_string())
-                .and_then(|now| {
-                    let none = || format!("there is no finger {finger}");
-                    limits.change(&now.settings, finger).ok_or_else(none)
-                })
+                .and_then(|now| limits.change(&now.settings, finger))
                 .and_then(|changed| {
                     asked(source.order(&Order::Settings(changed)), "the target has the limits".to_owned())
                 }),

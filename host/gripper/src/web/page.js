@@ -118,7 +118,7 @@ objectForm.addEventListener("submit", event => {
 limitsForm.addEventListener("submit", event => {
   event.preventDefault();
   const limits = {};
-  for (const input of limitsForm.querySelectorAll("input")) limits[input.name] = number(input);
+  for (const input of limitsForm.querySelectorAll("input")) limits[input.name] = input.name === "drive" ? input.value : number(input);
   limits.on_fault = limitsForm.on_fault.value;
   ask({ limits: { finger: which() ?? 0, limits } }, limitsForm.querySelector("output"));
 });

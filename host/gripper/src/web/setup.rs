@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::object::{ObjectFields, outline};
 use crate::source::{self, Origin};
+use fre::drive;
 use fre::shape::Shape;
 
 /// All that a page shows besides what changes all the time.
@@ -62,6 +63,8 @@ pub struct Limits {
     open_deg: f32,
     rate_hz: u16,
     on_fault: OnFault,
+    /// As [`fre::drive`] words it.
+    drive: String,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -85,13 +88,23 @@ impl Limits {
                 Reaction::Hold => OnFault::Hold,
                 Reaction::Release => OnFault::Release,
             },
+            drive: drive::words(&mount.drive),
         }
     }
 
-    /// The settings with these values for a finger; none if there is no such finger.
-    pub fn change(&self, settings: &Settings, finger: u8) -> Option<Settings> {
+    /// The settings with these values for a finger.
+    ///
+    /// # Errors
+    /// There is no such finger, or the drive is not one.
+    pub fn change(&self, settings: &Settings, finger: u8) -> Result<Settings, String> {
         let mut changed = *settings;
-        let mount = changed.fingers.get_mut(usize::from(finger))?.as_mut()?;
+        let mount = changed.fingers.get_mut(usize::from(finger)).and_then(Option::as_mut);
+        let mount = mount.ok_or_else(|| format!("there is no finger {finger}"))?;
+        // Words are rounded: a drive that was not edited stays as it is.
+        if self.drive.trim() != drive::words(&mount.drive) {
+            mount.drive =
+                drive::read(&self.drive).ok_or_else(|| format!("drive: `{}` is not {}", self.drive, drive::ALLOWED))?;
+        }
         mount.force_limit = self.force_limit_n;
         mount.current_limit = self.current_limit_ma;
         mount.speed = self.speed_deg_s.to_radians();
@@ -102,7 +115,7 @@ impl Limits {
             OnFault::Hold => Reaction::Hold,
             OnFault::Release => Reaction::Release,
         };
-        Some(changed)
+        Ok(changed)
     }
 }
 

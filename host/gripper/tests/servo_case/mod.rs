@@ -6,6 +6,7 @@ use fre::case::preset;
 use fre::study::run::Options;
 use fre_gripper::servo::Load;
 use model_core::discretise::{Discretisation, Physics, Scheme};
+use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
 
 /// The object there, up to an angle. At mid height its centre is (41, 45) mm.
@@ -13,5 +14,5 @@ pub fn load(centre: [f64; 2], highest_deg: f64) -> Arc<Load> {
     let design = preset("ladder-80").unwrap().unwrap().design;
     let object = ObjectDesign::Circle { centre, radius: 40.0 };
     let paper = Options { discretisation: Discretisation::full(Scheme::Paper, Physics::Paper), ..Load::REFERENCE };
-    Arc::new(Load::of(&design, object, &paper, highest_deg).unwrap())
+    Arc::new(Load::of(&design, object, &Drive::Rotating, &paper, highest_deg).unwrap())
 }

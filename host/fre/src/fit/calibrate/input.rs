@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use model_core::object::{Motion, ObjectDesign};
+use model_core::drive::{Drive, DriveError};
+use model_core::object::ObjectDesign;
 
 use super::Run;
 use crate::case::{Case, CaseError, Document, Finger};
+use crate::drive::{OtherMotion, agrees};
 use crate::fit::measured::{Coordinate, Measured, MeasuredError};
 
 /// The runs of one finger, each on its object.
@@ -19,6 +21,8 @@ pub struct Input {
     pub objects: Vec<ObjectDesign>,
     /// The runs, one per file of measurements.
     pub runs: Vec<Run>,
+    /// How the motor moves the base.
+    pub drive: Drive,
     /// What was left out of the files, a sentence each.
     pub remarks: Vec<String>,
 }
@@ -45,17 +49,24 @@ pub enum InputError {
         /// The first case.
         first: String,
     },
-    /// A case moves its base along a line.
-    #[error("{file}: a calibration needs motor angles, not distances")]
+    /// The drive is not one.
+    #[error("--drive: {0}")]
+    Drive(#[from] DriveError),
+    /// A case moves its base in another way than the drive.
+    #[error("{file}: {error}")]
     Motion {
         /// The case.
         file: String,
+        /// How they differ.
+        error: OtherMotion,
     },
     /// A file of measurements cannot be used.
     #[error(transparent)]
     Measured(#[from] MeasuredError),
     /// A file has another coordinate than motor angles.
-    #[error("{file}: has {found}; needed is motor_angle_deg")]
+    #[error(
+        "{file}: has {found}; needed is motor_angle_deg, for a finger that is moved along a line too (see --drive)"
+    )]
     Coordinate {
         /// The file.
         file: String,
@@ -69,11 +80,17 @@ const SCATTER_DEG: f64 = 3.0 * 360.0 / 4096.0;
 
 impl Input {
     /// Reads files of measurements and their cases: one case for all files, or one for each in their order. Rows of an opening motion
-    /// are left out unless `both_ways`.
+    /// are left out unless `both_ways`. `drive` is how the motor moves the base; the cases have to move it so, too.
     ///
     /// # Errors
     /// A file that cannot be used, or cases that do not fit.
-    pub fn read(measurements: &[PathBuf], cases: &[PathBuf], both_ways: bool) -> Result<Self, InputError> {
+    pub fn read(
+        measurements: &[PathBuf],
+        cases: &[PathBuf],
+        both_ways: bool,
+        drive: Drive,
+    ) -> Result<Self, InputError> {
+        drive.validate()?;
         let count = InputError::Count { files: measurements.len(), cases: cases.len() };
         if cases.len() != 1 && cases.len() != measurements.len() {
             return Err(count);
@@ -90,9 +107,7 @@ impl Input {
             if case.finger.design != finger.design {
                 return Err(InputError::Finger { file: name(path), first: name(&paths[0]) });
             }
-            if !matches!(case.path.motion, Motion::Rotating { .. }) {
-                return Err(InputError::Motion { file: name(path) });
-            }
+            agrees(&case.path.motion, &drive).map_err(|error| InputError::Motion { file: name(path), error })?;
         }
         let (mut runs, mut objects, mut remarks) = (Vec::new(), Vec::new(), Vec::new());
         for (index, path) in measurements.iter().enumerate() {
@@ -119,6 +134,6 @@ impl Input {
             objects.push(object);
             runs.push(run);
         }
-        Ok(Self { document, finger, objects, runs, remarks })
+        Ok(Self { document, finger, objects, runs, remarks, drive })
     }
 }

@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
+use model_core::drive::{Drive, Travel};
 use model_core::object::ObjectDesign;
 use serde_json::{Value, json};
 
-use super::{Combination, Fit, Input, uncertainty, zero_counts};
+use super::{Combination, Fit, Input, Parameter, uncertainty, zero_counts};
 use crate::case::Finger;
 
 /// A combination as a person reads it.
@@ -85,6 +86,15 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
         zero_counts(fit, design)
     )?;
     writeln!(out, "  finger        E = {:.4} MPa", fit.trial.design(design).material.youngs_modulus)?;
+    if let Drive::Translating { travel, .. } = fit.trial.drive(&input.drive, design) {
+        let factor = 1.0 + fit.trial.change(Parameter::Travel, design);
+        match travel {
+            Travel::Linear { mm_per_rad } => {
+                writeln!(out, "  drive         {mm_per_rad:.4} mm per rad (× {factor:.4})")?
+            }
+            Travel::Table(_) => writeln!(out, "  drive         the table's distances × {factor:.4}")?,
+        }
+    }
     for (run, object) in input.runs.iter().zip(&input.objects) {
         if let ObjectDesign::Circle { centre, radius } = fit.trial.object(*object, design) {
             writeln!(
@@ -146,6 +156,7 @@ pub fn document(input: &Input, fit: &Fit) -> Value {
         "left_out": input.remarks,
         "gripper": {
             "zero_counts": zero_counts(fit, design),
+            "travel_factor": 1.0 + fit.trial.change(Parameter::Travel, design),
             "youngs_modulus_mpa": fit.trial.design(design).material.youngs_modulus,
             "uncertainty": uncertainty(fit, design),
         },
@@ -170,7 +181,9 @@ pub fn fitted_finger(input: &Input, fit: &Fit) -> String {
         }
         remarks.push(remark);
     }
-    remarks.push("zero and object offset belong to the gripper and the case; they are not part of a finger".to_owned());
+    remarks.push(
+        "zero, travel and object offset belong to the gripper and the case; they are not part of a finger".to_owned(),
+    );
     let fitted = Finger { design: fit.trial.design(design), ..input.finger.clone() };
     let mut document = input.document.clone();
     document.set_finger(&fitted);

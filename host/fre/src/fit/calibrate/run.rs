@@ -2,8 +2,9 @@
 
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, DiscretiseError};
+use model_core::drive::{Drive, Knots, Travel};
 use model_core::equilibrium::Follower;
-use model_core::object::{Motion, ObjectDesign};
+use model_core::object::ObjectDesign;
 use model_core::sensitivity::{DesignParameter, Probe};
 use model_core::status::Status;
 
@@ -71,6 +72,32 @@ impl Trial {
         changed
     }
 
+    /// How the motor moves the base, with these values.
+    pub fn drive(&self, drive: &Drive, design: &Design) -> Drive {
+        let factor = self.travel(design);
+        let scaled = |distance: f32| (f64::from(distance) * factor) as f32;
+        let travel = match drive {
+            Drive::Rotating => return Drive::Rotating,
+            Drive::Translating { travel: Travel::Linear { mm_per_rad }, .. } => {
+                Travel::Linear { mm_per_rad: scaled(*mm_per_rad) }
+            }
+            Drive::Translating { travel: Travel::Table(knots), .. } => {
+                let scaled: Vec<_> = knots.iter().map(|&[angle, distance]| [angle, scaled(distance)]).collect();
+                // As many as there were.
+                Travel::Table(Knots::new(&scaled).unwrap_or(*knots))
+            }
+        };
+        match *drive {
+            Drive::Translating { direction, .. } => Drive::Translating { direction, travel },
+            Drive::Rotating => Drive::Rotating,
+        }
+    }
+
+    /// What distances are multiplied by.
+    fn travel(&self, design: &Design) -> f64 {
+        1.0 + self.change(Parameter::Travel, design)
+    }
+
     /// An object with these values.
     pub fn object(&self, object: ObjectDesign, design: &Design) -> ObjectDesign {
         let shift = [self.change(Parameter::ObjectX, design), self.change(Parameter::ObjectY, design)];
@@ -110,6 +137,8 @@ pub struct Model<'a> {
     pub design: &'a Design,
     /// Scheme, elements, samples and physics.
     pub discretisation: Discretisation,
+    /// How the motor moves the base. Readings are of the motor's angle either way.
+    pub drive: Drive,
 }
 
 impl Model<'_> {
@@ -127,14 +156,24 @@ impl Model<'_> {
             // An object that cannot be is one that nothing is known about.
             return Ok(run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect());
         }
-        follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+        follower.set_object(object, self.drive.motion(design.motor_axis));
         let zero = trial.change(Parameter::Zero, self.design);
-        let at = |reading: &Reading| (reading.angle_deg + zero).to_radians();
-        if let Some(first) = run.readings.first() {
-            follower.start(at(first));
+        let travel = trial.travel(self.design);
+        // The motion's coordinate, rad or mm, and its derivative by the motor's angle; none outside a drive's table.
+        let at = |reading: &Reading| {
+            let [coordinate, slope] = self.drive.coordinate((reading.angle_deg + zero).to_radians())?;
+            Some(if self.drive == Drive::Rotating {
+                [coordinate, slope]
+            } else {
+                [travel * coordinate, travel * slope]
+            })
+        };
+        if let Some([first, _]) = run.readings.iter().find_map(at) {
+            follower.start(first);
         }
         let predictions = run.readings.iter().map(|reading| {
-            let status = follower.follow(at(reading)).status;
+            let Some([coordinate, slope]) = at(reading) else { return Prediction::unknown(Status::OutOfRange) };
+            let status = follower.follow(coordinate).status;
             if !status.is_trustworthy() {
                 return Prediction::unknown(status);
             }
@@ -151,7 +190,7 @@ impl Model<'_> {
             let along = |v: [f64; 2]| (v[0] * force[0] + v[1] * force[1]) / size;
             // More samples touch than there is room for: no derivative, and the status says so.
             let Some(found) = follower.sensitivity() else { return Prediction::unknown(Status::ContactCapacity) };
-            prediction.force_per_deg_n = along(found.coordinate.force).to_radians();
+            prediction.force_per_deg_n = (along(found.coordinate.force) * slope).to_radians();
             for &parameter in &trial.parameters {
                 let derivative = match parameter {
                     Parameter::YoungsModulus => Some(along(found.youngs_modulus.force)),
@@ -159,6 +198,7 @@ impl Model<'_> {
                     Parameter::ObjectX => Some(along(found.centre[0].force)),
                     Parameter::ObjectY => Some(along(found.centre[1].force)),
                     Parameter::Radius => Some(along(found.radius.force)),
+                    Parameter::Travel => Some(along(found.coordinate.force) * coordinate / travel),
                     Parameter::Design(dimension) => follower
                         .design_sensitivity(&mut probe, &design, &self.discretisation, dimension)
                         .map(|derivative| along(derivative.force)),
