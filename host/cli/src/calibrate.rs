@@ -14,7 +14,7 @@ use super::{UNTRUSTWORTHY, bad_input};
 use fre::draw::Theme;
 use fre::files::{FileError, Output};
 use fre::fit::calibrate::{Input, Loss, Model, Noise, Parameter, document, fit, fitted_finger, picture, text};
-use fre::study::run::Precision;
+use fre::study::model::Precision;
 
 /// Fit modulus, zero angle, object offset or dimensions to measurements, with uncertainties.
 ///

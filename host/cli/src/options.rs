@@ -6,7 +6,7 @@ use model_core::drive::Drive;
 use model_core::newton::Hessian;
 
 use fre::draw::Theme;
-use fre::study::run::{Options, Precision};
+use fre::study::model::{Options, Precision};
 
 /// Colours of a picture of pixels.
 #[derive(Clone, Copy, Debug, ValueEnum)]

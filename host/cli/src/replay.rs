@@ -109,7 +109,7 @@ mod run {
     use super::{Args, PrecisionWord};
     use fre::case::Case;
     use fre::files::Draft;
-    use fre::study::run::Precision;
+    use fre::study::model::Precision;
     use fre_gripper::record::{Again, Changes, Csv, Difference, Playback, Recorded, Recording, Speed, beginning};
     use fre_gripper::source::{Modelled, Setup, Source, Told};
 

@@ -12,9 +12,8 @@ use super::{UNTRUSTWORTHY, bad_input};
 use fre::case::Case;
 use fre::draw::Scene;
 use fre::study::pictures::{self, Kind};
-use fre::study::report;
-use fre::study::run::{self, Solution};
-use fre::study::warnings;
+use fre::study::run::{self, Run};
+use fre::study::{csv, json, text};
 
 /// Solve a case: one equilibrium per motor angle, by continuation from no contact.
 ///
@@ -90,18 +89,17 @@ impl KindWord {
 const SAME_PLACE: f64 = 1e-6;
 
 /// The pictures asked for; none if there is nothing to draw.
-fn picture(args: &Args, case: &Case, solutions: &[Solution]) -> Result<Option<Scene>, String> {
+fn picture(args: &Args, case: &Case, run: &Run) -> Result<Option<Scene>, String> {
     let kinds: Vec<Kind> = args.plot_kind.iter().flat_map(|word| word.kinds()).copied().collect();
     let Some(place) = args.plot_at else {
-        let last = solutions.iter().rposition(|solution| solution.status.is_trustworthy());
-        return Ok(match last {
-            Some(last) if !kinds.is_empty() => pictures::stacked(case, solutions, last, &kinds),
-            _ => pictures::overview(case, solutions),
+        return Ok(match run.last_known() {
+            Some(last) if !kinds.is_empty() => pictures::stacked(case, run, last, &kinds),
+            _ => pictures::overview(case, run),
         });
     };
     let at = index_of(case, place)?;
     let kinds = if kinds.is_empty() { KindWord::Finger.kinds() } else { &kinds };
-    Ok(pictures::stacked(case, solutions, at, kinds))
+    Ok(pictures::stacked(case, run, at, kinds))
 }
 
 /// Which of a case's places this is; a motion that comes back meets it twice: the first is meant.
@@ -134,32 +132,32 @@ pub fn run(args: &Args) -> ExitCode {
     if let Some(Err(error)) = args.plot_at.map(|place| index_of(&case, place)) {
         return bad_input(&error);
     }
-    let solutions = match run::solve(&case, &args.model.options()) {
-        Ok(solutions) => solutions,
+    let solved = match run::solve(&case, &args.model.options()) {
+        Ok(run) => run,
         Err(DiscretiseError::Design(error)) => {
             return bad_input(&format!("{}: finger.{error}", args.case.display()));
         }
         Err(error) => return bad_input(&refused(&error)),
     };
-    let text = match args.format {
-        Format::Text => report::text(&case, &solutions),
-        Format::Json => match report::json(&solutions) {
+    let result = match args.format {
+        Format::Text => text::text(&case, &solved),
+        Format::Json => match json::json(&solved) {
             Ok(text) => text,
             Err(error) => return bad_input(&error),
         },
-        Format::Csv => report::csv(&solutions),
+        Format::Csv => csv::csv(&solved),
     };
-    if let Err(error) = put_out(&text) {
+    if let Err(error) = put_out(&result) {
         return bad_input(&error);
     }
     if !matches!(args.format, Format::Text) {
         // The text has them already.
-        for words in warnings::warnings(&case, &solutions) {
-            tell!("fre: warning: {words}");
+        for warning in &solved.warnings {
+            tell!("fre: warning: {warning}");
         }
     }
     if let (Some(file), Some(plot)) = (&args.plot, plot) {
-        match picture(args, &case, &solutions) {
+        match picture(args, &case, &solved) {
             Ok(Some(scene)) => {
                 if let Err(error) = plot.draw(&scene, args.plot_theme.theme()) {
                     return bad_input(&error);
@@ -169,9 +167,5 @@ pub fn run(args: &Args) -> ExitCode {
             Err(error) => return bad_input(&error),
         }
     }
-    if solutions.iter().all(|solution| solution.status.is_trustworthy()) {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(UNTRUSTWORTHY)
-    }
+    if solved.is_trustworthy() { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) }
 }

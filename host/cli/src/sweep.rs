@@ -1,6 +1,7 @@
 //! `fre sweep`: a case over ranges of angles and a grid of its numbers.
 
 use std::io::{IsTerminal as _, Write as _};
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -23,7 +24,7 @@ const MOST_TOLD: usize = 20;
 /// Most threads that --jobs may ask for.
 const MOST_JOBS: i64 = 1024;
 /// What a shell sees of a program that was stopped from the keyboard.
-const INTERRUPTED: i32 = 130;
+const INTERRUPTED: u8 = 130;
 
 /// Solve a case over ranges of angles and a grid of any of its numbers, in parallel, as CSV.
 ///
@@ -94,6 +95,8 @@ pub fn run(args: &Args) -> ExitCode {
         Ok(_) => ExitCode::from(UNTRUSTWORTHY),
         // A reader that stops early (`fre … | head`) is no failure.
         Err(SweepError::File { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        // That it was stopped has been said.
+        Err(SweepError::Stopped) => ExitCode::from(INTERRUPTED),
         Err(error) => bad_input(&error),
     }
 }
@@ -122,11 +125,10 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
             .map_err(|source| SweepError::File { file: "signals".to_owned(), source })?;
     }
     let mut told = std::time::Instant::now();
-    let tell = |progress: Progress| {
+    let watch = |progress: Progress| {
         if stopped.load(Ordering::Relaxed) {
-            // Rows are written by this thread, whole: nothing is torn here.
             tell!("{}fre: stopped; {}", if terminal { "\n" } else { "" }, left_words(args, progress));
-            std::process::exit(INTERRUPTED);
+            return ControlFlow::Break(());
         }
         let due = if terminal { 0.1 } else { 1.0 };
         if shown && (told.elapsed().as_secs_f64() > due || progress.done == progress.total) {
@@ -135,17 +137,18 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
             let _ = write!(std::io::stderr(), "{start}{}{end}", progress_words(progress));
             let _ = std::io::stderr().flush();
         }
+        ControlFlow::Continue(())
     };
     let stdout = std::io::BufWriter::new(std::io::stdout().lock());
     let mut out = Kept { out: stdout, keep: sweep.has_resolutions(), text: Vec::new() };
-    let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, usize::from(args.jobs), tell);
-    if terminal {
+    let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, usize::from(args.jobs), watch);
+    if terminal && !matches!(tally, Err(SweepError::Stopped)) {
         tell!("");
     }
     let tally = tally?;
     summarise(&sweep, &tally);
-    for words in warnings::warnings(&case, &[]) {
-        tell!("fre: warning: {words}");
+    for warning in warnings::warnings(&case, &[]) {
+        tell!("fre: warning: {warning}");
     }
     if sweep.has_resolutions() {
         let text = match &args.out {

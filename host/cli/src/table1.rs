@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use super::output::{ForceArgs, put_out};
 use super::{UNTRUSTWORTHY, bad_input};
+use fre::study::run::Run;
 use fre::study::table1;
 
 /// Solve the twenty cases of "Geometrico-Static Modelling of a FRE Finger" (the paper's Table 1) with both physics
@@ -44,6 +45,6 @@ pub fn run(args: &Args) -> ExitCode {
             Err(error) => return bad_input(&error),
         }
     }
-    let trusted = rows.iter().flat_map(|row| &row.solutions).all(|solution| solution.status.is_trustworthy());
+    let trusted = rows.iter().flat_map(|row| &row.runs).all(Run::is_trustworthy);
     if trusted { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) }
 }

@@ -26,18 +26,19 @@ fn other_case(change: impl FnOnce(&mut model_core::design::Design), object: &str
 fn agrees(name: &str, case: &Case, force: f64, shape: f64) {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let analysis = Plan::of(case, 1).unwrap().run(case, &folder).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let solutions = fre::study::run::solve(case, &fre::study::run::Options::default()).unwrap();
-    for (solution, pose) in solutions.iter().zip(&analysis.poses) {
-        let pose = pose.as_ref().unwrap_or_else(|| panic!("{name}: CalculiX did not reach {}", solution.place()));
-        let model = solution.force_magnitude_n.unwrap();
+    let run = fre::study::run::solve(case, &Default::default()).unwrap();
+    for (place, pose) in run.places.iter().zip(&analysis.poses) {
+        let pose = pose.as_ref().unwrap_or_else(|| panic!("{name}: CalculiX did not reach {}", place.at));
+        let state = place.state.as_ref().unwrap();
+        let model = state.force_magnitude_n();
         let error = fre::metrics::force_error(model, pose.magnitude()).percent.unwrap();
-        let off = fre::metrics::deviation(&solution.front_mm, &pose.front).unwrap();
+        let off = fre::metrics::deviation(&state.shape.front, &pose.front).unwrap();
         // The same direction: the object's turn is in the deck.
-        let [x, y] = solution.force_finger_frame_n.unwrap();
+        let [x, y] = state.force_finger_frame_n;
         let angle = (x * pose.force[1] - y * pose.force[0]).atan2(x * pose.force[0] + y * pose.force[1]).to_degrees();
         println!(
             "{name} at {}: model {model:.4} N, CalculiX {:.4} N, {error:+.2} %, {angle:+.2}°, shape {:.3} mm, {:.0} s",
-            solution.place(),
+            place.at,
             pose.magnitude(),
             off.max,
             analysis.seconds
@@ -79,8 +80,7 @@ fn calculix_agrees_on_an_object_that_the_finger_had_passed() {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("passed");
     let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap();
     let force = analysis.poses[0].as_ref().expect("a force").magnitude();
-    let model =
-        fre::study::run::solve(&case, &fre::study::run::Options::default()).unwrap()[0].force_magnitude_n.unwrap();
+    let model = fre::study::run::solve(&case, &Default::default()).unwrap().places[0].force_magnitude_n().unwrap();
     // Not the direction: the model's contact is at fixed samples, and on so small a circle their spacing turns it by a degree.
     println!("passed: model {model:.4} N, CalculiX {force:.4} N");
     assert!((model / force - 1.0).abs() < 0.03, "model {model} N, CalculiX {force} N");

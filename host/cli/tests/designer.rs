@@ -3,7 +3,9 @@
 use std::process::{Command, Output};
 
 use fre::case::Case;
-use fre::study::run::{self, Options, Solution};
+use fre::study::model::Options;
+use fre::study::place::{Place, State};
+use fre::study::run::{self, Run};
 use model_core::discretise::{Discretisation, Elements, Physics, Sampling, Scheme};
 
 /// A finger on a cylinder that it snaps through on, at 11.05°; its force is largest at 10.5°.
@@ -23,10 +25,14 @@ fn fine(elements: Elements) -> Options {
     Options { discretisation, ..Options::default() }
 }
 
-fn solve(case: &Case, options: &Options) -> Vec<Solution> {
-    let solutions = run::solve(case, options).unwrap();
-    assert!(solutions.iter().all(|solution| solution.status.is_trustworthy()), "{solutions:?}");
-    solutions
+fn solve(case: &Case, options: &Options) -> Run {
+    let run = run::solve(case, options).unwrap();
+    assert!(run.is_trustworthy(), "{run:?}");
+    run
+}
+
+fn states(run: Run) -> Vec<State> {
+    run.places.into_iter().filter_map(|place| place.state).collect()
 }
 
 #[test]
@@ -34,10 +40,10 @@ fn strain_is_half_the_thickness_times_the_drawn_curvature() {
     // Without shear, which tilts cross-sections against the centreline, and without stretch.
     let mut options = fine(Elements::PerSpan { span: 24, tip_span: 24, hinge: 6 });
     options.discretisation.physics = Physics::Paper;
-    let solution = solve(&case("[4]"), &options).remove(0);
-    let strains = solution.strains.unwrap();
+    let state = states(solve(&case("[4]"), &options)).remove(0);
+    let strains = state.strains;
     let bending = |section: &fre::study::strains::Section| 0.5 * (section.object_side - section.back_side);
-    let line = &solution.back_mm;
+    let line = &state.shape.back;
     let length = |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]).hypot(b[1] - a[1]);
     // Curvature of the centreline as it is drawn: through an element's end and its neighbours' other ends.
     let ends: Vec<[f64; 2]> = line.iter().step_by(2).copied().collect();
@@ -64,7 +70,7 @@ fn strain_is_half_the_thickness_times_the_drawn_curvature() {
 
 #[test]
 fn the_back_beam_is_pushed_together_and_the_front_beam_drawn_out() {
-    let strains = solve(&case("[9]"), &Options::default()).remove(0).strains.unwrap();
+    let strains = states(solve(&case("[9]"), &Options::default())).remove(0).strains;
     let mean = |sections: &[fre::study::strains::Section]| {
         let sum: f64 = sections.iter().map(|section| 0.5 * (section.object_side + section.back_side)).sum();
         sum / sections.len() as f64
@@ -81,8 +87,8 @@ fn largest_strains_are_those_of_the_sections_spans_and_hinges() {
     ] {
         let mut options = fine(Elements::PerBeam { beam: 56, hinge: 6 });
         (options.discretisation.scheme, options.discretisation.sampling) = (scheme, sampling);
-        let solution = solve(&case("[5]"), &options).remove(0);
-        let (strains, most) = (solution.strains.unwrap(), solution.max_strain.unwrap());
+        let state = states(solve(&case("[5]"), &options)).remove(0);
+        let (strains, most) = (state.strains, state.max_strain);
         let largest =
             |sections: &[fre::study::strains::Section]| sections.iter().map(|s| s.largest()).fold(0.0, f64::max);
         assert_eq!((largest(&strains.front), largest(&strains.back)), (most.front, most.back));
@@ -99,18 +105,18 @@ fn largest_strains_are_those_of_the_sections_spans_and_hinges() {
 
 #[test]
 fn pressure_times_length_is_the_force() {
-    for solution in solve(&case("[0, 2, 5, 9, 12]"), &Options::default()) {
-        let force: f64 = solution.contacts.iter().map(|contact| contact.force).sum();
+    for state in states(solve(&case("[0, 2, 5, 9, 12]"), &Options::default())) {
+        let force: f64 = state.shape.contacts.iter().map(|contact| contact.force).sum();
         let length = |pressure: &fre::study::pressure::Pressure| pressure.between_mm[1] - pressure.between_mm[0];
-        let sum: f64 = solution.contact_pressure.iter().map(|p| p.line_load_n_per_mm * length(p)).sum();
+        let sum: f64 = state.contact_pressure.iter().map(|p| p.line_load_n_per_mm * length(p)).sum();
         assert!((sum - force).abs() < 1e-9 * force.max(1.0), "{sum} {force}");
-        for pressure in &solution.contact_pressure {
+        for pressure in &state.contact_pressure {
             assert!((pressure.pressure_n_per_mm2 * 20.0 - pressure.line_load_n_per_mm).abs() < 1e-12);
             let [from, to] = pressure.between_mm;
             assert!(from < pressure.arc_mm && pressure.arc_mm <= to && to <= 80.0, "{pressure:?}");
         }
         // What one sample stands for ends where the next one's begins.
-        for pair in solution.contact_pressure.windows(2) {
+        for pair in state.contact_pressure.windows(2) {
             assert!(pair[0].between_mm[1] <= pair[1].between_mm[0] + 1e-9, "{pair:?}");
         }
     }
@@ -119,34 +125,32 @@ fn pressure_times_length_is_the_force() {
 #[test]
 fn the_first_branch_ends_where_small_steps_snap() {
     let coarse = solve(&case("[5, 10, 11, 12, 13]"), &Options::default());
-    assert_eq!(coarse.iter().map(|solution| solution.branch.unwrap()).collect::<Vec<_>>(), [1, 1, 1, 2, 2]);
-    let first = coarse[0].first_branch.unwrap();
-    assert!(coarse.iter().all(|solution| solution.first_branch == Some(first)));
+    assert_eq!(coarse.places.iter().map(|place| place.branch.unwrap()).collect::<Vec<_>>(), [1, 1, 1, 2, 2]);
+    let first = coarse.first_branch.unwrap();
     let angles: Vec<String> = (0..=140).map(|i| format!("{}", 10.5 + 0.01 * f64::from(i))).collect();
-    let small = solve(&case(&format!("[{}]", angles.join(","))), &Options::default());
-    let snapped = small.iter().position(|solution| solution.branch == Some(2)).unwrap();
+    let small = solve(&case(&format!("[{}]", angles.join(","))), &Options::default()).places;
+    let snapped = small.iter().position(|place| place.branch == Some(2)).unwrap();
     let [after, before] = first.snap_between().unwrap();
     assert!(before - after < 0.041 && (11.0..12.0).contains(&after));
-    assert!(after - 0.04 < small[snapped - 1].place() && small[snapped].place() < before + 0.04, "{first:?}");
-    let most =
-        small[..snapped].iter().max_by(|a, b| a.force_magnitude_n.unwrap().total_cmp(&b.force_magnitude_n.unwrap()));
-    let most = most.unwrap();
-    assert!((most.force_magnitude_n.unwrap() - first.max_force_n).abs() < 0.01, "{first:?}");
-    assert!((most.place() - first.max_force_at().unwrap()).abs() < 0.1, "{first:?}");
-    // Before the snap there is none to be told of.
+    assert!(after - 0.04 < small[snapped - 1].at.value() && small[snapped].at.value() < before + 0.04, "{first:?}");
+    let force = |place: &Place| place.force_magnitude_n().unwrap();
+    let most = small[..snapped].iter().max_by(|a, b| force(a).total_cmp(&force(b))).unwrap();
+    assert!((force(most) - first.max_force_n).abs() < 0.01, "{first:?}");
+    assert!((most.at.value() - first.max_force_at().unwrap()).abs() < 0.1, "{first:?}");
+    // A motion that ends before the snap has none.
     let calm = solve(&case("[5, 10]"), &Options::default());
-    let first = calm[0].first_branch.unwrap();
+    let first = calm.first_branch.unwrap();
     assert_eq!((first.snap_between(), first.max_force_at()), (None, Some(10.0)));
-    assert_eq!(Some(first.max_force_n), calm[1].force_magnitude_n);
+    assert_eq!(Some(first.max_force_n), calm.places[1].force_magnitude_n());
 }
 
 #[test]
 fn a_finger_that_touches_along_many_samples_still_has_its_numbers() {
     // 140 of 680 samples touch.
     let options = fine(Elements::PAPER);
-    let solution = solve(&case("[12]"), &options).remove(0);
-    assert!(solution.contacts.len() > 64, "{}", solution.contacts.len());
-    assert!(solution.sensitivity.is_some());
+    let state = states(solve(&case("[12]"), &options)).remove(0);
+    assert!(state.shape.contacts.len() > 64, "{}", state.shape.contacts.len());
+    assert!(state.sensitivity.is_some());
 }
 
 fn fre(folder: &std::path::Path, text: &str, arguments: &[&str]) -> Output {
@@ -202,7 +206,8 @@ fn strains_beyond_the_limit_are_warned_of_in_every_format() {
     let said = words(&fre(folder, &text("max_strain = 0.3"), &["solve"]).stdout);
     assert!(!said.contains("warning") && !said.contains("no limit"), "{said}");
     assert!(
-        words(&fre(folder, &text(""), &["solve"]).stdout).contains("held against no limit: finger.material.max_strain")
+        words(&fre(folder, &text(""), &["solve"]).stdout)
+            .contains("Strains are not checked: finger.material.max_strain")
     );
     let json: serde_json::Value =
         serde_json::from_slice(&fre(folder, &text(""), &["solve", "--format", "json"]).stdout).unwrap();

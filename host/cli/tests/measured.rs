@@ -5,7 +5,8 @@ use std::process::Command;
 
 use fre::case::Case;
 use fre::fit::measured::{Coordinate, Measured};
-use fre::study::run::{self, Options};
+use fre::study::model::Options;
+use fre::study::run;
 
 #[test]
 fn forces_points_and_places_are_read_whatever_the_order_of_columns() {
@@ -244,8 +245,9 @@ fn outliers_are_named_by_their_own_line_and_small_differences_are_none() {
 /// The model's front centreline at an angle, its first and its last point 1 mm off.
 fn front_with_ends_off(angle: f64) -> Vec<[f64; 2]> {
     let text = CASE.replace("[2]", &format!("[{angle:?}]"));
-    let mut front =
-        run::solve(&Case::parse("case.toml", &text).unwrap(), &Options::default()).unwrap().remove(0).front_mm;
+    let mut front = run::solve(&Case::parse("case.toml", &text).unwrap(), &Options::default()).unwrap().places[0]
+        .front_mm()
+        .to_vec();
     let last = front.len() - 1;
     front[0][0] += 1.0;
     front[last][1] += 1.0;

@@ -8,7 +8,9 @@ use std::process::{Command, Output};
 use fre::case::Case;
 use fre::fit::measured::Measured;
 use fre::metrics::distance;
-use fre::study::run::{self, Options, Solution};
+use fre::study::model::Options;
+use fre::study::place::Place;
+use fre::study::run;
 use model_core::object::ObjectDesign;
 use tempfile::TempDir;
 
@@ -95,22 +97,23 @@ fn case() -> Case {
     Case::parse("case.toml", CASE).unwrap()
 }
 
-fn solved() -> Solution {
+fn solved() -> Place {
     solved_at(&[ANGLE]).remove(0)
 }
 
-fn solved_at(angles: &[f64]) -> Vec<Solution> {
+fn solved_at(angles: &[f64]) -> Vec<Place> {
     let text = CASE.replace("[8.0]", &format!("{angles:?}"));
-    run::solve(&Case::parse("case.toml", &text).unwrap(), &Options::default()).unwrap()
+    run::solve(&Case::parse("case.toml", &text).unwrap(), &Options::default()).unwrap().places
 }
 
 /// The deformed finger, its object and the marks; world frame if asked for.
-fn sheet(lights: Lights, solution: &Solution, marks: &[[f64; 2]], world: bool) -> Sheet {
+fn sheet(lights: Lights, place: &Place, marks: &[[f64; 2]], world: bool) -> Sheet {
     let case = case();
     let design = &case.finger.design;
-    let angle = solution.place();
-    let place = |p: [f64; 2]| if world { turned(p, design.motor_axis, -angle) } else { p };
-    let line = |points: &[[f64; 2]]| points.iter().map(|&p| place(p)).collect::<Vec<_>>();
+    let angle = place.at.value();
+    let shape = &place.state.as_ref().unwrap().shape;
+    let seen = |p: [f64; 2]| if world { turned(p, design.motor_axis, -angle) } else { p };
+    let line = |points: &[[f64; 2]]| points.iter().map(|&p| seen(p)).collect::<Vec<_>>();
     let along = |points: &[[f64; 2]], arc: f64| {
         let mut before = 0.0;
         for pair in points.windows(2) {
@@ -125,15 +128,15 @@ fn sheet(lights: Lights, solution: &Solution, marks: &[[f64; 2]], world: bool) -
     };
     let ObjectDesign::Circle { centre, radius } = case.object else { panic!("the case has a circle") };
     Sheet::draw(lights, |pen| {
-        pen.disc(place(turned(centre, design.motor_axis, angle)), radius, lights.object);
-        pen.line(&line(&solution.front_mm), 2.0, lights.finger);
-        pen.line(&line(&solution.back_mm), 2.0, lights.finger);
+        pen.disc(seen(turned(centre, design.motor_axis, angle)), radius, lights.object);
+        pen.line(&line(&shape.front), 2.0, lights.finger);
+        pen.line(&line(&shape.back), 2.0, lights.finger);
         pen.line(&line(&[[1.0, -2.0], [-29.0, -2.0]]), 4.0, lights.finger);
-        for (lamella, bar) in solution.lamellae_mm.iter().enumerate() {
+        for (lamella, bar) in shape.lamellae.iter().enumerate() {
             let arcs = design.attachment_arcs(lamella);
             pen.line(&line(bar), 3.0, lights.finger);
-            pen.line(&line(&[along(&solution.front_mm, arcs[0]), bar[0]]), 0.8, lights.finger);
-            pen.line(&line(&[bar[1], along(&solution.back_mm, arcs[1])]), 0.8, lights.finger);
+            pen.line(&line(&[along(&shape.front, arcs[0]), bar[0]]), 0.8, lights.finger);
+            pen.line(&line(&[bar[1], along(&shape.back, arcs[1])]), 0.8, lights.finger);
         }
         for &at in marks {
             pen.disc(at, 0.5 * DOT, lights.dots);
@@ -222,10 +225,10 @@ fn perspective_noise_and_blur_leave_a_tenth_of_a_millimetre() {
         })
         .collect();
     let (points, arcs) = folder.outline_and_arcs(ANGLE, &clicked, &["--dot-mm", "4", "--plot", "overlay.png"]);
-    let off = arc_error(&points, &arcs, &solution.front_mm);
+    let off = arc_error(&points, &arcs, solution.front_mm());
     println!("arc lengths within {off:.3} mm");
     assert!(off < 0.3, "arc length off by {off}");
-    let [mean, max] = deviation(&points, &solution.front_mm);
+    let [mean, max] = deviation(&points, solution.front_mm());
     println!("perspective, clicked dots: mean {mean:.4} mm, max {max:.4} mm of {} points", points.len());
     assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
     // From base to tip, without holes.
@@ -238,7 +241,7 @@ fn perspective_noise_and_blur_leave_a_tenth_of_a_millimetre() {
     // A similarity instead of a perspective through the same marks is far off: the perspective is really needed.
     let similar: Vec<[f64; 2]> = MARKS.iter().map(|&mm| eye.pixel(mm)).collect();
     let flat: Vec<String> = similarity(&MARKS, &similar).iter().zip(MARKS).map(|(&p, mm)| mark(p, mm)).collect();
-    let [mean, _] = deviation(&folder.outline(&flat, &[]), &solution.front_mm);
+    let [mean, _] = deviation(&folder.outline(&flat, &[]), solution.front_mm());
     println!("without perspective: mean {mean:.3} mm");
     assert!(mean > 0.5, "mean {mean}");
 }
@@ -277,7 +280,7 @@ fn a_checkerboard_removes_the_lens() {
     let mut options = vec!["--squares", "10x7", "--square-mm", "12", "--save-camera", "camera.toml", "--checkerboard"];
     options.extend(boards.iter().map(String::as_str));
     let points = folder.outline(&marks, &options);
-    let [mean, max] = deviation(&points, &solution.front_mm);
+    let [mean, max] = deviation(&points, solution.front_mm());
     println!("lens and perspective: mean {mean:.4} mm, max {max:.4} mm");
     assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
 
@@ -286,7 +289,7 @@ fn a_checkerboard_removes_the_lens() {
     assert_eq!(points, again);
 
     // Without it the lens is really in the way.
-    let [ignored, max] = deviation(&folder.outline(&marks, &[]), &solution.front_mm);
+    let [ignored, max] = deviation(&folder.outline(&marks, &[]), solution.front_mm());
     println!("lens ignored: mean {ignored:.4} mm, max {max:.4} mm");
     assert!(ignored > 4.0 * mean && max > 0.15, "mean {ignored}, max {max}");
 }
@@ -301,12 +304,12 @@ fn marks_that_stand_still_and_a_bright_finger_seen_from_behind() {
     save(&eye.photograph(sheet.light(), 1.2, 2.5, 3), &folder.path("photo.png"));
     let marks = exact_marks(&eye);
     let points = folder.outline(&marks, &["--frame", "world"]);
-    let [mean, max] = deviation(&points, &solution.front_mm);
+    let [mean, max] = deviation(&points, solution.front_mm());
     println!("world frame, mirrored, bright: mean {mean:.4} mm, max {max:.4} mm of {} points", points.len());
     assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
 
     // Taken for the finger frame, the same marks have the finger turned by the motor's angle.
-    let [mean, _] = deviation(&folder.outline(&marks, &[]), &solution.front_mm);
+    let [mean, _] = deviation(&folder.outline(&marks, &[]), solution.front_mm());
     println!("world taken for finger: mean {mean:.3} mm");
     assert!(mean > 2.0, "mean {mean}");
 }
@@ -316,7 +319,7 @@ fn any_load_and_light_will_do() {
     let folder = Folder::new();
     let solutions = solved_at(&[0.0, 4.0, 11.0]);
     // Free, touching, and bent as far as it goes without a snap.
-    assert!(solutions[0].force_magnitude_n == Some(0.0) && solutions[2].force_magnitude_n > Some(10.0));
+    assert!(solutions[0].force_magnitude_n() == Some(0.0) && solutions[2].force_magnitude_n() > Some(10.0));
     let lights = [
         Lights { ground: 250, finger: 60, object: 140, dots: 10 },
         Lights { ground: 90, finger: 30, object: 160, dots: 220 },
@@ -331,18 +334,18 @@ fn any_load_and_light_will_do() {
             &folder.path("photo.png"),
         );
         let plot = format!("overlay-{i}.png");
-        let (points, arcs) = folder.outline_and_arcs(solution.place(), &exact_marks(&eye), &["--plot", &plot]);
-        let [mean, max] = deviation(&points, &solution.front_mm);
-        let off = arc_error(&points, &arcs, &solution.front_mm);
+        let (points, arcs) = folder.outline_and_arcs(solution.at.value(), &exact_marks(&eye), &["--plot", &plot]);
+        let [mean, max] = deviation(&points, solution.front_mm());
+        let off = arc_error(&points, &arcs, solution.front_mm());
         println!(
             "{} degrees: mean {mean:.4} mm, max {max:.4} mm of {} points, arc length {off:.3} mm",
-            solution.place(),
+            solution.at.value(),
             points.len()
         );
         assert!(
             mean < 0.05 && max < 0.2 && off < 0.3,
             "{} degrees: mean {mean}, max {max}, arc length {off}",
-            solution.place()
+            solution.at.value()
         );
         assert!(points.len() > 60, "{} points", points.len());
     }
@@ -367,7 +370,7 @@ fn a_finger_as_bright_as_what_is_behind_it_is_known_by_its_colour() {
     picture.save(folder.path("photo.png")).unwrap();
     let output = folder.fre(&command(&exact_marks(&eye), &[]));
     assert!(words(&output.stderr).contains("of white's red"), "{}", words(&output.stderr));
-    let [mean, max] = deviation(&folder.outline(&exact_marks(&eye), &["--plot", "overlay.png"]), &solution.front_mm);
+    let [mean, max] = deviation(&folder.outline(&exact_marks(&eye), &["--plot", "overlay.png"]), solution.front_mm());
     println!("orange on green: mean {mean:.4} mm, max {max:.4} mm");
     assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
 }
@@ -380,7 +383,7 @@ fn compare_reads_a_series_and_finds_the_model_again() {
     let sheet = sheet(DARK_FINGER, &solution, &MARKS, false);
     save(&eye.photograph(sheet.light(), 1.3, 3.0, 4), &folder.path("photo.png"));
     let marks = exact_marks(&eye);
-    let force = format!("{}", solution.force_magnitude_n.unwrap());
+    let force = format!("{}", solution.force_magnitude_n().unwrap());
     let file = ["--output", "measured.csv", "--force-n", &force];
     assert_eq!(folder.fre(&command(&marks, &file)).status.code(), Some(0));
     // The same photograph as if at another angle: another place in the same file.
@@ -511,7 +514,7 @@ fn what_is_transparent_is_white_and_a_torn_picture_is_told() {
     let [a, b] = [points(&opaque), points(&cut)];
     assert_eq!(a.len(), b.len());
     assert!(a.iter().zip(&b).all(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-3));
-    let [mean, max] = deviation(&b, &solution.front_mm);
+    let [mean, max] = deviation(&b, solution.front_mm());
     assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
 
     let mut jpeg = Vec::new();
@@ -539,7 +542,7 @@ fn an_object_brighter_than_the_background_ends_the_outline_where_it_hides_the_ti
         let eye = STRAIGHT.looking_at([-8.0, 40.0], 170.0, tilt, false);
         save(&eye.photograph(sheet.light(), 1.1, 2.5, 60 + seed as u64), &folder.path("photo.png"));
         let points = folder.outline(&exact_marks(&eye), &[]);
-        let [mean, max] = deviation(&points, &solution.front_mm);
+        let [mean, max] = deviation(&points, solution.front_mm());
         println!("bright object: mean {mean:.4} mm, max {max:.4} mm of {} points", points.len());
         assert!(mean < 0.03 && max < 0.2 && points.len() > 60, "mean {mean}, max {max}, {} points", points.len());
     }
@@ -635,7 +638,7 @@ fn a_camera_held_upright_is_turned_as_its_file_says() {
     // The content counts, not the ending.
     std::fs::write(folder.path("photo.png"), file).unwrap();
     let points = folder.outline(&exact_marks(&eye), &[]);
-    let [mean, max] = deviation(&points, &solution.front_mm);
+    let [mean, max] = deviation(&points, solution.front_mm());
     println!("JPEG with orientation: mean {mean:.4} mm, max {max:.4} mm");
     assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use fre::case::preset;
-use fre::study::run::Precision;
+use fre::study::model::Precision;
 use fre_gripper::estimator::estimator;
 use fre_gripper::record::{Counts, Recorded, Recorder, Recording};
 use fre_gripper::servo::{Config, Hub, Servo};

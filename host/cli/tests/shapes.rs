@@ -5,10 +5,10 @@ use std::path::Path;
 use fre::case::{Case, Document};
 use fre::draw;
 use fre::fea::Plan;
-use fre::study::pictures;
-use fre::study::report;
-use fre::study::run::{self, Options, Precision, Solution};
+use fre::study::model::{Options, Precision};
+use fre::study::run::{self, Run};
 use fre::study::sweep::{Axis, Sweep};
+use fre::study::{csv, json, pictures, text};
 use fre_gripper::servo::{Load, OnBranch};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::Drive;
@@ -24,37 +24,37 @@ fn options() -> Options {
     Options { discretisation: Discretisation::reduced(Physics::Extended), ..Options::default() }
 }
 
-fn solve(text: &str) -> (Case, Vec<Solution>) {
+fn solve(text: &str) -> (Case, Run) {
     let case = Case::parse("case.toml", text).unwrap();
-    let solutions = run::solve(&case, &options()).unwrap();
-    (case, solutions)
+    let run = run::solve(&case, &options()).unwrap();
+    (case, run)
 }
 
 #[test]
 fn every_example_is_solved_from_the_gap_to_the_grip() {
     for (name, text) in EXAMPLES {
-        let (case, solutions) = solve(text);
-        assert!(solutions.iter().all(|s| matches!(s.status, Status::NoContact | Status::Converged)), "{name}");
-        let gaps: Vec<f64> = solutions.iter().map(|s| s.gap_mm.unwrap()).collect();
-        let free = solutions.iter().take_while(|s| s.status == Status::NoContact).count();
-        assert!(free >= 1 && free < solutions.len(), "{name}: {gaps:?}");
+        let (case, run) = solve(text);
+        assert!(run.places.iter().all(|s| matches!(s.status, Status::NoContact | Status::Converged)), "{name}");
+        let gaps: Vec<f64> = run.places.iter().map(|place| place.state.as_ref().unwrap().gap_mm).collect();
+        let free = run.places.iter().take_while(|s| s.status == Status::NoContact).count();
+        assert!(free >= 1 && free < run.places.len(), "{name}: {gaps:?}");
         // The gap closes, and then stays closed but for the contact's softness.
         assert!(gaps[..free].windows(2).all(|pair| pair[1] < pair[0]) && gaps[free - 1] > 0.0, "{name}: {gaps:?}");
         assert!(gaps[free..].iter().all(|&gap| gap < 0.0 && gap > -0.02), "{name}: {gaps:?}");
-        let forces: Vec<f64> = solutions.iter().map(|s| s.force_magnitude_n.unwrap()).collect();
+        let forces: Vec<f64> = run.places.iter().map(|s| s.force_magnitude_n().unwrap()).collect();
         assert!(forces[free..].windows(2).all(|pair| pair[1] > pair[0]), "{name}: {forces:?}");
         // Single precision is the same.
         let single = run::solve(&case, &Options { precision: Precision::F32, ..options() }).unwrap();
-        for (one, two) in solutions.iter().zip(&single) {
-            let (one, two) = (one.force_magnitude_n.unwrap(), two.force_magnitude_n.unwrap());
+        for (one, two) in run.places.iter().zip(&single.places) {
+            let (one, two) = (one.force_magnitude_n().unwrap(), two.force_magnitude_n().unwrap());
             assert!((one - two).abs() < 5e-3 * (1.0 + one), "{name}: {one} {two}");
         }
         // The reports carry the gap.
-        let csv = report::csv(&solutions);
+        let csv = csv::csv(&run);
         assert!(csv.lines().next().unwrap().split(',').any(|column| column == "gap_mm"), "{csv}");
-        let json: serde_json::Value = serde_json::from_str(&report::json(&solutions).unwrap()).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&json::json(&run).unwrap()).unwrap();
         assert_eq!(json[0]["gap_mm"].as_f64(), Some(gaps[0]));
-        assert!(report::text(&case, &solutions).contains("gap"));
+        assert!(text::text(&case, &run).contains("gap"));
     }
 }
 
@@ -72,22 +72,22 @@ fn a_translated_base_meets_every_shape() {
         let text = format!(
             "finger = \"preset:ladder-80\"\n[object]\n{object}\n[motion]\ndirection = [4, 1]\ndistances_mm = [0, 5, 10, 13]\n"
         );
-        let (_, solutions) = solve(&text);
-        assert_eq!(solutions[0].status, Status::NoContact, "{object}");
-        let last = solutions.last().unwrap();
-        assert!(last.status.is_trustworthy() && last.force_magnitude_n.unwrap() > 0.2, "{object}: {:?}", last.status);
-        let [x, y] = last.force_n.unwrap();
+        let (_, run) = solve(&text);
+        assert_eq!(run.places[0].status, Status::NoContact, "{object}");
+        let last = run.places.last().unwrap();
+        assert!(last.status.is_trustworthy() && last.force_magnitude_n().unwrap() > 0.2, "{object}: {:?}", last.status);
+        let [x, y] = last.force_n().unwrap();
         let along = (4.0 * x + y) / 17_f64.sqrt();
-        assert!((along - last.motor_torque_nmm.unwrap()).abs() < 1e-9 * (1.0 + along), "{object}");
-        assert!(last.sensitivity.unwrap().force_per_mm_n.is_some(), "{object}");
+        assert!((along - last.state.as_ref().unwrap().motor_torque_nmm).abs() < 1e-9 * (1.0 + along), "{object}");
+        assert!(last.state.as_ref().unwrap().sensitivity.unwrap().force_per_mm_n.is_some(), "{object}");
     }
 }
 
 #[test]
 fn pictures_show_every_shape() {
     for (name, text) in EXAMPLES {
-        let (case, solutions) = solve(text);
-        let scene = pictures::overview(&case, &solutions).unwrap();
+        let (case, run) = solve(text);
+        let scene = pictures::overview(&case, &run).unwrap();
         let svg = draw::svg(&scene);
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
         let tree = roxmltree::Document::parse(&svg).unwrap();
@@ -142,13 +142,13 @@ fn numbers_of_every_shape_can_be_swept() {
 #[test]
 fn the_simulated_servo_feels_every_shape() {
     for (name, text) in [("ellipse", ELLIPSE), ("wall", WALL)] {
-        let (case, solutions) = solve(text);
+        let (case, run) = solve(text);
         let options = Options { discretisation: Discretisation::reduced(Physics::Extended), ..Load::REFERENCE };
         let load = Load::of(&case.finger.design, case.object, &Drive::Rotating, &options, 8.0).unwrap();
         let mut on = OnBranch::default();
-        for solution in &solutions {
-            let there = load.at(solution.place().to_radians(), &mut on);
-            let torque = solution.motor_torque_nmm.unwrap();
+        for place in &run.places {
+            let there = load.at(place.at.value().to_radians(), &mut on);
+            let torque = place.state.as_ref().unwrap().motor_torque_nmm;
             assert!((there.torque - torque).abs() < 1.0 + 0.01 * torque, "{name}: {} {torque}", there.torque);
         }
     }
@@ -170,9 +170,9 @@ fn measurements_on_any_shape_are_compared() {
     for (name, text, column) in
         [("ellipse", ELLIPSE, "motor_angle_deg"), ("block", BLOCK, "distance_mm"), ("wall", WALL, "motor_angle_deg")]
     {
-        let (_, solutions) = solve(text);
-        let rows = solutions.iter().filter(|s| s.force_magnitude_n.unwrap() > 0.1);
-        let rows: String = rows.map(|s| format!("{},{}\n", s.place(), s.force_magnitude_n.unwrap())).collect();
+        let (_, run) = solve(text);
+        let rows = run.places.iter().filter(|s| s.force_magnitude_n().unwrap() > 0.1);
+        let rows: String = rows.map(|s| format!("{},{}\n", s.at.value(), s.force_magnitude_n().unwrap())).collect();
         let (case, measured) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}.csv")));
         std::fs::write(&case, text).unwrap();
         std::fs::write(&measured, format!("{column},force_n\n{rows}")).unwrap();

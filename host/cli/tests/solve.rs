@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fre::study::run::Solution;
+use fre::study::json::Row;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -37,7 +37,7 @@ fn words(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-fn solutions(case: &Path, options: &str) -> Vec<Solution> {
+fn solutions(case: &Path, options: &str) -> Vec<Row> {
     let output = fre(case, &format!("{options} --format json"));
     assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
@@ -96,6 +96,7 @@ fn json_has_the_contract_s_keys_in_its_order() {
         "strains",
         "beyond_max_strain",
         "overlap_mm",
+        "warnings",
     ];
     let places: Vec<usize> = order.iter().map(|key| text.find(&format!("\"{key}\"")).unwrap()).collect();
     assert!(places.is_sorted(), "{places:?}");
@@ -109,7 +110,8 @@ fn json_has_the_contract_s_keys_in_its_order() {
     assert_eq!(
         touching["model"],
         serde_json::json!({ "scheme": "simpson", "elements_per_beam": 17, "elements_per_hinge": 1,
-            "unknowns": touching["model"]["unknowns"], "physics": "extended", "precision": "f64" })
+            "unknowns": touching["model"]["unknowns"], "physics": "extended", "precision": "f64",
+            "version": env!("CARGO_PKG_VERSION") })
     );
     assert_eq!(touching["lamellae_mm"].as_array().unwrap().len(), 7);
     assert_eq!(touching["front_mm"][0], serde_json::json!([0.0, 0.0]));
@@ -232,7 +234,7 @@ fn gauss_newton_finds_the_same_solution_in_more_iterations() {
     let case = folder.case(25.0, "[2.0, 4.0]");
     let newton = solutions(&case, "--physics paper --elements reduced");
     let gauss = solutions(&case, "--physics paper --elements reduced --hessian gauss-newton");
-    let count = |of: &[Solution]| of.iter().map(|s| s.iterations).sum::<u32>();
+    let count = |of: &[Row]| of.iter().map(|s| s.iterations).sum::<u32>();
     // Double precision's Newton takes more steps, cheap ones, since they keep the stiffness of the first.
     assert!(count(&gauss) > count(&newton), "{} {}", count(&gauss), count(&newton));
     for (a, b) in newton.iter().zip(&gauss) {
@@ -283,8 +285,8 @@ fn numbers_come_with_a_trustworthy_status_only() {
     // Far beyond contact: snap-throughs, the finger slips past the cylinder, and must come back through it.
     let case = folder.case(45.0, "[5, 30, 60, 90, 5]");
     let output = fre(&case, "--format json");
-    let solved: Vec<Solution> = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(solved.iter().map(Solution::place).collect::<Vec<_>>(), [5.0, 30.0, 60.0, 90.0, 5.0]);
+    let solved: Vec<Row> = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(solved.iter().filter_map(|row| row.motor_angle_deg).collect::<Vec<_>>(), [5.0, 30.0, 60.0, 90.0, 5.0]);
     let trusted = solved.iter().filter(|solution| solution.status.is_trustworthy()).count();
     assert_eq!(output.status.code(), Some(if trusted == solved.len() { 0 } else { 2 }));
     assert!(trusted >= 1 && solved[0].force_magnitude_n.unwrap() > 1.0);

@@ -1,11 +1,13 @@
 //! `fre sweep`: rows equal to direct solutions, a stopped sweep goes on, failures and mistakes are told.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use fre::case::{Case, Document};
-use fre::study::run::{self, Options};
+use fre::study::model::Options;
+use fre::study::run;
 use fre::study::sweep::{self, Axis, Ledger, Sweep, Tally};
 use model_core::discretise::Elements;
 use tempfile::TempDir;
@@ -61,7 +63,7 @@ fn small() -> Sweep {
 
 fn go_on(sweep: &Sweep, file: &Path) -> Tally {
     let mut ledger = Ledger::open(file, sweep).unwrap();
-    sweep::run(sweep, Some(&mut ledger), &mut Vec::new(), 1, |_| {}).unwrap()
+    sweep::run(sweep, Some(&mut ledger), &mut Vec::new(), 1, |_| ControlFlow::Continue(())).unwrap()
 }
 
 /// The lines without the time, which no two runs share.
@@ -91,28 +93,30 @@ fn rows_are_those_of_a_direct_solution() {
             case.path.places = vec![1.0, 3.0, 5.0];
             let mut options = Options::default();
             options.discretisation.elements = elements;
-            for solution in run::solve(&case, &options).unwrap() {
+            let run = run::solve(&case, &options).unwrap();
+            for place in &run.places {
+                let state = place.state.as_ref().unwrap();
                 row += 1;
                 let cell = |name: &str| lines[row][column(name)];
                 let number = |name: &str| cell(name).parse::<f64>().unwrap();
                 assert_eq!((cell("object.centre_mm.1"), cell("elements")), (height.to_string().as_str(), word));
-                assert_eq!((number("row"), cell("status")), ((row - 1) as f64, solution.status.word()));
-                let strain = solution.max_strain.unwrap();
+                assert_eq!((number("row"), cell("status")), ((row - 1) as f64, place.status.word()));
+                let strain = state.max_strain;
                 for (name, value) in [
-                    ("motor_angle_deg", solution.place()),
-                    ("force_x_n", solution.force_n.unwrap()[0]),
-                    ("force_y_n", solution.force_n.unwrap()[1]),
-                    ("force_n", solution.force_magnitude_n.unwrap()),
-                    ("motor_torque_nmm", solution.motor_torque_nmm.unwrap()),
-                    ("energy_nmm", solution.energy_nmm.unwrap()),
-                    ("tip_x_mm", solution.tip_mm.unwrap()[0]),
-                    ("tip_y_mm", solution.tip_mm.unwrap()[1]),
+                    ("motor_angle_deg", place.at.value()),
+                    ("force_x_n", state.force_n[0]),
+                    ("force_y_n", state.force_n[1]),
+                    ("force_n", state.force_magnitude_n()),
+                    ("motor_torque_nmm", state.motor_torque_nmm),
+                    ("energy_nmm", state.energy_nmm),
+                    ("tip_x_mm", state.tip_mm[0]),
+                    ("tip_y_mm", state.tip_mm[1]),
                     ("max_strain_front", strain.front),
                     ("max_strain_back", strain.back),
                     ("max_strain_hinge", strain.hinge),
-                    ("contacts", solution.contacts.len() as f64),
-                    ("iterations", f64::from(solution.iterations)),
-                    ("elements_per_beam", f64::from(solution.model.elements_per_beam)),
+                    ("contacts", state.shape.contacts.len() as f64),
+                    ("iterations", f64::from(place.effort.iterations)),
+                    ("elements_per_beam", f64::from(run.model.elements_per_beam)),
                 ] {
                     assert_eq!(number(name), value, "{name} in row {row}");
                 }

@@ -3,9 +3,10 @@
 use std::process::Command;
 
 use fre::files::Files;
-use fre::study::run;
+use fre::study::model::physics_word;
+use fre::study::run::{self, Run};
 use fre::study::table1::{
-    self, APPROACH_DEG, CASES, COMPARED, Comparison, EXTENDED_FULL, EXTENDED_REDUCED, SERIES, models,
+    self, APPROACH_DEG, CASES, COMPARED, Comparison, EXTENDED_FULL, EXTENDED_REDUCED, SERIES, variants,
 };
 use model_core::status::Status;
 
@@ -15,11 +16,11 @@ fn first_contact_is_where_it_is_said_to_be() {
         let mut case = series.case().unwrap();
         let touch = series.angles_deg[0] - APPROACH_DEG;
         case.path.places = vec![touch - 1.0, touch - 0.001, touch + 0.05];
-        let solved = run::solve(&case, &run::Options::default()).unwrap();
-        let statuses: Vec<Status> = solved.iter().map(|solution| solution.status).collect();
+        let solved = run::solve(&case, &Default::default()).unwrap();
+        let statuses: Vec<Status> = solved.places.iter().map(|place| place.status).collect();
         assert_eq!(statuses, [Status::NoContact, Status::NoContact, Status::Converged], "{}", series.name(0));
         // Samples stand on the beam at distances of a few millimetres.
-        let arc = solved[2].contacts[0].arc;
+        let arc = solved.places[2].state.as_ref().unwrap().shape.contacts[0].arc;
         assert!((arc - series.height_mm).abs() < 2.5, "{arc} is not {}", series.height_mm);
     }
 }
@@ -32,17 +33,18 @@ fn every_model_has_twenty_rows_with_their_statuses() {
     let paper = [11, 13, 15, 17, 12, 15, 17, 19, 13, 15, 17, 19, 18, 20, 22, 24, 22, 24, 26, 28];
     assert_eq!(angles, paper.map(f64::from));
     for row in &rows {
-        assert_eq!((row.solutions.len(), row.snapped.len()), (4, 4));
-        for (solution, model) in row.solutions.iter().zip(models()) {
-            assert_eq!(solution.place(), row.series.angles_deg[row.angle]);
-            assert_eq!(solution.force_n.is_some(), solution.status.is_trustworthy());
+        assert_eq!((row.runs.len(), row.snapped.len()), (4, 4));
+        for (run, model) in row.runs.iter().zip(variants()) {
+            let place = &run.places[0];
+            assert_eq!(place.at.value(), row.series.angles_deg[row.angle]);
+            assert_eq!(place.state.is_some(), place.status.is_trustworthy());
             let full = model.name.ends_with("170/20");
-            assert_eq!(solution.model.elements_per_beam == 170, full, "{}", model.name);
-            assert!(model.name.starts_with(&solution.model.physics), "{}", model.name);
+            assert_eq!(run.model.elements_per_beam == 170, full, "{}", model.name);
+            assert!(model.name.starts_with(physics_word(run.model.physics)), "{}", model.name);
         }
     }
     let csv = table1::csv(&rows);
-    for model in models() {
+    for model in variants() {
         assert_eq!(csv.lines().filter(|line| line.split(',').nth(4) == Some(model.name)).count(), CASES);
     }
     assert_eq!(csv.lines().count(), 1 + 4 * CASES);
@@ -60,10 +62,8 @@ fn every_model_has_twenty_rows_with_their_statuses() {
 #[test]
 fn what_cannot_be_trusted_is_named_and_not_compared() {
     let mut rows = table1::solve().unwrap();
-    let lost = &mut rows[3].solutions[EXTENDED_FULL];
-    lost.status = Status::Folded;
-    (lost.force_n, lost.force_magnitude_n) = (None, None);
-    lost.front_mm.clear();
+    let lost = &mut rows[3].runs[EXTENDED_FULL].places[0];
+    (lost.status, lost.state) = (Status::Folded, None);
     rows[7].snapped[EXTENDED_REDUCED] = !rows[7].snapped[EXTENDED_FULL];
     assert_eq!(rows[3].compare(EXTENDED_REDUCED, EXTENDED_FULL), Comparison::None);
     assert_eq!(rows[7].compare(EXTENDED_REDUCED, EXTENDED_FULL), Comparison::OtherBranch);
@@ -107,7 +107,7 @@ fn the_command_writes_a_page_that_needs_nothing_else() {
     let folder = own.path().join("report");
     let output = Command::new(env!("CARGO_BIN_EXE_fre")).arg("table1").arg("--out").arg(&folder).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
-    let lost = table1::solve().unwrap().iter().flat_map(|row| &row.solutions).any(|s| !s.status.is_trustworthy());
+    let lost = !table1::solve().unwrap().iter().flat_map(|row| &row.runs).all(Run::is_trustworthy);
     assert_eq!(output.status.code(), Some(if lost { 2 } else { 0 }), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.contains("prints neither the objects' positions") && text.contains("6° before α1"), "{text}");
     let page = std::fs::read_to_string(folder.join("report.html")).unwrap();

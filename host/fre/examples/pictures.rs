@@ -6,8 +6,10 @@ use std::path::PathBuf;
 
 use fre::case::Case;
 use fre::draw::{self, Chart, Mark, Panel, Series, Style, Theme};
+use fre::study::model::{Options, Precision};
 use fre::study::pictures;
-use fre::study::run::{self, Options, Precision, Solution};
+use fre::study::place::Place;
+use fre::study::run::{self, Run};
 use model_core::discretise::{Discretisation, Physics, Scheme};
 
 const CASE: &str = r#"
@@ -28,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let trapezoid = solve(Discretisation::full(Scheme::Trapezoid, Physics::Paper), Precision::F64)?;
     let paper = solve(Discretisation::full(Scheme::Paper, Physics::Paper), Precision::F64)?;
 
-    let finger = pictures::overview(&case, &target[22..]).ok_or("nothing to draw")?;
+    let finger = target.only(22).and_then(|last| pictures::overview(&case, &last)).ok_or("nothing to draw")?;
     let chart = chart(&target, &trapezoid, &paper).scene();
     for (name, scene) in [("finger", finger), ("chart", chart)] {
         draw::write(&scene, &folder.join(format!("{name}.svg")))?;
@@ -38,19 +40,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn chart(target: &[Solution], trapezoid: &[Solution], paper: &[Solution]) -> Chart {
-    let force = |solution: &Solution| solution.force_magnitude_n.unwrap_or(f64::NAN);
-    let series = |name: &str, colour, style, of: &[Solution]| Series {
+fn chart(target: &Run, trapezoid: &Run, paper: &Run) -> Chart {
+    let force = |place: &Place| place.force_magnitude_n().unwrap_or(f64::NAN);
+    let series = |name: &str, colour, style, of: &Run| Series {
         name: name.into(),
         colour,
         style,
-        points: of.iter().map(|solution| [solution.place(), force(solution)]).collect(),
+        points: of.places.iter().map(|place| [place.at.value(), force(place)]).collect(),
     };
-    let difference = |name: &str, colour, to: &[Solution]| Series {
+    let difference = |name: &str, colour, to: &Run| Series {
         name: name.into(),
         colour,
         style: Style::LineAndDots,
-        points: target.iter().zip(to).map(|(t, r)| [t.place(), force(t) - force(r)]).collect(),
+        points: target.places.iter().zip(&to.places).map(|(t, r)| [t.at.value(), force(t) - force(r)]).collect(),
     };
     let mut chart = Chart::new(
         "Contact force while closing on a cylinder Ø80 mm",

@@ -109,8 +109,8 @@ fn every_bad_object_names_line_and_key() {
 fn an_object_that_stands_in_the_finger_is_warned_of() {
     let warned = |object: &str| {
         let case = Case::parse("case.toml", &with_object(object)).unwrap();
-        let solutions = fre::study::run::solve(&case, &fre::study::run::Options::default()).unwrap();
-        fre::study::warnings::warnings(&case, &solutions)
+        let run = fre::study::run::solve(&case, &Default::default()).unwrap();
+        run.warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
     };
     let circle = |x: f64, y: f64| format!("shape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [{x:?}, {y:?}]");
     for clear in [circle(41.0, 45.0), circle(41.0, 70.0), circle(300.0, 0.0)] {

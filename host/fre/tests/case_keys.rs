@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fre::case::{Case, Document, PICTURES, keys, reference};
 use fre::draw::{self, KEY_PICTURES};
-use fre::study::run::{self, Options};
+use fre::study::run;
 
 const CASE: &str = r#"
 [finger]
@@ -167,9 +167,9 @@ fn a_finger_of_64_lamellae_with_tapers_of_64_knots_grips_a_polygon_of_64_corners
     let case = Case::parse("case.toml", &text).unwrap();
     let design = &case.finger.design;
     assert_eq!((design.lamella_count(), design.width.knots.len(), design.back.thickness.knots.len()), (64, 64, 64));
-    let solutions = run::solve(&case, &Options::default()).unwrap();
-    assert!(solutions.iter().all(|solution| solution.status.is_trustworthy()), "{solutions:?}");
-    let force = solutions.last().unwrap().force_n.unwrap();
+    let run = run::solve(&case, &Default::default()).unwrap();
+    assert!(run.is_trustworthy(), "{run:?}");
+    let force = run.places.last().unwrap().force_n().unwrap();
     assert!(force[0].hypot(force[1]) > 0.1, "{force:?}");
 }
 

@@ -499,9 +499,9 @@ fn a_snap_through_before_the_first_place_is_told() {
     let text = "finger = \"preset:fea-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 75]\n\
                 [motion]\nmotor_angles_deg = [7.5, 9]\n";
     let case = fre::case::Case::parse("case.toml", text).unwrap();
-    let solutions = fre::study::run::solve(&case, &fre::study::run::Options::default()).unwrap();
-    assert_eq!(solutions[0].branch, Some(2), "the case begins beyond its snap-through");
-    let scene = fre::study::pictures::overview(&case, &solutions).unwrap();
+    let run = fre::study::run::solve(&case, &Default::default()).unwrap();
+    assert_eq!(run.places[0].branch, Some(2), "the case begins beyond its snap-through");
+    let scene = fre::study::pictures::overview(&case, &run).unwrap();
     let words = texts(&scene);
     assert!(
         words.iter().any(|word| word.starts_with("snap-through at") && word.contains("before the first")),

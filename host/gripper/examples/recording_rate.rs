@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use fre::case::preset;
-use fre::study::run::Precision;
+use fre::study::model::Precision;
 use fre_gripper::estimator::estimator;
 use fre_gripper::record::{Recorded, Recorder, Recording};
 use fre_gripper::source::{Modelled, Origin, Setup, Told};

@@ -12,7 +12,7 @@ use model_core::size::Size;
 use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
 use fre::heap::Host;
-use fre::study::run::Precision;
+use fre::study::model::Precision;
 
 /// An estimator of one finger, as `model_core`'s [`Estimator`].
 pub trait AnyEstimator: Send {

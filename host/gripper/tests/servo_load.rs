@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use fre::case::preset;
 use fre::heap::Host;
-use fre::study::run::Options;
+use fre::study::model::Options;
 use fre_gripper::servo::{Load, LoadError, OnBranch};
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics, Scheme};

@@ -61,7 +61,7 @@ fn what_was_fitted_is_sent_and_read_back() {
     let after = settled("a force at 7°", 7.0);
     assert_eq!(link.uncertainty(0).unwrap(), Some(uncertainty));
     // The same as the model makes of it on this PC.
-    let mut model = fre_gripper::estimator::estimator(fre::study::run::Precision::F64, Default::default());
+    let mut model = fre_gripper::estimator::estimator(fre::study::model::Precision::F64, Default::default());
     model.configure(&fitted.design, &fitted.how).unwrap();
     model.set_object(object).unwrap();
     model.set_uncertainty(uncertainty).unwrap();

@@ -7,6 +7,55 @@ use super::finger::Finger;
 use super::keys::MotionTable;
 use super::source::Table;
 
+/// What the places of a motion are counted by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Along {
+    /// The motor angle, degrees.
+    Angle,
+    /// The distance of a translated base, mm.
+    Distance,
+    /// The time since the motion began, s.
+    Time,
+}
+
+impl Along {
+    /// Name of its column and key in files, with the unit.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Angle => "motor_angle_deg",
+            Self::Distance => "distance_mm",
+            Self::Time => "time_s",
+        }
+    }
+
+    /// What follows the number of a place: "°", " mm" or " s".
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Angle => "°",
+            Self::Distance => " mm",
+            Self::Time => " s",
+        }
+    }
+
+    /// The unit in names of derivatives, as in `force_x_per_deg_n`.
+    pub fn per(self) -> &'static str {
+        match self {
+            Self::Angle => "deg",
+            Self::Distance => "mm",
+            Self::Time => "s",
+        }
+    }
+
+    /// The word for it in tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Angle => "angle",
+            Self::Distance => "distance",
+            Self::Time => "time",
+        }
+    }
+}
+
 /// A motion and the places along it that are asked for, in the order of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
@@ -17,12 +66,17 @@ pub struct Path {
 }
 
 impl Path {
+    /// What its places are counted by.
+    pub fn along(&self) -> Along {
+        match self.motion {
+            Motion::Rotating { .. } => Along::Angle,
+            Motion::Translating { .. } => Along::Distance,
+        }
+    }
+
     /// What follows the number of a place: "°" or " mm".
     pub fn unit(&self) -> &'static str {
-        match self.motion {
-            Motion::Rotating { .. } => "°",
-            Motion::Translating { .. } => " mm",
-        }
+        self.along().unit()
     }
 
     /// A rotation about the finger's motor axis by angles in degrees.

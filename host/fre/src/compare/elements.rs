@@ -4,11 +4,11 @@ use std::path::Path;
 
 use super::notes::differences;
 use super::pictures::overlay;
-use super::{CompareError, Comparison, Elements, Reference, Row, solve};
+use super::{CompareError, Comparison, Elements, Reference, Row};
 use crate::case::Case;
 use crate::fea::{Analysis, Plan, Pose};
-use crate::study::run::Options;
-use crate::study::warnings;
+use crate::study::model::Options;
+use crate::study::run;
 
 /// Compares a case with finite elements: meshes the finger, presses it on the object with CalculiX in a folder, and compares at
 /// every place of the case's motion. `refinement` makes every element so many by so many; `begins` is called with the plan before
@@ -24,12 +24,13 @@ pub fn with_elements(
     begins: impl FnOnce(&Plan),
 ) -> Result<Comparison, CompareError> {
     let plan = Plan::of(case, refinement).map_err(CompareError::Mesh)?;
-    let (solutions, model_seconds) = solve(case, options)?;
+    let run = run::solve(case, options)?;
+    let model_seconds = run.seconds();
     begins(&plan);
     let analysis = plan.run(case, folder).map_err(CompareError::Fea)?;
-    let rows = solutions.iter().zip(&analysis.poses).map(|(solution, pose)| {
+    let rows = run.places.iter().zip(&analysis.poses).map(|(place, pose)| {
         let front = pose.as_ref().map_or(&[][..], |pose| &pose.front);
-        Row::new(solution, pose.as_ref().map(Pose::magnitude), front)
+        Row::new(place, pose.as_ref().map(Pose::magnitude), front)
     });
     let rows: Vec<Row> = rows.collect();
     let Analysis { elements, nodes, progress, seconds, unread, doubts, .. } = analysis;
@@ -43,11 +44,11 @@ pub fn with_elements(
         iterations: progress.iterations,
         folder: folder.display().to_string(),
     };
-    let both = solutions.iter().zip(&analysis.poses).rev();
-    let last = both.filter_map(|(s, p)| p.as_ref().map(|p| (s, p))).find(|(s, _)| s.status.is_trustworthy());
-    let picture = last.map(|(solution, pose)| overlay(case, solution, pose)).transpose().map_err(CompareError::Fea)?;
-    let mut notes = differences(case, options.discretisation.physics, &solutions);
-    notes.extend(warnings::warnings(case, &solutions));
+    let both = run.places.iter().zip(&analysis.poses).rev();
+    let last = both.filter_map(|(place, pose)| place.state.as_ref().zip(pose.as_ref())).next();
+    let picture = last.map(|(state, pose)| overlay(case, state, pose)).transpose().map_err(CompareError::Fea)?;
+    let mut notes = differences(case, options.discretisation.physics, &run.places);
+    notes.extend(run.warnings.iter().map(ToString::to_string));
     notes.extend(doubts);
     notes.extend(unread.map(|error| format!("{error}: the deformed mesh is not drawn")));
     Ok(Comparison {

@@ -7,11 +7,11 @@ use model_core::object::Motion;
 use super::notes::doubts;
 use super::outlying::{mark_outliers, outlying_points};
 use super::pictures::residual_chart;
-use super::{CompareError, Comparison, Reference, Row, solve};
+use super::{CompareError, Comparison, Reference, Row};
 use crate::case::Case;
 use crate::fit::measured::{Coordinate, Measured};
-use crate::study::run::Options;
-use crate::study::warnings;
+use crate::study::model::Options;
+use crate::study::run;
 
 /// Order in which measured places are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,16 +46,17 @@ pub fn with_measurements(
         Order::File => measured.visits(),
     };
     case.path.places = measurements.iter().map(|m| m.place).collect();
-    let (solutions, model_seconds) = solve(case, options)?;
-    let mut rows: Vec<Row> = solutions.iter().zip(&measurements).map(|(s, m)| Row::measured(s, m)).collect();
+    let run = run::solve(case, options)?;
+    let mut rows: Vec<Row> = run.places.iter().zip(&measurements).map(|(place, m)| Row::measured(place, m)).collect();
     mark_outliers(&mut rows);
-    for (row, (solution, measurement)) in rows.iter_mut().zip(solutions.iter().zip(&measurements)) {
-        row.outlying_points = outlying_points(measurement, &solution.front_mm);
-        row.leave_outliers_out(solution, measurement);
+    for (row, (place, measurement)) in rows.iter_mut().zip(run.places.iter().zip(&measurements)) {
+        row.outlying_points = outlying_points(measurement, place.front_mm());
+        row.leave_outliers_out(place, measurement);
     }
     let picture = rows.iter().any(|row| row.difference_n.is_some()).then(|| residual_chart(case, &rows));
     let left_out = measured.problems.iter().map(|problem| format!("{}:{problem}", file.display())).collect();
     let mut notes = doubts(order, case, measured, &measurements, &rows);
-    notes.extend(warnings::warnings(case, &solutions));
+    notes.extend(run.warnings.iter().map(ToString::to_string));
+    let model_seconds = run.seconds();
     Ok(Comparison { reference: Reference::Measured, rows, model_seconds, fea: None, notes, left_out, picture })
 }

@@ -17,7 +17,7 @@ use crate::draw::Scene;
 use crate::fea::FeaError;
 use crate::fit::measured::Measurement;
 use crate::metrics::{Point, deviation, deviation_of_outlines, force_error};
-use crate::study::run::{self, Options, Solution};
+use crate::study::place::Place;
 
 pub use elements::with_elements;
 pub use measurements::{Order, with_measurements};
@@ -88,13 +88,13 @@ pub struct OutlyingPoint {
 }
 
 impl Row {
-    fn new(solution: &Solution, reference_force: Option<f64>, reference_front: &[Point]) -> Self {
-        let force = solution.force_magnitude_n;
+    fn new(place: &Place, reference_force: Option<f64>, reference_front: &[Point]) -> Self {
+        let force = place.force_magnitude_n();
         let error = force.zip(reference_force).map(|(force, reference)| force_error(force, reference));
-        let shape = deviation(&solution.front_mm, reference_front);
+        let shape = deviation(place.front_mm(), reference_front);
         Self {
-            place: solution.place(),
-            status: solution.status,
+            place: place.at.value(),
+            status: place.status,
             force_n: force,
             reference_force_n: reference_force,
             difference_n: error.map(|e| e.difference),
@@ -111,33 +111,33 @@ impl Row {
     }
 
     /// A measured place.
-    fn measured(solution: &Solution, measurement: &Measurement) -> Self {
-        let force = solution.force_magnitude_n;
+    fn measured(place: &Place, measurement: &Measurement) -> Self {
+        let force = place.force_magnitude_n();
         let reading = |&(line, force_n): &(usize, f64)| {
             let difference_n = force.map(|force| force_error(force, force_n).difference);
             Reading { line, force_n, difference_n, outlier: false }
         };
         let outlines = measurement.outlines();
         let outlines = outlines.into_iter().map(|part| &measurement.front[part]);
-        let shape = deviation_of_outlines(&solution.front_mm, outlines);
+        let shape = deviation_of_outlines(place.front_mm(), outlines);
         Self {
             line: Some(measurement.line),
             readings: measurement.forces.iter().map(reading).collect(),
             shape_mean_mm: shape.map(|s| s.mean),
             shape_max_mm: shape.map(|s| s.max),
             shape_max_at_mm: shape.map(|s| s.at),
-            ..Self::new(solution, measurement.force, &[])
+            ..Self::new(place, measurement.force, &[])
         }
     }
 
     /// Computes the place once more without its outliers, if it has any.
-    fn leave_outliers_out(&mut self, solution: &Solution, measurement: &Measurement) {
+    fn leave_outliers_out(&mut self, place: &Place, measurement: &Measurement) {
         let readings = self.readings.iter().enumerate().filter(|(_, reading)| reading.outlier);
         let readings: Vec<usize> = readings.map(|(index, _)| index).collect();
         let points: Vec<usize> = self.outlying_points.iter().map(|point| point.index).collect();
         if !readings.is_empty() || !points.is_empty() {
             let rest = measurement.without(&readings, &points);
-            self.without_outliers = Some(Box::new(Self::measured(solution, &rest)));
+            self.without_outliers = Some(Box::new(Self::measured(place, &rest)));
         }
     }
 
@@ -253,11 +253,4 @@ pub enum CompareError {
         /// The column that the case's motion needs.
         needed: &'static str,
     },
-}
-
-/// The model's solutions, and the time they took, s.
-fn solve(case: &Case, options: &Options) -> Result<(Vec<Solution>, f64), DiscretiseError> {
-    let solutions = run::solve(case, options)?;
-    let seconds = solutions.iter().map(|solution| solution.elapsed_us * 1e-6).sum();
-    Ok((solutions, seconds))
 }

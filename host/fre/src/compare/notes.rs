@@ -8,7 +8,7 @@ use crate::case::Case;
 use crate::draw::short;
 use crate::fit::measured::{Measured, Measurement};
 use crate::metrics::Point;
-use crate::study::run::Solution;
+use crate::study::place::Place;
 
 /// Measured forces so many times the model's, or the other way round, are probably in another unit.
 const DOUBTFUL_RATIO: f64 = 20.0;
@@ -61,7 +61,7 @@ pub(super) fn doubts(
 }
 
 /// What finite elements have otherwise than the model.
-pub(super) fn differences(case: &Case, physics: Physics, solutions: &[Solution]) -> Vec<String> {
+pub(super) fn differences(case: &Case, physics: Physics, places: &[Place]) -> Vec<String> {
     let design = &case.finger.design;
     let mut notes = Vec::new();
     if design.material.law != MaterialLaw::StVenantKirchhoff {
@@ -81,8 +81,8 @@ pub(super) fn differences(case: &Case, physics: Physics, solutions: &[Solution])
     }
     notes.extend(plates(design, physics));
     let length = design.front.length();
-    let at_tip = |solution: &Solution| solution.contacts.iter().any(|contact| contact.arc > length - TIP);
-    if solutions.iter().any(at_tip) {
+    let contacts = places.iter().filter_map(|place| place.state.as_ref()).flat_map(|state| &state.shape.contacts);
+    if contacts.into_iter().any(|contact| contact.arc > length - TIP) {
         notes.push(format!(
             "the object touches the tip: the model's is round, {} mm beyond the end of the centreline, the mesh's is cut square \
              at that end; pressed on its end, the model touches that much earlier",

@@ -8,7 +8,7 @@ use crate::case::Case;
 use crate::draw::{Chart, Mark, Panel, Scene, Series, Style, short, significant};
 use crate::fea::{self, FeaError, Pose};
 use crate::metrics::Point;
-use crate::study::run::Solution;
+use crate::study::place::State;
 
 /// How large a finger is drawn, px: fingers of all sizes alike.
 const SIZE: f64 = 520.0;
@@ -24,7 +24,7 @@ fn size_of(design: &Design) -> f64 {
 }
 
 /// Both shapes over each other, finger frame.
-pub(super) fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<Scene, FeaError> {
+pub(super) fn overlay(case: &Case, state: &State, pose: &Pose) -> Result<Scene, FeaError> {
     let series = |name: &str, colour, style, points: &[Point]| Series {
         name: name.to_owned(),
         colour,
@@ -33,7 +33,7 @@ pub(super) fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<S
     };
     let size = size_of(&case.finger.design);
     let room = size / 27.0;
-    let lines = [&pose.front, &pose.back, &solution.front_mm, &solution.back_mm];
+    let lines = [&pose.front, &pose.back, &state.shape.front, &state.shape.back];
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
     for p in lines.into_iter().flatten() {
@@ -58,7 +58,7 @@ pub(super) fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<S
             "{}{}, force {} N, FEA {} N; finger frame",
             short(pose.place, 3),
             case.path.unit(),
-            significant(solution.force_magnitude_n.unwrap_or(0.0), 3),
+            significant(state.force_magnitude_n(), 3),
             significant(pose.magnitude(), 3)
         ),
         "*x* (mm)",
@@ -77,8 +77,8 @@ pub(super) fn overlay(case: &Case, solution: &Solution, pose: &Pose) -> Result<S
                 series("object", 6, Style::Line, &object),
                 series("FEA", 1, Style::Line, &pose.front),
                 series("FEA", 1, Style::Line, &pose.back),
-                series("model", 0, Style::Dashed, &solution.front_mm),
-                series("model", 0, Style::Dashed, &solution.back_mm),
+                series("model", 0, Style::Dashed, &state.shape.front),
+                series("model", 0, Style::Dashed, &state.shape.back),
             ])
             .collect(),
         ..Panel::default()

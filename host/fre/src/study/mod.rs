@@ -1,12 +1,20 @@
 //! A case solved: at the places of its motion, over a grid of its numbers, and as the paper's table.
 
 pub mod branch;
+mod columns;
+pub mod csv;
+pub mod headline;
+pub mod json;
+pub mod model;
+pub mod number;
 pub mod overlap;
 pub mod pictures;
+pub mod place;
 pub mod pressure;
-pub mod report;
 pub mod run;
+pub mod sensitivity;
 pub mod strains;
 pub mod sweep;
 pub mod table1;
+pub mod text;
 pub mod warnings;

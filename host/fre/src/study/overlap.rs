@@ -1,19 +1,41 @@
-//! Where an object stands in a finger's way: only the front beam's outer face knows contact in the model.
+//! Parts of the finger that the object reaches into. In the model only the front beam's outer face can touch it.
 
 use model_core::object::{Object as _, Shape};
 
 use crate::case::Case;
-use crate::study::run::Solution;
+use crate::study::place::{At, Place};
+
+/// A part without contact in the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reached {
+    /// The base between the beams.
+    Base,
+    /// The back beam.
+    BackBeam,
+    /// The lamellae.
+    Lamellae,
+}
+
+impl Reached {
+    /// The part with its article.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Base => "the base between the beams",
+            Self::BackBeam => "the back beam",
+            Self::Lamellae => "the lamellae",
+        }
+    }
+}
 
 /// A part of the finger that an object reaches into.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
-    /// The part, with its article.
-    pub part: &'static str,
+    /// The part.
+    pub part: Reached,
     /// How far the part's centreline lies inside the object, mm.
     pub depth: f64,
-    /// Place of the motion, degrees or mm.
-    pub place: f64,
+    /// Where on the motion.
+    pub at: At,
 }
 
 /// Below this depth, mm, an overlap is the contact's own softness.
@@ -21,52 +43,58 @@ const LEAST: f64 = 0.05;
 /// Points along the base, and along a beam at rest.
 const ALONG: i32 = 40;
 
-/// The deepest overlap of each part that knows no contact, over all solutions; none where the object stays clear. Where there is no
-/// trustworthy solution, of the base and of the back beam at rest.
-pub fn worst(case: &Case, solutions: &[Solution]) -> Vec<Overlap> {
+/// The deepest overlap of each part over all places; none where the object stays clear. Without a state: of the base, and of the
+/// back beam at rest.
+pub fn worst(case: &Case, places: &[Place]) -> Vec<Overlap> {
     let mut worst: Vec<Overlap> = Vec::new();
-    for solution in solutions {
-        let place = solution.place();
-        let by = case.path.motion.world_to_finger(case.path.coordinate(place));
-        let object = Shape::<f64>::from(case.object).displaced(&by);
-        let deepest = |points: &mut dyn Iterator<Item = [f64; 2]>| {
-            points.map(|point| -object.gap(point.into()).distance).fold(f64::NEG_INFINITY, f64::max)
-        };
-        let beam = &case.finger.design.back;
-        let between = |from: [f64; 2], to: [f64; 2]| {
-            (0..=ALONG).map(move |i| {
-                let part = f64::from(i) / f64::from(ALONG);
-                [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]))
-            })
-        };
-        let mut base = between(case.finger.design.front.base, beam.base);
-        let at_rest = between(beam.base, beam.tip).filter(|_| !solution.status.is_trustworthy());
-        let mut lamellae = solution.lamellae_mm.iter().flatten().copied();
-        let parts = [
-            ("the base between the beams", deepest(&mut base)),
-            ("the back beam", deepest(&mut solution.back_mm.iter().copied().chain(at_rest))),
-            ("the lamellae", deepest(&mut lamellae)),
-        ];
-        for (part, depth) in parts.into_iter().filter(|(_, depth)| *depth > LEAST) {
-            match worst.iter_mut().find(|known| known.part == part) {
-                Some(known) if known.depth >= depth => {}
-                Some(known) => (known.depth, known.place) = (depth, place),
-                None => worst.push(Overlap { part, depth, place }),
-            }
+    for found in places.iter().flat_map(|place| overlaps(case, place)) {
+        match worst.iter_mut().find(|known| known.part == found.part) {
+            Some(known) if known.depth >= found.depth => {}
+            Some(known) => *known = found,
+            None => worst.push(found),
         }
     }
     worst
 }
 
-/// The depth of the deepest overlap of a solution, mm.
-pub fn depth(case: &Case, solution: &Solution) -> Option<f64> {
-    worst(case, std::slice::from_ref(solution)).into_iter().map(|overlap| overlap.depth).reduce(f64::max)
+/// The parts that the object reaches into at a place.
+fn overlaps(case: &Case, place: &Place) -> Vec<Overlap> {
+    let by = case.path.motion.world_to_finger(case.path.coordinate(place.at.value()));
+    let object = Shape::<f64>::from(case.object).displaced(&by);
+    let deepest = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        points.map(|point| -object.gap(point.into()).distance).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let beam = &case.finger.design.back;
+    let between = |from: [f64; 2], to: [f64; 2]| {
+        (0..=ALONG).map(move |i| {
+            let part = f64::from(i) / f64::from(ALONG);
+            [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]))
+        })
+    };
+    let mut base = between(case.finger.design.front.base, beam.base);
+    let (back, lamellae) = match &place.state {
+        Some(state) => {
+            let mut lamellae = state.shape.lamellae.iter().flatten().copied();
+            (deepest(&mut state.shape.back.iter().copied()), deepest(&mut lamellae))
+        }
+        None => (deepest(&mut between(beam.base, beam.tip)), f64::NEG_INFINITY),
+    };
+    [(Reached::Base, deepest(&mut base)), (Reached::BackBeam, back), (Reached::Lamellae, lamellae)]
+        .into_iter()
+        .filter(|(_, depth)| *depth > LEAST)
+        .map(|(part, depth)| Overlap { part, depth, at: place.at })
+        .collect()
+}
+
+/// The depth of the deepest overlap at a place, mm.
+pub fn depth(case: &Case, place: &Place) -> Option<f64> {
+    overlaps(case, place).into_iter().map(|overlap| overlap.depth).reduce(f64::max)
 }
 
 /// True if the object lies over the front beam's clamped end at a place.
-pub fn covers_base(case: &Case, place: f64) -> bool {
+pub fn covers_base(case: &Case, at: At) -> bool {
     let design = &case.finger.design;
-    let by = case.path.motion.world_to_finger(case.path.coordinate(place));
+    let by = case.path.motion.world_to_finger(case.path.coordinate(at.value()));
     let gap = Shape::<f64>::from(case.object).displaced(&by).gap(design.front.base.into());
     gap.distance < 0.5 * design.front.thickness.at(0.0)
 }

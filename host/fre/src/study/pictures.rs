@@ -5,8 +5,9 @@ use model_core::status::Status;
 
 use crate::case::Case;
 use crate::draw::{self, Chart, FingerPicture, Mark, Panel, Scene, Series, Style, literal};
-use crate::study::report::{headline, model_words};
-use crate::study::run::Solution;
+use crate::study::headline::headline;
+use crate::study::place::{Place, State};
+use crate::study::run::Run;
 use crate::study::strains::{Section, percent};
 
 /// A kind of picture.
@@ -22,36 +23,36 @@ pub enum Kind {
     Strain,
 }
 
-/// Pictures of a case, one below the other. What belongs to one place shows `at`, an index into the solutions.
-pub fn stacked(case: &Case, solutions: &[Solution], at: usize, kinds: &[Kind]) -> Option<Scene> {
-    let solution = solutions.get(at).filter(|solution| solution.status.is_trustworthy())?;
+/// Pictures of a case, one below the other. What belongs to one place shows `at`, an index of the run's places; `None` without a
+/// state there.
+pub fn stacked(case: &Case, run: &Run, at: usize, kinds: &[Kind]) -> Option<Scene> {
+    let place = run.places.get(at)?;
+    let state = place.state.as_ref()?;
     let scenes = kinds.iter().map(|kind| match kind {
-        Kind::Finger => finger(case, solution),
-        Kind::Force => force(case, solutions).scene(),
-        Kind::Pressure => pressure(case, solution).scene(),
-        Kind::Strain => strain(case, solution).scene(),
+        Kind::Finger => finger(case, run, place, state),
+        Kind::Force => force(case, run).scene(),
+        Kind::Pressure => pressure(case, place, state).scene(),
+        Kind::Strain => strain(case, place, state).scene(),
     });
     scenes.reduce(|above, below| above.above(&below))
 }
 
-/// The finger at the last trustworthy place and, if there are several, the force over the places; none without any.
-pub fn overview(case: &Case, solutions: &[Solution]) -> Option<Scene> {
-    let at = solutions.iter().rposition(|solution| solution.status.is_trustworthy())?;
+/// The finger at the last trustworthy place and, if there are several, the force over the places; `None` without any.
+pub fn overview(case: &Case, run: &Run) -> Option<Scene> {
     let kinds = [Kind::Finger, Kind::Force];
-    stacked(case, solutions, at, &kinds[..if solutions.len() < 2 { 1 } else { 2 }])
+    stacked(case, run, run.last_known()?, &kinds[..if run.places.len() < 2 { 1 } else { 2 }])
 }
 
-fn finger(case: &Case, solution: &Solution) -> Scene {
-    let shape = solution.shape();
+fn finger(case: &Case, run: &Run, place: &Place, state: &State) -> Scene {
     FingerPicture {
         title: with_minus(&headline(case)),
-        subtitle: model_words(solution),
+        subtitle: run.model.words(),
         design: &case.finger.design,
         motion: case.path.motion,
-        coordinate: case.path.coordinate(solution.place()),
+        coordinate: case.path.coordinate(place.at.value()),
         object: case.object,
-        shape: &shape,
-        force: solution.force_n,
+        shape: &state.shape,
+        force: Some(state.force_n),
     }
     .scene()
 }
@@ -70,8 +71,8 @@ fn with_minus(text: &str) -> String {
 }
 
 /// A place in words: "α = 10°".
-fn place_words(case: &Case, place: f64) -> String {
-    let place = draw::short(place, 3);
+fn place_words(case: &Case, place: &Place) -> String {
+    let place = draw::short(place.at.value(), 3);
     match case.path.motion {
         Motion::Rotating { .. } => format!("*α* = {place}°"),
         Motion::Translating { .. } => format!("*d* = {place} mm"),
@@ -79,7 +80,7 @@ fn place_words(case: &Case, place: f64) -> String {
 }
 
 /// The force over the places of a case; a line per branch.
-fn force(case: &Case, solutions: &[Solution]) -> Chart {
+fn force(case: &Case, run: &Run) -> Chart {
     let (title, x_title) = match case.path.motion {
         Motion::Rotating { .. } => ("Contact force over motor angle", "motor angle *α* (°)"),
         Motion::Translating { .. } => ("Contact force over distance", "distance *d* (mm)"),
@@ -87,23 +88,23 @@ fn force(case: &Case, solutions: &[Solution]) -> Chart {
     let nothing = [f64::NAN; 2];
     let mut lines: [Vec<[f64; 2]>; 3] = Default::default();
     let mut jump = Vec::new();
-    let mut last: Option<(&Solution, [f64; 3])> = None;
-    for solution in solutions {
-        let values = solution.force_n.zip(solution.force_magnitude_n).map(|([x, y], f)| [f, x, y]);
-        if last.is_some_and(|(before, _)| jumps(before, solution)) {
+    let mut last: Option<(&Place, [f64; 3])> = None;
+    for place in &run.places {
+        let values = place.force_n().map(|[x, y]| [x.hypot(y), x, y]);
+        if last.is_some_and(|(before, _)| jumps(before, place)) {
             // The lines end where the branch does; the jump is drawn apart.
             lines.iter_mut().for_each(|line| line.push(nothing));
             if let (Some((before, [from, ..])), Some([to, ..])) = (last, values) {
-                jump.extend([[before.place(), from], [solution.place(), to], nothing]);
+                jump.extend([[before.at.value(), from], [place.at.value(), to], nothing]);
             }
         }
         for (line, i) in lines.iter_mut().zip(0..) {
-            line.push(values.map_or(nothing, |values: [f64; 3]| [solution.place(), values[i]]));
+            line.push(values.map_or(nothing, |values: [f64; 3]| [place.at.value(), values[i]]));
         }
-        last = values.map(|values| (solution, values)).or(last);
+        last = values.map(|values| (place, values)).or(last);
     }
     let [magnitude, x, y] = lines;
-    let touches = solutions.iter().any(|solution| solution.force_magnitude_n.is_some_and(|force| force > 0.0));
+    let touches = run.places.iter().any(|place| place.force_magnitude_n().is_some_and(|force| force > 0.0));
     // A component that is nearly all of the force must not hide the magnitude.
     let series = |name: &str, colour, style, points| Series { name: name.into(), colour, style, points };
     let mut shown = vec![
@@ -121,83 +122,89 @@ fn force(case: &Case, solutions: &[Solution]) -> Chart {
     );
     chart.height = 400.0;
     // Places without a trustworthy solution belong to the axis: what failed is not cut off.
-    let places = || solutions.iter().map(Solution::place);
-    chart.x_range = Some([places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)]);
+    chart.x_range = Some(range(run));
     chart.panels = vec![Panel {
         y_title: "force (N)".into(),
         y_range: (!touches).then_some([0.0, 1.0]),
         series: shown,
-        marks: force_marks(solutions, case.path.unit()),
+        marks: force_marks(run, case.path.unit()),
         ..Panel::default()
     }];
     chart
 }
 
+/// The least and the greatest place.
+fn range(run: &Run) -> [f64; 2] {
+    let places = || run.places.iter().map(|place| place.at.value());
+    [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)]
+}
+
 /// True if the finger snapped through between two places that follow each other.
-fn jumps(before: &Solution, after: &Solution) -> bool {
+fn jumps(before: &Place, after: &Place) -> bool {
     let released = after.status == Status::NoContact;
     before.branch.zip(after.branch).is_some_and(|(before, after)| before != after) && !released
 }
 
 /// Snap-throughs, failures and branches.
-fn force_marks(solutions: &[Solution], unit: &str) -> Vec<Mark> {
+fn force_marks(run: &Run, unit: &str) -> Vec<Mark> {
+    let places = &run.places;
     let mut marks = Vec::new();
     let mut before = Status::NoContact;
     let mut first_snap = true;
-    // A finger that stands on a later branch from the first place on has snapped through on the way there.
-    let first = solutions.first().filter(|first| first.branch.is_some_and(|branch| branch > 1));
-    if let Some((solution, first)) = first.and_then(|solution| Some((solution, solution.first_branch?))) {
-        let places = || solutions.iter().map(Solution::place);
-        let (low, high) = (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
-        if let Some([after, to]) = first.snap_between() {
-            let at = 0.5 * (after + to);
-            let words = format!("snap-through at {at:.2}{unit}");
-            marks.push(if (low..=high).contains(&at) {
-                Mark::At { x: at, words }
-            } else {
-                let words = format!(
-                    "{words}, before the first place; up to {} N until then",
-                    draw::significant(first.max_force_n, 2)
-                );
-                Mark::At { x: solution.place(), words }
-            });
-            first_snap = false;
-        }
+    let snap = run.first_branch.and_then(|first| Some((first, first.snap_between()?)));
+    let named = |[after, to]: [f64; 2]| {
+        let at = 0.5 * (after + to);
+        (at, format!("snap-through at {at:.2}{unit}"))
+    };
+    // A finger that is on a later branch from the first place on has snapped through on the way there.
+    let later = places.first().filter(|first| first.branch.is_some_and(|branch| branch > 1));
+    if let Some((place, (first, between))) = later.zip(snap) {
+        let [low, high] = range(run);
+        let (at, words) = named(between);
+        marks.push(if (low..=high).contains(&at) {
+            Mark::At { x: at, words }
+        } else {
+            let most = draw::significant(first.max_force_n, 2);
+            Mark::At {
+                x: place.at.value(),
+                words: format!("{words}, before the first place; up to {most} N until then"),
+            }
+        });
+        first_snap = false;
     }
-    for (index, solution) in solutions.iter().enumerate() {
-        let status = solution.status;
-        if index.checked_sub(1).is_some_and(|before| jumps(&solutions[before], solution)) {
-            let known = solution.first_branch.and_then(|first| first.snap_between()).filter(|_| first_snap);
+    for (index, place) in places.iter().enumerate() {
+        let status = place.status;
+        let earlier =
+            index.checked_sub(1).and_then(|before| places.get(before)).filter(|earlier| jumps(earlier, place));
+        if let Some(earlier) = earlier {
+            let known = snap.filter(|_| first_snap);
             first_snap = false;
             marks.push(match known {
-                Some([after, to]) => Mark::At {
-                    x: 0.5 * (after + to),
-                    words: format!("snap-through at {:.2}{unit}", 0.5 * (after + to)),
-                },
+                Some((_, between)) => {
+                    let (x, words) = named(between);
+                    Mark::At { x, words }
+                }
                 None => {
-                    let [from, to] = [solutions[index - 1].place(), solution.place()];
+                    let [from, to] = [earlier.at.value(), place.at.value()];
                     let [low, high] = [from.min(to), from.max(to)].map(|place| draw::short(place, 3));
                     Mark::At { x: 0.5 * (from + to), words: format!("snap-through between {low} and {high}{unit}") }
                 }
             });
         } else if !status.is_trustworthy() && status != before {
-            marks.push(Mark::At { x: solution.place(), words: status.to_string() });
+            marks.push(Mark::At { x: place.at.value(), words: status.to_string() });
         }
         before = status;
     }
-    // What the first branch bears may lie between two places.
-    let first =
-        solutions.first().and_then(|solution| solution.first_branch).filter(|first| first.snap_between().is_some());
-    if let Some((first, place)) = first.and_then(|first| Some((first, first.max_force_at()?))) {
+    // The largest force of the first branch may lie between two places.
+    if let Some((first, place)) = snap.and_then(|(first, _)| Some((first, first.max_force_at()?))) {
         let words = format!("{} N at {}{unit}", draw::significant(first.max_force_n, 2), draw::short(place, 2));
         marks.push(Mark::Ring { at: [place, first.max_force_n], words });
     }
     // Branches are named where each place belongs to one: not on the way back.
-    let places: Vec<f64> = solutions.iter().map(Solution::place).collect();
-    let most = solutions.iter().filter_map(|solution| solution.branch).max().unwrap_or(1);
-    if most > 1 && places.is_sorted() {
+    let most = places.iter().filter_map(|place| place.branch).max().unwrap_or(1);
+    if most > 1 && places.is_sorted_by_key(|place| place.at.value()) {
         for branch in 1..=most {
-            let mut on = solutions.iter().filter(|solution| solution.branch == Some(branch)).map(Solution::place);
+            let mut on = places.iter().filter(|place| place.branch == Some(branch)).map(|place| place.at.value());
             if let (Some(from), Some(to)) = (on.next(), on.next_back()) {
                 marks.push(Mark::Stretch { between: [from, to], words: format!("branch {branch}") });
             }
@@ -217,23 +224,23 @@ fn lamella_marks(case: &Case, side: usize, named: bool) -> Vec<Mark> {
 }
 
 /// Contact pressure along the front beam.
-fn pressure(case: &Case, solution: &Solution) -> Chart {
+fn pressure(case: &Case, place: &Place, state: &State) -> Chart {
     let mut points = Vec::new();
-    for pressure in &solution.contact_pressure {
+    for pressure in &state.contact_pressure {
         let ([from, to], load) = (pressure.between_mm, pressure.line_load_n_per_mm);
         points.extend([[from, 0.0], [from, load], [to, load], [to, 0.0], [f64::NAN; 2]]);
     }
-    let peak = solution.contact_pressure.iter().max_by(|a, b| a.line_load_n_per_mm.total_cmp(&b.line_load_n_per_mm));
-    let subtitle = match (peak, solution.force_magnitude_n) {
-        (Some(peak), Some(force)) => format!(
+    let peak = state.contact_pressure.iter().max_by(|a, b| a.line_load_n_per_mm.total_cmp(&b.line_load_n_per_mm));
+    let subtitle = match peak {
+        Some(peak) => format!(
             "{}: *F* = {} N; largest {} N/mm at {:.1} mm, that is {} N/mm² over the finger's width",
-            place_words(case, solution.place()),
-            draw::significant(force, 2),
+            place_words(case, place),
+            draw::significant(state.force_magnitude_n(), 2),
             draw::significant(peak.line_load_n_per_mm, 3),
             peak.arc_mm,
             draw::significant(peak.pressure_n_per_mm2, 4),
         ),
-        _ => format!("{}: no contact", place_words(case, solution.place())),
+        None => format!("{}: no contact", place_words(case, place)),
     };
     let mut chart = Chart::new(
         "Contact force per length along the front beam",
@@ -261,10 +268,10 @@ fn pressure(case: &Case, solution: &Solution) -> Chart {
 const AT_REST: f64 = 1e-6;
 
 /// Strains along both beams, and below them the hinges'.
-fn strain(case: &Case, solution: &Solution) -> Chart {
+fn strain(case: &Case, place: &Place, state: &State) -> Chart {
     let design = &case.finger.design;
     let limit = case.finger.max_strain;
-    let strains = solution.strains.clone().unwrap_or_default();
+    let strains = &state.strains;
     let in_percent = |share: f64| 100.0 * share;
     let face = |name: &str, colour, sections: &[Section], pick: fn(&Section) -> f64| Series {
         name: name.into(),
@@ -326,7 +333,7 @@ fn strain(case: &Case, solution: &Solution) -> Chart {
     };
     let mut chart = Chart::new(
         "Strain at the outer fibres",
-        format!("{}: bending and stretch, positive where drawn out; {bears}", place_words(case, solution.place())),
+        format!("{}: bending and stretch, positive where drawn out; {bears}", place_words(case, place)),
         "arc length of the beam from the base *s* (mm); dashed: lamellae",
     );
     chart.height = 600.0;

@@ -69,32 +69,29 @@ impl Strains {
         all
     }
 
-    /// The hinge with the largest strain, in words; none without hinges.
-    pub fn worst_hinge(&self) -> Option<String> {
-        let all =
-            self.hinges.iter().enumerate().flat_map(|(k, pair)| [(k, "front", pair.front), (k, "back", pair.back)]);
-        let (lamella, side, _) = all.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|worst| worst.2 > 0.0)?;
-        Some(format!("{side} of lamella {}", lamella + 1))
+    /// The hinge with the largest strain: its side and its lamella, from 0; `None` without hinges.
+    pub fn worst_hinge(&self) -> Option<(Side, usize)> {
+        let all = self
+            .hinges
+            .iter()
+            .enumerate()
+            .flat_map(|(k, pair)| [(Side::Front, k, pair.front), (Side::Back, k, pair.back)]);
+        let (side, lamella, _) = all.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|worst| worst.2 > 0.0)?;
+        Some((side, lamella))
     }
 
     /// What is strained beyond a limit, the worst first: the beams at their worst section, every hinge.
     pub fn beyond(&self, limit: f64) -> Vec<Beyond> {
         let worst = |sections: &[Section]| sections.iter().copied().max_by(|a, b| a.largest().total_cmp(&b.largest()));
-        let beam = |part: &str, sections: &[Section]| {
-            worst(sections).map(|section| Beyond {
-                part: format!("{part} beam at {:.1} mm", section.arc_mm),
-                strain: section.largest(),
-                limit,
-            })
+        let beam = |side: Side, sections: &[Section]| {
+            let section = worst(sections)?;
+            Some(Beyond { part: Part::Beam { side, arc_mm: section.arc_mm }, strain: section.largest(), limit })
         };
-        let hinge = |part: &str, lamella: usize, strain: f64| Beyond {
-            part: format!("{part} hinge of lamella {}", lamella + 1),
-            strain,
-            limit,
-        };
+        let hinge =
+            |side: Side, lamella: usize, strain: f64| Beyond { part: Part::Hinge { side, lamella }, strain, limit };
         let hinges = self.hinges.iter().enumerate();
-        let hinges = hinges.flat_map(|(k, pair)| [hinge("front", k, pair.front), hinge("back", k, pair.back)]);
-        let beams = [beam("front", &self.front), beam("back", &self.back)].into_iter().flatten();
+        let hinges = hinges.flat_map(|(k, pair)| [hinge(Side::Front, k, pair.front), hinge(Side::Back, k, pair.back)]);
+        let beams = [beam(Side::Front, &self.front), beam(Side::Back, &self.back)].into_iter().flatten();
         let mut found: Vec<Beyond> = beams.chain(hinges).filter(|one| one.strain > limit).collect();
         found.sort_by(|a, b| b.strain.total_cmp(&a.strain));
         found
@@ -108,11 +105,68 @@ fn pair(pairs: &mut Vec<Pair>, index: usize) -> &mut Pair {
     &mut pairs[index]
 }
 
+/// Which beam a part belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The contact beam.
+    Front,
+    /// The other one.
+    Back,
+}
+
+impl Side {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Back => "back",
+        }
+    }
+}
+
+/// A part of a finger that has a strain of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    /// A beam, at its worst section.
+    Beam {
+        /// Which one.
+        side: Side,
+        /// Arc length of the section from the base, mm.
+        arc_mm: f64,
+    },
+    /// A hinge.
+    Hinge {
+        /// At which beam.
+        side: Side,
+        /// Of which lamella, from 0 at the base.
+        lamella: usize,
+    },
+}
+
+impl Part {
+    /// True for sections of the same beam, and for the same hinge.
+    pub fn is_same(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Beam { side, .. }, Self::Beam { side: other, .. }) => side == other,
+            _ => self == other,
+        }
+    }
+}
+
+impl std::fmt::Display for Part {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Beam { side, arc_mm } => write!(f, "{} beam at {arc_mm:.1} mm", side.word()),
+            Self::Hinge { side, lamella } => write!(f, "{} hinge of lamella {}", side.word(), lamella + 1),
+        }
+    }
+}
+
 /// A part that is strained more than its material bears.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beyond {
-    /// Which part and where; lamellae are counted from 1 at the base.
-    pub part: String,
+    /// Which part and where.
+    pub part: Part,
     /// Its strain.
     pub strain: f64,
     /// What the material bears.

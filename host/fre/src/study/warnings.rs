@@ -1,42 +1,147 @@
-//! What a designer must not overlook: what the model leaves out or reads otherwise than it may be meant, and parts strained beyond
-//! what the material bears.
+//! What a designer must not overlook: what the model leaves out, what a case may not mean as it is written, and parts strained
+//! beyond what the material bears.
+
+use std::fmt;
 
 use model_core::design::{HingeKind, Profile};
 use model_core::status::Status;
 
 use crate::case::Case;
-use crate::study::overlap;
-use crate::study::report::short;
-use crate::study::run::Solution;
+use crate::study::number::short;
+use crate::study::overlap::{self, Overlap};
+use crate::study::place::{At, Place};
 use crate::study::strains::Beyond;
 
 /// How far beyond an end a taper may reach, as a part of its length: roundings of a drawing's measures.
 const BEYOND: f64 = 0.01;
 
-/// One sentence each, the finger's own first; without solutions those of the case alone.
-pub fn warnings(case: &Case, solutions: &[Solution]) -> Vec<String> {
+/// A warning; its words are a sentence for people.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Warning {
+    /// Welded lamellae are rigid in the model.
+    RigidLamellae,
+    /// A taper ends where the finger does not.
+    Taper(Taper),
+    /// There is no number from this place on.
+    Lost {
+        /// The first place without one.
+        at: At,
+        /// What happened.
+        why: Loss,
+    },
+    /// The object reaches into a part without contact, the most at this place.
+    Reached(Overlap),
+    /// A part is strained beyond the limit, the most at this place.
+    Strained {
+        /// Part, strain and limit.
+        beyond: Beyond,
+        /// Where on the motion.
+        at: At,
+    },
+}
+
+/// A taper's knot that lies beyond the finger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taper {
+    /// The taper's key below `finger`.
+    pub key: &'static str,
+    /// The knot: position and value, mm.
+    pub knot: [f64; 2],
+    /// The end of the finger that it lies beyond.
+    pub end: End,
+    /// Position of that end, and the taper's value there, mm.
+    pub there: [f64; 2],
+}
+
+/// An end of the finger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The clamped one.
+    Base,
+    /// The other one.
+    Tip,
+}
+
+/// Why a place is out of range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Loss {
+    /// The object is in the way of the finger's clamped base.
+    BaseCovered,
+    /// The finger has passed the object.
+    Passed,
+}
+
+impl Warning {
+    /// The place that it speaks of; `None` if it is about the finger itself.
+    pub fn at(&self) -> Option<At> {
+        match self {
+            Self::RigidLamellae | Self::Taper(_) => None,
+            Self::Lost { at, .. } | Self::Strained { at, .. } => Some(*at),
+            Self::Reached(overlap) => Some(overlap.at),
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RigidLamellae => f.write_str(
+                "finger.hinge.kind = \"welded\": the model's lamellae are rigid, real ones bend with the beams; the force is too \
+                 large (by 22 % for fea-80 with lamellae of 3 mm; `fre compare --fea` measures it for this case)",
+            ),
+            Self::Taper(Taper { key, knot: [position, value], end, there: [end_at, there] }) => write!(
+                f,
+                "finger.{key}: {} mm at {} mm lies beyond the {}, which is at {} mm: there it is {} mm",
+                short(*value),
+                short(*position),
+                match end {
+                    End::Base => "base",
+                    End::Tip => "tip",
+                },
+                short(*end_at),
+                short(*there)
+            ),
+            Self::Lost { at, why } => {
+                let why = match why {
+                    Loss::BaseCovered => "the object is in the way of the finger's clamped base",
+                    Loss::Passed => {
+                        "the finger has slipped off the object and past it, has it behind its front beam, or came against it \
+                         with its clamped base on the way"
+                    }
+                };
+                write!(f, "at {at}: out-of-range: {why}; later places have results again once the hand has been open")
+            }
+            Self::Reached(Overlap { part, depth, at }) => write!(
+                f,
+                "the object reaches {depth:.1} mm into {} (at {at}), which the model lets it pass through: check where the case \
+                 has it",
+                part.words()
+            ),
+            Self::Strained { beyond, at } => write!(f, "{beyond} (at {at})"),
+        }
+    }
+}
+
+/// Warnings about a case and its results, those about the finger first; without places those about the case alone.
+pub fn warnings(case: &Case, places: &[Place]) -> Vec<Warning> {
     left_out(case)
         .into_iter()
         .chain(tapers(case))
-        .chain(lost(case, solutions))
-        .chain(reached(case, solutions))
-        .chain(strained(case, solutions))
+        .chain(lost(case, places))
+        .chain(overlap::worst(case, places).into_iter().map(Warning::Reached))
+        .chain(strained(places))
         .collect()
 }
 
 /// What the model leaves out of a finger, so much that its forces are wrong by more than a few percent.
-fn left_out(case: &Case) -> Option<String> {
+fn left_out(case: &Case) -> Option<Warning> {
     // Measured on the preset fea-80 with welded lamellae, by `fre compare --fea`.
     let design = &case.finger.design;
-    (design.hinge.kind == HingeKind::Welded && design.lamella_count() > 0).then(|| {
-        "finger.hinge.kind = \"welded\": the model's lamellae are rigid, real ones bend with the beams; the force is too large \
-         (by 22 % for fea-80 with lamellae of 3 mm; `fre compare --fea` tells for this case)"
-            .to_owned()
-    })
+    (design.hinge.kind == HingeKind::Welded && design.lamella_count() > 0).then_some(Warning::RigidLamellae)
 }
 
 /// Tapers whose ends do not lie on the finger: what is written there is not what is there.
-fn tapers(case: &Case) -> Vec<String> {
+fn tapers(case: &Case) -> Vec<Warning> {
     let design = &case.finger.design;
     let heights = [design.front.base, design.back.base, design.front.tip, design.back.tip].map(|[_, y]| y);
     let lowest = heights.into_iter().fold(f64::INFINITY, f64::min);
@@ -48,19 +153,13 @@ fn tapers(case: &Case) -> Vec<String> {
         ("back.thickness_mm", &design.back.thickness, [0.0, design.back.length()]),
     ] {
         let slack = BEYOND * (to - from);
-        for [position, value] in ends(profile) {
-            let (end, place) = match position {
-                below if below < from - slack => (from, "base"),
-                above if above > to + slack => (to, "tip"),
+        for knot in ends(profile) {
+            let (end, at) = match knot[0] {
+                below if below < from - slack => (End::Base, from),
+                above if above > to + slack => (End::Tip, to),
                 _ => continue,
             };
-            found.push(format!(
-                "finger.{key}: {} mm at {} mm lies beyond the {place}, which is at {} mm: there it is {} mm",
-                short(value),
-                short(position),
-                short(end),
-                short(profile.at(end))
-            ));
+            found.push(Warning::Taper(Taper { key, knot, end, there: [at, profile.at(at)] }));
         }
     }
     found
@@ -75,52 +174,27 @@ fn ends(profile: &Profile) -> Vec<[f64; 2]> {
 }
 
 /// Why there is no number from the first place on that is out of range.
-fn lost(case: &Case, solutions: &[Solution]) -> Option<String> {
-    let place = solutions.iter().find(|solution| solution.status == Status::OutOfRange)?.place();
-    let why = if overlap::covers_base(case, place) {
-        "the object is in the way of the finger's clamped base"
-    } else {
-        "the finger has slipped off the object and past it, has it behind its front beam, or came against it with its clamped base on \
-         the way"
-    };
-    Some(format!(
-        "at {}{}: out-of-range: {why}; what follows is known again once the hand was open",
-        short(place),
-        case.path.unit()
-    ))
+fn lost(case: &Case, places: &[Place]) -> Option<Warning> {
+    let at = places.iter().find(|place| place.status == Status::OutOfRange)?.at;
+    let why = if overlap::covers_base(case, at) { Loss::BaseCovered } else { Loss::Passed };
+    Some(Warning::Lost { at, why })
 }
 
-/// Parts that an object reaches into.
-fn reached(case: &Case, solutions: &[Solution]) -> Vec<String> {
-    let words = |found: overlap::Overlap| {
-        format!(
-            "the object reaches {:.1} mm into {} (at {}{}), where the model knows no contact: check where the case has it",
-            found.depth,
-            found.part,
-            short(found.place),
-            case.path.unit()
-        )
-    };
-    overlap::worst(case, solutions).into_iter().map(words).collect()
-}
-
-/// Parts strained beyond the limit, each with its worst place.
-fn strained(case: &Case, solutions: &[Solution]) -> Vec<String> {
-    let unit = case.path.unit();
-    let mut worst: Vec<(&str, &Beyond, f64)> = Vec::new();
-    for solution in solutions {
-        for beyond in solution.beyond_max_strain.iter().flatten() {
-            // Beams are named with the arc of their worst section: one warning per beam.
-            let part = beyond.part.split(" at ").next().unwrap_or_default();
-            match worst.iter_mut().find(|(known, ..)| *known == part) {
-                Some((_, most, _)) if most.strain >= beyond.strain => {}
-                Some((_, most, place)) => (*most, *place) = (beyond, solution.place()),
-                None => worst.push((part, beyond, solution.place())),
+/// Parts strained beyond the limit, each at its worst place; one warning per beam.
+fn strained(places: &[Place]) -> Vec<Warning> {
+    let mut worst: Vec<(Beyond, At)> = Vec::new();
+    for place in places {
+        let beyond = place.state.as_ref().and_then(|state| state.beyond_max_strain.as_ref());
+        for &beyond in beyond.into_iter().flatten() {
+            match worst.iter_mut().find(|(known, _)| known.part.is_same(beyond.part)) {
+                Some((most, _)) if most.strain >= beyond.strain => {}
+                Some(known) => *known = (beyond, place.at),
+                None => worst.push((beyond, place.at)),
             }
         }
     }
-    worst.sort_by(|a, b| b.1.strain.total_cmp(&a.1.strain));
-    worst.into_iter().map(|(_, beyond, place)| format!("{beyond} (at {}{unit})", short(place))).collect()
+    worst.sort_by(|a, b| b.0.strain.total_cmp(&a.0.strain));
+    worst.into_iter().map(|(beyond, at)| Warning::Strained { beyond, at }).collect()
 }
 
 #[cfg(test)]
@@ -132,7 +206,7 @@ mod tests {
                     motion.motor_angles_deg = [2]\n";
         let mut case = Case::parse("case.toml", text).unwrap();
         change(&mut case.finger.design);
-        warnings(&case, &[])
+        warnings(&case, &[]).iter().map(Warning::to_string).collect()
     }
 
     fn taper(knots: &[[f64; 2]]) -> Profile {

@@ -24,7 +24,7 @@ use model_core::newton::Hessian;
 
 use crate::source::Statistics;
 use crate::source::{Listeners, Modelled, Order, OrderError, Setup, Source, Told};
-use fre::study::run::Precision;
+use fre::study::model::Precision;
 
 /// How long an order waits for the bus's thread.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -38,7 +38,7 @@ use crate::source::Statistics;
 use fre::case::preset;
 use fre::files::Folder;
 use fre::shape::{Contact, Shape};
-use fre::study::run::{self, physics_word};
+use fre::study::model::{self, physics_word};
 
 pub use error::DemoError;
 pub use fre_qemu::Pace;
@@ -250,7 +250,7 @@ fn boot(
     stop: &AtomicBool,
 ) -> Result<Booted, DemoError> {
     let design = preset(PRESET).ok_or(DemoError::Preset(PRESET))??.design;
-    let truth = run::Options { discretisation: Discretisation::full(Scheme::Paper, physics), ..Load::REFERENCE };
+    let truth = model::Options { discretisation: Discretisation::full(Scheme::Paper, physics), ..Load::REFERENCE };
     let load = Arc::new(Load::of(&design, OBJECT, &Drive::Rotating, &truth, CLOSED_DEG + MARGIN_DEG)?);
     let [x, y] = load.at(CLOSED_DEG.to_radians(), &mut OnBranch::default()).force;
     let servo = Config {

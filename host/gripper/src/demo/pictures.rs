@@ -7,7 +7,7 @@ use super::summary::ALLOWED_PERCENT;
 use super::{OBJECT, RADIUS, Seen};
 use fre::draw::{Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
 use fre::shape::Shape;
-use fre::study::run::physics_word;
+use fre::study::model::physics_word;
 
 /// Points of a curve over time.
 const POINTS: usize = 1200;

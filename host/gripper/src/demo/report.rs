@@ -9,7 +9,7 @@ use super::summary::Summary;
 use super::{LOG, Seen, pictures};
 use fre::draw::{self, Scene};
 use fre::files::Folder;
-use fre::study::run::physics_word;
+use fre::study::model::physics_word;
 
 /// A picture with its name and what to see in it.
 struct Picture {

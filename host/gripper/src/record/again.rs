@@ -9,7 +9,7 @@ use model_core::status::Status;
 use crate::estimator::{AnyEstimator, estimator};
 use crate::link::{KeyError, set};
 use crate::source::{Modelled, Setup};
-use fre::study::run::Precision;
+use fre::study::model::Precision;
 
 /// What is changed of the recorded set-up.
 #[derive(Clone, Debug, Default)]

@@ -18,7 +18,7 @@ use model_core::real::Real;
 use model_core::status::Status;
 
 use fre::heap::Host;
-use fre::study::run::{Options, Precision};
+use fre::study::model::{Options, Precision};
 
 /// Distance of two nodes of the table, rad: half a count of the servo.
 const PITCH: f64 = PI / 4096.0;

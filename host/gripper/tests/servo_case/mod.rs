@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fre::case::preset;
-use fre::study::run::Options;
+use fre::study::model::Options;
 use fre_gripper::servo::Load;
 use model_core::discretise::{Discretisation, Physics, Scheme};
 use model_core::drive::Drive;

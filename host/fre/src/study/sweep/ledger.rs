@@ -8,14 +8,14 @@ use std::io::{ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use model_core::object::Motion;
 use model_core::status::Status;
 use serde::Deserialize as _;
 use serde::de::IntoDeserializer as _;
 
 use super::{Sweep, SweepError};
-use crate::study::report;
-use crate::study::run::{Model, Precision, Solution};
+use crate::study::csv;
+use crate::study::place::Place;
+use crate::study::run::Run;
 
 /// What a sweep keeps in mind of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,10 +29,9 @@ pub struct Known {
 }
 
 impl Known {
-    /// Of a solution.
-    pub fn of(solution: &Solution) -> Self {
-        let strained = solution.beyond_max_strain.as_ref().is_some_and(|beyond| !beyond.is_empty());
-        Self { status: solution.status, strained, overlaps: solution.overlap_mm.is_some() }
+    /// Of a place.
+    pub fn of(place: &Place) -> Self {
+        Self { status: place.status, strained: place.is_overstrained(), overlaps: place.overlap_mm.is_some() }
     }
 }
 
@@ -154,13 +153,13 @@ impl Ledger {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn add(&mut self, sweep: &Sweep, point: usize, solutions: &[Solution]) -> Result<usize, SweepError> {
+    pub fn add(&mut self, sweep: &Sweep, point: usize, run: &Run) -> Result<usize, SweepError> {
         let first = point * sweep.places().len();
         let (mut text, mut count) = (String::new(), 0);
-        for ((row, line), solution) in rows(sweep, point, solutions).zip(solutions) {
-            let place = self.known.get_mut(first + row).filter(|place| place.is_none());
-            if let Some(place) = place {
-                *place = Some(Known::of(solution));
+        for ((row, line), place) in rows(sweep, point, run).zip(&run.places) {
+            let known = self.known.get_mut(first + row).filter(|known| known.is_none());
+            if let Some(known) = known {
+                *known = Some(Known::of(place));
                 text.push_str(&line);
                 count += 1;
             }
@@ -208,60 +207,28 @@ const MAGIC: &str = "# fre sweep ";
 
 /// The first two lines of a sweep's file.
 pub(super) fn header(sweep: &Sweep) -> String {
-    let nothing = Solution {
-        status: Status::NoContact,
-        motor_angle_deg: matches!(sweep.path.motion, Motion::Rotating { .. }).then_some(0.0),
-        distance_mm: matches!(sweep.path.motion, Motion::Translating { .. }).then_some(0.0),
-        force_n: None,
-        force_magnitude_n: None,
-        force_finger_frame_n: None,
-        motor_torque_nmm: None,
-        energy_nmm: None,
-        gap_mm: None,
-        tip_mm: None,
-        front_mm: Vec::new(),
-        back_mm: Vec::new(),
-        lamellae_mm: Vec::new(),
-        contacts: Vec::new(),
-        max_strain: None,
-        sensitivity: None,
-        iterations: 0,
-        steps: 0,
-        elapsed_us: 0.0,
-        model: Model {
-            scheme: String::new(),
-            elements_per_beam: 0,
-            elements_per_hinge: 0,
-            unknowns: 0,
-            physics: String::new(),
-            precision: Precision::F64,
-        },
-        branch: None,
-        first_branch: None,
-        contact_pressure: Vec::new(),
-        strains: None,
-        beyond_max_strain: None,
-        overlap_mm: None,
-    };
-    let csv = report::csv(&[nothing]);
-    let axes: String = sweep.axes.iter().map(|axis| format!("{},", axis.name())).collect();
-    let columns = csv.lines().next().unwrap_or_default();
+    let axes = sweep.axes.iter().map(|axis| axis.name().to_owned());
+    let columns: Vec<String> =
+        std::iter::once("row".to_owned()).chain(axes).chain(csv::head(sweep.path.along())).collect();
     format!(
-        "{MAGIC}{} {:016x}: {} points, {} rows; to be read from the next line on\nrow,{axes}{columns}\n",
+        "{MAGIC}{} {:016x}: {} points, {} rows; to be read from the next line on\n{}",
         env!("CARGO_PKG_VERSION"),
         fnv(sweep.identity().as_bytes()),
         sweep.points(),
-        sweep.rows()
+        sweep.rows(),
+        csv::line(&columns)
     )
 }
 
 /// The rows of a point: their number within the point, and their line.
-pub(super) fn rows(sweep: &Sweep, point: usize, solutions: &[Solution]) -> impl Iterator<Item = (usize, String)> {
+pub(super) fn rows(sweep: &Sweep, point: usize, run: &Run) -> impl Iterator<Item = (usize, String)> {
     let first = point * sweep.places().len();
-    let words: String = sweep.words(point).iter().map(|word| format!("{word},")).collect();
-    let csv = report::csv(solutions);
-    let lines: Vec<String> = csv.lines().skip(1).map(str::to_owned).collect();
-    lines.into_iter().enumerate().map(move |(row, line)| (row, format!("{},{words}{line}\n", first + row)))
+    let words = sweep.words(point);
+    csv::records(run).enumerate().map(move |(row, values)| {
+        let record: Vec<String> =
+            std::iter::once((first + row).to_string()).chain(words.iter().cloned()).chain(values).collect();
+        (row, csv::line(&record))
+    })
 }
 
 /// What makes a file with other first lines another sweep's, in words.

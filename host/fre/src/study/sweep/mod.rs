@@ -15,7 +15,8 @@ use model_core::object::Motion;
 use crate::case::{Case, CaseError, Document, KeyError, MotionPath};
 use crate::files::FileError;
 use crate::heap::Host;
-use crate::study::run::{self, Options, Solution};
+use crate::study::model::Options;
+use crate::study::run::{Run, solve};
 
 pub use axis::{Axis, numbers};
 pub use ledger::{Known, Ledger};
@@ -114,6 +115,9 @@ pub enum SweepError {
         /// The file.
         file: String,
     },
+    /// The watcher stopped it; rows in a file stay there.
+    #[error("stopped")]
+    Stopped,
     /// No threads.
     #[error("--jobs: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -275,13 +279,13 @@ impl Sweep {
             .map_err(|error| self.refused(point, discretise_words(&error)))
     }
 
-    /// Solves a point: one result per place.
+    /// Solves a point.
     ///
     /// # Errors
     /// The point is no case, or cannot be discretised as asked.
-    pub fn solve(&self, point: usize) -> Result<Vec<Solution>, SweepError> {
+    pub fn solve(&self, point: usize) -> Result<Run, SweepError> {
         let (case, options) = self.point(point)?;
-        run::solve(&case, &options).map_err(|error| self.refused(point, discretise_words(&error)))
+        solve(&case, &options).map_err(|error| self.refused(point, discretise_words(&error)))
     }
 
     fn refused(&self, point: usize, reason: String) -> SweepError {
@@ -332,7 +336,7 @@ mod tests {
 
     use super::{Axis, Sweep, SweepError};
     use crate::case::Document;
-    use crate::study::run::Options;
+    use crate::study::model::Options;
 
     fn sweep(axes: Vec<Axis>, angles: Option<&[f64]>) -> Result<Sweep, SweepError> {
         let text = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n\

@@ -83,6 +83,7 @@ pub fn study(sweep: &Sweep, csv: &str) -> Option<Vec<Tuned>> {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
     use std::path::Path;
 
     use model_core::discretise::Elements;
@@ -90,7 +91,7 @@ mod tests {
     use super::super::{Axis, Sweep, run};
     use super::study;
     use crate::case::Document;
-    use crate::study::run::Options;
+    use crate::study::model::Options;
 
     fn sweep(resolutions: &[(usize, usize)]) -> Sweep {
         let text = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n\
@@ -110,7 +111,7 @@ mod tests {
     fn the_finest_resolution_is_what_others_are_held_against() {
         let sweep = sweep(&[(24, 1), (96, 4), (48, 2)]);
         let mut csv = Vec::new();
-        run(&sweep, None, &mut csv, 1, |_| {}).unwrap();
+        run(&sweep, None, &mut csv, 1, |_| ControlFlow::Continue(())).unwrap();
         let found = study(&sweep, std::str::from_utf8(&csv).unwrap()).unwrap();
         assert_eq!(found.iter().map(|of| of.elements.as_str()).collect::<Vec<_>>(), ["24/1", "96/4", "48/2"]);
         // Three of the four angles touch, for each of two radii.

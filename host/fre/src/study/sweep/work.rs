@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -12,9 +13,9 @@ use rayon::prelude::*;
 use super::ledger::{self, Known, Ledger};
 use super::{Sweep, SweepError};
 
-/// How often progress is told without news.
+/// How often progress is reported without news.
 const BEAT: Duration = Duration::from_millis(250);
-/// Points that are checked between two tellings.
+/// Points that are checked between two reports.
 const CHECKED_AT_ONCE: usize = 1024;
 
 /// How far a sweep is.
@@ -79,16 +80,17 @@ enum Rows<'a, W> {
 }
 
 /// Runs a sweep with a number of threads (0: one per core), into its file or, without one, into a stream in the order
-/// of the grid. All points are checked before the first is solved.
+/// of the grid. All points are checked before the first is solved. `watch` is called a few times per second, and whenever a point
+/// is done; it stops the sweep by [`ControlFlow::Break`].
 ///
 /// # Errors
-/// A point is no case, or the output cannot be written.
+/// A point is no case, the output cannot be written, or the sweep was stopped.
 pub fn run<W: Write>(
     sweep: &Sweep,
     ledger: Option<&mut Ledger>,
     out: &mut W,
     jobs: usize,
-    mut tell: impl FnMut(Progress),
+    mut watch: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Tally, SweepError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build()?;
     let resumed = ledger.as_ref().map_or(0, |ledger| ledger.found());
@@ -102,7 +104,13 @@ pub fn run<W: Write>(
             }
             return Err(error);
         }
-        tell(Progress { checked: Some([index * CHECKED_AT_ONCE + points.len(), todo.len()]), ..progress });
+        let checked = Some([index * CHECKED_AT_ONCE + points.len(), todo.len()]);
+        if watch(Progress { checked, ..progress }).is_break() {
+            if let Some(ledger) = ledger {
+                ledger.abandon();
+            }
+            return Err(SweepError::Stopped);
+        }
     }
     let mut rows = match ledger {
         Some(ledger) => {
@@ -133,19 +141,18 @@ pub fn run<W: Write>(
         loop {
             match receiver.recv_timeout(BEAT) {
                 Ok((point, solved)) => {
-                    outcome = solved.and_then(|solutions| match &mut rows {
+                    outcome = solved.and_then(|run| match &mut rows {
                         Rows::File(ledger) => {
-                            progress.done += ledger.add(sweep, point, &solutions)?;
+                            progress.done += ledger.add(sweep, point, &run)?;
                             Ok(())
                         }
                         Rows::Stream { out, next, waiting, known } => {
                             let first = point * sweep.places().len();
-                            for (index, solution) in solutions.iter().enumerate() {
-                                known[first + index] = Some(Known::of(solution));
+                            for (index, place) in run.places.iter().enumerate() {
+                                known[first + index] = Some(Known::of(place));
                             }
-                            progress.done += solutions.len();
-                            waiting
-                                .insert(point, ledger::rows(sweep, point, &solutions).map(|(_, line)| line).collect());
+                            progress.done += run.places.len();
+                            waiting.insert(point, ledger::rows(sweep, point, &run).map(|(_, line)| line).collect());
                             while let Some(text) = waiting.remove(next) {
                                 out.write_all(text.as_bytes()).map_err(stream_failed)?;
                                 *next += 1;
@@ -164,7 +171,11 @@ pub fn run<W: Write>(
             let seconds = begin.elapsed().as_secs_f64();
             progress.rate = (progress.done - resumed) as f64 / seconds.max(1e-9);
             progress.left_s = (progress.rate > 0.0).then(|| (progress.total - progress.done) as f64 / progress.rate);
-            tell(progress);
+            if watch(progress).is_break() {
+                stop.store(true, Ordering::Relaxed);
+                outcome = Err(SweepError::Stopped);
+                break;
+            }
         }
     });
     outcome?;

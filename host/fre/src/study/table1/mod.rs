@@ -14,12 +14,14 @@ use model_core::discretise::{Discretisation, DiscretiseError, Physics, Scheme};
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 
-use crate::case::{Case, CaseError, MotionPath, preset};
+use crate::case::{Along, Case, CaseError, MotionPath, preset};
 use crate::draw;
 use crate::files::{FileError, Folder};
 use crate::metrics::{Deviation, deviation, force_error};
-use crate::study::report;
-use crate::study::run::{self, Options, Solution};
+use crate::study::csv::{head, line, records};
+use crate::study::model::Options;
+use crate::study::place::Place;
+use crate::study::run::{self, Run};
 
 /// The finger.
 pub const PRESET: &str = "dhas-80";
@@ -94,9 +96,9 @@ impl Series {
     }
 }
 
-/// One of the models that are compared.
+/// A physics at a resolution: one of those compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Model {
+pub struct Variant {
     /// Its name in tables.
     pub name: &'static str,
     /// Its discretisation.
@@ -112,9 +114,9 @@ pub const EXTENDED_FULL: usize = 2;
 /// The extended physics at the microcontroller's resolution.
 pub const EXTENDED_REDUCED: usize = 3;
 
-/// The models, in the order of the indices above.
-pub fn models() -> [Model; 4] {
-    let model = |name, discretisation| Model { name, discretisation };
+/// The variants, in the order of the indices above.
+pub fn variants() -> [Variant; 4] {
+    let model = |name, discretisation| Variant { name, discretisation };
     [
         model("paper 170/20", Discretisation::full(Scheme::Paper, Physics::Paper)),
         model("paper reduced", Discretisation::reduced(Physics::Paper)),
@@ -143,7 +145,7 @@ pub enum Comparison {
     None,
 }
 
-/// A case with every model's solution.
+/// A case solved by every variant of the model.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The series.
@@ -152,9 +154,9 @@ pub struct Row {
     pub angle: usize,
     /// Object and path.
     pub case: Case,
-    /// One per model.
-    pub solutions: Vec<Solution>,
-    /// True for a model that has snapped through at this angle or before.
+    /// One per variant, with this place only.
+    pub runs: Vec<Run>,
+    /// True for a variant that has snapped through at this angle or before.
     pub snapped: Vec<bool>,
 }
 
@@ -164,14 +166,19 @@ impl Row {
         self.series.name(self.angle)
     }
 
-    /// Measures of one model against a reference.
+    /// The result of a variant.
+    pub fn place(&self, variant: usize) -> Option<&Place> {
+        self.runs.get(variant)?.places.first()
+    }
+
+    /// Measures of one variant against a reference.
     pub fn compare(&self, model: usize, reference: usize) -> Comparison {
-        let (Some(a), Some(b)) = (self.solutions.get(model), self.solutions.get(reference)) else {
+        let (Some(a), Some(b)) = (self.place(model), self.place(reference)) else { return Comparison::None };
+        let (Some(force), Some(expected)) = (a.force_magnitude_n(), b.force_magnitude_n()) else {
             return Comparison::None;
         };
-        let (Some(force), Some(expected)) = (a.force_magnitude_n, b.force_magnitude_n) else { return Comparison::None };
         // The finer line is the one to be near to: a coarse one's chords lie beside the beam.
-        let Some(shape) = deviation(&b.front_mm, &a.front_mm) else { return Comparison::None };
+        let Some(shape) = deviation(b.front_mm(), a.front_mm()) else { return Comparison::None };
         let Some(force_percent) = force_error(force, expected).percent else { return Comparison::None };
         if self.snapped.get(model) != self.snapped.get(reference) {
             return Comparison::OtherBranch;
@@ -205,26 +212,26 @@ pub fn solve() -> Result<Vec<Row>, Table1Error> {
     let mut rows = Vec::with_capacity(CASES);
     for series in SERIES {
         let case = series.case()?;
-        let mut paths = Vec::new();
-        for model in models() {
-            let options = Options { discretisation: model.discretisation, ..Options::default() };
-            let mut path = run::solve(&case, &options)?;
+        let mut runs = Vec::new();
+        for variant in variants() {
+            let options = Options { discretisation: variant.discretisation, ..Options::default() };
+            let mut run = run::solve(&case, &options)?;
             for _ in 1..RUNS {
-                for (kept, again) in path.iter_mut().zip(run::solve(&case, &options)?) {
-                    kept.elapsed_us = kept.elapsed_us.min(again.elapsed_us);
+                for (kept, again) in run.places.iter_mut().zip(run::solve(&case, &options)?.places) {
+                    kept.effort.elapsed_us = kept.effort.elapsed_us.min(again.effort.elapsed_us);
                 }
             }
-            paths.push(path);
+            runs.push(run);
         }
         for angle in 0..series.angles_deg.len() {
-            let upto = |path: &Vec<Solution>| path.iter().take(angle + 2).any(|s| s.status == Status::Snapped);
+            let upto = |run: &Run| run.places.iter().take(angle + 2).any(|place| place.status == Status::Snapped);
             rows.push(Row {
                 series,
                 angle,
                 case: case.clone(),
                 // The first place of the path is the start without contact.
-                solutions: paths.iter().filter_map(|path| path.get(angle + 1).cloned()).collect(),
-                snapped: paths.iter().map(upto).collect(),
+                runs: runs.iter().filter_map(|run| run.only(angle + 1)).collect(),
+                snapped: runs.iter().map(upto).collect(),
             });
         }
     }
@@ -256,19 +263,19 @@ pub fn markdown(rows: &[Row]) -> String {
     table::markdown(rows)
 }
 
-/// One line per case and model, with the columns of `fre solve`.
+/// One line per case and variant, with the columns of `fre solve`.
 pub fn csv(rows: &[Row]) -> String {
-    let mut out = String::new();
+    let own = ["diameter_mm", "height", "height_mm", "angle", "model"].map(str::to_owned);
+    let mut out = line(&own.into_iter().chain(head(Along::Angle)).collect::<Vec<_>>());
     for row in rows {
-        let csv = report::csv(&row.solutions);
-        let mut lines = csv.lines();
-        let head = lines.next().unwrap_or_default();
-        if out.is_empty() {
-            out = format!("diameter_mm,height,height_mm,angle,model,{head}\n");
-        }
-        for (line, model) in lines.zip(models()) {
-            let Series { diameter_mm, height, height_mm, .. } = row.series;
-            out += &format!("{diameter_mm},{height},{height_mm},{},{},{line}\n", row.angle + 1, model.name);
+        let Series { diameter_mm, height, height_mm, .. } = row.series;
+        for (run, variant) in row.runs.iter().zip(variants()) {
+            let angle = (row.angle + 1).to_string();
+            let own =
+                [diameter_mm.to_string(), height.to_owned(), height_mm.to_string(), angle, variant.name.to_owned()];
+            for record in records(run) {
+                out += &line(&own.iter().cloned().chain(record).collect::<Vec<_>>());
+            }
         }
     }
     out

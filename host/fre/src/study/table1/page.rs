@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::table::{self, Table};
-use super::{EXTENDED_FULL, Row, bars, models};
+use super::{EXTENDED_FULL, Row, bars, variants};
 use crate::draw::{self, FingerPicture};
 
 const TITLE: &str = "The paper's twenty cases";
@@ -34,7 +34,7 @@ pub(super) fn html(rows: &[Row]) -> String {
         out,
         "<h2>Deformed fingers</h2>\n<p>By {}. Arrows are forces on the object, to the scale in each picture: thin ones belong \
          to a contact sample each, the thick one is their sum.</p>\n<div class=\"fingers\">",
-        models()[EXTENDED_FULL].name
+        variants()[EXTENDED_FULL].name
     );
     for (index, row) in rows.iter().enumerate() {
         let _ = writeln!(out, "<figure>\n{}</figure>", finger(row, index));
@@ -50,24 +50,23 @@ pub(super) fn html(rows: &[Row]) -> String {
 /// The deformed finger of a case; its status where there is no trustworthy solution.
 fn finger(row: &Row, index: usize) -> String {
     let name = row.name();
-    let Some(solution) = row.solutions.get(EXTENDED_FULL) else { return String::new() };
-    if !solution.status.is_trustworthy() {
+    let Some(place) = row.place(EXTENDED_FULL) else { return String::new() };
+    let Some(state) = &place.state else {
         return format!(
             "<p class=\"bad\"><b>{name}</b>, {}°: {} – there is no trustworthy solution to draw.</p>",
-            solution.place(),
-            solution.status
+            place.at.value(),
+            place.status
         );
-    }
-    let shape = solution.shape();
+    };
     let scene = FingerPicture {
         title: name,
-        subtitle: format!("{}, {}", models()[EXTENDED_FULL].name, solution.status),
+        subtitle: format!("{}, {}", variants()[EXTENDED_FULL].name, place.status),
         design: &row.case.finger.design,
         motion: row.case.path.motion,
-        coordinate: row.case.path.coordinate(solution.place()),
+        coordinate: row.case.path.coordinate(place.at.value()),
         object: row.case.object,
-        shape: &shape,
-        force: solution.force_n,
+        shape: &state.shape,
+        force: Some(state.force_n),
     }
     .scene();
     draw::svg_in_page(&scene, &format!("f{index}-"))

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::{APPROACH_DEG, COMPARED, Comparison, PRESET, Row, SERIES, models};
+use super::{APPROACH_DEG, COMPARED, Comparison, PRESET, Row, SERIES, variants};
 use crate::metrics::mean_and_max;
-use crate::study::run::Solution;
+use crate::study::place::Place;
 
 /// A table: its title, its columns, its rows.
 pub(super) struct Table {
@@ -49,8 +49,8 @@ pub(super) fn tables(rows: &[Row]) -> Vec<Table> {
 }
 
 /// The force with the status if it says more than that all is well.
-fn force(solution: &Solution) -> String {
-    match (solution.force_magnitude_n, solution.status.word()) {
+fn force(place: &Place) -> String {
+    match (place.force_magnitude_n(), place.status.word()) {
         (Some(force), "converged") => format!("{force:.3}"),
         (Some(force), word) => format!("{force:.3} ({word})"),
         (None, word) => word.to_owned(),
@@ -59,14 +59,15 @@ fn force(solution: &Solution) -> String {
 
 fn forces(rows: &[Row]) -> Table {
     let mut columns = vec!["case".to_owned(), "α (°)".to_owned()];
-    let names = models().map(|model| model.name.to_owned());
+    let names = variants().map(|variant| variant.name.to_owned());
     columns.extend(names.iter().chain(&names).cloned());
     let groups =
         vec![(String::new(), 2), ("net force (N)".to_owned(), names.len()), ("time (ms)".to_owned(), names.len())];
     let cells = |row: &Row| {
         let mut cells = vec![row.name(), row.series.angles_deg[row.angle].to_string()];
-        cells.extend(row.solutions.iter().map(force));
-        cells.extend(row.solutions.iter().map(|solution| format!("{:.2}", solution.elapsed_us / 1000.0)));
+        let places = || (0..variants().len()).filter_map(|variant| row.place(variant));
+        cells.extend(places().map(force));
+        cells.extend(places().map(|place| format!("{:.2}", place.effort.elapsed_us / 1000.0)));
         cells
     };
     Table { title: "Net force and time", groups, columns, rows: rows.iter().map(cells).collect() }
@@ -74,8 +75,8 @@ fn forces(rows: &[Row]) -> Table {
 
 /// Which model against which.
 pub(super) fn pair_name((model, reference): (usize, usize)) -> String {
-    let models = models();
-    format!("{} against {}", models[model].name, models[reference].name)
+    let variants = variants();
+    format!("{} against {}", variants[model].name, variants[reference].name)
 }
 
 fn measures(rows: &[Row]) -> Table {
@@ -95,7 +96,7 @@ fn measures(rows: &[Row]) -> Table {
                 }
                 Comparison::OtherBranch => ["other branch".to_owned(), "–".to_owned(), "–".to_owned()],
                 Comparison::None => {
-                    let bad = [model, reference].map(|index| row.solutions.get(index).map(|solution| solution.status));
+                    let bad = [model, reference].map(|index| row.place(index).map(|place| place.status));
                     let bad = bad.into_iter().flatten().find(|status| !status.is_trustworthy());
                     [bad.map_or("–", |status| status.word()).to_owned(), "–".to_owned(), "–".to_owned()]
                 }
@@ -130,8 +131,9 @@ fn summary(rows: &[Row]) -> Table {
                 forces.push(force_percent);
             }
         }
-        let time =
-            |index: usize| rows.iter().filter_map(|row| row.solutions.get(index)).map(|s| s.elapsed_us).sum::<f64>();
+        let time = |index: usize| {
+            rows.iter().filter_map(|row| row.place(index)).map(|place| place.effort.elapsed_us).sum::<f64>()
+        };
         let words = |pair: Option<[f64; 2]>, index: usize, digits: usize| {
             pair.map_or_else(|| "–".to_owned(), |pair| format!("{:.digits$}", pair[index]))
         };

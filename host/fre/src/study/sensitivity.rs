@@ -1,0 +1,102 @@
+//! Derivatives of force, torque and contact centre, in the units of files.
+
+use model_core::equilibrium::Follower;
+use model_core::object::Motion;
+use model_core::real::Real;
+use model_core::sensitivity::{Derivative, DesignParameter, Probe};
+use model_core::size::Size;
+use serde::{Deserialize, Serialize};
+
+use crate::case::Case;
+use crate::study::model::Options;
+
+/// Derivatives, world frame, the touching samples staying the same: of the force on the object, of the torque that the
+/// contact demands of the motor, and of the contact centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sensitivity {
+    /// Of the force to the motor angle, N per degree; absent for a translated base.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_per_deg_n: Option<[f64; 2]>,
+    /// To the distance, N per mm, of a translated base.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_per_mm_n: Option<[f64; 2]>,
+    /// To the x and the y of the object's centre, N per mm.
+    pub force_per_centre_mm_n: [[f64; 2]; 2],
+    /// To the object's radius, N per mm.
+    pub force_per_radius_mm_n: [f64; 2],
+    /// To Young's modulus, N per MPa, the contact softness staying the same.
+    pub force_per_youngs_modulus_mpa_n: [f64; 2],
+    /// To the front beam's thickness, N per mm; `null` where the dimension cannot be varied.
+    pub force_per_front_thickness_mm_n: Option<[f64; 2]>,
+    /// To the back beam's thickness, N per mm.
+    pub force_per_back_thickness_mm_n: Option<[f64; 2]>,
+    /// To the hinges' thickness, N per mm.
+    pub force_per_hinge_thickness_mm_n: Option<[f64; 2]>,
+    /// To the hinges' length, N per mm.
+    pub force_per_hinge_length_mm_n: Option<[f64; 2]>,
+    /// To the x and the y of the motor axis, N per mm.
+    pub force_per_motor_axis_mm_n: [[f64; 2]; 2],
+    /// Stiffness dF/dC that the object meets, N/mm: row i, column j is the change of the i-th component of the force by the
+    /// object's j-th. Where the finger pushes the object back, it is negative definite.
+    pub stiffness_n_per_mm: [[f64; 2]; 2],
+    /// Of the torque to the motor angle, N·mm per degree; absent for a translated base.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub torque_per_deg_nmm: Option<f64>,
+    /// Of the torque to the x and the y of the object's centre, N·mm per mm (of a translated base: of the force against its
+    /// motion, N per mm).
+    pub torque_per_centre_mm_nmm: [f64; 2],
+    /// To the object's radius.
+    pub torque_per_radius_mm_nmm: f64,
+    /// Of the contact centre to the motor angle, mm per degree; absent for a translated base.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_centre_per_deg_mm: Option<[f64; 2]>,
+}
+
+impl Sensitivity {
+    /// Of the force to the place on the motion, N per degree or per mm.
+    pub fn force_along_motion(&self) -> Option<[f64; 2]> {
+        self.force_per_deg_n.or(self.force_per_mm_n)
+    }
+}
+
+/// Derivatives at the present place; `None` if more samples touch than there is room for.
+pub(super) fn sensitivity<T: Real, S: Size>(
+    follower: &mut Follower<T, S>,
+    probe: &mut Probe<T, S>,
+    case: &Case,
+    options: &Options,
+) -> Option<Sensitivity> {
+    let found = follower.sensitivity()?;
+    let mut dimension = |parameter| {
+        follower
+            .design_sensitivity(probe, &case.finger.design, &options.discretisation, parameter)
+            .map(|derivative| vector(derivative.force))
+    };
+    let force = |derivative: &Derivative<T>| vector(derivative.force);
+    let rotating = matches!(case.path.motion, Motion::Rotating { .. });
+    let coordinate = force(&found.coordinate);
+    let centre = [force(&found.centre[0]), force(&found.centre[1])];
+    let per_degree = 1_f64.to_radians();
+    Some(Sensitivity {
+        force_per_deg_n: rotating.then_some(coordinate.map(|per_radian| per_radian * per_degree)),
+        force_per_mm_n: (!rotating).then_some(coordinate),
+        force_per_centre_mm_n: centre,
+        force_per_radius_mm_n: force(&found.radius),
+        force_per_youngs_modulus_mpa_n: force(&found.youngs_modulus),
+        force_per_front_thickness_mm_n: dimension(DesignParameter::FrontThickness),
+        force_per_back_thickness_mm_n: dimension(DesignParameter::BackThickness),
+        force_per_hinge_thickness_mm_n: dimension(DesignParameter::HingeThickness),
+        force_per_hinge_length_mm_n: dimension(DesignParameter::HingeLength),
+        force_per_motor_axis_mm_n: [force(&found.axis[0]), force(&found.axis[1])],
+        stiffness_n_per_mm: [0, 1].map(|i| [centre[0][i], centre[1][i]]),
+        torque_per_deg_nmm: rotating.then_some(found.coordinate.torque.to_f64() * per_degree),
+        torque_per_centre_mm_nmm: [found.centre[0].torque.to_f64(), found.centre[1].torque.to_f64()],
+        torque_per_radius_mm_nmm: found.radius.torque.to_f64(),
+        contact_centre_per_deg_mm: rotating.then_some(vector(found.coordinate.contact_centre).map(|x| x * per_degree)),
+    })
+}
+
+fn vector<T: Real>(v: [T; 2]) -> [f64; 2] {
+    // Adding zero turns −0 into 0.
+    v.map(|x| x.to_f64() + 0.0)
+}

@@ -1,0 +1,82 @@
+//! A case solved: progress, stopping, and the three views of its results.
+
+use std::ops::ControlFlow;
+
+use fre::case::{Along, Case};
+use fre::study::json::{Row, json};
+use fre::study::place::At;
+use fre::study::run::{Run, Unsolved, solve, solve_watched};
+use fre::study::warnings::Warning;
+use fre::study::{csv, text};
+
+const CASE: &str = "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
+                    motion.motor_angles_deg = [0, 4, 8]\n";
+
+fn case(text: &str) -> Case {
+    Case::parse("case.toml", text).unwrap()
+}
+
+fn solved(text: &str) -> Run {
+    solve(&case(text), &Default::default()).unwrap()
+}
+
+#[test]
+fn a_watcher_sees_every_place_and_may_stop() {
+    let mut seen = Vec::new();
+    let run = solve_watched(&case(CASE), &Default::default(), |progress| {
+        seen.push((progress.done, progress.total, progress.latest.at));
+        ControlFlow::<()>::Continue(())
+    });
+    assert_eq!(run.unwrap().places.len(), 3);
+    assert_eq!(seen, [(1, 3, At::Angle(0.0)), (2, 3, At::Angle(4.0)), (3, 3, At::Angle(8.0))]);
+    let stopped = solve_watched(&case(CASE), &Default::default(), |progress| match progress.done {
+        2 => ControlFlow::Break("enough"),
+        _ => ControlFlow::Continue(()),
+    });
+    assert_eq!(stopped, Err(Unsolved::Stopped("enough")));
+}
+
+#[test]
+fn csv_and_json_have_the_same_numbers() {
+    let run = solved(CASE);
+    let rows: Vec<Row> = serde_json::from_str(&json(&run).unwrap()).unwrap();
+    assert_eq!(rows, run.places.iter().map(|place| Row::new(&run, place)).collect::<Vec<_>>());
+    let head = csv::head(Along::Angle);
+    for (record, row) in csv::records(&run).zip(&rows) {
+        let cell = |name: &str| record[head.iter().position(|column| column == name).unwrap()].as_str();
+        let number = |name: &str| cell(name).parse::<f64>().ok();
+        assert_eq!((cell("status"), number("motor_angle_deg")), (row.status.word(), row.motor_angle_deg));
+        assert_eq!((number("force_n"), number("energy_nmm")), (row.force_magnitude_n, row.energy_nmm));
+        assert_eq!(number("force_x_per_deg_n"), row.sensitivity.and_then(|s| s.force_per_deg_n).map(|[x, _]| x));
+        assert_eq!(cell("scheme"), row.model.scheme);
+    }
+}
+
+/// Places of a motion over time are written with their unit in every view, although no case has such a motion yet.
+#[test]
+fn a_place_in_time_has_its_own_columns() {
+    let mut run = solved(CASE);
+    for (seconds, place) in (0..).map(f64::from).zip(&mut run.places) {
+        place.at = At::Time(0.5 * seconds);
+    }
+    let lines = csv::csv(&run);
+    assert!(
+        lines.starts_with("status,time_s,") && lines.contains(",force_x_per_s_n,") && !lines.contains("_deg"),
+        "{lines}"
+    );
+    assert!(lines.lines().nth(2).is_some_and(|line| line.starts_with("converged,0.5,")), "{lines}");
+    let row = Row::new(&run, &run.places[1]);
+    assert_eq!((row.time_s, row.motor_angle_deg, row.distance_mm), (Some(0.5), None, None));
+}
+
+#[test]
+fn a_warning_belongs_to_its_place() {
+    let run = solved(&CASE.replace("centre_mm = [41, 45]", "centre_mm = [-14, -20]").replace("40", "200"));
+    assert!(matches!(run.warnings[0], Warning::Lost { at: At::Angle(0.0), .. }), "{:?}", run.warnings);
+    let rows: Vec<Row> = run.places.iter().map(|place| Row::new(&run, place)).collect();
+    assert!(!rows[0].warnings.is_empty() && rows[1].warnings.is_empty(), "{rows:?}");
+    assert!(rows.iter().all(|row| row.force_n.is_none() && row.front_mm.is_empty() && row.strains.is_none()));
+    let words = text::text(&case(CASE), &run);
+    assert!(words.contains("warning: at 0°: out-of-range: "), "{words}");
+    assert!(!run.is_trustworthy() && run.last_known().is_none());
+}
