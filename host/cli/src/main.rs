@@ -27,6 +27,7 @@ mod keep;
 mod log;
 #[cfg(feature = "gripper")]
 mod monitor;
+mod new;
 mod options;
 mod outline;
 mod output;
@@ -77,6 +78,7 @@ struct Cli {
 enum Command {
     Calibrate(calibrate::Args),
     Compare(compare::Args),
+    New(new::Args),
     Outline(outline::Args),
     Schema(schema::Args),
     Solve(solve::Args),
@@ -99,6 +101,7 @@ fn main() -> ExitCode {
     match cli.command {
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::New(args) => new::run(&args),
         Command::Outline(args) => outline::run(&args),
         Command::Schema(args) => schema::run(&args),
         Command::Solve(args) => solve::run(&args),

@@ -31,6 +31,9 @@ pub use reference::{PICTURES, reference};
 use keys::{CaseFile, FingerEntry};
 use source::{Source, Table};
 
+/// A commented case with a whole finger, to start from.
+pub const NEW: &str = include_str!("new.toml");
+
 /// A case: what is computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
