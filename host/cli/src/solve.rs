@@ -10,7 +10,8 @@ use super::options::{ModelArgs, ThemeWord, refused};
 use super::output::{ForceArgs, Picture, put_out, reads_case};
 use super::{UNTRUSTWORTHY, bad_input};
 use fre::case::Case;
-use fre::draw::Scene;
+use fre::draw::{self, Scene};
+use fre::files::Output;
 use fre::study::pictures::{self, Kind};
 use fre::study::run::{self, Run};
 use fre::study::{csv, json, text};
@@ -33,6 +34,9 @@ pub struct Args {
     /// angles, the force over the angle
     #[arg(long, value_name = "FILE.svg|FILE.png")]
     plot: Option<PathBuf>,
+    /// Draws the motion as a moving picture: the finger and its force at each angle, in the case's order
+    #[arg(long, value_name = "FILE.svg")]
+    animate: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,
     /// What is drawn, one below the other, separated by commas
@@ -85,6 +89,9 @@ impl KindWord {
     }
 }
 
+/// How long a moving picture shows each angle, s.
+const FRAME_SECONDS: f64 = 0.4;
+
 /// How near a place of the case --plot-at must be, degrees or mm.
 const SAME_PLACE: f64 = 1e-6;
 
@@ -111,18 +118,23 @@ fn index_of(case: &Case, place: f64) -> Result<usize, String> {
     })
 }
 
-/// The file of the pictures.
-fn plot(args: &Args) -> Result<Option<Picture>, String> {
+/// The files of the pictures and of the moving one.
+fn plots(args: &Args) -> Result<(Option<Picture>, Option<Output>), String> {
     let mut files = args.force.files();
     reads_case(&mut files, &args.case).map_err(|error| error.to_string())?;
-    args.plot.as_deref().map(|file| Picture::of(&mut files, file)).transpose()
+    let plot = args.plot.as_deref().map(|file| Picture::of(&mut files, file)).transpose()?;
+    let moving = args.animate.as_deref().map(|file| match draw::Format::of(file) {
+        Ok(draw::Format::Svg) => files.output(file, "--animate").map_err(|error| error.to_string()),
+        _ => Err(format!("--animate {}: a moving picture's file ends in .svg", file.display())),
+    });
+    Ok((plot, moving.transpose()?))
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    // The plot's name is checked before time is spent on solving.
-    let plot = match plot(args) {
-        Ok(plot) => plot,
+    // The pictures' names are checked before time is spent on solving.
+    let (plot, moving) = match plots(args) {
+        Ok(files) => files,
         Err(error) => return bad_input(&error),
     };
     let case = match Case::read(&args.case) {
@@ -165,6 +177,14 @@ pub fn run(args: &Args) -> ExitCode {
             }
             Ok(None) => tell!("fre: {}: nothing to draw, there is no trustworthy solution there", file.display()),
             Err(error) => return bad_input(&error),
+        }
+    }
+    if let (Some(path), Some(file)) = (&args.animate, moving) {
+        let frames = pictures::film(&case, &solved);
+        if frames.is_empty() {
+            tell!("fre: {}: nothing to draw, there is no trustworthy solution", path.display());
+        } else if let Err(error) = file.write(draw::moving_svg(&frames, FRAME_SECONDS).as_bytes()) {
+            return bad_input(&error);
         }
     }
     if solved.is_trustworthy() { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) }

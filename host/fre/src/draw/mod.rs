@@ -18,14 +18,14 @@ use std::path::Path;
 use crate::files::{FileError, Files};
 
 pub use chart::{Chart, Mark, Panel, Series, Style};
-pub use finger::FingerPicture;
+pub use finger::{FingerPicture, frames};
 pub use keys::{KEY_PICTURES, key_picture};
 pub use number::{short, significant};
 pub use object::object_contour;
 pub use palette::Ink;
 pub use png::{PngError, Theme, png};
 pub use scene::{Item, Scene, Step, literal};
-pub use svg::{svg, svg_in_page};
+pub use svg::{moving_svg, svg, svg_in_page};
 
 /// Pixels per CSS pixel of a PNG.
 const PNG_SCALE: f64 = 2.0;

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 
 use super::font::Fonts;
 use super::palette::Ink;
-use super::scene::{Anchor, Item, Path, SUBSCRIPT_DROP, SUBSCRIPT_SIZE, Scene, Step, Text};
+use super::scene::{Anchor, Item, Path, Rect, SUBSCRIPT_DROP, SUBSCRIPT_SIZE, Scene, Step, Text};
 
 /// The picture as an SVG document.
 pub fn svg(scene: &Scene) -> String {
@@ -21,26 +21,145 @@ pub fn svg_in_page(scene: &Scene, prefix: &str) -> String {
     written(scene, Some(prefix))
 }
 
+/// How much longer than the others a moving picture shows its last frame, in frames.
+const REST: f64 = 3.0;
+
+/// Pictures of one size as a moving SVG: each is shown for so many seconds, in turn and again and again, the last one longer. Where
+/// nothing moves (a viewer without animations, or a person who wants none) it is the last one.
+pub fn moving_svg(frames: &[Scene], seconds_each: f64) -> String {
+    let Some(last) = frames.last() else { return String::new() };
+    let mut letters = Letters { fonts: Fonts::new(), paths: BTreeMap::new() };
+    let mut out = String::new();
+    open(&mut out, last);
+    let units = frames.len() as f64 + REST;
+    let [share, rest] = [1.0, 1.0 + REST].map(|part| number(100.0 * part / units));
+    let whole = seconds_each * units;
+    let _ = writeln!(
+        out,
+        "<style>.frame{{visibility:hidden;animation:shown {}s step-end infinite}}\
+         .frame.last{{visibility:visible;animation-name:rest}}\
+         @keyframes shown{{0%{{visibility:visible}}{share}%,100%{{visibility:hidden}}}}\
+         @keyframes rest{{0%{{visibility:visible}}{rest}%,100%{{visibility:hidden}}}}\
+         @media(prefers-reduced-motion:reduce){{.frame{{animation:none}}}}</style>",
+        number(whole)
+    );
+    frames.iter().for_each(|scene| letters.learn(scene));
+    out.push_str(&letters.definitions());
+    paper(&mut out, last);
+    // What all of them show is drawn once; what changes lies between, as it did in each.
+    let all: Vec<Vec<Drawn>> = frames.iter().map(drawn).collect();
+    let still = in_all(&all);
+    let mut turns: Vec<_> = all.iter().map(|frame| frame.iter().copied().peekable()).collect();
+    let mut clips = 0;
+    for next in still.iter().map(Some).chain([None]) {
+        for (index, turn) in turns.iter_mut().enumerate() {
+            let mut moving = Vec::new();
+            while let Some(item) = turn.next_if(|item| Some(item) != next) {
+                moving.push(item);
+            }
+            turn.next();
+            if moving.is_empty() {
+                continue;
+            }
+            // Each begins its turn in the middle of the round that has passed already.
+            let delay = number(seconds_each * index as f64 - whole);
+            let class = if index + 1 == frames.len() { "frame last" } else { "frame" };
+            let _ = writeln!(out, r#"<g class="{class}" style="animation-delay:{delay}s">"#);
+            items(&mut out, &moving, &letters, None, &mut clips);
+            out.push_str("</g>\n");
+        }
+        if let Some(item) = next {
+            items(&mut out, std::slice::from_ref(item), &letters, None, &mut clips);
+        }
+    }
+    out.push_str("</svg>\n");
+    out
+}
+
+/// What all frames show in the same order.
+fn in_all<'a>(frames: &[Vec<Drawn<'a>>]) -> Vec<Drawn<'a>> {
+    let Some((first, others)) = frames.split_first() else { return Vec::new() };
+    let mut common = first.clone();
+    for other in others {
+        // In order: what is found is looked for behind what was found before.
+        let mut from = 0;
+        common.retain(|item| match other[from..].iter().position(|there| there == item) {
+            Some(behind) => {
+                from += behind + 1;
+                true
+            }
+            None => false,
+        });
+    }
+    common
+}
+
+/// A path or text of a picture, and the region that it is clipped to.
+type Drawn<'a> = (Option<Rect>, &'a Item);
+
+fn drawn(scene: &Scene) -> Vec<Drawn<'_>> {
+    let mut region = None;
+    let mut all = Vec::new();
+    for item in &scene.items {
+        match item {
+            Item::Clip(rect) => region = Some(*rect),
+            Item::Unclip => region = None,
+            item => all.push((region, item)),
+        }
+    }
+    all
+}
+
 fn written(scene: &Scene, page: Option<&str>) -> String {
     let mut out = String::new();
-    let prefix = page.unwrap_or_default();
+    open(&mut out, scene);
+    let mut letters = Letters { fonts: Fonts::new(), paths: BTreeMap::new() };
+    if page.is_none() {
+        letters.learn(scene);
+        out.push_str(&letters.definitions());
+    }
+    paper(&mut out, scene);
+    items(&mut out, &drawn(scene), &letters, page, &mut 0);
+    out.push_str("</svg>\n");
+    out
+}
+
+/// The document's begin: size, title, colours. Writing into a String cannot fail.
+fn open(out: &mut String, scene: &Scene) {
     let (width, height) = (number(scene.width), number(scene.height));
     let description = escape(&scene.description);
-    // Writing into a String cannot fail.
     let _ = writeln!(
         out,
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" role="img" aria-label="{description}">"#
     );
     let _ = writeln!(out, "<title>{description}</title>");
     out.push_str(&style());
-    let mut letters = Letters { fonts: Fonts::new(), paths: BTreeMap::new() };
-    if page.is_none() {
-        out.push_str(&letters.definitions(scene));
-    }
-    let _ = writeln!(out, r#"<rect class="f-paper" width="{width}" height="{height}"/>"#);
-    let mut clips = 0;
-    let mut clipped = false;
-    for item in &scene.items {
+}
+
+fn paper(out: &mut String, scene: &Scene) {
+    let _ =
+        writeln!(out, r#"<rect class="f-paper" width="{}" height="{}"/>"#, number(scene.width), number(scene.height));
+}
+
+/// Paths and texts; `clips` counts the document's clipped regions.
+fn items(out: &mut String, drawn: &[Drawn], letters: &Letters, page: Option<&str>, clips: &mut usize) {
+    let prefix = page.unwrap_or_default();
+    let mut region = None;
+    for &(wanted, item) in drawn {
+        if wanted != region {
+            if region.is_some() {
+                out.push_str("</g>\n");
+            }
+            if let Some(rect) = wanted {
+                *clips += 1;
+                let _ = writeln!(
+                    out,
+                    r#"<clipPath id="{prefix}clip{clips}"><path d="{}"/></clipPath><g clip-path="url(#{prefix}clip{clips})">"#,
+                    steps(&Path::rectangle(rect))
+                );
+            }
+            region = wanted;
+        }
         match item {
             Item::Path(path, fill, stroke) => {
                 let mut classes = Vec::new();
@@ -68,35 +187,16 @@ fn written(scene: &Scene, page: Option<&str>) -> String {
             }
             Item::Text(text) => {
                 if page.is_none() {
-                    letters.draw(&mut out, text);
+                    letters.draw(out, text);
                 }
-                write_text(&mut out, text, letters.fonts.width(text), page.is_some());
+                write_text(out, text, letters.fonts.width(text), page.is_some());
             }
-            Item::Clip(rect) => {
-                if clipped {
-                    out.push_str("</g>\n");
-                }
-                clips += 1;
-                clipped = true;
-                let _ = writeln!(
-                    out,
-                    r#"<clipPath id="{prefix}clip{clips}"><path d="{}"/></clipPath><g clip-path="url(#{prefix}clip{clips})">"#,
-                    steps(&Path::rectangle(*rect))
-                );
-            }
-            Item::Unclip => {
-                if clipped {
-                    out.push_str("</g>\n");
-                }
-                clipped = false;
-            }
+            Item::Clip(_) | Item::Unclip => {}
         }
     }
-    if clipped {
+    if region.is_some() {
         out.push_str("</g>\n");
     }
-    out.push_str("</svg>\n");
-    out
 }
 
 fn style() -> String {
@@ -125,8 +225,8 @@ struct Letters {
 }
 
 impl Letters {
-    /// Definitions of all letters of a picture.
-    fn definitions(&mut self, scene: &Scene) -> String {
+    /// Takes note of all letters of a picture.
+    fn learn(&mut self, scene: &Scene) {
         for item in &scene.items {
             let Item::Text(text) = item else { continue };
             for glyph in self.fonts.glyphs(text) {
@@ -137,6 +237,10 @@ impl Letters {
                 }
             }
         }
+    }
+
+    /// Definitions of all letters.
+    fn definitions(&self) -> String {
         let mut out = String::from("<defs>\n");
         for (name, path) in self.paths.iter().filter(|(_, path)| !path.is_empty()) {
             let _ = writeln!(out, r#"<path id="{name}" d="{path}"/>"#);

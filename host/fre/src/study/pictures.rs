@@ -43,7 +43,30 @@ pub fn overview(case: &Case, run: &Run) -> Option<Scene> {
     stacked(case, run, run.last_known()?, &kinds[..if run.places.len() < 2 { 1 } else { 2 }])
 }
 
+/// The finger on its object and its force at each place that has a state, in the case's order: the frames of a moving picture.
+pub fn film(case: &Case, run: &Run) -> Vec<Scene> {
+    let known = || run.places.iter().filter_map(|place| Some((place, place.state.as_ref()?)));
+    let pictures: Vec<FingerPicture> = known().map(|(place, state)| picture(case, run, place, state)).collect();
+    let chart = force(case, run);
+    draw::frames(&pictures)
+        .into_iter()
+        .zip(known())
+        .map(|(finger, (place, state))| {
+            let mut chart = chart.clone();
+            let at = [place.at.value(), state.force_magnitude_n()];
+            for panel in &mut chart.panels {
+                panel.marks.push(Mark::Ring { at, words: String::new() });
+            }
+            finger.above(&chart.scene())
+        })
+        .collect()
+}
+
 fn finger(case: &Case, run: &Run, place: &Place, state: &State) -> Scene {
+    picture(case, run, place, state).scene()
+}
+
+fn picture<'a>(case: &'a Case, run: &Run, place: &Place, state: &'a State) -> FingerPicture<'a> {
     FingerPicture {
         title: with_minus(&headline(case)),
         subtitle: run.model.words(),
@@ -54,7 +77,6 @@ fn finger(case: &Case, run: &Run, place: &Place, state: &State) -> Scene {
         shape: &state.shape,
         force: Some(state.force_n),
     }
-    .scene()
 }
 
 /// A text with true minus signs before its numbers; hyphens within names stay.

@@ -23,31 +23,53 @@ pub use picture::FingerPicture;
 /// Length of the lines between which the motor's angle is marked, in parts of the finger's height.
 const ANGLE: f64 = 15.0 / 80.0;
 
+/// Pictures of one finger along its motion, all of one size and with one scale of lengths and of forces: the frames of a moving picture.
+pub fn frames(pictures: &[FingerPicture]) -> Vec<Scene> {
+    let fonts = Fonts::new();
+    let largest = pictures.iter().map(FingerPicture::magnitude).fold(0.0, f64::max);
+    let (mut begun, mut parts, mut top) = (Vec::new(), Vec::new(), 0.0_f64);
+    for picture in pictures {
+        let mut scene = Scene::new(WIDTH, HIGHEST, heading::described(&picture.title, &picture.subtitle));
+        top = top.max(picture.headings(&mut scene, &fonts));
+        let ghost = Shape::undeformed(picture.design);
+        let net = picture.net_force(largest);
+        parts.extend(picture.parts(&ghost, &fonts, net));
+        begun.push((picture, scene, ghost, net));
+    }
+    let height = pictures.iter().map(FingerPicture::height).fold(0.0, f64::max);
+    let view = View::of(&parts, height, top);
+    begun
+        .into_iter()
+        .map(|(picture, mut scene, ghost, net)| {
+            picture.draw(&mut scene, &view, &fonts, &ghost, net);
+            scene
+        })
+        .collect()
+}
+
 impl FingerPicture<'_> {
     /// The picture.
     pub fn scene(&self) -> Scene {
-        let fonts = Fonts::new();
-        let mut scene = Scene::new(WIDTH, HIGHEST, heading::described(&self.title, &self.subtitle));
-        let top = self.headings(&mut scene, &fonts);
-        let ghost = Shape::undeformed(self.design);
-        let net = self.net_force();
-        let view = self.view(&ghost, top, &fonts, net);
+        frames(std::slice::from_ref(self)).swap_remove(0)
+    }
+
+    /// Draws all below the headings.
+    fn draw(&self, scene: &mut Scene, view: &View, fonts: &Fonts, ghost: &Shape, net: Option<NetForce>) {
         scene.height = view.area.bottom + FOOT + MARGIN;
 
         scene.items.push(Item::Clip(view.area));
-        let labels = self.labels(&view, &fonts, &ghost, net);
-        self.draw_object(&mut scene, &view, labels.object);
-        self.draw_arm(&mut scene, &view);
-        self.draw_ghost(&mut scene, &view, &ghost);
-        self.draw_finger(&mut scene, &view);
-        self.draw_base(&mut scene, &view);
+        let labels = self.labels(view, fonts, ghost, net);
+        self.draw_object(scene, view, labels.object);
+        self.draw_arm(scene, view);
+        self.draw_ghost(scene, view, ghost);
+        self.draw_finger(scene, view);
+        self.draw_base(scene, view);
         scene.items.push(Item::Unclip);
-        self.draw_motion(&mut scene, &view);
+        self.draw_motion(scene, view);
         if let (Some(net), Some(at)) = (net, labels.force) {
-            self.draw_forces(&mut scene, &view, net, at);
+            self.draw_forces(scene, view, net, at);
         }
-        view.scale_bar(&mut scene);
-        scene
+        view.scale_bar(scene);
     }
 
     fn headings(&self, scene: &mut Scene, fonts: &Fonts) -> f64 {

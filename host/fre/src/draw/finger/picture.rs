@@ -49,12 +49,17 @@ impl FingerPicture<'_> {
         }
     }
 
-    /// The net force with its arrow; none if it is not known or nothing.
-    pub(super) fn net_force(&self) -> Option<NetForce> {
+    /// Magnitude of the net force, N; 0 if it is not known.
+    pub(super) fn magnitude(&self) -> f64 {
+        self.force.map_or(0.0, |[x, y]| x.hypot(y))
+    }
+
+    /// The net force with its arrow, where the longest arrow is that of a force `largest` (N); none if it is not known or nothing.
+    pub(super) fn net_force(&self, largest: f64) -> Option<NetForce> {
         let force = self.force?;
-        let magnitude = force[0].hypot(force[1]);
+        let magnitude = self.magnitude();
         let from = self.line_of_action(force);
-        let scale = LONGEST_ARROW / magnitude;
+        let scale = LONGEST_ARROW / largest.max(magnitude);
         (magnitude > 0.0 && magnitude.is_finite() && from.iter().all(|x| x.is_finite())).then_some(NetForce {
             magnitude,
             from,

@@ -1,4 +1,4 @@
-//! The scale and place at which all parts of a finger's picture fit.
+//! The parts of a finger's picture, and the scale and place at which they fit.
 
 use model_core::object::{Motion, ObjectDesign};
 
@@ -17,10 +17,13 @@ pub(super) const FOOT: f64 = 44.0;
 /// Room around the finger's lines, in parts of its height.
 pub(super) const ROOM: f64 = 4.0 / 80.0;
 
+/// A point of the world, mm, and the room that is needed around it, px from it to the right and down.
+pub(super) type Part = ([f64; 2], Rect);
+
 impl FingerPicture<'_> {
-    /// The scale and place at which all that is drawn fits: each part is a point of the world with the room that it takes
-    /// up around it, some of it in mm and some, as of words, in px.
-    pub(super) fn view(&self, ghost: &Shape, top: f64, fonts: &Fonts, net: Option<NetForce>) -> View {
+    /// All that is drawn: points of the world with the room that they take up around them, some of it in mm and some, as of words,
+    /// in px.
+    pub(super) fn parts(&self, ghost: &Shape, fonts: &Fonts, net: Option<NetForce>) -> Vec<Part> {
         let height = self.height();
         let (base, room) = (BASE * height, ROOM * height);
         let mut parts = Vec::new();
@@ -79,6 +82,13 @@ impl FingerPicture<'_> {
             let beside = self.force_places(fonts, net, net.arrow).swap_remove(0);
             include(net.from, 0.0, room.moved(net.arrow).with(box_of(fonts, &beside)));
         }
+        parts
+    }
+}
+
+impl View {
+    /// The scale and place at which all parts fit below the headings, which end at `top` (px), for a finger of a height (mm).
+    pub(super) fn of(parts: &[Part], height: f64, top: f64) -> Self {
         // What the parts cover at a scale: from left, top to right, bottom, px from the world's origin.
         let covered = |scale: f64| {
             let none = Rect { left: f64::INFINITY, top: f64::INFINITY, right: -f64::INFINITY, bottom: -f64::INFINITY };
@@ -102,6 +112,6 @@ impl FingerPicture<'_> {
         let all = covered(scale);
         let left = 0.5 * (WIDTH - (all.right - all.left));
         let area = Rect { left: MARGIN, right: WIDTH - MARGIN, top, bottom: top + all.bottom - all.top };
-        View { scale, origin: [left - all.left, top - all.top], area }
+        Self { scale, origin: [left - all.left, top - all.top], area }
     }
 }
