@@ -80,6 +80,8 @@ pub const VELOCITY_LIMIT: Register<u32> = Register::write(44, false, Eeprom, 200
 pub const MAX_POSITION_LIMIT: Register<u32> = Register::write(48, false, Eeprom, 4095, 0, 4095);
 /// Least goal position, counts.
 pub const MIN_POSITION_LIMIT: Register<u32> = Register::write(52, false, Eeprom, 0, 0, 4095);
+/// Bit 0: the torque is on after power-on; bit 1: the RAM is restored from its backup.
+pub const STARTUP_CONFIGURATION: Register<u8> = Register::write(60, false, Eeprom, 0, 0, 3);
 /// Which hardware errors turn the torque off, one bit each as in [`HARDWARE_ERROR_STATUS`].
 pub const SHUTDOWN: Register<u8> = Register::write(63, false, Eeprom, 52, 0, 63);
 
@@ -160,7 +162,7 @@ pub const INDIRECT: [IndirectArea; 2] =
     [IndirectArea { addresses: 168, data: 224 }, IndirectArea { addresses: 578, data: 634 }];
 
 /// Every item above, in the order of the addresses.
-pub static ITEMS: [Item; 51] = [
+pub static ITEMS: [Item; 52] = [
     MODEL_NUMBER.item,
     MODEL_INFORMATION.item,
     FIRMWARE_VERSION.item,
@@ -181,6 +183,7 @@ pub static ITEMS: [Item; 51] = [
     VELOCITY_LIMIT.item,
     MAX_POSITION_LIMIT.item,
     MIN_POSITION_LIMIT.item,
+    STARTUP_CONFIGURATION.item,
     SHUTDOWN.item,
     TORQUE_ENABLE.item,
     LED.item,

@@ -16,12 +16,17 @@ use super::bad_input;
 use super::options::{ModelArgs, refused};
 use fre::case::Case;
 use fre::drive::agrees;
-use fre_gripper::servo::{Clock, Config, Handle, Hub, Load, LoadError, PortError, Servo};
+use fre_gripper::servo::{Clock, Config, Gains, Handle, Hub, Load, LoadError, PortError, Servo};
 
 /// Simulate a Dynamixel XM430-W350-T that turns the case's finger against its object.
 ///
 /// Everyone on the bus hears all others: each --pty, --unix and --tcp is a party, and so is the servo. Standard output
 /// says, a line each, where the bus is ("pty PATH", "unix PATH", "tcp ADDRESS"), then "ready". Runs until stopped.
+///
+/// Simulated: position, extended position, current-based position, velocity, current and PWM control with their gains, limits and profiles;
+/// friction, play, sag under load, heat and shutdown; reversed Drive Mode, Homing Offset, position limits, Bus Watchdog, torque at
+/// start-up, Status Return Level. Not simulated, and refused: feed-forward gains, Secondary ID, other protocols, the RAM's backup, indirect
+/// addresses.
 #[derive(Debug, clap::Args)]
 #[command(
     mut_arg("scheme", |arg| arg.default_value("paper")),
@@ -87,6 +92,9 @@ pub struct Args {
     /// Play between encoder and finger, 0 to 5; 0.25 for this servo family
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     backlash_deg: f64,
+    /// Position gains after power-on. With the factory's the servo holds by its error, 29 N·mm per count; 16383,0,0 is twenty times as firm
+    #[arg(long, value_name = "P,I,D", default_value = "800,0,0", value_parser = gains)]
+    gains: Gains,
     /// Standard deviation of Present Current
     #[arg(long, value_name = "MA", default_value_t = 3.0)]
     noise_ma: f64,
@@ -103,6 +111,15 @@ enum ClockWord {
     Wall,
     /// One period per read of Present Position.
     Requests,
+}
+
+/// Gains from an argument.
+fn gains(words: &str) -> Result<Gains, String> {
+    let gains: Option<Vec<u16>> = words.split(',').map(|word| word.trim().parse().ok()).collect();
+    match gains.as_deref() {
+        Some(&[p, i, d]) if p.max(i).max(d) <= 16_383 => Ok(Gains { p, i, d }),
+        _ => Err("allowed are three numbers from 0 to 16383, as 800,0,0".to_owned()),
+    }
 }
 
 /// Runs the command.
@@ -129,6 +146,7 @@ fn serve(args: &Args) -> Result<(), String> {
         closing_up: !args.reversed,
         start_deg: args.start_deg,
         backlash_deg: args.backlash_deg,
+        gains: args.gains,
         noise_ma: args.noise_ma,
         seed: args.seed,
         load,

@@ -11,7 +11,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use dynamixel::{Decoder, Instruction};
-use fre_gripper::servo::{Config, Handle, Hub, Running, Servo};
+use fre_gripper::servo::{Config, Gains, Handle, Hub, Running, Servo};
 use messages::Event;
 use model_core::uncertainty::Uncertainty;
 use servo_case::load;
@@ -82,7 +82,17 @@ fn column(text: &str, name: &str, row: &str) -> String {
 fn gripping(id: u8, firmware: u8, zero_count: u16, closing_up: bool) -> Config {
     let load = load([41.0, 45.0], 13.0);
     let start_deg = Some(9.0 + f64::from(id));
-    Config { id, firmware, zero_count, closing_up, start_deg, load, baud_rate: 1_000_000, ..Config::default() }
+    Config {
+        id,
+        firmware,
+        zero_count,
+        closing_up,
+        start_deg,
+        load,
+        baud_rate: 1_000_000,
+        gains: Gains::GREATEST,
+        ..Config::default()
+    }
 }
 
 #[test]

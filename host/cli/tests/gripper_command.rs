@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use fre::case::preset;
 use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
 use fre::fit::calibrate::{Model, Parameter, Trial};
-use fre_gripper::servo::{Clock, Config, Hub, Load, Running, Servo};
+use fre_gripper::servo::{Clock, Config, Gains, Hub, Load, Running, Servo};
 use fre_qemu::{Machine, Running as Board, Sockets};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::Drive;
@@ -53,8 +53,15 @@ impl Gripper {
         let design = preset("ladder-80").unwrap().unwrap().design;
         let load = Arc::new(Load::of(&design, OBJECT, &Drive::Rotating, &Load::REFERENCE, 14.0).unwrap());
         let clock = Clock::Requests { period_us: 2_000 };
-        let servo =
-            Config { baud_rate: 1_000_000, clock, start_deg: Some(-1.0), noise_ma: 5.0, load, ..Config::default() };
+        let servo = Config {
+            baud_rate: 1_000_000,
+            clock,
+            start_deg: Some(-1.0),
+            noise_ma: 5.0,
+            load,
+            gains: Gains::GREATEST,
+            ..Config::default()
+        };
         let mut hub = Hub::new();
         board.until("connection to the bus", PATIENCE, || hub.connect_unix(&sockets.bus())).unwrap();
         hub.servo(Servo::new(servo).unwrap());

@@ -12,7 +12,7 @@ use fre::case::preset;
 use fre::study::model::Precision;
 use fre_gripper::estimator::estimator;
 use fre_gripper::record::{Counts, Recorded, Recorder, Recording};
-use fre_gripper::servo::{Config, Hub, Servo};
+use fre_gripper::servo::{Config, Gains, Hub, Servo};
 use fre_gripper::source::{Gap, Modelled, Origin, Setup, Told};
 use messages::{
     Calibration, Event, Finger, FreeObject, Grasp, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings, Side, Why,
@@ -240,7 +240,8 @@ fn crc(bytes: impl Iterator<Item = u8>) -> u32 {
 fn a_killed_recorder_loses_at_most_its_last_second() {
     let mut hub = Hub::new();
     let load = load([41.0, 45.0], 13.0);
-    let config = Config { start_deg: Some(9.0), load, baud_rate: 1_000_000, ..Config::default() };
+    let config =
+        Config { start_deg: Some(9.0), load, baud_rate: 1_000_000, gains: Gains::GREATEST, ..Config::default() };
     hub.servo(Servo::new(config).unwrap());
     let port = hub.pty().unwrap();
     let _bus = hub.spawn().unwrap();

@@ -7,14 +7,25 @@ use std::f64::consts::TAU;
 
 use dynamixel::{Answer, Error, StatusError, SyncAnswer, xm430};
 use fre_gripper::servo::{
-    ACCELERATION_UNIT, Clock, Config, ConfigError, FREE_SPEED, FRICTION, Fault, SPEED_UNIT, Servo, TORQUE_CONSTANT,
+    ACCELERATION_UNIT, Clock, Config, ConfigError, FREE_SPEED, FRICTION, Fault, Gains, SPEED_UNIT, STALL_TORQUE, Servo,
+    TORQUE_CONSTANT,
 };
 use model_core::status::Status;
 use servo_bus::{Bus, id, run};
 use servo_case::load;
 
+/// A servo that holds twenty times as firmly as it does from the factory: within a count without load.
+fn firm() -> Config {
+    Config { gains: Gains { p: 16_383, i: 0, d: 0 }, ..Config::default() }
+}
+
 fn requests() -> Config {
-    Config { clock: Clock::Requests { period_us: 2000 }, ..Config::default() }
+    Config { clock: Clock::Requests { period_us: 2000 }, ..firm() }
+}
+
+/// Counts within so many of others.
+fn near(count: i32, expected: i32, within: i32) {
+    assert!((count - expected).abs() <= within, "{count} is not {expected} ± {within}");
 }
 
 /// Turns the torque on and sets out; about 16 counts per 2 ms.
@@ -53,7 +64,7 @@ fn it_says_what_it_is() {
 
 #[test]
 fn a_profile_takes_the_analytic_time() {
-    let mut bus = Bus::new([Config::default()]);
+    let mut bus = Bus::new([firm()]);
     bus.set(xm430::PROFILE_VELOCITY, 100);
     bus.set(xm430::PROFILE_ACCELERATION, 20);
     bus.set(xm430::TORQUE_ENABLE, 1);
@@ -62,13 +73,15 @@ fn a_profile_takes_the_analytic_time() {
     let duration = 800.0 / speed + speed / acceleration;
     // On the way: in the middle of the time in the middle of the way, at full speed.
     bus.pass((duration * 0.5e6) as u64);
-    assert_eq!(bus.get(xm430::PRESENT_POSITION), 2448);
+    // Led by its error, it is 4 counts behind.
+    near(bus.get(xm430::PRESENT_POSITION), 2444, 1);
+    assert_eq!(bus.get(xm430::POSITION_TRAJECTORY), 2448);
     assert_eq!(bus.get(xm430::PRESENT_VELOCITY), 100);
     assert_eq!(bus.get(xm430::MOVING_STATUS), 0x32);
     assert_eq!(bus.get(xm430::VELOCITY_TRAJECTORY), 100);
     bus.pass((duration * 0.5e6) as u64 - 1000);
     assert_eq!(bus.get(xm430::MOVING), 1);
-    bus.pass(1002);
+    bus.pass(10_000);
     assert_eq!(bus.get(xm430::MOVING), 0);
     assert_eq!(bus.get(xm430::MOVING_STATUS), 0x01);
     assert_eq!(bus.get(xm430::PRESENT_POSITION), 2848);
@@ -77,14 +90,14 @@ fn a_profile_takes_the_analytic_time() {
 
 #[test]
 fn a_step_is_as_fast_as_the_motor() {
-    let mut bus = Bus::new([Config::default()]);
+    let mut bus = Bus::new([firm()]);
     bus.set(xm430::TORQUE_ENABLE, 1);
     bus.set(xm430::GOAL_POSITION, 3048);
     let duration = 1000.0 / (FREE_SPEED * (1.0 - FRICTION / 4100.0));
     bus.pass((duration * 1e6) as u64 - 2000);
     assert!(bus.get(xm430::PRESENT_POSITION) < 3047);
     assert_eq!(bus.get(xm430::MOVING_STATUS) & 0x08, 0, "close to its goal it follows again");
-    bus.pass(4000);
+    bus.pass(20_000);
     assert_eq!(bus.get(xm430::PRESENT_POSITION), 3048);
 }
 
@@ -105,7 +118,7 @@ fn the_position_is_rounded_to_counts() {
 
 #[test]
 fn the_servo_never_moves_by_itself() {
-    let mut bus = Bus::new([Config::default()]);
+    let mut bus = Bus::new([firm()]);
     bus.set(xm430::GOAL_POSITION, 3000);
     bus.pass(1_000_000);
     assert_eq!(bus.get(xm430::PRESENT_POSITION), 2048, "the torque is off");
@@ -144,7 +157,12 @@ fn what_the_manual_refuses_is_refused() {
     bus.set(xm430::TORQUE_ENABLE, 0);
     assert_eq!(bus.refusal(xm430::CURRENT_LIMIT, 500), None);
     assert_eq!(bus.refusal(xm430::GOAL_CURRENT, 501), Some(StatusError::DataLimit));
-    assert_eq!(bus.refusal(xm430::OPERATING_MODE, 1), Some(StatusError::DataRange), "position modes only");
+    assert_eq!(bus.refusal(xm430::OPERATING_MODE, 2), Some(StatusError::DataRange), "there is no mode 2");
+    // What is not simulated takes its default only.
+    assert_eq!(bus.refusal(xm430::FEEDFORWARD_1ST_GAIN, 100), Some(StatusError::DataRange));
+    assert_eq!(bus.refusal(xm430::SECONDARY_ID, 7), Some(StatusError::DataRange));
+    assert_eq!(bus.refusal(xm430::SECONDARY_ID, 255), None);
+    assert_eq!(bus.refusal(xm430::STARTUP_CONFIGURATION, 2), Some(StatusError::DataRange), "no backup of the RAM");
 }
 
 #[test]
@@ -196,21 +214,22 @@ fn the_current_is_that_of_contact_and_friction() {
     arrive(&mut bus);
     assert_eq!(bus.get(xm430::PRESENT_CURRENT), units(FRICTION));
     assert_eq!(bus.servo(|servo| servo.truth()).status, Status::NoContact);
-    // 11°, rounded to 125 counts: the reference has 3.00 N·m at 11°.
-    bus.set(xm430::GOAL_POSITION, 2048 + 125);
-    assert_eq!(arrive(&mut bus), 2173);
+    // To 11°, but for what the load holds back; the reference has 3.00 N·m at 11°.
+    bus.set(xm430::GOAL_POSITION, 2048 + 130);
+    near(arrive(&mut bus), 2173, 1);
     let truth = bus.servo(|servo| servo.truth());
     assert_eq!(truth.status, Status::Converged);
-    assert!((truth.torque - 3000.0).abs() < 10.0, "{truth:?}");
-    assert!((truth.force[0] - 31.3).abs() < 0.2 && (truth.force[1] + 17.5).abs() < 0.2, "{truth:?}");
-    let closing = bus.get(xm430::PRESENT_CURRENT);
-    assert_eq!(closing, units(truth.torque + FRICTION));
-    // Back by a degree and forth again: at the same angle the friction now holds with the motor.
-    bus.set(xm430::GOAL_POSITION, 2048 + 136);
+    assert!((truth.torque - 3000.0).abs() < 60.0, "{truth:?}");
+    assert!((truth.force[0] - 31.3).abs() < 1.0 && (truth.force[1] + 17.5).abs() < 1.0, "{truth:?}");
+    let current = |bus: &mut Bus| i32::from(bus.get(xm430::PRESENT_CURRENT));
+    near(current(&mut bus), i32::from(units(truth.torque + FRICTION)), 4);
+    // On by a degree and back again: the friction now holds with the motor.
+    bus.set(xm430::GOAL_POSITION, 2048 + 141);
     arrive(&mut bus);
-    bus.set(xm430::GOAL_POSITION, 2048 + 125);
+    bus.set(xm430::GOAL_POSITION, 2048 + 130);
     arrive(&mut bus);
-    assert_eq!(bus.get(xm430::PRESENT_CURRENT), units(truth.torque - FRICTION));
+    let truth = bus.servo(|servo| servo.truth());
+    near(current(&mut bus), i32::from(units(truth.torque - FRICTION)), 4);
     // Without torque there is no current, and the finger springs back to where friction holds it.
     bus.set(xm430::TORQUE_ENABLE, 0);
     assert_eq!(bus.get(xm430::PRESENT_CURRENT), 0);
@@ -239,24 +258,24 @@ fn the_finger_lags_by_half_the_play() {
         let truth = bus.servo(|servo| servo.truth());
         (truth.motor_angle - truth.finger_angle, truth)
     };
-    let near = |(lag, _), expected: f64| {
+    let is = |(lag, _), expected: f64| {
         let lag: f64 = lag;
         assert!((lag - expected).abs() < 1e-9, "{lag} is not {expected}");
     };
-    near(lag(&bus), 0.0);
+    is(lag(&bus), 0.0);
     set_out(&mut bus, 2040);
     arrive(&mut bus);
-    near(lag(&bus), half);
+    is(lag(&bus), half);
     bus.set(xm430::GOAL_POSITION, 2030);
     arrive(&mut bus);
-    near(lag(&bus), -half);
+    is(lag(&bus), -half);
     // In contact the object keeps it on the open side, whichever way the motor came.
     bus.set(xm430::GOAL_POSITION, 2140);
     arrive(&mut bus);
-    near(lag(&bus), half);
+    is(lag(&bus), half);
     bus.set(xm430::GOAL_POSITION, 2100);
     arrive(&mut bus);
-    near(lag(&bus), half);
+    is(lag(&bus), half);
     let (_, truth) = lag(&bus);
     let load = bus.servo(|servo| servo.load().clone());
     let there = load.at(truth.finger_angle, &mut Default::default());
@@ -268,9 +287,10 @@ fn counts_can_fall_as_the_finger_closes() {
     let mut bus =
         Bus::new([Config { load: load([41.0, 45.0], 13.0), closing_up: false, backlash_deg: 0.25, ..requests() }]);
     set_out(&mut bus, 2048 - 100);
-    assert_eq!(arrive(&mut bus), 1948);
+    let there = arrive(&mut bus);
+    near(there, 1948, 5);
     let truth = bus.servo(|servo| servo.truth());
-    assert!((truth.motor_angle - 100.0 / 4096.0 * TAU).abs() < 1e-12);
+    assert!((truth.motor_angle - f64::from(2048 - there) / 4096.0 * TAU).abs() < 0.5 / 4096.0 * TAU);
     assert!((truth.motor_angle - truth.finger_angle - 0.125f64.to_radians()).abs() < 1e-9);
     assert!(truth.torque > 500.0 && bus.get(xm430::PRESENT_CURRENT) < -100);
 }
@@ -286,7 +306,7 @@ fn a_current_limit_stops_the_finger() {
     }
     // 372 units are 1.0 A.
     let truth = bus.servo(|servo| servo.truth());
-    assert!((truth.torque + FRICTION - TORQUE_CONSTANT).abs() < 60.0, "{truth:?}");
+    assert!((truth.torque + FRICTION - TORQUE_CONSTANT).abs() < 120.0, "{truth:?}");
     assert_eq!(bus.get(xm430::MOVING_STATUS) & 0x09, 0x08, "it neither arrives nor follows");
     // Too weak for more than a second: overload, which turns the torque off.
     for _ in 0..600 {
@@ -304,7 +324,7 @@ fn a_current_limit_stops_the_finger() {
 
 #[test]
 fn the_watchdog_stops_a_servo_that_nobody_talks_to() {
-    let mut bus = Bus::new([Config::default()]);
+    let mut bus = Bus::new([firm()]);
     bus.set(xm430::BUS_WATCHDOG, 5);
     bus.set(xm430::TORQUE_ENABLE, 1);
     bus.set(xm430::PROFILE_VELOCITY, 20);
@@ -313,7 +333,7 @@ fn the_watchdog_stops_a_servo_that_nobody_talks_to() {
     assert_eq!(bus.get(xm430::MOVING), 1);
     bus.pass(500_000);
     // 99 ms and 100 ms more at 20 units.
-    assert_eq!(bus.get(xm430::PRESENT_POSITION), 2048 + (0.199 * 20.0 * SPEED_UNIT).round() as i32);
+    near(bus.get(xm430::PRESENT_POSITION), 2048 + (0.199 * 20.0 * SPEED_UNIT).round() as i32, 2);
     assert_eq!((bus.get(xm430::BUS_WATCHDOG), bus.get(xm430::MOVING)), (-1, 0));
     assert_eq!(bus.refusal(xm430::GOAL_POSITION, 3000), Some(StatusError::DataRange));
     bus.set(xm430::BUS_WATCHDOG, 0);
@@ -329,7 +349,7 @@ fn a_finger_that_snaps_does_not_come_back_the_same_way() {
     arrive(&mut bus);
     let closing = bus.servo(|servo| servo.truth());
     assert_eq!(closing.status, Status::Converged);
-    bus.set(xm430::GOAL_POSITION, 2048 + 205);
+    bus.set(xm430::GOAL_POSITION, 2048 + 212);
     arrive(&mut bus);
     assert_eq!(bus.servo(|servo| servo.truth()).status, Status::Snapped);
     bus.set(xm430::GOAL_POSITION, 2048 + 114);
@@ -341,7 +361,119 @@ fn a_finger_that_snaps_does_not_come_back_the_same_way() {
     arrive(&mut bus);
     bus.set(xm430::GOAL_POSITION, 2048 + 114);
     arrive(&mut bus);
-    assert_eq!(bus.servo(|servo| servo.truth()).torque, closing.torque, "an open hand is a new beginning");
+    let again = bus.servo(|servo| servo.truth()).torque;
+    assert!((again - closing.torque).abs() < 20.0, "an open hand is a new beginning: {again} {closing:?}");
+}
+
+/// As it comes from the factory: 6.25 units of PWM per count, 29 N·mm. It holds by its error, and lets go what its goal loses.
+#[test]
+fn the_factorys_control_holds_by_its_error() {
+    let per_count = STALL_TORQUE * 800.0 / 128.0 / 885.0;
+    let mut bus = Bus::new([Config { load: load([41.0, 45.0], 13.0), gains: Config::default().gains, ..requests() }]);
+    set_out(&mut bus, 2048 + 100);
+    for _ in 0..2000 {
+        bus.get(xm430::PRESENT_POSITION);
+    }
+    let held = bus.servo(|servo| servo.truth());
+    let error = f64::from(2048 + 100) - (2048.0 + held.motor_angle / TAU * 4096.0);
+    let carried = error * per_count;
+    assert!(held.torque > 300.0 && error > 20.0, "{held:?}");
+    assert!((carried - held.torque).abs() <= FRICTION + 1.0, "{carried} N·mm for {} N·mm", held.torque);
+    near(i32::from(bus.get(xm430::PRESENT_PWM)), (error * 6.25) as i32, 2);
+    // A goal where the servo is takes the torque away, and with it the object.
+    let position = bus.get(xm430::PRESENT_POSITION);
+    bus.set(xm430::GOAL_POSITION, position);
+    for _ in 0..2000 {
+        bus.get(xm430::PRESENT_POSITION);
+    }
+    let left = bus.servo(|servo| servo.truth());
+    assert!(left.torque < 0.9 * held.torque, "{} N·mm left of {}", left.torque, held.torque);
+    // An integral gain takes the error away.
+    bus.set(xm430::POSITION_I_GAIN, 200);
+    bus.set(xm430::GOAL_POSITION, 2048 + 100);
+    for _ in 0..5000 {
+        bus.get(xm430::PRESENT_POSITION);
+    }
+    near(bus.get(xm430::PRESENT_POSITION), 2148, 3);
+}
+
+#[test]
+fn every_mode_does_what_it_says() {
+    let mode = |bus: &mut Bus, mode: u8| {
+        bus.set(xm430::TORQUE_ENABLE, 0);
+        bus.set(xm430::OPERATING_MODE, mode);
+        bus.set(xm430::TORQUE_ENABLE, 1);
+        bus.pass(100_000);
+    };
+    let mut bus = Bus::new([firm()]);
+    // Velocity: it turns on and on.
+    mode(&mut bus, 1);
+    assert_eq!(bus.get(xm430::PRESENT_VELOCITY), 0);
+    bus.set(xm430::GOAL_VELOCITY, 100);
+    bus.pass(3_000_000);
+    near(bus.get(xm430::PRESENT_VELOCITY), 100, 1);
+    assert!(bus.get(xm430::PRESENT_POSITION) > 4096, "more than a revolution");
+    // PWM: half of the voltage, less what the friction takes.
+    mode(&mut bus, 16);
+    bus.set(xm430::GOAL_PWM, -442);
+    bus.pass(500_000);
+    let speed = FREE_SPEED * (442.0 / 885.0 - FRICTION / STALL_TORQUE) / SPEED_UNIT;
+    near(bus.get(xm430::PRESENT_VELOCITY), -speed.round() as i32, 1);
+    // Current: less than the friction does nothing, more turns it as fast as the voltage allows.
+    mode(&mut bus, 0);
+    bus.set(xm430::GOAL_CURRENT, 40);
+    bus.pass(500_000);
+    assert_eq!(bus.get(xm430::PRESENT_VELOCITY), 0);
+    assert_eq!(bus.get(xm430::PRESENT_CURRENT), 40);
+    bus.set(xm430::GOAL_CURRENT, 60);
+    bus.pass(500_000);
+    assert!(bus.get(xm430::PRESENT_VELOCITY) > 150);
+    // Several turns.
+    mode(&mut bus, 4);
+    bus.set(xm430::GOAL_POSITION, 9000);
+    bus.pass(5_000_000);
+    near(bus.get(xm430::PRESENT_POSITION), 9000, 1);
+}
+
+#[test]
+fn a_reversed_servo_counts_the_other_way_round() {
+    let mut bus = Bus::new([Config { start_deg: Some(10.0), ..firm() }]);
+    let before = bus.get(xm430::PRESENT_POSITION);
+    bus.set(xm430::DRIVE_MODE, 1);
+    assert_eq!(bus.get(xm430::PRESENT_POSITION), 4096 - before);
+    bus.set(xm430::TORQUE_ENABLE, 1);
+    bus.set(xm430::GOAL_POSITION, 4096 - before + 50);
+    bus.pass(500_000);
+    near(bus.get(xm430::PRESENT_POSITION), 4096 - before + 50, 1);
+    assert!(bus.servo(|servo| servo.truth()).motor_angle < 10f64.to_radians(), "it opened");
+}
+
+#[test]
+fn torque_may_come_with_the_power() {
+    let mut bus = Bus::new([firm()]);
+    bus.set(xm430::STARTUP_CONFIGURATION, 1);
+    assert_eq!(bus.get(xm430::TORQUE_ENABLE), 0);
+    run(bus.master().reboot(id(1))).unwrap();
+    assert_eq!(bus.get(xm430::TORQUE_ENABLE), 1);
+}
+
+#[test]
+fn heat_and_a_poor_supply_show_and_shut_down() {
+    let mut bus = Bus::new([Config { load: load([41.0, 45.0], 13.0), ..firm() }]);
+    assert_eq!((bus.get(xm430::PRESENT_TEMPERATURE), bus.get(xm430::PRESENT_INPUT_VOLTAGE)), (32, 120));
+    set_out(&mut bus, 2048 + 130);
+    bus.pass(10_000_000);
+    let warm = bus.get(xm430::PRESENT_TEMPERATURE);
+    bus.pass(60_000_000);
+    assert!(warm > 32 && bus.get(xm430::PRESENT_TEMPERATURE) > warm + 5, "{warm}");
+    bus.servo(|servo| servo.surround(Some(9.0), None));
+    bus.pass(1000);
+    assert_eq!(bus.try_get(xm430::HARDWARE_ERROR_STATUS).unwrap(), Answer { value: 1, alert: true });
+    assert_eq!(bus.get(xm430::TORQUE_ENABLE), 1, "Shutdown leaves the voltage out from the factory");
+    bus.servo(|servo| servo.surround(Some(12.0), Some(81.0)));
+    bus.pass(1000);
+    assert_eq!(bus.try_get(xm430::HARDWARE_ERROR_STATUS).unwrap(), Answer { value: 5, alert: true });
+    assert_eq!(bus.get(xm430::TORQUE_ENABLE), 0);
 }
 
 #[test]

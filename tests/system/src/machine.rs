@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use fre::case::preset;
 use fre_gripper::link::{Address, Link};
-use fre_gripper::servo::{Clock, Config, Handle, Hub, Load, Running, Servo};
+use fre_gripper::servo::{Clock, Config, Gains, Handle, Hub, Load, Running, Servo};
 use fre_qemu::{Pace, Running as Board, Sockets};
 use messages::Finger;
 use model_core::discretise::{Discretisation, Physics};
@@ -78,12 +78,13 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A servo at 1 Mbaud whose time passes by the reads of its position, 2 ms each; it starts at −1°.
+    /// A servo with the greatest gains, which goes where it is led, at 1 Mbaud, whose time passes by the reads of its position, 2 ms each; it starts at −1°.
     pub fn servo() -> Config {
         Config {
             baud_rate: 1_000_000,
             clock: Clock::Requests { period_us: 2_000 },
             start_deg: Some(-1.0),
+            gains: Gains::GREATEST,
             load: load(),
             ..Config::default()
         }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use fre_gripper::servo::{Clock, Config};
+use fre_gripper::servo::{Clock, Config, Gains};
 use messages::{Grasp, Mount, Report, Settings, Side, Support, Which};
 use model_core::equilibrium::Follower;
 use model_core::grasp::{Balance, Finger, Grasp as Model, Load, Placement};
@@ -118,6 +118,7 @@ fn an_object_that_is_let_go_rests_where_the_core_says() {
         baud_rate: 1_000_000,
         clock: Clock::Requests { period_us: 5_000 },
         start_deg: Some(-1.0),
+        gains: Gains::GREATEST,
         ..Config::default()
     };
     let machine = Machine::boot_all(vec![servo(1), servo(2)]);

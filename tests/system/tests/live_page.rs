@@ -6,7 +6,7 @@ use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use fre_gripper::servo::{Clock, Config};
+use fre_gripper::servo::{Clock, Config, Gains};
 use fre_gripper::source::{Source, Told, WAITING};
 use fre_gripper::web;
 use messages::{Direction, FreeObject, Grasp, GripTo, Mount, Phase, Report, Settings, Side, Support, Which};
@@ -240,7 +240,14 @@ fn a_jaw_is_drawn_where_it_has_moved() {
 #[test]
 fn a_free_object_is_shown_where_it_has_gone() {
     let clock = Clock::Requests { period_us: 5_000 };
-    let servo = |id| Config { id, baud_rate: 1_000_000, clock, start_deg: Some(-1.0), ..Config::default() };
+    let servo = |id| Config {
+        id,
+        baud_rate: 1_000_000,
+        clock,
+        start_deg: Some(-1.0),
+        gains: Gains::GREATEST,
+        ..Config::default()
+    };
     let mut settings = Settings { rate_hz: 50, ..Settings::of(MOUNT) };
     settings.fingers[1] = Some(Mount { servo_id: 7, side: Side::Right, ..MOUNT });
     let objects = [FREE_X, APART - FREE_X].map(|x| ObjectDesign::Circle { centre: [x, 44.0], radius: 25.0 });

@@ -33,7 +33,7 @@ use model_core::object::ObjectDesign;
 use model_core::status::Status;
 
 use crate::link::{Link, Told};
-use crate::servo::{Clock, Config, Load, OnBranch, Servo};
+use crate::servo::{Clock, Config, Gains, Load, OnBranch, Servo};
 use crate::source::Statistics;
 use fre::case::preset;
 use fre::files::Folder;
@@ -259,6 +259,7 @@ fn boot(
         clock: Clock::Wall,
         start_deg: Some(OPEN_DEG),
         noise_ma: 3.0,
+        gains: Gains::GREATEST,
         load,
         ..Config::default()
     };

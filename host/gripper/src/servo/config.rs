@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use dynamixel::{Id, xm430};
 
+use super::control::Gains;
 use super::load::Load;
 
 /// What makes the servo's time pass.
@@ -42,6 +43,8 @@ pub struct Config {
     pub start_deg: Option<f64>,
     /// Play between the encoder and the finger, degrees, 0 to 5. ROBOTIS gives 0.25° for this family.
     pub backlash_deg: f64,
+    /// Position gains after power-on; factory 800, 0, 0, with which the servo holds by its error: 29 N·mm per count.
+    pub gains: Gains,
     /// Standard deviation of Present Current, mA, 0 to 1000.
     pub noise_ma: f64,
     /// Seed of the noise.
@@ -63,6 +66,7 @@ impl Default for Config {
             closing_up: true,
             start_deg: None,
             backlash_deg: 0.0,
+            gains: Gains::FACTORY,
             noise_ma: 0.0,
             seed: 0,
             load: Arc::new(Load::none()),

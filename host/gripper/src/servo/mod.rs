@@ -8,12 +8,15 @@
 //! The protocol is `dynamixel`'s; here are the control table, the position profile and the physics.
 
 mod config;
+mod control;
 mod fault;
 mod hub;
 mod load;
+mod mode;
 mod motor;
 mod port;
 mod profile;
+mod surroundings;
 mod table;
 
 use std::sync::Arc;
@@ -22,6 +25,7 @@ use dynamixel::{Device, Reply, StatusReturn, Timing, xm430};
 use model_core::status::Status;
 
 pub use config::{Clock, Config, ConfigError};
+pub use control::Gains;
 pub use fault::Fault;
 pub use hub::{Handle, Hub, Running};
 pub use load::{Contact, Load, LoadError, OnBranch};
@@ -212,6 +216,13 @@ impl Servo {
     /// Sets bits of Hardware Error Status; those that Shutdown names turn the torque off.
     pub fn fail(&mut self, bits: u8) {
         self.table.fail(bits);
+    }
+
+    /// Changes what is around it: the supply, V, and the temperature inside, °C, from which it cools or warms on.
+    pub fn surround(&mut self, volts: Option<f64>, temperature: Option<f64>) {
+        let surroundings = &mut self.table.surroundings;
+        surroundings.volts = volts.unwrap_or(surroundings.volts);
+        surroundings.temperature = temperature.unwrap_or(surroundings.temperature);
     }
 
     /// Cuts the power for a moment: RAM is lost, the torque is off.

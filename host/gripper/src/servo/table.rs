@@ -7,31 +7,44 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::config::{COUNTS_PER_RADIAN, Clock, Config, ConfigError};
-use super::motor::{Drive, FREE_SPEED, Gear, Motor, STALL_TORQUE, TORQUE_CONSTANT};
+use super::control::{Ceiling, Control, FULL_PWM, Gains};
+use super::mode::Mode;
+use super::motor::{FREE_SPEED, Gear, Motor, NOMINAL_VOLTAGE, STALL_TORQUE, Supply, TORQUE_CONSTANT};
 use super::profile::{ACCELERATION_UNIT, Limits, Profile, SPEED_UNIT};
+use super::surroundings::Surroundings;
 
 /// Bytes of the table: to the end of Present Temperature.
 const LENGTH: usize = 147;
-/// Supply, 0.1 V.
-const VOLTAGE: u16 = 120;
-/// Temperature inside, °C.
-const TEMPERATURE: u8 = 32;
+/// The longest step in time, s.
+const STEP: f64 = 5e-4;
+/// Distance to the trajectory beyond which the servo does not follow it, counts. An assumption: about 2°.
+const FOLLOWING: f64 = 24.0;
 /// The servo says it has reached its goal within this distance, counts. An assumption.
 const IN_POSITION: f64 = 4.0;
 /// Overload is an error after so many seconds. An assumption; the manual says "persistent".
 const OVERLOAD_AFTER: f64 = 1.0;
-/// Bit of an overload in Hardware Error Status and Shutdown.
+/// Bits of Hardware Error Status and Shutdown.
+const INPUT_VOLTAGE: u8 = 1;
+const OVERHEATING: u8 = 1 << 2;
 const OVERLOAD: u8 = 1 << 5;
+/// Drive Mode: positions, speeds, currents and PWM count the other way round.
+const REVERSE: u8 = 1;
 /// Drive Mode: profiles are given as times.
 const TIME_BASED: u8 = 1 << 2;
 /// Drive Mode: a goal turns the torque on.
 const TORQUE_BY_GOAL: u8 = 1 << 3;
-/// Operating Mode: position control of several turns.
-const EXTENDED_POSITION: u8 = 4;
-/// Operating Mode: position control with the current limited by Goal Current.
-const CURRENT_BASED_POSITION: u8 = 5;
+/// Startup Configuration: the torque comes on with the power.
+const TORQUE_AT_START: u8 = 1;
 /// Microseconds of one unit of Bus Watchdog.
 const WATCHDOG_US: u64 = 20_000;
+
+/// Registers that do nothing here: only their defaults are taken.
+const NOT_SIMULATED: [dynamixel::Item; 4] = [
+    xm430::SECONDARY_ID.item,
+    xm430::PROTOCOL_TYPE.item,
+    xm430::FEEDFORWARD_1ST_GAIN.item,
+    xm430::FEEDFORWARD_2ND_GAIN.item,
+];
 
 /// Registers and motor.
 #[derive(Clone, Debug)]
@@ -42,6 +55,10 @@ pub struct Xm430 {
     random: ChaCha8Rng,
     /// Motor and finger.
     pub(super) motor: Motor,
+    control: Control,
+    /// Position gains that the RAM has after power-on.
+    gains: Gains,
+    pub(super) surroundings: Surroundings,
     profile: Profile,
     /// When the profile began, µs.
     began_us: u64,
@@ -71,6 +88,9 @@ impl Xm430 {
             noise_ma: config.noise_ma,
             random: ChaCha8Rng::seed_from_u64(config.seed),
             motor: Motor::new(gear, config.load.clone(), start),
+            control: Control::default(),
+            gains: config.gains,
+            surroundings: Surroundings::default(),
             profile: Profile::at(start),
             began_us: 0,
             now_us: 0,
@@ -118,8 +138,14 @@ impl Xm430 {
         }
         self.put(xm430::GOAL_PWM, self.get(xm430::PWM_LIMIT) as i16);
         self.put(xm430::GOAL_CURRENT, self.get(xm430::CURRENT_LIMIT) as i16);
-        self.put(xm430::GOAL_VELOCITY, self.get(xm430::VELOCITY_LIMIT) as i32);
+        self.put(xm430::GOAL_VELOCITY, 0);
+        self.put(xm430::POSITION_P_GAIN, self.gains.p);
+        self.put(xm430::POSITION_I_GAIN, self.gains.i);
+        self.put(xm430::POSITION_D_GAIN, self.gains.d);
         self.hold();
+        if self.get(xm430::STARTUP_CONFIGURATION) & TORQUE_AT_START != 0 {
+            self.put(xm430::TORQUE_ENABLE, 1);
+        }
         self.refresh();
     }
 
@@ -128,6 +154,7 @@ impl Xm430 {
         self.put(xm430::GOAL_POSITION, self.shown(self.motor.position));
         self.profile = Profile::at(self.motor.position);
         self.began_us = self.now_us;
+        self.control.clear();
     }
 
     fn torque_on(&self) -> bool {
@@ -139,9 +166,22 @@ impl Xm430 {
         f64::from(self.get(xm430::HOMING_OFFSET)) - self.turns
     }
 
-    /// A position as the registers show it: a whole count.
+    /// A position as the registers show it: a whole count. (The manual does not say about which one Reverse turns it: about the middle of the
+    /// revolution is assumed.)
     fn shown(&self, position: f64) -> i32 {
-        (position + self.offset()).round() as i32
+        let turned = if self.sign() < 0.0 { f64::from(xm430::COUNTS_PER_REVOLUTION) - position } else { position };
+        (turned + self.offset()).round() as i32
+    }
+
+    /// The encoder's position of a register's.
+    fn position_of(&self, shown: i32) -> f64 {
+        let turned = f64::from(shown) - self.offset();
+        if self.sign() < 0.0 { f64::from(xm430::COUNTS_PER_REVOLUTION) - turned } else { turned }
+    }
+
+    /// −1 if the servo counts the other way round.
+    fn sign(&self) -> f64 {
+        if self.get(xm430::DRIVE_MODE) & REVERSE != 0 { -1.0 } else { 1.0 }
     }
 
     /// Present Position, counts.
@@ -171,23 +211,77 @@ impl Xm430 {
         if until_us <= self.now_us {
             return;
         }
-        let drive = self.drive();
-        self.motor.run(&self.profile, self.since_us(), (until_us - self.now_us) as f64 * 1e-6, drive);
+        let (since, seconds) = (self.since_us(), (until_us - self.now_us) as f64 * 1e-6);
+        // Equal steps: a remainder of rounding would be a step of no time.
+        let steps = (seconds / STEP).ceil().max(1.0);
+        let step = seconds / steps;
+        let volts = self.surroundings.volts;
+        for passed in 0..steps as u64 {
+            let now = since + (passed + 1) as f64 * step;
+            let supply = self.supply(now, step);
+            self.motor.step(supply, volts, step);
+            if self.motor.speed == 0.0 && self.is_settled(now) {
+                // Nothing changes any more.
+                self.motor.step(supply, volts, (steps - 1.0 - passed as f64) * step);
+                break;
+            }
+        }
         self.now_us = until_us;
+        self.surroundings.warm(self.motor.torque, seconds);
         if self.motor.overloaded > OVERLOAD_AFTER {
             self.fail(OVERLOAD);
         }
+        if self.surroundings.temperature >= f64::from(self.get(xm430::TEMPERATURE_LIMIT)) {
+            self.fail(OVERHEATING);
+        }
+        let voltage = self.surroundings.voltage();
+        if voltage < self.get(xm430::MIN_VOLTAGE_LIMIT) || voltage > self.get(xm430::MAX_VOLTAGE_LIMIT) {
+            self.fail(INPUT_VOLTAGE);
+        }
     }
 
-    fn drive(&self) -> Drive {
-        let current_based = self.get(xm430::OPERATING_MODE) == CURRENT_BASED_POSITION;
-        let current = if current_based {
-            f64::from(self.get(xm430::GOAL_CURRENT)).abs() * f64::from(xm430::MILLIAMPERES_PER_UNIT) / 1000.0
-        } else {
-            f64::INFINITY
+    /// Whether a motor at rest gets the same from now on.
+    fn is_settled(&self, since: f64) -> bool {
+        let position = Mode::of(self.get(xm430::OPERATING_MODE)).is_some_and(Mode::is_position);
+        !self.torque_on()
+            || (position && since >= self.profile.duration() && self.get(xm430::POSITION_I_GAIN) == 0)
+            || matches!(Mode::of(self.get(xm430::OPERATING_MODE)), Some(Mode::Current | Mode::Pwm))
+    }
+
+    /// What drives the motor, so many seconds into its profile.
+    fn supply(&mut self, since: f64, step: f64) -> Supply {
+        if !self.torque_on() {
+            return Supply::Off;
+        }
+        let sign = self.sign();
+        let amperes = |units: i16| f64::from(units) * f64::from(xm430::MILLIAMPERES_PER_UNIT) / 1000.0;
+        let duty = f64::from(self.get(xm430::GOAL_PWM)).abs() / FULL_PWM;
+        let mode = Mode::of(self.get(xm430::OPERATING_MODE)).unwrap_or(Mode::Position);
+        let torque = match mode {
+            Mode::CurrentBasedPosition => amperes(self.get(xm430::GOAL_CURRENT)).abs() * TORQUE_CONSTANT,
+            _ => f64::INFINITY,
         };
-        let pwm = f64::from(self.get(xm430::GOAL_PWM)).abs() / 885.0;
-        Drive { on: self.torque_on(), torque: (current * TORQUE_CONSTANT).min(STALL_TORQUE * pwm) }
+        let ceiling = Ceiling { duty, torque };
+        match mode {
+            Mode::Current => Supply::Torque(sign * amperes(self.get(xm430::GOAL_CURRENT)) * TORQUE_CONSTANT),
+            Mode::Pwm => {
+                let at_rest = sign * f64::from(self.get(xm430::GOAL_PWM)) / FULL_PWM;
+                Supply::Duty { at_rest, per_speed: 0.0, most: 1.0, torque }
+            }
+            Mode::Velocity => {
+                let gains = Gains { p: self.get(xm430::VELOCITY_P_GAIN), i: self.get(xm430::VELOCITY_I_GAIN), d: 0 };
+                let to = sign * f64::from(self.get(xm430::GOAL_VELOCITY)) * SPEED_UNIT;
+                self.control.velocity(gains, to, SPEED_UNIT, &self.motor, ceiling, step)
+            }
+            Mode::Position | Mode::ExtendedPosition | Mode::CurrentBasedPosition => {
+                let gains = Gains {
+                    p: self.get(xm430::POSITION_P_GAIN),
+                    i: self.get(xm430::POSITION_I_GAIN),
+                    d: self.get(xm430::POSITION_D_GAIN),
+                };
+                self.control.position(gains, self.profile.after(since), &self.motor, ceiling, step)
+            }
+        }
     }
 
     /// A hardware error; it turns the torque off if Shutdown says so.
@@ -202,7 +296,7 @@ impl Xm430 {
     /// Starts the way to Goal Position from where the trajectory is.
     fn set_out(&mut self) {
         let (position, speed) = self.profile.after(self.since_us());
-        let goal = f64::from(self.get(xm430::GOAL_POSITION)) - self.offset();
+        let goal = self.position_of(self.get(xm430::GOAL_POSITION));
         let (first, second) = (self.get(xm430::PROFILE_VELOCITY), self.get(xm430::PROFILE_ACCELERATION));
         let (first, second) = (f64::from(first), f64::from(second));
         let limits = if self.get(xm430::DRIVE_MODE) & TIME_BASED != 0 {
@@ -237,11 +331,12 @@ impl Xm430 {
         } else if item == xm430::GOAL_VELOCITY.item {
             within(i64::from(self.get(xm430::VELOCITY_LIMIT)))
         } else if item == xm430::OPERATING_MODE.item {
-            // The simulation has the position modes only.
-            let modes = [xm430::POSITION_CONTROL, EXTENDED_POSITION, CURRENT_BASED_POSITION].map(i64::from);
-            if modes.contains(&part.value) { Ok(()) } else { Err(StatusError::DataRange) }
-        } else if item == xm430::DRIVE_MODE.item && part.value & 1 != 0 {
-            // Nor can it be turned around.
+            let known = u8::try_from(part.value).ok().and_then(Mode::of);
+            if known.is_some() { Ok(()) } else { Err(StatusError::DataRange) }
+        } else if NOT_SIMULATED.contains(&item) && part.value != item.default {
+            Err(StatusError::DataRange)
+        } else if item == xm430::STARTUP_CONFIGURATION.item && part.value > i64::from(TORQUE_AT_START) {
+            // Nor is a backup of the RAM.
             Err(StatusError::DataRange)
         } else if item == xm430::TORQUE_ENABLE.item
             && part.value != 0
@@ -271,7 +366,9 @@ impl Xm430 {
             if self.torque_on() {
                 self.set_out();
             }
-        } else if address == xm430::OPERATING_MODE.address() || address == xm430::HOMING_OFFSET.address() {
+        } else if [xm430::OPERATING_MODE.address(), xm430::HOMING_OFFSET.address(), xm430::DRIVE_MODE.address()]
+            .contains(&address)
+        {
             self.hold();
         }
     }
@@ -282,28 +379,37 @@ impl Xm430 {
         let since = self.since_us();
         let (trajectory, demanded) = if on { self.profile.after(since) } else { (self.motor.position, 0.0) };
         let under_way = on && since < self.profile.duration();
-        let speed = (self.motor.speed / SPEED_UNIT).round() as i32;
+        let sign = self.sign();
+        let speed = (sign * self.motor.speed / SPEED_UNIT).round() as i32;
         let moving = under_way || speed.unsigned_abs() > self.get(xm430::MOVING_THRESHOLD);
         let mut status = if under_way { self.profile.kind().bits() | 0x02 } else { 0 };
         if on && (self.profile.goal() - self.motor.position).abs() <= IN_POSITION {
             status |= 0x01;
         }
-        if on && self.motor.lags(trajectory) {
+        if on && (trajectory - self.motor.position).abs() > FOLLOWING {
             status |= 0x08;
         }
-        let torque = if on { self.motor.torque() } else { 0.0 };
-        let strength = torque / STALL_TORQUE + if on { self.motor.speed / FREE_SPEED } else { 0.0 };
+        let torque = sign * self.driven();
+        // The voltage that this torque at this speed takes.
+        let duty = (self.motor.torque / STALL_TORQUE + self.motor.speed / FREE_SPEED) * NOMINAL_VOLTAGE
+            / self.surroundings.volts;
+        let duty = if on { sign * duty } else { 0.0 };
         self.put(xm430::REALTIME_TICK, (self.now_us / 1000 % 32_768) as u16);
         self.put(xm430::MOVING, u8::from(moving));
         self.put(xm430::MOVING_STATUS, status);
-        self.put(xm430::PRESENT_PWM, (strength.clamp(-1.0, 1.0) * 885.0).round() as i16);
+        self.put(xm430::PRESENT_PWM, (duty.clamp(-1.0, 1.0) * FULL_PWM).round() as i16);
         self.put(xm430::PRESENT_CURRENT, self.current_units(torque, 0.0));
         self.put(xm430::PRESENT_VELOCITY, speed);
         self.put(xm430::PRESENT_POSITION, self.present_position());
-        self.put(xm430::VELOCITY_TRAJECTORY, (demanded / SPEED_UNIT).round() as i32);
+        self.put(xm430::VELOCITY_TRAJECTORY, (sign * demanded / SPEED_UNIT).round() as i32);
         self.put(xm430::POSITION_TRAJECTORY, self.shown(trajectory));
-        self.put(xm430::PRESENT_INPUT_VOLTAGE, VOLTAGE);
-        self.put(xm430::PRESENT_TEMPERATURE, TEMPERATURE);
+        self.put(xm430::PRESENT_INPUT_VOLTAGE, self.surroundings.voltage());
+        self.put(xm430::PRESENT_TEMPERATURE, self.surroundings.temperature.round() as u8);
+    }
+
+    /// The motor's torque; the driver is off without torque.
+    fn driven(&self) -> f64 {
+        if self.torque_on() { self.motor.torque } else { 0.0 }
     }
 
     fn current_units(&self, torque: f64, noise_ma: f64) -> i16 {
@@ -360,7 +466,7 @@ impl ControlTable for Xm430 {
         // Every reading has its own noise; the driver is off without torque.
         if covers(xm430::PRESENT_CURRENT.item) && self.noise_ma > 0.0 {
             let noise = self.normal() * self.noise_ma;
-            let torque = if self.torque_on() { self.motor.torque() } else { 0.0 };
+            let torque = self.sign() * self.driven();
             self.put(xm430::PRESENT_CURRENT, self.current_units(torque, noise));
         }
         bytes.copy_from_slice(&self.memory[from..from + bytes.len()]);
