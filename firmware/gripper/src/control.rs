@@ -440,12 +440,12 @@ impl<'a, B: Board> Core<'a, B> {
     }
 
     fn found(&mut self, finger: usize, id: Id, found: &Found) {
-        let Found { model, firmware, baud, position } = *found;
+        let Found { model, firmware, baud, goal } = *found;
         // Meanwhile the settings may have named another servo: that one is looked for next.
         let unit = self.units.get_mut(finger).filter(|unit| unit.id() == Some(id));
         if let Some(unit) = unit {
             unit.health = Health::READY;
-            unit.grip.found(unit.calibration.angle(position));
+            unit.grip.found(unit.calibration.angle(goal));
             self.shared.tell(Event::ServoReady { finger: finger as u8, model, firmware, baud });
         }
     }

@@ -77,11 +77,11 @@ impl Grip {
         stall: Stall::NONE,
     };
 
-    /// The servo was found, here. It is held here whatever was asked before: nobody knows what has happened meanwhile.
-    pub fn found(&mut self, angle: f64) {
+    /// The servo was found, with this goal. It keeps that whatever was asked before: nobody knows what has happened meanwhile.
+    pub fn found(&mut self, goal: f64) {
         let lost = self.phase != Self::REST.phase;
         *self = Self { phase: if lost { Phase::Held(Why::ServoLost) } else { self.phase }, ..Self::REST };
-        self.motion.start(angle);
+        self.motion.start(goal);
     }
 
     /// The motor stays where it is; its angle is called otherwise now.
@@ -156,7 +156,9 @@ impl Grip {
         if touch.alert && (closing || self.phase == Phase::Moving) {
             return self.stop(Why::Alert, mount, reaction);
         }
-        if self.stall.is_stalled(self.goal(), touch.angle, count, seconds) && self.phase != Phase::Held(Why::Stall) {
+        if self.stall.is_stalled(self.goal(), touch.angle, f64::from(touch.current), count, seconds)
+            && self.phase != Phase::Held(Why::Stall)
+        {
             // A finger that cannot open stays: to release it would change nothing.
             let reaction = if closing { reaction } else { Reaction::Hold };
             return self.stop(Why::Stall, mount, reaction);

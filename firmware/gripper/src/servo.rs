@@ -25,8 +25,8 @@ pub(crate) struct Found {
     pub(crate) firmware: u8,
     /// Bits per second.
     pub(crate) baud: u32,
-    /// Counts.
-    pub(crate) position: i32,
+    /// Where it is led, counts.
+    pub(crate) goal: i32,
 }
 
 /// What a tick reads.
@@ -106,7 +106,8 @@ impl<U: BusPort> Servos<U> {
 
     /// Looks for a finger's servo at one rate, makes it answer at once and hold its position.
     ///
-    /// A servo that already has torque keeps it, and its settings: it may be holding something.
+    /// A servo that already has torque keeps it, its settings and its goal: it may be holding something, and under its control by the
+    /// error it holds with what its goal is ahead of its position.
     pub(crate) async fn bring_up(&mut self, finger: usize, id: Id, rates: Rates) -> Result<Found, BusError<U>> {
         self.wrote(finger, None);
         let others = self.delay;
@@ -122,7 +123,7 @@ impl<U: BusPort> Servos<U> {
         }
         self.listen_at(rate, u32::from(self.delay));
         if let Ok(found) = &found {
-            self.wrote(finger, Some(found.position));
+            self.wrote(finger, Some(found.goal));
             self.reads_fast(finger, Identity { model: found.model, firmware: found.firmware }.reads_fast());
         }
         found
@@ -160,16 +161,33 @@ impl<U: BusPort> Servos<U> {
         }
         self.delay = self.master.get(id, xm430::RETURN_DELAY_TIME).await?.value;
         self.listen_at(baud, u32::from(self.delay));
-        let position = self.master.get(id, xm430::PRESENT_POSITION).await?.value;
-        self.master.set(id, xm430::GOAL_POSITION, position).await?;
+        let goal =
+            if torque { self.keep_goal(id).await? } else { self.master.get(id, xm430::PRESENT_POSITION).await?.value };
         if !torque {
+            self.master.set(id, xm430::GOAL_POSITION, goal).await?;
             match self.master.set(id, xm430::TORQUE_ENABLE, 1).await {
                 // After a shutdown the servo can be read, not led, until it is restarted; its alert tells.
                 Ok(_) | Err(dynamixel::Error::Refused { alert: true, .. }) => {}
                 Err(error) => return Err(error),
             }
         }
-        Ok(Found { model: identity.model, firmware: identity.firmware, baud, position })
+        Ok(Found { model: identity.model, firmware: identity.firmware, baud, goal })
+    }
+
+    /// The goal of a servo with torque. One that its profile is still moving stops where the profile is, with the torque that it has there.
+    /// One that is further from its goal than its torque can grow is held where it is.
+    async fn keep_goal(&mut self, id: Id) -> Result<i32, BusError<U>> {
+        let goal = self.master.get(id, xm430::GOAL_POSITION).await?.value;
+        let trajectory = self.master.get(id, xm430::POSITION_TRAJECTORY).await?.value;
+        let position = self.master.get(id, xm430::PRESENT_POSITION).await?.value;
+        let gain = self.master.get(id, xm430::POSITION_P_GAIN).await?.value;
+        // Beyond it the output is the whole voltage. (Without a gain no torque depends on the goal.)
+        let reach = (128 * u32::from(xm430::PWM_LIMIT.item.max as u16)).checked_div(u32::from(gain)).unwrap_or(0);
+        let kept = if trajectory.abs_diff(position) <= reach { trajectory } else { position };
+        if kept != goal {
+            self.master.set(id, xm430::GOAL_POSITION, kept).await?;
+        }
+        Ok(kept)
     }
 
     /// The rates of servos that the port has.

@@ -1,7 +1,11 @@
 //! Whether a motor gets where it is led.
 
-/// Distance of goal and motor beyond which it may have stalled, rad: a servo's own control leaves up to about a degree
-/// under load.
+/// Distance of goal and motor at which the servo's control gives all it has, rad: 141 counts with the factory's gain. Below that a motor at
+/// rest may just hold its load by the error.
+const ALL: f64 = 0.217;
+/// What the current explains of the distance, counts per mA: 1.79 N·mm/mA over 29 N·mm per count of the factory's gain, half as much again.
+const EXPLAINED: f64 = 1.5 * 1.79 / 29.0;
+/// How much further away the goal may go while the motor does not move, rad: friction alone takes 16 counts when the motion turns round.
 const FAR: f64 = 0.035;
 /// Time without a count of progress after which it has, s.
 const LONG: f64 = 0.3;
@@ -9,20 +13,28 @@ const LONG: f64 = 0.3;
 /// Watches a motor. Angles in rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stall {
-    /// Where it was last seen to move.
+    /// Where it was last seen to move, and the least distance of the goal since.
     at: f64,
+    away: f64,
     /// For how long it has not moved since, s.
     since: f64,
 }
 
 impl Stall {
     /// Nothing seen.
-    pub const NONE: Self = Self { at: f64::INFINITY, since: 0.0 };
+    pub const NONE: Self = Self { at: f64::INFINITY, away: 0.0, since: 0.0 };
 
-    /// A tick of so many seconds with an answer; whether the motor is stalled.
-    pub fn is_stalled(&mut self, goal: f64, angle: f64, count: f64, seconds: f64) -> bool {
-        if (goal - angle).abs() < FAR || (angle - self.at).abs() > 0.5 * count {
-            *self = Self { at: angle, since: 0.0 };
+    /// A tick of so many seconds with an answer and a current, mA; whether the motor is stalled.
+    pub fn is_stalled(&mut self, goal: f64, angle: f64, current: f64, count: f64, seconds: f64) -> bool {
+        let away = (goal - angle).abs();
+        if (angle - self.at).abs() > 0.5 * count {
+            *self = Self { at: angle, away, since: 0.0 };
+            return false;
+        }
+        self.away = self.away.min(away);
+        let explained = FAR + EXPLAINED * current.abs() * count;
+        if away < ALL.min(explained) && away - self.away < FAR {
+            self.since = 0.0;
             return false;
         }
         self.since += seconds;
@@ -39,10 +51,15 @@ mod tests {
 
     /// Ticks until a motor that moves so far a tick stalls on the way to a goal.
     fn ticks(pace: f64, stop: f64, goal: impl Fn(u32) -> f64) -> Option<u32> {
+        ticks_at(0.0, pace, stop, goal)
+    }
+
+    /// The same with a current, mA.
+    fn ticks_at(current: f64, pace: f64, stop: f64, goal: impl Fn(u32) -> f64) -> Option<u32> {
         let (mut stall, mut angle) = (Stall::NONE, 0.0_f64);
         (0..5000).find(|&tick| {
             angle = (angle + pace).min(stop).min(goal(tick));
-            stall.is_stalled(goal(tick), angle, COUNT, TICK)
+            stall.is_stalled(goal(tick), angle, current, COUNT, TICK)
         })
     }
 
@@ -60,8 +77,22 @@ mod tests {
         assert_eq!(ticks(0.001, 9.0, |tick| 0.000_7 * f64::from(tick)), None);
     }
 
+    /// With the factory's gain a servo holds 3 N·m by 110 counts.
     #[test]
     fn the_rest_under_load_is_no_stall() {
         assert_eq!(ticks(0.001, 0.1, |_| 0.12), None);
+        assert_eq!(ticks_at(1_800.0, 0.001, 0.1, |_| 0.1 + 110.0 * COUNT), None);
+        assert!(ticks_at(1_800.0, 0.001, 0.1, |_| 0.1 + 150.0 * COUNT).is_some(), "all it has, and no motion");
+        assert!(ticks_at(300.0, 0.001, 0.1, |_| 0.1 + 110.0 * COUNT).is_some(), "a motor that is kept weak");
+    }
+
+    /// A goal that turns round has to go through the friction before the motor follows.
+    #[test]
+    fn friction_is_no_stall() {
+        let (mut stall, mut goal) = (Stall::NONE, 0.1);
+        for tick in 0..2000 {
+            goal += if tick < 160 { -0.1 * COUNT } else { 0.0 };
+            assert!(!stall.is_stalled(goal, 0.085, 0.0, COUNT, TICK));
+        }
     }
 }

@@ -244,6 +244,8 @@ pub struct Bench {
     pub keeps: bool,
     tasks: Vec<Task>,
     now_us: u64,
+    /// When the microcontroller started.
+    started_us: u64,
     bus: [Shelf; 2],
     link: [Shelf; 2],
     /// Answers on their way to the master: when, and what.
@@ -260,27 +262,13 @@ impl Bench {
     /// Switches it on. Its servo's clock is the bench's.
     pub fn new(servo: Config, flash: &Flash) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-        MockDriver::get().reset();
         COST.store(0, Ordering::Relaxed);
         let servo = Config { clock: Clock::Wall, wire_time: true, return_delay_us: 0, ..servo };
         let servo = Servo::new(servo).expect("a servo");
         let said = servo.truth();
         let [bus, link] = [0; 2].map(|_| [0; 2].map(|_| Shelf::default()));
-        let port = |[to, from]: &[Shelf; 2], room| Port { from: from.clone(), to: to.clone(), room };
-        // Bytes to the host and bytes from it are two tasks'.
-        let (bus_port, send_port, answer_port) = (port(&bus, usize::MAX), port(&link, LINK), port(&link, LINK));
         let fed = Rc::new(RefCell::new(Fed::default()));
-        let dog = Dog { fed: fed.clone() };
-        // Tasks live as long as the program: so does what they share.
-        let shared: &'static Shared = Box::leak(Box::new(Shared::new()));
-        let models: &'static mut [Model] = Box::leak(Box::new([const { Model::EMPTY }; OnPc::FINGERS]));
-        let boot = Boot::new(ResetCause::PowerOn, &mut LastWords::EMPTY.clone());
-        let flash = flash.clone();
-        let tasks = vec![
-            Task::new(async move { gripper::control::<OnPc>(shared, models, bus_port, dog).await }),
-            Task::new(async move { gripper::send(shared, send_port).await }),
-            Task::new(async move { gripper::answer::<OnPc, _>(shared, answer_port, flash, boot).await }),
-        ];
+        let tasks = start(&bus, &link, &fed, flash, ResetCause::PowerOn);
         Self {
             servo,
             reports: Vec::new(),
@@ -290,6 +278,7 @@ impl Bench {
             keeps: true,
             tasks,
             now_us: 0,
+            started_us: 0,
             bus,
             link,
             coming: Vec::new(),
@@ -302,6 +291,20 @@ impl Bench {
         }
     }
 
+    /// Restarts the microcontroller; the servo does not notice. What the host heard before stays.
+    pub fn restart(&mut self, flash: &Flash) {
+        self.tasks.clear();
+        for line in self.bus.iter().chain(&self.link) {
+            *line.borrow_mut() = Line::default();
+        }
+        self.coming.clear();
+        self.answers.clear();
+        *self.decoder = Decoder::new();
+        *self.fed.borrow_mut() = Fed::default();
+        self.started_us = self.now_us;
+        self.tasks = start(&self.bus, &self.link, &self.fed, flash, ResetCause::Software);
+    }
+
     /// Time since it was switched on, µs.
     pub fn now_us(&self) -> u64 {
         self.now_us
@@ -310,7 +313,7 @@ impl Bench {
     /// The longest time for which the watchdog was not fed, µs; and after how long it would have bitten.
     pub fn longest_fast_us(&self) -> (u64, u64) {
         let fed = *self.fed.borrow();
-        (fed.longest_us.max(self.now_us - fed.last_us), u64::from(OnPc::WATCHDOG_MS) * 1000)
+        (fed.longest_us.max(self.now_us - self.started_us - fed.last_us), u64::from(OnPc::WATCHDOG_MS) * 1000)
     }
 
     /// What an estimate seems to cost the processor from now on, µs.
@@ -472,6 +475,25 @@ impl Bench {
         };
         self.answers.drain(..).filter_map(number).collect()
     }
+}
+
+/// Starts the program's three tasks, at time 0 of its clock.
+fn start(bus: &[Shelf; 2], link: &[Shelf; 2], fed: &Rc<RefCell<Fed>>, flash: &Flash, cause: ResetCause) -> Vec<Task> {
+    MockDriver::get().reset();
+    let port = |[to, from]: &[Shelf; 2], room| Port { from: from.clone(), to: to.clone(), room };
+    // Bytes to the host and bytes from it are two tasks'.
+    let (bus_port, send_port, answer_port) = (port(bus, usize::MAX), port(link, LINK), port(link, LINK));
+    let dog = Dog { fed: fed.clone() };
+    // Tasks live as long as the program: so does what they share.
+    let shared: &'static Shared = Box::leak(Box::new(Shared::new()));
+    let models: &'static mut [Model] = Box::leak(Box::new([const { Model::EMPTY }; OnPc::FINGERS]));
+    let boot = Boot::new(cause, &mut LastWords::EMPTY.clone());
+    let flash = flash.clone();
+    vec![
+        Task::new(async move { gripper::control::<OnPc>(shared, models, bus_port, dog).await }),
+        Task::new(async move { gripper::send(shared, send_port).await }),
+        Task::new(async move { gripper::answer::<OnPc, _>(shared, answer_port, flash, boot).await }),
+    ]
 }
 
 fn is<T: Topic>(header: &VarHeader) -> bool {

@@ -1,0 +1,91 @@
+//! A finger that holds something goes on holding it, whatever happens to the bus and to the microcontroller.
+
+use fre_gripper::servo::Truth;
+use messages::{Close, CloseTo, Event, Grip, GripTo, Phase, Settings, Which, Why};
+use system_tests::{Bench, Flash, GEARED_MOUNT, Judge, OBJECT, geared_servo, is_sound, set_up};
+
+const SECOND: u64 = 1_000_000;
+/// Losses of the servo, and restarts of the microcontroller, in one grip.
+const LOSSES: u32 = 100;
+const RESTARTS: u32 = 20;
+/// What a grip may lose of its force.
+const LOST: f64 = 0.05;
+
+fn force(truth: &Truth) -> f64 {
+    truth.force[0].hypot(truth.force[1])
+}
+
+/// Grips with 5 N on a servo as it comes from the factory, which holds by its error.
+fn gripping(flash: &Flash) -> Bench {
+    let mut bench = Bench::new(geared_servo(), flash);
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    bench.ask::<Grip>(&GripTo { fingers: Which::All, force: 5.0, speed: None, limit: None }).unwrap();
+    bench.until("grip", 10 * SECOND, |report| report.phase == Phase::Gripped);
+    bench.run(SECOND);
+    assert!((force(&bench.servo.truth()) - 5.0).abs() < 0.5, "{:?}", bench.servo.truth());
+    bench.keeps = false;
+    bench
+}
+
+/// The servo is silent for six ticks, as behind a burst of noise: it counts as lost and is found again.
+fn lose(bench: &mut Bench, judge: &mut Judge) {
+    let end = bench.now_us() + 12_000;
+    bench.servo.silence(end);
+    judge.run(bench, 12_000);
+    judge.run(bench, SECOND / 2);
+}
+
+#[test]
+fn a_servo_that_is_lost_and_found_keeps_its_force() {
+    let mut bench = gripping(&Flash::new());
+    let before = force(&bench.servo.truth());
+    let (mut judge, mut least) = (Judge::default(), f64::INFINITY);
+    for _ in 0..LOSSES {
+        lose(&mut bench, &mut judge);
+        least = least.min(force(&bench.servo.truth()));
+    }
+    let losses = bench.events.iter().filter(|event| matches!(event, Event::ServoLost { .. })).count();
+    eprintln!("{losses} losses: {before:.3} N, {least:.3} N least");
+    assert!(losses >= LOSSES as usize, "{losses} losses");
+    assert!(least > (1.0 - LOST) * before, "{least} N left of {before} N");
+    judge.verdict("losses in a grip", &bench);
+    let mut last = None;
+    bench.run_with(SECOND / 10, |report, _| last = Some(*report));
+    let last = last.unwrap();
+    assert!(is_sound(&last) && last.phase == Phase::Held(Why::ServoLost), "{last:?}");
+}
+
+#[test]
+fn a_microcontroller_that_restarts_keeps_the_force() {
+    let flash = Flash::new();
+    let mut bench = gripping(&flash);
+    let before = force(&bench.servo.truth());
+    let (mut judge, mut least) = (Judge::default(), f64::INFINITY);
+    for _ in 0..RESTARTS {
+        bench.restart(&flash);
+        judge.run(&mut bench, SECOND);
+        least = least.min(force(&bench.servo.truth()));
+        assert_eq!(judge.bad, 0, "no sound estimate a second after a restart");
+    }
+    eprintln!("{RESTARTS} restarts: {before:.3} N, {least:.3} N least");
+    assert!(least > (1.0 - LOST) * before, "{least} N left of {before} N");
+    judge.verdict("restarts in a grip", &bench);
+    // And it still opens and grips.
+    bench.ask::<messages::Open>(&Which::All).unwrap();
+    bench.until("open finger", 5 * SECOND, |report| report.estimate.force == [0.0; 2] && is_sound(report));
+}
+
+/// What another master has under way is stopped where it is, not finished.
+#[test]
+fn a_servo_found_on_its_way_stops() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.15, speed: Some(0.1) }).unwrap();
+    bench.run(SECOND / 2);
+    let end = bench.now_us() + 20_000;
+    bench.servo.silence(end);
+    bench.run(SECOND);
+    let there = bench.servo.truth().count;
+    bench.run(SECOND);
+    assert_eq!(bench.servo.truth().count, there);
+}
