@@ -80,7 +80,6 @@ extern crate std;
 
 mod access;
 pub mod bounds;
-mod cholesky;
 pub mod contact;
 #[doc = include_str!("derivation.md")]
 pub mod derivation {}
@@ -94,6 +93,7 @@ pub mod estimator;
 pub mod grasp;
 pub mod identify;
 pub mod ladder;
+mod linear;
 pub mod newton;
 pub mod object;
 mod places;

@@ -21,6 +21,12 @@ impl Random {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    /// Uniform in −1 … 1.
+    #[cfg(test)]
+    pub(crate) fn signed(&mut self) -> f64 {
+        2.0 * self.unit() - 1.0
+    }
+
     /// Within ±30 %.
     fn about(&mut self, value: f64) -> f64 {
         value * (0.7 + 0.6 * self.unit())

@@ -7,7 +7,7 @@
 //! mean b/2, which no one subtracts, would be b/√12). A zero angle that was calibrated in contact, approached from one side, holds
 //! the mean lag: b is then what remains.
 
-use crate::cholesky::cholesky;
+use crate::linear::cholesky::cholesky;
 
 /// Parameters whose uncertainty has a covariance, in its order.
 pub const PARAMETERS: usize = 5;

@@ -14,8 +14,8 @@ mod resume;
 
 use heapless::Vec;
 
-use crate::cholesky::cholesky;
 use crate::equilibrium::{FOLLOW_ITERATIONS, Follower, Mark};
+use crate::linear::cholesky::cholesky;
 use crate::newton::Effort;
 use crate::object::{Motion, ObjectDesign, ObjectError, Shape};
 use crate::real::Real;

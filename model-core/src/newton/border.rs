@@ -1,13 +1,13 @@
 //! The border: contact rows g_j + ε_c μ_j = 0 against joints, λ and each other.
 
-use super::active_set::product;
-use super::banded;
 use super::condense::solve_interior;
 use super::strain::cell_of;
 use super::{Workspace, bend};
 use crate::access::Access;
 use crate::contact::Sample;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL};
+use crate::linear::banded;
+use crate::linear::symmetric::product;
 use crate::real::Real;
 use crate::size::{Blank, Size};
 

@@ -8,6 +8,7 @@
 use super::{Node, Workspace};
 use crate::access::Access;
 use crate::ladder::Ladder;
+use crate::linear::pivot::{bounded, pivot_bound};
 use crate::real::Real;
 use crate::size::{Blank, Size};
 
@@ -46,18 +47,6 @@ impl<T: Real> Blank for Condensed<T> {
         yy: T::ZERO,
         corrections: Corrections { ra: T::ZERO, rb: T::ZERO, rx: [T::ZERO; 2] },
     };
-}
-
-/// Smallest pivot, relative to the diagonal at rest. Square root of the precision: the perturbation costs the step and
-/// the amplified rounding costs it about as many digits.
-pub(crate) fn pivot_bound<T: Real>() -> T {
-    T::of(4.0) * T::EPSILON.sqrt()
-}
-
-/// Pivot kept at least `least` away from zero, on its own side; true if it is negative.
-#[inline]
-pub(crate) fn bounded<T: Real>(pivot: T, least: T) -> (T, bool) {
-    if pivot < T::ZERO { (pivot.min(-least), true) } else { (pivot.max(least), false) }
 }
 
 /// How a member's diagonal is made: curvature (true) or not (Gauss–Newton), and a shift relative to the diagonal at rest.

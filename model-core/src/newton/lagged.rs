@@ -7,10 +7,11 @@
 
 use super::condense::{Corrections, solve_interior};
 use super::step::{self, Inertia};
-use super::{Workspace, banded, border, strain};
+use super::{Workspace, assembly, border, strain};
 use crate::access::Access;
 use crate::contact::Row;
 use crate::ladder::Ladder;
+use crate::linear::banded;
 use crate::real::Real;
 use crate::size::{Blank, Size};
 
@@ -87,11 +88,11 @@ pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
 pub(crate) fn solve<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Inertia {
     work.effort.solves();
     let n = ladder.unknowns();
-    banded::put_closures(ladder, work);
+    assembly::put_closures(ladder, work);
     let (mut below, mut from) = ([T::ZERO; 2], 0);
     for index in 0..ladder.member_count() {
         let Some(corrections) = condense(ladder, work, index) else { continue };
-        banded::add_corrections(ladder, work, index, &corrections);
+        assembly::add_corrections(ladder, work, index, &corrections);
         if index.is_multiple_of(4) {
             from = border_rows(ladder, work, index, from, below);
             below = [below[0] + corrections.rx[0], below[1] + corrections.rx[1]];

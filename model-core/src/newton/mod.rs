@@ -1,12 +1,12 @@
 //! One Newton step for the ladder in contact, cost linear in elements and lamellae:
-//! `strain` and `gaps` → `residual` → `condense` each member onto its joints and force → `banded` KKT in joints and λ →
+//! `strain` and `gaps` → `residual` → `condense` each member onto its joints and force → `assembly` of the banded KKT in joints and λ →
 //! `border` by the contact rows → `active_set` on the dense border → increments. `chain` is the strain of links instead of quadratic
 //! elements; `lagged` are the steps that keep an earlier factorisation.
 //!
 //! Here mm, N and N·mm stand for the finger's own units of length, force and moment ([`crate::units`]).
 
 pub(crate) mod active_set;
-pub(crate) mod banded;
+pub(crate) mod assembly;
 pub(crate) mod bend;
 pub(crate) mod border;
 pub(crate) mod chain;
@@ -22,9 +22,9 @@ pub(crate) mod turning;
 
 use crate::contact::Row;
 use crate::ladder::Ladder;
+use crate::linear::banded::BAND;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
-use banded::BAND;
 
 /// Which second derivative the step uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -1,7 +1,7 @@
 //! One step: residual, condensation, banded KKT, border, active set, increments.
 
 use super::active_set::{self, Problem, Settled};
-use super::banded::{self, force_terms};
+use super::assembly::{self, force_terms};
 use super::border;
 use super::chain::{DEEP, PLACED, RESIDUAL};
 use super::condense::{self, Diagonal, solve_interior};
@@ -10,6 +10,7 @@ use super::residual::{self, Residual};
 use super::{Hessian, Node, Workspace, bend, lagged, strain, turning};
 use crate::access::Access;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
+use crate::linear::banded;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
@@ -115,11 +116,11 @@ pub(crate) fn factorise<T: Real, S: Size>(
     let n = ladder.unknowns();
     let mut negative = 0;
     work.curved = diagonal.curvature != T::ZERO;
-    banded::begin(ladder, work);
+    assembly::begin(ladder, work);
     for index in 0..ladder.member_count() {
         let (condensed, below_zero) = condense::condense(ladder, work, index, diagonal);
         negative += below_zero;
-        banded::add_member(ladder, work, index, &condensed);
+        assembly::add_member(ladder, work, index, &condensed);
         if index % 4 == 0 {
             work.fronts.as_mut().put(index / 4, condensed);
         }

@@ -3,10 +3,6 @@
 use std::boxed::Box;
 use std::vec::Vec;
 
-use nalgebra::{DMatrix, DVector};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
-
 use super::chain::DEEP;
 use super::condense::Diagonal;
 use super::gaps::{self, Sweep};
@@ -15,18 +11,12 @@ use crate::contact::{Row, Sample};
 use crate::design::{HingeFrom, HingeKind};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
 use crate::ladder::{CLAMPED, Ladder, State};
+use crate::linear::symmetric;
+use crate::random_designs::Random;
 use crate::size::{Blank, Paper, Size};
+use nalgebra::{DMatrix, DVector};
 
 type Model = (Box<Ladder<f64, Paper>>, Box<State<f64, Paper>>, Box<Workspace<f64, Paper>>);
-
-struct Random(ChaCha8Rng);
-
-impl Random {
-    /// Uniform in −1 … 1.
-    fn signed(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}
 
 /// A random model in a random state with random contact rows.
 fn random_model(random: &mut Random) -> Model {
@@ -280,7 +270,7 @@ fn frozen_points(work: &Workspace<f64, Paper>) -> Vec<[f64; 2]> {
 
 #[test]
 fn the_gradient_is_the_lagrangians_derivative() {
-    let mut random = Random(ChaCha8Rng::seed_from_u64(11));
+    let mut random = Random::new(11);
     for _ in 0..40 {
         let (ladder, mut state, mut work) = random_model(&mut random);
         let places = places(&ladder, work.row_count);
@@ -330,7 +320,7 @@ fn dense(
 
 #[test]
 fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
-    let mut random = Random(ChaCha8Rng::seed_from_u64(12));
+    let mut random = Random::new(12);
     let (mut compared, mut indefinite, mut steps, mut worst) = (0, 0, 0, 0.0_f64);
     while compared < 1000 {
         let (ladder, mut state, mut work) = random_model(&mut random);
@@ -354,14 +344,14 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         let rows = work.row_count;
         let mut d: Vec<f64> = work.flexibility.to_vec();
         let mut order = vec![0; rows];
-        let border = active_set::factorise(&mut d, rows, Paper::CONTACTS, &mut order);
+        let border = symmetric::factorise(&mut d, rows, Paper::CONTACTS, &mut order);
         assert_eq!(negative + rows - border, dense_negative, "negative eigenvalues of the whole KKT");
         indefinite += usize::from(dense_negative != 2 * ladder.cells + rows);
 
         // The whole step with every row active.
         let mut row_delta: Vec<f64> = work.row_rhs[..rows].to_vec();
         let mut scratch = vec![0.0; rows];
-        active_set::solve(&d, rows, Paper::CONTACTS, &order, &mut row_delta, &mut scratch);
+        symmetric::solve(&d, rows, Paper::CONTACTS, &order, &mut row_delta, &mut scratch);
         work.row_delta[..rows].copy_from_slice(&row_delta);
         step::increments(&ladder, &mut work);
         let Some(exact) = matrix.clone().lu().solve(&-DVector::from_vec(g)) else { continue };
@@ -389,7 +379,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
 
 #[test]
 fn members_share_their_joints() {
-    let mut random = Random(ChaCha8Rng::seed_from_u64(13));
+    let mut random = Random::new(13);
     for _ in 0..20 {
         let (ladder, state, _) = random_model(&mut random);
         for a in &ladder.members[..ladder.member_count()] {
@@ -408,7 +398,7 @@ fn members_share_their_joints() {
 /// Directions after a small step are the same by its increments as from their sines.
 #[test]
 fn directions_turned_by_the_increments_are_those_of_the_angles() {
-    let mut random = Random(ChaCha8Rng::seed_from_u64(12));
+    let mut random = Random::new(12);
     let mut worst = 0.0_f64;
     for _ in 0..40 {
         let (ladder, mut state, mut work) = random_model(&mut random);
@@ -432,7 +422,7 @@ fn directions_turned_by_the_increments_are_those_of_the_angles() {
 #[test]
 fn kept_factors_settle_the_active_set_as_new_ones_do() {
     const STRIDE: usize = 12;
-    let mut random = Random(ChaCha8Rng::seed_from_u64(13));
+    let mut random = Random::new(13);
     let mut spared = 0;
     for _ in 0..300 {
         let n = 4 + (4.0 * (1.0 + random.signed())) as usize;
@@ -490,7 +480,7 @@ fn kept_factors_settle_the_active_set_as_new_ones_do() {
 /// the sum of both does not show.
 #[test]
 fn opposite_tilts_of_two_contacts_do_not_make_up_for_each_other() {
-    let (ladder, _, mut work) = random_model(&mut Random(ChaCha8Rng::seed_from_u64(3)));
+    let (ladder, _, mut work) = random_model(&mut Random::new(3));
     let last = ladder.sample_count as u16 - 1;
     let row = |sample, tilt| Row { sample, tilt, normal: [-1.0, 0.0], multiplier: 2.0, ..Row::BLANK };
     let mut astray = |rows: &[Row<f64>]| {

@@ -14,8 +14,9 @@ use super::quarter;
 use crate::access::Access;
 use crate::contact::Row;
 use crate::ladder::Ladder;
+use crate::linear::symmetric;
 use crate::newton::condense::Diagonal;
-use crate::newton::{Workspace, active_set, gaps, step};
+use crate::newton::{Workspace, gaps, step};
 use crate::real::Real;
 use crate::size::Size;
 
@@ -215,7 +216,7 @@ pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Work
     }
     let (from, rows, listed) = (work.flexibility.as_ref(), work.row_count, work.listed.as_ref());
     let place = |i: usize| usize::from(listed.at(i));
-    active_set::factorise_from(from, work.factored.as_mut(), rows, S::CONTACTS, work.order.as_mut(), place);
+    symmetric::factorise_from(from, work.factored.as_mut(), rows, S::CONTACTS, work.order.as_mut(), place);
 }
 
 /// Solves for the contacts' answer; `axis` is what the moment is taken about, `thickening` how much a sample's distance from the
@@ -281,7 +282,7 @@ fn respond_scaled<T: Real, S: Size>(
         }
     }
     let (x, y) = (work.row_delta.as_mut(), work.spare.as_mut());
-    active_set::solve(work.factored.as_ref(), layout.rows(), S::CONTACTS, work.order.as_ref(), x, y);
+    symmetric::solve(work.factored.as_ref(), layout.rows(), S::CONTACTS, work.order.as_ref(), x, y);
 
     let zero = [T::ZERO; 2];
     let mut response =

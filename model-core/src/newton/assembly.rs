@@ -1,19 +1,15 @@
 //! The banded KKT system in joint angles and closure multipliers.
 //!
-//! Unknowns per cell: λx, λy, φ_front, φ_lamella, φ_back; the tip cell has λx, λy, φ_tip. Half-bandwidth 6. The factorisation
-//! is L D Lᵀ without interchanges: symmetric, so the signs of D are the inertia, and the multipliers of a closure come
-//! before the angles they bind, where their pivots are the members' flexibility. A pivot that nearly vanishes is bounded,
-//! as in `condense`.
+//! Unknowns per cell: λx, λy, φ_front, φ_lamella, φ_back; the tip cell has λx, λy, φ_tip. The multipliers of a closure come before the
+//! angles they bind, where their pivots are the members' flexibility: [`crate::linear::banded`] needs no interchanges.
 
 use super::Workspace;
-use super::condense::{Condensed, Corrections, bounded, pivot_bound};
+use super::condense::{Condensed, Corrections};
 use crate::access::Access;
 use crate::ladder::{CLAMPED, Ladder, PER_CELL};
+use crate::linear::banded::BAND;
 use crate::real::Real;
 use crate::size::Size;
-
-/// Half-bandwidth.
-pub(crate) const BAND: usize = 6;
 
 /// The closures a member's force is made of, with signs: unknown of λx and ±1.
 #[inline]
@@ -150,99 +146,4 @@ fn add_hinge<T: Real, const A: usize, const B: usize>(band: &mut [[T; BAND + 1]]
     rows[NEXT][BAND] += c.xx;
     rows[NEXT + 1][BAND - 1] += c.xy;
     rows[NEXT + 1][BAND] += c.yy;
-}
-
-/// Factorises in place; the diagonal becomes the inverse pivots. Returns the number of negative pivots.
-pub(crate) fn factorise<T: Real>(band: &mut [[T; BAND + 1]], scale: &[T]) -> usize {
-    let bound = pivot_bound::<T>();
-    let mut negative = 0;
-    let mut rest = band;
-    let mut scale = scale.iter();
-    while let Some((row, below)) = rest.split_first_mut() {
-        let least = scale.next().map_or(T::one(), |&s| if s > T::ZERO { s } else { T::one() });
-        let (pivot, is_negative) = bounded(row[BAND], bound * least);
-        negative += usize::from(is_negative);
-        let inverse = T::one() / pivot;
-        row[BAND] = inverse;
-        // The column below the pivot, zero beyond the last row.
-        let mut column = [T::ZERO; BAND];
-        if let Some(full) = below.first_chunk_mut::<BAND>() {
-            eliminate(full, &mut column, inverse);
-        } else {
-            // The last rows: padded with zeros.
-            let mut padded = [[T::ZERO; BAND + 1]; BAND];
-            padded.iter_mut().zip(&*below).for_each(|(into, from)| *into = *from);
-            eliminate(&mut padded, &mut column, inverse);
-            below.iter_mut().zip(&padded).for_each(|(into, from)| *into = *from);
-        }
-        rest = below;
-    }
-    negative
-}
-
-/// Takes a pivot out of the rows below it; their entries in its column become the multipliers.
-#[inline]
-fn eliminate<T: Real>(rows: &mut [[T; BAND + 1]; BAND], column: &mut [T; BAND], inverse: T) {
-    for k in 0..BAND {
-        column[k] = rows[k][BAND - 1 - k];
-    }
-    for k in 0..BAND {
-        let multiplier = column[k] * inverse;
-        // Row k+1 below the pivot meets the columns of the rows from the first below it to itself.
-        for m in 0..=k {
-            rows[k][BAND - k + m] -= multiplier * column[m];
-        }
-        rows[k][BAND - 1 - k] = multiplier;
-    }
-}
-
-/// y = L⁻¹ x in place.
-#[inline]
-pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T]) {
-    // The last values, each in the place of its unknown modulo the bandwidth: registers instead of indices.
-    let mut last = [T::ZERO; BAND];
-    let (rows, rows_left) = band.as_chunks::<BAND>();
-    let (blocks, left) = x.as_chunks_mut::<BAND>();
-    let mut one = |at: usize, row: &[T; BAND + 1], x: &mut T| {
-        let mut value = *x;
-        for k in 0..BAND {
-            value -= row[BAND - 1 - k] * last[(at + BAND - 1 - k) % BAND];
-        }
-        *x = value;
-        last[at] = value;
-    };
-    for (rows, block) in rows.iter().zip(blocks) {
-        for at in 0..BAND {
-            one(at, &rows[at], &mut block[at]);
-        }
-    }
-    for (at, (row, x)) in rows_left.iter().zip(left).enumerate() {
-        one(at % BAND, row, x);
-    }
-}
-
-/// x = L⁻ᵀ D⁻¹ y in place.
-#[inline]
-pub(crate) fn backward<T: Real>(band: &[[T; BAND + 1]], y: &mut [T]) {
-    // What the unknowns above have taken from the next ones below, each in its place modulo the bandwidth.
-    let mut taken = [T::ZERO; BAND];
-    let (rows, rows_left) = band.as_chunks::<BAND>();
-    let (blocks, left) = y.as_chunks_mut::<BAND>();
-    let mut one = |at: usize, row: &[T; BAND + 1], y: &mut T| {
-        let value = *y * row[BAND] - taken[at];
-        *y = value;
-        for k in 1..BAND {
-            taken[(at + BAND - k) % BAND] += row[BAND - k] * value;
-        }
-        // The farthest one, for which this is the first.
-        taken[at] = row[0] * value;
-    };
-    for (at, (row, y)) in rows_left.iter().zip(left).enumerate().rev() {
-        one(at % BAND, row, y);
-    }
-    for (rows, block) in rows.iter().zip(blocks).rev() {
-        for at in (0..BAND).rev() {
-            one(at, &rows[at], &mut block[at]);
-        }
-    }
 }

@@ -1,0 +1,6 @@
+//! Linear algebra on slices. It knows matrices, not fingers.
+
+pub(crate) mod banded;
+pub(crate) mod cholesky;
+pub(crate) mod pivot;
+pub(crate) mod symmetric;
