@@ -1,7 +1,7 @@
 //! Why a description is refused.
 
+use super::junction::{BAR_ROOT, face_distances};
 use super::{Attachments, Beam, Design, HingeFrom, HingeKind, Profile};
-use crate::discretise::{BAR_ROOT, face_distances};
 use crate::size::{Lists, TooLong};
 
 /// Places in a [`Design`], named as in a case file.

@@ -5,6 +5,7 @@
 
 mod beam;
 mod check;
+pub(crate) mod junction;
 
 pub use beam::Beam;
 pub use check::{DesignError, Field};

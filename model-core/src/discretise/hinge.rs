@@ -1,9 +1,10 @@
 //! Rungs: front hinge, lamella and back hinge; and the rigid part at the tip.
 
 use super::rod::{Rod, write_point, write_rod};
-use super::section::{BAR_ROOT, BEAM_ROOT, compliance, face_distances, plate_factor};
+use super::section::{compliance, plate_factor};
 use super::{Discretisation, DiscretiseError};
 use crate::access::Access as _;
+use crate::design::junction::{BAR_ROOT, BEAM_ROOT, face_distances};
 use crate::design::{Design, HingeFrom, HingeKind};
 use crate::ladder::Ladder;
 use crate::real::Real;

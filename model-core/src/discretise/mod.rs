@@ -10,6 +10,7 @@ mod samples;
 mod section;
 
 use crate::access::Access as _;
+use crate::design::junction::flexible_ends;
 use crate::design::{Design, DesignError, HingeFrom, HingeKind, PlaneStrain};
 use crate::ladder::{CLAMPED, Ladder};
 use crate::real::Real;
@@ -18,9 +19,8 @@ use crate::units::Units;
 use hinge::{rigid_tip, write_hinges};
 use rod::{Rod, write_rod};
 use samples::write_samples;
+use section::compliance;
 pub use section::plate_factor;
-pub(crate) use section::{BAR_ROOT, face_distances};
-use section::{compliance, flexible_ends};
 
 /// How a member of N elements is discretised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

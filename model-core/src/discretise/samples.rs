@@ -1,10 +1,10 @@
 //! Contact samples of the front beam.
 
-use super::section::flexible_ends;
 use super::{Discretisation, DiscretiseError, Sampling, Scheme};
 use crate::access::Access as _;
 use crate::contact::Sample;
 use crate::design::Design;
+use crate::design::junction::flexible_ends;
 use crate::ladder::Ladder;
 use crate::places::hermite_weights;
 use crate::real::Real;

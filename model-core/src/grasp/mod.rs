@@ -9,7 +9,6 @@
 //! Contact is frictionless. A circle's contact forces all pass through its centre, so its balance is that of forces: the
 //! turn is left alone. Other shapes turn as well, until the moments are in balance.
 
-mod placement;
 mod resume;
 
 use heapless::Vec;
@@ -17,12 +16,11 @@ use heapless::Vec;
 use crate::equilibrium::{FOLLOW_ITERATIONS, Follower, Mark};
 use crate::linear::cholesky::cholesky;
 use crate::newton::Effort;
+pub use crate::object::Placement;
 use crate::object::{Motion, ObjectDesign, ObjectError, Shape};
 use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
-use placement::moved;
-pub use placement::{Placement, reference};
 pub use resume::{Held, Place};
 
 /// The most fingers of a grasp.
@@ -166,7 +164,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
             return Err(GraspError::Fingers { count: 0 });
         }
         object.validate().map_err(GraspError::Object)?;
-        let (origin, size) = reference(&object).ok_or(GraspError::Endless)?;
+        let (origin, size) = object.reference().ok_or(GraspError::Endless)?;
         let round = is_round(&object);
         let finite = load.force.iter().all(|part| part.is_finite()) && load.moment.is_finite();
         if !finite || (round && load.moment != 0.0) {
@@ -349,7 +347,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         let left = self.left().clamp(LEAST, FOLLOW_ITERATIONS);
         let Some(finger) = self.fingers.get_mut(index) else { return Ok(()) };
         let placement = finger.placement;
-        let seen = |centre, turn| placement.object_back(&moved(&given, origin, centre, turn));
+        let seen = |centre, turn| placement.object_back(&given.moved(origin, centre, turn));
         let shift = placement.vector_back([to.0[0] - from.0[0], to.0[1] - from.0[1]]);
         let shifted = finger.follower.shift_marked(shift, seen(to.0, from.1), left);
         // Without an iteration it still costs an evaluation.

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::{Finger, Grasp, GraspError, Load, Placement, moved, reference};
+use super::{Finger, Grasp, GraspError, Load, Placement};
 use crate::equilibrium::Follower;
 use crate::object::ObjectDesign;
 use crate::real::Real;
@@ -31,8 +31,8 @@ impl Place {
     /// The object when it has come this far, turned about its reference point (its centre, or the mean of a polygon's corners;
     /// a half-plane has none, and turns about the origin).
     pub fn of(&self, object: &ObjectDesign) -> ObjectDesign {
-        let from = reference(object).map_or([0.0; 2], |(point, _)| point);
-        moved(object, from, [from[0] + self.shift[0], from[1] + self.shift[1]], self.turn)
+        let from = object.reference().map_or([0.0; 2], |(point, _)| point);
+        object.moved(from, [from[0] + self.shift[0], from[1] + self.shift[1]], self.turn)
     }
 
     /// The same as a mirrored finger's own world has it.
@@ -59,7 +59,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         let mut fingers = Vec::new();
         for (number, Held { follower, mirrored, object }) in held.into_iter().enumerate() {
             object.validate().map_err(GraspError::Object)?;
-            let (middle, _) = reference(&object).ok_or(GraspError::Endless)?;
+            let (middle, _) = object.reference().ok_or(GraspError::Endless)?;
             let here = Placement { mirrored, ..Placement::HERE };
             // The same world, seen from the grasp's: the way there is the way back of its mirror image.
             let seen = Placement { translation: middle, ..here }.object_back(&object);
@@ -72,7 +72,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
             pushed.map_err(|_| GraspError::Fingers { count: number + 1 })?;
         }
         let object = given.ok_or(GraspError::Fingers { count: 0 })?;
-        let (origin, size) = reference(&object).ok_or(GraspError::Endless)?;
+        let (origin, size) = object.reference().ok_or(GraspError::Endless)?;
         let [x, y] = place.shift;
         let mut grasp = Self {
             fingers,
@@ -99,10 +99,10 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
 impl Place {
     /// Where an object is that stood elsewhere at first, as a finger's own world sees it.
     pub fn seen(&self, object: &ObjectDesign, mirrored: bool) -> ObjectDesign {
-        let Some((middle, _)) = reference(object) else { return *object };
+        let Some((middle, _)) = object.reference() else { return *object };
         let here = Placement { mirrored, ..Placement::HERE };
         let [x, y] = here.vector_back(self.shift);
-        moved(object, middle, [middle[0] + x, middle[1] + y], here.sense() * self.turn)
+        object.moved(middle, [middle[0] + x, middle[1] + y], here.sense() * self.turn)
     }
 }
 

@@ -9,6 +9,7 @@ mod design;
 mod ellipse;
 mod half_plane;
 mod motion;
+mod placement;
 mod polygon;
 #[cfg(test)]
 mod tests;
@@ -19,6 +20,7 @@ pub use design::{BORES, Corners, MAX_CORNERS, ObjectDesign, ObjectError, PLACES,
 pub use ellipse::Ellipse;
 pub use half_plane::HalfPlane;
 pub use motion::{Displacement, Motion};
+pub use placement::Placement;
 pub use polygon::Polygon;
 
 use crate::real::{Real, Vec2};

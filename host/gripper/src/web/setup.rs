@@ -2,8 +2,7 @@
 
 use messages::{Mount, Reaction, Settings, Side};
 use model_core::design::Design;
-use model_core::grasp::reference;
-use model_core::object::Motion;
+use model_core::object::{Motion, ObjectDesign};
 use serde::{Deserialize, Serialize};
 
 use super::object::{ObjectFields, outline};
@@ -137,7 +136,7 @@ impl Setup {
                 design: design.map(drawing),
                 object: object.map(ObjectFields::from),
                 object_contour_mm: object.map(outline),
-                object_centre_mm: object.and_then(reference).map(|(point, _)| point),
+                object_centre_mm: object.and_then(ObjectDesign::reference).map(|(point, _)| point),
                 limits: Limits::of(&told.settings, mount),
                 way_mm: way(mount),
             }
