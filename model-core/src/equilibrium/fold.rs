@@ -86,7 +86,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             if near && slow && polishes > 0 && shift < T::of(0.1) {
                 polishes -= 1;
                 slow = false;
-                let attempt = self.newton(target, budget.saturating_sub(used).min(12), tolerance);
+                let attempt = self.newton(target, 12, budget.saturating_sub(used), tolerance);
                 used += attempt.iterations;
                 spent += attempt.iterations;
                 outcome.iterations += attempt.iterations;

@@ -9,7 +9,7 @@
 //!
 //! The inertia behind "stable" is that of the accepted state itself or of a state so near that no angle differs by more than
 //! [`NEAR_ENOUGH`]: as a rule the one before the last Newton step. Steps without an iteration add up until they are as far as that; then
-//! one is made.
+//! the state itself is judged.
 
 mod carry;
 mod fold;
@@ -477,7 +477,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.extrapolate(target);
         let tolerance = if reaches { T::TOLERANCE } else { on_the_way() };
         let allowed = self.patience((target - self.at).abs(), reaches);
-        let attempt = self.newton(target, allowed.min(left), tolerance);
+        let attempt = self.newton(target, allowed, left, tolerance);
         outcome.iterations += attempt.iterations;
         self.note(&attempt.residual, outcome);
         let stable = self.settings.hessian == Hessian::GaussNewton || attempt.inertia.is_none_or(|i| i.is_stable());
@@ -601,8 +601,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
     }
 
-    /// Newton's method at a coordinate from the present state.
-    fn newton(&mut self, coordinate: T, max_iterations: u32, tolerance: Tolerance<T>) -> Attempt<T> {
+    /// Newton's method at a coordinate from the present state, with at most so many iterations; judging the solution may take one more,
+    /// within the budget.
+    fn newton(&mut self, coordinate: T, max_iterations: u32, budget: u32, tolerance: Tolerance<T>) -> Attempt<T> {
+        let max_iterations = max_iterations.min(budget);
         let object = self.seen(coordinate);
         let margin = T::of(self.settings.margin) / self.ladder.units.length;
         let mut attempt = Attempt {
@@ -631,16 +633,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.sweep = sweep;
             let near = T::of(NEAR_ENOUGH);
             let newton = self.settings.hessian == Hessian::Newton;
-            let mut converged = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
+            let converged = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
             if converged && attempt.iterations == 0 {
                 attempt.drift = self.drift + self.largest_move();
-                // Too far from the last state that was judged for a step without an iteration.
-                converged = !newton || attempt.drift <= near;
             }
             if converged {
                 let stable = attempt.inertia.is_none_or(|inertia| inertia.is_stable());
                 let judges = newton && (!stable || attempt.drift > near);
-                if judges && attempt.iterations >= max_iterations {
+                if judges && attempt.iterations >= budget {
                     return attempt;
                 }
                 attempt.status = Status::Converged;
@@ -676,7 +676,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     return attempt;
                 }
             }
-            let swift = lags && size <= last * T::of(SWIFT);
+            // What the stiffness is kept for would have to be judged at the end.
+            let swift = lags && size <= last * T::of(SWIFT) && attempt.drift <= near;
             last = size;
             let inertia = if swift && lagged::align(&self.ladder, &mut self.work) {
                 lagged::solve(&self.ladder, &mut self.work)

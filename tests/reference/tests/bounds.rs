@@ -246,6 +246,29 @@ fn an_estimator_looks_for_an_open_finger_a_few_places_a_tick() {
 }
 
 /// The largest model too.
+/// A closing and opening at 1 rad/s and 500 Hz, from several first angles: a tick is two thirds of what a judged state is near enough
+/// for, and first contact lies anywhere within one.
+#[test]
+fn an_estimator_in_double_precision_keeps_up_with_a_fast_motion_within_its_default_budget() {
+    const TICK: f64 = 2e-3;
+    let (mut ticks, mut late) = (0, Vec::new());
+    for (height, first) in
+        [30.0, 45.0, 60.0].into_iter().flat_map(|y| (0..8).map(move |part| (y, f64::from(part) / 8.0)))
+    {
+        let mut model: Box<Estimator<f64, Reduced>> = Box::new(Estimator::EMPTY);
+        model.configure(&ladder_80(), &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
+        model.set_object(circle_80(height)).expect("a valid object");
+        for tick in (-10..60).chain((-10..60).rev()) {
+            let estimate = model.update((f64::from(tick) + first) * TICK);
+            ticks += 1;
+            if !estimate.status.is_trustworthy() {
+                late.push((height, first, tick, estimate.status, estimate.iterations));
+            }
+        }
+    }
+    assert!(late.is_empty(), "{} of {ticks} ticks: {late:?}", late.len());
+}
+
 #[test]
 fn a_call_that_follows_far_keeps_its_bound_in_double_precision() {
     let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
