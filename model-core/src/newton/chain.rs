@@ -49,11 +49,11 @@ pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
 
 /// A member on the way from its end to its start.
 struct Walk<'a, T> {
-    /// The rows that touch the links still to come, and the node of the topmost one.
+    /// The rows that touch the links still to come, and the next node at which they change the force.
     rows: &'a [Row<T>],
     touching: usize,
     /// What rows that touch a link short of its end pull at those below it only, N; the inverse length of a link.
-    owed: Option<[T; 2]>,
+    owed: [T; 2],
     inverse: T,
     /// Force through the present link, N.
     force: [T; 2],
@@ -71,10 +71,17 @@ impl<T: Real> Walk<'_, T> {
     /// Takes the rows off that touch a link or one above it: contacts pull at the whole of their link and of those below it.
     #[inline(always)]
     fn pass(&mut self, node: usize) {
-        if let Some([x, y]) = self.owed.take() {
-            self.force = [self.force[0] - x, self.force[1] - y];
+        if self.touching >= node {
+            self.meet(node);
         }
-        while self.touching >= node
+    }
+
+    #[inline(always)]
+    fn meet(&mut self, node: usize) {
+        let [x, y] = core::mem::replace(&mut self.owed, [T::ZERO; 2]);
+        self.force = [self.force[0] - x, self.force[1] - y];
+        let mut is_owed = false;
+        while self.topmost() >= node
             && let Some((row, rest)) = self.rows.split_last()
         {
             let pull = row.normal.map(|n| row.multiplier * n);
@@ -82,14 +89,16 @@ impl<T: Real> Walk<'_, T> {
             if part == T::ZERO {
                 self.force = [self.force[0] - pull[0], self.force[1] - pull[1]];
             } else {
-                let [x, y] = self.owed.unwrap_or([T::ZERO; 2]);
+                let [x, y] = self.owed;
                 let left = T::one() - part;
                 self.force = [self.force[0] - part * pull[0], self.force[1] - part * pull[1]];
-                self.owed = Some([x + left * pull[0], y + left * pull[1]]);
+                self.owed = [x + left * pull[0], y + left * pull[1]];
+                is_owed = true;
             }
             self.rows = rest;
-            self.touching = self.topmost();
         }
+        // What is owed is due at the next link.
+        self.touching = if is_owed { node - 1 } else { self.topmost() };
     }
 
     fn topmost(&self) -> usize {
@@ -203,7 +212,7 @@ fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
     let mut walk = Walk {
         rows: work.rows.as_ref().get(own).unwrap_or(&[]),
         touching: 0,
-        owed: None,
+        owed: [zero; 2],
         inverse: if length == zero { zero } else { T::one() / length },
         force: out.force,
         compliance: member.compliance,

@@ -189,14 +189,16 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
                     position += vec2_of(on.strained) * w;
                 }
             }
+            if sample.rigid != T::ZERO {
+                position += rigid_end * sample.rigid;
+            }
         } else if sample.weights[0] != T::ZERO
             && let Some(on) = nodes.get(usize::from(sample.node))
         {
             // A sample at each link's end.
             position += vec2_of(on.strained) * sample.weights[0];
             prefix = position;
-        }
-        if sample.rigid != T::ZERO {
+        } else {
             position += rigid_end * sample.rigid;
         }
         if is_fine && ladder.is_fine(at) {
