@@ -22,10 +22,10 @@ const KB: u64 = 1024;
 
 /// The boards. A budget is below what the chip has: it is there to be noticed before the linker is.
 pub const BOARDS: &[Board] = &[
-    Board { name: SIMULATED, flash: 512 * KB, ram: 512 * KB },
-    Board { name: "opencr", flash: 576 * KB, ram: 192 * KB },
+    Board { name: SIMULATED, flash: 480 * KB, ram: 512 * KB },
+    Board { name: "opencr", flash: 512 * KB, ram: 192 * KB },
     Board { name: "nucleo-h743zi", flash: 576 * KB, ram: 448 * KB },
-    Board { name: "nucleo-g474re", flash: 480 * KB, ram: 108 * KB },
+    Board { name: "nucleo-g474re", flash: 448 * KB, ram: 108 * KB },
 ];
 /// The one that QEMU runs.
 pub const SIMULATED: &str = "mps2";

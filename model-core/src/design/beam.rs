@@ -53,6 +53,7 @@ impl Beam {
     }
 
     /// Unit vector along the undeformed centreline at an arc length from the base, mm.
+    #[inline(never)]
     pub fn direction(&self, arc: f64) -> [f64; 2] {
         let [t, n] = self.axes();
         let half = self.half_angle();
@@ -64,6 +65,7 @@ impl Beam {
     }
 
     /// Point of the undeformed centreline at an arc length from the base, mm.
+    #[inline(never)]
     pub fn point(&self, arc: f64) -> [f64; 2] {
         let [t, n] = self.axes();
         let half = self.half_angle();

@@ -37,6 +37,7 @@ impl Profile {
     }
 
     /// Value at a position.
+    #[inline(never)]
     pub fn at(&self, position: f64) -> f64 {
         let Some(first) = self.knots.first() else { return 0.0 };
         let mut before = *first;

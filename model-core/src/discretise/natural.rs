@@ -10,9 +10,9 @@ const STIFFNESS: f64 = 8.0;
 /// Places along a beam at which its stiffness is looked at.
 const PLACES: u32 = 32;
 
-/// Largest power of two that is not above a number.
+/// Largest power of two that is not above a positive, normal number: its exponent alone.
 fn power_of_two(value: f64) -> f64 {
-    libm::exp2(libm::floor(libm::log2(value)))
+    f64::from_bits(value.to_bits() & f64::INFINITY.to_bits())
 }
 
 /// Stiffness of a whole beam against bending, 1/∫ds/EI, N·mm: that of its thin parts counts most.
@@ -39,10 +39,16 @@ pub(super) fn units(design: &Design) -> Units<f64> {
     Units { length, force: power_of_two(stiffness / STIFFNESS) / length }
 }
 
+// Double precision is software on the microcontroller: one copy for all the numbers of a finger.
+#[inline(never)]
+fn scale(value: &mut f64, by: f64) {
+    *value *= by;
+}
+
 /// Expresses a finger in its units; every number keeps all its digits.
 pub(super) fn express(design: &mut Design, units: &Units<f64>) {
     let inverse = 1.0 / units.length;
-    let scale = |value: &mut f64| *value *= inverse;
+    let scale = |value: &mut f64| scale(value, inverse);
     let profile = |profile: &mut Profile| profile.knots.iter_mut().flatten().for_each(scale);
     profile(&mut design.width);
     for beam in [&mut design.front, &mut design.back] {
@@ -60,4 +66,18 @@ pub(super) fn express(design: &mut Design, units: &Units<f64>) {
     design.rigid_above.iter_mut().for_each(scale);
     design.motor_axis.iter_mut().for_each(scale);
     design.material.youngs_modulus *= units.length * units.length / units.force;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::power_of_two;
+
+    #[test]
+    fn a_power_of_two_is_the_largest_not_above() {
+        for (value, power) in
+            [(1.0, 1.0), (1.999, 1.0), (2.0, 2.0), (0.7, 0.5), (3e-5, 2.0_f64.powi(-16)), (5e6, 4_194_304.0)]
+        {
+            assert_eq!(power_of_two(value), power, "{value}");
+        }
+    }
 }

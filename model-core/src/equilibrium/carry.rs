@@ -63,6 +63,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Object and finger are as they were at the mark, which stays. One evaluation.
+    #[inline(never)]
     pub(crate) fn go_back(&mut self, mark: &Mark<T, O>) {
         if !self.is_marked || !mark.is_good {
             return;
@@ -98,6 +99,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Follows the equilibrium while the object, as the finger sees it now, moves as it would if the base moved so far along
     /// a motion; then takes the object that stands there.
+    #[inline(never)]
     fn carry(&mut self, path: Motion, far: f64, to: O, budget: u32) -> Outcome {
         if !self.has_equilibrium() || !far.is_finite() {
             return Outcome {
@@ -131,7 +133,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.at = at;
         self.before = at;
         self.extrapolates = false;
-        self.step = self.max_step();
+        self.allow_steps();
     }
 
     /// Force (N, world frame) on the object and its moment (N·mm, counter-clockwise) about a point (mm, world frame).

@@ -112,7 +112,9 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     youngs_modulus: T,
     /// Coordinate of the accepted state.
     at: T,
+    /// The next step of the coordinate at most, and any step (see [`Self::allow_steps`]).
     step: T,
+    largest_step: T,
     phase: Phase<T>,
     snapped: bool,
     /// The state before is what [`Self::go_back`] returns to: it stays, and nothing is extrapolated.
@@ -195,6 +197,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         youngs_modulus: T::ZERO,
         at: T::ZERO,
         step: T::ZERO,
+        largest_step: T::ZERO,
         phase: Phase::Lost,
         snapped: false,
         is_marked: false,
@@ -239,14 +242,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), OutOfBounds> {
         settings.validate()?;
         self.settings = settings;
-        self.step = self.max_step();
+        self.allow_steps();
         Ok(())
     }
 
     /// Follows with the settings that suit a second derivative, [`Settings::of`].
     pub fn set_hessian(&mut self, hessian: Hessian) {
         self.settings = Settings::of(hessian);
-        self.step = self.max_step();
+        self.allow_steps();
     }
 
     /// Takes an object and the motion between finger and object; the finger is at rest again.
@@ -259,6 +262,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// The undeformed finger, as if the object were far away.
+    #[inline(never)]
     pub fn rest(&mut self) {
         if self.ladder.cells == 0 {
             return;
@@ -270,7 +274,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.snapped = false;
         (self.drift, self.fall) = (T::ZERO, Fall::NONE);
         self.barred = Barred::NONE;
-        self.step = self.max_step();
+        self.allow_steps();
         self.work.row_count = 0;
         residual::potential(&self.ladder, &self.state, &mut self.work);
     }
@@ -330,12 +334,24 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Looks for contacts as densely as the object asks.
+    #[inline(never)]
     fn refine(&mut self) {
         self.ladder.refine(Seen::new(self.object, &self.ladder.units).sharpest());
     }
 
-    /// Largest step of the coordinate: what the settings allow, and on a sharp object less, so that none passes through it unseen.
+    /// Largest step of the coordinate.
     fn max_step(&self) -> T {
+        self.largest_step
+    }
+
+    /// Allows the largest steps: what the settings say, and on a sharp object less, so that none passes through it unseen.
+    fn allow_steps(&mut self) {
+        self.largest_step = self.step_on_object();
+        self.step = self.largest_step;
+    }
+
+    #[inline(never)]
+    fn step_on_object(&self) -> T {
         let (allowed, unit) = match self.motion {
             Motion::Rotating { .. } => (T::of(self.settings.max_angle_step), T::one()),
             Motion::Translating { .. } => {
@@ -359,6 +375,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// The object as the solver sees it at a coordinate: in the finger's frame and units.
+    // Every shape's displacement: one copy of it in the flash.
+    #[inline(never)]
     fn seen(&self, coordinate: T) -> Seen<T, O> {
         Seen::new(self.object.displaced(&self.motion.world_to_finger(coordinate)), &self.ladder.units)
     }
@@ -576,6 +594,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Brings the workspace, which results are read from, back to the accepted state.
+    #[inline(never)]
     pub(crate) fn show_accepted(&mut self) {
         self.state.copy_from(&self.accepted, &self.ladder);
         let object = self.seen(self.at);

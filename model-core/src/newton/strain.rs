@@ -148,6 +148,8 @@ pub(super) fn strained<T: Real, const RIGID: bool>(
 /// compliance of the force with itself; a chain of links gets its bending moments as well.
 ///
 /// Of chains of links no more than `DEPTH` says (see [`chain::DEEP`]).
+// Long and called once per member: a copy at every call would cost flash and spare nothing.
+#[inline(never)]
 pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,

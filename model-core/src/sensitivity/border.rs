@@ -250,6 +250,7 @@ pub(super) fn respond<T: Real, S: Size>(
 }
 
 /// As [`respond`], all in the finger's units.
+#[inline(never)]
 fn respond_scaled<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
     work: &mut Workspace<T, S>,
