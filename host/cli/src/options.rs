@@ -1,11 +1,12 @@
 //! Options that commands share: how the model is discretised and solved.
 
 use clap::{Args, ValueEnum};
-use model_core::discretise::{Discretisation, DiscretiseError, Elements, Physics, Sampling, Scheme, Softness};
+use model_core::discretise::{DiscretiseError, Elements, Physics, Scheme};
 use model_core::drive::Drive;
 use model_core::newton::Hessian;
 
 use fre::draw::Theme;
+use fre::study::choice::{Choice, elements};
 use fre::study::model::{Options, Precision};
 
 /// Colours of a picture of pixels.
@@ -103,24 +104,16 @@ pub struct ModelArgs {
 impl ModelArgs {
     /// The options as the library takes them.
     pub fn options(&self) -> Options {
-        let scheme = match self.scheme {
-            SchemeWord::Paper => Scheme::Paper,
-            SchemeWord::Trapezoid => Scheme::Trapezoid,
-            SchemeWord::Simpson => Scheme::Simpson,
-        };
-        let sampling = match (self.samples, scheme) {
-            (Some(samples), _) => Sampling::PerElement(samples),
-            (None, Scheme::Simpson) => Sampling::PerElement(4),
-            (None, _) => Sampling::Nodes,
-        };
-        let softness = match (self.softness_mm_per_n, sampling) {
-            (Some(softness), _) => Softness::Fixed(softness),
-            (None, Sampling::PerElement(_)) => Softness::Local,
-            (None, Sampling::Nodes) => Softness::Fixed(0.0),
-        };
-        let physics = self.physics.physics();
-        Options {
-            discretisation: Discretisation { scheme, elements: self.elements, sampling, softness, physics },
+        let choice = Choice {
+            scheme: match self.scheme {
+                SchemeWord::Paper => Scheme::Paper,
+                SchemeWord::Trapezoid => Scheme::Trapezoid,
+                SchemeWord::Simpson => Scheme::Simpson,
+            },
+            elements: self.elements,
+            samples: self.samples,
+            softness: self.softness_mm_per_n,
+            physics: self.physics.physics(),
             hessian: match self.hessian {
                 HessianWord::Newton => Hessian::Newton,
                 HessianWord::GaussNewton => Hessian::GaussNewton,
@@ -129,7 +122,8 @@ impl ModelArgs {
                 PrecisionWord::F64 => Precision::F64,
                 PrecisionWord::F32 => Precision::F32,
             },
-        }
+        };
+        choice.options()
     }
 }
 
@@ -144,26 +138,6 @@ pub fn refused(error: &DiscretiseError) -> String {
 /// Reads a number of contact samples.
 fn samples(text: &str) -> Result<u8, String> {
     text.parse().map_err(|_| "allowed is 1 to 16".to_owned())
-}
-
-/// The most elements per beam or hinge.
-const MOST_ELEMENTS: u16 = 2000;
-
-/// Reads a number of elements.
-pub fn elements(text: &str) -> Result<Elements, String> {
-    match text {
-        "paper" => return Ok(Elements::PAPER),
-        "reduced" => return Ok(Elements::REDUCED),
-        "fine" => return Ok(Elements::FINE),
-        _ => {}
-    }
-    let allowed = || format!("allowed is B/H with 1 to {MOST_ELEMENTS} elements each, paper, reduced or fine");
-    let count = |text: &str| text.parse::<u16>().ok().filter(|count| (1..=MOST_ELEMENTS).contains(count));
-    let (beam, hinge) = text.split_once('/').ok_or_else(allowed)?;
-    match (count(beam), count(hinge)) {
-        (Some(beam), Some(hinge)) => Ok(Elements::PerBeam { beam, hinge }),
-        _ => Err(allowed()),
-    }
 }
 
 /// How a motor moves its finger, from an argument.

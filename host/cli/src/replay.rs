@@ -7,9 +7,10 @@ use clap::ValueEnum;
 use model_core::discretise::Elements;
 
 use super::bad_input;
-use super::options::{PhysicsWord, elements};
+use super::options::PhysicsWord;
 use super::output::ForceArgs;
 use super::view::ViewArgs;
+use fre::study::choice::elements;
 
 /// What a program without recordings says.
 #[cfg(not(feature = "record"))]
@@ -30,6 +31,9 @@ pub struct Args {
     /// Writes every report to a CSV file instead of showing it
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Writes every recorded report to a Parquet file instead of showing it (needs a build with --features parquet)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["again", "speed", "at_once"])]
+    parquet: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,
     /// How many times as fast it is shown
@@ -83,7 +87,7 @@ pub fn run(_: &Args) -> ExitCode {
 pub fn run(args: &Args) -> ExitCode {
     let done = match &args.csv {
         Some(path) => run::table(args, Some(path)),
-        None if args.again && !args.show => run::table(args, None),
+        None if (args.again && !args.show) || args.parquet.is_some() => run::table(args, None),
         None => return run::show(args),
     };
     match done {
@@ -178,6 +182,7 @@ mod run {
         files.input(&args.file, "the recording")?;
         args.case.iter().try_for_each(|path| reads_case(&mut files, path))?;
         let csv = csv.map(|path| files.output(path, "--csv")).transpose()?;
+        let parquet = args.parquet.as_deref().map(|path| files.output(path, "--parquet")).transpose()?;
         let mut recording = Recording::open(&args.file)?;
         let setup = beginning(&args.file, &mut recording)?;
         let mut again = args.again.then(|| changes(args)).transpose()?.map(Again::new);
@@ -185,6 +190,7 @@ mod run {
             again.set_up(&setup)?;
         }
         let mut table = csv.map(|csv| Table::new(csv.draft()?, again.is_some())).transpose()?;
+        let mut columns = parquet.map(|parquet| Columns::new(parquet.draft()?)).transpose()?;
         let mut differences = [Difference::default(); FINGERS];
         let (mut reports, mut events, mut gaps, mut missing) = (0_u64, 0_u64, 0_u64, 0_u64);
         let mut damages = Vec::new();
@@ -198,6 +204,9 @@ mod run {
                     }
                     if let Some(table) = &mut table {
                         table.write(&report, now.as_ref())?;
+                    }
+                    if let Some(columns) = &mut columns {
+                        columns.write(&report)?;
                     }
                 }
                 Recorded::Told(Told::Event(_)) => events += 1,
@@ -216,6 +225,9 @@ mod run {
         }
         if let Some(table) = table {
             table.finish()?;
+        }
+        if let Some(columns) = columns {
+            columns.finish()?;
         }
         let mut text = format!(
             "{}: {reports} reports, {events} events; {missing} reports missing in {gaps} gaps\n",
@@ -250,6 +262,60 @@ mod run {
             }
         }
         text
+    }
+
+    /// The Parquet file.
+    #[cfg(feature = "parquet")]
+    struct Columns {
+        reports: fre_gripper::record::ReportTable,
+        writer: fre::parquet::Writer<Draft>,
+    }
+
+    #[cfg(feature = "parquet")]
+    impl Columns {
+        /// Rows that are written at once.
+        const AT_ONCE: usize = 1 << 16;
+
+        fn new(file: Draft) -> Result<Self, Failure> {
+            let reports = fre_gripper::record::ReportTable::default();
+            let writer = fre::parquet::Writer::new(file, reports.table(), &[])?;
+            Ok(Self { reports, writer })
+        }
+
+        fn write(&mut self, report: &Report) -> Result<(), Failure> {
+            self.reports.take(report);
+            if self.reports.table().rows() == Self::AT_ONCE {
+                self.writer.write(self.reports.table())?;
+                self.reports.clear();
+            }
+            Ok(())
+        }
+
+        fn finish(mut self) -> Result<(), Failure> {
+            self.writer.write(self.reports.table())?;
+            Ok(self.writer.finish()?.finish()?)
+        }
+    }
+
+    /// Without Parquet there is none.
+    #[cfg(not(feature = "parquet"))]
+    enum Columns {}
+
+    #[cfg(not(feature = "parquet"))]
+    impl Columns {
+        fn new(_: Draft) -> Result<Self, Failure> {
+            Err("--parquet: this `fre` was built without Parquet; build it with: cargo run --release -p fre-cli --features \
+                 record,parquet --bin fre -- …"
+                .into())
+        }
+
+        fn write(&mut self, _: &Report) -> Result<(), Failure> {
+            match *self {}
+        }
+
+        fn finish(self) -> Result<(), Failure> {
+            match self {}
+        }
     }
 
     /// The CSV, with the new estimate beside the recorded one.

@@ -2,21 +2,21 @@
 
 use std::io::{IsTerminal as _, Write as _};
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use clap::Parser as _;
 use model_core::discretise::Elements;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::options::ModelArgs;
-use super::output::reads_case;
+use super::output::{ForceArgs, reads_case};
 use super::{UNTRUSTWORTHY, bad_input};
 use fre::case::{Document, MAX_ANGLE};
-use fre::files::Files;
-use fre::study::sweep::{self, Axis, Ledger, Progress, Sweep, SweepError, Tally, Tuned};
+use fre::files::{Files, Output};
+use fre::study::choice;
+use fre::study::sweep::{self, Axis, Ledger, Merge, Progress, Shard, Sweep, SweepError, Tally, Tuned};
 use fre::study::warnings;
 
 /// Failures told one by one.
@@ -30,14 +30,17 @@ const INTERRUPTED: u8 = 130;
 ///
 /// One row per grid point and angle, each with its status; every grid point is followed from no contact through all
 /// angles. Several resolutions end in a table of error against time on standard error (--jobs 1 for times that nothing else
-/// disturbs). With --out a stopped sweep (killed, too) goes on where it was when it is started again with the same arguments.
-/// The first line of the CSV names the sweep (read the table from the second line on). Exit status: 0 all converged;
-/// 1 bad input; 2 some row without a trustworthy solution.
+/// disturbs). With --out a stopped sweep (killed, too) goes on where it was when it is started again with the same arguments;
+/// FILE.sweep beside the file says which sweep it is. Several machines solve a shard each (--shard), and `fre sweep merge` makes
+/// one file of them. Exit status: 0 all converged; 1 bad input; 2 some row without a trustworthy solution.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Args {
+    #[command(subcommand)]
+    action: Option<Action>,
     /// The case file
-    #[arg(value_name = "CASE.toml")]
-    case: PathBuf,
+    #[arg(value_name = "CASE.toml", required = true)]
+    case: Option<PathBuf>,
     /// Motor angles, degrees, in place of the case's own: ranges and numbers, separated by commas; 0:12:1,12:0:-1 closes
     /// and opens
     #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = Angles::parse)]
@@ -49,6 +52,15 @@ pub struct Args {
     /// The CSV file; a stopped sweep goes on in it [default: standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Solves a part of the points only: the I-th of N parts that cost alike. Its file is merged with the others'
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+    /// Adds the points of both centrelines to every row: lists separated by blanks, finger frame
+    #[arg(long)]
+    shapes: bool,
+    /// Writes the complete sweep as Parquet, too; an older file of this name is replaced (needs a build with --features parquet)
+    #[arg(long, value_name = "FILE", requires = "out")]
+    parquet: Option<PathBuf>,
     /// Threads, 0 for one per core
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=MOST_JOBS))]
     jobs: u16,
@@ -57,6 +69,26 @@ pub struct Args {
     progress: bool,
     #[command(flatten)]
     model: ModelArgs,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Action {
+    /// Make one file of all shards of a sweep
+    ///
+    /// The file is that of the whole sweep on one machine, but for the times. The shards' own files stay.
+    Merge {
+        /// The shards' files, in any order, each with its .sweep file beside it
+        #[arg(value_name = "SHARD.csv", required = true)]
+        shards: Vec<PathBuf>,
+        /// The merged file
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+        /// Writes the merged sweep as Parquet, too (needs a build with --features parquet)
+        #[arg(long, value_name = "FILE")]
+        parquet: Option<PathBuf>,
+        #[command(flatten)]
+        force: ForceArgs,
+    },
 }
 
 /// Motor angles of an option.
@@ -73,23 +105,20 @@ impl Angles {
     }
 }
 
-/// The option that reads a resolution, so that --vary means the same by its words.
-#[derive(Debug, clap::Parser)]
-#[command(no_binary_name = true)]
-struct Resolution {
-    #[command(flatten)]
-    model: ModelArgs,
-}
-
+/// Reads a resolution by the words of --elements.
 fn elements(word: &str) -> Result<Elements, String> {
-    match Resolution::try_parse_from([format!("--elements={word}")]) {
-        Ok(read) => Ok(read.model.options().discretisation.elements),
-        Err(_) => Err(format!("\"{word}\" is no resolution; allowed is B/H (1 to 2000 each), paper, reduced or fine")),
-    }
+    choice::elements(word)
+        .map_err(|_| format!("\"{word}\" is no resolution; allowed is B/H (1 to 2000 each), paper, reduced or fine"))
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
+    if let Some(Action::Merge { shards, out, parquet, force }) = &args.action {
+        return match merge(shards, out, parquet.as_deref(), *force) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => bad_input(&error),
+        };
+    }
     match work(args) {
         Ok(tally) if tally.failures.is_empty() => ExitCode::SUCCESS,
         Ok(_) => ExitCode::from(UNTRUSTWORTHY),
@@ -101,21 +130,68 @@ pub fn run(args: &Args) -> ExitCode {
     }
 }
 
+/// Makes one file of shards.
+fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArgs) -> Result<(), SweepError> {
+    let mut files = force.files();
+    for shard in shards {
+        files.input(shard, "a shard")?;
+    }
+    let rows = files.output(out, "--out")?;
+    let parquet = parquet.map(|path| parquet_output(&mut files, path)).transpose()?;
+    let merge = Merge::of(shards)?;
+    let mut draft = rows.draft()?;
+    let count = merge.write(&mut draft)?;
+    draft.finish()?;
+    merge.name(out)?;
+    if let Some(parquet) = parquet {
+        write_parquet(out, parquet)?;
+    }
+    tell!("fre: {count} rows of {} shards are in {}", shards.len(), out.display());
+    Ok(())
+}
+
+/// The Parquet file.
+fn parquet_output(files: &mut Files, path: &Path) -> Result<Output, SweepError> {
+    if cfg!(not(feature = "parquet")) {
+        let reason = "--parquet: this `fre` was built without Parquet; build it with: cargo run --release -p fre-cli --features \
+                      parquet --bin fre -- …";
+        return Err(SweepError::Part { file: path.display().to_string(), reason: reason.to_owned() });
+    }
+    Ok(files.output(path, "--parquet")?)
+}
+
+/// Writes the file of a complete sweep as Parquet.
+#[cfg(feature = "parquet")]
+fn write_parquet(rows: &Path, output: Output) -> Result<(), SweepError> {
+    Ok(sweep::write_parquet(rows, output.draft()?)?.finish()?)
+}
+
+/// Never called: the option is refused before.
+#[cfg(not(feature = "parquet"))]
+fn write_parquet(_: &Path, output: Output) -> Result<(), SweepError> {
+    drop(output);
+    Ok(())
+}
+
 fn work(args: &Args) -> Result<Tally, SweepError> {
-    let document = Document::read(&args.case)?;
+    // Without a case there is another command, which clap sees to.
+    let path = args.case.as_deref().unwrap_or(Path::new(""));
+    let document = Document::read(path)?;
     let case = document.case()?;
     let axes = args.vary.iter().map(|text| Axis::parse(text, elements)).collect::<Result<Vec<_>, _>>()?;
     let angles = args.angles.as_ref().map(|angles| angles.0.as_slice());
-    let sweep = Sweep::new(document, angles, axes, args.model.options())?;
-    let mut files = Files::new(false);
-    reads_case(&mut files, &args.case)?;
+    let sweep = Sweep::new(document, angles, axes, args.model.options())?.only(args.shard).with_shapes(args.shapes);
+    // The Parquet file is made of the rows: it is replaced whenever they are complete.
+    let mut files = Files::new(true);
+    reads_case(&mut files, path)?;
     if let Some(out) = &args.out {
         // Continued, never overwritten: another sweep's file, or any other, is refused.
         files.continued(out, "--out")?;
     }
+    let parquet = args.parquet.as_deref().map(|path| parquet_output(&mut files, path)).transpose()?;
     let mut ledger = args.out.as_deref().map(|path| Ledger::open(path, &sweep)).transpose()?;
     if let Some(ledger) = ledger.as_ref().filter(|ledger| ledger.found() > 0) {
-        tell!("fre: {} of {} rows are known already", ledger.found(), sweep.rows());
+        tell!("fre: {} of {} rows are known already", ledger.found(), sweep.own_rows());
     }
     let terminal = std::io::stderr().is_terminal();
     let shown = terminal || args.progress;
@@ -146,6 +222,9 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
         tell!("");
     }
     let tally = tally?;
+    if let (Some(rows), Some(parquet)) = (&args.out, parquet) {
+        write_parquet(rows, parquet)?;
+    }
     summarise(&sweep, &tally);
     for warning in warnings::warnings(&case, &[]) {
         tell!("fre: warning: {warning}");
@@ -239,7 +318,7 @@ fn place_words(sweep: &Sweep, row: usize) -> String {
 fn summarise(sweep: &Sweep, tally: &Tally) {
     let counts: Vec<String> = tally.statuses.iter().map(|(word, count)| format!("{count} {word}")).collect();
     let earlier = if tally.resumed > 0 { format!(", {} from before", tally.resumed) } else { String::new() };
-    tell!("fre: {} rows ({} computed{earlier}): {}", sweep.rows(), tally.computed, counts.join(", "));
+    tell!("fre: {} rows ({} computed{earlier}): {}", sweep.own_rows(), tally.computed, counts.join(", "));
     for &(row, status) in tally.failures.iter().take(MOST_TOLD) {
         tell!("fre: row {row}: {status}: {}", place_words(sweep, row));
     }
@@ -254,7 +333,7 @@ fn summarise(sweep: &Sweep, tally: &Tally) {
             tell!(
                 "fre: warning: {} of {} rows {what}; the first is row {first}: {}",
                 rows.len(),
-                sweep.rows(),
+                sweep.own_rows(),
                 place_words(sweep, first)
             );
         }

@@ -68,7 +68,7 @@ fn go_on(sweep: &Sweep, file: &Path) -> Tally {
 
 /// The lines without the time, which no two runs share.
 fn timeless(text: &str) -> Vec<String> {
-    let time = text.lines().nth(1).unwrap().split(',').position(|name| name == "elapsed_us").unwrap();
+    let time = text.lines().next().unwrap().split(',').position(|name| name == "elapsed_us").unwrap();
     let keep = |line: &str| {
         let cells = line.split(',').enumerate().filter(|&(index, _)| index != time).map(|(_, cell)| cell);
         cells.collect::<Vec<_>>().join(",")
@@ -82,7 +82,7 @@ fn rows_are_those_of_a_direct_solution() {
     let output = folder.fre("--angles 1:5:2 --vary object.centre_mm.1=40:50:5 --vary elements=reduced,60/4");
     assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
     let text = words(&output.stdout);
-    let lines: Vec<Vec<&str>> = text.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(lines[0][..5], ["row", "object.centre_mm.1", "elements", "status", "motor_angle_deg"]);
     assert_eq!(lines.len(), 1 + 3 * 2 * 3);
     let column = |name: &str| lines[0].iter().position(|head| *head == name).unwrap();
@@ -135,13 +135,13 @@ fn a_file_torn_anywhere_is_completed() {
     let tally = go_on(&sweep, &file);
     assert_eq!((tally.computed, tally.resumed, tally.failures.len()), (8, 0, 0));
     let whole = std::fs::read_to_string(&file).unwrap();
-    let header = whole.match_indices('\n').nth(1).unwrap().0 + 1;
+    let header = whole.find('\n').unwrap() + 1;
     let last = whole.trim_end().rfind('\n').unwrap() + 1;
-    let middle = whole.match_indices('\n').nth(4).unwrap().0 + 1;
+    let middle = whole.match_indices('\n').nth(3).unwrap().0 + 1;
     // Every byte of the last line, some bytes in the middle, the whole header.
     for length in (last..whole.len()).chain(middle..middle + 30).chain(0..=header) {
         std::fs::write(&file, &whole[..length]).unwrap();
-        let left = whole[..length].matches('\n').count().saturating_sub(2);
+        let left = whole[..length].matches('\n').count().saturating_sub(1);
         let tally = go_on(&sweep, &file);
         assert_eq!((tally.resumed, tally.computed), (left, 8 - left), "cut to {length} bytes");
         let again = std::fs::read_to_string(&file).unwrap();
@@ -172,7 +172,7 @@ fn rows_in_any_order_are_read_and_sorted_at_the_end() {
     go_on(&sweep, &file);
     let whole = std::fs::read_to_string(&file).unwrap();
     let lines: Vec<&str> = whole.split_inclusive('\n').collect();
-    let torn = format!("{}{}{}{}{}", lines[0], lines[1], lines[8], lines[3], &lines[5][..9]);
+    let torn = format!("{}{}{}{}", lines[0], lines[7], lines[2], &lines[4][..9]);
     std::fs::write(&file, torn).unwrap();
     let tally = go_on(&sweep, &file);
     assert_eq!((tally.computed, tally.resumed), (6, 2));
@@ -186,7 +186,7 @@ fn a_killed_sweep_goes_on_where_it_was() {
     let file = folder.file("out.csv");
     let with_file = format!("{options} --out out.csv");
     let rows = 201 * 5 * 2;
-    let lines = || std::fs::read_to_string(&file).unwrap_or_default().lines().count().saturating_sub(2);
+    let lines = || std::fs::read_to_string(&file).unwrap_or_default().lines().count().saturating_sub(1);
     let mut child = folder.command(&with_file).stderr(Stdio::null()).spawn().unwrap();
     let begin = Instant::now();
     while lines() == 0 {
@@ -212,7 +212,7 @@ fn an_interrupted_sweep_says_what_is_there_and_goes_on() {
     let with_file = format!("{options} --out out.csv");
     let rows = 201 * 21;
     let lines =
-        || std::fs::read_to_string(folder.file("out.csv")).unwrap_or_default().lines().count().saturating_sub(2);
+        || std::fs::read_to_string(folder.file("out.csv")).unwrap_or_default().lines().count().saturating_sub(1);
     let mut child = folder.command(&with_file).stderr(Stdio::piped()).spawn().unwrap();
     let begin = Instant::now();
     while lines() == 0 {
@@ -246,24 +246,42 @@ fn a_file_of_something_else_is_not_touched() {
     let file = folder.file("out.csv");
     go_on(&small(), &file);
     let mine = std::fs::read_to_string(&file).unwrap();
-    let row = mine.lines().nth(2).unwrap().to_owned();
+    let beside = folder.file("out.csv.sweep");
+    let name = std::fs::read_to_string(&beside).unwrap();
+    let row = mine.lines().nth(1).unwrap().to_owned();
+    let other = |from: &str, to: &str| {
+        assert!(name.contains(from), "{name}");
+        name.replace(from, to)
+    };
     for (text, reason) in [
-        ("a,b\n1,2\n".to_owned(), "is not the output of a sweep"),
-        (mine.replace("sweep 0", "sweep 9"), "it was written by fre 9"),
+        (other("\"fre\": \"0", "\"fre\": \"9"), "it was written by fre 9"),
         (
-            mine.replace("row,object", "row,subject"),
+            other("object.radius_mm", "subject.radius_mm"),
             "it varies subject.radius_mm, elements, asked for is object.radius_mm, elements",
         ),
-        (
-            mine.replace("4 points, 8 rows", "3 points, 6 rows"),
-            "it has 3 points, 6 rows, asked for are 4 points, 8 rows",
-        ),
-        (mine.replace(": 4 points", "0: 4 points"), "it has another case, other values or other model options"),
-        (format!("{mine}{row}\n"), "line 11 is no row"),
-        (mine.replace("\n3,38", "\n3,39"), "line 6 is no row"),
-        (mine.replace("\n3,", "\n333,"), "line 6 is no row"),
-        (mine.replace("converged", "done"), "line 3 is no row"),
-        (format!("{mine}0\n"), "line 11 is no row"),
+        (other("\"rows\": 8", "\"rows\": 6"), "it has 4 points, 6 rows, asked for are 4 points, 8 rows"),
+        (other("identity\": \"", "identity\": \"0"), "it has another case, other values or other model options"),
+        (other("\n}", ",\n\"shard\": \"1/2\"}"), "it is shard 1/2, asked for is all of it"),
+        ("{}".to_owned(), "has the rows of a sweep, and"),
+    ] {
+        std::fs::write(&beside, &text).unwrap();
+        let message = Ledger::open(&file, &small()).unwrap_err().to_string();
+        assert!(message.contains(reason) && message.contains("out.csv"), "{message}");
+        assert_eq!(std::fs::read_to_string(&beside).unwrap(), text);
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), mine);
+    }
+    std::fs::remove_file(&beside).unwrap();
+    std::fs::write(&file, "a,b\n1,2\n").unwrap();
+    let message = Ledger::open(&file, &small()).unwrap_err().to_string();
+    assert!(message.contains("is not the output of a sweep"), "{message}");
+    std::fs::write(&beside, &name).unwrap();
+    for (text, reason) in [
+        (mine.replace("status", "state"), "it has other columns"),
+        (format!("{mine}{row}\n"), "line 10 is no row"),
+        (mine.replace("\n3,38", "\n3,39"), "line 5 is no row"),
+        (mine.replace("\n3,", "\n333,"), "line 5 is no row"),
+        (mine.replace("converged", "done"), "line 2 is no row"),
+        (format!("{mine}0\n"), "line 10 is no row"),
     ] {
         assert_ne!(text, mine);
         std::fs::write(&file, &text).unwrap();
@@ -348,7 +366,7 @@ fn mistakes_are_told_before_anything_is_solved() {
         let said = words(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{options}: {said}");
         assert!(said.contains(message), "{options}: {said}");
-        assert!(output.stdout.iter().filter(|&&byte| byte == b'\n').count() <= 2, "{options}");
+        assert!(output.stdout.iter().filter(|&&byte| byte == b'\n').count() <= 1, "{options}");
     }
     std::fs::write(folder.file("case.toml"), "finger = \"preset:fea-80\"\n[object]\nshape = 1\n").unwrap();
     let said = words(&folder.fre("").stderr);
@@ -365,8 +383,8 @@ fn failures_are_rows_with_their_status() {
     let output = folder.fre("--vary object.radius_mm=5,200 --progress");
     assert_eq!(output.status.code(), Some(2));
     let rows = words(&output.stdout);
-    assert_eq!(rows.lines().count(), 2 + 4);
-    assert!(rows.lines().nth(4).unwrap().starts_with("2,200,out-of-range,0,,,"), "{rows}");
+    assert_eq!(rows.lines().count(), 1 + 4);
+    assert!(rows.lines().nth(3).unwrap().starts_with("2,200,out-of-range,0,,,"), "{rows}");
     let said = words(&output.stderr);
     assert!(
         said.contains("row 3: out-of-range: object.radius_mm=200 at 5°") && said.contains("2 no-contact"),
@@ -387,7 +405,112 @@ fn a_finger_file_is_found_beside_its_case() {
     let output = folder.fre("--vary finger.front.thickness_mm.1.1=1.5,1.8 --vary finger.width_mm=20,22");
     let text = words(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
-    let force = |row: usize| text.lines().nth(2 + row).unwrap().split(',').nth(7).unwrap().parse::<f64>().unwrap();
+    let force = |row: usize| text.lines().nth(1 + row).unwrap().split(',').nth(7).unwrap().parse::<f64>().unwrap();
     // Thicker and wider fingers push harder.
     assert!(force(1) > 0.0 && force(3) > force(1) && force(5) > force(1), "{text}");
+}
+
+/// A file as versions before the file beside it wrote it.
+fn of_an_earlier_version(folder: &Folder) -> String {
+    let name = std::fs::read_to_string(folder.file("out.csv.sweep")).unwrap();
+    let word = |key: &str| {
+        let rest = name.split_once(&format!("\"{key}\": \"")).unwrap().1;
+        rest.split('"').next().unwrap().to_owned()
+    };
+    let first = format!(
+        "# fre sweep {} {}: 4 points, 8 rows; to be read from the next line on\n",
+        word("fre"),
+        word("identity")
+    );
+    first + &std::fs::read_to_string(folder.file("out.csv")).unwrap()
+}
+
+#[test]
+fn a_sweep_of_an_earlier_version_goes_on() {
+    let folder = Folder::new();
+    let (sweep, file) = (small(), folder.file("out.csv"));
+    go_on(&sweep, &file);
+    let whole = of_an_earlier_version(&folder);
+    std::fs::remove_file(folder.file("out.csv.sweep")).unwrap();
+    let cut = whole.match_indices('\n').nth(4).unwrap().0 + 5;
+    std::fs::write(&file, &whole[..cut]).unwrap();
+    let tally = go_on(&sweep, &file);
+    assert_eq!((tally.resumed, tally.computed), (3, 5));
+    let again = std::fs::read_to_string(&file).unwrap();
+    let (first, rows) = again.split_once('\n').unwrap();
+    assert_eq!(first, whole.lines().next().unwrap());
+    assert_eq!(timeless(rows), timeless(whole.split_once('\n').unwrap().1));
+    std::fs::write(&file, whole.replace("sweep 0", "sweep 9")).unwrap();
+    let message = Ledger::open(&file, &sweep).unwrap_err().to_string();
+    assert!(message.contains("it was written by fre 9"), "{message}");
+}
+
+#[test]
+fn shards_make_the_file_of_the_whole_sweep() {
+    let folder = Folder::new();
+    let options = "--vary object.radius_mm=36:42:1 --shapes";
+    assert_eq!(folder.fre(&format!("{options} --out whole.csv")).status.code(), Some(0));
+    for shard in 1..=3 {
+        let output = folder.fre(&format!("{options} --shard {shard}/3 --out {shard}.csv"));
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
+    }
+    let merge = |words: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        command.args(["sweep", "merge"]).args(words.split_whitespace()).current_dir(folder.0.path()).output().unwrap()
+    };
+    let output = merge("3.csv 1.csv 2.csv --out all.csv");
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
+    let read = |name: &str| std::fs::read_to_string(folder.file(name)).unwrap();
+    assert_eq!(timeless(&read("all.csv")), timeless(&read("whole.csv")));
+    assert_eq!(read("all.csv.sweep"), read("whole.csv.sweep"));
+    // The whole sweep finds every row there.
+    let output = folder.fre(&format!("{options} --out all.csv"));
+    assert!(words(&output.stderr).contains("(0 computed, 14 from before)"), "{}", words(&output.stderr));
+    for (arguments, message) in [
+        ("1.csv 2.csv --out two.csv", "missing is 3/3"),
+        ("1.csv 1.csv 2.csv 3.csv --out two.csv", "is shard 1/3, as 1.csv is"),
+        ("1.csv whole.csv --out two.csv", "whole.csv: is a whole sweep, not a shard"),
+        ("case.toml --out two.csv", "has no .sweep file beside it"),
+        ("1.csv 2.csv 3.csv --out 1.csv", "1.csv"),
+        ("1.csv 2.csv 3.csv --out all.csv", "--force"),
+    ] {
+        let output = merge(arguments);
+        let said = words(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {said}");
+        assert!(said.contains(message), "{arguments}: {said}");
+    }
+    // A shard that was stopped is named by the row that is missing.
+    let torn = read("2.csv");
+    let last = torn.trim_end().rfind('\n').unwrap() + 1;
+    std::fs::write(folder.file("2.csv"), &torn[..last]).unwrap();
+    let said = words(&merge("1.csv 2.csv 3.csv --out two.csv").stderr);
+    assert!(said.contains("row 9 is in none of the shards"), "{said}");
+    assert!(!folder.file("two.csv").exists());
+    let output = folder.fre("--vary object.radius_mm=36:42:1 --shard 4/3");
+    assert!(words(&output.stderr).contains("allowed is I/N"), "{}", words(&output.stderr));
+}
+
+#[test]
+fn shapes_are_those_of_a_direct_solution() {
+    let folder = Folder::new();
+    let text = words(&folder.fre("--shapes").stdout);
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let case = Case::parse("case.toml", &case_text(40.0, 45.0)).unwrap();
+    let run = run::solve(&case, &Options::default()).unwrap();
+    for (line, place) in lines.zip(&run.places) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let shape = &place.state.as_ref().unwrap().shape;
+        for (name, points, axis) in [
+            ("front_x_mm", &shape.front, 0),
+            ("front_y_mm", &shape.front, 1),
+            ("back_x_mm", &shape.back, 0),
+            ("back_y_mm", &shape.back, 1),
+        ] {
+            let column = names.iter().position(|head| *head == name).unwrap();
+            let found: Vec<f64> = cells[column].split(' ').map(|word| word.parse().unwrap()).collect();
+            let expected: Vec<f64> = points.iter().map(|point| point[axis]).collect();
+            assert_eq!(found, expected, "{name}");
+        }
+    }
 }

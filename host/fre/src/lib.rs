@@ -10,6 +10,7 @@
 //! - [`draw`] – pictures
 //! - [`case`] – case files
 //! - [`files`] – files that are read and written
+//! - [`table`] – tables of typed columns; `parquet` (feature) – as Parquet files
 //! - [`drive`], [`metrics`], [`shape`], [`heap`] – how a motor moves its finger, distances and errors, the deformed finger, the model's
 //!   size on a PC
 
@@ -22,5 +23,8 @@ pub mod files;
 pub mod fit;
 pub mod heap;
 pub mod metrics;
+#[cfg(feature = "parquet")]
+pub mod parquet;
 pub mod shape;
 pub mod study;
+pub mod table;

@@ -62,16 +62,21 @@ pub struct Found {
     pub slope: Option<f64>,
 }
 
-/// The branch of each place, counted from 1: every snap-through begins another, an open hand is on the first again. None
-/// from the first place on that has no trustworthy solution: nobody knows where the path went from there.
+/// The branch after a place, from that before it. Counted from 1: every snap-through begins another, an open hand is on the first
+/// again. None from the first place on that has no trustworthy solution: nobody knows where the path went from there.
+pub fn next_branch(before: Option<u32>, status: Status, snaps: u32) -> Option<u32> {
+    match status {
+        Status::NoContact => before.map(|_| 1),
+        status if status.is_trustworthy() => before.map(|branch| branch + snaps),
+        _ => None,
+    }
+}
+
+/// The branch of each place.
 pub fn branches(found: &[Found]) -> Vec<Option<u32>> {
     let mut branch = Some(1);
     let of = |one: &Found| {
-        branch = match one.status {
-            Status::NoContact => branch.map(|_| 1),
-            status if status.is_trustworthy() => branch.map(|branch| branch + one.snaps),
-            _ => None,
-        };
+        branch = next_branch(branch, one.status, one.snaps);
         branch
     };
     found.iter().map(of).collect()

@@ -140,7 +140,15 @@ impl Row {
 /// None for results of the solver.
 pub fn json(run: &Run) -> Result<String, serde_json::Error> {
     let rows: Vec<Row> = run.places.iter().map(|place| Row::new(run, place)).collect();
-    let mut text = serde_json::to_string_pretty(&rows)?;
+    text(&rows)
+}
+
+/// The same, of objects that are there already.
+///
+/// # Errors
+/// As [`json`].
+pub fn text(rows: &[Row]) -> Result<String, serde_json::Error> {
+    let mut text = serde_json::to_string_pretty(rows)?;
     text.push('\n');
     Ok(text)
 }

@@ -145,28 +145,43 @@ fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T,
     Ok(follower)
 }
 
-fn solve_in<T: Real, S: Size, B>(case: &Case, options: &Options, watch: Watch<'_, B>) -> Result<Run, Unsolved<B>> {
-    let mut follower = begin::<T, S>(case, options)?;
-    let mut probe = Probe::EMPTY;
-    let model = Model::of(case, options, follower.unknowns());
-    let samples: Vec<f64> = follower.sample_arcs().map(T::to_f64).collect();
-    let total = case.path.places.len();
-    let (mut places, mut found) = (Vec::with_capacity(total), Vec::with_capacity(total));
-    for &value in &case.path.places {
+/// A case on its way: it goes wherever it is sent, from where it is.
+pub struct Walk<T: Real, S: Size> {
+    case: Case,
+    options: Options,
+    follower: Follower<T, S>,
+    probe: Probe<T, S>,
+    samples: Vec<f64>,
+    model: Model,
+}
+
+impl<T: Real, S: Size> Walk<T, S> {
+    /// At the beginning of the case's path, without contact.
+    ///
+    /// # Errors
+    /// If the finger cannot be discretised as asked.
+    pub fn begin(case: &Case, options: &Options) -> Result<Self, DiscretiseError> {
+        let follower = begin::<T, S>(case, options)?;
+        let samples = follower.sample_arcs().map(T::to_f64).collect();
+        let model = Model::of(case, options, follower.unknowns());
+        Ok(Self { case: case.clone(), options: *options, follower, probe: Probe::EMPTY, samples, model })
+    }
+
+    /// The model.
+    pub fn model(&self) -> Model {
+        self.model
+    }
+
+    /// Goes to a motor angle (degrees) or distance (mm). The place has no branch yet; the number is that of the snap-throughs on the
+    /// way.
+    pub fn go(&mut self, value: f64) -> (Place, u32) {
         let begin = Instant::now();
-        let outcome = follower.follow_within(case.path.coordinate(value), MOST_ITERATIONS);
+        let outcome = self.follower.follow_within(self.case.path.coordinate(value), MOST_ITERATIONS);
         let elapsed_us = begin.elapsed().as_secs_f64() * 1e6;
         let known = outcome.status.is_trustworthy();
-        let state = known.then(|| state(&mut follower, &mut probe, case, options, &samples));
-        found.push(Found {
-            place: value,
-            status: outcome.status,
-            snaps: outcome.snaps,
-            force: state.as_ref().map(State::force_magnitude_n),
-            slope: state.as_ref().and_then(State::force_slope),
-        });
-        places.push(Place {
-            at: At::new(case.path.along(), value),
+        let state = known.then(|| state(&mut self.follower, &mut self.probe, &self.case, &self.options, &self.samples));
+        let place = Place {
+            at: At::new(self.case.path.along(), value),
             status: outcome.status,
             effort: Effort {
                 iterations: outcome.iterations,
@@ -176,7 +191,25 @@ fn solve_in<T: Real, S: Size, B>(case: &Case, options: &Options, watch: Watch<'_
             branch: None,
             overlap_mm: None,
             state,
+        };
+        (place, outcome.snaps)
+    }
+}
+
+fn solve_in<T: Real, S: Size, B>(case: &Case, options: &Options, watch: Watch<'_, B>) -> Result<Run, Unsolved<B>> {
+    let mut walk = Walk::<T, S>::begin(case, options)?;
+    let total = case.path.places.len();
+    let (mut places, mut found) = (Vec::with_capacity(total), Vec::with_capacity(total));
+    for &value in &case.path.places {
+        let (place, snaps) = walk.go(value);
+        found.push(Found {
+            place: value,
+            status: place.status,
+            snaps,
+            force: place.force_magnitude_n(),
+            slope: place.state.as_ref().and_then(State::force_slope),
         });
+        places.push(place);
         if let Some(latest) = places.last() {
             let done = places.len();
             if let ControlFlow::Break(with) = watch(Progress { done, total, latest }) {
@@ -190,7 +223,7 @@ fn solve_in<T: Real, S: Size, B>(case: &Case, options: &Options, watch: Watch<'_
         place.branch = branch;
         place.overlap_mm = overlap::depth(case, place);
     }
-    Ok(Run { model, first_branch, warnings: warnings(case, &places), places })
+    Ok(Run { model: walk.model(), first_branch, warnings: warnings(case, &places), places })
 }
 
 /// What a follower has found at its place.

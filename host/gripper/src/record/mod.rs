@@ -5,6 +5,7 @@
 
 #[cfg(feature = "record")]
 mod again;
+mod columns;
 #[cfg(feature = "record")]
 mod container;
 mod csv;
@@ -27,6 +28,7 @@ mod write;
 
 #[cfg(feature = "record")]
 pub use again::{Again, AgainError, Changes, Difference};
+pub use columns::{COLUMNS, Cell, ReportColumn, ReportTable};
 #[cfg(feature = "record")]
 pub use container::Damage;
 pub use csv::Csv;

@@ -1,6 +1,6 @@
 //! Measurements with their cases, as a calibration needs them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use model_core::drive::{Drive, DriveError};
 use model_core::object::ObjectDesign;
@@ -91,28 +91,40 @@ impl Input {
         drive: Drive,
     ) -> Result<Self, InputError> {
         drive.validate()?;
-        let count = InputError::Count { files: measurements.len(), cases: cases.len() };
-        if cases.len() != 1 && cases.len() != measurements.len() {
-            return Err(count);
-        }
-        let name = |path: &Path| path.display().to_string();
-        let paths = cases;
-        let documents = paths.iter().map(|path| Document::read(path).map_err(Box::new));
-        let documents: Vec<Document> = documents.collect::<Result<_, _>>()?;
-        let cases = documents.iter().map(|document| document.case().map_err(Box::new));
+        // Before any file is read.
+        fit_together(measurements.len(), cases.len())?;
+        let named = |path: &PathBuf| Ok((path.display().to_string(), Document::read(path).map_err(Box::new)?));
+        Self::of(measurements, cases.iter().map(named).collect::<Result<_, InputError>>()?, both_ways, drive)
+    }
+
+    /// The same with cases that are there already, and what they are called in messages.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn of(
+        measurements: &[PathBuf],
+        documents: Vec<(String, Document)>,
+        both_ways: bool,
+        drive: Drive,
+    ) -> Result<Self, InputError> {
+        drive.validate()?;
+        fit_together(measurements.len(), documents.len())?;
+        let cases = documents.iter().map(|(_, document)| document.case().map_err(Box::new));
         let cases: Vec<Case> = cases.collect::<Result<_, _>>()?;
-        let (Some(document), Some(first)) = (documents.first().cloned(), cases.first()) else { return Err(count) };
+        let (Some((first_name, document)), Some(first)) = (documents.first().cloned(), cases.first()) else {
+            return Err(InputError::Count { files: measurements.len(), cases: 0 });
+        };
         let finger = first.finger.clone();
-        for (case, path) in cases.iter().zip(paths) {
+        for (case, (name, _)) in cases.iter().zip(&documents) {
             if case.finger.design != finger.design {
-                return Err(InputError::Finger { file: name(path), first: name(&paths[0]) });
+                return Err(InputError::Finger { file: name.clone(), first: first_name });
             }
-            agrees(&case.path.motion, &drive).map_err(|error| InputError::Motion { file: name(path), error })?;
+            agrees(&case.path.motion, &drive).map_err(|error| InputError::Motion { file: name.clone(), error })?;
         }
         let (mut runs, mut objects, mut remarks) = (Vec::new(), Vec::new(), Vec::new());
         for (index, path) in measurements.iter().enumerate() {
             let measured = Measured::read(path)?;
-            let name = name(path);
+            let name = path.display().to_string();
             if measured.coordinate != Coordinate::MotorAngle {
                 return Err(InputError::Coordinate { file: name, found: measured.coordinate.column() });
             }
@@ -136,4 +148,12 @@ impl Input {
         }
         Ok(Self { document, finger, objects, runs, remarks, drive })
     }
+}
+
+/// Fails unless there is one case, or one per file.
+fn fit_together(files: usize, cases: usize) -> Result<(), InputError> {
+    if cases != 1 && cases != files {
+        return Err(InputError::Count { files, cases });
+    }
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! The CSV file of a sweep. Lines are only ever appended, whole; what a killed sweep has left behind is read again.
 //!
-//! The first line names the sweep by a hash of its case, arguments and program version; the second names the columns.
-//! Rows stand in the order in which they were found until the sweep is complete; then the file is sorted.
+//! The first line names the columns; a file beside it says which sweep it is ([`super::identity`]). Rows are in the order in which
+//! they were found until the sweep is complete; then the file is sorted.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
@@ -12,6 +12,7 @@ use model_core::status::Status;
 use serde::Deserialize as _;
 use serde::de::IntoDeserializer as _;
 
+use super::identity::{Identity, MAGIC, beside};
 use super::{Sweep, SweepError};
 use crate::study::csv;
 use crate::study::place::Place;
@@ -44,8 +45,12 @@ pub struct Ledger {
     known: Vec<Option<Known>>,
     /// Rows that the file held when it was opened.
     found: usize,
-    /// The first two lines, until they are in the file.
+    /// The line of the columns, until it is in the file.
     header: Option<String>,
+    /// Which sweep it is.
+    identity: Identity,
+    /// Lines before the first row: one, or two in a file of an earlier version.
+    before: usize,
     /// True for a file that was not there before.
     made: bool,
 }
@@ -82,22 +87,45 @@ impl Ledger {
         }
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
-        let header = header(sweep);
+        let identity = Identity::of(sweep);
+        let columns = header(sweep);
+        // What an earlier version has begun is continued as it is.
+        let earlier = bytes.starts_with(MAGIC.as_bytes());
+        let header = if earlier { identity.first_line() + &columns } else { columns.clone() };
+        let before = if earlier { 2 } else { 1 };
         let known = vec![None; sweep.rows()];
-        let mut ledger = Self { path: path.to_owned(), file, known, found: 0, header: None, made };
+        let mut ledger = Self { path: path.to_owned(), file, known, found: 0, header: None, identity, before, made };
+        let written =
+            if earlier { Identity::of_first_lines(&String::from_utf8_lossy(&bytes)) } else { Identity::read(path)? };
+        // Nothing is in it yet, or its very beginning is torn.
+        if bytes.is_empty() || (written.is_none() && columns.as_bytes().starts_with(&bytes)) {
+            ledger.header = Some(header);
+            return Ok(ledger);
+        }
+        let Some(written) = written else {
+            let first = bytes.split(|&byte| byte == b'\n').next() == columns.trim_end().as_bytes().into();
+            let side = beside(path);
+            return Err(foreign(if first {
+                format!("has the rows of a sweep, and {} does not say of which", side.display())
+            } else {
+                "is not the output of a sweep".to_owned()
+            }));
+        };
+        if let Some(difference) = written.difference(&ledger.identity) {
+            return Err(foreign(difference));
+        }
         let Some(rows) = bytes.strip_prefix(header.as_bytes()) else {
-            // The very beginning may be torn as well.
             if !header.as_bytes().starts_with(&bytes) {
-                return Err(foreign(difference(&bytes, &header)));
+                return Err(foreign("holds another sweep: it has other columns".to_owned()));
             }
             ledger.header = Some(header);
             return Ok(ledger);
         };
         let whole = rows.iter().rposition(|&byte| byte == b'\n').map_or(0, |last| last + 1);
-        let columns: Vec<&str> = header.lines().last().map_or_else(Vec::new, |line| line.split(',').collect());
+        let columns: Vec<&str> = columns.trim_end().split(',').collect();
         let lines = rows[..whole].split_inclusive(|&byte| byte == b'\n');
         for (index, line) in lines.enumerate() {
-            let bad = || foreign(format!("line {} is no row of this sweep", index + 3));
+            let bad = || foreign(format!("line {} is no row of this sweep", index + before + 1));
             let line = std::str::from_utf8(line).map_err(|_| bad())?.trim_end_matches('\n');
             let (row, known) = read_row(line, &columns, sweep).ok_or_else(bad)?;
             let place = ledger.known.get_mut(row).filter(|place| place.is_none()).ok_or_else(bad)?;
@@ -111,7 +139,7 @@ impl Ledger {
         Ok(ledger)
     }
 
-    /// Writes the first lines of a file that has none yet.
+    /// Says which sweep the file is, and writes the first line of one that has none yet.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -122,6 +150,9 @@ impl Ledger {
             self.file.seek(SeekFrom::Start(0))?;
             self.file.write_all(header.as_bytes())
         };
+        if self.before == 1 {
+            self.identity.write(&self.path)?;
+        }
         write().map_err(|source| SweepError::File { file: self.path.display().to_string(), source })
     }
 
@@ -181,7 +212,7 @@ impl Ledger {
         self.file.read_to_string(&mut text).map_err(failed)?;
         let mut lines: Vec<&str> = text.split_inclusive('\n').collect();
         let number = |line: &&str| line.split(',').next().and_then(|word| word.parse::<usize>().ok());
-        let rows = lines.get_mut(2..).unwrap_or_default();
+        let rows = lines.get_mut(self.before..).unwrap_or_default();
         if rows.is_sorted_by_key(number) {
             return Ok(());
         }
@@ -203,70 +234,29 @@ impl Ledger {
 /// How long a lock is waited for.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-const MAGIC: &str = "# fre sweep ";
-
-/// The first two lines of a sweep's file.
+/// The first line of a sweep's file: the names of its columns.
 pub(super) fn header(sweep: &Sweep) -> String {
     let axes = sweep.axes.iter().map(|axis| axis.name().to_owned());
+    let shapes = if sweep.shapes { csv::SHAPES.map(str::to_owned).to_vec() } else { Vec::new() };
     let columns: Vec<String> =
-        std::iter::once("row".to_owned()).chain(axes).chain(csv::head(sweep.path.along())).collect();
-    format!(
-        "{MAGIC}{} {:016x}: {} points, {} rows; to be read from the next line on\n{}",
-        env!("CARGO_PKG_VERSION"),
-        fnv(sweep.identity().as_bytes()),
-        sweep.points(),
-        sweep.rows(),
-        csv::line(&columns)
-    )
+        std::iter::once("row".to_owned()).chain(axes).chain(csv::head(sweep.path.along())).chain(shapes).collect();
+    csv::line(&columns)
 }
 
 /// The rows of a point: their number within the point, and their line.
 pub(super) fn rows(sweep: &Sweep, point: usize, run: &Run) -> impl Iterator<Item = (usize, String)> {
     let first = point * sweep.places().len();
     let words = sweep.words(point);
-    csv::records(run).enumerate().map(move |(row, values)| {
-        let record: Vec<String> =
-            std::iter::once((first + row).to_string()).chain(words.iter().cloned()).chain(values).collect();
+    let shapes = sweep.shapes;
+    csv::records(run).zip(&run.places).enumerate().map(move |(row, (values, place))| {
+        let shape = if shapes { csv::shape(place).to_vec() } else { Vec::new() };
+        let record: Vec<String> = std::iter::once((first + row).to_string())
+            .chain(words.iter().cloned())
+            .chain(values)
+            .chain(shape)
+            .collect();
         (row, csv::line(&record))
     })
-}
-
-/// What makes a file with other first lines another sweep's, in words.
-fn difference(found: &[u8], header: &str) -> String {
-    let found = String::from_utf8_lossy(found);
-    let (Some(other), Some(own)) = (First::of(&found), First::of(header)) else {
-        return "is not the output of a sweep".to_owned();
-    };
-    let what = if other.version != own.version {
-        format!("was written by fre {}, this is fre {}", other.version, own.version)
-    } else if other.axes != own.axes {
-        format!("varies {}, asked for is {}", other.axes, own.axes)
-    } else if other.counts != own.counts {
-        format!("has {}, asked for are {}", other.counts, own.counts)
-    } else {
-        "has another case, other values or other model options".to_owned()
-    };
-    format!("holds another sweep: it {what}")
-}
-
-/// What the first two lines of a sweep's file tell of it.
-struct First<'l> {
-    version: &'l str,
-    /// "9 points, 99 rows"
-    counts: &'l str,
-    axes: String,
-}
-
-impl<'l> First<'l> {
-    fn of(text: &'l str) -> Option<Self> {
-        let mut lines = text.lines();
-        let (names, rest) = lines.next()?.strip_prefix(MAGIC)?.split_once(": ")?;
-        let (counts, _) = rest.split_once(';')?;
-        let columns = lines.next().unwrap_or_default().strip_prefix("row,").unwrap_or_default();
-        let axes: Vec<&str> = columns.split(',').take_while(|column| *column != "status").collect();
-        let axes = if axes.is_empty() { "nothing".to_owned() } else { axes.join(", ") };
-        Some(Self { version: names.split_once(' ')?.0, counts, axes })
-    }
 }
 
 /// The status that a word names.
@@ -283,7 +273,9 @@ fn read_row(line: &str, columns: &[&str], sweep: &Sweep) -> Option<(usize, Known
     }
     let row: usize = cells[0].parse().ok()?;
     let axes = sweep.axes.len();
-    let fits = row < sweep.rows() && sweep.words(row / sweep.places().len()) == cells[1..=axes];
+    let fits = row < sweep.rows()
+        && sweep.has(row / sweep.places().len())
+        && sweep.words(row / sweep.places().len()) == cells[1..=axes];
     let status = status_of(cells.get(1 + axes)?)?;
     let has = |column: &str, so: &dyn Fn(&str) -> bool| {
         columns.iter().zip(&cells).any(|(name, cell)| *name == column && so(cell))
@@ -291,18 +283,4 @@ fn read_row(line: &str, columns: &[&str], sweep: &Sweep) -> Option<(usize, Known
     let (strained, overlaps) =
         (has("beyond_max_strain", &|cell| cell == "true"), has("overlap_mm", &|cell| !cell.is_empty()));
     fits.then_some((row, Known { status, strained, overlaps }))
-}
-
-/// The FNV-1a hash of 64 bits (Fowler, Noll, Vo): short, and the same on every machine.
-fn fnv(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn the_hash_is_fnv_1a() {
-        assert_eq!(super::fnv(b""), 0xcbf2_9ce4_8422_2325);
-        assert_eq!(super::fnv(b"a"), 0xaf63_dc4c_8601_ec8c);
-    }
 }

@@ -2,10 +2,15 @@
 //! sweep goes on with.
 
 mod axis;
+mod columns;
+mod identity;
 mod ledger;
+mod merge;
+mod shard;
 mod study;
 mod work;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use model_core::discretise::DiscretiseError;
@@ -19,7 +24,12 @@ use crate::study::model::Options;
 use crate::study::run::{Run, solve};
 
 pub use axis::{Axis, numbers};
+#[cfg(feature = "parquet")]
+pub use columns::write_parquet;
+pub use columns::{kind, table};
 pub use ledger::{Known, Ledger};
+pub use merge::Merge;
+pub use shard::Shard;
 pub use study::{Tuned, study};
 pub use work::{Progress, Tally, run};
 
@@ -95,6 +105,22 @@ pub enum SweepError {
         /// What it is instead.
         reason: String,
     },
+    /// A file that cannot be merged with the others.
+    #[error("{file}: {reason}")]
+    Part {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A row that no shard has.
+    #[error(
+        "row {row} is in none of the shards: one of them is not complete; the command that began it goes on with it"
+    )]
+    Incomplete {
+        /// The row.
+        row: usize,
+    },
     /// Output that cannot be gone on with.
     #[error("{file}: is no regular file, which --out needs to go on in; without --out the rows go to standard output")]
     NoFile {
@@ -118,6 +144,10 @@ pub enum SweepError {
     /// The watcher stopped it; rows in a file stay there.
     #[error("stopped")]
     Stopped,
+    /// The Parquet file cannot be written.
+    #[cfg(feature = "parquet")]
+    #[error(transparent)]
+    Parquet(#[from] crate::parquet::ParquetError),
     /// No threads.
     #[error("--jobs: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -147,6 +177,9 @@ pub struct Sweep {
     axes: Vec<Axis>,
     options: Options,
     path: Arc<MotionPath>,
+    shard: Option<Shard>,
+    between: Option<Range<usize>>,
+    shapes: bool,
 }
 
 impl Sweep {
@@ -186,7 +219,52 @@ impl Sweep {
         if rows > MOST_ROWS as u128 {
             return Err(SweepError::TooMany { rows, max: MOST_ROWS });
         }
-        Ok(Self { document, axes, options, path: path.into() })
+        Ok(Self { document, axes, options, path: path.into(), shard: None, between: None, shapes: false })
+    }
+
+    /// The part of it that is one machine's.
+    #[must_use]
+    pub fn only(self, shard: Option<Shard>) -> Self {
+        Self { shard, ..self }
+    }
+
+    /// Only the points between two numbers, for a task of a larger work; its rows cannot be kept in a file of their own.
+    #[must_use]
+    pub fn between(self, points: Option<Range<usize>>) -> Self {
+        Self { between: points, ..self }
+    }
+
+    /// What says which sweep it is, as JSON: what is beside its file.
+    pub fn name(&self) -> String {
+        // A model of texts and numbers is always JSON.
+        serde_json::to_string(&identity::Identity::of(self)).unwrap_or_default()
+    }
+
+    /// With the points of both centrelines in every row, or without them.
+    #[must_use]
+    pub fn with_shapes(self, shapes: bool) -> Self {
+        Self { shapes, ..self }
+    }
+
+    /// The part that it is; none for the whole.
+    pub fn shard(&self) -> Option<Shard> {
+        self.shard
+    }
+
+    /// True if a point belongs to this part.
+    pub fn has(&self, point: usize) -> bool {
+        self.shard.is_none_or(|shard| shard.has(point))
+            && self.between.as_ref().is_none_or(|points| points.contains(&point))
+    }
+
+    /// The points of this part.
+    pub fn own_points(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.points()).filter(|&point| self.has(point))
+    }
+
+    /// Number of rows of this part.
+    pub fn own_rows(&self) -> usize {
+        self.own_points().count() * self.places().len()
     }
 
     /// Number of points of the grid.
@@ -303,7 +381,9 @@ impl Sweep {
                 format!("{}={}", axis.name(), values.join(","))
             })
             .collect();
-        format!("{}\n{}\n{:?}\n{}", env!("CARGO_PKG_VERSION"), self.document.text(), self.options, axes.join("\n"))
+        let shapes = if self.shapes { "\nshapes" } else { "" };
+        let (case, options, axes) = (self.document.text(), self.options, axes.join("\n"));
+        format!("{}\n{case}\n{options:?}\n{axes}{shapes}", env!("CARGO_PKG_VERSION"))
     }
 }
 

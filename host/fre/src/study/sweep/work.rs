@@ -73,7 +73,8 @@ enum Rows<'a, W> {
     /// In the order of the grid: what comes early waits.
     Stream {
         out: &'a mut W,
-        next: usize,
+        /// The points whose rows are still to come, the next one last.
+        next: Vec<usize>,
         waiting: BTreeMap<usize, String>,
         known: Vec<Option<Known>>,
     },
@@ -95,8 +96,8 @@ pub fn run<W: Write>(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build()?;
     let resumed = ledger.as_ref().map_or(0, |ledger| ledger.found());
     let todo: Vec<usize> =
-        (0..sweep.points()).filter(|&point| ledger.as_ref().is_none_or(|ledger| !ledger.has(sweep, point))).collect();
-    let mut progress = Progress { checked: None, done: resumed, total: sweep.rows(), rate: 0.0, left_s: None };
+        sweep.own_points().filter(|&point| ledger.as_ref().is_none_or(|ledger| !ledger.has(sweep, point))).collect();
+    let mut progress = Progress { checked: None, done: resumed, total: sweep.own_rows(), rate: 0.0, left_s: None };
     for (index, points) in todo.chunks(CHECKED_AT_ONCE).enumerate() {
         if let Some(error) = pool.install(|| points.par_iter().find_map_first(|&point| sweep.check(point).err())) {
             if let Some(ledger) = ledger {
@@ -119,7 +120,12 @@ pub fn run<W: Write>(
         }
         None => {
             out.write_all(ledger::header(sweep).as_bytes()).map_err(stream_failed)?;
-            Rows::Stream { out, next: 0, waiting: BTreeMap::new(), known: vec![None; sweep.rows()] }
+            Rows::Stream {
+                out,
+                next: sweep.own_points().collect::<Vec<_>>().into_iter().rev().collect(),
+                waiting: BTreeMap::new(),
+                known: vec![None; sweep.rows()],
+            }
         }
     };
     let begin = Instant::now();
@@ -153,9 +159,9 @@ pub fn run<W: Write>(
                             }
                             progress.done += run.places.len();
                             waiting.insert(point, ledger::rows(sweep, point, &run).map(|(_, line)| line).collect());
-                            while let Some(text) = waiting.remove(next) {
+                            while let Some(text) = next.last().and_then(|point| waiting.remove(point)) {
                                 out.write_all(text.as_bytes()).map_err(stream_failed)?;
-                                *next += 1;
+                                next.pop();
                             }
                             Ok(())
                         }
