@@ -12,6 +12,7 @@ mod on_target;
 mod panic_free;
 mod paths;
 mod portable;
+mod python;
 mod qemu;
 mod setup;
 mod suite;
@@ -25,7 +26,8 @@ const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
   setup [--fea]          install or build what is missing: QEMU, cross target, Python packages for the tests
-  test [PART ...]        every check and test, or these parts of it: format, clippy, pc, target (in QEMU), system, boards
+  test [PART ...]        every check and test, or these parts of it: format, clippy, pc, python, target
+                         (in QEMU), system, boards
   firmware BOARD         build one board's image and print its sections (boards: mps2, opencr,
                          nucleo-h743zi, nucleo-g474re)
   qemu-run ELF           run an image in QEMU: its tests if it holds any, else the program with its log

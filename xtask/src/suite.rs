@@ -2,14 +2,14 @@
 
 use crate::command::{find, headline, run as run_command};
 use crate::cross::{Cross, TRIPLE, built};
-use crate::{firmware, on_target, panic_free, paths, portable, setup};
+use crate::{firmware, on_target, panic_free, paths, portable, python, setup};
 use anyhow::{Context, Result};
 use std::env;
 use std::path::PathBuf;
 use std::process::Command;
 
 /// Parts of the suite, in the order they run in.
-const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "target", "system", "boards"];
+const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "python", "target", "system", "boards"];
 
 /// The board that clippy looks at, and the crate of all of them with it: the one with the most code of its own. The others are built
 /// only: clippy would have the chip library checked for each of them once more.
@@ -18,7 +18,7 @@ const LINTED: &str = "opencr";
 /// Features of the tests on this PC, the same in every part: so that nothing is built a second time with others.
 pub const FEATURES: [&str; 2] = [
     "--features",
-    "fre-cli/outline,fre-cli/probe,fre-cli/python,fre-cli/qemu,fre-cli/record,fre-cli/web,fre-gripper/python,\
+    "fre-cli/outline,fre-cli/parquet,fre-cli/probe,fre-cli/python,fre-cli/qemu,fre-cli/record,fre-cli/web,fre-gripper/python,\
      system-tests/browser,system-tests/python,system-tests/qemu",
 ];
 
@@ -79,6 +79,11 @@ pub fn run(parts: &[&str]) -> Result<()> {
         run_command(&mut tests)?;
     }
 
+    if wanted("python") {
+        setup::python::PACKAGE.provide()?;
+        python::test()?;
+    }
+
     if wanted("target") {
         headline("tests on the target, in QEMU");
         on_target::run(&build_on_target(&cross)?)?;
@@ -126,7 +131,7 @@ fn system_tests() -> Result<Vec<String>> {
 }
 
 /// The cargo that runs this program, for the PC, at the repository's root.
-fn cargo(subcommand: &str) -> Command {
+pub fn cargo(subcommand: &str) -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.arg(subcommand).current_dir(paths::root()).env("FRE_PYTHON", setup::python::TESTS.python());
     // A test program that is left out fails, but for CalculiX's: that is installed on request only (`setup --fea`).

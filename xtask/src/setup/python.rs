@@ -26,6 +26,25 @@ pub const TESTS: Environment = Environment {
 /// The peer of the bench.
 pub const PEER: Environment = Environment { name: "peer", requirements: &["casadi==3.8.2"] };
 
+/// What builds the Python package, and what its tests need beside it.
+pub const PACKAGE: Environment = Environment {
+    name: "python-package",
+    requirements: &[
+        "maturin==1.16.0",
+        "numpy==2.4.6",
+        "pytest==9.2.0",
+        "mypy==2.4.1",
+        "matplotlib==3.11.2",
+        "pandas==3.1.1",
+        "pyarrow==26.0.1",
+        "scipy==1.17.1",
+        "nbclient==0.11.0",
+        "nbformat==5.11.1",
+        "ipykernel==7.4.0",
+        "ray==2.60.0",
+    ],
+};
+
 impl Environment {
     /// The interpreter.
     pub fn python(&self) -> PathBuf {

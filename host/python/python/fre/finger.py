@@ -1,0 +1,117 @@
+"""Fingers."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+from collections.abc import Mapping
+from typing import Any
+
+from . import _core
+
+PRESETS: tuple[str, ...] = tuple(_core.presets())
+"""Names of the fingers that come with the package."""
+
+
+class Finger:
+    """A finger by the keys of ``[finger]`` in a case file; dimensions in mm, with the unit in the name.
+
+    >>> finger = Finger.preset("ladder-80").with_values({"front.thickness_mm": 2.5})
+    >>> finger["front.thickness_mm"]
+    2.5
+
+    What its keys say is checked by the :class:`fre.Case` that it becomes a part of. A finger never changes.
+    """
+
+    __slots__ = ("_table",)
+
+    def __init__(self, table: Mapping[str, Any]) -> None:
+        """The finger of a table ``[finger]``, as a dictionary of dictionaries."""
+        self._table: dict[str, Any] = _core_table(table)
+
+    @classmethod
+    def preset(cls, name: str) -> Finger:
+        """A finger that comes with the package: one of ``fre.PRESETS``."""
+        return cls.parse(_core.preset(name))
+
+    @classmethod
+    def parse(cls, text: str) -> Finger:
+        """The finger of a TOML text: its keys at the top, or below ``[finger]``."""
+        table = json.loads(_core.toml_to_json(text))
+        inner = table.get("finger", table)
+        return cls.preset(inner.removeprefix("preset:")) if isinstance(inner, str) else cls(inner)
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Finger:
+        """Reads a finger file."""
+        with open(path, encoding="utf-8") as file:
+            finger = cls.parse(file.read())
+        finger._table.setdefault("name", os.path.splitext(os.path.basename(path))[0])
+        return finger
+
+    def to_dict(self) -> dict[str, Any]:
+        """The table ``[finger]``; a copy."""
+        return copy.deepcopy(self._table)
+
+    def toml(self) -> str:
+        """The text of a finger file."""
+        return _core.json_to_toml(json.dumps(self._table))
+
+    @property
+    def name(self) -> str:
+        """Name for titles."""
+        return str(self._table.get("name", "finger"))
+
+    def __getitem__(self, key: str) -> Any:
+        """A value by its dotted key, such as ``front.thickness_mm`` or ``lamellae.heights_mm.0``."""
+        value: Any = self._table
+        for part in key.split("."):
+            try:
+                value = value[int(part)] if isinstance(value, list) else value[part]
+            except (KeyError, IndexError, ValueError, TypeError):
+                raise KeyError(key) from None
+        return copy.deepcopy(value)
+
+    def with_values(self, values: Mapping[str, Any]) -> Finger:
+        """Another finger, with these values at their dotted keys."""
+        table = self.to_dict()
+        for key, value in values.items():
+            *path, last = key.split(".")
+            at: Any = table
+            for part in path:
+                at = at[int(part)] if isinstance(at, list) else at.setdefault(part, {})
+            if isinstance(at, list):
+                at[int(last)] = value
+            elif isinstance(at, dict):
+                at[last] = value
+            else:
+                raise _core.CaseError(f"finger.{key}: {'.'.join(path)} is no table")
+        return Finger(table)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Finger) and self._table == other._table
+
+    def __hash__(self) -> int:
+        return hash(json.dumps(self._table, sort_keys=True))
+
+    def __repr__(self) -> str:
+        return f"<fre.Finger {self.name}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Finger, (self._table,)
+
+
+def _core_table(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A copy of plain Python values: arrays and tuples become lists, numbers of numpy Python's."""
+    return {str(key): _plain(value) for key, value in table.items() if value is not None}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return _core_table(value)
+    if isinstance(value, (str, bool, int, float)):
+        return value
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return [_plain(entry) for entry in value]

@@ -1,0 +1,185 @@
+"""A gripper behind its link, and servos on a bus of this PC."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Literal, NamedTuple, Union
+
+from . import _core
+from .case import Case, CaseLike
+from .options import DEFAULT, Options
+from .record import Record
+from .status import STATUSES, Status
+
+
+class Report(NamedTuple):
+    """One finger's part of one tick of the control loop; the names are those of ``fre monitor``'s CSV."""
+
+    sequence: int
+    time_us: int
+    motor_angle_deg: float
+    goal_deg: float
+    position_counts: int
+    current_ma: float
+    status: Status
+    age: int
+    force_x_n: float
+    force_y_n: float
+    contact_x_mm: float
+    contact_y_mm: float
+    contact_extent_mm: float
+    torque_nmm: float
+    distance_mm: float
+    iterations: int
+    residual_nmm: float
+    cost: int
+    finger: int
+    phase: str
+    force_x_per_deg_n: float
+    force_y_per_deg_n: float
+    standard_deviation_n: float
+    sensitivity_age: int
+
+    @property
+    def force_magnitude_n(self) -> float:
+        """Magnitude of the force, N."""
+        return float((self.force_x_n**2 + self.force_y_n**2) ** 0.5)
+
+
+class Event(NamedTuple):
+    """Something that happened."""
+
+    time_us: int
+    """When, µs since the start."""
+    words: str
+    """What."""
+
+
+Told = Union[Report, Event]
+_STATUS = Report._fields.index("status")
+
+
+def _told(heard: tuple[Any, ...] | None) -> Told | None:
+    if heard is None:
+        return None
+    if len(heard) == 2:
+        return Event(*heard)
+    return Report._make([*heard[:_STATUS], STATUSES[heard[_STATUS]], *heard[_STATUS + 1 :]])
+
+
+class _Source:
+    """What tells reports and events."""
+
+    _core: _core.Gripper | _core.Bus
+
+    def next(self, timeout_s: float = 1.0) -> Told | None:
+        """The next report or event; None if nothing came in time, or nothing comes any more."""
+        return _told(self._core.next(timeout_s))
+
+    def reports(self, timeout_s: float = 1.0) -> Iterator[Report]:
+        """Reports as they come, until none came for ``timeout_s``."""
+        while (told := self.next(timeout_s)) is not None:
+            if isinstance(told, Report):
+                yield told
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether nothing more comes."""
+        return self._core.is_closed()
+
+
+class Gripper(_Source):
+    """A connection to a gripper. ``OSError`` is what the link or the gripper refuses.
+
+    >>> gripper = fre.Gripper("/dev/ttyACM0")              # doctest: +SKIP
+    >>> gripper.set_case("case.toml")                      # doctest: +SKIP
+    >>> gripper.grip(force_n=3.0)                          # doctest: +SKIP
+    >>> for report in gripper.reports():                   # doctest: +SKIP
+    ...     print(report.force_magnitude_n, report.status, report.phase)
+    """
+
+    _core: _core.Gripper
+
+    def __init__(self, address: str) -> None:
+        """Connects: ``unix:PATH``, ``tcp:HOST:PORT``, or a serial port as ``PORT`` or ``PORT@BAUD``."""
+        self._core = _core.Gripper(address)
+
+    @property
+    def info(self) -> Record:
+        """Who answers (``version``), how it started (``boot``) and what it has counted (``counters``)."""
+        return Record(json.loads(self._core.info()))
+
+    @property
+    def settings(self) -> dict[str, str]:
+        """Its settings by their keys, such as ``finger.0.zero_counts``."""
+        return dict(self._core.settings())
+
+    def set(self, settings: Mapping[str, object]) -> None:
+        """Changes settings, all at once."""
+        words = {True: "true", False: "false"}
+        self._core.set([(key, words[value] if isinstance(value, bool) else str(value)) for key, value in settings.items()])
+
+    def set_case(
+        self, case: CaseLike, finger: int = 0, physics: Literal["paper", "extended"] = "extended"
+    ) -> None:
+        """Gives a finger the design and the object of a case; its estimate starts anew."""
+        self._core.set_case(Case.of(case)._case, finger, physics)
+
+    def grip(
+        self,
+        force_n: float,
+        finger: int | None = None,
+        *,
+        speed_deg_per_s: float | None = None,
+        limit_deg: float | None = None,
+    ) -> None:
+        """Closes until a force on the object is reached, and keeps it. Returns when it begins, as all that follow."""
+        self._core.grip(force_n, finger, speed_deg_per_s, limit_deg)
+
+    def close_to(self, angle_deg: float, finger: int | None = None, *, speed_deg_per_s: float | None = None) -> None:
+        """Closes to a motor angle."""
+        self._core.close_to(angle_deg, finger, speed_deg_per_s)
+
+    def release(self, finger: int | None = None) -> None:
+        """Opens."""
+        self._core.release(finger)
+
+    def hold(self, finger: int | None = None) -> None:
+        """Stays where it is."""
+        self._core.hold(finger)
+
+
+class Bus(_Source):
+    """Servos on a Dynamixel bus of this PC (U2D2 or a like adapter). The estimator runs here; the servos are only read.
+
+    >>> bus = fre.Bus("/dev/ttyUSB0", "case.toml")         # doctest: +SKIP
+    >>> for report in bus.reports():                       # doctest: +SKIP
+    ...     print(report.finger, report.force_magnitude_n, report.status)
+    """
+
+    _core: _core.Bus
+
+    def __init__(
+        self,
+        port: str,
+        cases: CaseLike | Sequence[CaseLike],
+        settings: Mapping[str, object] | None = None,
+        options: Options = DEFAULT,
+    ) -> None:
+        """Opens a port (``PORT``, ``PORT@BAUD``, ``unix:PATH`` or ``tcp:HOST:PORT``), finds the servos, and begins to estimate.
+
+        ``cases`` give finger and object, one per finger, the last one for all behind it. ``settings`` have the keys of
+        ``fre gripper get``: ``finger.0.servo_id``, ``finger.0.zero_counts``, ``rate_hz`` and so on.
+        """
+        each = list(cases) if isinstance(cases, Sequence) and not isinstance(cases, str) else [cases]
+        words = {True: "true", False: "false"}
+        changes = [
+            (key, words[value] if isinstance(value, bool) else str(value)) for key, value in (settings or {}).items()
+        ]
+        self._core = _core.Bus(port, [Case.of(case)._case for case in each], changes, options)
+
+    @property
+    def notes(self) -> list[str]:
+        """What makes this bus slower than it could be."""
+        return self._core.notes()

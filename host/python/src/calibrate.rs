@@ -1,0 +1,84 @@
+//! The model's parameters from measurements.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use fre::case::Document;
+use fre::draw;
+use fre::fit::calibrate::{Input, Loss, Model, Noise, Parameter, document, fit, fitted_finger, picture, text};
+use fre::study::model::Precision;
+use model_core::drive::Drive;
+use pyo3::prelude::*;
+
+use crate::case::Case;
+use crate::error::{case_error, of_discretise, value};
+use crate::options::{Words, word};
+
+/// The fields of Python's `Noise`.
+#[derive(FromPyObject)]
+pub(crate) struct NoiseWords {
+    force_sd_n: f64,
+    angle_sd_deg: Option<f64>,
+    outline_sd_mm: f64,
+    loss: String,
+}
+
+impl NoiseWords {
+    fn noise(&self) -> PyResult<Noise> {
+        let default = Noise::default();
+        let positive = |key: &str, found: f64| {
+            let refused = || case_error(format!("{key} = {found}: allowed is above 0, up to 1000"), Some(key), None);
+            (found > 0.0 && found <= 1000.0).then_some(found).ok_or_else(refused)
+        };
+        let losses = [("huber", Loss::Huber), ("tukey", Loss::Tukey), ("square", Loss::Square)];
+        Ok(Noise {
+            force_n: positive("force_sd_n", self.force_sd_n)?,
+            angle_deg: positive("angle_sd_deg", self.angle_sd_deg.unwrap_or(default.angle_deg))?,
+            outline_mm: positive("outline_sd_mm", self.outline_sd_mm)?,
+            loss: word("loss", &self.loss, &losses)?,
+        })
+    }
+}
+
+/// Fits parameters; gives the JSON of `fre calibrate`, its text, the fitted finger's file and a picture.
+#[pyfunction]
+pub(crate) fn calibrate(
+    py: Python<'_>,
+    measurements: Vec<PathBuf>,
+    cases: Vec<PyRef<'_, Case>>,
+    parameters: Vec<String>,
+    noise: NoiseWords,
+    both_ways: bool,
+    options: Words,
+) -> PyResult<(String, String, String, String)> {
+    let options = options.options()?;
+    if options.precision != Precision::F64 {
+        return Err(case_error("precision = \"f32\": a fit needs f64", Some("precision"), None));
+    }
+    let noise = noise.noise()?;
+    let words: Vec<(&str, Parameter)> = Parameter::ALL.map(|parameter| (parameter.word(), parameter)).to_vec();
+    let parameters = parameters.iter().map(|found| word("fit", found, &words)).collect::<PyResult<Vec<Parameter>>>()?;
+    let documents: Vec<Arc<Document>> = cases.iter().map(|case| case.document.clone()).collect();
+    py.detach(|| {
+        let named = documents.iter().enumerate().map(|(index, document)| {
+            let name = if documents.len() == 1 { "the case".to_owned() } else { format!("case {index}") };
+            (name, (**document).clone())
+        });
+        let input = Input::of(&measurements, named.collect(), both_ways, Drive::Rotating)
+            .map_err(|error| value(error.to_string()))?;
+        let design = &input.finger.design;
+        for (index, parameter) in parameters.iter().enumerate() {
+            if parameters[..index].contains(parameter) {
+                return Err(case_error(format!("fit names {} twice", parameter.word()), Some("fit"), None));
+            }
+            if let Some(obstacle) = parameter.obstacle(design, &input.objects, &input.drive) {
+                return Err(case_error(format!("fit {}: {obstacle}", parameter.word()), Some("fit"), None));
+            }
+        }
+        let model = Model { design, discretisation: options.discretisation, drive: input.drive };
+        let found = fit(&model, &input.runs, &parameters, &noise).map_err(|error| of_discretise(&error))?;
+        let json = document(&input, &found).to_string();
+        let scene = picture(&input.finger.name, &input.runs, &found);
+        Ok((json, text(&input, &found), fitted_finger(&input, &found), draw::svg(&scene)))
+    })
+}

@@ -1,0 +1,84 @@
+//! A case: its text with the finger written out, and what it says.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use fre::case::{Document, PRESETS};
+use pyo3::prelude::*;
+
+use crate::error::{of_case, value};
+
+/// What stands for the file of a case that was not read from one.
+pub(crate) const UNNAMED: &str = "case";
+
+/// A case. Never changes: a case with other values is another one.
+#[derive(Clone)]
+#[pyclass(frozen, module = "fre._core")]
+pub(crate) struct Case {
+    pub(crate) document: Arc<Document>,
+    pub(crate) case: Arc<fre::case::Case>,
+}
+
+impl Case {
+    fn of(document: Document, in_file: bool) -> PyResult<Self> {
+        let case = document.case().map_err(|error| of_case(&error, in_file))?;
+        Ok(Self { document: Arc::new(document), case: Arc::new(case) })
+    }
+}
+
+#[pymethods]
+impl Case {
+    /// Reads a case file.
+    #[staticmethod]
+    fn read(path: PathBuf) -> PyResult<Self> {
+        Self::of(Document::read(&path).map_err(|error| of_case(&error, true))?, true)
+    }
+
+    /// Reads a case from a text; finger files that it names are looked for in a folder.
+    #[staticmethod]
+    #[pyo3(signature = (text, folder = None))]
+    fn parse(text: &str, folder: Option<PathBuf>) -> PyResult<Self> {
+        let folder = folder.unwrap_or_default();
+        // A finger that is named is written out first: its own errors name its file.
+        let document = Document::resolve(UNNAMED, text, &folder).map_err(|error| of_case(&error, false))?;
+        Self::of(document, false)
+    }
+
+    /// The text, finger included.
+    fn toml(&self) -> String {
+        self.document.text()
+    }
+
+    /// Keys of the numbers that can be set.
+    fn keys(&self) -> Vec<String> {
+        self.document.keys()
+    }
+
+    /// The case with other numbers.
+    fn with_values(&self, values: Vec<(String, f64)>) -> PyResult<Self> {
+        let mut document = (*self.document).clone();
+        for (key, number) in values {
+            document
+                .set(&key, number)
+                .map_err(|error| crate::error::case_error(error.to_string(), Some(&key), None))?;
+        }
+        Self::of(document, false)
+    }
+}
+
+/// Names of the fingers that come with the program.
+#[pyfunction]
+pub(crate) fn presets() -> Vec<&'static str> {
+    PRESETS.to_vec()
+}
+
+/// The text of a finger that comes with the program.
+#[pyfunction]
+pub(crate) fn preset(name: &str) -> PyResult<String> {
+    if !PRESETS.contains(&name) {
+        return Err(value(format!("\"{name}\" is no preset; allowed is {}", PRESETS.join(", "))));
+    }
+    let text = format!("finger = \"preset:{name}\"\n");
+    let document = Document::resolve(UNNAMED, &text, Path::new("")).map_err(|error| of_case(&error, false))?;
+    Ok(document.finger_text(&[]))
+}

@@ -1,0 +1,64 @@
+//! The microcontroller's estimator: single precision, its sizes, its discretisation.
+
+use model_core::discretise::{Discretisation, Physics};
+use model_core::estimator::Estimator as Core;
+use model_core::object::Motion;
+use model_core::size::Reduced;
+use pyo3::prelude::*;
+
+use crate::case::Case;
+use crate::error::{case_error, of_discretise, value};
+use crate::options::word;
+
+/// The status's word; motor angle, force (x, y, magnitude), contact centre (x, y), extent, torque, distance, residual, derivative of
+/// the force (x, y), standard deviation; iterations, age, age of the derivatives.
+type Estimate = (&'static str, [f32; 13], [u32; 3]);
+
+/// An estimator of one finger on one object.
+#[pyclass(module = "fre._core")]
+pub(crate) struct Estimator(Box<Core<f32, Reduced>>);
+
+#[pymethods]
+impl Estimator {
+    #[new]
+    fn new(case: &Case, physics: &str) -> PyResult<Self> {
+        let physics = word("physics", physics, &[("paper", Physics::Paper), ("extended", Physics::Extended)])?;
+        let case = &case.case;
+        if matches!(case.path.motion, Motion::Translating { .. }) {
+            let reason = "motion.direction: an estimator needs a motor; allowed is motion.motor_angles_deg";
+            return Err(case_error(reason, Some("motion.direction"), None));
+        }
+        let mut estimator: Box<Core<f32, Reduced>> = Box::new(Core::EMPTY);
+        let how = Discretisation::estimator(physics);
+        estimator.configure(&case.finger.design, &how).map_err(|error| of_discretise(&error))?;
+        estimator.set_object(case.object).map_err(|error| value(error.to_string()))?;
+        Ok(Self(estimator))
+    }
+
+    /// The estimate at a motor angle, rad, `dt_s` after the one before. The time does not matter to an elastic finger.
+    fn update(&mut self, angle_rad: f64, dt_s: f64) -> PyResult<Estimate> {
+        if !(dt_s >= 0.0 && dt_s.is_finite()) {
+            return Err(case_error(format!("dt_s = {dt_s}: allowed is 0 and more"), Some("dt_s"), None));
+        }
+        if angle_rad.is_nan() {
+            return Err(case_error("angle_rad is no number".to_owned(), Some("angle_rad"), None));
+        }
+        let found = self.0.update(angle_rad);
+        let numbers = [
+            found.motor_angle,
+            found.force[0],
+            found.force[1],
+            found.force_magnitude(),
+            found.contact_centre[0],
+            found.contact_centre[1],
+            found.contact_extent,
+            found.torque,
+            found.distance,
+            found.residual,
+            found.force_per_angle[0],
+            found.force_per_angle[1],
+            found.standard_deviation,
+        ];
+        Ok((found.status.word(), numbers, [found.iterations.into(), found.age, found.sensitivity_age.into()]))
+    }
+}

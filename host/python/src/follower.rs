@@ -1,0 +1,73 @@
+//! A case on its way: it goes wherever it is sent, from where it is.
+
+use std::sync::Arc;
+
+use fre::heap::Host;
+use fre::study::branch::next_branch;
+use fre::study::json::Row;
+use fre::study::model::{Model, Precision};
+use fre::study::overlap;
+use fre::study::place::Place;
+use fre::study::run::{Run, Walk};
+use fre::study::warnings::warnings;
+use pyo3::prelude::*;
+
+use crate::case::Case;
+use crate::error::{case_error, of_discretise, value};
+use crate::options::Words;
+
+enum Walking {
+    Single(Box<Walk<f32, Host>>),
+    Double(Box<Walk<f64, Host>>),
+}
+
+/// A follower of a case.
+#[pyclass(module = "fre._core")]
+pub(crate) struct Follower {
+    walking: Walking,
+    case: Arc<fre::case::Case>,
+    model: Model,
+    branch: Option<u32>,
+}
+
+#[pymethods]
+impl Follower {
+    #[new]
+    fn new(case: &Case, options: Words) -> PyResult<Self> {
+        let options = options.options()?;
+        let case = case.case.clone();
+        let (walking, model) = match options.precision {
+            Precision::F32 => {
+                let walk = Walk::begin(&case, &options).map_err(|error| of_discretise(&error))?;
+                let model = walk.model();
+                (Walking::Single(Box::new(walk)), model)
+            }
+            Precision::F64 => {
+                let walk = Walk::begin(&case, &options).map_err(|error| of_discretise(&error))?;
+                let model = walk.model();
+                (Walking::Double(Box::new(walk)), model)
+            }
+        };
+        Ok(Self { walking, case, model, branch: Some(1) })
+    }
+
+    /// Goes to a motor angle (degrees) or distance (mm); the JSON of the place.
+    fn follow(&mut self, py: Python<'_>, to: f64) -> PyResult<String> {
+        let most = if self.case.path.unit() == "°" { fre::case::MAX_ANGLE } else { fre::case::MAX_DISTANCE };
+        if to.is_nan() || to.abs() > most {
+            return Err(case_error(format!("to = {to}: allowed is {} to {most}", -most), Some("to"), None));
+        }
+        py.detach(|| {
+            let (mut place, snaps): (Place, u32) = match &mut self.walking {
+                Walking::Single(walk) => walk.go(to),
+                Walking::Double(walk) => walk.go(to),
+            };
+            self.branch = next_branch(self.branch, place.status, snaps);
+            place.branch = self.branch;
+            place.overlap_mm = overlap::depth(&self.case, &place);
+            let places = vec![place];
+            let run = Run { model: self.model, first_branch: None, warnings: warnings(&self.case, &places), places };
+            serde_json::to_string(&Row::new(&run, &run.places[0])).map_err(|error| value(error.to_string()))
+        })
+    }
+}

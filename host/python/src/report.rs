@@ -1,0 +1,68 @@
+//! Reports of a gripper or a bus, as Python takes them, and a source that is listened to.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use fre_gripper::record::{COLUMNS, Cell};
+use fre_gripper::source::Told;
+use messages::Report;
+use pyo3::prelude::*;
+use pyo3::types::{PyFloat, PyInt, PyString, PyTuple};
+
+use crate::error::case_error;
+
+/// A report's columns, in their order.
+pub(crate) fn cells<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyTuple>> {
+    let cell = |(_, of): &(&str, fn(&Report) -> Cell)| match of(report) {
+        Cell::Integer(value) => PyInt::new(py, value).into_any(),
+        Cell::Number(value) => PyFloat::new(py, value.into()).into_any(),
+        Cell::Word(word) => PyString::intern(py, word).into_any(),
+    };
+    PyTuple::new(py, COLUMNS.iter().map(cell))
+}
+
+/// What a source tells, one after the other.
+pub(crate) struct Heard(Mutex<Receiver<Told>>);
+
+/// How long one wait lasts before Python is asked whether it goes on.
+const GLANCE: Duration = Duration::from_millis(100);
+
+/// A time of a person.
+pub(crate) fn seconds(key: &str, seconds: f64) -> PyResult<Duration> {
+    Duration::try_from_secs_f64(seconds)
+        .map_err(|_| case_error(format!("{key} = {seconds}: allowed is 0 and more"), Some(key), None))
+}
+
+impl Heard {
+    /// Listens.
+    pub(crate) fn new(receiver: Receiver<Told>) -> Self {
+        Self(Mutex::new(receiver))
+    }
+
+    /// The next report, or an event as its time (µs) and its words; none if nothing came in time or nothing comes any more.
+    pub(crate) fn next<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let end = std::time::Instant::now() + seconds("timeout_s", timeout_s)?;
+        loop {
+            let heard = py.detach(|| {
+                let left = end.saturating_duration_since(std::time::Instant::now());
+                self.0.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(left.min(GLANCE))
+            });
+            match heard {
+                Ok(Told::Report(report)) => return Ok(Some(cells(py, &report)?.into_any())),
+                Ok(Told::Event(notice)) => {
+                    let told = (notice.time_us, notice.event.to_string());
+                    return Ok(Some(told.into_pyobject(py)?.into_any()));
+                }
+                Ok(_) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+                Err(RecvTimeoutError::Timeout) => {
+                    py.check_signals()?;
+                    if std::time::Instant::now() >= end {
+                        return Ok(None);
+                    }
+                }
+            }
+        }
+    }
+}

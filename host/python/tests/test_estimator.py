@@ -1,0 +1,78 @@
+"""The microcontroller's estimator."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import resource
+
+import numpy as np
+import pytest
+
+import fre
+
+COUNT = math.tau / 4096.0
+
+
+def test_the_estimate_is_that_of_the_crates_own_example(case: fre.Case) -> None:
+    estimator = fre.Estimator(case)
+    assert estimator.update(-COUNT, 0.002).status is fre.Status.no_contact
+    for tick in range(69):
+        estimate = estimator.update(tick * COUNT, 0.002)
+    estimate = estimator.update(68 * COUNT, 0.002)
+    assert estimate.status is fre.Status.converged and estimate.age == 0
+    assert abs(estimate.force_magnitude_n - 3.78) < 0.01
+    # Single precision, as on the microcontroller.
+    for value in estimate[1:14]:
+        assert float(np.float32(value)) == value
+
+
+def test_it_agrees_with_the_solver(case: fre.Case) -> None:
+    estimator = fre.Estimator(case)
+    angles = np.radians(np.arange(-2.0, 8.01, 0.1))
+    for angle in angles:
+        estimate = estimator.update(angle)
+    force = fre.solve(case)[-1].force_magnitude_n
+    assert abs(estimate.force_magnitude_n / force - 1.0) < 2e-3
+
+
+def test_two_estimators_give_the_same_bits_and_pickles_begin_anew(case: fre.Case) -> None:
+    one = fre.Estimator(case)
+    other = pickle.loads(pickle.dumps(one))
+    for tick in range(-20, 80):
+        assert one.update(tick * COUNT) == other.update(tick * COUNT)
+    estimate = one.update(0.1)
+    assert pickle.loads(pickle.dumps(estimate)) == estimate
+
+
+def test_what_is_no_angle_or_time_is_refused(case: fre.Case) -> None:
+    estimator = fre.Estimator(case)
+    with pytest.raises(fre.CaseError) as error:
+        estimator.update(math.nan)
+    assert error.value.key == "angle_rad"
+    for dt in (-1.0, math.nan, math.inf):
+        with pytest.raises(fre.CaseError) as error:
+            estimator.update(0.0, dt)
+        assert error.value.key == "dt_s"
+    assert estimator.update(3.0).status is fre.Status.out_of_range
+    jaws = fre.Case("preset:ladder-80", fre.Circle(40.0, (41.0, 45.0)), fre.Translation((1.0, 0.0), [1.0]))
+    with pytest.raises(fre.CaseError) as error:
+        fre.Estimator(jaws)
+    assert error.value.key == "motion.direction"
+
+
+def test_a_million_estimates_take_no_memory(case: fre.Case) -> None:
+    estimator = fre.Estimator(case)
+    for tick in range(80):
+        estimator.update(tick * COUNT)
+
+    def run(ticks: int) -> None:
+        for tick in range(ticks):
+            estimator.update((60 + tick % 2) * COUNT)
+
+    run(20_000)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    run(1_000_000)
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    # An estimate kept of each would be over 200 MB; kilobytes.
+    assert grown < 2048

@@ -1,0 +1,173 @@
+"""A bus of this PC and a gripper, with simulated servos; recordings of them."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import pickle
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pandas
+import pytest
+
+import fre
+
+PATIENCE_S = 60.0
+
+
+@pytest.fixture
+def folder() -> Iterator[pathlib.Path]:
+    """A folder whose path is short enough for sockets."""
+    with tempfile.TemporaryDirectory(prefix="fre-") as name:
+        yield pathlib.Path(name)
+
+
+@pytest.fixture
+def case_file(case: fre.Case, folder: pathlib.Path) -> pathlib.Path:
+    path = folder / "case.toml"
+    path.write_text(case.toml())
+    return path
+
+
+def servo(program: str, case_file: pathlib.Path, *words: str) -> subprocess.Popen[str]:
+    """A simulated servo that has said that it is ready."""
+    model = ["--scheme", "simpson", "--elements", "reduced", "--physics", "extended"]
+    command: list[str | pathlib.Path] = [program, "servo", case_file, "--baud", "1000000", *model, *words]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.strip() == "ready":
+            return process
+    _, errors = process.communicate()
+    raise AssertionError(errors)
+
+
+@pytest.fixture
+def bus_port(program: str, case_file: pathlib.Path, folder: pathlib.Path) -> Iterator[str]:
+    port = folder / "bus"
+    process = servo(program, case_file, "--unix", str(port), "--start-deg", "6")
+    yield f"unix:{port}"
+    process.terminate()
+    process.wait(10)
+
+
+def test_a_bus_of_this_pc_estimates_the_servos_force(bus_port: str, case: fre.Case) -> None:
+    bus = fre.Bus(bus_port, case, {"finger.0.zero_counts": 2048, "rate_hz": 100})
+    reports = []
+    for report in bus.reports(timeout_s=PATIENCE_S):
+        reports.append(report)
+        if len(reports) >= 50 and report.status.is_trustworthy:
+            break
+    last = reports[-1]
+    # The load holds the servo where it starts but for less than a count's worth of play.
+    expected = fre.solve(case.with_motion(fre.Rotation([last.motor_angle_deg])))[0].force_magnitude_n
+    assert abs(last.motor_angle_deg - 6.0) < 1.0
+    assert abs(last.force_magnitude_n - expected) < 0.02 * expected
+    assert [report.sequence for report in reports] == list(range(reports[0].sequence, reports[0].sequence + len(reports)))
+    assert pickle.loads(pickle.dumps(last)) == last
+
+
+def test_what_a_bus_cannot_take_is_named(folder: pathlib.Path, case: fre.Case) -> None:
+    with pytest.raises(OSError):
+        fre.Bus(f"unix:{folder}/nobody", case)
+    with pytest.raises(fre.CaseError) as error:
+        fre.Bus(f"unix:{folder}/nobody", case, {"finger.0.colour": "red"})
+    assert error.value.key == "finger.0.colour"
+
+
+def test_a_recording_is_read_as_columns(program: str, bus_port: str, case_file: pathlib.Path, folder: pathlib.Path) -> None:
+    mcap, csv = folder / "r.mcap", folder / "r.csv"
+    monitor: list[str | pathlib.Path] = [program, "monitor", "--bus", bus_port, "--case", case_file]
+    monitor += ["--set", "rate_hz=100", "--lines", "--seconds", "2"]
+    subprocess.run([*monitor, "--record", mcap], check=True, capture_output=True, timeout=PATIENCE_S)
+    subprocess.run([program, "replay", mcap, "--csv", csv], check=True, capture_output=True, timeout=PATIENCE_S)
+    recording = fre.read_recording(mcap)
+    lines = csv.read_text().splitlines()
+    names, rows = lines[0].split(","), [line.split(",") for line in lines[1:]]
+    assert len(recording) == len(rows) > 20
+    assert list(recording.reports) == [*names, "log_time_ns"]
+    for index, name in enumerate(names):
+        cells = [row[index] for row in rows]
+        column = recording[name]
+        if isinstance(column, np.ndarray):
+            np.testing.assert_array_equal(column, np.array(cells).astype(column.dtype))
+        else:
+            assert column == cells
+    assert recording["force_x_n"].dtype == np.float32
+    parquet = folder / "r.parquet"
+    subprocess.run([program, "replay", mcap, "--parquet", parquet], check=True, capture_output=True, timeout=PATIENCE_S)
+    table = pandas.read_parquet(parquet)
+    assert list(table) == names
+    for name in names:
+        assert table[name].tolist() == list(recording[name]), name
+    assert (np.diff(recording["log_time_ns"]) >= 0).all()
+    assert (recording.missing, recording.damages, recording.is_cut) == (0, [], False)
+    assert recording.setup.origin == "bus" and all(isinstance(status, fre.Status) for status in recording.status)
+    assert len(recording.of_finger(0)["sequence"]) == len(rows) and len(recording.of_finger(1)["sequence"]) == 0
+    again = pickle.loads(pickle.dumps(recording))
+    assert again.events == recording.events and len(again) == len(recording)
+    with pytest.raises(OSError, match="no MCAP"):
+        fre.read_recording(csv)
+
+
+@pytest.fixture
+def gripper(program: str, case_file: pathlib.Path, folder: pathlib.Path) -> Iterator[fre.Gripper]:
+    """The real firmware in QEMU, its servo simulated."""
+    image, qemu = os.environ.get("FRE_FIRMWARE_ELF"), shutil.which("qemu-system-arm")
+    assert image and qemu, "FRE_FIRMWARE_ELF names no firmware, or there is no QEMU: run `cargo xtask test python`"
+    words = [qemu, "-machine", "mps2-an500", "-display", "none", "-monitor", "none"]
+    words += ["-semihosting-config", "enable=on,target=native"]
+    for name in ("bus", "link"):
+        words += ["-chardev", f"socket,id={name},server=on,wait=off,path={folder / name}", "-serial", f"chardev:{name}"]
+    board = subprocess.Popen([*words, "-kernel", image], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    end = time.monotonic() + PATIENCE_S
+    while not ((folder / "bus").exists() and (folder / "link").exists()):
+        assert time.monotonic() < end and board.poll() is None
+        time.sleep(0.05)
+    process = servo(
+        program, case_file, "--connect-unix", str(folder / "bus"), "--start-deg", "-1", "--clock", "requests", "--highest-deg", "14"
+    )
+    yield fre.Gripper(f"unix:{folder / 'link'}")
+    for running in (process, board):
+        running.terminate()
+        running.wait(10)
+
+
+def test_a_gripper_grips_and_releases(gripper: fre.Gripper, case: fre.Case) -> None:
+    assert gripper.info.version["board"] == "mps2"
+    gripper.set({"finger.0.zero_counts": 2048, "on_fault": "hold"})
+    assert gripper.settings["finger.0.zero_counts"] == "2048"
+    gripper.set_case(case)
+    with pytest.raises(fre.CaseError) as error:
+        gripper.set({"finger.0.speed": 3})
+    assert error.value.key == "finger.0.speed"
+    with pytest.raises(OSError):
+        gripper.grip(force_n=-3.0)
+
+    def follow(wanted: str) -> fre.Report:
+        end = time.monotonic() + PATIENCE_S
+        for report in gripper.reports(timeout_s=PATIENCE_S):
+            if report.phase == wanted:
+                return report
+            assert time.monotonic() < end, report
+        raise AssertionError("the link has closed")
+
+    # A busy PC loses the servo for a moment now and then: what is asked meanwhile is refused.
+    end = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            gripper.grip(force_n=3.0, speed_deg_per_s=20.0)
+            break
+        except OSError:
+            assert time.monotonic() < end
+            time.sleep(0.2)
+    report = follow("gripped")
+    assert abs(report.force_magnitude_n - 3.0) < 0.15 and report.status.is_trustworthy
+    gripper.release()
+    follow("moving")
+    assert not gripper.is_closed

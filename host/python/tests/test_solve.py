@@ -1,0 +1,309 @@
+"""Cases and their solutions."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import json
+import pathlib
+import pickle
+import subprocess
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import fre
+
+# What differs from run to run.
+MEASURED = "elapsed_us"
+
+
+def without_times(text: str) -> list[dict[str, object]]:
+    places = json.loads(text)
+    for place in places:
+        place.pop(MEASURED)
+    return list(places)
+
+
+@pytest.mark.parametrize(
+    "name", ["block-parallel.toml", "bore.toml", "cylinder-mid.toml", "ellipse.toml", "wall.toml"]
+)
+def test_results_are_those_of_the_command_to_the_last_digit(program: str, examples: pathlib.Path, name: str) -> None:
+    run = subprocess.run([program, "solve", examples / name, "--format", "json"], capture_output=True, text=True)
+    assert run.returncode in (0, 2), run.stderr
+    solution = fre.solve(examples / name)
+    assert without_times(solution.json()) == without_times(run.stdout)
+    # Attributes have the same digits.
+    for place, expected in zip(solution, json.loads(run.stdout)):
+        assert place.status.value == expected["status"]
+        if expected["force_n"] is not None:
+            assert place.force_n.tolist() == expected["force_n"]
+            assert place.front_mm.tolist() == expected["front_mm"]
+            assert place.sensitivity is not None
+            assert place.sensitivity["force_per_centre_mm_n"].tolist() == expected["sensitivity"]["force_per_centre_mm_n"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (fre.Options(scheme="paper", elements="24/3", physics="paper"), ["--scheme", "paper", "--elements", "24/3", "--physics", "paper"]),
+        (fre.Options(elements="reduced", precision="f32"), ["--elements", "reduced", "--precision", "f32"]),
+        (fre.Options(samples=2, softness_mm_per_n=1e-3), ["--samples", "2", "--softness-mm-per-n", "1e-3"]),
+    ],
+)
+def test_options_are_those_of_the_command(
+    program: str, examples: pathlib.Path, options: fre.Options, words: list[str]
+) -> None:
+    case = examples / "cylinder-mid.toml"
+    run = subprocess.run([program, "solve", case, "--format", "json", *words], capture_output=True, text=True)
+    assert without_times(fre.solve(case, options).json()) == without_times(run.stdout)
+
+
+def test_every_name_of_the_json_is_an_attribute(case: fre.Case) -> None:
+    solution = fre.solve(case)
+    for place in solution:
+        for name, value in place.to_dict().items():
+            found = getattr(place, name)
+            if isinstance(value, list) and value:
+                assert len(found) == len(value), name
+        # Beside what may come later, the names that a type checker sees are those of the JSON.
+        seen = {name for name in vars(fre.Place) if not name.startswith("_")} - {"to_dict"}
+        seen -= {"status"}
+        optional = {"distance_mm", "time_s"}
+        assert seen - optional <= set(place.to_dict()), seen - set(place.to_dict())
+
+
+def test_arrays_of_all_places_are_the_places_own(case: fre.Case) -> None:
+    solution = fre.solve(case)
+    assert len(solution) == 4 and solution[-1] == list(solution)[3]
+    assert solution.force_n.shape == (4, 2)
+    for name in ("force_n", "force_magnitude_n", "motor_torque_nmm", "energy_nmm", "tip_mm"):
+        expected = [getattr(place, name) for place in solution]
+        np.testing.assert_array_equal(getattr(solution, name), np.array(expected))
+    np.testing.assert_array_equal(solution.places, [-2.0, 2.0, 4.0, 8.0])
+    assert [status.name for status in solution.status] == ["no_contact", "converged", "converged", "converged"]
+    assert solution.is_trustworthy
+    np.testing.assert_array_equal(
+        solution.column("max_strain.front"), [place.to_dict()["max_strain"]["front"] for place in solution]
+    )
+    with pytest.raises(ValueError):
+        solution[1].front_mm[0, 0] = 1.0
+    with pytest.raises(IndexError):
+        solution[4]
+
+
+def test_without_a_trustworthy_status_there_is_no_number() -> None:
+    # The object is around the finger and its motor: no angle is free of contact.
+    case = fre.Case("preset:ladder-80", fre.Circle(200.0, (41.0, 45.0)), fre.Rotation([0.0, 5.0]))
+    solution = fre.solve(case)
+    bad = solution[-1]
+    assert bad.status is fre.Status.out_of_range
+    assert not bad.status.is_trustworthy and not solution.is_trustworthy
+    assert np.isnan(bad.force_n).all() and np.isnan(bad.force_magnitude_n) and bad.front_mm.shape == (0, 2)
+    assert bad.max_strain is None and bad.contacts == ()
+    assert np.isnan(solution.force_magnitude_n).all() and "<svg" not in (solution.svg() or "")
+
+
+def test_statuses_have_the_words_of_the_contract() -> None:
+    words = (
+        "converged tracking no-contact snapped max-iterations stagnated folded contact-capacity out-of-range stale "
+        "precision unsettled updating"
+    )
+    assert [status.value for status in fre.Status] == words.split()
+    assert all(status.name == status.value.replace("-", "_") for status in fre.Status)
+    assert [status.name for status in fre.Status if status.is_trustworthy] == ["converged", "tracking", "no_contact", "snapped"]
+
+
+def test_everything_can_be_pickled(case: fre.Case) -> None:
+    solution = fre.solve(case)
+    for thing in (case, case.finger, case.object, case.motion, fre.Options(elements="48/2"), fre.Status.folded):
+        assert pickle.loads(pickle.dumps(thing)) == thing
+    again = pickle.loads(pickle.dumps(solution))
+    assert again.json() == solution.json() and again.case == case and again.svg() == solution.svg()
+    place = pickle.loads(pickle.dumps(solution[2]))
+    assert place == solution[2]
+    assert pickle.loads(pickle.dumps(solution[2].max_strain)) == solution[2].max_strain
+
+
+def test_a_notebook_shows_the_picture_of_the_command(program: str, examples: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    case = examples / "cylinder-mid.toml"
+    subprocess.run([program, "solve", case, "--plot", tmp_path / "p.svg"], check=True, capture_output=True)
+    solution = fre.solve(case)
+    assert solution._repr_svg_() == (tmp_path / "p.svg").read_text()
+    strain = solution.svg("strain", at=0)
+    assert strain is not None and strain.startswith("<svg") and strain != solution.svg("strain")
+    with pytest.raises(ValueError, match="kind = \"side\": allowed is finger, force, pressure, strain"):
+        solution.svg("side")  # type: ignore[arg-type]
+
+
+def test_bad_input_names_its_key() -> None:
+    circle, motion = fre.Circle(40.0, (41.0, 45.0)), fre.Rotation([2.0])
+    with pytest.raises(fre.CaseError) as error:
+        fre.Case(fre.Finger.preset("ladder-80").with_values({"front.thickness_mm": -1.0}), circle, motion)
+    assert isinstance(error.value, ValueError)
+    assert error.value.key == "finger.front.thickness_mm" and "allowed is" in str(error.value)
+    with pytest.raises(fre.CaseError) as error:
+        fre.Case("preset:ladder-80", fre.Circle(-1.0, (41.0, 45.0)), motion)
+    assert error.value.key == "object.radius_mm"
+    with pytest.raises(fre.CaseError) as error:
+        fre.Case(fre.Finger.preset("ladder-80").with_values({"front.thicknes_mm": 2.0}), circle, motion)
+    assert error.value.key == "finger.front.thicknes_mm" and "thickness_mm" in str(error.value)
+    with pytest.raises(fre.CaseError, match="object.radius_mm") as error:
+        fre.Case("preset:ladder-80", circle, motion).with_values({"object.radius": 2.0})
+    assert error.value.key == "object.radius"
+    for options, key in [({"scheme": "euler"}, "scheme"), ({"elements": "1"}, "elements"), ({"samples": 17}, "samples")]:
+        with pytest.raises(fre.CaseError) as error:
+            fre.Options(**options)  # type: ignore[arg-type]
+        assert error.value.key == key
+    with pytest.raises(fre.CaseError) as error:
+        fre.solve(fre.Case("preset:ladder-80", circle, motion), fre.Options(softness_mm_per_n=-1.0))
+    assert error.value.key == "softness_mm_per_n"
+
+
+def test_a_file_with_a_fault_names_line_and_key(tmp_path: pathlib.Path) -> None:
+    file = tmp_path / "case.toml"
+    file.write_text(
+        'finger = "preset:ladder-80"\n[object]\nshape = "circle"\nradius_mm = "wide"\ncentre_mm = [41, 45]\n'
+        "[motion]\nmotor_angles_deg = [2]\n"
+    )
+    with pytest.raises(fre.CaseError) as error:
+        fre.solve(file)
+    assert (error.value.key, error.value.line) == ("object.radius_mm", 4)
+    assert str(file) in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "key"),
+    [
+        ({"lamellae.kind": "rib"}, "finger.lamellae.kind"),
+        ({"material.prony": [[0.15, 0.1]]}, "finger.material.prony"),
+    ],
+)
+def test_physics_that_is_missing_is_refused_by_name(values: dict[str, object], key: str) -> None:
+    finger = fre.Finger.preset("ladder-80").with_values(values)
+    try:
+        fre.Case(finger, fre.Circle(40.0, (41.0, 45.0)), fre.Rotation([2.0]))
+    except fre.CaseError as error:
+        assert error.key is not None and error.key.startswith(key)
+
+
+def test_a_finger_is_the_same_as_dictionary_toml_and_file(tmp_path: pathlib.Path) -> None:
+    finger = fre.Finger.preset("ladder-80")
+    file = tmp_path / "mine.toml"
+    file.write_text(finger.toml())
+    assert fre.Finger(finger.to_dict()) == fre.Finger.parse(finger.toml()) == fre.Finger.read(file) == finger
+    assert finger["hinge.length_mm"] == 2.5 and finger["lamellae.heights_mm.1"] == 18
+    thick = finger.with_values({"front.thickness_mm": np.float64(2.5), "lamellae.heights_mm.0": 10})
+    assert (thick["front.thickness_mm"], thick["lamellae.heights_mm.0"], finger["front.thickness_mm"]) == (2.5, 10, 2.0)
+    with pytest.raises(KeyError):
+        finger["front.colour"]
+    assert fre.PRESETS == ("ladder-80", "fea-80", "dhas-80")
+    with pytest.raises(ValueError, match="no preset; allowed is ladder-80"):
+        fre.Finger.preset("hand")
+
+
+def test_objects_and_motions_come_back_from_a_case() -> None:
+    objects: list[fre.Object] = [
+        fre.Circle(40.0, (41.0, 45.0)),
+        fre.Ellipse((41.0, 45.0), (30.0, 20.0), 15.0),
+        fre.Polygon(((20.0, 30.0), (60.0, 30.0), (60.0, 60.0)), 2.0),
+        fre.HalfPlane((12.0, 0.0), (-1.0, 0.0)),
+        fre.Bore(200.0, (-150.0, 45.0)),
+    ]
+    motions: list[fre.Motion] = [fre.Rotation([1.0, 2.5]), fre.Translation((1.0, 0.0), [1.0, 2.0])]
+    for thing in objects:
+        for motion in motions:
+            case = fre.Case("preset:ladder-80", thing, motion)
+            assert case.object == thing and case.motion == motion
+            assert fre.Case.parse(case.toml()) == case
+
+
+def test_a_batch_is_the_same_as_one_by_one(case: fre.Case) -> None:
+    radii, heights = [30.0, 40.0, 50.0], [40.0, 45.0, 50.0]
+    many = fre.solve_many(case, {"object.radius_mm": radii, "object.centre_mm.1": heights})
+    for solution, radius, height in zip(many, radii, heights):
+        one = fre.solve(case.with_values({"object.radius_mm": radius, "object.centre_mm.1": height}))
+        assert without_times(solution.json()) == without_times(one.json())
+        assert solution.case == one.case
+    # An object around the finger is a status, no exception.
+    statuses = [solution.status[-1] for solution in fre.solve_many(case, {"object.radius_mm": [40.0, 200.0, 40.0]})]
+    assert [status.name for status in statuses] == ["converged", "out_of_range", "converged"]
+    with pytest.raises(fre.CaseError, match="at index 1.*radius_mm") as error:
+        fre.solve_many(case, {"object.radius_mm": [40.0, -1.0]})
+    assert error.value.key == "object.radius_mm"
+    with pytest.raises(fre.CaseError, match="object.radius_mm 2, object.centre_mm.1 3"):
+        fre.solve_many(case, {"object.radius_mm": [40.0, 41.0], "object.centre_mm.1": heights})
+    with pytest.raises(fre.CaseError) as error:
+        fre.solve_many(case, {"object.size": [40.0]})
+    assert error.value.key == "object.size"
+
+
+def test_python_goes_on_while_a_batch_is_solved(case: fre.Case) -> None:
+    steps: list[int] = []
+    end = threading.Event()
+
+    def count() -> None:
+        while not end.is_set():
+            steps.append(1)
+            time.sleep(1e-4)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    before = len(steps)
+    fre.solve_many(case, {"object.radius_mm": np.linspace(30.0, 50.0, 64)}, threads=1)
+    during = len(steps) - before
+    end.set()
+    thread.join()
+    # With the interpreter held there would be none, or the one that waited.
+    assert during > 5
+
+
+def test_the_first_example_of_the_package_is_true() -> None:
+    names = {"fre": fre, "Finger": fre.Finger}
+    for module in ("fre", "fre.finger", "fre.optimisation"):
+        found = doctest.testmod(importlib.import_module(module), extraglobs=names)
+        assert found.failed == 0 and found.attempted > 0, module
+
+
+def test_a_follower_goes_the_way_of_a_solution(case: fre.Case) -> None:
+    follower = fre.Follower(case)
+    for place in fre.solve(case):
+        found, expected = follower.follow(place.motor_angle_deg).to_dict(), place.to_dict()
+        for name in ("elapsed_us", "first_branch"):
+            found.pop(name), expected.pop(name)
+        assert found == expected
+    # Wherever it is sent, and back.
+    assert follower.follow(3.3).status is fre.Status.converged
+    assert follower.follow(-5.0).status is fre.Status.no_contact
+    for wrong in (float("nan"), 181.0):
+        with pytest.raises(fre.CaseError) as error:
+            follower.follow(wrong)
+        assert error.value.key == "to"
+    assert pickle.loads(pickle.dumps(follower)).follow(2.0).status is fre.Status.converged
+
+
+def test_pictures_of_matplotlib_show_the_solution(case: fre.Case) -> None:
+    import matplotlib
+
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+
+    from fre import plot
+
+    solution = fre.solve(case)
+    ax = plot.force(solution, color="k")
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), solution.force_magnitude_n)
+    ax = plot.finger(solution)
+    np.testing.assert_array_equal(np.column_stack(ax.lines[0].get_data()), solution[-1].front_mm)
+    # The object's outline touches the finger's front, half its thickness away.
+    outline = np.column_stack(ax.lines[-1].get_data())
+    nearest = min(np.hypot(*(outline - point).T).min() for point in solution[-1].front_mm)
+    assert abs(nearest - 1.0) < 0.05
+    ax = plot.pressure(solution)
+    assert np.size(ax.lines[0].get_xdata()) == len(solution[-1].contact_pressure)
+    jaws = fre.Case("preset:ladder-80", fre.Circle(40.0, (41.0, 45.0)), fre.Translation((1.0, 0.0), [1.0, 3.0]))
+    assert plot.force(fre.solve(jaws)).get_xlabel() == "distance (mm)"
+    plot.finger(fre.solve(jaws), at=1)
+    plt.close("all")
