@@ -108,6 +108,7 @@ fn time(time: &Time) -> Value {
         "precision": time.precision,
         "warm_us": time.warm_us,
         "cold_us": time.cold_us,
+        "places_per_s": time.places_per_s,
     })
 }
 
@@ -147,6 +148,7 @@ const PC: &[(&str, Kind)] = &[
     ("precision", Kind::OneOf(&["f32", "f64"])),
     ("warm_us", Kind::Positive),
     ("cold_us", Kind::Positive),
+    ("places_per_s", Kind::Positive),
 ];
 
 const PEER: &[(&str, Kind)] = &[
@@ -205,7 +207,14 @@ mod tests {
             derivatives: None,
             differs_from_pc: Some(0),
         };
-        let time = Time { model: "fine", physics: Physics::Paper, precision: "f64", warm_us: 1.5, cold_us: 20.0 };
+        let time = Time {
+            model: "fine",
+            physics: Physics::Paper,
+            precision: "f64",
+            warm_us: 1.5,
+            cold_us: 20.0,
+            places_per_s: 9e4,
+        };
         let peer = Peer { cold_us: 4e4, warm_us: 2e4, ratio_cold: 20.0, ratio_warm: 200.0, apart: 1e-9, compared: 31 };
         take(Figures {
             rustc: "rustc 1.95.0",

@@ -2,6 +2,7 @@
 //!
 //! Warm: one count of the servo's sensor (360°/4096), the least of the repetitions of each tick in contact of closing to 11° and
 //! opening again, median over the ticks. Cold: from no contact to 11° by continuation in steps of 1°, the least of the repetitions.
+//! Throughput: places solved per second by one core, 1° apart from no contact to 11°, each asked for by itself as a study asks.
 
 use std::time::{Duration, Instant};
 
@@ -17,6 +18,8 @@ use crate::peer;
 
 const LAST_DEG: f64 = 11.0;
 const LAST_COUNT: i32 = LAST_DEG as i32 * 4096 / 360;
+/// Places of a study: 1° to the last angle.
+const PLACES: u32 = LAST_DEG as u32;
 const SWEEPS: usize = 12;
 const COLD_SOLVES: usize = 31;
 /// The counts over which a peer is compared.
@@ -38,6 +41,8 @@ pub struct Time {
     pub warm_us: f64,
     /// From no contact to the last angle, µs.
     pub cold_us: f64,
+    /// Places per second and core, 1° apart.
+    pub places_per_s: f64,
 }
 
 /// A discretisation: model, samples per element, physics.
@@ -109,8 +114,26 @@ fn time<T: Real, S: Size>(model: &'static str, how: &Discretisation, precision: 
             bail!("{model}, {}, {precision}: {} at {LAST_DEG}°", word(how.physics), outcome.status);
         }
     }
-    let warm_us = median_us(&mut warm);
-    Ok(Time { model, physics: how.physics, precision, warm_us, cold_us: cold.as_secs_f64() * 1e6 })
+    let mut study = Duration::MAX;
+    for _ in 0..COLD_SOLVES {
+        let clock = Instant::now();
+        follower.start(0.0);
+        for place in 1..=PLACES {
+            let outcome = follower.follow(f64::from(place).to_radians());
+            if !outcome.status.is_trustworthy() {
+                bail!("{model}, {}, {precision}: {} at {place}°", word(how.physics), outcome.status);
+            }
+        }
+        study = clock.elapsed().min(study);
+    }
+    Ok(Time {
+        model,
+        physics: how.physics,
+        precision,
+        warm_us: median_us(&mut warm),
+        cold_us: cold.as_secs_f64() * 1e6,
+        places_per_s: f64::from(PLACES) / study.as_secs_f64(),
+    })
 }
 
 fn median_us(times: &mut [Duration]) -> f64 {

@@ -89,17 +89,20 @@ pub fn peer(peer: &Peer) -> String {
 
 /// The PC's table.
 pub fn pc(times: &[Time]) -> String {
-    let mut text =
-        format!("{:<17} {:<9} {:<9} {:>12} {:>16}\n", "model", "physics", "precision", "a count, µs", "0 to 11°, µs");
+    let mut text = format!(
+        "{:<17} {:<9} {:<9} {:>12} {:>16} {:>18}\n",
+        "model", "physics", "precision", "a count, µs", "0 to 11°, µs", "places of 1° per s"
+    );
     for time in times {
         let _ = writeln!(
             text,
-            "{:<17} {:<9} {:<9} {:>12.1} {:>16.1}",
+            "{:<17} {:<9} {:<9} {:>12.1} {:>16.1} {:>18.0}",
             time.model,
             word(time.physics),
             time.precision,
             time.warm_us,
-            time.cold_us
+            time.cold_us,
+            time.places_per_s
         );
     }
     text.push_str(&ratios(times));
