@@ -110,7 +110,7 @@ def sweep(
         raise FileExistsError(f"{parts} holds another sweep; remove it, or give another name")
     _write(identity, name.encode())
 
-    def solve(points: range) -> pyarrow.Table:
+    def solve(points: range) -> bytes:
         return _solved(text, axes, angles, shapes, options, points)
 
     done = [_points(path) for path in parts.glob("points-*.parquet")]
@@ -121,14 +121,12 @@ def sweep(
     if gaps:
         size = _task_size(solve, gaps[0], task_s)
         tasks = [range(first, min(first + size, gap.stop)) for gap in gaps for first in range(gap.start, gap.stop, size)]
-        for number, table in each(solve, tasks):
-            sink = pyarrow.BufferOutputStream()
-            pyarrow.parquet.write_table(table, sink)
-            _write(parts / _file(tasks[number]), sink.getvalue())
+        for number, part in each(solve, tasks):
+            _write(parts / _file(tasks[number]), part)
             known += len(tasks[number])
             if progress is not None:
                 progress(known, points)
-            del table, sink
+            del part
     rows = _join(parts, out, name)
     for path in parts.iterdir():
         path.unlink()
@@ -170,12 +168,16 @@ def bootstrap(
 
 def _solved(
     text: str, axes: Any, angles: list[float] | None, shapes: bool, options: Options, points: range
-) -> pyarrow.Table:
-    """The rows of some points, solved by one thread."""
+) -> bytes:
+    """The rows of some points as Parquet, solved by one thread. The program that asked has nothing left to do but to write them: it is
+    one for the whole cluster."""
     rows = _Rows(None, None, shapes, None, (points.start, points.stop))
     columns, _ = _core.sweep(Case.parse(text)._case, axes, angles, rows, 1, options, None)
     assert columns is not None
-    return pyarrow.table({name: _array(name, column) for name, column in columns.items()})
+    sink = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(pyarrow.table({name: _array(name, column) for name, column in columns.items()}), sink)
+    found: bytes = sink.getvalue().to_pybytes()
+    return found
 
 
 def _array(name: str, column: Any) -> pyarrow.Array:
@@ -189,7 +191,7 @@ def _array(name: str, column: Any) -> pyarrow.Array:
     return pyarrow.array(column, types[kind])
 
 
-def _task_size(solve: Callable[[range], pyarrow.Table], gap: range, task_s: float) -> int:
+def _task_size(solve: Callable[[range], bytes], gap: range, task_s: float) -> int:
     """Points of a task: solves a few here to see what one takes."""
     count, begin = 1, time.perf_counter()
     solve(range(gap.start, gap.start + 1))
