@@ -2,7 +2,8 @@
 
 use std::boxed::Box;
 
-use super::{Attempt, Follower, NEAR_ENOUGH, Settings};
+use super::attempt::Attempt;
+use super::{Follower, NEAR_ENOUGH, Settings};
 use crate::design::Profile;
 use crate::design::tests::ladder_80;
 use crate::discretise::{Discretisation, Physics};

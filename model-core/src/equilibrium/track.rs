@@ -4,7 +4,8 @@
 //! was found before it, so that residual says how far the result may be trusted; where it is too large, or anything else about
 //! the step is out of the ordinary, the tick goes on with Newton's method to convergence.
 
-use super::{Follower, NEAR_ENOUGH, Outcome, Phase};
+use super::attempt::{MANY, NEAR_ENOUGH};
+use super::{Follower, Outcome, Phase};
 use crate::newton::gaps;
 use crate::newton::{Hessian, step};
 use crate::object::Object;
@@ -75,7 +76,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         loop {
             let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::of(NEAR));
             if outcome.iterations == 0 && self.ladder.fineness <= 1 {
-                gaps::thin(&mut self.work, super::MANY);
+                gaps::thin(&mut self.work, MANY);
             }
             self.sweep = sweep;
             self.note(&residual, &mut outcome);

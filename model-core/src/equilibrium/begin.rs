@@ -1,0 +1,103 @@
+//! Where the following of a motion can begin, and how far its steps may go.
+
+use super::phase::Phase;
+use super::{Follower, START_CHECKS};
+use crate::access::Access;
+use crate::newton::step;
+use crate::object::{Motion, Object};
+use crate::real::Real;
+use crate::size::Size;
+use crate::units::Seen;
+
+impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
+    /// Puts the undeformed finger where the following of a motion to `first` can begin: at the largest coordinate not
+    /// above `first` at which the object lies clear in front of the finger, searched back over a half turn (or 500 units of
+    /// length) at most [`START_CHECKS`] places, a quarter of the largest step apart where that many reach.
+    ///
+    /// Returns false, and leaves the follower lost, if there is none.
+    pub fn start(&mut self, first: f64) -> bool {
+        self.phase = Phase::Lost;
+        if self.ladder.cells == 0 || !first.is_finite() {
+            return false;
+        }
+        let (step, reach) = match self.motion {
+            Motion::Rotating { .. } => (self.settings.max_angle_step, core::f64::consts::PI),
+            Motion::Translating { .. } => {
+                let unit = self.ladder.units.length.to_f64();
+                (self.settings.max_distance_step * unit, 500.0 * unit)
+            }
+        };
+        let pace = (0.25 * step).max(reach / f64::from(START_CHECKS - 1));
+        let mut places = (0..START_CHECKS).map(|check| f64::from(check) * pace).take_while(|back| *back <= reach);
+        places.any(|back| self.begin(first - back))
+    }
+
+    /// Puts the undeformed finger at a coordinate if the object lies clear in front of it there; otherwise the follower is
+    /// lost. One evaluation of the gaps.
+    pub fn begin(&mut self, coordinate: f64) -> bool {
+        self.rest();
+        self.phase = Phase::Lost;
+        let clear = self.ladder.cells > 0 && self.is_clear(T::of(coordinate));
+        if clear {
+            self.at = T::of(coordinate);
+            self.phase = Phase::Following;
+        }
+        clear
+    }
+
+    /// The finger at rest neither touches the object nor has passed it: the object lies on the front beam's outer side.
+    pub(super) fn is_clear(&mut self, coordinate: T) -> bool {
+        self.state.rest();
+        let object = self.seen(coordinate);
+        let (_, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
+        sweep.nearest >= T::ZERO && !self.rests_behind(&sweep)
+    }
+
+    /// Looks for contacts as densely as the object asks.
+    #[inline(never)]
+    pub(super) fn refine(&mut self) {
+        self.ladder.refine(Seen::new(self.object, &self.ladder.units).sharpest());
+    }
+
+    /// Largest step of the coordinate.
+    pub(super) fn max_step(&self) -> T {
+        self.largest_step
+    }
+
+    /// Allows the largest steps: what the settings say, and on a sharp object less, so that none passes through it unseen.
+    pub(super) fn allow_steps(&mut self) {
+        self.largest_step = self.step_on_object();
+        self.step = self.largest_step;
+    }
+
+    #[inline(never)]
+    pub(super) fn step_on_object(&self) -> T {
+        let (allowed, unit) = match self.motion {
+            Motion::Rotating { .. } => (T::of(self.settings.max_angle_step), T::one()),
+            Motion::Translating { .. } => {
+                let unit = self.ladder.units.length;
+                (T::of(self.settings.max_distance_step) * unit, unit)
+            }
+        };
+        if self.ladder.fineness <= 1 {
+            return allowed;
+        }
+        let arm = match self.motion {
+            Motion::Rotating { axis } => {
+                let [x, y] = axis.map(|place| T::of(place) / self.ladder.units.length);
+                let [u, v] = self.ladder.base;
+                let length = self.ladder.samples.as_ref().at(self.ladder.sample_count.saturating_sub(1)).arc;
+                ((x - u) * (x - u) + (y - v) * (y - v)).sqrt() + length
+            }
+            Motion::Translating { .. } => T::one(),
+        };
+        allowed.min(T::of(0.5) * self.ladder.sharpest / arm * unit)
+    }
+
+    /// The object as the solver sees it at a coordinate: in the finger's frame and units.
+    // Every shape's displacement: one copy of it in the flash.
+    #[inline(never)]
+    pub(super) fn seen(&self, coordinate: T) -> Seen<T, O> {
+        Seen::new(self.object.displaced(&self.motion.world_to_finger(coordinate)), &self.ladder.units)
+    }
+}

@@ -1,0 +1,99 @@
+//! What the follower does from call to call: follow, look beyond the end of a branch, or wait for the way back.
+
+use super::{Follower, Outcome};
+use crate::object::Object;
+use crate::real::Real;
+use crate::size::Size;
+use crate::status::Status;
+
+/// What the follower is doing between calls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Phase<T> {
+    /// There is no accepted equilibrium.
+    Lost,
+    /// At an accepted equilibrium.
+    Following,
+    /// On the way from the end of a branch to rest.
+    Folding { target: T, shift: T, spent: u32 },
+    /// The branch cannot be followed beyond the accepted equilibrium and no other was found; the path back is open.
+    Ended { forward: bool },
+}
+
+/// Ends of branches that one call looks beyond. Where two branches end into each other, more would go on for ever.
+const FOLDS: u32 = 24;
+impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
+    /// Follows the equilibrium towards a coordinate with at most `budget` Newton iterations and accepted steps.
+    ///
+    /// With `max-iterations` the coordinate was not reached yet; the next call goes on from where this one stopped.
+    pub fn follow_within(&mut self, to: f64, budget: u32) -> Outcome {
+        let mut outcome = Outcome {
+            status: Status::OutOfRange,
+            iterations: 0,
+            steps: 0,
+            snaps: 0,
+            hops: 0,
+            gradient: 0.0,
+            length: 0.0,
+        };
+        if self.ladder.cells == 0 || !to.is_finite() {
+            return outcome;
+        }
+        let to = T::of(to);
+        let mut folds = 0;
+        loop {
+            match self.phase {
+                Phase::Lost => {
+                    // An open hand is a new beginning.
+                    if !self.is_clear(to) {
+                        outcome.status = Status::OutOfRange;
+                        return outcome;
+                    }
+                    self.rest();
+                    self.at = to;
+                }
+                Phase::Ended { forward } => {
+                    if (to > self.at) == forward {
+                        outcome.status = self.or_open_hand(to, self.failed);
+                        return outcome;
+                    }
+                    self.phase = Phase::Following;
+                }
+                Phase::Folding { target, shift, spent } => {
+                    let left = budget.saturating_sub(outcome.iterations);
+                    if left == 0 {
+                        outcome.status = Status::MaxIterations;
+                        return outcome;
+                    }
+                    folds += u32::from(spent == 0);
+                    if folds > FOLDS {
+                        self.state.copy_from(&self.accepted, &self.ladder);
+                        self.phase = Phase::Ended { forward: target > self.at };
+                        continue;
+                    }
+                    self.fold(target, shift, spent, left, &mut outcome);
+                }
+                Phase::Following => {
+                    let done = self.advance(to, budget, &mut outcome);
+                    if let Some(status) = done {
+                        let failed = !status.is_trustworthy();
+                        outcome.status = if failed { self.or_open_hand(to, status) } else { status };
+                        return outcome;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Where no branch leads on but the object lies clear of the undeformed finger, that is the equilibrium: an open hand
+    /// is always a new beginning. Otherwise the accepted state is shown with the status that says what failed.
+    pub(super) fn or_open_hand(&mut self, to: T, failed: Status) -> Status {
+        // A budget that ran out says nothing about the branch.
+        if failed != Status::MaxIterations && self.is_clear(to) {
+            self.rest();
+            self.accept(to);
+            return Status::NoContact;
+        }
+        self.show_accepted();
+        failed
+    }
+}
