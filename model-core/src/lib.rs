@@ -102,6 +102,7 @@ pub mod random_designs;
 pub mod real;
 pub mod sensitivity;
 pub mod size;
+mod state;
 pub mod status;
 pub mod uncertainty;
 pub mod units;

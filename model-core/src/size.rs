@@ -148,8 +148,9 @@ fixed_size!(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ladder::{Ladder, State};
+    use crate::ladder::Ladder;
     use crate::newton::Workspace;
+    use crate::state::State;
     use core::mem::size_of;
 
     /// Three states and the workspace, and the model's constants, bytes.

@@ -30,8 +30,8 @@ fn on_the_way<T: Real>() -> Tolerance<T> {
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// One step towards `to`; the status if the call ends with it.
     pub(super) fn advance(&mut self, to: T, budget: u32, outcome: &mut Outcome) -> Option<Status> {
-        let remaining = to - self.at;
-        let untouched = self.accepted.touching_count == 0 && self.accepted.load == [T::ZERO; 2];
+        let remaining = to - self.timeline.at();
+        let untouched = self.timeline.accepted.touching_count == 0 && self.timeline.accepted.load == [T::ZERO; 2];
         if untouched && remaining.abs() > self.max_step() && self.is_clear(to) {
             // From one open hand to another nothing happens on the way.
             self.accept(to);
@@ -43,18 +43,18 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let target = if reaches {
             to
         } else if remaining > T::ZERO {
-            self.at + size
+            self.timeline.at() + size
         } else {
-            self.at - size
+            self.timeline.at() - size
         };
         // A step costs at least an evaluation, also where it needs no iteration.
         let left = budget.saturating_sub(outcome.iterations + outcome.steps);
         if left == 0 && outcome.steps > 0 {
             return Some(Status::MaxIterations);
         }
-        self.extrapolate(target);
+        self.timeline.predict(target, &self.ladder);
         let tolerance = if reaches { T::TOLERANCE } else { on_the_way() };
-        let allowed = self.patience((target - self.at).abs(), reaches);
+        let allowed = self.patience((target - self.timeline.at()).abs(), reaches);
         let attempt = self.newton(target, allowed, left, tolerance);
         outcome.iterations += attempt.iterations;
         self.note(&attempt.residual, outcome);
@@ -74,12 +74,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.step = (size + size).min(self.max_step());
             return (reaches && self.phase == Phase::Following).then(|| self.standing());
         }
-        self.state.copy_from(&self.accepted, &self.ladder);
+        self.timeline.reject(&self.ladder);
         if left == 0 && attempt.status == Status::MaxIterations {
             // Nothing was tried, so that nothing is known of the step.
             return Some(Status::MaxIterations);
         }
-        self.extrapolates = false;
+        self.timeline.stop_predicting();
         let half = size.min(remaining.abs()) * T::of(0.5);
         // A step that had its due, or a whole call to itself, has failed; another call would only repeat it.
         let due = allowed.min(PATIENCE).min(budget);
@@ -98,7 +98,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         } else if !out_of_budget {
             // Just past the end the energy's slope is too faint to follow: go a small step further.
             let past = self.max_step() * T::of(FOLD_STEP);
-            let target = if remaining > T::ZERO { self.at + past } else { self.at - past };
+            let target = if remaining > T::ZERO { self.timeline.at() + past } else { self.timeline.at() - past };
             self.failed = attempt.cause();
             self.phase = Phase::Folding { target, shift: T::of(FOLD_SHIFT), spent: 0 };
         }
@@ -118,13 +118,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Takes the present state. If it is one without contact whose rest position the object is in the way of, or behind (the
     /// finger has slipped off and past it), there is no equilibrium that the model knows of: the follower is lost.
     pub(super) fn accept(&mut self, at: T) {
-        if self.state.touching_count == 0 && self.state.load == [T::ZERO; 2] {
+        if self.timeline.present.touching_count == 0 && self.timeline.present.load == [T::ZERO; 2] {
             // Nothing touches: the rest position exactly, whatever the iterations left behind.
-            self.state.rest();
+            self.timeline.present.rest();
             self.snapped = false;
             (self.drift, self.fall) = (T::ZERO, Fall::NONE);
             let object = self.seen(at);
-            (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
+            (_, self.sweep) = step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, T::ZERO);
             if self.sweep.nearest < -T::TOLERANCE.length || self.rests_behind(&self.sweep) {
                 self.phase = Phase::Lost;
             }
@@ -133,23 +133,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(super) fn keep(&mut self, at: T) {
-        // A coordinate that has come again tells nothing of the motion.
-        if at != self.at && !self.is_marked {
-            self.previous.copy_from(&self.accepted, &self.ladder);
-            self.before = self.at;
-        }
-        self.accepted.copy_from(&self.state, &self.ladder);
         self.bar(at);
-        self.at = at;
-        self.extrapolates = !self.is_marked && self.accepted.touching_count > 0 && self.previous.touching_count > 0;
-    }
-
-    /// Moves the state on to a coordinate along the line through the last two accepted ones.
-    pub(super) fn extrapolate(&mut self, target: T) {
-        let (step, last) = (target - self.at, self.at - self.before);
-        if !self.extrapolates || last == T::ZERO || step.abs() > T::of(4.0) * last.abs() {
-            return;
-        }
-        self.state.extrapolate(&self.previous, step / last, &self.ladder);
+        self.timeline.accept(at, &self.ladder);
     }
 }

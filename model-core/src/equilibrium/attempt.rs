@@ -75,15 +75,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             least_pace: T::of(1e30),
             residual: Residual { gradient: T::of(1e30), length: T::of(1e30) },
         };
-        let small = (coordinate - self.at).abs() <= T::of(0.25) * self.max_step();
+        let small = (coordinate - self.timeline.at()).abs() <= T::of(0.25) * self.max_step();
         let (mut best, mut last) = (T::of(1e30), T::of(1e30));
         let mut stalled = 0;
         let mut lags = false;
         loop {
             let (residual, sweep) = if lags {
-                step::residuals(&self.ladder, &self.state, &mut self.work, &object, margin)
+                step::residuals(&self.ladder, &self.timeline.present, &mut self.work, &object, margin)
             } else {
-                step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin)
+                step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin)
             };
             if attempt.iterations == 0 && small && self.ladder.fineness <= 1 {
                 gaps::thin(&mut self.work, MANY);
@@ -106,7 +106,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 if judges {
                     // The last factorisation was made at another state: judge the solution itself.
                     if self.work.shallow {
-                        step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
+                        step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin);
                     }
                     let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
                     (attempt.inertia, attempt.drift) = (Some(inertia), T::ZERO);
@@ -142,7 +142,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 lagged::solve(&self.ladder, &mut self.work)
             } else {
                 if lags {
-                    step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
+                    step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin);
                 }
                 attempt.drift = T::ZERO;
                 step::solve(&self.ladder, &mut self.work, self.settings.hessian, T::ZERO)
@@ -153,7 +153,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let part = step::clip(&self.work);
             attempt.drift += part * self.work.pace;
             attempt.least_pace = attempt.least_pace.min(self.work.pace);
-            step::apply(&self.ladder, &mut self.state, &self.work, part);
+            step::apply(&self.ladder, &mut self.timeline.present, &self.work, part);
             lags = lagged::pays::<T>() && part == T::one() && self.settings.hessian == Hessian::Newton;
         }
     }

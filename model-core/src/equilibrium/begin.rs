@@ -39,7 +39,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.phase = Phase::Lost;
         let clear = self.ladder.cells > 0 && self.is_clear(T::of(coordinate));
         if clear {
-            self.at = T::of(coordinate);
+            self.timeline.stand(T::of(coordinate));
             self.phase = Phase::Following;
         }
         clear
@@ -47,9 +47,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// The finger at rest neither touches the object nor has passed it: the object lies on the front beam's outer side.
     pub(super) fn is_clear(&mut self, coordinate: T) -> bool {
-        self.state.rest();
+        self.timeline.present.rest();
         let object = self.seen(coordinate);
-        let (_, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
+        let (_, sweep) = step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, T::ZERO);
         sweep.nearest >= T::ZERO && !self.rests_behind(&sweep)
     }
 

@@ -49,13 +49,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Remembers the accepted equilibrium, to which [`Self::go_back`] returns without an iteration, until [`Self::unmark`].
     pub(crate) fn mark(&mut self) -> Mark<T, O> {
-        self.previous.copy_from(&self.accepted, &self.ladder);
-        (self.extrapolates, self.is_marked) = (false, true);
+        self.timeline.mark(&self.ladder);
         Mark {
             is_good: self.has_equilibrium(),
             object: self.object,
             motion: self.motion,
-            at: self.at,
+            at: self.timeline.at(),
             snapped: self.snapped,
             drift: self.drift,
             barred: self.barred,
@@ -65,10 +64,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Object and finger are as they were at the mark, which stays. One evaluation.
     #[inline(never)]
     pub(crate) fn go_back(&mut self, mark: &Mark<T, O>) {
-        if !self.is_marked || !mark.is_good {
+        if !self.timeline.is_marked() || !mark.is_good {
             return;
         }
-        self.accepted.copy_from(&self.previous, &self.ladder);
+        self.timeline.go_back(&self.ladder);
         (self.object, self.motion, self.snapped, self.barred) = (mark.object, mark.motion, mark.snapped, mark.barred);
         self.drift = mark.drift;
         self.phase = Phase::Following;
@@ -77,8 +76,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(crate) fn unmark(&mut self) {
-        self.is_marked = false;
-        self.begin_fall(self.at);
+        self.timeline.unmark();
+        self.begin_fall(self.timeline.at());
     }
 
     /// Shifts the object of a marked follower with at most so many Newton iterations and accepted steps. What it leaves behind
@@ -112,7 +111,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 length: 0.0,
             };
         }
-        let (motion, at, barred) = (self.motion, self.at, self.barred);
+        let (motion, at, barred) = (self.motion, self.timeline.at(), self.barred);
         self.barred = Barred::NONE;
         self.object = self.object.displaced(&motion.world_to_finger(at));
         self.motion = path;
@@ -130,9 +129,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// The accepted equilibrium is the first of a new path.
     fn begin_path(&mut self, at: T) {
-        self.at = at;
-        self.before = at;
-        self.extrapolates = false;
+        self.timeline.stand(at);
         self.allow_steps();
     }
 

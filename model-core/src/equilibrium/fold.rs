@@ -40,7 +40,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let (mut shift, mut spent) = (shift, spent);
         let (mut used, mut polishes, mut slow) = (0, 6, false);
         loop {
-            let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, margin);
+            let (residual, sweep) =
+                step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin);
             self.sweep = sweep;
             self.note(&residual, outcome);
             let settled = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
@@ -59,7 +60,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
                 if inertia.is_stable() {
                     if self.largest_move() > T::of(SAME_BRANCH)
-                        || change(self.state.force(), self.accepted.force()) > T::of(SAME_FORCE)
+                        || change(self.timeline.present.force(), self.timeline.accepted.force()) > T::of(SAME_FORCE)
                     {
                         self.snapped = true;
                         outcome.snaps += 1;
@@ -101,7 +102,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 continue;
             }
             let pace = self.work.pace;
-            step::apply(&self.ladder, &mut self.state, &self.work, (T::of(FASTEST) / pace).min(T::one()));
+            step::apply(&self.ladder, &mut self.timeline.present, &self.work, (T::of(FASTEST) / pace).min(T::one()));
             slow = pace < T::of(SLOW);
             if pace > T::of(FASTEST) {
                 shift *= T::of(2.0);
@@ -113,10 +114,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Goes back to the end of the branch, to try further beyond it or to leave it at that.
     fn give_up(&mut self, target: T) {
-        self.state.copy_from(&self.accepted, &self.ladder);
-        let further = (target - self.at) * T::of(4.0);
+        self.timeline.reject(&self.ladder);
+        let further = (target - self.timeline.at()) * T::of(4.0);
         self.phase = if further.abs() <= self.max_step() {
-            Phase::Folding { target: self.at + further, shift: T::of(FOLD_SHIFT), spent: 0 }
+            Phase::Folding { target: self.timeline.at() + further, shift: T::of(FOLD_SHIFT), spent: 0 }
         } else {
             self.step = self.max_step();
             Phase::Ended { forward: further > T::ZERO }
@@ -125,16 +126,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Largest difference of an angle between the present and the accepted state, rad.
     pub(super) fn largest_move(&self) -> T {
-        let now = self.state.angle.as_ref().iter().take(self.ladder.node_count);
-        now.zip(self.accepted.angle.as_ref()).fold(T::ZERO, |most, (&a, &b)| most.max((a - b).abs()))
+        let now = self.timeline.present.angle.as_ref().iter().take(self.ladder.node_count);
+        now.zip(self.timeline.accepted.angle.as_ref()).fold(T::ZERO, |most, (&a, &b)| most.max((a - b).abs()))
     }
 
     /// A small deterministic disturbance of the interior angles, to leave a saddle.
     fn nudge(&mut self) {
-        for (node, angle) in self.state.angle.as_mut().iter_mut().enumerate().take(self.ladder.node_count) {
+        for (node, angle) in self.timeline.present.angle.as_mut().iter_mut().enumerate().take(self.ladder.node_count) {
             let sign = if node % 3 == 0 { T::of(1e-3) } else { T::of(-5e-4) };
             *angle += sign;
         }
-        step::share_joints(&self.ladder, &mut self.state);
+        step::share_joints(&self.ladder, &mut self.timeline.present);
     }
 }

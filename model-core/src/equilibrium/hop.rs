@@ -49,21 +49,20 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The force falls from the accepted state to the present one, further along the motion at `to`; with both. (Whichever way an object
     /// is carried, its force may well fall.)
     fn falls(&self, to: T) -> Option<[[T; 2]; 2]> {
-        let (now, before) = (self.state.force(), self.accepted.force());
-        let closes = to > self.at;
+        let (now, before) = (self.timeline.present.force(), self.timeline.accepted.force());
+        let closes = to > self.timeline.at();
         let square = |v: [T; 2]| v[0] * v[0] + v[1] * v[1];
         let falls = (square(now) < square(before)) == closes;
-        let holds = self.state.touching_count > 0 && self.accepted.touching_count > 0;
-        (holds && falls && to != self.at && !self.is_marked).then_some([now, before])
+        let holds = self.timeline.present.touching_count > 0 && self.timeline.accepted.touching_count > 0;
+        (holds && falls && to != self.timeline.at() && !self.timeline.is_marked()).then_some([now, before])
     }
 
     /// A step to the present state passes over a fall that the last one has not announced: only smaller ones can tell whether it is steep.
     pub(super) fn leaps(&self, to: T) -> bool {
-        let (step, last) = (to - self.at, self.at - self.before);
-        let long = step.abs() > self.window();
+        let long = (to - self.timeline.at()).abs() > self.window();
         long && self.falls(to).is_some_and(|[now, before]| {
-            let slope = if self.extrapolates && last != T::ZERO { step / last } else { T::ZERO };
-            let earlier = self.previous.force();
+            let slope = self.timeline.ahead(to).unwrap_or(T::ZERO);
+            let earlier = self.timeline.previous.force();
             let expected = [0, 1].map(|i| before[i] + slope * (before[i] - earlier[i]));
             change(now, before) > T::of(HOP) && change(now, expected) > T::of(HOP)
         })
@@ -76,7 +75,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return false;
         };
         if (to - self.fall.from).abs() > self.window() {
-            self.fall = Fall { from: self.at, force: before, ..self.fall };
+            self.fall = Fall { from: self.timeline.at(), force: before, ..self.fall };
         }
         // A longer step is one whose fall was announced: it hops if it is as steep all along.
         let ways = ((to - self.fall.from).abs() / self.window()).max(T::one());
@@ -88,6 +87,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// A fall begins at the present state, if one does.
     pub(super) fn begin_fall(&mut self, at: T) {
-        self.fall = Fall { from: at, force: self.state.force(), hopped: false };
+        self.fall = Fall { from: at, force: self.timeline.present.force(), hopped: false };
     }
 }

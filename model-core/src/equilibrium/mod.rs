@@ -24,6 +24,7 @@ mod solution;
 mod strains;
 #[cfg(test)]
 mod tests;
+mod timeline;
 mod track;
 
 pub use settings::Settings;
@@ -32,13 +33,14 @@ pub use track::Tracking;
 use crate::bounds::OutOfBounds;
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
-use crate::ladder::{Ladder, State};
+use crate::ladder::Ladder;
 use crate::newton::gaps::Sweep;
 use crate::newton::residual::{self, Residual};
 use crate::newton::{Hessian, Workspace, step};
 use crate::object::{Motion, Object, Shape};
 use crate::real::Real;
 use crate::size::Size;
+use crate::state::State;
 use crate::status::Status;
 pub use attempt::NEAR_ENOUGH;
 pub(crate) use carry::Mark;
@@ -46,6 +48,7 @@ use hop::Fall;
 use passing::Barred;
 use phase::Phase;
 pub use strains::{Place, Strain};
+use timeline::Timeline;
 
 /// What a call of [`Follower::follow`] did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,26 +78,17 @@ pub const START_CHECKS: u32 = 8192;
 /// `O` is the object's type: one of the built-in shapes unless it is named.
 pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     ladder: Ladder<T, S>,
-    state: State<T, S>,
-    accepted: State<T, S>,
-    /// The accepted state before that, and its coordinate: what the next step is extrapolated from.
-    previous: State<T, S>,
-    before: T,
-    extrapolates: bool,
+    timeline: Timeline<T, S>,
     work: Workspace<T, S>,
     settings: Settings,
     object: O,
     pub(crate) motion: Motion,
     youngs_modulus: T,
-    /// Coordinate of the accepted state.
-    at: T,
     /// The next step of the coordinate at most, and any step (see [`Self::allow_steps`]).
     step: T,
     largest_step: T,
     phase: Phase<T>,
     snapped: bool,
-    /// The state before is what [`Self::go_back`] returns to: it stays, and nothing is extrapolated.
-    is_marked: bool,
     /// Largest difference of an angle between the accepted state and the one whose inertia says that it is stable, rad.
     drift: T,
     /// Why the smallest step failed where the branch could not be followed.
@@ -111,23 +105,17 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// A follower before [`Self::configure`]: every [`Self::follow`] returns `out-of-range`.
     pub const EMPTY: Self = Self {
         ladder: Ladder::EMPTY,
-        state: State::EMPTY,
-        accepted: State::EMPTY,
-        previous: State::EMPTY,
-        before: T::ZERO,
-        extrapolates: false,
+        timeline: Timeline::EMPTY,
         work: Workspace::EMPTY,
         // All zeros, as everything here: [`Self::configure`] puts the defaults in.
         settings: Settings::UNSET,
         object: O::BLANK,
         motion: Motion::Rotating { axis: [0.0; 2] },
         youngs_modulus: T::ZERO,
-        at: T::ZERO,
         step: T::ZERO,
         largest_step: T::ZERO,
         phase: Phase::Lost,
         snapped: false,
-        is_marked: false,
         drift: T::ZERO,
         // Never read; all zeros.
         failed: Status::Converged,
@@ -146,11 +134,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.settings = Settings::DEFAULT;
         }
         let made = discretise(design, how, &mut self.ladder);
-        let fits = made.is_ok()
-            && self.state.fit(&self.ladder)
-            && self.accepted.fit(&self.ladder)
-            && self.previous.fit(&self.ladder)
-            && self.work.fit(&self.ladder);
+        let fits = made.is_ok() && self.timeline.fit(&self.ladder) && self.work.fit(&self.ladder);
         if !fits {
             self.ladder.reset(0);
             return made.and(Err(DiscretiseError::Capacity));
@@ -183,7 +167,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn set_object(&mut self, object: impl Into<O>, motion: Motion) {
         self.object = object.into();
         self.motion = motion;
-        self.is_marked = false;
+        self.timeline.unmark();
         self.refine();
         self.rest();
     }
@@ -194,16 +178,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.ladder.cells == 0 {
             return;
         }
-        self.state.rest();
-        self.accepted.rest();
-        self.extrapolates = false;
+        self.timeline.rest();
         self.phase = Phase::Following;
         self.snapped = false;
         (self.drift, self.fall) = (T::ZERO, Fall::NONE);
         self.barred = Barred::NONE;
         self.allow_steps();
         self.work.row_count = 0;
-        residual::potential(&self.ladder, &self.state, &mut self.work);
+        residual::potential(&self.ladder, &self.timeline.present, &mut self.work);
     }
 
     /// Puts a dead load (finger frame, N) on the front beam where lamella `lamella` is joined (from 0; any larger number
@@ -212,9 +194,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// For tests of the model and for stiffness figures; increase it in steps, as the load itself is not followed.
     pub fn set_dead_load(&mut self, lamella: usize, load: [f64; 2]) {
         let unit = self.ladder.units.force;
-        self.state.load = load.map(|force| T::of(force) / unit);
-        self.state.load_cell = lamella.min(self.ladder.cells.saturating_sub(1));
-        (self.accepted.load, self.accepted.load_cell) = (self.state.load, self.state.load_cell);
+        self.timeline.present.load = load.map(|force| T::of(force) / unit);
+        self.timeline.present.load_cell = lamella.min(self.ladder.cells.saturating_sub(1));
+        (self.timeline.accepted.load, self.timeline.accepted.load_cell) =
+            (self.timeline.present.load, self.timeline.present.load_cell);
     }
 
     /// Reports residuals in N·mm and mm.
@@ -232,9 +215,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Brings the workspace, which results are read from, back to the accepted state.
     #[inline(never)]
     pub(crate) fn show_accepted(&mut self) {
-        self.state.copy_from(&self.accepted, &self.ladder);
-        let object = self.seen(self.at);
-        (_, self.sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::ZERO);
+        self.timeline.reject(&self.ladder);
+        let object = self.seen(self.timeline.at());
+        (_, self.sweep) = step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, T::ZERO);
     }
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.
@@ -245,9 +228,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(crate) fn standing(&self) -> Status {
-        if self.phase == Phase::Lost || self.barred.way != 0 || !self.base_is_free(self.at) {
+        if self.phase == Phase::Lost || self.barred.way != 0 || !self.base_is_free(self.timeline.at()) {
             Status::OutOfRange
-        } else if self.state.touching_count == 0 {
+        } else if self.timeline.present.touching_count == 0 {
             Status::NoContact
         } else if self.snapped {
             Status::Snapped

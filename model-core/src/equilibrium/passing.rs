@@ -36,8 +36,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Some sample touches from the front beam's inner side: the beam has passed the object.
     pub(super) fn presses_from_behind(&self) -> bool {
-        let touching = self.state.touching.as_ref().iter().zip(self.state.normal.as_ref());
-        touching.take(self.state.touching_count).any(|(&index, normal)| {
+        let touching = self.timeline.present.touching.as_ref().iter().zip(self.timeline.present.normal.as_ref());
+        touching.take(self.timeline.present.touching_count).any(|(&index, normal)| {
             let [x, y] = self.along(&self.ladder.place(index));
             let is_tip = usize::from(index) + 1 == self.ladder.place_count();
             let limit = T::of(if is_tip { ROUND_THE_TIP } else { INWARDS });
@@ -58,16 +58,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.work.nodes.as_ref().get(usize::from(sample.node) + heaviest).map_or([T::ZERO; 2], |node| node.strained)
     }
 
-    /// Keeps in mind where the object came against the base while it touched the finger. What the motion would have done to it
+    /// Before the present state is accepted: keeps in mind where the object came against the base while it touched the finger. What the motion would have done to it
     /// from there on nobody knows, until the way has been gone back or the hand opened.
     pub(super) fn bar(&mut self, at: T) {
         let Barred { from, way } = self.barred;
         let is_back = if way > 0 { at <= from } else { at >= from };
-        if self.accepted.touching_count == 0 {
+        if self.timeline.present.touching_count == 0 {
             self.barred = Barred::NONE;
         } else if !self.base_is_free(at) {
             if way == 0 {
-                self.barred = Barred { from: self.at, way: if at > self.at { 1 } else { -1 } };
+                self.barred = Barred { from: self.timeline.at(), way: if at > self.timeline.at() { 1 } else { -1 } };
             }
         } else if is_back {
             self.barred = Barred::NONE;

@@ -49,10 +49,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                         return outcome;
                     }
                     self.rest();
-                    self.at = to;
+                    self.timeline.stand(to);
                 }
                 Phase::Ended { forward } => {
-                    if (to > self.at) == forward {
+                    if (to > self.timeline.at()) == forward {
                         outcome.status = self.or_open_hand(to, self.failed);
                         return outcome;
                     }
@@ -66,8 +66,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     }
                     folds += u32::from(spent == 0);
                     if folds > FOLDS {
-                        self.state.copy_from(&self.accepted, &self.ladder);
-                        self.phase = Phase::Ended { forward: target > self.at };
+                        self.timeline.reject(&self.ladder);
+                        self.phase = Phase::Ended { forward: target > self.timeline.at() };
                         continue;
                     }
                     self.fold(target, shift, spent, left, &mut outcome);

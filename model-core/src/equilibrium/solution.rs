@@ -5,19 +5,20 @@
 use super::{Follower, Phase};
 use crate::access::Access;
 use crate::contact::Contact;
-use crate::ladder::{Ladder, State};
+use crate::ladder::Ladder;
 use crate::newton::{Effort, gaps, strain};
 use crate::object::{Displacement, Motion, Object};
 use crate::real::{Real, Vec2, cross, vec2};
 use crate::sensitivity::Parts;
 use crate::size::Size;
+use crate::state::State;
 use crate::units::Units;
 
 /// What can be read off the last accepted equilibrium.
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Coordinate of the last accepted equilibrium, rad or mm.
     pub fn coordinate(&self) -> f64 {
-        self.at.to_f64()
+        self.timeline.at().to_f64()
     }
 
     /// What was computed so far: the cost of a call is the difference before and after it.
@@ -48,7 +49,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// The accepted state, which the workspace shows, beside the parts.
     pub(crate) fn state_and_parts(&mut self) -> (&State<T, S>, Parts<'_, T, S>) {
-        (&self.state, Parts { ladder: &self.ladder, work: &mut self.work })
+        (&self.timeline.present, Parts { ladder: &self.ladder, work: &mut self.work })
     }
 
     /// Another ladder has the same unknowns and samples.
@@ -64,7 +65,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Number of samples that touch.
     pub fn touching(&self) -> usize {
-        self.state.touching_count
+        self.timeline.present.touching_count
     }
 
     /// Smallest distance to the object over all samples, mm; slightly negative in contact (softness).
@@ -73,7 +74,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(crate) fn displacement(&self) -> Displacement<T> {
-        self.motion.world_to_finger(self.at)
+        self.motion.world_to_finger(self.timeline.at())
     }
 
     /// Force of the finger on the object in the finger frame, N.
@@ -142,7 +143,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Elastic energy V (without the contact term), N·mm.
     pub fn energy(&self) -> T {
-        let energy = self.state.bending_energy(&self.ladder) + strain::energy(&self.ladder, &self.work);
+        let energy = self.timeline.present.bending_energy(&self.ladder) + strain::energy(&self.ladder, &self.work);
         energy * self.ladder.units.moment()
     }
 
@@ -262,8 +263,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Where the motion has taken the base: how far it has moved, world frame, mm, and how far the motor has turned it about its axis, rad.
     pub fn base(&self) -> ([T; 2], T) {
         match self.motion {
-            Motion::Rotating { .. } => ([T::ZERO; 2], self.at),
-            Motion::Translating { direction } => (direction.map(|part| T::of(part) * self.at), T::ZERO),
+            Motion::Rotating { .. } => ([T::ZERO; 2], self.timeline.at()),
+            Motion::Translating { direction } => (direction.map(|part| T::of(part) * self.timeline.at()), T::ZERO),
         }
     }
 

@@ -80,7 +80,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Arc, stretch and bend at an end of a quadratic element: even ends are starts.
     fn end(&self, node: usize, end: usize) -> (T, T, T) {
-        let angle = self.state.angle.as_ref();
+        let angle = self.timeline.present.angle.as_ref();
         let first = node - end % 2;
         // θ′h of the quadratic through the element's three angles.
         let (a, b) = (angle[first + 1] - angle[first], angle[first + 2] - angle[first + 1]);
@@ -97,7 +97,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// The same at the spring between a node and the next.
     fn spring(&self, node: usize, first: usize) -> (T, T, T) {
-        let angle = self.state.angle.as_ref();
+        let angle = self.timeline.present.angle.as_ref();
         let arc = T::of((node - first) as f64) * self.ladder.weight.as_ref()[first + 1];
         let stretch = T::of(0.5) * (self.stretch(node) + self.stretch(node + 1));
         (arc, stretch, angle[node + 1] - angle[node])

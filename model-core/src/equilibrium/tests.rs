@@ -40,12 +40,12 @@ fn start<T: Real>(object: ObjectDesign, from: f64) -> Box<Solver<T>> {
 fn no_state_is_accepted_far_from_one_that_was_judged() {
     let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
     let mut follower = start::<f32>(object, 0.0);
-    let mut judged: std::vec::Vec<f32> = follower.accepted.angle.as_ref().to_vec();
+    let mut judged: std::vec::Vec<f32> = follower.timeline.accepted.angle.as_ref().to_vec();
     let (mut without, mut farthest) = (0, 0.0_f32);
     for step in 0..=1100 {
         let outcome = follower.follow((f64::from(step) * 0.01).to_radians());
         assert!(outcome.status.is_trustworthy(), "{}", outcome.status);
-        let now = follower.accepted.angle.as_ref();
+        let now = follower.timeline.accepted.angle.as_ref();
         let apart = now.iter().zip(&judged).fold(0.0_f32, |most, (a, b)| most.max((a - b).abs()));
         farthest = farthest.max(apart);
         if outcome.iterations > 0 {

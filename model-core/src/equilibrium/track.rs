@@ -44,23 +44,27 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// status is `max-iterations`.
     pub fn track(&mut self, to: f64, within: Tracking, budget: u32) -> Outcome {
         let far = self.max_step() * T::of(0.25);
-        let remaining = T::of(to) - self.at;
+        let remaining = T::of(to) - self.timeline.at();
         let ready = self.ladder.cells > 0 && to.is_finite() && self.phase == Phase::Following && budget > 0;
         let is_short = budget <= MOST;
         // With time for the whole method only what it would not do better.
-        let begins =
-            if is_short { self.accepted.touching_count > 0 } else { self.extrapolates && remaining.abs() <= far };
+        let begins = if is_short {
+            self.timeline.accepted.touching_count > 0
+        } else {
+            self.timeline.predicts() && remaining.abs() <= far
+        };
         let smallest = self.max_step() * T::of(self.settings.min_step);
         if !ready || !begins || self.step <= smallest || self.settings.hessian != Hessian::Newton {
             return self.follow_within(to, budget);
         }
         let size = self.step.min(far);
         let reaches = remaining.abs() <= size;
-        let target = if reaches { T::of(to) } else { self.at + if remaining > T::ZERO { size } else { -size } };
+        let target =
+            if reaches { T::of(to) } else { self.timeline.at() + if remaining > T::ZERO { size } else { -size } };
         if !reaches && !is_short {
             return self.follow_within(to, budget);
         }
-        self.extrapolate(target);
+        self.timeline.predict(target, &self.ladder);
         let object = self.seen(target);
         let mut outcome = Outcome {
             status: Status::MaxIterations,
@@ -74,7 +78,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let (near, mut moved) = (T::of(NEAR_ENOUGH), T::ZERO);
         let mut trusted;
         loop {
-            let (residual, sweep) = step::evaluate(&self.ladder, &self.state, &mut self.work, &object, T::of(NEAR));
+            let (residual, sweep) =
+                step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, T::of(NEAR));
             if outcome.iterations == 0 && self.ladder.fineness <= 1 {
                 gaps::thin(&mut self.work, MANY);
             }
@@ -98,11 +103,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             };
             let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
             moved = self.work.pace;
-            step::apply(&self.ladder, &mut self.state, &self.work, T::one());
+            step::apply(&self.ladder, &mut self.timeline.present, &self.work, T::one());
             outcome.iterations += 1;
-            let finite = self.state.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
+            let finite =
+                self.timeline.present.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
             // Without a stable factorisation, or with a step that wants clipping, the whole method decides.
-            let odd = self.state.touching_count == 0 || self.presses_from_behind();
+            let odd = self.timeline.present.touching_count == 0 || self.presses_from_behind();
             if !inertia.is_stable() || !finite || moved > T::of(step::CLIP) || odd {
                 return self.pursue(to, budget, outcome, size);
             }
@@ -120,7 +126,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.leaps(target) {
             return self.pursue(to, budget, outcome, size);
         }
-        step::settle_rows(&self.state, &mut self.work);
+        step::settle_rows(&self.timeline.present, &mut self.work);
         self.drift = moved;
         outcome.hops += u32::from(self.hops(target));
         self.accept(target);
@@ -137,7 +143,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Goes back to the accepted state, and on from there with what a step of this size has left of the budget.
     fn pursue(&mut self, to: f64, budget: u32, so_far: Outcome, size: T) -> Outcome {
-        self.state.copy_from(&self.accepted, &self.ladder);
+        self.timeline.reject(&self.ladder);
         let left = budget.saturating_sub(so_far.iterations);
         if left == 0 {
             self.step = size * T::of(0.5);

@@ -11,9 +11,10 @@
 
 use super::{Node, Workspace};
 use crate::contact::Sample;
-use crate::ladder::{Ladder, Member, State};
+use crate::ladder::{Ladder, Member};
 use crate::real::Real;
 use crate::size::Size;
+use crate::state::State;
 
 /// Carrier of the spring that begins at a local node.
 #[inline]

@@ -8,9 +8,10 @@ use super::strain::strained;
 use super::{Node, Workspace};
 use crate::access::Access;
 use crate::contact::Row;
-use crate::ladder::{Ladder, State};
+use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::Size;
+use crate::state::State;
 
 /// What a link leaves to the next one below.
 struct Above<T> {

@@ -4,10 +4,11 @@ use super::Workspace;
 use super::strain::place_front;
 use crate::access::Access;
 use crate::contact::{Row, Sample, sample_gap};
-use crate::ladder::{Ladder, State, vec2_of};
+use crate::ladder::{Ladder, vec2_of};
 use crate::object::{Gap, Object};
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size};
+use crate::state::State;
 
 /// What a sweep over the samples found.
 #[derive(Clone, Copy, Debug, PartialEq)]

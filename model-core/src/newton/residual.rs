@@ -6,9 +6,10 @@ use super::gaps::Sweep;
 use super::strain::{closures, directions, energy, forces, own_rows, starts, strain};
 use super::{Workspace, bend};
 use crate::access::Access;
-use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
+use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::real::Real;
 use crate::size::Size;
+use crate::state::State;
 
 /// Largest components of what must vanish at an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,11 +9,12 @@ use super::gaps::{self, Sweep};
 use super::residual::{self, Residual};
 use super::{Hessian, Node, Workspace, bend, lagged, strain, turning};
 use crate::access::Access;
-use crate::ladder::{CLAMPED, Ladder, PER_CELL, State};
+use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::linear::banded;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
+use crate::state::State;
 
 /// Largest change of an angle in one step, rad.
 pub(crate) const CLIP: f64 = 0.4;

@@ -3,9 +3,10 @@
 use super::{MemberWork, Node, Workspace, chain};
 use crate::access::Access;
 use crate::contact::Row;
-use crate::ladder::{Ladder, State, turned};
+use crate::ladder::{Ladder, turned};
 use crate::real::Real;
 use crate::size::Size;
+use crate::state::State;
 
 /// End-to-end vector Σ l d + rigid parts of a member, mm.
 #[inline]

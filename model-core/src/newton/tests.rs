@@ -10,10 +10,11 @@ use super::{Workspace, active_set, residual, step, strain};
 use crate::contact::{Row, Sample};
 use crate::design::{HingeFrom, HingeKind};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
-use crate::ladder::{CLAMPED, Ladder, State};
+use crate::ladder::{CLAMPED, Ladder};
 use crate::linear::symmetric;
 use crate::random_designs::Random;
 use crate::size::{Blank, Paper, Size};
+use crate::state::State;
 use nalgebra::{DMatrix, DVector};
 
 type Model = (Box<Ladder<f64, Paper>>, Box<State<f64, Paper>>, Box<Workspace<f64, Paper>>);

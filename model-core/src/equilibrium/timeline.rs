@@ -1,0 +1,121 @@
+//! A state at three instants: the present one, which a step is looking for, the last one accepted, and the one before that.
+//!
+//! A step begins at the accepted instant, predicted along the line through the last two where both are of one motion (40). It ends with
+//! [`Timeline::accept`] or [`Timeline::reject`]; nothing else copies a state.
+
+use crate::ladder::Ladder;
+use crate::real::Real;
+use crate::size::Size;
+use crate::state::State;
+
+/// Longest prediction, in lengths of the last step.
+const FARTHEST: f64 = 4.0;
+
+/// The instants, and the coordinates of the accepted ones.
+pub(crate) struct Timeline<T: Real, S: Size> {
+    pub(crate) present: State<T, S>,
+    pub(crate) accepted: State<T, S>,
+    pub(super) previous: State<T, S>,
+    at: T,
+    before: T,
+    /// The previous instant is of the same motion, and something touches at both.
+    predicts: bool,
+    /// The previous instant is a mark, which stays: nothing is predicted from it.
+    is_marked: bool,
+}
+
+impl<T: Real, S: Size> Timeline<T, S> {
+    pub(super) const EMPTY: Self = Self {
+        present: State::EMPTY,
+        accepted: State::EMPTY,
+        previous: State::EMPTY,
+        at: T::ZERO,
+        before: T::ZERO,
+        predicts: false,
+        is_marked: false,
+    };
+
+    /// Makes room for a ladder; false if there is none.
+    pub(super) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
+        self.present.fit(ladder) && self.accepted.fit(ladder) && self.previous.fit(ladder)
+    }
+
+    /// The undeformed finger, present and accepted.
+    pub(super) fn rest(&mut self) {
+        self.present.rest();
+        self.accepted.rest();
+        self.predicts = false;
+    }
+
+    /// Coordinate of the accepted instant.
+    #[inline]
+    pub(crate) fn at(&self) -> T {
+        self.at
+    }
+
+    /// The accepted instant is at another coordinate now, and nothing is known of a motion.
+    pub(super) fn stand(&mut self, at: T) {
+        (self.at, self.before) = (at, at);
+        self.predicts = false;
+    }
+
+    /// Way to a coordinate, in lengths of the last step, if both are of one motion.
+    pub(super) fn ahead(&self, to: T) -> Option<T> {
+        let last = self.at - self.before;
+        (self.predicts && last != T::ZERO).then(|| (to - self.at) / last)
+    }
+
+    /// A step along a motion that is known.
+    pub(super) fn predicts(&self) -> bool {
+        self.predicts
+    }
+
+    /// What has been accepted is no guide to the next step.
+    pub(super) fn stop_predicting(&mut self) {
+        self.predicts = false;
+    }
+
+    /// Moves the present instant on to a coordinate, along the line through the last two accepted ones.
+    pub(super) fn predict(&mut self, to: T, ladder: &Ladder<T, S>) {
+        if let Some(part) = self.ahead(to).filter(|part| part.abs() <= T::of(FARTHEST)) {
+            self.present.predict(&self.previous, part, ladder);
+        }
+    }
+
+    /// Accepts the present instant as that of a coordinate.
+    pub(super) fn accept(&mut self, at: T, ladder: &Ladder<T, S>) {
+        // A coordinate that has come again tells nothing of the motion.
+        if at != self.at && !self.is_marked {
+            self.previous.copy(&self.accepted, ladder);
+            self.before = self.at;
+        }
+        self.accepted.copy(&self.present, ladder);
+        self.at = at;
+        self.predicts = !self.is_marked && self.accepted.touching_count > 0 && self.previous.touching_count > 0;
+    }
+
+    /// Back to the accepted instant.
+    pub(super) fn reject(&mut self, ladder: &Ladder<T, S>) {
+        self.present.copy(&self.accepted, ladder);
+    }
+
+    /// Keeps the accepted instant, for [`Self::go_back`], until [`Self::unmark`].
+    pub(super) fn mark(&mut self, ladder: &Ladder<T, S>) {
+        self.previous.copy(&self.accepted, ladder);
+        (self.predicts, self.is_marked) = (false, true);
+    }
+
+    /// Some instant is marked.
+    pub(super) fn is_marked(&self) -> bool {
+        self.is_marked
+    }
+
+    /// The accepted instant is the marked one again.
+    pub(super) fn go_back(&mut self, ladder: &Ladder<T, S>) {
+        self.accepted.copy(&self.previous, ladder);
+    }
+
+    pub(super) fn unmark(&mut self) {
+        self.is_marked = false;
+    }
+}
