@@ -167,7 +167,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Touching samples, base to tip, finger frame.
     pub fn contacts(&self) -> impl Iterator<Item = Contact<T>> + '_ {
         let rows = self.work.rows.as_ref().iter().take(self.work.row_count);
-        rows.filter(|row| row.multiplier > T::ZERO).map(|row| {
+        rows.filter(|row| row.touches()).map(|row| {
             let sample = &row.place;
             let centre = gaps::sample_position(&self.ladder, &self.work, sample);
             let units = &self.ladder.units;

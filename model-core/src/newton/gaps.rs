@@ -3,7 +3,7 @@
 use super::Workspace;
 use super::strain::place_front;
 use crate::access::Access;
-use crate::contact::{Row, Sample, sample_gap};
+use crate::contact::{ContactState, Direction, Row, Sample, sample_gap};
 use crate::ladder::{Ladder, vec2_of};
 use crate::object::{Gap, Object};
 use crate::real::{Real, Vec2};
@@ -33,7 +33,8 @@ pub(crate) fn recall<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S
     let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
     let rows = work.rows.as_mut().iter_mut().zip(touching).take(state.touching_count);
     for (row, ((&sample, &multiplier), &normal)) in rows {
-        *row = Row { sample, place: ladder.place(sample), normal, multiplier, ..Row::BLANK };
+        *row =
+            Row { sample, state: ContactState::Closed, place: ladder.place(sample), normal, multiplier, ..Row::BLANK };
     }
 }
 
@@ -74,7 +75,7 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
         self.next = self.listed().get(self.touched).map(|&place| usize::from(place));
         let tilt = normal[0] * gap.normal.y - normal[1] * gap.normal.x;
         self.run = None;
-        self.push(index, place, gap, normal, tilt, multiplier);
+        self.push(index, place, gap, ContactState::Closed, [normal, [tilt, multiplier]]);
     }
 
     /// Another place: a row if it is near and there is room.
@@ -90,7 +91,7 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
             self.found.crowded = true;
             return;
         }
-        self.push(index, place, gap, [gap.normal.x, gap.normal.y], T::ZERO, T::ZERO);
+        self.push(index, place, gap, ContactState::Open, [[gap.normal.x, gap.normal.y], [T::ZERO; 2]]);
     }
 
     /// Another place of those between the samples: of a run of them only the deepest becomes a row, and those within `reach` of one
@@ -115,10 +116,19 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
     }
 
     #[inline(always)]
-    fn push(&mut self, index: usize, place: &Sample<T>, gap: &Gap<T>, normal: [T; 2], tilt: T, multiplier: T) {
+    fn push(
+        &mut self,
+        index: usize,
+        place: &Sample<T>,
+        gap: &Gap<T>,
+        state: ContactState,
+        [normal, [tilt, multiplier]]: [[T; 2]; 2],
+    ) {
         if let Some(row) = self.rows.get_mut(self.count) {
             *row = Row {
                 sample: index as u16,
+                direction: Direction::Normal,
+                state,
                 place: *place,
                 gap: gap.distance,
                 normal,
@@ -277,7 +287,7 @@ pub(crate) fn replace<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
     object: &O,
 ) {
     let count = work.row_count;
-    for row in work.rows.as_mut().iter_mut().take(count).filter(|row| row.multiplier > T::ZERO) {
+    for row in work.rows.as_mut().iter_mut().take(count).filter(|row| row.touches()) {
         row.normal = turned_by(row.normal, row.tilt);
     }
     place_front::<T, S, DEPTH>(ladder, state, work);
@@ -286,7 +296,7 @@ pub(crate) fn replace<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
         let gap = sample_gap(object, &row.place, sample_position(ladder, work, &row.place));
         row.gap = gap.distance;
         row.curvature = gap.curvature;
-        if row.multiplier > T::ZERO {
+        if row.touches() {
             row.tilt = row.normal[0] * gap.normal.y - row.normal[1] * gap.normal.x;
         } else {
             row.normal = [gap.normal.x, gap.normal.y];
@@ -311,7 +321,7 @@ const REACH: u16 = 2;
 /// square of its rows. What is left out and still penetrates after the step is a row of the next iteration.
 pub(crate) fn thin<T: Real, S: Size>(work: &mut Workspace<T, S>, many: usize) {
     let rows = work.rows.as_mut().run_mut(0..work.row_count);
-    let touches = |row: &Row<T>| row.multiplier > T::ZERO;
+    let touches = |row: &Row<T>| row.touches();
     let new = rows.iter().filter(|row| !touches(row)).count();
     if new <= many || new == rows.len() {
         return;

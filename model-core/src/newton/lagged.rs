@@ -9,7 +9,7 @@ use super::condense::{Corrections, solve_interior};
 use super::step::{self, Inertia};
 use super::{Workspace, assembly, border, strain};
 use crate::access::Access;
-use crate::contact::Row;
+use crate::contact::{ContactState, Direction, Row};
 use crate::ladder::Ladder;
 use crate::linear::banded;
 use crate::real::Real;
@@ -80,8 +80,17 @@ pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
     // The row at the middle of the force, which the turning belongs to.
     let Some(&middle) = index.checked_sub(1).and_then(|below| rows.get(below)) else { return false };
     let normal = [-middle.normal[1], middle.normal[0]];
-    rows.put(index, Row { gap: -(softness * tilted), normal, softness, multiplier: T::ZERO, ..middle });
-    middle.multiplier > T::ZERO
+    let turning = Row {
+        direction: Direction::Turning,
+        state: ContactState::Closed,
+        gap: -(softness * tilted),
+        normal,
+        softness,
+        multiplier: T::ZERO,
+        ..middle
+    };
+    rows.put(index, turning);
+    middle.touches()
 }
 
 /// Finds the increments at the evaluated state with the last factorisation; the rows are aligned.

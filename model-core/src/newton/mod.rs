@@ -1,11 +1,10 @@
 //! One Newton step for the ladder in contact, cost linear in elements and lamellae:
 //! `strain` and `gaps` → `residual` → `condense` each member onto its joints and force → `assembly` of the banded KKT in joints and λ →
-//! `border` by the contact rows → `active_set` on the dense border → increments. `chain` is the strain of links instead of quadratic
+//! `border` by the contact rows → contact law ([`crate::contact::frictionless`]) on the dense border → increments. `chain` is the strain of links instead of quadratic
 //! elements; `lagged` are the steps that keep an earlier factorisation.
 //!
 //! Here mm, N and N·mm stand for the finger's own units of length, force and moment ([`crate::units`]).
 
-pub(crate) mod active_set;
 pub(crate) mod assembly;
 pub(crate) mod bend;
 pub(crate) mod border;
@@ -20,7 +19,7 @@ pub(crate) mod strain;
 mod tests;
 pub(crate) mod turning;
 
-use crate::contact::Row;
+use crate::contact::{ContactState, Row};
 use crate::ladder::Ladder;
 use crate::linear::banded::BAND;
 use crate::real::Real;
@@ -199,7 +198,8 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) listed: S::Contacts<u16>,
     /// How many of them have their factors: a settling with the same D needs no other.
     pub(crate) factorised: usize,
-    pub(crate) active: S::Contacts<bool>,
+    /// States that the contact law has found.
+    pub(crate) states: S::Contacts<ContactState>,
     /// Right-hand side of the rows, then their step Δμ, N.
     pub(crate) row_rhs: S::Contacts<T>,
     pub(crate) row_delta: S::Contacts<T>,
@@ -237,7 +237,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         order: <S::Contacts<u16> as Storage<u16>>::EMPTY,
         listed: <S::Contacts<u16> as Storage<u16>>::EMPTY,
         factorised: 0,
-        active: <S::Contacts<bool> as Storage<bool>>::EMPTY,
+        states: <S::Contacts<ContactState> as Storage<ContactState>>::EMPTY,
         row_rhs: <S::Contacts<T> as Storage<T>>::EMPTY,
         row_delta: <S::Contacts<T> as Storage<T>>::EMPTY,
         scratch: <S::Contacts<T> as Storage<T>>::EMPTY,
@@ -267,7 +267,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
             && self.factored.fit(rows * rows)
             && self.order.fit(rows)
             && self.listed.fit(rows)
-            && self.active.fit(rows)
+            && self.states.fit(rows)
             && self.row_rhs.fit(rows)
             && self.row_delta.fit(rows)
             && self.scratch.fit(rows)

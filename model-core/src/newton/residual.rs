@@ -77,7 +77,7 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
     }
     let rows = work.rows.as_ref().run(0..work.row_count);
     for row in rows {
-        if row.multiplier != T::ZERO {
+        if row.touches() {
             worst.length = worst.length.max((row.gap + ladder.contact_softness() * row.multiplier).abs());
         }
     }
@@ -97,7 +97,7 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
 pub(crate) fn astray<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
     let (mut most, mut arm, mut above) = (T::ZERO, T::ZERO, [T::ZERO; 2]);
     for row in work.rows.as_ref().run(0..work.row_count).iter().rev() {
-        if row.multiplier != T::ZERO {
+        if row.touches() {
             arm = ladder.weight.as_ref().get(usize::from(row.place.node) + 1).map_or(arm, |&weight| arm.max(weight));
             let across = row.multiplier * row.tilt;
             above = [above[0] - across * row.normal[1], above[1] + across * row.normal[0]];

@@ -1,6 +1,5 @@
 //! One step: residual, condensation, banded KKT, border, active set, increments.
 
-use super::active_set::{self, Problem, Settled};
 use super::assembly::{self, force_terms};
 use super::border;
 use super::chain::{DEEP, PLACED, RESIDUAL};
@@ -9,6 +8,8 @@ use super::gaps::{self, Sweep};
 use super::residual::{self, Residual};
 use super::{Hessian, Node, Workspace, bend, lagged, strain, turning};
 use crate::access::Access;
+use crate::contact::ContactState;
+use crate::contact::frictionless::{self, Problem, Settled};
 use crate::ladder::{CLAMPED, Ladder, PER_CELL};
 use crate::linear::banded;
 use crate::object::Object;
@@ -168,18 +169,12 @@ pub(crate) fn inertia<T: Real, S: Size>(work: &Workspace<T, S>, settled: Settled
 /// Settles the active set, from the rows that touch, and finds the rows' increments.
 pub(crate) fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>) -> Settled {
     let count = work.row_count;
-    let rows = work.rows.as_ref();
-    let turning = work.turning.map(usize::from);
-    for (j, (active, row)) in work.active.as_mut().iter_mut().zip(rows).enumerate().take(count) {
-        *active = row.multiplier > T::ZERO || turning == Some(j);
-    }
-    let settled = active_set::settle(
+    let settled = frictionless::settle(
         &mut Problem {
             flexibility: work.flexibility.as_ref(),
             stride: S::CONTACTS,
             rhs: work.row_rhs.as_ref(),
-            rows,
-            free: turning,
+            rows: work.rows.as_ref(),
             tolerance: T::TOLERANCE.length * T::of(0.1),
             factored: work.factored.as_mut(),
             order: work.order.as_mut(),
@@ -189,7 +184,7 @@ pub(crate) fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>) -> Settled {
             spare: work.spare.as_mut(),
         },
         count,
-        work.active.as_mut(),
+        work.states.as_mut(),
         work.row_delta.as_mut(),
     );
     work.factorised = settled.factorised;
@@ -315,12 +310,12 @@ pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T
     }
     let slide = turning::slide(work);
     let mut touching = state.touching.as_mut().iter_mut().zip(state.multiplier.as_mut()).zip(state.normal.as_mut());
-    let rows = work.rows.as_ref().iter().zip(work.row_delta.as_ref()).zip(work.active.as_ref());
+    let rows = work.rows.as_ref().iter().zip(work.row_delta.as_ref()).zip(work.states.as_ref());
     state.touching_count = 0;
-    for (j, ((row, &delta), &active)) in rows.enumerate().take(work.row_count) {
+    for ((row, &delta), &found) in rows.take(work.row_count) {
         let multiplier = row.multiplier + part * delta;
-        let keeps = part != T::one() || active;
-        if work.turning != Some(j as u16)
+        let keeps = part != T::one() || found == ContactState::Closed;
+        if row.only_pushes()
             && keeps
             && multiplier > T::ZERO
             && let Some(((sample, slot), normal)) = touching.next()
@@ -338,13 +333,10 @@ pub(crate) fn settle_rows<T: Real, S: Size>(state: &State<T, S>, work: &mut Work
     let touching = state.touching.as_ref().iter().take(state.touching_count);
     let forces = state.multiplier.as_ref().iter().zip(state.normal.as_ref());
     let mut settled = touching.zip(forces).peekable();
-    let turning = work.turning.map(usize::from);
-    for (j, row) in work.rows.as_mut().iter_mut().enumerate().take(work.row_count) {
-        row.multiplier = T::ZERO;
-        if turning != Some(j)
-            && let Some((_, (&multiplier, &normal))) = settled.next_if(|(sample, _)| **sample == row.sample)
-        {
-            (row.multiplier, row.normal) = (multiplier, normal);
+    for row in work.rows.as_mut().iter_mut().take(work.row_count).filter(|row| row.only_pushes()) {
+        (row.multiplier, row.state) = (T::ZERO, ContactState::Open);
+        if let Some((_, (&multiplier, &normal))) = settled.next_if(|(sample, _)| **sample == row.sample) {
+            (row.multiplier, row.normal, row.state) = (multiplier, normal, ContactState::Closed);
         }
     }
 }

@@ -6,8 +6,8 @@ use std::vec::Vec;
 use super::chain::DEEP;
 use super::condense::Diagonal;
 use super::gaps::{self, Sweep};
-use super::{Workspace, active_set, residual, step, strain};
-use crate::contact::{Row, Sample};
+use super::{Workspace, residual, step, strain};
+use crate::contact::{ContactState, Direction, Row, Sample};
 use crate::design::{HingeFrom, HingeKind};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
 use crate::ladder::{CLAMPED, Ladder};
@@ -74,6 +74,8 @@ fn random_model(random: &mut Random) -> Model {
             let turn = random.signed();
             work.rows[count] = Row {
                 sample: sample as u16,
+                direction: Direction::Normal,
+                state: ContactState::Closed,
                 place: ladder.place(sample as u16),
                 gap: 0.1 * random.signed(),
                 tilt: 0.0,
@@ -419,71 +421,20 @@ fn directions_turned_by_the_increments_are_those_of_the_angles() {
     assert!(worst <= 5e-16, "{worst:e}");
 }
 
-/// Factors that an earlier settling with the same D has left change nothing but the work.
-#[test]
-fn kept_factors_settle_the_active_set_as_new_ones_do() {
-    const STRIDE: usize = 12;
-    let mut random = Random::new(13);
-    let mut spared = 0;
-    for _ in 0..300 {
-        let n = 4 + (4.0 * (1.0 + random.signed())) as usize;
-        let root = DMatrix::from_fn(n, n, |_, _| random.signed());
-        let matrix = &root * root.transpose() + DMatrix::identity(n, n) * 0.1;
-        let mut flexibility = [0.0; STRIDE * STRIDE];
-        for i in 0..n {
-            for j in 0..n {
-                flexibility[i * STRIDE + j] = matrix[(i, j)];
-            }
-        }
-        let multipliers: Vec<f64> = (0..n).map(|_| random.signed().max(0.0)).collect();
-        let rows: Vec<Row<f64>> = multipliers.iter().map(|&multiplier| Row { multiplier, ..Row::BLANK }).collect();
-        let (mut factored, mut listed, mut order) = ([0.0; STRIDE * STRIDE], [0; STRIDE], [0; STRIDE]);
-        let mut factorised = 0;
-        for round in 0..3 {
-            let rhs: Vec<f64> = (0..n).map(|_| 0.1 * random.signed()).collect();
-            let mut settle = |kept: bool| {
-                let (mut fresh, mut fresh_list, mut fresh_order) = ([0.0; STRIDE * STRIDE], [0; STRIDE], [0; STRIDE]);
-                let (mut active, mut delta) = ([false; STRIDE], [0.0; STRIDE]);
-                for (active, multiplier) in active.iter_mut().zip(&multipliers) {
-                    *active = *multiplier > 0.0;
-                }
-                let mut problem = active_set::Problem {
-                    flexibility: &flexibility,
-                    stride: STRIDE,
-                    rhs: &rhs,
-                    rows: &rows,
-                    free: None,
-                    tolerance: 1e-9,
-                    factored: if kept { &mut factored } else { &mut fresh },
-                    order: if kept { &mut order } else { &mut fresh_order },
-                    listed: if kept { &mut listed } else { &mut fresh_list },
-                    factorised: if kept { factorised } else { 0 },
-                    scratch: &mut [0.0; STRIDE],
-                    spare: &mut [0.0; STRIDE],
-                };
-                let settled = active_set::settle(&mut problem, n, &mut active, &mut delta);
-                (settled, active, delta)
-            };
-            let (new, new_active, new_delta) = settle(false);
-            let (old, old_active, old_delta) = settle(true);
-            assert!(new.settled && old.settled && new.negative == old.negative && new_active == old_active);
-            for (a, b) in new_delta.iter().zip(&old_delta) {
-                assert!((a - b).abs() < 1e-11, "{a} against {b}");
-            }
-            spared += usize::from(round > 0 && factorised > 0);
-            factorised = old.factorised;
-        }
-    }
-    assert!(spared > 100, "{spared}");
-}
-
 /// Two patches whose normals are off by opposite angles, as a block's two corners are: the beam between them is pushed wrongly, which
 /// the sum of both does not show.
 #[test]
 fn opposite_tilts_of_two_contacts_do_not_make_up_for_each_other() {
     let (ladder, _, mut work) = random_model(&mut Random::new(3));
     let last = ladder.sample_count as u16 - 1;
-    let row = |sample, tilt| Row { sample, tilt, normal: [-1.0, 0.0], multiplier: 2.0, ..Row::BLANK };
+    let row = |sample, tilt| Row {
+        sample,
+        state: ContactState::Closed,
+        tilt,
+        normal: [-1.0, 0.0],
+        multiplier: 2.0,
+        ..Row::BLANK
+    };
     let mut astray = |rows: &[Row<f64>]| {
         work.rows[..rows.len()].copy_from_slice(rows);
         work.row_count = rows.len();

@@ -8,7 +8,7 @@
 
 use super::Workspace;
 use crate::access::Access;
-use crate::contact::Row;
+use crate::contact::{ContactState, Direction, Row};
 use crate::real::Real;
 use crate::size::Size;
 
@@ -34,6 +34,8 @@ pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize)
         return;
     }
     let turning = Row {
+        direction: Direction::Turning,
+        state: ContactState::Closed,
         gap: tilted / stiffness,
         normal: [-row.normal[1], row.normal[0]],
         softness: -T::one() / stiffness,

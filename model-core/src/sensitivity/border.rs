@@ -12,7 +12,7 @@ use core::ops::Range;
 
 use super::quarter;
 use crate::access::Access;
-use crate::contact::Row;
+use crate::contact::{Direction, Row};
 use crate::ladder::Ladder;
 use crate::linear::symmetric;
 use crate::newton::condense::Diagonal;
@@ -134,12 +134,12 @@ impl Layout {
 /// Gives the touching samples their turning rows and notes where the samples are; `None` if there is no room. [`narrow`] is the way
 /// back.
 pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Option<Layout> {
-    let touching = work.rows.as_ref().iter().take(work.row_count).filter(|row| row.multiplier > T::ZERO).count();
+    let touching = work.rows.as_ref().iter().take(work.row_count).filter(|row| row.touches()).count();
     let layout = Layout::new(touching, S::CONTACTS)?;
     let mut kept = 0;
     for j in 0..work.row_count {
         let row = work.rows.as_ref().at(j);
-        if row.multiplier > T::ZERO {
+        if row.touches() {
             work.rows.as_mut().put(kept, row);
             kept += 1;
         }
@@ -179,6 +179,7 @@ fn turning<T: Real>(leader: Row<T>, force: T, curvature: T) -> Row<T> {
     let size = curvature.abs().max(flat);
     let scale = (force * size).sqrt();
     Row {
+        direction: Direction::Turning,
         normal: quarter(leader.normal).map(|x| scale * x),
         softness: if hollow { T::one() } else { -T::one() },
         curvature: if hollow { -size } else { size },
