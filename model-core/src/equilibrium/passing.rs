@@ -41,7 +41,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let [x, y] = self.along(&self.ladder.place(index));
             let is_tip = usize::from(index) + 1 == self.ladder.place_count();
             let limit = T::of(if is_tip { ROUND_THE_TIP } else { INWARDS });
-            normal[0] * y - normal[1] * x > limit * (x * x + y * y).sqrt()
+            // Squared: a root for every sample that touches is worth the trouble on the microcontroller.
+            let outwards = normal[0] * y - normal[1] * x;
+            outwards > T::ZERO && outwards * outwards > limit * limit * (x * x + y * y)
         })
     }
 
