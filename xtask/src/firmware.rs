@@ -24,7 +24,7 @@ const KB: u64 = 1024;
 pub const BOARDS: &[Board] = &[
     Board { name: SIMULATED, flash: 480 * KB, ram: 512 * KB },
     Board { name: "opencr", flash: 512 * KB, ram: 192 * KB },
-    Board { name: "nucleo-h743zi", flash: 576 * KB, ram: 448 * KB },
+    Board { name: "nucleo-h743zi", flash: 512 * KB, ram: 448 * KB },
     Board { name: "nucleo-g474re", flash: 448 * KB, ram: 108 * KB },
 ];
 /// The one that QEMU runs.
