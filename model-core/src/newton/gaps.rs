@@ -372,3 +372,51 @@ pub(crate) fn sample_position<T: Real, S: Size>(
     let rigid_end = work.members.as_ref().get(4 * cell).map_or([T::ZERO; 2], |front| front.rigid_end);
     position + vec2_of(rigid_end) * sample.rigid
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::size::Paper;
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    /// Samples that are left of rows with these gaps, from sample 10 on, of which some touch.
+    fn thinned(gaps: &[f64], touching: &[u16], many: usize) -> Vec<u16> {
+        let mut work: Box<Workspace<f64, Paper>> = Box::new(Workspace::EMPTY);
+        for (j, &gap) in gaps.iter().enumerate() {
+            let sample = 10 + j as u16;
+            let touches = touching.contains(&sample);
+            let (state, multiplier) = if touches { (ContactState::Closed, 1.0) } else { (ContactState::Open, 0.0) };
+            work.rows[j] = Row { sample, state, gap, multiplier, ..Row::BLANK };
+        }
+        work.row_count = gaps.len();
+        thin(&mut work, many);
+        work.rows[..work.row_count].iter().map(|row| row.sample).collect()
+    }
+
+    const GAPS: [f64; 12] = [-0.1, 0.0, -0.1, -0.2, -0.3, -0.4, -0.3, -0.2, -0.3, -0.5, -0.6, -0.2];
+
+    #[test]
+    fn of_many_new_rows_the_deepest_and_those_beside_a_touching_one_stay() {
+        // 11 touches: 10, 12 and 13 are near it; 15 and 20 are deeper than their neighbours.
+        assert_eq!(thinned(&GAPS, &[11], 5), [10, 11, 12, 13, 15, 20]);
+        // The last one touches as well.
+        assert_eq!(thinned(&GAPS, &[11, 21], 5), [10, 11, 12, 13, 15, 19, 20, 21]);
+    }
+
+    #[test]
+    fn few_new_rows_and_those_of_a_first_contact_all_stay() {
+        let all: Vec<u16> = (10..22).collect();
+        assert_eq!(thinned(&GAPS, &[11], 11), all);
+        assert_eq!(thinned(&GAPS, &[], 5), all);
+    }
+
+    #[test]
+    fn a_turned_normal_keeps_its_length_to_third_order() {
+        let [x, y] = turned_by([-0.8, 0.6], 1e-3);
+        assert!((libm::hypot(x, y) - 1.0).abs() < 1e-9);
+        assert!((libm::atan2(y, x) - libm::atan2(0.6, -0.8) - 1e-3).abs() < 1e-9);
+        let [x, y] = turned_by([-0.8 * 1.001, 0.6 * 1.001], 0.0);
+        assert!((libm::hypot(x, y) - 1.0).abs() < 2e-6, "a length that was off is put right");
+    }
+}

@@ -67,3 +67,59 @@ pub(crate) fn slide<T: Real, S: Size>(work: &Workspace<T, S>) -> T {
         _ => T::ZERO,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::size::{Blank, Paper};
+    use std::boxed::Box;
+
+    /// A workspace whose rows touch with these multipliers, on a level line of this curvature.
+    fn touching(multipliers: &[f64], curvature: f64) -> Box<Workspace<f64, Paper>> {
+        let mut work: Box<Workspace<f64, Paper>> = Box::new(Workspace::EMPTY);
+        for (j, &multiplier) in multipliers.iter().enumerate() {
+            let (state, normal) = (ContactState::Closed, [-0.8, 0.6]);
+            work.rows[j] =
+                Row { sample: j as u16, state, normal, tilt: 1e-3, curvature, softness: 0.5, multiplier, ..Row::BLANK };
+        }
+        work.row_count = multipliers.len();
+        work
+    }
+
+    #[test]
+    fn one_row_at_the_middle_of_the_force_stands_for_all() {
+        let mut work = touching(&[1.0, 1.0, 4.0, 1.0], 0.02);
+        add(&mut work, 5);
+        assert_eq!((work.row_count, work.turning), (5, Some(3)));
+        let stiffness = 7.0 * 0.02;
+        let row = work.rows[3];
+        assert!(!row.touches() && !row.only_pushes() && row.state == ContactState::Closed);
+        assert_eq!((row.sample, row.multiplier, row.normal), (2, 0.0, [-0.6, -0.8]));
+        assert!((row.gap - 7e-3 / stiffness).abs() < 1e-15 && (row.softness + 1.0 / stiffness).abs() < 1e-15);
+        assert!(work.rows[4].sample == 3 && work.rows[4].touches(), "the row above has made room");
+        // ν = μκ t·dP + Σ μ tilt.
+        work.row_delta[3] = stiffness * 0.25 + 7e-3;
+        assert!((slide(&work) - 0.25).abs() < 1e-12, "{}", slide(&work));
+    }
+
+    #[test]
+    fn its_own_sign_is_negative_outside_of_an_object_and_positive_in_a_bore() {
+        for (curvature, expected) in [(0.02, 1), (-0.02, 0)] {
+            let mut work = touching(&[2.0, 3.0], curvature);
+            add(&mut work, 5);
+            assert_eq!((work.turning.is_some(), negative(&work)), (true, expected));
+        }
+    }
+
+    #[test]
+    fn there_is_none_without_room_force_or_curvature() {
+        for (multipliers, curvature, capacity) in
+            [([1.0, 1.0], 0.02, 2), ([0.0, 0.0], 0.02, 5), ([1.0, 1.0], 0.0, 5), ([1.0, 1.0], 1e-4, 5)]
+        {
+            let mut work = touching(&multipliers, curvature);
+            add(&mut work, capacity);
+            assert_eq!((work.row_count, work.turning, negative(&work)), (2, None, 0));
+            assert_eq!(slide(&work), 0.0);
+        }
+    }
+}
