@@ -1,8 +1,9 @@
 //! Pictures are well-formed, show what they should, and survive odd input.
 
 use fre::case::preset;
-use fre::draw::{self, Chart, FingerPicture, Ink, Mark, Panel, Scene, Series, Step, Style, Theme};
+use fre::draw::{self, Chart, FingerPicture, Ink, Mark, Panel, Scene, Series, Style, Theme};
 use fre::shape::{Contact, Shape};
+use kurbo::PathEl;
 use model_core::design::{Attachments, Beam, Design, HingeKind};
 use model_core::object::{Motion, ObjectDesign};
 
@@ -340,11 +341,13 @@ fn item_points(item: &draw::Item) -> Vec<[f64; 2]> {
     let draw::Item::Path(path, ..) = item else { return Vec::new() };
     path.0
         .iter()
-        .flat_map(|step| match *step {
-            Step::Move(p) | Step::Line(p) => vec![p],
-            Step::Cubic(a, b, c) => vec![a, b, c],
-            Step::Close => Vec::new(),
+        .flat_map(|element| match element {
+            PathEl::MoveTo(p) | PathEl::LineTo(p) => vec![p],
+            PathEl::QuadTo(a, p) => vec![a, p],
+            PathEl::CurveTo(a, b, p) => vec![a, b, p],
+            PathEl::ClosePath => Vec::new(),
         })
+        .map(|point| [point.x, point.y])
         .collect()
 }
 

@@ -5,7 +5,8 @@ use super::axis::Scale;
 use super::font::Fonts;
 use super::heading::{self, MARGIN, Sample, TEXT};
 use super::palette::Ink;
-use super::scene::{Anchor, Item, Path, Rect, Scene, Stroke, Text};
+use super::path::{Path, Rect};
+use super::scene::{Anchor, Item, Scene, Stroke, Text};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,10 @@
 //! Widths and paths of letters, from fonts inside the program: pictures need no font of the system.
 
+use kurbo::Point;
 use ttf_parser::{Face, OutlineBuilder};
 
-use super::scene::{Anchor, Path, SUBSCRIPT_DROP, SUBSCRIPT_SIZE, Step, Text};
+use super::path::Path;
+use super::scene::{Anchor, SUBSCRIPT_DROP, SUBSCRIPT_SIZE, Text};
 
 /// The faces that pictures use.
 pub(crate) struct Fonts {
@@ -14,11 +16,11 @@ pub(crate) struct Fonts {
 impl Fonts {
     /// Opens the fonts inside the program.
     pub(crate) fn new() -> Self {
-        let face = |bytes| Face::parse(bytes, 0).ok();
+        let face = |bytes: &'static [u8]| Face::parse(bytes, 0).ok();
         Self {
-            regular: face(ttf_noto_sans::REGULAR),
-            italic: face(ttf_noto_sans::ITALIC),
-            bold: face(ttf_noto_sans::BOLD),
+            regular: face(include_bytes!("../../fonts/NotoSans-Regular.ttf")),
+            italic: face(include_bytes!("../../fonts/NotoSans-Italic.ttf")),
+            bold: face(include_bytes!("../../fonts/NotoSans-Bold.ttf")),
         }
     }
 
@@ -50,8 +52,7 @@ impl Fonts {
         let mut path = Path::default();
         let face = [&self.regular, &self.italic, &self.bold].get(glyph.style).and_then(|face| face.as_ref());
         if let Some(face) = face {
-            let mut pen =
-                Pen { path: &mut path, scale: 1.0, offset: [0.0; 2], at: [0.0; 2], upright: false, last: [0.0; 2] };
+            let mut pen = Pen { path: &mut path, scale: 1.0, offset: [0.0; 2], at: [0.0; 2], upright: false };
             face.outline_glyph(ttf_parser::GlyphId(glyph.id), &mut pen);
         }
         path
@@ -104,7 +105,6 @@ impl Fonts {
                 offset: [start + x, y],
                 at: text.at,
                 upright: text.upright,
-                last: [0.0, 0.0],
             };
             face.outline_glyph(glyph, &mut pen);
         });
@@ -132,45 +132,38 @@ struct Pen<'p> {
     offset: [f64; 2],
     at: [f64; 2],
     upright: bool,
-    /// Where the glyph stands, in the picture.
-    last: [f64; 2],
 }
 
 impl Pen<'_> {
-    fn point(&self, x: f32, y: f32) -> [f64; 2] {
+    fn point(&self, x: f32, y: f32) -> Point {
         let (x, y) = (self.offset[0] + self.scale * f64::from(x), self.offset[1] - self.scale * f64::from(y));
         let [x, y] = if self.upright { [y, -x] } else { [x, y] };
-        [self.at[0] + x, self.at[1] + y]
+        Point::new(self.at[0] + x, self.at[1] + y)
     }
 }
 
 impl OutlineBuilder for Pen<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
-        self.last = self.point(x, y);
-        self.path.0.push(Step::Move(self.last));
+        let to = self.point(x, y);
+        self.path.0.move_to(to);
     }
 
     fn line_to(&mut self, x: f32, y: f32) {
-        self.last = self.point(x, y);
-        self.path.0.push(Step::Line(self.last));
+        let to = self.point(x, y);
+        self.path.0.line_to(to);
     }
 
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        let (control, end, start) = (self.point(x1, y1), self.point(x, y), self.last);
-        let third = |from: [f64; 2]| {
-            [from[0] + (control[0] - from[0]) * 2.0 / 3.0, from[1] + (control[1] - from[1]) * 2.0 / 3.0]
-        };
-        self.last = end;
-        self.path.0.push(Step::Cubic(third(start), third(end), end));
+        let (control, to) = (self.point(x1, y1), self.point(x, y));
+        self.path.0.quad_to(control, to);
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        let step = Step::Cubic(self.point(x1, y1), self.point(x2, y2), self.point(x, y));
-        self.last = self.point(x, y);
-        self.path.0.push(step);
+        let (first, second, to) = (self.point(x1, y1), self.point(x2, y2), self.point(x, y));
+        self.path.0.curve_to(first, second, to);
     }
 
     fn close(&mut self) {
-        self.path.0.push(Step::Close);
+        self.path.0.close_path();
     }
 }

@@ -2,7 +2,8 @@
 
 use super::font::Fonts;
 use super::palette::Ink;
-use super::scene::{Path, Scene, Stroke, Text, literal, sentences};
+use super::path::Path;
+use super::scene::{Scene, Stroke, Text, literal, sentences};
 
 pub(crate) const TEXT: f64 = 13.0;
 pub(crate) const MARGIN: f64 = 14.0;

@@ -1,7 +1,8 @@
 //! Small pictures of a case file's keys: what each length and angle is measured between.
 
 use super::palette::Ink;
-use super::scene::{Anchor, Path, Rect, Scene, Stroke, Text, literal};
+use super::path::{Path, Rect};
+use super::scene::{Anchor, Scene, Stroke, Text, literal};
 
 /// Names of the pictures.
 pub const KEY_PICTURES: [&str; 8] = ["finger", "beam", "hinge", "circle", "ellipse", "polygon", "half-plane", "bore"];
@@ -103,7 +104,8 @@ fn finger() -> Scene {
     // Thickness.
     let [x, y] = to([0.0, 55.0]);
     scene.arrow([x + 40.0, y], [x + 4.0, y], Ink::Force, 1.3);
-    scene.arrow([x - 40.0, y], [x - 4.0, y], Ink::Force, 1.3);
+    // Between the beams, which are near to each other here.
+    scene.arrow([x - 24.0, y], [x - 4.0, y], Ink::Force, 1.3);
     label(&mut scene, [x + 44.0, y + 4.0], Anchor::Start, "front.thickness_mm");
     axes(&mut scene, [30.0, 400.0]);
     scene
@@ -139,8 +141,9 @@ fn hinge() -> Scene {
         230.0,
         "Keys of lamellae and hinges: lengths from the centreline or from the face, thicknesses",
     );
-    scene.fill(Path::polygon([[410.0, 20.0], [450.0, 20.0], [450.0, 210.0], [410.0, 210.0]]), Ink::Front, 1.0);
-    guide(&mut scene, [430.0, 10.0], [430.0, 220.0]);
+    scene.fill(Path::polygon([[410.0, 20.0], [450.0, 20.0], [450.0, 150.0], [410.0, 150.0]]), Ink::Front, 1.0);
+    guide(&mut scene, [430.0, 10.0], [430.0, 205.0]);
+    guide(&mut scene, [410.0, 150.0], [410.0, 175.0]);
     scene.fill(Path::polygon([[330.0, 100.0], [410.0, 100.0], [410.0, 120.0], [330.0, 120.0]]), Ink::Lamella, 1.0);
     scene.fill(Path::polygon([[120.0, 80.0], [330.0, 80.0], [330.0, 140.0], [120.0, 140.0]]), Ink::Lamella, 1.0);
     dimension(&mut scene, [160.0, 80.0], [160.0, 140.0]);
@@ -175,7 +178,7 @@ fn circle() -> Scene {
 }
 
 fn ellipse() -> Scene {
-    let (centre, [a, b], turn) = ([160.0, 105.0], [100.0, 55.0], 0.5_f64);
+    let (centre, [a, b], turn) = ([160.0, 110.0], [90.0, 50.0], 0.5_f64);
     let on = |angle: f64| {
         let (x, y) = (a * angle.cos(), b * angle.sin());
         [centre[0] + x * turn.cos() - y * turn.sin(), centre[1] - x * turn.sin() - y * turn.cos()]
@@ -185,11 +188,11 @@ fn ellipse() -> Scene {
     guide(&mut scene, centre, [centre[0] + 110.0, centre[1]]);
     scene.arrow(centre, on(0.0), Ink::Force, 1.3);
     scene.arrow(centre, on(std::f64::consts::FRAC_PI_2), Ink::Force, 1.3);
-    label(&mut scene, [296.0, 40.0], Anchor::End, "semi_axes_mm[0]");
-    label(&mut scene, [126.0, 56.0], Anchor::End, "semi_axes_mm[1]");
-    scene.line(Path::arc(centre, 60.0, -turn, 0.0), Stroke::new(Ink::Force, 1.3));
-    label(&mut scene, [226.0, 97.0], Anchor::Start, "angle_deg");
-    point(&mut scene, centre, [160.0, 128.0], Anchor::Middle, "centre_mm");
+    label(&mut scene, [296.0, 38.0], Anchor::End, "semi_axes_mm[0]");
+    label(&mut scene, [122.0, 60.0], Anchor::End, "semi_axes_mm[1]");
+    scene.line(Path::arc(centre, 45.0, -turn, 0.0), Stroke::new(Ink::Force, 1.3));
+    label(&mut scene, [170.0, 126.0], Anchor::Start, "angle_deg");
+    point(&mut scene, centre, [152.0, 126.0], Anchor::End, "centre_mm");
     scene
 }
 
@@ -207,7 +210,7 @@ fn polygon() -> Scene {
     label(&mut scene, [160.0, 110.0], Anchor::Middle, "corners_mm");
     let [x, y] = corners[2];
     scene.arrow([x, y], [x + 17.0, y - 17.0], Ink::Force, 1.3);
-    label(&mut scene, [x + 22.0, y - 22.0], Anchor::Middle, "rounding_mm");
+    label(&mut scene, [x + 20.0, y - 36.0], Anchor::Middle, "rounding_mm");
     scene
 }
 
@@ -216,8 +219,11 @@ fn half_plane() -> Scene {
     let along = [0.35_f64.sin(), -0.35_f64.cos()];
     let normal = [along[1], -along[0]];
     let on = |s: f64, d: f64| [at[0] + s * along[0] - d * normal[0], at[1] + s * along[1] - d * normal[1]];
-    let outline = Path::polygon([on(-90.0, 0.0), on(90.0, 0.0), on(90.0, 70.0), on(-90.0, 70.0)]);
-    let mut scene = object("Keys of a half-plane", outline);
+    // It has a surface, but no other edge: it goes on beyond the picture.
+    let far = 400.0;
+    let mut scene = object("Keys of a half-plane", Path::default());
+    scene.fill(Path::polygon([on(-far, 0.0), on(far, 0.0), on(far, far), on(-far, far)]), Ink::Object, 1.0);
+    scene.line(Path::lines([on(-far, 0.0), on(far, 0.0)]), Stroke::new(Ink::ObjectEdge, 2.0));
     scene.arrow(at, [at[0] + 60.0 * normal[0], at[1] + 60.0 * normal[1]], Ink::Force, 1.6);
     label(&mut scene, [at[0] + 60.0 * normal[0], at[1] + 60.0 * normal[1] - 8.0], Anchor::Middle, "normal");
     point(&mut scene, at, [at[0] + 10.0, at[1] + 5.0], Anchor::Start, "point_mm");
@@ -226,8 +232,9 @@ fn half_plane() -> Scene {
 
 fn bore() -> Scene {
     let centre = [160.0, 105.0];
-    let mut scene =
-        object("Keys of a bore", Path::rectangle(Rect { left: 76.0, top: 8.0, right: 286.0, bottom: 202.0 }));
+    let mut scene = object("Keys of a bore", Path::default());
+    // The material goes on beyond the picture.
+    scene.fill(Path::rectangle(Rect { left: 78.0, top: 0.0, right: 300.0, bottom: 210.0 }), Ink::Object, 1.0);
     scene.area(Path::circle(centre, 80.0), Ink::Paper, 1.0, Stroke::new(Ink::ObjectEdge, 2.0));
     scene.arrow(centre, [centre[0] + 69.0, centre[1] - 40.0], Ink::Force, 1.3);
     label(&mut scene, [190.0, 62.0], Anchor::Middle, "radius_mm");

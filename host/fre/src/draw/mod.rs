@@ -9,6 +9,7 @@ mod keys;
 mod number;
 mod object;
 mod palette;
+pub(crate) mod path;
 mod png;
 pub(crate) mod scene;
 mod svg;
@@ -24,7 +25,7 @@ pub use number::{short, significant};
 pub use object::object_contour;
 pub use palette::Ink;
 pub use png::{PngError, Theme, png};
-pub use scene::{Item, Scene, Step, literal};
+pub use scene::{Item, Scene, literal};
 pub use svg::{moving_svg, svg, svg_in_page};
 
 /// Pixels per CSS pixel of a PNG.

@@ -3,7 +3,8 @@
 use model_core::object::{Object as _, ObjectDesign, Shape};
 
 use super::number::short;
-use super::scene::{Path, Step, unit};
+use super::path::Path;
+use super::scene::unit;
 
 /// The contour in the world frame, mm. Of a half-plane and of a bore's wall, which have no end, the part within `reach` of a point.
 pub(super) fn contour(object: &ObjectDesign, middle: [f64; 2], reach: f64) -> Path {
@@ -27,9 +28,9 @@ pub(super) fn contour(object: &ObjectDesign, middle: [f64; 2], reach: f64) -> Pa
             let half = (2.0 * reach / radius).min(std::f64::consts::PI);
             let on = |r: f64, angle: f64| [x + r * angle.cos(), y + r * angle.sin()];
             let outer = radius + 2.0 * reach;
-            let mut path = Path(vec![Step::Move(on(*radius, ahead - half))]);
+            let mut path = Path::lines([on(*radius, ahead - half)]);
             path.extend_arc([*x, *y], *radius, ahead - half, ahead + half);
-            path.0.push(Step::Line(on(outer, ahead + half)));
+            path.line_to(on(outer, ahead + half));
             path.extend_arc([*x, *y], outer, ahead + half, ahead - half);
             path.closed()
         }
@@ -39,26 +40,7 @@ pub(super) fn contour(object: &ObjectDesign, middle: [f64; 2], reach: f64) -> Pa
 /// The contour as points, for programs that know no curves.
 pub fn object_contour(object: &ObjectDesign, middle: [f64; 2], reach: f64) -> Vec<[f64; 2]> {
     const PIECES: u32 = 12;
-    let mut points: Vec<[f64; 2]> = Vec::new();
-    for step in contour(object, middle, reach).0 {
-        match step {
-            Step::Move(to) | Step::Line(to) => points.push(to),
-            Step::Cubic(b, c, d) => {
-                let a = points.last().copied().unwrap_or(b);
-                points.extend((1..=PIECES).map(|k| {
-                    let t = f64::from(k) / f64::from(PIECES);
-                    let u = 1.0 - t;
-                    let weights = [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t];
-                    let along = |axis: usize| {
-                        weights[0] * a[axis] + weights[1] * b[axis] + weights[2] * c[axis] + weights[3] * d[axis]
-                    };
-                    [along(0), along(1)]
-                }));
-            }
-            Step::Close => {}
-        }
-    }
-    points
+    contour(object, middle, reach).points(PIECES)
 }
 
 /// The contour at a distance from a convex polygon.
@@ -86,7 +68,7 @@ fn rounded(corners: &[[f64; 2]], rounding: f64) -> Path {
         let turn = (angle(corner, after) - from).rem_euclid(std::f64::consts::TAU);
         let (sin, cos) = from.sin_cos();
         let start = [corner[0] + rounding * cos, corner[1] + rounding * sin];
-        path.0.push(if k == 0 { Step::Move(start) } else { Step::Line(start) });
+        path.line_to(start);
         path.extend_arc(corner, rounding, from, from + turn);
     }
     path.closed()

@@ -1,12 +1,14 @@
 //! A picture as PNG: the same paths painted, letters as paths.
 
+use kurbo::PathEl;
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Mask, Paint, PathBuilder, Pixmap, Stroke as Pen, StrokeDash, Transform,
 };
 
 use super::font::Fonts;
 use super::palette::{Ink, Rgb};
-use super::scene::{Fill, Item, Path, Scene, Step, Stroke};
+use super::path::Path;
+use super::scene::{Fill, Item, Scene, Stroke};
 
 /// Why a picture could not be painted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -117,22 +119,26 @@ impl Canvas {
 
 fn path_of(path: &Path) -> Option<tiny_skia::Path> {
     let mut builder = PathBuilder::new();
-    let single = |p: [f64; 2]| p.map(|x| x as f32);
-    for &step in &path.0 {
-        match step {
-            Step::Move(p) => {
-                let [x, y] = single(p);
+    for element in &path.0 {
+        let at = |p: kurbo::Point| (p.x as f32, p.y as f32);
+        match element {
+            PathEl::MoveTo(p) => {
+                let (x, y) = at(p);
                 builder.move_to(x, y);
             }
-            Step::Line(p) => {
-                let [x, y] = single(p);
+            PathEl::LineTo(p) => {
+                let (x, y) = at(p);
                 builder.line_to(x, y);
             }
-            Step::Cubic(a, b, end) => {
-                let ([ax, ay], [bx, by], [x, y]) = (single(a), single(b), single(end));
+            PathEl::QuadTo(a, p) => {
+                let ((ax, ay), (x, y)) = (at(a), at(p));
+                builder.quad_to(ax, ay, x, y);
+            }
+            PathEl::CurveTo(a, b, p) => {
+                let ((ax, ay), (bx, by), (x, y)) = (at(a), at(b), at(p));
                 builder.cubic_to(ax, ay, bx, by, x, y);
             }
-            Step::Close => builder.close(),
+            PathEl::ClosePath => builder.close(),
         }
     }
     builder.finish()

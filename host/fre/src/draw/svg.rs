@@ -7,9 +7,12 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use kurbo::PathEl;
+
 use super::font::Fonts;
 use super::palette::Ink;
-use super::scene::{Anchor, Item, Path, Rect, SUBSCRIPT_DROP, SUBSCRIPT_SIZE, Scene, Step, Text};
+use super::path::{Path, Rect};
+use super::scene::{Anchor, Item, SUBSCRIPT_DROP, SUBSCRIPT_SIZE, Scene, Text};
 
 /// The picture as an SVG document.
 pub fn svg(scene: &Scene) -> String {
@@ -344,13 +347,14 @@ fn write_text(out: &mut String, text: &Text, width: f64, visible: bool) {
 
 fn steps(path: &Path) -> String {
     let mut out = String::new();
-    let point = |[x, y]: [f64; 2]| format!("{} {}", number(x), number(y));
-    for step in &path.0 {
-        let _ = match *step {
-            Step::Move(p) => write!(out, "M{}", point(p)),
-            Step::Line(p) => write!(out, "L{}", point(p)),
-            Step::Cubic(a, b, c) => write!(out, "C{} {} {}", point(a), point(b), point(c)),
-            Step::Close => write!(out, "Z"),
+    let point = |p: kurbo::Point| format!("{} {}", number(p.x), number(p.y));
+    for element in &path.0 {
+        let _ = match element {
+            PathEl::MoveTo(p) => write!(out, "M{}", point(p)),
+            PathEl::LineTo(p) => write!(out, "L{}", point(p)),
+            PathEl::QuadTo(a, p) => write!(out, "Q{} {}", point(a), point(p)),
+            PathEl::CurveTo(a, b, p) => write!(out, "C{} {} {}", point(a), point(b), point(p)),
+            PathEl::ClosePath => write!(out, "Z"),
         };
     }
     out

@@ -8,7 +8,8 @@ use crate::draw::heading::TEXT;
 use crate::draw::number::{short, significant};
 use crate::draw::object;
 use crate::draw::palette::Ink;
-use crate::draw::scene::{Anchor, Rect, Text};
+use crate::draw::path::Rect;
+use crate::draw::scene::{Anchor, Text};
 use crate::shape::Shape;
 
 /// Half the size of the cross at the object's centre, px.

@@ -12,7 +12,8 @@ use super::font::Fonts;
 use super::heading::{self, MARGIN, Sample};
 use super::object;
 use super::palette::Ink;
-use super::scene::{Item, Path, Scene, Step, Stroke, Text, unit};
+use super::path::Path;
+use super::scene::{Item, Scene, Stroke, Text, unit};
 use crate::shape::Shape;
 use labels::{CROSS, MOTION_ARROW};
 use picture::{ARM, BASE, NetForce, View, along_line};
@@ -170,14 +171,12 @@ impl FingerPicture<'_> {
                     let leave = unit([view.at(tip)[0] - from[0], view.at(tip)[1] - from[1]]);
                     let to = if side == 0 { p } else { q };
                     let reach = sign * (to[0] - from[0]).hypot(to[1] - from[1]) / 3.0;
-                    let neck = Path(vec![
-                        Step::Move(from),
-                        Step::Cubic(
-                            [from[0] + reach * leave[0], from[1] + reach * leave[1]],
-                            [to[0] - reach * along[0], to[1] - reach * along[1]],
-                            to,
-                        ),
-                    ]);
+                    let neck = Path::curve(
+                        from,
+                        [from[0] + reach * leave[0], from[1] + reach * leave[1]],
+                        [to[0] - reach * along[0], to[1] - reach * along[1]],
+                        to,
+                    );
                     scene.line(neck, Stroke::new(Ink::Lamella, (view.scale * design.hinge.thickness).max(1.5)).round());
                 }
             }
@@ -233,11 +232,11 @@ impl FingerPicture<'_> {
         }
         sides[1].reverse();
         let mut outline = Path::lines([roots[0]]);
-        outline.0.extend(sides[0].first().map(|&p| Step::Line(p)));
+        sides[0].first().into_iter().for_each(|&p| outline.line_to(p));
         outline.extend_smooth(&sides[0]);
-        outline.0.extend(sides[1].first().map(|&p| Step::Line(p)));
+        sides[1].first().into_iter().for_each(|&p| outline.line_to(p));
         outline.extend_smooth(&sides[1]);
-        outline.0.push(Step::Line(roots[1]));
+        outline.line_to(roots[1]);
         scene.area(outline.closed(), ink, 1.0, Stroke::new(ink, 0.6).round());
     }
 

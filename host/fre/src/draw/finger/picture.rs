@@ -3,7 +3,8 @@
 use model_core::design::Design;
 use model_core::object::{Motion, ObjectDesign};
 
-use crate::draw::scene::{Rect, unit};
+use crate::draw::path::Rect;
+use crate::draw::scene::unit;
 use crate::shape::Shape;
 
 /// What the picture shows.

@@ -5,7 +5,8 @@ use super::view::FOOT;
 use crate::draw::heading::TEXT;
 use crate::draw::number::short;
 use crate::draw::palette::Ink;
-use crate::draw::scene::{Anchor, Path, Scene, Stroke, Text};
+use crate::draw::path::Path;
+use crate::draw::scene::{Anchor, Scene, Stroke, Text};
 
 impl View {
     /// Draws the bar below the finger, with its length.

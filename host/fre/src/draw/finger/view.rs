@@ -7,7 +7,7 @@ use super::picture::{ARM, BASE, FingerPicture, NetForce, View};
 use crate::draw::font::Fonts;
 use crate::draw::heading::{MARGIN, TEXT};
 use crate::draw::object;
-use crate::draw::scene::Rect;
+use crate::draw::path::Rect;
 use crate::shape::Shape;
 
 pub(super) const WIDTH: f64 = 680.0;

@@ -4,7 +4,8 @@ use super::table::pair_name;
 use super::{COMPARED, Comparison, Row};
 use crate::draw::font::Fonts;
 use crate::draw::heading::{self, Sample};
-use crate::draw::scene::{Anchor, Path, Rect, Scene, Stroke, Text};
+use crate::draw::path::{Path, Rect};
+use crate::draw::scene::{Anchor, Scene, Stroke, Text};
 use crate::draw::{Ink, short};
 
 const WIDTH: f64 = 1060.0;
