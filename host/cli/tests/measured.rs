@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use fre::case::Case;
-use fre::fit::measured::{Coordinate, Measured};
+use fre::case::{Case, Coordinate};
+use fre::fit::measured::Measured;
 use fre::study::model::Options;
 use fre::study::run;
 
@@ -12,7 +12,7 @@ use fre::study::run;
 fn forces_points_and_places_are_read_whatever_the_order_of_columns() {
     let text = "# by hand\nnote,force_n,motor_angle_deg,front_x_mm,front_y_mm\nfirst,1.5,6,0 -1 -2,0 40 80\n\nsecond,2.5,8,,\n";
     let measured = Measured::parse("m.csv", text).unwrap();
-    assert_eq!(measured.coordinate, Coordinate::MotorAngle);
+    assert_eq!(measured.coordinate, Coordinate::Angle);
     assert!(measured.problems.is_empty());
     let [a, b] = &measured.measurements[..] else { panic!("two places: {measured:?}") };
     assert_eq!((a.line, a.place, a.force), (3, 6.0, Some(1.5)));

@@ -9,22 +9,26 @@
 //! - [`study`] – a case solved: runs, sweeps, the paper's table; reports, warnings and pictures of them
 //! - [`draw`] – pictures
 //! - [`case`] – case files
-//! - [`files`] – files that are read and written
+//! - [`files`], [`lock`], [`delimited`], [`visible`] – files that are read and written, locks, lines of CSV, pieces of files in
+//!   messages
 //! - [`table`] – tables of typed columns; `parquet` (feature) – as Parquet files
 //! - [`drive`], [`metrics`], [`shape`], [`heap`] – how a motor moves its finger, distances and errors, the deformed finger, the model's
 //!   size on a PC
 
 pub mod case;
 pub mod compare;
+pub mod delimited;
 pub mod draw;
 pub mod drive;
 pub mod fea;
 pub mod files;
 pub mod fit;
 pub mod heap;
+pub mod lock;
 pub mod metrics;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod shape;
 pub mod study;
 pub mod table;
+pub mod visible;

@@ -32,6 +32,11 @@ pub fn signed_distance(point: Point, line: &[Point]) -> Option<f64> {
     is_right.map(|right| if right { distance } else { -distance })
 }
 
+/// Length of a polyline up to its point nearest to another one, mm; none for an empty line.
+pub fn along(point: Point, line: &[Point]) -> Option<f64> {
+    nearest(point, line).map(|nearest| nearest.along)
+}
+
 /// The point of a line nearest to another one.
 struct Nearest {
     /// How far it is, mm.

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use fre::case::{Along, Case};
+use fre::case::{Case, Coordinate};
 use fre::study::json::{Row, json};
 use fre::study::place::At;
 use fre::study::run::{Run, Unsolved, solve, solve_watched};
@@ -41,7 +41,7 @@ fn csv_and_json_have_the_same_numbers() {
     let run = solved(CASE);
     let rows: Vec<Row> = serde_json::from_str(&json(&run).unwrap()).unwrap();
     assert_eq!(rows, run.places.iter().map(|place| Row::new(&run, place)).collect::<Vec<_>>());
-    let head = csv::head(Along::Angle);
+    let head = csv::head(Coordinate::Angle);
     for (record, row) in csv::records(&run).zip(&rows) {
         let cell = |name: &str| record[head.iter().position(|column| column == name).unwrap()].as_str();
         let number = |name: &str| cell(name).parse::<f64>().ok();

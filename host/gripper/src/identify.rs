@@ -14,7 +14,7 @@ use model_core::object::ObjectDesign;
 use model_core::size::Reduced;
 use model_core::status::Status;
 
-use crate::servo::TORQUE_CONSTANT;
+use crate::datasheet::TORQUE_CONSTANT;
 
 /// Counts after which the friction of a motion that began has turned around.
 const BEGUN: usize = 8;

@@ -3,6 +3,7 @@
 
 pub mod bus;
 pub mod calibrated;
+pub mod datasheet;
 pub mod demo;
 pub mod estimator;
 pub mod identify;

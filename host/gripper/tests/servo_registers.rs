@@ -6,10 +6,8 @@ mod servo_case;
 use std::f64::consts::TAU;
 
 use dynamixel::{Answer, Error, StatusError, SyncAnswer, xm430};
-use fre_gripper::servo::{
-    ACCELERATION_UNIT, Clock, Config, ConfigError, FREE_SPEED, FRICTION, Fault, Gains, SPEED_UNIT, STALL_TORQUE, Servo,
-    TORQUE_CONSTANT,
-};
+use fre_gripper::datasheet::{FREE_SPEED, FRICTION, STALL_TORQUE, TORQUE_CONSTANT};
+use fre_gripper::servo::{ACCELERATION_UNIT, Clock, Config, ConfigError, Fault, Gains, SPEED_UNIT, Servo};
 use model_core::status::Status;
 use servo_bus::{Bus, id, run};
 use servo_case::load;

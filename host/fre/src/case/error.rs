@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::visible::{self, visible};
+
 /// The longest piece of a file that a message repeats, characters.
 const LONGEST_VALUE: usize = 60;
 
@@ -125,21 +127,8 @@ impl Place {
 /// A piece of a file on one line of bounded length.
 pub(super) fn shortened(text: &str) -> String {
     // Not `split_whitespace`: blanks that no editor shows are to be seen.
-    let line: String =
-        text.split([' ', '\t', '\r', '\n']).filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");
-    if line.chars().count() <= LONGEST_VALUE {
-        visible(&line)
-    } else {
-        visible(&line.chars().take(LONGEST_VALUE).chain(['…']).collect::<String>())
-    }
-}
-
-/// A piece of a file on one line: control characters, which a quoted key may hold, and blanks other than the usual one are
-/// escaped.
-pub(super) fn visible(text: &str) -> String {
-    let hidden = |letter: char| letter.is_control() || (letter.is_whitespace() && letter != ' ');
-    let letter = |letter: char| if hidden(letter) { letter.escape_default().to_string() } else { letter.into() };
-    text.chars().map(letter).collect()
+    let words: Vec<&str> = text.split([' ', '\t', '\r', '\n']).filter(|word| !word.is_empty()).collect();
+    visible::shortened(&words.join(" "), LONGEST_VALUE)
 }
 
 /// The key that an unknown one resembles: the same but for a unit, an ending or a few letters.

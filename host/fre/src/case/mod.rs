@@ -24,7 +24,7 @@ pub use edit::{Document, KeyError};
 pub use error::{CaseError, KnownKeys, Place};
 pub use finger::Finger;
 pub use keys::{MAX_ANGLE, MAX_DISTANCE};
-pub use motion::{Along, Path as MotionPath};
+pub use motion::{Coordinate, Path as MotionPath};
 pub use preset::{PRESETS, preset};
 pub use reference::{PICTURES, reference};
 

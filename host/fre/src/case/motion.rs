@@ -9,7 +9,7 @@ use super::source::Table;
 
 /// What the places of a motion are counted by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Along {
+pub enum Coordinate {
     /// The motor angle, degrees.
     Angle,
     /// The distance of a translated base, mm.
@@ -18,7 +18,7 @@ pub enum Along {
     Time,
 }
 
-impl Along {
+impl Coordinate {
     /// Name of its column and key in files, with the unit.
     pub fn column(self) -> &'static str {
         match self {
@@ -67,10 +67,10 @@ pub struct Path {
 
 impl Path {
     /// What its places are counted by.
-    pub fn along(&self) -> Along {
+    pub fn along(&self) -> Coordinate {
         match self.motion {
-            Motion::Rotating { .. } => Along::Angle,
-            Motion::Translating { .. } => Along::Distance,
+            Motion::Rotating { .. } => Coordinate::Angle,
+            Motion::Translating { .. } => Coordinate::Distance,
         }
     }
 

@@ -7,7 +7,8 @@ use serde_json::Value as Json;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{CaseError, KnownKeys, Place, nearest, shortened, visible};
+use super::error::{CaseError, KnownKeys, Place, nearest, shortened};
+use crate::visible::visible;
 
 /// The largest case file, bytes.
 pub(super) const MAX_BYTES: u64 = 1 << 20;

@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use model_core::object::Motion;
-
 use super::notes::doubts;
 use super::outlying::{mark_outliers, outlying_points};
 use super::pictures::residual_chart;
 use super::{CompareError, Comparison, Reference, Row};
 use crate::case::Case;
-use crate::fit::measured::{Coordinate, Measured};
+use crate::fit::measured::Measured;
 use crate::study::model::Options;
 use crate::study::run;
 
@@ -33,10 +31,7 @@ pub fn with_measurements(
     file: &Path,
     order: Order,
 ) -> Result<Comparison, CompareError> {
-    let needed = match case.path.motion {
-        Motion::Rotating { .. } => Coordinate::MotorAngle,
-        Motion::Translating { .. } => Coordinate::Distance,
-    };
+    let needed = case.path.along();
     if measured.coordinate != needed {
         let (found, needed) = (measured.coordinate.column(), needed.column());
         return Err(CompareError::Coordinate { file: file.display().to_string(), found, needed });

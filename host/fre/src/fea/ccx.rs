@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::path::Path;
 use std::process::{Command, ExitStatus};
-use std::time::{Duration, Instant};
 
 use super::FeaError;
 use super::region::Point;
+use crate::lock;
 
 /// The program.
 pub const PROGRAM: &str = "ccx";
@@ -32,9 +32,6 @@ pub struct Progress {
     pub iterations: usize,
 }
 
-/// How long a lock is waited for.
-const PATIENCE: Duration = Duration::from_millis(500);
-
 /// Locks a folder, so that no two runs write the same files.
 ///
 /// # Errors
@@ -43,15 +40,10 @@ pub fn lock(folder: &Path, job: &str) -> Result<File, FeaError> {
     let path = folder.join(format!("{job}.lock"));
     let io = |source| FeaError::Io { file: path.display().to_string(), source };
     let file = File::options().read(true).write(true).create(true).truncate(true).open(&path).map_err(io)?;
-    let begin = Instant::now();
-    loop {
-        match file.try_lock() {
-            Ok(()) => return Ok(file),
-            // A child between its fork and its exec holds its parent's lock for a moment.
-            Err(TryLockError::WouldBlock) if begin.elapsed() < PATIENCE => std::thread::sleep(PATIENCE / 50),
-            Err(TryLockError::WouldBlock) => return Err(FeaError::Busy { folder: folder.display().to_string() }),
-            Err(TryLockError::Error(source)) => return Err(io(source)),
-        }
+    match lock::patiently(&file) {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(FeaError::Busy { folder: folder.display().to_string() }),
+        Err(TryLockError::Error(source)) => Err(io(source)),
     }
 }
 

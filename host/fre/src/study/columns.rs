@@ -1,6 +1,6 @@
 //! The columns of a run's results: name, heading, decimals and value of each, defined once for CSV and text.
 
-use crate::case::Along;
+use crate::case::Coordinate;
 use crate::study::model::{physics_word, scheme_word};
 use crate::study::number::fixed;
 use crate::study::place::{MaxStrain, Place, State};
@@ -55,7 +55,7 @@ enum Name {
 pub(super) struct Column {
     name: Name,
     /// Two lines above the column in tables: what it is, and its unit.
-    heading: fn(Along) -> [&'static str; 2],
+    heading: fn(Coordinate) -> [&'static str; 2],
     /// Decimals in tables, and what the value is multiplied by there.
     decimals: usize,
     scale: f64,
@@ -70,12 +70,12 @@ impl Column {
     }
 
     /// A column of words that is shown in tables, too.
-    const fn words(self, heading: fn(Along) -> [&'static str; 2]) -> Self {
+    const fn words(self, heading: fn(Coordinate) -> [&'static str; 2]) -> Self {
         Self { heading, words: true, ..self }
     }
 
     /// A column that is shown in tables, too.
-    const fn shown(self, heading: fn(Along) -> [&'static str; 2], decimals: usize) -> Self {
+    const fn shown(self, heading: fn(Coordinate) -> [&'static str; 2], decimals: usize) -> Self {
         Self { heading, decimals, ..self }
     }
 
@@ -89,7 +89,7 @@ impl Column {
     }
 
     /// Its name in a CSV file; every name carries its unit.
-    pub(super) fn name(&self, along: Along) -> String {
+    pub(super) fn name(&self, along: Coordinate) -> String {
         match self.name {
             Name::Fixed(name) => name.to_owned(),
             Name::Place => along.column().to_owned(),
@@ -98,7 +98,7 @@ impl Column {
     }
 
     /// Its two lines of heading in a table.
-    pub(super) fn heading(&self, along: Along) -> [&'static str; 2] {
+    pub(super) fn heading(&self, along: Coordinate) -> [&'static str; 2] {
         (self.heading)(along)
     }
 
@@ -154,8 +154,8 @@ pub(super) const FORCE_Y: Column =
     Column::new("force_y_n", |_, place| of(place, |s| s.force_n[1])).shown(|_| ["fy", "N"], 4);
 pub(super) const TORQUE: Column = Column::new("motor_torque_nmm", |_, place| of(place, |s| s.motor_torque_nmm)).shown(
     |along| match along {
-        Along::Angle | Along::Time => ["torque", "N·mm"],
-        Along::Distance => ["drive", "N"],
+        Coordinate::Angle | Coordinate::Time => ["torque", "N·mm"],
+        Coordinate::Distance => ["drive", "N"],
     },
     2,
 );
@@ -287,9 +287,9 @@ pub(super) const GAINS: [Column; 12] = [
     PLACE,
     Column::per("gain_per_", "_n", |_, place| gain(place, Sensitivity::force_along_motion)).shown(
         |along| match along {
-            Along::Angle => ["angle", "N/°"],
-            Along::Distance => ["distance", "N/mm"],
-            Along::Time => ["time", "N/s"],
+            Coordinate::Angle => ["angle", "N/°"],
+            Coordinate::Distance => ["distance", "N/mm"],
+            Coordinate::Time => ["time", "N/s"],
         },
         4,
     ),

@@ -3,7 +3,7 @@
 use model_core::status::Status;
 use serde::{Deserialize, Serialize};
 
-use crate::case::Along;
+use crate::case::Coordinate;
 use crate::shape::Contact;
 use crate::study::branch::FirstBranch;
 use crate::study::model::{self, Precision, physics_word, scheme_word};
@@ -98,12 +98,12 @@ impl Row {
     pub fn new(run: &Run, place: &Place) -> Self {
         let state = place.state.as_ref();
         let shape = state.map(|state| state.shape.clone()).unwrap_or_default();
-        let at = |along: Along| (place.at.along() == along).then_some(place.at.value());
+        let at = |along: Coordinate| (place.at.along() == along).then_some(place.at.value());
         Self {
             status: place.status,
-            motor_angle_deg: at(Along::Angle),
-            distance_mm: at(Along::Distance),
-            time_s: at(Along::Time),
+            motor_angle_deg: at(Coordinate::Angle),
+            distance_mm: at(Coordinate::Distance),
+            time_s: at(Coordinate::Time),
             force_n: place.force_n(),
             force_magnitude_n: place.force_magnitude_n(),
             force_finger_frame_n: state.map(|state| state.force_finger_frame_n),

@@ -4,6 +4,7 @@ pub mod branch;
 pub mod choice;
 mod columns;
 pub mod csv;
+pub mod follow;
 pub mod headline;
 pub mod json;
 pub mod model;

@@ -3,7 +3,7 @@
 use model_core::status::Status;
 use serde::{Deserialize, Serialize};
 
-use crate::case::Along;
+use crate::case::Coordinate;
 use crate::shape::Shape;
 use crate::study::number::short;
 use crate::study::pressure::Pressure;
@@ -23,11 +23,11 @@ pub enum At {
 
 impl At {
     /// A value in the unit of what it is counted by.
-    pub fn new(along: Along, value: f64) -> Self {
+    pub fn new(along: Coordinate, value: f64) -> Self {
         match along {
-            Along::Angle => Self::Angle(value),
-            Along::Distance => Self::Distance(value),
-            Along::Time => Self::Time(value),
+            Coordinate::Angle => Self::Angle(value),
+            Coordinate::Distance => Self::Distance(value),
+            Coordinate::Time => Self::Time(value),
         }
     }
 
@@ -39,11 +39,11 @@ impl At {
     }
 
     /// What it is counted by.
-    pub fn along(self) -> Along {
+    pub fn along(self) -> Coordinate {
         match self {
-            Self::Angle(_) => Along::Angle,
-            Self::Distance(_) => Along::Distance,
-            Self::Time(_) => Along::Time,
+            Self::Angle(_) => Coordinate::Angle,
+            Self::Distance(_) => Coordinate::Distance,
+            Self::Time(_) => Coordinate::Time,
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::case::Case;
 use crate::heap::{Host, Wide};
 use crate::shape::Shape;
 use crate::study::branch::{self, FirstBranch, Found};
+use crate::study::follow::follower;
 use crate::study::model::{Model, Options, Precision};
 use crate::study::overlap;
 use crate::study::place::{At, Effort, MaxStrain, Place, State};
@@ -134,10 +135,7 @@ fn solve_with_room<T: Real, B>(case: &Case, options: &Options, watch: Watch<'_, 
 
 /// A follower at the beginning of the path, without contact.
 fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T, S>, DiscretiseError> {
-    let mut follower = <Follower<T, S>>::EMPTY;
-    follower.configure(&case.finger.design, &options.discretisation)?;
-    follower.set_hessian(options.hessian);
-    follower.set_object(case.object, case.path.motion);
+    let mut follower = follower(&case.finger.design, case.object, case.path.motion, options)?;
     if let Some(&first) = case.path.places.first() {
         // A start that is not free of contact shows in the status of every place.
         follower.start(case.path.coordinate(first));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::case::{Along, Case};
+use crate::case::{Case, Coordinate};
 use crate::study::columns::{Column, DESIGN, GAINS, RESULTS};
 use crate::study::headline::headline;
 use crate::study::number::short;
@@ -41,7 +41,7 @@ pub fn text(case: &Case, run: &Run) -> String {
 }
 
 /// Two lines of headings, then a line per place; words to the left, numbers to the right.
-fn table(out: &mut String, columns: &[Column], along: Along, run: &Run, shown: impl Fn(&Place) -> bool) {
+fn table(out: &mut String, columns: &[Column], along: Coordinate, run: &Run, shown: impl Fn(&Place) -> bool) {
     let places: Vec<&Place> = run.places.iter().filter(|place| shown(place)).collect();
     let mut lines = vec![String::new(); 2 + places.len()];
     for column in columns {

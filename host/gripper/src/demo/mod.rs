@@ -37,6 +37,7 @@ use crate::servo::{Clock, Config, Gains, Load, OnBranch, Servo};
 use crate::source::Statistics;
 use fre::case::preset;
 use fre::files::Folder;
+use fre::metrics::along;
 use fre::shape::{Contact, Shape};
 use fre::study::model::{self, physics_word};
 
@@ -448,7 +449,7 @@ impl Seen {
     }
 }
 
-/// A gripper's shape as pictures take it. It does not tell arc lengths: those are along the polyline, to the nearest point.
+/// A gripper's shape as pictures take it. It does not have arc lengths: those are taken along the polyline, to its nearest point.
 fn shape_of(told: &messages::Shape) -> Shape {
     let double = |point: &[f32; 2]| point.map(f64::from);
     let front: Vec<[f64; 2]> = told.front.iter().map(double).collect();
@@ -457,7 +458,7 @@ fn shape_of(told: &messages::Shape) -> Shape {
         let force = x.hypot(y);
         let length = force.max(f64::MIN_POSITIVE);
         Contact {
-            arc: arc_near(&front, double(&contact.position)),
+            arc: along(double(&contact.position), &front).unwrap_or(0.0),
             position: double(&contact.position),
             normal: [-x / length, -y / length],
             force,
@@ -466,20 +467,4 @@ fn shape_of(told: &messages::Shape) -> Shape {
     let contacts = told.contacts.iter().map(contact).collect();
     let lamellae = told.lamella_front.iter().zip(&told.lamella_back).map(|(a, b)| [double(a), double(b)]).collect();
     Shape { back: told.back.iter().map(double).collect(), lamellae, contacts, front }
-}
-
-/// Arc length of the polyline's point next to a place, mm.
-fn arc_near(line: &[[f64; 2]], [x, y]: [f64; 2]) -> f64 {
-    let mut arc = 0.0;
-    let mut best = (f64::INFINITY, 0.0);
-    for (index, point) in line.iter().enumerate() {
-        if let Some(before) = index.checked_sub(1).map(|before| line[before]) {
-            arc += (point[0] - before[0]).hypot(point[1] - before[1]);
-        }
-        let off = (point[0] - x).hypot(point[1] - y);
-        if off < best.0 {
-            best = (off, arc);
-        }
-    }
-    best.1
 }

@@ -9,7 +9,7 @@ use model_core::status::Status;
 use super::Seen;
 use super::live::grouped;
 use super::sample::{FLOOR_N, REFERENCES, Sample, Way};
-use fre::shape::Shape;
+use fre::metrics::distance;
 
 /// A trustworthy estimate may differ from `trapezoid` 170/20 by so much, percent (of at least [`FLOOR_N`]: 0.05 N).
 pub const ALLOWED_PERCENT: f64 = 1.0;
@@ -443,18 +443,6 @@ fn meanwhile([before, after]: &[Counters; 2]) -> Counters {
 /// Greatest distance of the target's front beam from the trapezoid's in the shape with the greatest force, and the angle.
 fn shape_off(seen: &Seen) -> Option<[f64; 2]> {
     let (shape, reference, angle) = seen.shape_beside_reference()?;
-    let off = shape.front.iter().map(|&point| distance(point, reference)).fold(0.0, f64::max);
+    let off = shape.front.iter().filter_map(|&point| distance(point, &reference.front)).fold(0.0, f64::max);
     Some([off, angle.to_degrees()])
-}
-
-/// Distance of a point from a shape's front centreline, mm.
-fn distance([x, y]: [f64; 2], to: &Shape) -> f64 {
-    let segment = |pair: &[[f64; 2]]| {
-        let [[ax, ay], [bx, by]] = [pair[0], pair[1]];
-        let (dx, dy) = (bx - ax, by - ay);
-        let length = dx * dx + dy * dy;
-        let part = if length > 0.0 { (((x - ax) * dx + (y - ay) * dy) / length).clamp(0.0, 1.0) } else { 0.0 };
-        (ax + part * dx - x).hypot(ay + part * dy - y)
-    };
-    to.front.windows(2).map(segment).fold(f64::INFINITY, f64::min)
 }

@@ -18,6 +18,7 @@ use model_core::real::Real;
 use model_core::status::Status;
 
 use fre::heap::Host;
+use fre::study::follow::follower;
 use fre::study::model::{Options, Precision};
 
 /// Distance of two nodes of the table, rad: half a count of the servo.
@@ -268,12 +269,9 @@ fn explore<T: Real>(
     options: &Options,
     highest_deg: f64,
 ) -> Result<Load, LoadError> {
-    let mut finger = Finger::<T> { follower: Follower::EMPTY, drive };
-    let follower = &mut finger.follower;
-    follower.configure(design, &options.discretisation).map_err(LoadError::Discretise)?;
-    follower.set_hessian(options.hessian);
-    follower.set_object(object, drive.motion(design.motor_axis));
-    let finger = &mut finger;
+    let motion = drive.motion(design.motor_axis);
+    let follower = follower(design, object, motion, options).map_err(LoadError::Discretise)?;
+    let finger = &mut Finger::<T> { follower, drive };
     let first = finger.open()?;
     let range = LoadError::Range { highest_deg, lowest_deg: (first as f64 * PITCH).to_degrees() };
     if highest_deg.is_nan() || highest_deg > 180.0 {

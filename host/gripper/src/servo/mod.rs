@@ -29,7 +29,6 @@ pub use control::Gains;
 pub use fault::Fault;
 pub use hub::{Handle, Hub, Running};
 pub use load::{Contact, Load, LoadError, OnBranch};
-pub use motor::{FREE_SPEED, FRICTION, STALL_TORQUE, TORQUE_CONSTANT};
 pub use port::PortError;
 pub use profile::{ACCELERATION_UNIT, Kind, Limits, Profile, SPEED_UNIT};
 

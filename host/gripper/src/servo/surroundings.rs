@@ -1,6 +1,6 @@
 //! What a servo stands in and stands: its supply and its temperature.
 
-use super::motor::{NOMINAL_VOLTAGE, TORQUE_CONSTANT};
+use crate::datasheet::{NOMINAL_VOLTAGE, TORQUE_CONSTANT};
 
 /// Temperature inside without current, °C.
 const AMBIENT: f64 = 32.0;

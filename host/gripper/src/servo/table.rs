@@ -9,9 +9,10 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 use super::config::{COUNTS_PER_RADIAN, Clock, Config, ConfigError};
 use super::control::{Ceiling, Control, FULL_PWM, Gains};
 use super::mode::Mode;
-use super::motor::{FREE_SPEED, Gear, Motor, NOMINAL_VOLTAGE, STALL_TORQUE, Supply, TORQUE_CONSTANT};
+use super::motor::{Gear, Motor, Supply};
 use super::profile::{ACCELERATION_UNIT, Limits, Profile, SPEED_UNIT};
 use super::surroundings::Surroundings;
+use crate::datasheet::{FREE_SPEED, NOMINAL_VOLTAGE, STALL_TORQUE, TORQUE_CONSTANT};
 
 /// Bytes of the table: to the end of Present Temperature.
 const LENGTH: usize = 147;

@@ -6,9 +6,9 @@ use model_core::drive::{Drive, DriveError};
 use model_core::object::ObjectDesign;
 
 use super::Run;
-use crate::case::{Case, CaseError, Document, Finger};
+use crate::case::{Case, CaseError, Coordinate, Document, Finger};
 use crate::drive::{OtherMotion, agrees};
-use crate::fit::measured::{Coordinate, Measured, MeasuredError};
+use crate::fit::measured::{Measured, MeasuredError};
 
 /// The runs of one finger, each on its object.
 #[derive(Clone, Debug)]
@@ -125,7 +125,7 @@ impl Input {
         for (index, path) in measurements.iter().enumerate() {
             let measured = Measured::read(path)?;
             let name = path.display().to_string();
-            if measured.coordinate != Coordinate::MotorAngle {
+            if measured.coordinate != Coordinate::Angle {
                 return Err(InputError::Coordinate { file: name, found: measured.coordinate.column() });
             }
             let object = cases[if cases.len() == 1 { 0 } else { index }].object;

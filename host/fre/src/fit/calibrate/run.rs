@@ -3,7 +3,6 @@
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, DiscretiseError};
 use model_core::drive::{Drive, Knots, Travel};
-use model_core::equilibrium::Follower;
 use model_core::object::ObjectDesign;
 use model_core::sensitivity::{DesignParameter, Probe};
 use model_core::status::Status;
@@ -12,6 +11,8 @@ use super::Parameter;
 use crate::fit::measured::Measured;
 use crate::heap::Host;
 use crate::metrics::Point;
+use crate::study::follow::follower;
+use crate::study::model::Options;
 
 /// One reading.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,15 +149,15 @@ impl Model<'_> {
     /// If a design with these values is refused.
     pub fn predict(&self, run: &Run, trial: &Trial, derivatives: bool) -> Result<Vec<Prediction>, DiscretiseError> {
         let design = trial.design(self.design);
-        let mut follower = <Follower<f64, Host>>::EMPTY;
         let mut probe = Probe::EMPTY;
-        follower.configure(&design, &self.discretisation)?;
         let object = trial.object(run.object, self.design);
         if object.validate().is_err() {
             // An object that cannot be is one that nothing is known about.
             return Ok(run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect());
         }
-        follower.set_object(object, self.drive.motion(design.motor_axis));
+        let options = Options { discretisation: self.discretisation, ..Options::default() };
+        let motion = self.drive.motion(design.motor_axis);
+        let mut follower = follower::<f64, Host>(&design, object, motion, &options)?;
         let zero = trial.change(Parameter::Zero, self.design);
         let travel = trial.travel(self.design);
         // The motion's coordinate, rad or mm, and its derivative by the motor's angle; none outside a drive's table.

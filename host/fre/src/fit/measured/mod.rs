@@ -24,9 +24,9 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
-use crate::case::{MAX_ANGLE, MAX_DISTANCE};
+use crate::case::{Coordinate, MAX_ANGLE, MAX_DISTANCE};
 use crate::metrics::Point;
-use records::{Record, Records, listed, shown};
+use records::{COLUMNS, Record, Records, listed, shown};
 
 /// Places closer than this are the same one.
 const SAME_PLACE: f64 = 1e-6;
@@ -39,9 +39,6 @@ const MAX_COORDINATE: f64 = 1e4;
 const MAX_BYTES: u64 = 64 << 20;
 /// Names that `fre outline` writes beside those that mean something here.
 const OWN: [&str; 2] = ["arc_mm", "deviation_mm"];
-
-/// Columns that mean something.
-const COLUMNS: [&str; 7] = ["motor_angle_deg", "distance_mm", "force_n", "fx_n", "fy_n", "front_x_mm", "front_y_mm"];
 
 /// Why a file of measurements cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -109,30 +106,13 @@ impl std::fmt::Display for Problem {
     }
 }
 
-/// What the places of a file are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Coordinate {
-    /// Motor angles, degrees.
-    MotorAngle,
-    /// Distances of a translated base, mm.
-    Distance,
-}
-
-impl Coordinate {
-    /// The column's name.
-    pub fn column(self) -> &'static str {
-        match self {
-            Self::MotorAngle => COLUMNS[0],
-            Self::Distance => COLUMNS[1],
-        }
-    }
-
-    /// The largest magnitude, as in a case.
-    fn limit(self) -> f64 {
-        match self {
-            Self::MotorAngle => MAX_ANGLE,
-            Self::Distance => MAX_DISTANCE,
-        }
+/// The largest magnitude of a place, as in a case.
+fn limit(coordinate: Coordinate) -> f64 {
+    match coordinate {
+        Coordinate::Angle => MAX_ANGLE,
+        Coordinate::Distance => MAX_DISTANCE,
+        // No file has a column of times.
+        Coordinate::Time => f64::INFINITY,
     }
 }
 
@@ -255,7 +235,7 @@ impl Measured {
         let found = || listed(&heads).join(", ");
         let lacks = |needed| MeasuredError::Header { file: name.to_owned(), line, needed, found: found() };
         let coordinate = match (columns[0], columns[1]) {
-            (Some(_), None) => Coordinate::MotorAngle,
+            (Some(_), None) => Coordinate::Angle,
             (None, Some(_)) => Coordinate::Distance,
             (Some(_), Some(_)) => {
                 let (columns, allowed) = ("both motor_angle_deg and distance_mm".to_owned(), "one of them");
@@ -367,10 +347,10 @@ impl Row {
             columns[column].and_then(|at| row.get(at)).map(String::as_str).filter(|text| !text.is_empty())
         };
         let number = |column: usize| cell(column).map(|text| number(COLUMNS[column], text, comma)).transpose();
-        let place_column = if coordinate == Coordinate::MotorAngle { 0 } else { 1 };
+        let place_column = if coordinate == Coordinate::Angle { 0 } else { 1 };
         let place =
             number(place_column)?.ok_or_else(|| format!("{} is empty; needed is a number", coordinate.column()))?;
-        let limit = coordinate.limit();
+        let limit = limit(coordinate);
         if place.abs() > limit {
             return Err(format!("{} = {place}; allowed is {} to {limit}", coordinate.column(), -limit));
         }

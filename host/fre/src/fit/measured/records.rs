@@ -1,6 +1,10 @@
 //! Lines and cells of what spreadsheets write.
 
-use super::COLUMNS;
+use crate::visible::shortened;
+
+/// Columns that mean something.
+pub(super) const COLUMNS: [&str; 7] =
+    ["motor_angle_deg", "distance_mm", "force_n", "fx_n", "fy_n", "front_x_mm", "front_y_mm"];
 
 /// The most lines of one cell: a note has fewer, and two stray quotation marks are not to hide what lies between them.
 const MOST_BREAKS: usize = 20;
@@ -122,16 +126,9 @@ impl<'a> Records<'a> {
     }
 }
 
-/// A piece of the file for a message: on one line, with control characters escaped, and not longer than a line is.
+/// A piece of the file for a message.
 pub(super) fn shown(text: &str) -> String {
-    let hidden = |letter: char| letter.is_control() || (letter.is_whitespace() && letter != ' ');
-    let escaped = |letter: char| if hidden(letter) { letter.escape_default().to_string() } else { letter.into() };
-    let mut letters = text.chars();
-    let mut piece: String = letters.by_ref().take(LONGEST_SHOWN).map(escaped).collect();
-    if letters.next().is_some() {
-        piece.push('…');
-    }
-    piece
+    shortened(text, LONGEST_SHOWN)
 }
 
 /// Names of columns for a message.

@@ -6,7 +6,6 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use model_core::status::Status;
 use serde::Deserialize as _;
@@ -14,6 +13,8 @@ use serde::de::IntoDeserializer as _;
 
 use super::identity::{Identity, MAGIC, beside};
 use super::{Sweep, SweepError};
+use crate::delimited::line;
+use crate::lock;
 use crate::study::csv;
 use crate::study::place::Place;
 use crate::study::run::Run;
@@ -75,16 +76,10 @@ impl Ledger {
         if !file.metadata().map_err(failed)?.is_file() {
             return Err(SweepError::NoFile { file: name });
         }
-        let begin = Instant::now();
-        loop {
-            match file.try_lock() {
-                Ok(()) => break,
-                // A child between its fork and its exec holds its parent's lock for a moment.
-                Err(TryLockError::WouldBlock) if begin.elapsed() < PATIENCE => std::thread::sleep(PATIENCE / 50),
-                Err(TryLockError::WouldBlock) => return Err(SweepError::Busy { file: name }),
-                Err(TryLockError::Error(source)) => return Err(failed(source)),
-            }
-        }
+        lock::patiently(&file).map_err(|error| match error {
+            TryLockError::WouldBlock => SweepError::Busy { file: name.clone() },
+            TryLockError::Error(source) => failed(source),
+        })?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
         let identity = Identity::of(sweep);
@@ -231,16 +226,11 @@ impl Ledger {
     }
 }
 
-/// How long a lock is waited for.
-const PATIENCE: Duration = Duration::from_millis(500);
-
 /// The first line of a sweep's file: the names of its columns.
 pub(super) fn header(sweep: &Sweep) -> String {
     let axes = sweep.axes.iter().map(|axis| axis.name().to_owned());
     let shapes = if sweep.shapes { csv::SHAPES.map(str::to_owned).to_vec() } else { Vec::new() };
-    let columns: Vec<String> =
-        std::iter::once("row".to_owned()).chain(axes).chain(csv::head(sweep.path.along())).chain(shapes).collect();
-    csv::line(&columns)
+    line(std::iter::once("row".to_owned()).chain(axes).chain(csv::head(sweep.path.along())).chain(shapes))
 }
 
 /// The rows of a point: their number within the point, and their line.
@@ -250,12 +240,8 @@ pub(super) fn rows(sweep: &Sweep, point: usize, run: &Run) -> impl Iterator<Item
     let shapes = sweep.shapes;
     csv::records(run).zip(&run.places).enumerate().map(move |(row, (values, place))| {
         let shape = if shapes { csv::shape(place).to_vec() } else { Vec::new() };
-        let record: Vec<String> = std::iter::once((first + row).to_string())
-            .chain(words.iter().cloned())
-            .chain(values)
-            .chain(shape)
-            .collect();
-        (row, csv::line(&record))
+        let number = (first + row).to_string();
+        (row, line(std::iter::once(number).chain(words.iter().cloned()).chain(values).chain(shape)))
     })
 }
 

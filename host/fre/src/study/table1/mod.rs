@@ -14,11 +14,12 @@ use model_core::discretise::{Discretisation, DiscretiseError, Physics, Scheme};
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 
-use crate::case::{Along, Case, CaseError, MotionPath, preset};
+use crate::case::{Case, CaseError, Coordinate, MotionPath, preset};
+use crate::delimited::line;
 use crate::draw;
 use crate::files::{FileError, Folder};
 use crate::metrics::{Deviation, deviation, force_error};
-use crate::study::csv::{head, line, records};
+use crate::study::csv::{head, records};
 use crate::study::model::Options;
 use crate::study::place::Place;
 use crate::study::run::{self, Run};
@@ -266,7 +267,7 @@ pub fn markdown(rows: &[Row]) -> String {
 /// One line per case and variant, with the columns of `fre solve`.
 pub fn csv(rows: &[Row]) -> String {
     let own = ["diameter_mm", "height", "height_mm", "angle", "model"].map(str::to_owned);
-    let mut out = line(&own.into_iter().chain(head(Along::Angle)).collect::<Vec<_>>());
+    let mut out = line(own.into_iter().chain(head(Coordinate::Angle)));
     for row in rows {
         let Series { diameter_mm, height, height_mm, .. } = row.series;
         for (run, variant) in row.runs.iter().zip(variants()) {
@@ -274,7 +275,7 @@ pub fn csv(rows: &[Row]) -> String {
             let own =
                 [diameter_mm.to_string(), height.to_owned(), height_mm.to_string(), angle, variant.name.to_owned()];
             for record in records(run) {
-                out += &line(&own.iter().cloned().chain(record).collect::<Vec<_>>());
+                out += &line(own.iter().cloned().chain(record));
             }
         }
     }

@@ -1,0 +1,27 @@
+//! A follower of a case, ready to start.
+
+use model_core::design::Design;
+use model_core::discretise::DiscretiseError;
+use model_core::equilibrium::Follower;
+use model_core::object::{Motion, ObjectDesign};
+use model_core::real::Real;
+use model_core::size::Size;
+
+use crate::study::model::Options;
+
+/// A follower of a finger against an object, before its start.
+///
+/// # Errors
+/// If the finger cannot be discretised as asked.
+pub fn follower<T: Real, S: Size>(
+    design: &Design,
+    object: ObjectDesign,
+    motion: Motion,
+    options: &Options,
+) -> Result<Follower<T, S>, DiscretiseError> {
+    let mut follower = <Follower<T, S>>::EMPTY;
+    follower.configure(design, &options.discretisation)?;
+    follower.set_hessian(options.hessian);
+    follower.set_object(object, motion);
+    Ok(follower)
+}
