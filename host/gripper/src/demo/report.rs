@@ -3,10 +3,13 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use maud::{DOCTYPE, PreEscaped, html};
+
 use super::error::DemoError;
 use super::sample::Sample;
 use super::summary::Summary;
 use super::{LOG, Seen, pictures};
+use fre::delimited::line;
 use fre::draw::{self, Scene};
 use fre::files::Folder;
 use fre::study::model::physics_word;
@@ -92,7 +95,7 @@ fn introduction(seen: &Seen, summary: &Summary) -> String {
         more => format!("{more} times"),
     };
     format!(
-        "The gripper's firmware {} ({}) read the position of a simulated XM430-W350-T over Dynamixel Protocol 2.0, led it \
+        "The gripper's firmware {} ({}) read the position of a simulated XM430-W350-T over Dynamixel Protocol 2.0, moved it \
          {cycles} from {}° to {}° and back, and estimated the force of the finger {} on a cylinder from every position \
          (0.088° per count). The references follow the same positions on the PC at full resolution. Physics: {}. Greatest \
          force: {:.2} N.",
@@ -131,37 +134,61 @@ fn markdown(pictures: &[Picture], seen: &Seen, summary: &Summary) -> String {
 }
 
 fn html(pictures: &[Picture], seen: &Seen, summary: &Summary) -> String {
-    let mut out = format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{TITLE}</title>\n<style>{STYLE}</style>\n</head>\n\
-         <body>\n<main>\n<h1>{TITLE}</h1>\n<p>{}</p>\n",
-        escaped(&introduction(seen, summary))
-    );
-    let class = if summary.faults.is_empty() { "good" } else { "bad" };
-    let _ = writeln!(out, "<p class=\"verdict {class}\">{}</p>", escaped(&summary.verdict()));
-    out += "<div class=\"wide\"><table class=\"numbers\">\n<thead><tr>";
-    for [name, unit] in Summary::COLUMNS {
-        let _ = write!(out, "<th>{name}<br><small>{unit}</small></th>");
-    }
-    out += "</tr></thead>\n<tbody>\n";
-    for cells in summary.rows() {
-        let cells: String = cells.iter().map(|cell| format!("<td>{}</td>", escaped(cell))).collect();
-        let _ = writeln!(out, "<tr>{cells}</tr>");
-    }
-    let _ = writeln!(out, "</tbody>\n</table></div>\n<p class=\"note\">{}</p>", escaped(&Summary::note()));
-    for Picture { name, scene, caption } in pictures {
-        let svg = draw::svg_in_page(scene, &format!("{name}-"));
-        let _ = writeln!(out, "<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>", escaped(caption));
-    }
-    out += "<h2>The run</h2>\n<div class=\"wide\"><table class=\"facts\">\n";
-    for (name, words) in summary.facts() {
-        let _ = writeln!(out, "<tr><th>{}</th><td>{}</td></tr>", escaped(name.trim()), escaped(&words));
-    }
-    out +=
-        "</table></div>\n<p>Every report of the target is a line of <a href=\"estimates.csv\">estimates.csv</a>.</p>\n";
-    out += "</main>\n</body>\n</html>\n";
-    out
+    let verdict = if summary.faults.is_empty() { "verdict good" } else { "verdict bad" };
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (TITLE) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    h1 { (TITLE) }
+                    p { (introduction(seen, summary)) }
+                    p class=(verdict) { (summary.verdict()) }
+                    div.wide {
+                        table.numbers {
+                            thead {
+                                tr {
+                                    @for [name, unit] in Summary::COLUMNS {
+                                        th { (name) br; small { (unit) } }
+                                    }
+                                }
+                            }
+                            tbody {
+                                @for cells in summary.rows() {
+                                    tr {
+                                        @for cell in cells { td { (cell) } }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                    p.note { (Summary::note()) }
+                    @for Picture { name, scene, caption } in pictures {
+                        figure {
+                            (PreEscaped(draw::svg_in_page(scene, &format!("{name}-"))))
+                            figcaption { (caption) }
+                        }
+                    }
+                    h2 { "The run" }
+                    div.wide {
+                        table.facts {
+                            @for (name, words) in summary.facts() {
+                                tr { th { (name.trim()) } td { (words) } }
+                            }
+                        }
+                    }
+                    p { "Every report of the target is a line of " a href="estimates.csv" { "estimates.csv" } "." }
+                }
+            }
+        }
+    };
+    page.into_string()
 }
 
 const STYLE: &str = "\
@@ -178,10 +205,6 @@ th{font-weight:600}thead th{vertical-align:bottom;line-height:1.25}small{color:v
 .numbers th:nth-child(n+3),.numbers td:nth-child(n+3){text-align:right;padding:.25rem 0 .25rem 1.2rem}\
 .facts th{white-space:nowrap}\
 figure{margin:1.75rem 0}figure svg{max-width:100%;height:auto;display:block}a{color:inherit}";
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
 
 /// One line per report. Numbers that are not known are empty.
 fn csv(seen: &Seen) -> String {
@@ -213,33 +236,35 @@ fn csv(seen: &Seen) -> String {
         "force_y_per_deg_n",
         "standard_deviation_n",
     ];
-    let mut out = columns.join(",") + "\n";
+    let mut out = line(columns);
     let pair = |force: Option<[f64; 2]>| {
-        force.map_or_else(|| ",,".to_owned(), |[x, y]| format!("{x:.6},{y:.6},{:.6}", x.hypot(y)))
+        force.map_or_else(Default::default, |[x, y]| [x, y, x.hypot(y)].map(|component| format!("{component:.6}")))
     };
     for sample in &seen.samples {
         let Sample { report, time_s, angle_deg, way, cycle, references } = sample;
         let estimate = &report.estimate;
-        let instructions = each.map_or_else(String::new, |each| format!("{:.0}", each * f64::from(report.cost)));
-        let _ = writeln!(
-            out,
-            "{time_s:.6},{},{},{angle_deg:.6},{},{cycle},{},{},{},{},{:.4},{:.2},{},{},{},{instructions},{:.6},{:.6},{:.6}",
-            report.sequence,
-            report.position,
-            way.word(),
-            estimate.status,
-            pair(Some(sample.force())),
-            pair(references[0]),
-            pair(references[1]),
-            estimate.torque,
-            report.current,
-            estimate.iterations,
-            estimate.age,
-            report.cost,
-            estimate.force_per_angle[0].to_radians(),
-            estimate.force_per_angle[1].to_radians(),
-            estimate.standard_deviation
-        );
+        let [force, trapezoid, paper] = [Some(sample.force()), references[0], references[1]].map(pair);
+        let head = [
+            format!("{time_s:.6}"),
+            report.sequence.to_string(),
+            report.position.to_string(),
+            format!("{angle_deg:.6}"),
+            way.word().to_owned(),
+            cycle.to_string(),
+            estimate.status.to_string(),
+        ];
+        let tail = [
+            format!("{:.4}", estimate.torque),
+            format!("{:.2}", report.current),
+            estimate.iterations.to_string(),
+            estimate.age.to_string(),
+            report.cost.to_string(),
+            each.map_or_else(String::new, |each| format!("{:.0}", each * f64::from(report.cost))),
+            format!("{:.6}", estimate.force_per_angle[0].to_radians()),
+            format!("{:.6}", estimate.force_per_angle[1].to_radians()),
+            format!("{:.6}", estimate.standard_deviation),
+        ];
+        out += &line(head.into_iter().chain(force).chain(trapezoid).chain(paper).chain(tail));
     }
     out
 }

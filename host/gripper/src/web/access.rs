@@ -1,7 +1,8 @@
 //! Who may ask: on this PC alone whoever is on it, from elsewhere who knows the token.
 
-use std::io::Read;
 use std::net::SocketAddr;
+
+use subtle::ConstantTimeEq as _;
 
 /// The rule for one server.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,7 +21,7 @@ impl Access {
             return Ok(Self { token: None });
         }
         let mut random = [0; 16];
-        std::fs::File::open("/dev/urandom")?.read_exact(&mut random)?;
+        getrandom::fill(&mut random)?;
         Ok(Self { token: Some(random.iter().map(|byte| format!("{byte:02x}")).collect()) })
     }
 
@@ -39,7 +40,8 @@ impl Access {
         match &self.token {
             // Another site's name that leads to this PC (DNS rebinding) is not this PC's own.
             None => host.is_some_and(is_own_name),
-            Some(own) => token.is_some_and(|token| same(own, token)),
+            // Takes as long wherever the first difference is.
+            Some(own) => token.is_some_and(|token| own.as_bytes().ct_eq(token.as_bytes()).into()),
         }
     }
 }
@@ -51,11 +53,6 @@ fn is_own_name(host: &str) -> bool {
     };
     let address = name.trim_start_matches('[').trim_end_matches(']');
     name.eq_ignore_ascii_case("localhost") || address.parse::<std::net::IpAddr>().is_ok_and(|ip| ip.is_loopback())
-}
-
-/// Takes as long wherever the first difference is.
-fn same(a: &str, b: &str) -> bool {
-    a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |all, (a, b)| all | (a ^ b)) == 0
 }
 
 #[cfg(test)]

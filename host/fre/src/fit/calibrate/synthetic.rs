@@ -3,7 +3,8 @@
 use model_core::discretise::DiscretiseError;
 use model_core::object::ObjectDesign;
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 use super::{Model, Reading, Run, Trial};
 
@@ -69,15 +70,14 @@ pub fn draw(
     seed: u64,
 ) -> Result<Vec<Run>, DiscretiseError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    // Uniform in 0 … 1, the ends left out.
-    let mut uniform = || ((random.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64;
     let mut runs = Vec::new();
     for (index, &object) in protocol.objects.iter().enumerate() {
         let mut readings = Vec::new();
         let mut shifted = Vec::new();
         for (place, &angle_deg) in protocol.angles_deg.iter().enumerate() {
             readings.push(Reading { line: place + 2, angle_deg, force_n: None, front_mm: Vec::new() });
-            shifted.push(angle_deg + errors.angle_deg * (2.0 * uniform() - 1.0));
+            let share: f64 = StandardUniform.sample(&mut random);
+            shifted.push(angle_deg + errors.angle_deg * (2.0 * share - 1.0));
         }
         // The finger closes on and on: it meets the true angles in their own order.
         let mut order: Vec<usize> = (0..shifted.len()).collect();
@@ -87,8 +87,7 @@ pub fn draw(
         let run = Run { name: name.clone(), object, readings: closing.collect() };
         let predictions = model.predict(&run, truth, false)?;
         for (&i, prediction) in order.iter().zip(predictions) {
-            // Box and Muller's normal numbers.
-            let normal = (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
+            let normal: f64 = StandardNormal.sample(&mut random);
             if prediction.status.is_trustworthy() {
                 readings[i].force_n = Some((prediction.force_n + errors.force_n * normal).max(0.0));
             }

@@ -1,6 +1,6 @@
 //! The report as one page that needs nothing else.
 
-use std::fmt::Write as _;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::table::{self, Table};
 use super::{EXTENDED_FULL, Row, bars, variants};
@@ -10,53 +10,59 @@ const TITLE: &str = "The paper's twenty cases";
 
 /// The page.
 pub(super) fn html(rows: &[Row]) -> String {
-    let mut out = format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{TITLE}</title>\n<style>{STYLE}</style>\n</head>\n\
-         <body>\n<main>\n<h1>{TITLE}</h1>\n"
-    );
-    for note in table::notes() {
-        let _ = writeln!(out, "<p>{}</p>", with_symbols(&note));
-    }
     let mut tables = table::tables(rows).into_iter();
-    if let Some(summary) = tables.next() {
-        write_table(&mut out, &summary);
-    }
-    let _ = writeln!(
-        out,
-        "<figure class=\"wide\">\n{}<figcaption>Deviation of the front beams and error of the net force, per case, on a \
-         logarithmic scale. A cross: not compared, because one of the two has no trustworthy solution or stands on another \
-         branch (the tables say which).</figcaption>\n</figure>",
-        draw::svg_in_page(&bars::scene(rows), "bars-")
-    );
-    let _ = writeln!(
-        out,
-        "<h2>Deformed fingers</h2>\n<p>By {}. Arrows are forces on the object, to the scale in each picture: thin ones belong \
-         to a contact sample each, the thick one is their sum.</p>\n<div class=\"fingers\">",
-        variants()[EXTENDED_FULL].name
-    );
-    for (index, row) in rows.iter().enumerate() {
-        let _ = writeln!(out, "<figure>\n{}</figure>", finger(row, index));
-    }
-    out += "</div>\n";
-    for table in tables {
-        write_table(&mut out, &table);
-    }
-    out += "</main>\n</body>\n</html>\n";
-    out
+    let summary = tables.next();
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (TITLE) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    h1 { (TITLE) }
+                    @for note in table::notes() {
+                        p { (with_symbols(&note)) }
+                    }
+                    @if let Some(summary) = &summary { (table_markup(summary)) }
+                    figure.wide {
+                        (PreEscaped(draw::svg_in_page(&bars::scene(rows), "bars-")))
+                        figcaption {
+                            "Deviation of the front beams and error of the net force, per case, on a logarithmic scale. A cross: not \
+                             compared, because one of the two has no trustworthy solution or is on another branch (the tables say \
+                             which)."
+                        }
+                    }
+                    h2 { "Deformed fingers" }
+                    p {
+                        "By " (variants()[EXTENDED_FULL].name) ". Arrows are forces on the object, to the scale in each picture: a \
+                         thin one belongs to one contact sample, the thick one is their sum."
+                    }
+                    div.fingers {
+                        @for (index, row) in rows.iter().enumerate() {
+                            figure { (finger(row, index)) }
+                        }
+                    }
+                    @for table in tables { (table_markup(&table)) }
+                }
+            }
+        }
+    };
+    page.into_string()
 }
 
 /// The deformed finger of a case; its status where there is no trustworthy solution.
-fn finger(row: &Row, index: usize) -> String {
+fn finger(row: &Row, index: usize) -> Markup {
     let name = row.name();
-    let Some(place) = row.place(EXTENDED_FULL) else { return String::new() };
+    let Some(place) = row.place(EXTENDED_FULL) else { return Markup::default() };
     let Some(state) = &place.state else {
-        return format!(
-            "<p class=\"bad\"><b>{name}</b>, {}°: {} – there is no trustworthy solution to draw.</p>",
-            place.at.value(),
-            place.status
-        );
+        return html! {
+            p.bad { b { (name) } ", " (place.at) ": " (place.status) " – there is no trustworthy solution to draw." }
+        };
     };
     let scene = FingerPicture {
         title: name,
@@ -69,43 +75,54 @@ fn finger(row: &Row, index: usize) -> String {
         force: Some(state.force_n),
     }
     .scene();
-    draw::svg_in_page(&scene, &format!("f{index}-"))
+    PreEscaped(draw::svg_in_page(&scene, &format!("f{index}-")))
 }
 
-fn write_table(out: &mut String, Table { title, groups, columns, rows }: &Table) {
-    let _ = write!(out, "<h2>{}</h2>\n<div class=\"wide\"><table>\n<thead>", with_symbols(title));
-    if !groups.is_empty() {
-        *out += "<tr class=\"groups\">";
-        for (name, count) in groups {
-            // Over columns without a common name stands an empty cell, which is no head.
-            let tag = if name.is_empty() { "td" } else { "th" };
-            let _ = write!(out, "<{tag} colspan=\"{count}\">{}</{tag}>", escaped(name));
-        }
-        *out += "</tr>\n";
-    }
+fn table_markup(Table { title, groups, columns, rows }: &Table) -> Markup {
     // Where a group begins, a wider gap sets it apart.
     let begins: Vec<usize> = groups.iter().scan(0, |at, (_, count)| Some(std::mem::replace(at, *at + count))).collect();
-    let class = |column: usize| if column > 0 && begins.contains(&column) { " class=\"first\"" } else { "" };
-    *out += "<tr>";
-    for (index, column) in columns.iter().enumerate() {
-        let _ = write!(out, "<th{}>{}</th>", class(index), escaped(column));
+    let class = |column: usize| (column > 0 && begins.contains(&column)).then_some("first");
+    html! {
+        h2 { (with_symbols(title)) }
+        div.wide {
+            table {
+                thead {
+                    @if !groups.is_empty() {
+                        tr.groups {
+                            @for (name, count) in groups {
+                                // Columns without a common name have an empty cell above them, which is not a heading.
+                                @if name.is_empty() { td colspan=(count) {} } @else { th colspan=(count) { (name) } }
+                            }
+                        }
+                    }
+                    tr {
+                        @for (index, column) in columns.iter().enumerate() {
+                            th class=[class(index)] { (column) }
+                        }
+                    }
+                }
+                tbody {
+                    @for cells in rows {
+                        tr {
+                            @for (index, cell) in cells.iter().enumerate() {
+                                td class=[class(index)] { (cell) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
     }
-    *out += "</tr></thead>\n<tbody>\n";
-    for cells in rows {
-        let cell = |(index, cell): (usize, &String)| format!("<td{}>{}</td>", class(index), escaped(cell));
-        let cells: String = cells.iter().enumerate().map(cell).collect();
-        let _ = writeln!(out, "<tr>{cells}</tr>");
-    }
-    *out += "</tbody>\n</table></div>\n";
 }
 
-/// Escaped, with the paper's symbol as it is printed.
-fn with_symbols(text: &str) -> String {
-    escaped(text).replace("x_f", "<i>x</i><sub>f</sub>")
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+/// A text with the paper's symbol as it is printed.
+fn with_symbols(text: &str) -> Markup {
+    html! {
+        @for (index, part) in text.split("x_f").enumerate() {
+            @if index > 0 { i { "x" } sub { "f" } }
+            (part)
+        }
+    }
 }
 
 const STYLE: &str = "\
