@@ -7,21 +7,22 @@ use clap::ValueEnum;
 use model_core::discretise::{Discretisation, DiscretiseError};
 use model_core::drive::Drive;
 
-use super::options::{ModelArgs, refused};
-use super::output::{ForceArgs, Picture, put_out, reads_case};
-use super::send::{Address, transmit};
-use super::{UNTRUSTWORTHY, bad_input};
-use fre::draw::Theme;
+use crate::exit::{UNTRUSTWORTHY, bad_input, tell};
+use crate::options::{ModelArgs, refused};
+use crate::output::{Picture, PlotArgs, put_out, reads_case};
+use crate::send::{Address, transmit};
 use fre::files::{FileError, Output};
 use fre::fit::calibrate::{Input, Loss, Model, Noise, Parameter, document, fit, fitted_finger, picture, text};
 use fre::study::model::Precision;
 
 /// Fit modulus, zero angle, object offset or dimensions to measurements, with uncertainties.
 ///
-/// Each CSV belongs to the case in the same place (or to the only one): one object each, all with the same finger. Columns:
-/// motor_angle_deg and force_n (or fx_n and fy_n), and front_x_mm and front_y_mm for outlines. Rows of an opening motion are left
-/// out, as backlash shifts them. Exit status: 0 every parameter determined; 1 bad input; 2 some parameter not determined by
-/// the data, or a fit that did not converge.
+/// The first CSV belongs to the first case, and so on; a single case serves all CSVs. Each case has its own object, all have
+/// the same finger. Columns: motor_angle_deg and force_n (or fx_n and fy_n), and front_x_mm and front_y_mm for outlines. Rows
+/// of an opening motion are left out, because backlash shifts them. --plot draws forces and residuals.
+///
+/// Exit status: 0 every parameter is determined; 1 bad input; 2 some parameter is not determined by the data, or the fit did
+/// not converge.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Measurements
@@ -48,7 +49,7 @@ pub struct Args {
     /// Standard deviation of a point of an outline, mm
     #[arg(long, value_name = "MM", default_value_t = Noise::default().outline_mm, value_parser = positive)]
     outline_sd_mm: f64,
-    /// How readings far off count
+    /// Weight of readings far from the model
     #[arg(long, value_enum, default_value = "huber")]
     loss: LossWord,
     /// Uses the rows of opening motions as well
@@ -57,8 +58,9 @@ pub struct Args {
     /// Writes the finger with the fitted values
     #[arg(long, value_name = "finger.toml")]
     write: Option<PathBuf>,
-    /// Sends the finger, its zero position, its drive, the standard deviations and, if there is one run, its object to a gripper, and reads them back: unix:PATH,
-    /// tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD. Not if some parameter is undetermined
+    /// Sends the finger, its zero position, its drive, the standard deviations and, if there is one CSV, its object to a
+    /// gripper, and reads them back: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD. Nothing is sent if
+    /// some parameter is undetermined
     #[arg(long, value_name = "LINK")]
     send: Option<Address>,
     /// The gripper's finger that was measured, from 0
@@ -67,11 +69,8 @@ pub struct Args {
     /// Form of the results on standard output
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-    /// Draws forces and residuals
-    #[arg(long, value_name = "FILE.svg|FILE.png")]
-    plot: Option<PathBuf>,
     #[command(flatten)]
-    force: ForceArgs,
+    plot: PlotArgs,
     #[command(flatten)]
     model: ModelArgs,
 }
@@ -159,7 +158,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
         file.write(fitted_finger(&input, &found).as_bytes()).map_err(|error| error.to_string())?;
     }
     if let Some(file) = plot {
-        file.draw(&picture(&input.finger.name, &input.runs, &found), Theme::Light)?;
+        file.draw(&picture(&input.finger.name, &input.runs, &found))?;
     }
     let whole = found.converged && found.undetermined.is_empty();
     if let Some(address) = &args.send {
@@ -167,7 +166,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
             let how = Discretisation::estimator(options.discretisation.physics);
             transmit(address, args.finger, how, &input, &found)?;
         } else {
-            tell!("fre: nothing was sent: the fit is not whole");
+            tell!("fre: nothing was sent, because the fit did not converge or some parameter is undetermined");
         }
     }
     Ok(whole)
@@ -175,11 +174,10 @@ fn calibrate(args: &Args) -> Result<bool, String> {
 
 /// The files that are written: the finger and the picture.
 fn outputs(args: &Args) -> Result<(Option<Output>, Option<Picture>), String> {
-    let mut files = args.force.files();
+    let mut files = args.plot.files();
     let words = |error: FileError| error.to_string();
     args.measurements.iter().try_for_each(|path| files.input(path, "the measurements")).map_err(words)?;
     args.cases.iter().try_for_each(|path| reads_case(&mut files, path)).map_err(words)?;
     let write = args.write.as_deref().map(|path| files.output(path, "--write")).transpose().map_err(words)?;
-    let plot = args.plot.as_deref().map(|path| Picture::of(&mut files, path)).transpose()?;
-    Ok((write, plot))
+    Ok((write, args.plot.picture(&mut files)?))
 }

@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use model_core::discretise::DiscretiseError;
 
-use super::options::{ModelArgs, ThemeWord, refused};
-use super::output::{ForceArgs, Picture, put_out, reads_case};
-use super::{UNTRUSTWORTHY, bad_input};
+use crate::exit::{bad_input, tell, trusted};
+use crate::options::{ModelArgs, refused};
+use crate::output::{Picture, PlotArgs, put_out, reads_case};
 use fre::case::Case;
 use fre::compare::{self, CompareError, Comparison, with_elements, with_measurements};
 use fre::fea::DECK;
@@ -17,22 +17,24 @@ use fre::fit::measured::Measured;
 
 /// Compare a case with finite elements (--fea) or measurements (--measured).
 ///
-/// Shape deviation: distance from each point of the reference's front centreline to the nearest point of the model's; its
-/// mean along the finger and its largest value. Force error: magnitude of the model's net force less the reference's.
+/// Shape deviation is the distance from each point of the reference's front centreline to the nearest point of the model's:
+/// its mean along the finger and its largest value. Force error is the magnitude of the model's net force minus the
+/// reference's.
 ///
 /// --fea meshes the finger with its real thicknesses (straight or bowed, tapered; flexible, pinned or welded lamellae), presses
 /// it on the object (any shape) with CalculiX (`ccx`; `cargo xtask setup --fea` installs it) and compares at every place of
-/// the case's motion.
+/// the case's motion. --plot draws both shapes at the last place.
 ///
-/// --measured reads a CSV whose header names the columns, in any order, with units: motor_angle_deg (or distance_mm); force_n
-/// (magnitude) or fx_n, fy_n (on the object, world frame); front_x_mm, front_y_mm (points of the front centreline, finger
-/// frame: lists separated by blanks, or one point per row). Semicolons or tabs instead of commas will do, then with decimal
-/// commas too; up to 64 MB. Rows of one place belong together: several forces of a place are averaged, several outlines count alike. Rows that
-/// cannot be used are left out and named with their line. Outliers (readings, and points of the outline, much farther from the
-/// model than the others) are named with their line and count all the same; the figures without them are told beside.
-/// The case's places are replaced by the measured ones, in ascending order: a closing motion (--order).
+/// --measured reads a CSV file of up to 64 MB. Its header names the columns, in any order, with units: motor_angle_deg (or
+/// distance_mm); force_n (magnitude) or fx_n, fy_n (on the object, world frame); front_x_mm, front_y_mm (points of the front
+/// centreline, finger frame: lists separated by blanks, or one point per row). Cells may be separated by semicolons or tabs
+/// instead of commas; numbers may then have decimal commas. Forces measured at the same place are averaged; outlines of the
+/// same place have equal weight. Rows that cannot be used are left out and listed with their line. Outliers (readings or
+/// outline points much farther from the model than the others) are included in the statistics and listed with their line;
+/// the statistics without them are shown as well. The case's places are replaced by the measured ones in ascending order,
+/// as in a closing motion (--order). --plot draws forces and residuals.
 ///
-/// Exit status: 0 all compared; 1 bad input; 2 some place without a trustworthy solution or out of CalculiX's reach.
+/// Exit status: 0 all compared; 1 bad input; 2 some place has no trustworthy solution or was not reached by CalculiX.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("reference").required(true).args(["fea", "measured"]))]
 pub struct Args {
@@ -57,14 +59,8 @@ pub struct Args {
     /// Form of the results on standard output
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-    /// Draws both shapes at the last place (--fea), or forces and residuals (--measured)
-    #[arg(long, value_name = "FILE.svg|FILE.png")]
-    plot: Option<PathBuf>,
     #[command(flatten)]
-    force: ForceArgs,
-    /// Colours of a PNG; an SVG follows its viewer's
-    #[arg(long, value_enum, default_value = "light", requires = "plot")]
-    plot_theme: ThemeWord,
+    plot: PlotArgs,
     #[command(flatten)]
     model: ModelArgs,
 }
@@ -106,7 +102,7 @@ fn folder(args: &Args) -> PathBuf {
 
 /// The file of the picture; no other one is lost by this run.
 fn plot(args: &Args) -> Result<Option<Picture>, String> {
-    let mut files = args.force.files();
+    let mut files = args.plot.files();
     let words = |error: FileError| error.to_string();
     reads_case(&mut files, &args.case).map_err(words)?;
     match &args.measured {
@@ -119,7 +115,7 @@ fn plot(args: &Args) -> Result<Option<Picture>, String> {
             }
         }
     }
-    args.plot.as_deref().map(|file| Picture::of(&mut files, file)).transpose()
+    args.plot.picture(&mut files)
 }
 
 /// Runs the command.
@@ -158,17 +154,17 @@ pub fn run(args: &Args) -> ExitCode {
     if let Err(error) = put_out(&text) {
         return bad_input(&error);
     }
-    if let (Some(file), Some(plot)) = (&args.plot, plot) {
+    if let Some(plot) = plot {
         match &comparison.picture {
             Some(scene) => {
-                if let Err(error) = plot.draw(scene, args.plot_theme.theme()) {
+                if let Err(error) = plot.draw(scene) {
                     return bad_input(&error);
                 }
             }
-            None => tell!("fre: {}: nothing to draw, no place has both results", file.display()),
+            None => tell!("fre: {}: nothing to draw, no place has both results", plot.file()),
         }
     }
-    if comparison.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) }
+    trusted(comparison.is_complete())
 }
 
 fn compared(args: &Args, case: &mut Case) -> Result<Comparison, String> {

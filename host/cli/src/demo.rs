@@ -9,25 +9,28 @@ use std::sync::atomic::AtomicBool;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-use super::options::PhysicsWord;
-use super::output::ForceArgs;
+use crate::exit::{UNTRUSTWORTHY, bad_input};
+use crate::options::PhysicsWord;
+use crate::output::ForceArgs;
 #[cfg(feature = "web")]
-use super::output::put_out;
-use super::{UNTRUSTWORTHY, bad_input};
+use crate::output::put_out;
 use fre::files::{FileError, Folder};
 use fre_gripper::demo::{self, Options, Pace};
 
-/// Show the main job: the firmware in QEMU estimates the force of a finger that closes and opens, beside the full-resolution
-/// references on this PC.
+/// Run the firmware in QEMU while a finger closes and opens, and compare its forces with the full-resolution references on
+/// this PC.
 ///
-/// `cargo xtask demo` builds the firmware and runs this. Ends by itself, with a table and a report; Ctrl-C ends it earlier.
-/// Exit status: 0 all is well; 1 it did not work; 2 it worked, and the result is not what it should be.
+/// `cargo xtask demo` builds the firmware and runs this command. It ends by itself with a table and a report; Ctrl-C ends it
+/// earlier.
+///
+/// Exit status: 0 the forces are within their tolerance; 1 the demonstration did not work; 2 some force is not within its
+/// tolerance.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The gripper's firmware for QEMU's mps2-an500
     #[arg(long, value_name = "ELF")]
     firmware: PathBuf,
-    /// How long it takes, 4 to 600
+    /// Length of the demonstration, 4 to 600
     #[arg(long, value_name = "S", default_value_t = 20.0)]
     seconds: f64,
     /// Folder for the report
@@ -44,7 +47,7 @@ pub struct Args {
     /// Serves a live page and goes on until it is stopped (needs a build with `--features web`)
     #[arg(long, conflicts_with = "seconds")]
     live: bool,
-    /// Where the live page is; an address that others can reach needs the token that is printed with it
+    /// Address of the live page; if other machines can reach it, the page needs the token that is printed with it
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "live")]
     listen: SocketAddr,
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::bad_input;
+use crate::exit::bad_input;
 use fre_gripper::probe::{Board, Image, ProbeError};
 
 /// Flash a board through a debug probe: write its image, read it back, start it.

@@ -12,13 +12,14 @@ use model_core::discretise::Discretisation;
 use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
 
-use super::options::PhysicsWord;
-use super::output::put_out;
-use super::{UNTRUSTWORTHY, bad_input, identify};
+use super::identify;
+use crate::exit::{bad_input, trusted};
+use crate::options::PhysicsWord;
+use crate::output::put_out;
 use fre::case::Case;
 use fre_gripper::link::{Address, Link, LinkError, Told, pairs, set};
 
-/// Ask a gripper, set it, and let it grip.
+/// Query a gripper, change its settings, and make it grip.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Where the gripper is: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD
@@ -30,9 +31,9 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Who it is, how it started, and what it has counted
+    /// Firmware, last start and counters
     Info,
-    /// Its settings as KEY = VALUE, and what its fingers and objects are
+    /// Settings as KEY = VALUE, fingers and objects
     Get,
     /// Change settings by KEY=VALUE, and give a finger the design and object of a case
     Set {
@@ -49,7 +50,7 @@ enum Action {
         #[arg(long, value_enum, default_value = "extended", requires = "case")]
         physics: PhysicsWord,
     },
-    /// Close until a force is reached, and keep it
+    /// Close until a force is reached, and hold it
     Grip {
         /// Force of each finger on the object
         #[arg(long, value_name = "N")]
@@ -62,16 +63,17 @@ enum Action {
         limit_deg: Option<f32>,
         #[command(flatten)]
         which: Fingers,
-        /// Waits so long until the force is reached; status 2 if it is not
+        /// Waits for the force at most this long; exit status 2 if it is not reached
         #[arg(long, value_name = "S")]
         wait: Option<f64>,
     },
     Identify(identify::Args),
     /// Open
     Release(Fingers),
-    /// Stay where it is
+    /// Stop, and stay there
     Hold(Fingers),
-    /// Search the bus for servos at every rate, which takes some seconds; estimates are stale meanwhile, and no finger may grip
+    /// Search the bus for servos at every baud rate. This takes some seconds; no finger may grip, and estimates are stale
+    /// meanwhile
     Scan,
 }
 
@@ -293,5 +295,5 @@ fn wait_for(
         let status = report.estimate.status;
         put_out(&format!("finger {}  {force:.3} N at {angle:.3}°  {status}  {}\n", report.finger, report.phase))?;
     }
-    Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) })
+    Ok(trusted(reached))
 }

@@ -8,31 +8,31 @@ use messages::{Event, Mount, Phase, Which};
 use model_core::identify::{IdentifyError, Unknown};
 use model_core::object::ObjectDesign;
 
-use super::UNTRUSTWORTHY;
-use super::output::put_out;
+use crate::exit::UNTRUSTWORTHY;
+use crate::output::put_out;
 use fre_gripper::identify::{Error, Found, Motion};
 use fre_gripper::link::{Link, Told};
 
-/// Closes a finger on the round object it was given (`set --case`), and finds its height or radius from the motor's angle and
-/// current on the way
+/// Closes a finger on its round object (given by `set --case`) and finds the object's height or radius from the motor's angle
+/// and current during the motion
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// What is not known of the circle
+    /// The unknown of the circle
     #[arg(value_enum)]
     unknown: Word,
-    /// Where it is looked for
+    /// Range in which it is searched
     #[arg(long, value_name = "LEAST:MOST", value_parser = range)]
     range_mm: [f64; 2],
     /// The finger that closes, from 0
     #[arg(long, value_name = "N", default_value_t = 0)]
     finger: u8,
-    /// Motor angle to which it closes at most
+    /// Largest motor angle to which it closes
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     to_deg: f32,
-    /// How fast
+    /// Speed of the motion
     #[arg(long, value_name = "DEG/S", default_value_t = 5.0)]
     speed_deg_per_s: f32,
-    /// How long a motion may take
+    /// Longest time of a motion
     #[arg(long, value_name = "S", default_value_t = 30.0)]
     wait: f64,
     /// Sets the object that was found
@@ -46,7 +46,7 @@ enum Word {
     Height,
     /// Its radius, about the centre that is set
     Radius,
-    /// Its radius, its side towards the finger staying where it is
+    /// Its radius; its side towards the finger stays where it is
     RadiusBehindSide,
 }
 
@@ -130,7 +130,7 @@ fn go(
 ) -> Result<Motion, Box<dyn std::error::Error>> {
     // Nearer than this it is there: a loaded motor stays behind.
     const THERE: f64 = 0.01;
-    /// Reports without a new position after which it stands.
+    /// Reports without a new position after which it counts as standing.
     const STANDS: u32 = 200;
     let (told, end) = (link.listen(), Instant::now() + patience);
     let calibration = messages::Calibration::new(mount);

@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::output::ForceArgs;
+use crate::output::ForceArgs;
 use fre::files::{FileError, Files, Output};
 use fre_gripper::record::Csv;
 use fre_gripper::source::{Source, Told};
@@ -57,7 +57,7 @@ impl KeepArgs {
 }
 
 impl Kept {
-    /// Begins to keep what this source tells.
+    /// Begins to keep what this source reports.
     ///
     /// # Errors
     /// A file that cannot be written, or a gripper that does not answer.

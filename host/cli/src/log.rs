@@ -6,28 +6,28 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use super::bad_input;
+use crate::exit::bad_input;
 use fre_gripper::probe::{Board, ProbeError, emulated};
 
-/// Show a board's log: time, level, words, and the place in the source.
+/// Show a board's log: time, level, message, and place in the source.
 ///
-/// The program runs on while it is read. Ctrl-C ends it. A board needs a `fre` built with debug probes: cargo run --release
+/// The firmware keeps running while its log is read. Ctrl-C ends the command. A board needs a `fre` built with debug probes: cargo run --release
 /// -p fre-cli --features probe --bin fre -- log BOARD; --qemu boots the image for QEMU and needs no probe.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// opencr, nucleo-h743zi or nucleo-g474re
     #[arg(value_name = "BOARD", value_parser = Board::named, required_unless_present = "qemu", conflicts_with = "qemu")]
     board: Option<Board>,
-    /// Boots the gripper in QEMU (mps2-an500), nothing on its bus
+    /// Boots the gripper in QEMU (mps2-an500) with nothing on its bus
     #[arg(long)]
     qemu: bool,
-    /// The image that runs there [default: where `cargo xtask firmware` puts it]
+    /// The image for QEMU [default: where `cargo xtask firmware` puts it]
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
     /// The probe, if there are several
     #[arg(long, value_name = "VID:PID[:SERIAL]", conflicts_with = "qemu")]
     probe: Option<String>,
-    /// Ends after this time [default: never]
+    /// Stops after this time [default: never]
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
 }

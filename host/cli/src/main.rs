@@ -3,18 +3,11 @@
 // `println!` panics when its reader has gone: `output::put_out` does not.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
-/// Tells a person something on standard error. Where nobody listens any more nothing is told, and the work goes on.
-macro_rules! tell {
-    ($($words:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($words)*);
-    }};
-}
-
 mod calibrate;
 mod compare;
 #[cfg(feature = "gripper")]
 mod demo;
+mod exit;
 #[cfg(feature = "gripper")]
 mod flash;
 #[cfg(feature = "gripper")]
@@ -61,11 +54,6 @@ use with_gripper::Hardware;
 #[cfg(not(feature = "gripper"))]
 use without_gripper::Hardware;
 
-/// Bad input: the message on standard error says what and where.
-pub const BAD_INPUT: u8 = 1;
-/// Some angle has no trustworthy solution.
-pub const UNTRUSTWORTHY: u8 = 2;
-
 /// Contact force and shape of a Fin-Ray finger from its motor angle.
 #[derive(Debug, Parser)]
 #[command(name = "fre", version, about)]
@@ -93,7 +81,7 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version are no errors; everything else is bad input.
-            let code = if error.use_stderr() { ExitCode::from(BAD_INPUT) } else { ExitCode::SUCCESS };
+            let code = if error.use_stderr() { ExitCode::from(exit::BAD_INPUT) } else { ExitCode::SUCCESS };
             let _ = error.print();
             return code;
         }
@@ -109,10 +97,4 @@ fn main() -> ExitCode {
         Command::Table1(args) => table1::run(&args),
         Command::Hardware(command) => command.run(),
     }
-}
-
-/// Says on standard error what was wrong with the input.
-fn bad_input(error: &dyn std::fmt::Display) -> ExitCode {
-    tell!("fre: {error}");
-    ExitCode::from(BAD_INPUT)
 }

@@ -1,4 +1,4 @@
-//! `fre monitor`: what a gripper, or the estimator on this PC, tells.
+//! `fre monitor`: what a gripper, or the estimator on this PC, reports.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -7,22 +7,22 @@ use std::time::Duration;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-use super::keep::KeepArgs;
-use super::output::put_out;
-use super::source::SourceArgs;
-use super::view::{Stop, ViewArgs};
+use crate::keep::KeepArgs;
+use crate::output::put_out;
+use crate::source::SourceArgs;
+use crate::view::{Stop, ViewArgs};
 
-/// Show what a gripper estimates and what happens to it: live in a terminal, on a page in the browser (--web), or a line per
-/// report where the output is no terminal (or with --lines).
+/// Show a gripper's estimates and events: live in the terminal, on a page in the browser (--web), or as one line per report if
+/// the output is not a terminal (or with --lines). Without --link or --bus, lists the serial ports of this machine.
 ///
 /// Columns of the lines: the gripper's time, motor angle and goal, force on the object (magnitude, x, y in the world frame),
 /// torque demanded of the motor, the servo's current, status and its age in ticks. A force whose status is not converged,
-/// tracking, snapped or no-contact is an old one.
+/// tracking, snapped or no-contact is out of date.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
-    /// Ends after this time [default: when the link closes]
+    /// Stops after this time [default: when the link closes]
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     #[command(flatten)]

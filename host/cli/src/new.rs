@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use fre::case::NEW;
 
-use super::bad_input;
-use super::output::{ForceArgs, put_out};
+use crate::exit::bad_input;
+use crate::output::{ForceArgs, put_out};
 
 /// Write a commented case with a whole finger, to be edited.
 ///

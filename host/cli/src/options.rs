@@ -5,28 +5,8 @@ use model_core::discretise::{DiscretiseError, Elements, Physics, Scheme};
 use model_core::drive::Drive;
 use model_core::newton::Hessian;
 
-use fre::draw::Theme;
 use fre::study::choice::{Choice, elements};
 use fre::study::model::{Options, Precision};
-
-/// Colours of a picture of pixels.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum ThemeWord {
-    /// On white, for paper.
-    Light,
-    /// On black, for screens.
-    Dark,
-}
-
-impl ThemeWord {
-    /// The theme that it names.
-    pub fn theme(self) -> Theme {
-        match self {
-            Self::Light => Theme::Light,
-            Self::Dark => Theme::Dark,
-        }
-    }
-}
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum SchemeWord {

@@ -1,7 +1,9 @@
 //! What a command writes: files by the one rule of [`fre::files`], text on standard output.
 
 use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::path::{Display, Path, PathBuf};
+
+use clap::ValueEnum;
 
 use fre::case::Document;
 use fre::draw::{self, Scene, Theme};
@@ -33,10 +35,59 @@ pub fn reads_case(files: &mut Files, path: &Path) -> Result<(), FileError> {
     document.finger_file().map_or(Ok(()), |file| files.input(file, "the finger of the case"))
 }
 
+/// Whether results are drawn, where, and how.
+#[derive(Debug, clap::Args)]
+pub struct PlotArgs {
+    /// Draws the results
+    #[arg(long, value_name = "FILE.svg|FILE.png")]
+    plot: Option<PathBuf>,
+    /// Colours of a PNG; an SVG follows its viewer's
+    #[arg(long, value_enum, default_value = "light", requires = "plot")]
+    plot_theme: ThemeWord,
+    #[command(flatten)]
+    force: ForceArgs,
+}
+
+impl PlotArgs {
+    /// The files of a command that may draw.
+    pub fn files(&self) -> Files {
+        self.force.files()
+    }
+
+    /// Takes note of the picture, if one is asked for.
+    ///
+    /// # Errors
+    /// Its ending names no format, or it must not be written.
+    pub fn picture(&self, files: &mut Files) -> Result<Option<Picture>, String> {
+        let theme = self.plot_theme.theme();
+        self.plot.as_deref().map(|file| Picture::of(files, file, theme)).transpose()
+    }
+}
+
+/// Colours of a picture of pixels.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ThemeWord {
+    /// On white, for paper.
+    Light,
+    /// On black, for screens.
+    Dark,
+}
+
+impl ThemeWord {
+    fn theme(self) -> Theme {
+        match self {
+            Self::Light => Theme::Light,
+            Self::Dark => Theme::Dark,
+        }
+    }
+}
+
 /// A picture that is to be written, in the format that its name ends with.
 pub struct Picture {
     output: Output,
     format: draw::Format,
+    theme: Theme,
+    file: PathBuf,
 }
 
 impl Picture {
@@ -44,18 +95,23 @@ impl Picture {
     ///
     /// # Errors
     /// Its ending names no format, or it must not be written.
-    pub fn of(files: &mut Files, path: &Path) -> Result<Self, String> {
+    fn of(files: &mut Files, path: &Path, theme: Theme) -> Result<Self, String> {
         let format = draw::Format::of(path).map_err(|error| error.to_string())?;
         let output = files.output(path, "--plot").map_err(|error| error.to_string())?;
-        Ok(Self { output, format })
+        Ok(Self { output, format, theme, file: path.to_owned() })
+    }
+
+    /// Its name as it was given.
+    pub fn file(&self) -> Display<'_> {
+        self.file.display()
     }
 
     /// Draws and writes it.
     ///
     /// # Errors
     /// It cannot be drawn or written.
-    pub fn draw(self, scene: &Scene, theme: Theme) -> Result<(), String> {
-        let bytes = draw::encode(scene, self.format, theme).map_err(|error| error.to_string())?;
+    pub fn draw(self, scene: &Scene) -> Result<(), String> {
+        let bytes = draw::encode(scene, self.format, self.theme).map_err(|error| error.to_string())?;
         self.output.write(&bytes).map_err(|error| error.to_string())
     }
 }

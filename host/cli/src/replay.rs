@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use model_core::discretise::Elements;
 
-use super::bad_input;
-use super::options::PhysicsWord;
-use super::output::ForceArgs;
-use super::view::ViewArgs;
+use crate::exit::bad_input;
+use crate::options::PhysicsWord;
+use crate::output::ForceArgs;
+use crate::view::ViewArgs;
 use fre::study::choice::elements;
 
 /// What a program without recordings says.
@@ -19,8 +19,8 @@ pub const NOT_BUILT: &str = "this `fre` was built without recordings; build it w
 
 /// Play a recording, write it as a table, or run the estimator on it once more.
 ///
-/// Without options it is shown as `fre monitor` showed it, in its own time. With --again the forces are estimated anew from
-/// the recorded positions, with what is changed, and compared with the recorded ones. Needs a `fre` built with recordings:
+/// Without options the recording is shown as `fre monitor` showed it, at its own speed. With --again the forces are estimated
+/// again from the recorded positions, with the changes that the other options name, and compared with the recorded ones. Needs a `fre` built with recordings:
 /// cargo run --release -p fre-cli --features record --bin fre -- replay FILE
 #[derive(Debug, clap::Args)]
 #[cfg_attr(not(feature = "record"), allow(dead_code))]
@@ -36,15 +36,15 @@ pub struct Args {
     parquet: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,
-    /// How many times as fast it is shown
+    /// Speed at which it is shown; 2 is twice as fast
     #[arg(long, value_name = "TIMES", default_value_t = 1.0, conflicts_with = "csv")]
     speed: f64,
-    /// Shows it as fast as it can
+    /// Shows it as fast as possible
     #[arg(long, conflicts_with_all = ["csv", "speed"])]
     at_once: bool,
     #[command(flatten)]
     view: ViewArgs,
-    /// Estimates the forces anew and compares them with the recorded ones; with --csv they stand beside them
+    /// Estimates the forces again and compares them with the recorded ones; --csv then has columns for both
     #[arg(long)]
     again: bool,
     /// With --again: shows the new estimates instead of comparing them
@@ -108,9 +108,9 @@ mod run {
     use model_core::discretise::{Discretisation, Physics};
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-    use super::super::bad_input;
-    use super::super::output::{put_out, reads_case};
     use super::{Args, PrecisionWord};
+    use crate::exit::{bad_input, tell};
+    use crate::output::{put_out, reads_case};
     use fre::case::Case;
     use fre::files::Draft;
     use fre::study::model::Precision;
@@ -318,7 +318,7 @@ mod run {
         }
     }
 
-    /// The CSV, with the new estimate beside the recorded one.
+    /// The CSV, with columns for the new estimate and the recorded one.
     enum Table {
         Recorded(Csv<Draft>),
         Both(Draft),

@@ -7,8 +7,8 @@ use fre::case::{PICTURES, keys, reference};
 use fre::draw::{self, Scene};
 use fre::files::FileError;
 
-use super::bad_input;
-use super::output::{ForceArgs, put_out};
+use crate::exit::bad_input;
+use crate::output::{ForceArgs, put_out};
 
 /// Print the JSON Schema of a case file, by which editors check and complete its keys.
 ///

@@ -2,6 +2,7 @@
 
 use model_core::discretise::Discretisation;
 
+use crate::exit::tell;
 use fre::fit::calibrate::{Fit, Input, uncertainty, zero_counts};
 use fre_gripper::calibrated::{Calibrated, send};
 use fre_gripper::link::Link;

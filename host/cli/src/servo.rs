@@ -12,21 +12,21 @@ use model_core::drive::Drive;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
-use super::bad_input;
-use super::options::{ModelArgs, refused};
+use crate::exit::{bad_input, tell};
+use crate::options::{ModelArgs, refused};
 use fre::case::Case;
 use fre::drive::agrees;
 use fre_gripper::servo::{Clock, Config, Gains, Handle, Hub, Load, LoadError, PortError, Servo};
 
-/// Simulate a Dynamixel XM430-W350-T that turns the case's finger against its object.
+/// Simulate a Dynamixel XM430-W350-T that moves the case's finger against its object.
 ///
-/// Everyone on the bus hears all others: each --pty, --unix and --tcp is a party, and so is the servo. Standard output
-/// says, a line each, where the bus is ("pty PATH", "unix PATH", "tcp ADDRESS"), then "ready". Runs until stopped.
+/// Each --pty, --unix and --tcp is a party on the bus, and so is the servo; every party hears all others. Standard output has a
+/// line for each port ("pty PATH", "unix PATH", "tcp ADDRESS"), then "ready". The servo runs until it is stopped.
 ///
-/// Simulated: position, extended position, current-based position, velocity, current and PWM control with their gains, limits and profiles;
-/// friction, play, sag under load, heat and shutdown; reversed Drive Mode, Homing Offset, position limits, Bus Watchdog, torque at
-/// start-up, Status Return Level. Not simulated, and refused: feed-forward gains, Secondary ID, other protocols, the RAM's backup, indirect
-/// addresses.
+/// Simulated: position, extended position, current-based position, velocity, current and PWM control with their gains, limits
+/// and profiles; friction, play, sag under load, heat and shutdown; reversed Drive Mode, Homing Offset, position limits, Bus
+/// Watchdog, torque at start-up, Status Return Level. Not simulated, and refused: feed-forward gains, Secondary ID, other
+/// protocols, the RAM's backup, indirect addresses.
 #[derive(Debug, clap::Args)]
 #[command(
     mut_arg("scheme", |arg| arg.default_value("paper")),
@@ -37,7 +37,7 @@ pub struct Args {
     /// The case: finger, object and motor axis; without one the servo has no load
     #[arg(value_name = "CASE.toml")]
     case: Option<PathBuf>,
-    /// Opens a raw pseudo-terminal (what is done if no port is named); may be repeated
+    /// Opens a raw pseudo-terminal (the default if no port is named); may be repeated
     #[arg(long, action = clap::ArgAction::Count)]
     pty: u8,
     /// Listens on a unix socket; may be repeated
@@ -52,10 +52,10 @@ pub struct Args {
     /// Connects to a TCP address; may be repeated
     #[arg(long, value_name = "HOST:PORT")]
     connect_tcp: Vec<String>,
-    /// Address on the bus, 0 to 252; several, separated by commas, are as many servos alike
+    /// Address on the bus, 0 to 252; several addresses, separated by commas, are several servos with the same settings
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1")]
     id: Vec<u8>,
-    /// Version of the servo's firmware; below 45 it does not know Fast Sync Read
+    /// Version of the servo's firmware; versions below 45 do not support Fast Sync Read
     #[arg(long, value_name = "N", default_value_t = xm430::FAST_READ_FIRMWARE)]
     firmware: u8,
     /// Baud rate of the servo
@@ -64,23 +64,23 @@ pub struct Args {
     /// Return delay, even, 0 to 508
     #[arg(long, value_name = "US", default_value_t = 500)]
     return_delay_us: u32,
-    /// Delays answers by the time that question and answer take on the wire (wall clock only)
+    /// Delays answers by the time that request and answer take on the wire (wall clock only)
     #[arg(long)]
     wire_time: bool,
-    /// What makes the servo's time pass: the wall's time, or every read of Present Position one period
+    /// The servo's clock: wall time, or one period per read of Present Position
     #[arg(long, value_enum, default_value = "wall")]
     clock: ClockWord,
     /// Period of the clock "requests"
     #[arg(long, value_name = "US", default_value_t = 2000)]
     period_us: u32,
     /// How the servo moves the finger: rotating, "linear X,Y MM_PER_RAD" (parallel jaws; X,Y: the direction of closing), or
-    /// "table X,Y DEG:MM DEG:MM …" (crank linkages); the case's motion has to be like it
+    /// "table X,Y DEG:MM DEG:MM …" (crank linkages); the case's motion must be of the same kind
     #[arg(long, value_name = "DRIVE", default_value = "rotating", value_parser = super::options::drive)]
     drive: Drive,
     /// Position at motor angle 0, 0 to 4095
     #[arg(long, value_name = "COUNT", default_value_t = 2048)]
     zero_count: u16,
-    /// Counts fall as the finger closes
+    /// Counts decrease as the finger closes
     #[arg(long)]
     reversed: bool,
     /// Motor angle at power-on [default: 2° before the first contact]

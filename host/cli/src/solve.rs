@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use model_core::discretise::DiscretiseError;
 
-use super::options::{ModelArgs, ThemeWord, refused};
-use super::output::{ForceArgs, Picture, put_out, reads_case};
-use super::{UNTRUSTWORTHY, bad_input};
+use crate::exit::{bad_input, tell, trusted};
+use crate::options::{ModelArgs, refused};
+use crate::output::{Picture, PlotArgs, put_out, reads_case};
 use fre::case::Case;
 use fre::draw::{self, Scene};
 use fre::files::Output;
@@ -18,10 +18,11 @@ use fre::study::{csv, json, text};
 
 /// Solve a case: one equilibrium per motor angle, by continuation from no contact.
 ///
-/// The path leads through the angles in the case's order. Beside the force it tells what a designer asks: largest strains
-/// (with a warning above finger.material.max_strain), largest contact pressure, the stiffness that the object sees, and the
-/// largest force on the first branch, before the finger snaps through. Exit status: 0 all converged; 1 bad input; 2 some angle
-/// without a trustworthy solution.
+/// The angles are solved in the case's order. Besides the force, the results have what a designer needs: the largest strains
+/// (with a warning above finger.material.max_strain), the largest contact pressure, the stiffness that the object sees, and
+/// the largest force on the first branch, before the finger snaps through.
+///
+/// Exit status: 0 all angles converged; 1 bad input; 2 some angle has no trustworthy solution.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The case file
@@ -30,25 +31,19 @@ pub struct Args {
     /// Form of the results on standard output
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-    /// Draws what --plot-kind names into one file; by default the finger at the last trustworthy angle and, for several
-    /// angles, the force over the angle
-    #[arg(long, value_name = "FILE.svg|FILE.png")]
-    plot: Option<PathBuf>,
     /// Draws the motion as a moving picture: the finger and its force at each angle, in the case's order
     #[arg(long, value_name = "FILE.svg")]
     animate: Option<PathBuf>,
     #[command(flatten)]
-    force: ForceArgs,
-    /// What is drawn, one below the other, separated by commas
+    plot: PlotArgs,
+    /// What is drawn, one below the other, separated by commas [default: the finger at the last trustworthy angle and, for
+    /// several angles, the force over the angle]
     #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND,…", requires = "plot")]
     plot_kind: Vec<KindWord>,
-    /// The angle (degrees) or distance (mm) of the finger, pressure and strain pictures; one of the case's [default: the last
+    /// Angle (degrees) or distance (mm) of the pictures finger, pressure and strain; one of the case's [default: the last
     /// with a trustworthy solution]
     #[arg(long, value_name = "PLACE", requires = "plot", allow_hyphen_values = true)]
     plot_at: Option<f64>,
-    /// Colours of a PNG; an SVG follows its viewer's
-    #[arg(long, value_enum, default_value = "light", requires = "plot")]
-    plot_theme: ThemeWord,
     #[command(flatten)]
     model: ModelArgs,
 }
@@ -114,15 +109,15 @@ fn index_of(case: &Case, place: f64) -> Result<usize, String> {
     let places = &case.path.places;
     places.iter().position(|other| (other - place).abs() < SAME_PLACE).ok_or_else(|| {
         let places: Vec<String> = places.iter().map(f64::to_string).collect();
-        format!("--plot-at {place}: is no place of the case; allowed is one of {}", places.join(", "))
+        format!("--plot-at {place}: is not a place of the case; allowed is one of {}", places.join(", "))
     })
 }
 
 /// The files of the pictures and of the moving one.
 fn plots(args: &Args) -> Result<(Option<Picture>, Option<Output>), String> {
-    let mut files = args.force.files();
+    let mut files = args.plot.files();
     reads_case(&mut files, &args.case).map_err(|error| error.to_string())?;
-    let plot = args.plot.as_deref().map(|file| Picture::of(&mut files, file)).transpose()?;
+    let plot = args.plot.picture(&mut files)?;
     let moving = args.animate.as_deref().map(|file| match draw::Format::of(file) {
         Ok(draw::Format::Svg) => files.output(file, "--animate").map_err(|error| error.to_string()),
         _ => Err(format!("--animate {}: a moving picture's file ends in .svg", file.display())),
@@ -168,14 +163,14 @@ pub fn run(args: &Args) -> ExitCode {
             tell!("fre: warning: {warning}");
         }
     }
-    if let (Some(file), Some(plot)) = (&args.plot, plot) {
+    if let Some(plot) = plot {
         match picture(args, &case, &solved) {
             Ok(Some(scene)) => {
-                if let Err(error) = plot.draw(&scene, args.plot_theme.theme()) {
+                if let Err(error) = plot.draw(&scene) {
                     return bad_input(&error);
                 }
             }
-            Ok(None) => tell!("fre: {}: nothing to draw, there is no trustworthy solution there", file.display()),
+            Ok(None) => tell!("fre: {}: nothing to draw, there is no trustworthy solution there", plot.file()),
             Err(error) => return bad_input(&error),
         }
     }
@@ -187,5 +182,5 @@ pub fn run(args: &Args) -> ExitCode {
             return bad_input(&error);
         }
     }
-    if solved.is_trustworthy() { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) }
+    trusted(solved.is_trustworthy())
 }

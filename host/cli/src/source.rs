@@ -6,19 +6,20 @@ use std::sync::Arc;
 use messages::{Finger, Settings};
 use model_core::uncertainty::Uncertainty;
 
-use super::options::ModelArgs;
-use super::output::reads_case;
+use crate::exit::tell;
+use crate::options::ModelArgs;
+use crate::output::reads_case;
 use fre::case::Case;
 use fre::files::{FileError, Files};
 use fre_gripper::bus::{Bus, BusAddress, BusOptions};
-use fre_gripper::link::{Address, Link, set};
+use fre_gripper::link::{Address, Link, ports, set};
 use fre_gripper::source::{Modelled, Source};
 
 /// Which source.
 #[derive(Debug, clap::Args)]
 pub struct SourceArgs {
     /// Where the gripper is: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD
-    #[arg(long, value_name = "LINK", required_unless_present = "bus", conflicts_with = "bus")]
+    #[arg(long, value_name = "LINK", conflicts_with = "bus")]
     pub link: Option<Address>,
     /// Servos on this PC's own bus instead, read through a USB adapter (U2D2): a serial port as PORT or PORT@BAUD (without BAUD
     /// the usual rates are tried), or unix:PATH or tcp:HOST:PORT. The estimator runs on this PC; nothing is written to a servo
@@ -68,7 +69,7 @@ impl SourceArgs {
                 }
                 Ok(Arc::new(bus))
             }
-            (None, None) => Err("--link or --bus says where the estimates come from".into()),
+            (None, None) => Err(nowhere().into()),
         }
     }
 
@@ -103,6 +104,17 @@ impl SourceArgs {
         let models = (0..cases.len().max(left.len())).map_while(model).collect();
         Ok(BusOptions { settings, names_servos, models, precision: options.precision, hessian: options.hessian })
     }
+}
+
+/// What is needed, and which serial ports there are.
+fn nowhere() -> String {
+    let ports = ports();
+    let here = if ports.is_empty() {
+        "this machine has no serial port".to_owned()
+    } else {
+        format!("serial ports of this machine: {}", ports.join(", "))
+    };
+    format!("needed is --link LINK (a gripper) or --bus PORT (servos on a USB adapter); {here}")
 }
 
 /// What `fre calibrate --format json` says of a gripper's uncertainty.

@@ -10,16 +10,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use model_core::discretise::Elements;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use super::options::ModelArgs;
-use super::output::{ForceArgs, reads_case};
-use super::{UNTRUSTWORTHY, bad_input};
+use crate::exit::{UNTRUSTWORTHY, bad_input, tell};
+use crate::options::ModelArgs;
+use crate::output::{ForceArgs, reads_case};
 use fre::case::{Document, MAX_ANGLE};
 use fre::files::{Files, Output};
 use fre::study::choice;
 use fre::study::sweep::{self, Axis, Ledger, Merge, Progress, Shard, Sweep, SweepError, Tally, Tuned};
 use fre::study::warnings;
 
-/// Failures told one by one.
+/// Failures that are listed one by one.
 const MOST_TOLD: usize = 20;
 /// Most threads that --jobs may ask for.
 const MOST_JOBS: i64 = 1024;
@@ -28,11 +28,13 @@ const INTERRUPTED: u8 = 130;
 
 /// Solve a case over ranges of angles and a grid of any of its numbers, in parallel, as CSV.
 ///
-/// One row per grid point and angle, each with its status; every grid point is followed from no contact through all
-/// angles. Several resolutions end in a table of error against time on standard error (--jobs 1 for times that nothing else
-/// disturbs). With --out a stopped sweep (killed, too) goes on where it was when it is started again with the same arguments;
-/// FILE.sweep beside the file says which sweep it is. Several machines solve a shard each (--shard), and `fre sweep merge` makes
-/// one file of them. Exit status: 0 all converged; 1 bad input; 2 some row without a trustworthy solution.
+/// The CSV has one row per grid point and angle, each with its status. Every grid point starts without contact and is followed
+/// through all angles. If several resolutions are given, a table of error against time is printed on standard error at the
+/// end (use --jobs 1 for times that nothing else disturbs). With --out, a sweep that was stopped or killed continues where it
+/// was when it is started again with the same arguments; FILE.sweep next to the file says which sweep it is. Several machines
+/// solve a shard each (--shard), and `fre sweep merge` makes one file of them.
+///
+/// Exit status: 0 all rows converged; 1 bad input; 2 some row has no trustworthy solution.
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Args {
@@ -41,7 +43,7 @@ pub struct Args {
     /// The case file
     #[arg(value_name = "CASE.toml", required = true)]
     case: Option<PathBuf>,
-    /// Motor angles, degrees, in place of the case's own: ranges and numbers, separated by commas; 0:12:1,12:0:-1 closes
+    /// Motor angles, degrees, instead of the case's own: ranges and numbers, separated by commas; 0:12:1,12:0:-1 closes
     /// and opens
     #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = Angles::parse)]
     angles: Option<Angles>,
@@ -49,7 +51,7 @@ pub struct Args {
     /// values, or elements=24/3,48/4,170/20; may be repeated, the grid is the product
     #[arg(long, value_name = "KEY=A:B:STEP|KEY=v1,v2,…")]
     vary: Vec<String>,
-    /// The CSV file; a stopped sweep goes on in it [default: standard output]
+    /// The CSV file, in which a stopped sweep continues [default: standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Solves a part of the points only: the I-th of N parts that cost alike. Its file is merged with the others'
@@ -64,7 +66,7 @@ pub struct Args {
     /// Threads, 0 for one per core
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=MOST_JOBS))]
     jobs: u16,
-    /// Tells progress even where standard error is no terminal
+    /// Shows progress even if standard error is not a terminal
     #[arg(long)]
     progress: bool,
     #[command(flatten)]
@@ -279,9 +281,9 @@ fn left_words(args: &Args, progress: Progress) -> String {
     let Progress { done, total, .. } = progress;
     match &args.out {
         Some(file) => {
-            format!("{done} of {total} rows are in {}; the same command goes on there", file.display())
+            format!("{done} of {total} rows are in {}; run the same command again to continue", file.display())
         }
-        None => format!("{done} of {total} rows were computed; with --out a stopped sweep can go on"),
+        None => format!("{done} of {total} rows were computed; with --out a stopped sweep can be continued"),
     }
 }
 
@@ -314,7 +316,7 @@ fn place_words(sweep: &Sweep, row: usize) -> String {
     format!("{point}{}{place}{}", if point.is_empty() { "" } else { " at " }, sweep.unit())
 }
 
-/// Tells on standard error what came of it; failures by name.
+/// Prints the outcome on standard error, with the first failures.
 fn summarise(sweep: &Sweep, tally: &Tally) {
     let counts: Vec<String> = tally.statuses.iter().map(|(word, count)| format!("{count} {word}")).collect();
     let earlier = if tally.resumed > 0 { format!(", {} from before", tally.resumed) } else { String::new() };
@@ -323,11 +325,14 @@ fn summarise(sweep: &Sweep, tally: &Tally) {
         tell!("fre: row {row}: {status}: {}", place_words(sweep, row));
     }
     if tally.failures.len() > MOST_TOLD {
-        tell!("fre: and {} more; their rows have the status", tally.failures.len() - MOST_TOLD);
+        tell!("fre: and {} more; see the status in their rows", tally.failures.len() - MOST_TOLD);
     }
     for (rows, what) in [
         (&tally.strained, "are strained beyond finger.material.max_strain (true in column beyond_max_strain)"),
-        (&tally.overlapping, "have the object in a part of the finger that knows no contact (column overlap_mm)"),
+        (
+            &tally.overlapping,
+            "have the object inside a part of the finger that the model lets it pass through (column overlap_mm)",
+        ),
     ] {
         if let Some(&first) = rows.first() {
             tell!(

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::output::{ForceArgs, put_out};
-use super::{UNTRUSTWORTHY, bad_input};
+use crate::exit::{bad_input, tell, trusted};
+use crate::output::{ForceArgs, put_out};
 use fre::study::run::Run;
 use fre::study::table1;
 
@@ -45,6 +45,5 @@ pub fn run(args: &Args) -> ExitCode {
             Err(error) => return bad_input(&error),
         }
     }
-    let trusted = rows.iter().flat_map(|row| &row.runs).all(Run::is_trustworthy);
-    if trusted { ExitCode::SUCCESS } else { ExitCode::from(UNTRUSTWORTHY) }
+    trusted(rows.iter().flat_map(|row| &row.runs).all(Run::is_trustworthy))
 }

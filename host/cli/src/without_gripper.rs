@@ -7,7 +7,7 @@ use clap::Subcommand;
 use fre::fit::calibrate::{Fit, Input};
 use model_core::discretise::Discretisation;
 
-use super::bad_input;
+use crate::exit::bad_input;
 
 /// The commands of a gripper and its servos.
 #[derive(Debug, Subcommand)]

@@ -227,3 +227,12 @@ fn whatever_keeps_a_bus_from_working_is_told() {
 fn file_with_a_fault() -> PathBuf {
     file("fault.settings", "rate_hz = 100\nfinger.0.zero_counts = many\n")
 }
+
+#[test]
+fn a_monitor_of_nothing_says_what_is_needed_and_which_ports_there_are() {
+    let output = Command::new(env!("CARGO_BIN_EXE_fre")).arg("monitor").output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0), "{said}");
+    assert!(said.contains("needed is --link LINK") && said.contains("--bus PORT"), "{said}");
+    assert!(said.contains("serial port"), "{said}");
+}

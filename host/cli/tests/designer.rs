@@ -267,7 +267,7 @@ fn every_kind_of_picture_is_drawn_and_wrong_places_are_refused() {
     for (arguments, message) in [
         (
             &["solve", "--force", "--plot", "a.svg", "--plot-at", "7"][..],
-            "--plot-at 7: is no place of the case; allowed is one of 0, 9, 12, 13",
+            "--plot-at 7: is not a place of the case; allowed is one of 0, 9, 12, 13",
         ),
         (&["solve", "--plot-kind", "force"], "--plot"),
         (&["solve", "--force", "--plot", "a.svg", "--plot-kind", "stress"], "strain"),

@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use model_core::object::Motion;
 use rayon::prelude::*;
 
-use crate::bad_input;
+use crate::exit::{bad_input, tell};
 use crate::output::{ForceArgs, put_out, reads_case};
 use fre::case::{Case, MAX_ANGLE, MAX_DISTANCE};
 use fre::draw;
@@ -21,24 +21,25 @@ use fre::fit::outline::{Options, Outline, OutlineError, checkerboard, dots, extr
 
 /// Take the front beam's shape from a photograph of a finger before a plain background, for `fre compare --measured`.
 ///
-/// The finger is darker or brighter than the background, or of another colour; an object that it touches is of another light
-/// than the finger. What is transparent is taken as before white.
+/// The finger must be darker or brighter than the background, or of another colour. An object that it touches must be darker
+/// or brighter than the finger. Transparent pixels count as white.
 ///
 /// The case gives the finger's dimensions; --angle-deg (or --distance-mm) says where along its motion the photograph was taken.
 ///
-/// At least four marks, points in the plane of the finger's near side whose place in mm is known, give scale and
-/// perspective: --marks 412,1530=-14,-5 … with the pixel first (x to the right, y down, as picture viewers show it, the
-/// picture upright). On printed round dots (--dot-mm) it is enough to be near them. Their mm are in the finger frame (origin at
-/// the front beam's base, y towards the tip, x towards the object) if they turn with the finger, or in the world frame
-/// (--frame world: the finger frame at motor angle 0) if they do not. The camera looks at the plane from either side, tilted or not.
-/// Four marks check nothing without a camera; more of them leave a residual, warned of above 0.1 mm, as are marks whose
-/// error it would hide (those that lie with two others on a line check little).
+/// Marks give scale and perspective. They are at least four points in the plane of the finger's near side whose position in mm
+/// is known: --marks 412,1530=-14,-5 … with the pixel first (x to the right, y down, picture upright). On printed round dots
+/// (--dot-mm) a pixel near the dot is enough. Marks that turn with the finger have their mm in the finger frame (origin at the
+/// front beam's base, y towards the tip, x towards the object); marks that do not turn have them in the world frame (--frame
+/// world: the finger frame at motor angle 0). The camera may see the plane from either side, tilted or not.
 ///
-/// A lens bends lines. --checkerboard with at least three pictures of a checkerboard, tilted differently, taken with the same camera,
-/// zoom and focus, removes that; --save-camera keeps what was found for the next photographs (--camera).
+/// Without a camera four marks cannot be checked. With more, the residual is checked: a warning is printed above 0.1 mm, and
+/// for marks whose error the residual would not show (such as marks on a line with two others).
+///
+/// A lens bends lines. To correct for it, take at least three pictures of a checkerboard, tilted differently, with the same
+/// camera, zoom and focus (--checkerboard). --save-camera keeps the result for the next photographs (--camera).
 ///
 /// Standard output is a CSV with motor_angle_deg (or distance_mm), front_x_mm, front_y_mm (front centreline, finger frame),
-/// arc_mm and deviation_mm, a row per point. What the pictures were like goes to standard error.
+/// arc_mm and deviation_mm, one row per point. Notes on the pictures go to standard error.
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("known").required(true).args(["marks", "marks_file"]))]
 #[command(group = clap::ArgGroup::new("place").required(true).args(["angle_deg", "distance_mm"]))]
@@ -56,16 +57,16 @@ pub struct Args {
     /// Distance by which the base had moved, for a case with distances
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     distance_mm: Option<f64>,
-    /// Measured force, for the same file
+    /// Measured force, written into the same file
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     force_n: Option<f64>,
-    /// A mark: its pixel and its place in mm; at least four
+    /// A mark: its pixel and its position in mm; at least four
     #[arg(long, value_name = "PX,PY=X,Y", num_args = 1..)]
     marks: Vec<Mark>,
     /// The marks from a file: tables [[mark]] with pixel = [PX, PY] and mm = [X, Y]
     #[arg(long, value_name = "FILE.toml")]
     marks_file: Option<PathBuf>,
-    /// Diameter of round dots at the marks: their middles are found
+    /// Diameter of round dots at the marks, whose centres are searched
     #[arg(long, value_name = "MM")]
     dot_mm: Option<f64>,
     /// Frame of the marks' mm
@@ -77,13 +78,13 @@ pub struct Args {
     /// Squares of the checkerboard, such as 10x7
     #[arg(long, value_name = "NxM", value_parser = squares)]
     squares: Option<[usize; 2]>,
-    /// Side of a square; only the board's distance depends on it
+    /// Side of a square; affects the board's distance only
     #[arg(long, value_name = "MM", default_value_t = 10.0)]
     square_mm: f64,
     /// The camera as --save-camera wrote it
     #[arg(long, value_name = "FILE.toml")]
     camera: Option<PathBuf>,
-    /// Writes the camera that the checkerboards give
+    /// Writes the camera found from the checkerboards
     #[arg(long, value_name = "FILE.toml", requires = "checkerboard")]
     save_camera: Option<PathBuf>,
     /// First arc length along the front beam [default: its thickness]
@@ -95,7 +96,7 @@ pub struct Args {
     /// Distance of the points
     #[arg(long, value_name = "MM", default_value_t = 1.0)]
     spacing_mm: f64,
-    /// How far to either side neighbours smooth a point; 0 leaves the edges as they are
+    /// Smooths a point over this distance to either side; 0 does not smooth
     #[arg(long, value_name = "MM", default_value_t = 2.5)]
     smooth_mm: f64,
     /// Writes the CSV to a file; --append adds to it
@@ -118,7 +119,7 @@ const MOST_RESIDUAL_MM: f64 = 0.1;
 enum Frame {
     /// Origin at the front beam's base; moves with the finger.
     Finger,
-    /// The finger frame at motor angle 0; stands still.
+    /// The finger frame at motor angle 0; does not move.
     World,
 }
 

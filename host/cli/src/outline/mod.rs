@@ -21,7 +21,7 @@ pub struct Args {
 /// Says how to build the command in.
 #[cfg(not(feature = "outline"))]
 pub fn run(_: &Args) -> ExitCode {
-    super::bad_input(
+    crate::exit::bad_input(
         &"this program was built without `outline`; build it with: cargo run --release -p fre-cli --features outline --bin fre -- outline …",
     )
 }

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use super::output::put_out;
-use super::{BAD_INPUT, bad_input};
+use crate::exit::{BAD_INPUT, bad_input, tell};
+use crate::output::put_out;
 use fre::files::FileError;
 use fre_gripper::source::{OrderError, Source};
 use fre_gripper::terminal;
@@ -19,16 +19,16 @@ use fre_gripper::terminal;
 /// How a source is shown.
 #[derive(Debug, clap::Args)]
 pub struct ViewArgs {
-    /// Lines of text even in a terminal
+    /// Prints lines even in a terminal
     #[arg(long, conflicts_with = "web")]
     lines: bool,
-    /// Of the lines: every N-th report
+    /// Prints every N-th report only
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
     /// Serves a live page instead, and prints its address (needs a build with `--features web`)
     #[arg(long)]
     web: bool,
-    /// Where the page is; an address that others can reach needs the token that is printed with it
+    /// Address of the page; if other machines can reach it, the page needs the token that is printed with it
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "web")]
     listen: SocketAddr,
     /// Opens the page in a browser
@@ -64,7 +64,7 @@ pub enum Stop {
 }
 
 impl Stop {
-    /// Tells the person, and gives the exit status.
+    /// Prints it, and gives the exit status.
     pub fn exit(self) -> ExitCode {
         match self {
             Self::Input(message) => bad_input(&message),

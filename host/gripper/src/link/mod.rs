@@ -24,6 +24,7 @@ mod client;
 mod error;
 mod keys;
 mod port;
+mod ports;
 #[cfg(test)]
 mod tests;
 
@@ -32,5 +33,6 @@ pub use client::Link;
 pub use error::LinkError;
 pub use keys::{KeyError, pairs, set};
 pub(crate) use port::Port;
+pub use ports::ports;
 
 pub use crate::source::Told;
