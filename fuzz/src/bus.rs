@@ -8,7 +8,7 @@ use dynamixel::{
 
 use crate::Target;
 
-pub(crate) const TARGET: Target = Target { name: "bus", run, seeds, words: &[] };
+pub(crate) const TARGET: Target = Target { name: "bus", run, seeds, words: Vec::new };
 
 const LONGEST: usize = 128;
 const TIMING: Timing = Timing::at(1_000_000);

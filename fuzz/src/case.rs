@@ -1,15 +1,18 @@
 //! Case files: any text gives a case that can be built, or an error that names file, line and key.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
+use fre::case::keys::schema;
 use fre::case::{Case, CaseError};
 use fre::heap::Host;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Follower;
+use serde_json::Value;
 
 use crate::Target;
 
-pub(crate) const TARGET: Target = Target { name: "case", run, seeds, words: WORDS };
+pub(crate) const TARGET: Target = Target { name: "case", run, seeds, words };
 
 const NAME: &str = "fuzz.toml";
 
@@ -125,44 +128,47 @@ two lines \u00e9""", c = [[1, 2,], [], inf, -nan, 0b101, 0o17, true] }
 "#,
 ];
 
-const WORDS: &[&str] = &[
-    "[finger]",
-    "[object]",
-    "[motion]",
-    "[finger.material]",
-    "finger = \"preset:ladder-80\"",
-    "name = ",
-    "width_mm = ",
-    "plane_strain = ",
-    "youngs_modulus_pa = ",
-    "poissons_ratio = ",
-    "max_strain = ",
-    "front",
-    "back",
-    "base_mm = ",
-    "tip_mm = ",
-    "thickness_mm = ",
-    "stiffness_factor = ",
-    "heights_mm = ",
-    "front_arc_mm = ",
-    "back_arc_mm = ",
-    "length_mm = ",
-    "kind = \"pinned\"",
-    "kind = \"welded\"",
-    "from = \"face\"",
-    "rigid_above_mm = ",
-    "axis_mm = ",
-    "shape = \"circle\"",
-    "shape = \"ellipse\"",
-    "shape = \"polygon\"",
-    "shape = \"half-plane\"",
-    "radius_mm = ",
-    "centre_mm = ",
-    "motor_angles_deg = ",
-    "direction = ",
-    "distances_mm = ",
-    "1e-300",
-    "-inf",
-    "nan",
-    "[[0, 1], [1, 2]]",
-];
+/// What a case is written with besides its keys and words.
+const MARKS: [&str; 8] =
+    ["[finger]", "[object]", "[motion]", "finger = \"preset:ladder-80\"", "1e-300", "-inf", "nan", "[[0, 1], [1, 2]]"];
+
+/// Every key and every word of the schema of case files.
+fn words() -> Vec<String> {
+    let mut found: BTreeSet<String> = MARKS.map(str::to_owned).into();
+    collect(schema(), &mut found);
+    found.into_iter().collect()
+}
+
+fn collect(schema: &Value, found: &mut BTreeSet<String>) {
+    match schema {
+        Value::Object(fields) => {
+            for (key, value) in fields {
+                match (key.as_str(), value) {
+                    ("properties", Value::Object(keys)) => found.extend(keys.keys().map(|key| format!("{key} = "))),
+                    ("const", Value::String(word)) => drop(found.insert(format!("\"{word}\""))),
+                    ("enum", Value::Array(words)) => {
+                        found.extend(words.iter().filter_map(Value::as_str).map(|word| format!("\"{word}\"")));
+                    }
+                    _ => {}
+                }
+                collect(value, found);
+            }
+        }
+        Value::Array(entries) => entries.iter().for_each(|entry| collect(entry, found)),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::words;
+
+    #[test]
+    fn words_are_those_of_the_schema() {
+        let words = words();
+        for expected in ["radius_mm = ", "friction = ", "angle_deg = ", "prony = ", "\"bore\"", "\"rib\"", "\"welded\""]
+        {
+            assert!(words.iter().any(|word| word == expected), "{expected}: {words:?}");
+        }
+    }
+}

@@ -4,7 +4,7 @@ use dynamixel::{DecodeError, Decoder, Encoder, Id, Instruction, encode, examples
 
 use crate::Target;
 
-pub(crate) const TARGET: Target = Target { name: "codec", run, seeds, words: &[] };
+pub(crate) const TARGET: Target = Target { name: "codec", run, seeds, words: Vec::new };
 
 /// Longest packet, bytes.
 const LONGEST: usize = 256;

@@ -4,7 +4,7 @@ use messages::frame::{Decoder, FRAME, FrameError, MESSAGE, encode};
 
 use crate::Target;
 
-pub(crate) const TARGET: Target = Target { name: "frame", run, seeds, words: &[] };
+pub(crate) const TARGET: Target = Target { name: "frame", run, seeds, words: Vec::new };
 
 fn decode(decoder: &mut Decoder, mut bytes: &[u8], events: &mut Vec<Result<Vec<u8>, FrameError>>) {
     while let Some(event) = decoder.feed(&mut bytes) {

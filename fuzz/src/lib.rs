@@ -17,8 +17,8 @@ pub struct Target {
     pub run: fn(&[u8]),
     /// Inputs to start from: well-formed ones that reach as much of the code as possible.
     pub seeds: fn() -> Vec<Vec<u8>>,
-    /// Words that the fuzzer may put in; empty for binary formats.
-    pub words: &'static [&'static str],
+    /// Words that the fuzzer may put in; none for binary formats.
+    pub words: fn() -> Vec<String>,
 }
 
 /// Every target.

@@ -49,7 +49,7 @@ fn write_seeds(target: &Target, folder: &Path) -> io::Result<()> {
     for (index, seed) in (target.seeds)().into_iter().enumerate() {
         std::fs::write(corpus.join(format!("seed-{index}")), seed)?;
     }
-    let quoted = |word: &&str| {
+    let quoted = |word: &String| {
         let letters = word.bytes().map(|byte| match byte {
             b'"' | b'\\' => format!("\\{}", char::from(byte)),
             b' '..=b'~' => char::from(byte).to_string(),
@@ -57,5 +57,8 @@ fn write_seeds(target: &Target, folder: &Path) -> io::Result<()> {
         });
         format!("\"{}\"\n", letters.collect::<String>())
     };
-    std::fs::write(folder.join(format!("{}.dict", target.name)), target.words.iter().map(quoted).collect::<String>())
+    std::fs::write(
+        folder.join(format!("{}.dict", target.name)),
+        (target.words)().iter().map(quoted).collect::<String>(),
+    )
 }

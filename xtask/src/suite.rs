@@ -46,6 +46,9 @@ pub fn run(parts: &[&str]) -> Result<()> {
         // `--all-features`: the boards' clippy does not look at the crates that they share with the PC.
         let every_target = ["--workspace", "--all-targets", "--all-features"];
         run_command(cargo("clippy").arg("--quiet").args(every_target).args(["--", "-D", "warnings"]))?;
+        // What takes the place of a feature that is off is compiled without it only.
+        let bare = ["--package", "fre-cli", "--no-default-features", "--all-targets"];
+        run_command(cargo("clippy").arg("--quiet").args(bare).args(["--", "-D", "warnings"]))?;
         headline("clippy, boards");
         // Not `--all-targets`: that makes tests of binaries too, and those need `std`.
         // Not `--workspace` either: the chip library is made for one chip at a time. What runs in QEMU are the default

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fre::files::{FileError, Files};
 
@@ -18,21 +18,29 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
+/// A symbolic link to a file, where the system has them for everybody.
+#[cfg(unix)]
+fn soft_link(to: &Path) -> Option<PathBuf> {
+    let link = to.with_file_name("soft");
+    std::os::unix::fs::symlink(to, &link).unwrap();
+    Some(link)
+}
+
+#[cfg(not(unix))]
+fn soft_link(_: &Path) -> Option<PathBuf> {
+    None
+}
+
 #[test]
 fn an_output_is_never_an_input_however_it_is_named() {
     let folder = folder();
     let case = folder.path().join("case.toml");
     fs::write(&case, "case").unwrap();
     fs::create_dir(folder.path().join("sub")).unwrap();
-    #[allow(unused_mut)]
-    let mut same = vec![case.clone(), folder.path().join("sub/../case.toml"), folder.path().join("./case.toml")];
-    #[cfg(unix)]
-    {
-        let [soft, hard] = ["soft", "hard"].map(|name| folder.path().join(name));
-        std::os::unix::fs::symlink("case.toml", &soft).unwrap();
-        fs::hard_link(&case, &hard).unwrap();
-        same.extend([soft, hard]);
-    }
+    let hard = folder.path().join("hard");
+    fs::hard_link(&case, &hard).unwrap();
+    let mut same = vec![case.clone(), folder.path().join("sub/../case.toml"), folder.path().join("./case.toml"), hard];
+    same.extend(soft_link(&case));
     for name in same {
         // `overwrite` is no excuse.
         for overwrite in [false, true] {

@@ -9,6 +9,7 @@ mod ladder;
 mod pc;
 mod peer;
 mod rates;
+mod recordings;
 mod scales;
 mod scaling;
 mod soak;
@@ -31,6 +32,8 @@ enum Part {
     Rates,
     /// An hour of gripping on a bus in trouble, in a time of its own
     Soak,
+    /// How fast recordings are written and read, and how large they become
+    Recordings,
     /// Synthetic calibrations by each of several protocols
     Calibration,
     /// Times on this PC
@@ -60,6 +63,9 @@ struct Options {
     /// Runs of each calibration protocol
     #[arg(long, default_value_t = 500)]
     runs: u64,
+    /// Minutes of the part `recordings`
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=600))]
+    minutes: u64,
     /// Random cases of the parts `branches` and `scales`
     #[arg(long, default_value_t = branches::CASES)]
     cases: usize,
@@ -115,6 +121,10 @@ fn run(options: &Options) -> Result<()> {
     if options.wants(Part::Soak) {
         headline("an hour of gripping on a bus in trouble, in a time of its own");
         print!("{}", soak::measure()?);
+    }
+    if options.wants(Part::Recordings) {
+        headline("recordings: how fast they are written and read, and how large they become");
+        print!("{}", recordings::measure(options.minutes)?);
     }
     if options.wants(Part::Calibration) {
         headline(&format!("{} synthetic calibrations by each of several protocols", options.runs));

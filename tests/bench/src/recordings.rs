@@ -1,11 +1,10 @@
 //! How fast a recording is written and how large it becomes: so many minutes of four fingers at 500 Hz, each with 20 shapes a
 //! second, as fast as the disk and this processor take them; then read back and counted.
-//!
-//!     cargo run --release -p fre-gripper --features record --example recording_rate -- 60 [FILE.mcap]
 
-use std::path::PathBuf;
+use std::fmt::Write as _;
 use std::time::Instant;
 
+use anyhow::{Context, Result};
 use fre::case::preset;
 use fre::study::model::Precision;
 use fre_gripper::estimator::estimator;
@@ -20,14 +19,11 @@ use model_core::object::ObjectDesign;
 const HZ: u64 = 500;
 const SHAPE_EVERY: u64 = 25;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut words = std::env::args().skip(1);
-    let minutes: u64 = words.next().map_or(Ok(1), |word| word.parse())?;
-    let (kept, path) = match words.next() {
-        Some(path) => (true, PathBuf::from(path)),
-        None => (false, std::env::temp_dir().join(format!("recording-rate-{}.mcap", std::process::id()))),
-    };
-    let design = preset("ladder-80").ok_or("no such finger")??.design;
+/// Writes and reads a recording of so many minutes; the figures as lines.
+pub fn measure(minutes: u64) -> Result<String> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("rate.mcap");
+    let design = preset("ladder-80").context("no such finger")??.design;
     let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
     let how = Discretisation::estimator(Physics::Extended);
     let mut settings = Settings::DEFAULT;
@@ -86,18 +82,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let counts = recorder.finish()?;
     let seconds = start.elapsed().as_secs_f64();
     let bytes = std::fs::metadata(&path)?.len() as f64;
-    println!("{minutes} min of {FINGERS} fingers at {HZ} Hz: {counts}");
-    println!("written in {seconds:.1} s: {:.0} times real time", minutes as f64 * 60.0 / seconds);
-    println!("{:.0} MB, {:.0} bytes a report", bytes * 1e-6, bytes / counts.reports as f64);
+    let mut out = format!("{minutes} min of {FINGERS} fingers at {HZ} Hz: {counts}\n");
+    writeln!(out, "written in {seconds:.1} s: {:.0} times real time", minutes as f64 * 60.0 / seconds)?;
+    writeln!(out, "{:.0} MB, {:.0} bytes a report", bytes * 1e-6, bytes / counts.reports as f64)?;
 
     let start = Instant::now();
     let mut reports = 0_u64;
     for recorded in Recording::open(&path)? {
         reports += u64::from(matches!(recorded?.1, Recorded::Told(Told::Report(_))));
     }
-    println!("read back in {:.1} s: {reports} reports", start.elapsed().as_secs_f64());
-    if !kept {
-        std::fs::remove_file(&path)?;
-    }
-    Ok(())
+    writeln!(out, "read back in {:.1} s: {reports} reports", start.elapsed().as_secs_f64())?;
+    Ok(out)
 }
