@@ -145,9 +145,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let mut other = design.clone();
             parameter.shift(&mut other, sign * step);
             // Not its own units, which may be others.
-            let made = discretise_in(&other, how, Some(units), &mut probe.ladder).is_ok();
-            let fits = probe.work.fit(&probe.ladder) && probe.thickening.fit(probe.ladder.sample_count);
-            let same = made && self.is_like(&probe.ladder) && fits;
+            let same = discretise_in(&other, how, Some(units), &mut probe.ladder).is_ok()
+                && self.is_like(&probe.ladder)
+                && probe.work.fit(&probe.ladder)
+                && probe.thickening.fit(probe.ladder.sample_count);
             if !same {
                 return false;
             }

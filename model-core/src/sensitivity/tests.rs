@@ -13,7 +13,7 @@ use crate::design::Design;
 use crate::discretise::{Discretisation, Physics, Sampling, Scheme, Softness};
 use crate::equilibrium::Follower;
 use crate::object::{Corners, Motion, ObjectDesign};
-use crate::random_designs::{Random, Round, first_contact, random_case};
+use crate::random_designs::{Random, Round, first_contact, ladder_80, random_case};
 use crate::status::Status;
 
 crate::fixed_size!(
@@ -373,4 +373,23 @@ fn neighbours_share_a_turning_row_where_room_is_short() {
         }
     }
     assert!(alike >= 80 && shared >= 20, "{alike} alike, {shared} shared");
+}
+
+#[test]
+fn a_design_at_the_edge_of_what_is_allowed_has_no_derivative_there() {
+    let mut design = ladder_80();
+    // The room that the topmost lamella leaves: the beams are 28 mm apart at the base and meet at 80 mm.
+    let room = 0.5 * 28.0 * (1.0 - 63.0 / 80.0);
+    design.hinge.length = heapless::Vec::from_iter([room * (1.0 - 1e-9)]);
+    let how = Discretisation::reduced(Physics::Extended);
+    let mut follower: Box<Solver> = Box::new(Follower::EMPTY);
+    follower.configure(&design, &how).expect("a valid design");
+    let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+    follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+    assert!(follower.start(0.1));
+    assert_eq!(follower.follow(0.1).status, Status::Converged);
+    let mut probe: Box<Probe<f64, Large>> = Box::new(Probe::EMPTY);
+    let mut derivative = |parameter| follower.design_sensitivity(&mut probe, &design, &how, parameter);
+    assert!(derivative(DesignParameter::HingeLength).is_none(), "longer hinges have no room");
+    assert!(derivative(DesignParameter::HingeThickness).is_some());
 }
