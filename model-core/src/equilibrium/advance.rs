@@ -61,13 +61,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let stable = self.settings.hessian == Hessian::GaussNewton || attempt.inertia.is_none_or(|i| i.is_stable());
         let converged = attempt.status == Status::Converged && stable;
         let passed = converged && self.presses_from_behind();
-        if converged && !passed && !self.leaps(target) {
+        let forces = self.forces();
+        if converged && !passed && !self.leaps(target, forces) {
             self.drift = attempt.drift;
             if untouched && attempt.iterations == 0 {
                 // The open hand as it was, and evaluated as it is.
                 self.keep(target);
             } else {
-                outcome.hops += u32::from(self.hops(target));
+                outcome.hops += u32::from(self.hops(target, forces));
                 self.accept(target);
             }
             outcome.steps += 1;

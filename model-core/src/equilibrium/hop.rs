@@ -46,34 +46,40 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
     }
 
-    /// The force falls from the accepted state to the present one, further along the motion at `to`; with both. (Whichever way an object
-    /// is carried, its force may well fall.)
-    fn falls(&self, to: T) -> Option<[[T; 2]; 2]> {
-        let (now, before) = (self.timeline.present.force(), self.timeline.accepted.force());
+    /// The forces of the present and of the accepted state.
+    pub(super) fn forces(&self) -> [[T; 2]; 2] {
+        [self.timeline.present.force(), self.timeline.accepted.force()]
+    }
+
+    /// The force falls from the accepted state to the present one, further along the motion at `to`. (Whichever way an object is carried, its
+    /// force may well fall.)
+    fn falls(&self, to: T, [now, before]: [[T; 2]; 2]) -> bool {
         let closes = to > self.timeline.at();
         let square = |v: [T; 2]| v[0] * v[0] + v[1] * v[1];
         let falls = (square(now) < square(before)) == closes;
         let holds = self.timeline.present.touching_count > 0 && self.timeline.accepted.touching_count > 0;
-        (holds && falls && to != self.timeline.at() && !self.timeline.is_marked()).then_some([now, before])
+        holds && falls && to != self.timeline.at() && !self.timeline.is_marked()
     }
 
     /// A step to the present state passes over a fall that the last one has not announced: only smaller ones can tell whether it is steep.
-    pub(super) fn leaps(&self, to: T) -> bool {
+    pub(super) fn leaps(&self, to: T, forces: [[T; 2]; 2]) -> bool {
         let long = (to - self.timeline.at()).abs() > self.window();
-        long && self.falls(to).is_some_and(|[now, before]| {
+        long && self.falls(to, forces) && {
+            let [now, before] = forces;
             let slope = self.timeline.ahead(to).unwrap_or(T::ZERO);
             let earlier = self.timeline.previous.force();
             let expected = [0, 1].map(|i| before[i] + slope * (before[i] - earlier[i]));
             change(now, before) > T::of(HOP) && change(now, expected) > T::of(HOP)
-        })
+        }
     }
 
     /// Notes whether the force falls, and whether it has hopped by the step to the present state, which is about to be accepted.
-    pub(super) fn hops(&mut self, to: T) -> bool {
-        let Some([now, before]) = self.falls(to) else {
-            self.begin_fall(to);
+    pub(super) fn hops(&mut self, to: T, forces: [[T; 2]; 2]) -> bool {
+        let [now, before] = forces;
+        if !self.falls(to, forces) {
+            self.fall = Fall { from: to, force: now, hopped: false };
             return false;
-        };
+        }
         if (to - self.fall.from).abs() > self.window() {
             self.fall = Fall { from: self.timeline.at(), force: before, ..self.fall };
         }

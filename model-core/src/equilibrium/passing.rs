@@ -79,9 +79,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The object lies clear of the front beam's clamped end, which carries no sample: it cannot give way, and a model in
     /// which the beam beside it does has a force that means nothing.
     pub(super) fn base_is_free(&self, at: T) -> bool {
-        let base = vec2_of(self.ladder.base);
-        let gap = self.seen(at).gap(base);
+        // In the world and in mm, where the object is as it was given: one point is moved instead of a whole outline.
+        let length = self.ladder.units.length;
+        let base = self.motion.world_to_finger(at).point_back(vec2_of(self.ladder.base) * length);
         let half_thickness = self.ladder.samples.as_ref().first().map_or(T::ZERO, |sample| sample.half_thickness);
-        gap.distance >= half_thickness - T::TOLERANCE.length
+        self.object.gap(base).distance >= (half_thickness - T::TOLERANCE.length) * length
     }
 }

@@ -90,9 +90,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             if converged && reaches {
                 // As where the motor stands: the factorisation that judged the last step has judged this state.
                 let drift = if outcome.iterations == 0 { self.drift + self.largest_move() } else { moved };
-                if drift <= near && !self.leaps(target) {
+                let forces = self.forces();
+                if drift <= near && !self.leaps(target, forces) {
                     self.drift = drift;
-                    outcome.hops += u32::from(self.hops(target));
+                    outcome.hops += u32::from(self.hops(target, forces));
                     self.accept(target);
                     return Outcome { status: self.standing(), steps: 1, ..outcome };
                 }
@@ -123,12 +124,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 break;
             }
         }
-        if self.leaps(target) {
+        let forces = self.forces();
+        if self.leaps(target, forces) {
             return self.pursue(to, budget, outcome, size);
         }
         step::settle_rows(&self.timeline.present, &mut self.work);
         self.drift = moved;
-        outcome.hops += u32::from(self.hops(target));
+        outcome.hops += u32::from(self.hops(target, forces));
         self.accept(target);
         self.step = (size + size).min(self.max_step());
         let status = match self.standing() {

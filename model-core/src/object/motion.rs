@@ -25,6 +25,12 @@ impl<T: Real> Displacement<T> {
         Vec2::new(c * v.x - s * v.y, s * v.x + c * v.y)
     }
 
+    /// Pre-image of a point.
+    #[inline]
+    pub fn point_back(&self, p: Vec2<T>) -> Vec2<T> {
+        self.vector_back(p - self.translation)
+    }
+
     /// Pre-image of a free vector.
     #[inline]
     pub fn vector_back(&self, v: Vec2<T>) -> Vec2<T> {
