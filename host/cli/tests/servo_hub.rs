@@ -10,7 +10,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use dynamixel::{Decoder, Id, Instruction, encode, xm430};
-use fre_gripper::servo::{Clock, Config, Fault, Hub, PortError, Servo};
+use fre_gripper::servo::{Clock, Config, Fault, Gains, Hub, PortError, Servo};
 use servo_case::load;
 
 /// How long an answer may take, on a machine that does a lot else.
@@ -126,6 +126,8 @@ fn it_answers_every_question_of_a_500_hz_reader_and_not_before_its_delay() {
             load: load([41.0, 45.0], 13.0),
             noise_ma: 3.0,
             backlash_deg: 0.25,
+            // With the factory's, the load keeps it short of its goal.
+            gains: Gains::GREATEST,
             ..Config::default()
         };
         let handle = hub.servo(Servo::new(config).unwrap());
@@ -163,7 +165,8 @@ fn it_answers_every_question_of_a_500_hz_reader_and_not_before_its_delay() {
 #[test]
 fn the_time_of_the_wall_moves_it_without_questions() {
     let mut hub = Hub::new();
-    let handle = hub.servo(Servo::new(Config { return_delay_us: 0, ..Config::default() }).unwrap());
+    let config = Config { return_delay_us: 0, gains: Gains::GREATEST, ..Config::default() };
+    let handle = hub.servo(Servo::new(config).unwrap());
     let mut master = patient(hub.stream().unwrap());
     let _bus = hub.spawn().unwrap();
     for parameters in [&[64, 0, 1][..], &[112, 0, 100, 0, 0, 0], &[116, 0, 0x98, 0x08, 0, 0]] {
@@ -308,7 +311,7 @@ fn the_command_says_what_is_wrong() {
         (&["--connect-tcp", "127.0.0.1:1"], "127.0.0.1:1"),
         (&["no-such-case.toml"], "no-such-case.toml"),
         (&[turn, "--highest-deg", "-9"], "--highest-deg"),
-        (&[line], "motor_angles_deg"),
+        (&[line], "--drive is needed"),
         (&["--clock", "sundial"], "requests"),
     ] {
         let output = Command::new(env!("CARGO_BIN_EXE_fre")).arg("servo").args(arguments).output().unwrap();

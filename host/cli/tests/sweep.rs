@@ -226,7 +226,9 @@ fn an_interrupted_sweep_says_what_is_there_and_goes_on() {
     assert!((1..rows).contains(&kept), "stopped too late to tell anything: {kept}");
     assert_eq!(output.status.code(), Some(130), "{said}");
     assert!(
-        said.contains(&format!("stopped; {kept} of {rows} rows are in out.csv; the same command goes on")),
+        said.contains(&format!(
+            "stopped; {kept} of {rows} rows are in out.csv; run the same command again to continue"
+        )),
         "{said}"
     );
     // A few more points are enough to see that it goes on: what is there is known.

@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn a_polyline_has_all_its_pieces_and_an_arc_its_curve() {
-        assert_eq!(Path::lines([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]]).closed().0.to_svg(), "M0,0L1,0L1,2Z");
+        assert_eq!(Path::lines([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]]).closed().0.to_svg(), "M0,0 L1,0 L1,2 Z");
         assert!(Path::default().closed().points(4).is_empty());
         for [x, y] in Path::arc([3.0, 4.0], 5.0, 0.2, 2.0).points(20) {
             assert!(((x - 3.0).hypot(y - 4.0) - 5.0).abs() < 0.01, "({x}, {y})");
