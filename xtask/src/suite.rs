@@ -83,7 +83,6 @@ pub fn run(parts: &[&str]) -> Result<()> {
     }
 
     if wanted("python") {
-        setup::python::PACKAGE.provide()?;
         python::test()?;
     }
 

@@ -16,7 +16,8 @@ use std::process::Command;
 pub enum Parts {
     /// To build firmware and run it: QEMU and the cross target.
     Firmware,
-    /// And the Python packages that the protocol tests compare against, and the browser that the live page is tested in.
+    /// And the Python packages that the protocol tests compare against, what builds and tests our own, and the browser that the live page
+    /// is tested in.
     Everything,
     /// And CalculiX.
     EverythingAndFea,
@@ -33,6 +34,7 @@ pub fn run(parts: Parts) -> Result<()> {
     let mut wanted: Vec<Part> = vec![("QEMU", qemu), ("cross target", cross_target::provide)];
     if parts != Parts::Firmware {
         wanted.push(("Python packages", || python::TESTS.provide()));
+        wanted.push(("tools of the Python package", || python::PACKAGE.provide()));
         wanted.push(("Chromium", chromium));
     }
     if parts == Parts::EverythingAndFea {
