@@ -183,10 +183,9 @@ def test_a_file_with_a_fault_names_line_and_key(tmp_path: pathlib.Path) -> None:
 )
 def test_physics_that_is_missing_is_refused_by_name(values: dict[str, object], key: str) -> None:
     finger = fre.Finger.preset("ladder-80").with_values(values)
-    try:
+    with pytest.raises(fre.CaseError) as error:
         fre.Case(finger, fre.Circle(40.0, (41.0, 45.0)), fre.Rotation([2.0]))
-    except fre.CaseError as error:
-        assert error.key is not None and error.key.startswith(key)
+    assert error.value.key is not None and error.value.key.startswith(key)
 
 
 def test_a_finger_is_the_same_as_dictionary_toml_and_file(tmp_path: pathlib.Path) -> None:
