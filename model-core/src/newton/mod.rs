@@ -1,6 +1,6 @@
 //! One Newton step for the ladder in contact, cost linear in elements and lamellae:
 //! `strain` and `gaps` → `residual` → `condense` each member onto its joints and force → `assembly` of the banded KKT in joints and λ →
-//! `border` by the contact rows → contact law ([`crate::contact::frictionless`]) on the dense border → increments. `chain` is the strain of links instead of quadratic
+//! `border` by the contact rows → contact law (`contact::frictionless`) on the dense border → increments. `chain` is the strain of links instead of quadratic
 //! elements; `lagged` are the steps that keep an earlier factorisation.
 //!
 //! Here mm, N and N·mm stand for the finger's own units of length, force and moment ([`crate::units`]).
