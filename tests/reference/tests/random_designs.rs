@@ -14,11 +14,14 @@ const CASES: usize = 2000;
 /// Every how many cases the fine model is solved too.
 const FINE_EVERY: usize = 4;
 
+/// The same of a place on a contact sample, whatever the model and the precision, mm.
+const ON_SAMPLES: f64 = 0.02;
+
 /// What is allowed of a model in one precision.
 struct Allowed {
-    /// How deep a place of the front beam's outer line, on a contact sample or between two, may lie inside the object beyond what the
-    /// contact's softness gives way, mm.
-    penetration: f64,
+    /// How deep a place of the front beam's outer line between two contact samples may lie inside the object beyond what the contact's
+    /// softness gives way, mm.
+    between: f64,
     /// Distance of a contact from the surface, mm.
     surface: f64,
     /// Components of a normal.
@@ -29,9 +32,9 @@ struct Allowed {
     tip: f64,
 }
 
-const FINE: Allowed = Allowed { penetration: 0.02, surface: 1e-8, normal: 1e-9, balance: 1e-9, tip: 1e-9 };
+const FINE: Allowed = Allowed { between: 0.02, surface: 1e-8, normal: 1e-9, balance: 1e-9, tip: 1e-9 };
 /// The microcontroller's samples lie up to 3 mm apart, and a circle bulges between two of them.
-const REDUCED: Allowed = Allowed { penetration: 0.05, ..FINE };
+const REDUCED: Allowed = Allowed { between: 0.05, ..FINE };
 const SINGLE: Allowed = Allowed { surface: 2e-4, normal: 2e-4, balance: 2e-4, tip: 3e-4, ..REDUCED };
 
 type Solver<T> = Box<Follower<T, Paper>>;
@@ -104,16 +107,18 @@ fn check<T: Real>(
     let half = 0.5 * design.front.thickness.at(0.0);
 
     let largest = follower.contacts().fold(0.0_f64, |most, c| most.max(c.force.to_f64()));
-    let mut front: Vec<[f64; 2]> = follower.front().map(|point| point.map(Real::to_f64)).collect();
-    let outline = match physics {
-        Physics::Paper => places(&front),
-        Physics::Extended => front.split_off(1),
+    let front: Vec<[f64; 2]> = follower.front().map(|point| point.map(Real::to_f64)).collect();
+    let between = if matches!(physics, Physics::Paper) { places(&front) } else { Vec::new() };
+    let deep = |places: &[[f64; 2]]| {
+        let gap = |place: &[f64; 2]| (place[0] - centre[0]).hypot(place[1] - centre[1]) - radius - half;
+        places.iter().map(gap).fold(f64::MAX, f64::min) + softness * largest
     };
-    for place in outline {
-        let gap = (place[0] - centre[0]).hypot(place[1] - centre[1]) - radius - half;
-        if gap < -(allowed.penetration + softness * largest) {
-            return fail("the front lies inside the object", gap);
-        }
+    // The base, which cannot give way, is no sample; all other points are.
+    if deep(&front[1..]) < -ON_SAMPLES {
+        return fail("a front point lies inside the object", deep(&front[1..]));
+    }
+    if deep(&between) < -allowed.between {
+        return fail("the front lies inside the object between two samples", deep(&between));
     }
     let (mut force, mut moment) = ([0.0; 2], 0.0);
     for contact in follower.contacts() {
