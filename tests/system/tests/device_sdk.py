@@ -54,15 +54,19 @@ def go(goal):
         assert time.monotonic() < deadline, "the servo does not arrive"
 
 
+TRACKING = 1
+
+
 def results():
-    """The finger's results, once they belong to the servo's present position, which the gripper hears us read."""
+    """The finger's results, once they belong to the servo's present position, which the gripper hears us read, and have converged: a
+    tick that is short of time is `tracking`, and the next ones of a finger that stands still go on from there."""
     deadline = time.monotonic() + 20
     while True:
         position = patient(lambda: packets.read4ByteTxRx(port, SERVO, 132))[0]
         block, error = patient(lambda: packets.readTxRx(port, GRIPPER, BLOCK, 40))
         assert error == 0, packets.getRxPacketError(error)
         x, y, size, cx, cy, torque, status, sound, _, age, angle, at = struct.unpack("<iiIiiiBBhIii", bytes(block))
-        if at == position and sound:
+        if at == position and sound and status != TRACKING:
             return x, y, size, cx, cy, torque, status, angle, at
         assert time.monotonic() < deadline, f"no force at {position}: status {status}, position {at}"
 
