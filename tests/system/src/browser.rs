@@ -113,19 +113,30 @@ impl Browser {
 
     /// What an expression gives in the page.
     pub fn eval(&mut self, expression: &str) -> Value {
-        let parameters = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
-        let result = self.ask("Runtime.evaluate", parameters);
-        assert!(result["exceptionDetails"].is_null(), "{expression}: {}", result["exceptionDetails"]);
-        result["result"]["value"].clone()
+        self.given(expression).unwrap_or_else(|exception| panic!("{expression}: {exception}"))
     }
 
-    /// Waits until an expression is true.
+    /// What an expression gives in the page, or the exception it throws.
+    fn given(&mut self, expression: &str) -> Result<Value, Value> {
+        let parameters = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
+        let mut result = self.ask("Runtime.evaluate", parameters);
+        match result["exceptionDetails"].take() {
+            Value::Null => Ok(result["result"]["value"].take()),
+            exception => Err(exception),
+        }
+    }
+
+    /// Waits until an expression is true. An element that it reads may not have been made yet: an exception counts as not true.
     pub fn until(&mut self, expression: &str) {
         let end = Instant::now() + PATIENCE;
-        while self.eval(expression) != json!(true) {
+        loop {
+            let given = self.given(expression);
+            if given == Ok(json!(true)) {
+                return;
+            }
             if Instant::now() > end {
                 let words = self.eval("document.body.innerText");
-                panic!("never true: {expression}; {:?}; the page: {words}", self.complaints);
+                panic!("never true: {expression}; it gives {given:?}; {:?}; the page: {words}", self.complaints);
             }
             std::thread::sleep(GLANCE);
         }
@@ -138,7 +149,7 @@ impl Browser {
             self.press(key);
             let end = Instant::now() + PATIENCE / 4;
             while Instant::now() < end {
-                if self.eval(expression) == json!(true) {
+                if self.given(expression) == Ok(json!(true)) {
                     return;
                 }
                 std::thread::sleep(GLANCE);
