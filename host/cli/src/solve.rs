@@ -19,7 +19,7 @@ use fre::study::{csv, json, text};
 /// Solve a case: one equilibrium per motor angle, by continuation from no contact.
 ///
 /// The angles are solved in the case's order. Besides the force, the results have what a designer needs: the largest strains
-/// (with a warning above finger.material.max_strain), the largest contact pressure, the stiffness that the object sees, and
+/// (with a warning above finger.material.max_strain, or 30 % without it), the largest contact pressure, the stiffness that the object sees, and
 /// the largest force on the first branch, before the finger snaps through.
 ///
 /// Exit status: 0 all angles converged; 1 bad input; 2 some angle has no trustworthy solution.

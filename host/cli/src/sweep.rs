@@ -328,7 +328,10 @@ fn summarise(sweep: &Sweep, tally: &Tally) {
         tell!("fre: and {} more; see the status in their rows", tally.failures.len() - MOST_TOLD);
     }
     for (rows, what) in [
-        (&tally.strained, "are strained beyond finger.material.max_strain (true in column beyond_max_strain)"),
+        (
+            &tally.strained,
+            "are strained beyond finger.material.max_strain, or beyond 30 % without it (true in column beyond_max_strain)",
+        ),
         (
             &tally.overlapping,
             "have the object inside a part of the finger that the model lets it pass through (column overlap_mm)",

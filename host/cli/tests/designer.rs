@@ -205,13 +205,66 @@ fn strains_beyond_the_limit_are_warned_of_in_every_format() {
     // A limit that nothing reaches, and none.
     let said = words(&fre(folder, &text("max_strain = 0.3"), &["solve"]).stdout);
     assert!(!said.contains("warning") && !said.contains("no limit"), "{said}");
-    assert!(
-        words(&fre(folder, &text(""), &["solve"]).stdout)
-            .contains("Strains are not checked: finger.material.max_strain")
-    );
+    let said = words(&fre(folder, &text(""), &["solve"]).stdout);
+    assert!(said.contains("Strains are checked against 30 %: finger.material.max_strain is not given"), "{said}");
+    assert!(!said.contains("warning"), "{said}");
     let json: serde_json::Value =
         serde_json::from_slice(&fre(folder, &text(""), &["solve", "--format", "json"]).stdout).unwrap();
-    assert!(json[1]["beyond_max_strain"].is_null());
+    assert_eq!(json[1]["beyond_max_strain"], serde_json::json!([]));
+}
+
+/// The object is far out of place: every kind of finger says so, be the material's limit known or not.
+#[test]
+fn implausible_strains_are_warned_of_without_a_limit_and_for_every_kind_of_finger() {
+    let own = tempfile::tempdir().unwrap();
+    let folder = own.path();
+    let finger = include_str!("../../fre/src/case/presets/fea-80.toml").replace("\n[", "\n[finger.");
+    let flexible = "kind = \"flexible\"";
+    assert!(finger.contains(flexible));
+    let without = finger
+        .split("\n[finger.lamellae]")
+        .next()
+        .unwrap()
+        .to_owned()
+        .replace("thickness_mm = 2.0", "thickness_mm = 10")
+        + "\n[finger.motor]\naxis_mm = [-14, -20]\n";
+    let bowed = finger.replacen("thickness_mm = 2.0", "thickness_mm = 2.0\nsagitta_mm = 1.0", 1);
+    let fingers = [
+        ("flexible", finger.clone()),
+        ("pinned", finger.replace(flexible, "kind = \"pinned\"")),
+        ("welded", finger.replace(flexible, "kind = \"welded\"")),
+        ("bowed", bowed),
+        ("without lamellae", without),
+    ];
+    for (kind, finger) in fingers {
+        let text = format!(
+            "[finger]\n{finger}\n[object]\nshape = \"circle\"\nradius_mm = 10\ncentre_mm = [11, 45]\n\
+             [motion]\nmotor_angles_deg = [2, 10, 20, 30, 40]\n"
+        );
+        let output = fre(folder, &text, &["solve", "--format", "json"]);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout)
+            .unwrap_or_else(|_| panic!("{kind}: {}", String::from_utf8_lossy(&output.stderr)));
+        let mut warned = 0;
+        for place in json.as_array().unwrap() {
+            let strain = &place["max_strain"];
+            let largest = ["front", "back", "hinge"].map(|part| strain[part].as_f64().unwrap_or(0.0));
+            let beyond = largest.into_iter().fold(0.0, f64::max) > 0.3;
+            let listed = place["beyond_max_strain"].as_array().is_some_and(|parts| !parts.is_empty());
+            assert_eq!(listed, beyond, "{kind}: {place}");
+            warned += place["warnings"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .filter(|w| w.as_str().unwrap().contains("more than 30 %"))
+                .count();
+        }
+        assert!(warned > 0, "{kind}: {json}");
+        let said = String::from_utf8_lossy(&fre(folder, &text, &["solve"]).stdout).into_owned();
+        assert!(
+            said.contains("warning: ") && said.contains("more than 30 %: check where the case has its object"),
+            "{kind}: {said}"
+        );
+    }
 }
 
 #[test]

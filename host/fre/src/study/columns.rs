@@ -246,8 +246,7 @@ pub(super) const CSV: [Column; 39] = [
     STIFFNESS_YY,
     PRESSURE,
     Column::new("beyond_max_strain", |_, place| {
-        let limited = place.state.as_ref().is_some_and(|state| state.beyond_max_strain.is_some());
-        if limited { Cell::Word(place.is_overstrained().to_string()) } else { Cell::Unknown }
+        if place.state.is_some() { Cell::Word(place.is_overstrained().to_string()) } else { Cell::Unknown }
     }),
     Column::new("branch", |_, place| place.branch.map_or(Cell::Unknown, |branch| Cell::Count(branch as usize))),
     Column::new("first_branch_max_force_n", |run, _| run.first_branch.map(|first| first.max_force_n).into()),

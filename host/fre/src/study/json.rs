@@ -78,7 +78,7 @@ impl From<&model::Model> for Model {
     }
 }
 
-/// A part that is strained beyond the material's limit.
+/// A part that is strained beyond the material's limit, or beyond 30 % if that is not known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the fields are those of the library's type")]
 pub struct Beyond {
@@ -89,7 +89,7 @@ pub struct Beyond {
 
 impl From<&strains::Beyond> for Beyond {
     fn from(beyond: &strains::Beyond) -> Self {
-        Self { part: beyond.part.to_string(), strain: beyond.strain, limit: beyond.limit }
+        Self { part: beyond.part.to_string(), strain: beyond.strain, limit: beyond.limit.share() }
     }
 }
 
@@ -125,9 +125,7 @@ impl Row {
             first_branch: run.first_branch,
             contact_pressure: state.map(|state| state.contact_pressure.clone()).unwrap_or_default(),
             strains: state.map(|state| state.strains.clone()),
-            beyond_max_strain: state
-                .and_then(|state| state.beyond_max_strain.as_ref())
-                .map(|beyond| beyond.iter().map(Beyond::from).collect()),
+            beyond_max_strain: state.map(|state| state.beyond_max_strain.iter().map(Beyond::from).collect()),
             overlap_mm: place.overlap_mm,
             warnings: run.warnings_at(place.at).map(ToString::to_string).collect(),
         }

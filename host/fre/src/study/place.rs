@@ -108,8 +108,8 @@ pub struct State {
     pub max_strain: MaxStrain,
     /// Strains along the beams and in the hinges.
     pub strains: Strains,
-    /// What is strained beyond the material's limit, the worst first; `None` if the limit is not known.
-    pub beyond_max_strain: Option<Vec<Beyond>>,
+    /// What is strained beyond the material's limit, or beyond 30 % if that is not known, the worst first.
+    pub beyond_max_strain: Vec<Beyond>,
     /// Derivatives; `None` if more samples touch than the solver has room for.
     pub sensitivity: Option<Sensitivity>,
 }
@@ -171,9 +171,8 @@ impl Place {
         self.state.as_ref().map_or(&[], |state| &state.shape.front)
     }
 
-    /// True if a part is known to be strained beyond the material's limit.
+    /// True if a part is strained beyond the material's limit, or beyond 30 % if that is not known.
     pub fn is_overstrained(&self) -> bool {
-        let beyond = self.state.as_ref().and_then(|state| state.beyond_max_strain.as_ref());
-        beyond.is_some_and(|beyond| !beyond.is_empty())
+        self.state.as_ref().is_some_and(|state| !state.beyond_max_strain.is_empty())
     }
 }

@@ -21,7 +21,7 @@ use crate::study::overlap;
 use crate::study::place::{At, Effort, MaxStrain, Place, State};
 use crate::study::pressure::pressures;
 use crate::study::sensitivity::sensitivity;
-use crate::study::strains::Strains;
+use crate::study::strains::{Limit, Strains};
 use crate::study::warnings::{Warning, warnings};
 
 /// Newton iterations allowed between two places: several times what a motion with a snap-through takes.
@@ -247,7 +247,7 @@ fn state<T: Real, S: Size>(
         contact_pressure: pressures(&case.finger.design, samples, &shape.contacts),
         shape,
         max_strain: MaxStrain { front, back, hinge },
-        beyond_max_strain: case.finger.max_strain.map(|limit| strains.beyond(limit)),
+        beyond_max_strain: strains.beyond(Limit::of(case.finger.max_strain)),
         strains,
         sensitivity: sensitivity(follower, probe, case, options),
     }

@@ -81,7 +81,7 @@ impl Strains {
     }
 
     /// What is strained beyond a limit, the worst first: the beams at their worst section, every hinge.
-    pub fn beyond(&self, limit: f64) -> Vec<Beyond> {
+    pub fn beyond(&self, limit: Limit) -> Vec<Beyond> {
         let worst = |sections: &[Section]| sections.iter().copied().max_by(|a, b| a.largest().total_cmp(&b.largest()));
         let beam = |side: Side, sections: &[Section]| {
             let section = worst(sections)?;
@@ -92,7 +92,7 @@ impl Strains {
         let hinges = self.hinges.iter().enumerate();
         let hinges = hinges.flat_map(|(k, pair)| [hinge(Side::Front, k, pair.front), hinge(Side::Back, k, pair.back)]);
         let beams = [beam(Side::Front, &self.front), beam(Side::Back, &self.back)].into_iter().flatten();
-        let mut found: Vec<Beyond> = beams.chain(hinges).filter(|one| one.strain > limit).collect();
+        let mut found: Vec<Beyond> = beams.chain(hinges).filter(|one| one.strain > limit.share()).collect();
         found.sort_by(|a, b| b.strain.total_cmp(&a.strain));
         found
     }
@@ -162,20 +162,56 @@ impl std::fmt::Display for Part {
     }
 }
 
-/// A part that is strained more than its material bears.
+/// Strain beyond which results carry a warning where the material's own limit is not known: rubbers and TPU are far from linear there,
+/// and an object that was put in the wrong place strains a finger more than this.
+const PLAUSIBLE: f64 = 0.3;
+
+/// The strain beyond which a result carries a warning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// What the material bears, as the case says.
+    Material(f64),
+    /// The case does not say: 30 %.
+    Plausible,
+}
+
+impl Limit {
+    /// That of a material whose limit is known or not.
+    pub fn of(max_strain: Option<f64>) -> Self {
+        max_strain.map_or(Self::Plausible, Self::Material)
+    }
+
+    /// The strain, dimensionless.
+    pub fn share(self) -> f64 {
+        match self {
+            Self::Material(share) => share,
+            Self::Plausible => PLAUSIBLE,
+        }
+    }
+}
+
+/// A part that is strained beyond a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beyond {
     /// Which part and where.
     pub part: Part,
     /// Its strain.
     pub strain: f64,
-    /// What the material bears.
-    pub limit: f64,
+    /// What it exceeds.
+    pub limit: Limit,
 }
 
 impl std::fmt::Display for Beyond {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: strain {:.2} %, the material bears {} %", self.part, 100.0 * self.strain, percent(self.limit))
+        let (part, strain, limit) = (self.part, 100.0 * self.strain, percent(self.limit.share()));
+        match self.limit {
+            Limit::Material(_) => write!(f, "{part}: strain {strain:.2} %, the material bears {limit} %"),
+            Limit::Plausible => write!(
+                f,
+                "{part}: strain {strain:.2} %, more than {limit} %: check where the case has its object and how far the finger moves; \
+                 finger.material.max_strain sets another limit"
+            ),
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use crate::study::headline::headline;
 use crate::study::number::short;
 use crate::study::place::Place;
 use crate::study::run::Run;
+use crate::study::strains::{Limit, percent};
 
 /// Tables, the first branch, and warnings.
 pub fn text(case: &Case, run: &Run) -> String {
@@ -32,7 +33,8 @@ pub fn text(case: &Case, run: &Run) -> String {
     out.push('\n');
     out.push_str(&first_branch(case, run));
     if case.finger.max_strain.is_none() {
-        out.push_str("Strains are not checked: finger.material.max_strain is not given\n");
+        let limit = percent(Limit::Plausible.share());
+        let _ = writeln!(out, "Strains are checked against {limit} %: finger.material.max_strain is not given");
     }
     for warning in &run.warnings {
         let _ = writeln!(out, "warning: {warning}");

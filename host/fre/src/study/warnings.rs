@@ -31,7 +31,7 @@ pub enum Warning {
     },
     /// The object reaches into a part without contact, the most at this place.
     Reached(Overlap),
-    /// A part is strained beyond the limit, the most at this place.
+    /// A part is strained beyond the limit (the material's, or 30 % if that is not known), the most at this place.
     Strained {
         /// Part, strain and limit.
         beyond: Beyond,
@@ -184,8 +184,7 @@ fn lost(case: &Case, places: &[Place]) -> Option<Warning> {
 fn strained(places: &[Place]) -> Vec<Warning> {
     let mut worst: Vec<(Beyond, At)> = Vec::new();
     for place in places {
-        let beyond = place.state.as_ref().and_then(|state| state.beyond_max_strain.as_ref());
-        for &beyond in beyond.into_iter().flatten() {
+        for &beyond in place.state.iter().flat_map(|state| &state.beyond_max_strain) {
             match worst.iter_mut().find(|(known, _)| known.part.is_same(beyond.part)) {
                 Some((most, _)) if most.strain >= beyond.strain => {}
                 Some(known) => *known = (beyond, place.at),

@@ -88,7 +88,7 @@ class Place:
     contact_pressure: _Field[tuple[Record, ...]] = _Field((), "Contact pressure at the touching samples.")
     strains: _Field[Record | None] = _Field(None, "Strains along the beams and in the hinges.")
     beyond_max_strain: _Field[tuple[Record, ...] | None] = _Field(
-        None, "What is strained beyond the material's limit; None without a limit."
+        None, "What is strained beyond max_strain, or beyond 30 % without one; None without a solution."
     )
     warnings = _Field[tuple[str, ...]]((), "What a person should know of the finger and of this place.")
     overlap_mm: _Field[float | None] = _Field(

@@ -90,9 +90,10 @@ pub struct MaterialTable {
     /// How the stiffness changes with strain (`extended` physics).
     #[serde(default)]
     pub law: MaterialLaw,
-    /// Strain that the material bears, as a share: 0.05 is 5 %. Results beyond it carry a warning.
+    /// Strain that the material bears, as a share: 0.05 is 5 %. Results beyond it carry a warning; without it, those beyond
+    /// 0.3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-range" = MAX_STRAIN, "x-note" = " (a share: 0.05 is 5 %)", "x-default" = "not checked"))]
+    #[schemars(extend("x-range" = MAX_STRAIN, "x-note" = " (a share: 0.05 is 5 %)", "x-default" = "unknown"))]
     pub max_strain: Option<f64>,
     /// Relaxation: pairs of a share gᵢ of the stiffness and the time τᵢ (s) in which it relaxes (Prony series).
     #[serde(default, skip_serializing_if = "Option::is_none")]
