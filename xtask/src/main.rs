@@ -11,6 +11,7 @@ mod fuzz;
 mod on_target;
 mod panic_free;
 mod paths;
+mod pc;
 mod portable;
 mod python;
 mod qemu;

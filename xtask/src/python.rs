@@ -1,8 +1,8 @@
 //! The Python package: its wheel, built and tested as a user has it, in an environment of its own.
 
 use crate::command::{headline, output, run as run_command};
+use crate::pc::{FEATURES, cargo};
 use crate::setup::python::PACKAGE;
-use crate::suite::{FEATURES, cargo};
 use crate::{firmware, paths};
 use anyhow::{Context, Result};
 use std::fs;

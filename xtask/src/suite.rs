@@ -2,11 +2,10 @@
 
 use crate::command::{find, headline, run as run_command};
 use crate::cross::{Cross, TRIPLE, built};
+use crate::pc::{FEATURES, cargo};
 use crate::{firmware, on_target, panic_free, paths, portable, python, setup};
 use anyhow::{Context, Result};
-use std::env;
 use std::path::PathBuf;
-use std::process::Command;
 
 /// Parts of the suite, in the order they run in.
 const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "python", "target", "system", "boards"];
@@ -14,16 +13,6 @@ const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "python", "target", "s
 /// The board that clippy looks at, and the crate of all of them with it: the one with the most code of its own. The others are built
 /// only: clippy would have the chip library checked for each of them once more.
 const LINTED: &str = "opencr";
-
-/// Features of the tests on this PC, the same in every part: so that nothing is built a second time with others.
-pub const FEATURES: [&str; 2] = [
-    "--features",
-    "fre-cli/outline,fre-cli/parquet,fre-cli/probe,fre-cli/python,fre-cli/qemu,fre-cli/record,fre-cli/web,fre-gripper/python,\
-     system-tests/browser,system-tests/python,system-tests/qemu",
-];
-
-/// The feature of CalculiX's tests.
-const CALCULIX: &str = "fea";
 
 /// Runs the parts named, or all; stops at the first step that fails.
 pub fn run(parts: &[&str]) -> Result<()> {
@@ -130,15 +119,6 @@ fn system_tests() -> Result<Vec<String>> {
         files.filter_map(|file| Some(file.ok()?.file_name().to_str()?.strip_suffix(".rs")?.to_owned())).collect();
     names.sort();
     Ok(names)
-}
-
-/// The cargo that runs this program, for the PC, at the repository's root.
-pub fn cargo(subcommand: &str) -> Command {
-    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.arg(subcommand).current_dir(paths::root()).env("FRE_PYTHON", setup::python::TESTS.python());
-    // A test program that is left out fails, but for CalculiX's: that is installed on request only (`setup --fea`).
-    command.env("FRE_LEFT_OUT", CALCULIX);
-    command
 }
 
 /// Builds the test image; returns the ELF's path, whose name has a hash that only cargo knows.

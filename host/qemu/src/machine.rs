@@ -5,8 +5,10 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use crate::error::QemuError;
 use crate::heir::Heir;
-use crate::{QemuError, Running, Sockets};
+use crate::running::Running;
+use crate::sockets::Sockets;
 
 /// QEMU's program.
 pub const PROGRAM: &str = "qemu-system-arm";

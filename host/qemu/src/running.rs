@@ -7,7 +7,7 @@ use std::process::{Child, ChildStdout, ExitStatus};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::QemuError;
+use crate::error::QemuError;
 use crate::heir::Heir;
 
 /// Time between two looks at whether something has happened.

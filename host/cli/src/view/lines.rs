@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use messages::{PROTOCOL_VERSION, Report};
 
-use super::Stop;
+use super::stop::Stop;
 use fre_gripper::source::Statistics;
 use fre_gripper::source::{Origin, Source, Told, WAITING};
 use fre_gripper::terminal::Ended;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use super::Stop;
+use super::stop::Stop;
 #[cfg(feature = "web")]
 use crate::output::put_out;
 use fre_gripper::source::Source;

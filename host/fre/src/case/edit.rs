@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use serde_json::Value as Json;
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
+use super::error::CaseError;
+use super::finger::Finger;
 use super::keys::{self, FingerTable};
 use super::preset::preset_text;
+use super::read::Case;
 use super::source::Source;
-use super::{Case, CaseError, Finger};
 
 /// How many keys a message suggests.
 const SUGGESTIONS: usize = 4;

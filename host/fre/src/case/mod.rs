@@ -8,117 +8,22 @@ mod edit;
 mod error;
 mod explain;
 mod finger;
+mod finger_file;
 mod fits;
 pub mod keys;
 mod motion;
 mod object;
 mod preset;
+mod read;
 mod reference;
 mod source;
-
-use std::path::Path;
-
-use model_core::object::ObjectDesign;
 
 pub use edit::{Document, KeyError};
 pub use error::{CaseError, KnownKeys, Place};
 pub use finger::Finger;
+pub use finger_file::read_finger;
 pub use keys::{MAX_ANGLE, MAX_DISTANCE};
 pub use motion::{Coordinate, Path as MotionPath};
-pub use preset::{PRESETS, preset};
+pub use preset::{NEW, PRESETS, preset};
+pub use read::Case;
 pub use reference::{PICTURES, reference};
-
-use keys::{CaseFile, FingerEntry};
-use source::{Source, Table};
-
-/// A commented case with a whole finger, to start from.
-pub const NEW: &str = include_str!("new.toml");
-
-/// A case: what is computed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Case {
-    /// The finger.
-    pub finger: Finger,
-    /// The object, world frame.
-    pub object: ObjectDesign,
-    /// The motion and the places along it that are asked for.
-    pub path: MotionPath,
-}
-
-impl Case {
-    /// Reads a case file.
-    ///
-    /// # Errors
-    /// The first thing in it that cannot be used.
-    pub fn read(path: &Path) -> Result<Self, CaseError> {
-        Ok(Self::read_with_text(path)?.0)
-    }
-
-    /// The same, with the file's text: what comes through a pipe can be read once only.
-    ///
-    /// # Errors
-    /// As [`Self::read`].
-    pub fn read_with_text(path: &Path) -> Result<(Self, String), CaseError> {
-        let source = Source::read(path)?;
-        Ok((Self::from_source(&source, path.parent())?, source.text))
-    }
-
-    /// Reads a case from a text; `name` stands for the file in messages. Finger files it names are looked for in the
-    /// current folder.
-    ///
-    /// # Errors
-    /// The first thing in it that cannot be used.
-    pub fn parse(name: &str, text: &str) -> Result<Self, CaseError> {
-        Self::from_source(&Source { name: name.to_owned(), text: text.to_owned() }, None)
-    }
-
-    fn from_source(source: &Source, folder: Option<&Path>) -> Result<Self, CaseError> {
-        let tree = source.parse()?;
-        let root = Table::root(source, tree.get_ref());
-        check::table(&root, keys::schema())?;
-        let keys: CaseFile = root.read()?;
-        let below = |key| root.child(key).unwrap_or_else(|| root.clone());
-        let finger = match &keys.finger {
-            FingerEntry::Named(word) => named_finger(&root, word, folder)?,
-            FingerEntry::Table(keys) => finger::build(keys, &below("finger"), "finger")?,
-        };
-        let object = object::build(&keys.object, &below("object"))?;
-        let path = motion::build(&keys.motion, &below("motion"), &finger)?;
-        Ok(Self { finger, object, path })
-    }
-}
-
-/// The preset or finger file that a case names.
-fn named_finger(root: &Table<'_>, word: &str, folder: Option<&Path>) -> Result<Finger, CaseError> {
-    if let Some(name) = word.strip_prefix("preset:") {
-        return preset(name).unwrap_or_else(|| {
-            let names: Vec<String> = PRESETS.iter().map(|name| format!("\"preset:{name}\"")).collect();
-            Err(root.refuse("finger", format!("there is no such preset; allowed is {}", names.join(", "))))
-        });
-    }
-    read_finger(&folder.unwrap_or(Path::new("")).join(word)).map_err(|error| match error {
-        CaseError::Unreadable { file, reason } => {
-            root.refuse("finger", format!("the finger file {file} cannot be read: {reason}"))
-        }
-        other => other,
-    })
-}
-
-/// Reads a finger file: the keys of `[finger]` at the top, or under `[finger]` as in a case (whose object and motion
-/// are then left aside).
-///
-/// # Errors
-/// The first thing in it that cannot be used.
-pub fn read_finger(path: &Path) -> Result<Finger, CaseError> {
-    let name = path.file_stem().map_or_else(|| "finger".into(), |stem| stem.to_string_lossy().into_owned());
-    finger_from_source(&Source::read(path)?, &name)
-}
-
-fn finger_from_source(source: &Source, name: &str) -> Result<Finger, CaseError> {
-    let tree = source.parse()?;
-    let root = Table::root(source, tree.get_ref());
-    let Some(table) = root.get("finger") else { return finger::read(&root, name) };
-    let known = ["finger", "object", "motion"];
-    root.only(&known, &known)?;
-    finger::read(&table.table("a table")?, name)
-}

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use super::comparison::{Comparison, Elements, Reference, Row};
+use super::error::CompareError;
 use super::notes::differences;
 use super::pictures::overlay;
-use super::{CompareError, Comparison, Elements, Reference, Row};
 use crate::case::Case;
 use crate::fea::{Analysis, Plan, Pose};
 use crate::study::model::Options;

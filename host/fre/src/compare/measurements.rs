@@ -2,23 +2,16 @@
 
 use std::path::Path;
 
+use super::comparison::{Comparison, Reference, Row};
+use super::error::CompareError;
 use super::notes::doubts;
+use super::order::Order;
 use super::outlying::{mark_outliers, outlying_points};
 use super::pictures::residual_chart;
-use super::{CompareError, Comparison, Reference, Row};
 use crate::case::Case;
 use crate::fit::measured::Measured;
 use crate::study::model::Options;
 use crate::study::run;
-
-/// Order in which measured places are visited.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Order {
-    /// Ascending, whatever the file's order.
-    Closing,
-    /// The file's: closing and opening again, with the finger's hysteresis.
-    File,
-}
 
 /// Compares a case with the measurements of a file. The measured places, in the given order, replace those of the case.
 ///

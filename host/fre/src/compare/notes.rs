@@ -3,7 +3,8 @@
 use model_core::design::{Design, HingeFrom, HingeKind, MaterialLaw, PlaneStrain};
 use model_core::discretise::{Physics, plate_factor};
 
-use super::{Order, Row};
+use super::comparison::Row;
+use super::order::Order;
 use crate::case::Case;
 use crate::draw::short;
 use crate::fit::measured::{Measured, Measurement};

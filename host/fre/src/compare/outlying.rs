@@ -1,6 +1,6 @@
 //! Readings and points of an outline that lie far from the model, compared with the others.
 
-use super::{OutlyingPoint, Reading, Row};
+use super::comparison::{OutlyingPoint, Reading, Row};
 use crate::fit::measured::{Measurement, outliers};
 use crate::metrics::{Point, distance};
 

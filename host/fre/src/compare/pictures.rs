@@ -3,7 +3,7 @@
 use model_core::design::Design;
 use model_core::object::Motion;
 
-use super::{Reading, Row};
+use super::comparison::{Reading, Row};
 use crate::case::Case;
 use crate::draw::{Chart, Mark, Panel, Scene, Series, Style, short, significant};
 use crate::fea::{self, FeaError, Pose};

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
+use super::comparison::{Comparison, Row};
 use super::outlying::LEAST_FORCE;
-use super::{Comparison, Row};
 use crate::case::Case;
 use crate::draw::short;
 use crate::metrics::mean_and_max;
@@ -11,8 +11,24 @@ use crate::metrics::mean_and_max;
 /// Less than this is printed as 0.0000 N: rounding errors, which have no percentages.
 const NO_FORCE: f64 = 5e-5;
 
-/// For people: a table, then what it comes to.
-pub(super) fn text(case: &Case, comparison: &Comparison) -> String {
+impl Comparison {
+    /// For people: a table, then what it comes to.
+    pub fn text(&self, case: &Case) -> String {
+        text(case, self)
+    }
+
+    /// One line per place; new columns are added at the end only.
+    pub fn csv(&self, case: &Case) -> String {
+        csv(case, self)
+    }
+
+    /// The outlying points, and what the comparison comes to without them and the outlying readings, a line each.
+    pub fn outlier_lines(&self, case: &Case) -> Vec<String> {
+        outlier_lines(case, self)
+    }
+}
+
+fn text(case: &Case, comparison: &Comparison) -> String {
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = write_text(&mut out, case, comparison);
@@ -126,9 +142,7 @@ fn write_text(out: &mut String, case: &Case, comparison: &Comparison) -> std::fm
     Ok(())
 }
 
-/// The outlying points, and what the comparison comes to without them and the outlying readings. The figures elsewhere are with
-/// them: whether a reading is a slip, only who took it can tell.
-pub(super) fn outlier_lines(case: &Case, comparison: &Comparison) -> Vec<String> {
+fn outlier_lines(case: &Case, comparison: &Comparison) -> Vec<String> {
     let mut lines = Vec::new();
     for (row, point) in comparison.rows.iter().flat_map(|row| row.outlying_points.iter().map(move |point| (row, point)))
     {
@@ -189,8 +203,7 @@ fn remark(row: &Row) -> String {
     words
 }
 
-/// One line per place; new columns are added at the end only.
-pub(super) fn csv(case: &Case, comparison: &Comparison) -> String {
+fn csv(case: &Case, comparison: &Comparison) -> String {
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
     let place = if unit(case) == "°" { "motor_angle_deg" } else { "distance_mm" };
     let mut out = format!(

@@ -5,7 +5,7 @@ use std::fs::{self, File, TryLockError};
 use std::path::Path;
 use std::process::{Command, ExitStatus};
 
-use super::FeaError;
+use super::error::FeaError;
 use super::region::Point;
 use crate::lock;
 

@@ -11,14 +11,10 @@ use std::fmt::Write;
 use model_core::design::{Design, HingeKind, PlaneStrain};
 use model_core::discretise::plate_factor;
 
-use super::Plan;
 use super::mesh::{Mesh, Part};
+use super::plan::Plan;
 use super::region::{Faces, minus};
 
-/// Largest move of one increment: degrees of a rotation, mm of a translation.
-pub const STEP: f64 = 0.5;
-/// Increments for which the object holds still before results are read.
-pub const HOLD_STEPS: usize = 2;
 /// Contact penalty, multiples of Young's modulus per mm.
 const PENALTY: f64 = 2.0;
 /// Stiffness of a pinned lamella's rigid link, multiples of Young's modulus times width: a hundred times that of as long a

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::FeaError;
+use super::error::FeaError;
 use super::region::Point;
 
 /// Where a node's number ends, and how wide each value behind it is.
@@ -11,7 +11,7 @@ const VALUE: usize = 12;
 /// Where a result block's time stands.
 const TIME: core::ops::Range<usize> = 12..24;
 
-/// Displacements (mm) by node (from 1), by time: those at whole times only, as in [`super::parse_dat`]. A block that the file breaks off in
+/// Displacements (mm) by node (from 1), by time: those at whole times only, as in [`super::ccx::parse_dat`]. A block that the file breaks off in
 /// is left out.
 ///
 /// # Errors

@@ -2,7 +2,7 @@
 
 use model_core::design::{Beam, Design, HingeKind};
 
-use super::FeaError;
+use super::error::FeaError;
 use crate::shape::insets;
 
 /// A point or vector of the finger frame, mm.

@@ -2,8 +2,9 @@
 
 use dynamixel::{Found, Id, Master, StatusReturn, Timing};
 
+use super::address::BusAddress;
+use super::error::BusError;
 use super::port::{Clock, Fault, Line};
-use super::{BusAddress, BusError};
 use crate::link::Address;
 
 /// A bus's master; the longest answer to one question of ours takes 60 bytes.

@@ -9,10 +9,13 @@ use dynamixel::{Master, SyncAnswer, xm430};
 use messages::{Event, FINGERS, Grasp, Notice, Outcome, PROTOCOL_VERSION, Refusal, Settings, SettingsField, Support};
 use model_core::object::ObjectDesign;
 
+use super::address::BusAddress;
+use super::error::BusError;
 use super::fingers::{BYTES, FIRST, Finger, Reading};
+use super::options::BusOptions;
 use super::port::{Fault, Line};
 use super::search::{AskError, Asker, latency_timer_ms, search, timing};
-use super::{Asked, BusAddress, BusError, BusOptions, Shared};
+use super::shared::{Asked, Shared};
 use crate::estimator::{AnyEstimator, estimator};
 use crate::link::Port;
 use crate::source::{Listeners, Modelled, Order, Origin, Setup, Told};

@@ -10,11 +10,13 @@ use std::time::{Duration, Instant};
 use messages::Which;
 use model_core::discretise::Physics;
 
+use super::boot::boot;
+use super::error::DemoError;
 use super::lead::{Lead, Order};
+use super::task::LOG;
 use fre::files::Folder;
 use fre_qemu::Pace;
 
-use super::{DemoError, LOG, boot};
 use crate::link::{Link, Told};
 use crate::web;
 

@@ -3,8 +3,9 @@
 use model_core::object::Motion;
 
 use super::sample::{REFERENCES, Sample, Way};
+use super::seen::Seen;
 use super::summary::ALLOWED_PERCENT;
-use super::{OBJECT, RADIUS, Seen};
+use super::task::{OBJECT, PRESET, RADIUS};
 use fre::draw::{Chart, FingerPicture, Mark, Panel, Scene, Series, Style};
 use fre::shape::Shape;
 use fre::study::model::physics_word;
@@ -49,7 +50,7 @@ pub fn force(seen: &Seen) -> Scene {
         format!("Contact force while closing on a cylinder Ø{} mm and opening again", 2.0 * RADIUS),
         format!(
             "finger {}, cylinder at Mid height, physics {}, one point per count of the servo",
-            super::PRESET,
+            PRESET,
             physics_word(seen.physics)
         ),
         "motor angle *α* (°)",

@@ -6,9 +6,12 @@ use std::path::PathBuf;
 use maud::{DOCTYPE, PreEscaped, html};
 
 use super::error::DemoError;
+use super::lead::{CLOSED_DEG, OPEN_DEG};
+use super::pictures;
 use super::sample::Sample;
+use super::seen::Seen;
 use super::summary::Summary;
-use super::{LOG, Seen, pictures};
+use super::task::{LOG, PRESET};
 use fre::delimited::line;
 use fre::draw::{self, Scene};
 use fre::files::Folder;
@@ -101,9 +104,9 @@ fn introduction(seen: &Seen, summary: &Summary) -> String {
          force: {:.2} N.",
         seen.version.firmware,
         seen.version.board,
-        super::OPEN_DEG.to_string().replace('-', "−"),
-        super::CLOSED_DEG,
-        super::PRESET,
+        OPEN_DEG.to_string().replace('-', "−"),
+        CLOSED_DEG,
+        PRESET,
         physics_word(seen.physics),
         summary.greatest_force
     )

@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use messages::Counters;
 use model_core::status::Status;
 
-use super::Seen;
 use super::live::grouped;
 use super::sample::{FLOOR_N, REFERENCES, Sample, Way};
+use super::seen::Seen;
 use fre::metrics::distance;
 
 /// A trustworthy estimate may differ from `trapezoid` 170/20 by so much, percent (of at least [`FLOOR_N`]: 0.05 N).

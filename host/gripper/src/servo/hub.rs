@@ -13,8 +13,9 @@ use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
+use super::device::{Answer, Servo, Statistics, Truth};
+use super::fault::Fault;
 use super::port::{Listener, Port, PortError};
-use super::{Answer, Fault, Servo, Statistics, Truth};
 
 /// The longest wait without a look at the servos' clocks.
 const IDLE: Duration = Duration::from_millis(50);

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::Told;
+use super::told::Told;
 
 /// How often is looked whether a late listener has room again.
 const GLANCE: Duration = Duration::from_millis(1);

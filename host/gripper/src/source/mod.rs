@@ -4,14 +4,16 @@
 mod gap;
 mod listeners;
 mod setup;
+mod told;
 
 pub use gap::{Gap, Sequence};
 pub use listeners::Listeners;
 pub use setup::{Modelled, Origin, Setup};
+pub use told::Told;
 
 use std::sync::mpsc::Receiver;
 
-use messages::{CloseTo, Counters, Finger, Grasp, GripTo, Notice, Refusal, Report, Settings, Shape, Which};
+use messages::{CloseTo, Counters, Finger, GripTo, Refusal, Settings, Which};
 use model_core::object::ObjectDesign;
 
 /// Messages that wait for a listener unless it asks for more: 2 s of four fingers at 500 Hz.
@@ -30,21 +32,6 @@ pub struct Statistics {
     pub missing_reports: u64,
     /// Messages that a listener had no room for.
     pub unheard: u64,
-}
-
-/// What a source tells.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Told {
-    /// A finger's part of a tick of the control loop.
-    Report(Report),
-    /// What the fingers come to together.
-    Grasp(Grasp),
-    /// The deformed finger.
-    Shape(Box<Shape>),
-    /// Something that happened.
-    Event(Notice),
-    /// The set-up from here on: settings, designs or objects have changed.
-    Setup(Box<Setup>),
 }
 
 /// What a source may be asked for.

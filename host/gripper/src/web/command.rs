@@ -3,7 +3,7 @@
 use messages::{CloseTo, GripTo, Which};
 use serde::{Deserialize, Serialize};
 
-use super::Lead;
+use super::lead::Lead;
 use super::object::ObjectFields;
 use super::setup::Limits;
 use crate::source::{Order, OrderError, Source};

@@ -18,10 +18,12 @@ use axum::routing::{get, post};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::broadcast::{Sender, channel};
 
+use super::access::Access;
 use super::command::{Answer, Command};
+use super::lead::Lead;
 use super::live::Live;
+use super::page::page;
 use super::setup::Setup;
-use super::{Access, Lead, page};
 use crate::source::{self, OrderError, Source, Told};
 
 /// Frames that a slow page may fall behind before it misses some: a second.

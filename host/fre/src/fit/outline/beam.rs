@@ -10,9 +10,11 @@ use std::ops::RangeInclusive;
 use model_core::design::Beam;
 
 use super::edge::{self, Edge};
+use super::error::OutlineError;
+use super::median::median;
 use super::photo::Photo;
 use super::plane::Plane;
-use super::{OutlineError, smooth};
+use super::smooth;
 
 /// Distance of places at which edges are looked for, mm.
 pub const SPACING: f64 = 0.5;
@@ -160,7 +162,7 @@ impl Search<'_> {
         let supporters = best.map(supporters).unwrap_or_default();
         match best {
             Some(best) if supporters.len() as f64 >= SUPPORT * places as f64 => {
-                let contrast = super::median(supporters).unwrap_or(0.0);
+                let contrast = median(supporters).unwrap_or(0.0);
                 if contrast.abs() < FAINTEST {
                     return Err(none(contrast.abs()));
                 }

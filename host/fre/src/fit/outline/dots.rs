@@ -1,8 +1,9 @@
 //! Marks printed as round dots: the dot's middle between the pixels from a place near it.
 
-use super::OutlineError;
+use super::error::OutlineError;
 use super::homography::Homography;
 use super::marks::Mark;
+use super::median::median;
 use super::photo::Photo;
 
 /// Most moves towards the middle.
@@ -40,7 +41,7 @@ fn middle(photo: &Photo, start: [f64; 2], radius: f64) -> Option<[f64; 2]> {
     for _ in 0..MOVES {
         let around = disc(photo, at, 2.2 * radius)?;
         let ring: Vec<f64> = around.iter().filter(|(_, _, r, _)| *r > 1.6 * radius).map(|p| p.3).collect();
-        let ground = super::median(ring)?;
+        let ground = median(ring)?;
         // The light that differs most: what a dot under the middle of the window has at least.
         let mut inner: Vec<f64> =
             around.iter().filter(|(_, _, r, _)| *r < 1.2 * radius).map(|(.., light)| light - ground).collect();

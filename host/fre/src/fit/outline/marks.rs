@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::Deserialize;
 
-use super::OutlineError;
+use super::error::OutlineError;
 
 /// A point in the picture and in the finger's plane.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]

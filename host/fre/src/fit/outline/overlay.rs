@@ -4,10 +4,11 @@ use tiny_skia::{
     Color, FilterQuality, LineCap, Paint, PathBuilder, Pixmap, PixmapPaint, PremultipliedColorU8, Stroke, Transform,
 };
 
+use super::error::OutlineError;
+use super::extract::Outline;
 use super::marks::Mark;
 use super::photo::Photo;
 use super::plane::Plane;
-use super::{Outline, OutlineError};
 
 /// A line with gaps: points on the page.
 type Pieces = Vec<Vec<[f32; 2]>>;

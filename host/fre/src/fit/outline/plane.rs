@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3};
 
-use super::OutlineError;
 use super::camera::Camera;
+use super::error::OutlineError;
 use super::homography::Homography;
 use super::least_squares::{Minimum, minimise};
 use super::marks::Mark;

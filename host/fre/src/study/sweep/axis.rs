@@ -2,7 +2,7 @@
 
 use model_core::discretise::Elements;
 
-use super::SweepError;
+use super::error::SweepError;
 
 /// The most values of one list.
 const MOST_VALUES: usize = 100_000;

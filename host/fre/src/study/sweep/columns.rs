@@ -46,10 +46,10 @@ const AT_ONCE: usize = 1 << 16;
 /// # Errors
 /// A file cannot be read or written, or has other rows than a sweep's.
 #[cfg(feature = "parquet")]
-pub fn write_parquet<W: std::io::Write + Send>(rows: &std::path::Path, out: W) -> Result<W, super::SweepError> {
+pub fn write_parquet<W: std::io::Write + Send>(rows: &std::path::Path, out: W) -> Result<W, super::error::SweepError> {
     use std::io::BufRead as _;
 
-    use super::SweepError;
+    use super::error::SweepError;
     use super::identity::Identity;
 
     let name = || rows.display().to_string();

@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Shard, Sweep, SweepError};
+use super::error::SweepError;
+use super::grid::Sweep;
+use super::shard::Shard;
 
 /// How a file of rows of an earlier version begins.
 pub(super) const MAGIC: &str = "# fre sweep ";
@@ -30,6 +32,29 @@ pub(super) struct Identity {
     /// Which part of the points is in the file; all of them if it is absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) shard: Option<Shard>,
+}
+
+impl Sweep {
+    /// What says which sweep it is, as JSON: what is beside its file.
+    pub fn name(&self) -> String {
+        // A model of texts and numbers is always JSON.
+        serde_json::to_string(&Identity::of(self)).unwrap_or_default()
+    }
+
+    /// A text that says everything the results depend on.
+    fn identity(&self) -> String {
+        let axes: Vec<String> = self
+            .axes
+            .iter()
+            .map(|axis| {
+                let values: Vec<String> = (0..axis.len()).map(|index| axis.words(index)).collect();
+                format!("{}={}", axis.name(), values.join(","))
+            })
+            .collect();
+        let shapes = if self.shapes { "\nshapes" } else { "" };
+        let (case, options, axes) = (self.document.text(), self.options, axes.join("\n"));
+        format!("{}\n{case}\n{options:?}\n{axes}{shapes}", env!("CARGO_PKG_VERSION"))
+    }
 }
 
 impl Identity {
@@ -135,7 +160,22 @@ fn fnv(bytes: &[u8]) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use super::super::{Axis, Sweep, SweepError};
     use super::{Identity, fnv};
+    use crate::case::Document;
+    use crate::study::model::Options;
+
+    fn sweep(axes: Vec<Axis>, angles: Option<&[f64]>) -> Result<Sweep, SweepError> {
+        let text = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n\
+            [motion]\nmotor_angles_deg = [2, 4]\n";
+        Sweep::new(Document::resolve("case.toml", text, Path::new(""))?, angles, axes, Options::default())
+    }
+
+    fn key(key: &str, values: &[f64]) -> Axis {
+        Axis::Key { key: key.to_owned(), values: values.to_vec() }
+    }
 
     #[test]
     fn the_hash_is_fnv_1a() {
@@ -156,5 +196,21 @@ mod tests {
         let text = format!("{}row,object.radius_mm,status,force_n\n", identity.first_line());
         assert_eq!(Identity::of_first_lines(&text), Some(identity));
         assert_eq!(Identity::of_first_lines("row,status\n"), None);
+    }
+
+    #[test]
+    fn everything_that_matters_is_in_the_identity() {
+        let one = sweep(vec![key("object.radius_mm", &[20.0])], None).unwrap();
+        let same = sweep(vec![key("object.radius_mm", &[20.0])], Some(&[2.0, 4.0])).unwrap();
+        let others = [
+            sweep(vec![key("object.radius_mm", &[20.5])], None),
+            sweep(vec![key("object.centre_mm.0", &[20.0])], None),
+            sweep(vec![key("object.radius_mm", &[20.0])], Some(&[2.0, 5.0])),
+        ];
+        // Angles given by the option and by the file are the same angles, in another spelling.
+        assert_eq!(one.places(), same.places());
+        for other in others {
+            assert_ne!(other.unwrap().identity(), one.identity());
+        }
     }
 }

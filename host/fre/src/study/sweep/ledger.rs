@@ -11,8 +11,9 @@ use model_core::status::Status;
 use serde::Deserialize as _;
 use serde::de::IntoDeserializer as _;
 
+use super::error::SweepError;
+use super::grid::Sweep;
 use super::identity::{Identity, MAGIC, beside};
-use super::{Sweep, SweepError};
 use crate::delimited::line;
 use crate::lock;
 use crate::study::csv;

@@ -4,8 +4,9 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, Write};
 use std::path::{Path, PathBuf};
 
+use super::error::SweepError;
 use super::identity::Identity;
-use super::{Shard, SweepError};
+use super::shard::Shard;
 
 /// A shard's file, read line by line.
 struct Part {

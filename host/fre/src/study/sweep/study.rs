@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::axis::Axis;
+use super::grid::Sweep;
 use super::ledger::status_of;
-use super::{Axis, Sweep};
 
 /// What a resolution came to, over all other values of the grid and all places.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 use model_core::status::Status;
 use rayon::prelude::*;
 
+use super::error::SweepError;
+use super::grid::Sweep;
 use super::ledger::{self, Known, Ledger};
-use super::{Sweep, SweepError};
 
 /// How often progress is reported without news.
 const BEAT: Duration = Duration::from_millis(250);

@@ -1,0 +1,52 @@
+//! How a source is shown: the options, and what they choose.
+
+use std::io::IsTerminal;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use super::stop::Stop;
+use super::{lines, page};
+use crate::output::put_out;
+use fre_gripper::source::Source;
+use fre_gripper::terminal;
+
+/// How a source is shown.
+#[derive(Debug, clap::Args)]
+pub struct ViewArgs {
+    /// Prints lines even in a terminal
+    #[arg(long, conflicts_with = "web")]
+    lines: bool,
+    /// Prints every N-th report only
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
+    every: u32,
+    /// Serves a live page instead, and prints its address (needs a build with `--features web`)
+    #[arg(long)]
+    web: bool,
+    /// Address of the page; if other machines can reach it, the page needs the token that is printed with it
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "web")]
+    listen: SocketAddr,
+    /// Opens the page in a browser
+    #[arg(long, requires = "web")]
+    open: bool,
+}
+
+impl ViewArgs {
+    /// Shows it until the time is over, somebody stops it, or nothing more comes.
+    ///
+    /// # Errors
+    /// A source that does not answer, or an output that cannot be written.
+    pub fn show(&self, source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBool) -> Result<(), Stop> {
+        if self.web {
+            page::serve(source, self.listen, self.open, length, stop)
+        } else if !self.lines && std::io::stdout().is_terminal() && std::io::stdin().is_terminal() {
+            let origin = source.setup()?.origin;
+            let ended = terminal::show(source, length, stop)?;
+            let ending = lines::ending(&ended, origin, &source.statistics());
+            put_out(&format!("{ending}\n")).map_err(Stop::Input)
+        } else {
+            lines::show(source, length, self.every, stop)
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Why nothing more is shown.
+
+use std::process::ExitCode;
+
+use crate::exit::{BAD_INPUT, bad_input, tell};
+use fre::files::FileError;
+use fre_gripper::source::OrderError;
+use fre_gripper::terminal;
+
+/// Why nothing more is shown.
+pub enum Stop {
+    /// What was asked for makes no sense, or does not answer.
+    Input(String),
+    /// The output.
+    Output(std::io::Error),
+}
+
+impl Stop {
+    /// Prints it, and gives the exit status.
+    pub fn exit(self) -> ExitCode {
+        match self {
+            Self::Input(message) => bad_input(&message),
+            // Whoever reads the lines has read enough.
+            Self::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+            Self::Output(error) => {
+                tell!("fre: cannot write: {error}");
+                ExitCode::from(BAD_INPUT)
+            }
+        }
+    }
+}
+
+impl From<std::io::Error> for Stop {
+    fn from(error: std::io::Error) -> Self {
+        Self::Output(error)
+    }
+}
+
+impl From<FileError> for Stop {
+    fn from(error: FileError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<OrderError> for Stop {
+    fn from(error: OrderError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<terminal::TerminalError> for Stop {
+    fn from(error: terminal::TerminalError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<Box<dyn std::error::Error>> for Stop {
+    fn from(error: Box<dyn std::error::Error>) -> Self {
+        Self::Input(error.to_string())
+    }
+}

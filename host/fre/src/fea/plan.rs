@@ -1,0 +1,83 @@
+//! What CalculiX is asked: the mesh, the object's surface and its path through the motion.
+
+use model_core::design::PlaneStrain;
+use model_core::object::{Motion, ObjectDesign};
+
+use super::error::{FeaError, MAX_REFINEMENT};
+use super::mesh::Mesh;
+use super::place::{in_finger, world_point};
+use super::region::{self, Point, Region};
+use super::start::{closest, start};
+use super::surface::Surface;
+use crate::case::Case;
+
+/// Largest move of one increment: degrees of a rotation, mm of a translation.
+pub const STEP: f64 = 0.5;
+/// Increments for which the object holds still before results are read.
+pub const HOLD_STEPS: usize = 2;
+
+/// A mesh and a path, ready to be written. Times are CalculiX's: one unit per increment.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// The object's surface at the beginning, finger frame.
+    pub surface: Surface,
+    /// Displacement of the object's pivot at the times 1, 2, …, mm, finger frame.
+    pub path: Vec<Point>,
+    /// Turn of the object about its pivot since the beginning at those times, rad, counter-clockwise, finger frame; 0 for a
+    /// round one.
+    pub turns: Vec<f64>,
+    /// The object's pivot at the beginning, finger frame, mm: the centre of a round one.
+    pub pivot: Point,
+    /// Time at which each place has been reached and held.
+    pub stops: Vec<usize>,
+}
+
+impl Plan {
+    /// Meshes a case's finger and divides its motion into steps.
+    ///
+    /// # Errors
+    /// If the finger cannot be meshed, or the motion has no beginning without contact.
+    pub fn of(case: &Case, refinement: usize) -> Result<Self, FeaError> {
+        if !(1..=MAX_REFINEMENT).contains(&refinement) {
+            return Err(FeaError::Refinement { value: refinement });
+        }
+        let design = &case.finger.design;
+        let region = Region::of(design)?;
+        let thickness = design.front.thickness.at(0.0).min(design.back.thickness.at(0.0));
+        let layered = design.plane_strain == PlaneStrain::Auto;
+        let mesh = Mesh::finger(&region, thickness, layered, refinement);
+        let begin = start(case, &region)?;
+        let touching = closest(case, &region, begin).object;
+        let reach = 1.25 * design.front.length();
+        let round = match case.object {
+            ObjectDesign::Circle { centre, .. } => Some(centre),
+            _ => None,
+        };
+        let middle = world_point(case, touching, begin);
+        let surface = Surface::whole(&case.object, middle, reach, refinement)
+            .near(middle, reach)
+            .displaced(&case.path.motion.world_to_finger(case.path.coordinate(begin)));
+
+        let pivot = round.unwrap_or(middle);
+        let origin = in_finger(case, pivot, begin);
+        let turn = |place: f64| match (case.path.motion, round) {
+            (Motion::Rotating { .. }, None) => case.path.coordinate(place) - case.path.coordinate(begin),
+            _ => 0.0,
+        };
+        let (mut path, mut turns, mut stops) = (Vec::new(), Vec::new(), Vec::new());
+        let mut from = begin;
+        for &place in &case.path.places {
+            let moves = ((place - from).abs() / STEP - 1e-9).ceil().max(1.0) as usize;
+            let moving = (1..=moves).map(|i| from + (place - from) * i as f64 / moves as f64);
+            for at in moving.chain([place; HOLD_STEPS]) {
+                path.push(region::minus(in_finger(case, pivot, at), origin));
+                turns.push(turn(at));
+            }
+            stops.push(path.len());
+            from = place;
+        }
+        Ok(Self { mesh, surface, path, turns, pivot: origin, stops })
+    }
+}
