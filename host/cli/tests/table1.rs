@@ -6,7 +6,7 @@ use fre::files::Files;
 use fre::study::model::physics_word;
 use fre::study::run::{self, Run};
 use fre::study::table1::{
-    self, APPROACH_DEG, CASES, COMPARED, Comparison, EXTENDED_FULL, EXTENDED_REDUCED, SERIES, variants,
+    self, APPROACH_DEG, Agreement, CASES, COMPARED, EXTENDED_FULL, EXTENDED_REDUCED, SERIES, variants,
 };
 use model_core::status::Status;
 
@@ -51,7 +51,7 @@ fn every_model_has_twenty_rows_with_their_statuses() {
     // The reduced model is judged by the accurate one of its physics: the design allows 1.5 %.
     let mut compared = 0;
     for row in &rows {
-        if let Comparison::Same { shape, force_percent } = row.compare(EXTENDED_REDUCED, EXTENDED_FULL) {
+        if let Agreement::Same { shape, force_percent } = row.compare(EXTENDED_REDUCED, EXTENDED_FULL) {
             compared += 1;
             assert!(force_percent.abs() < 1.5 && shape.max < 0.3 && shape.mean <= shape.max, "{}", row.name());
         }
@@ -65,8 +65,8 @@ fn what_cannot_be_trusted_is_named_and_not_compared() {
     let lost = &mut rows[3].runs[EXTENDED_FULL].places[0];
     (lost.status, lost.state) = (Status::Folded, None);
     rows[7].snapped[EXTENDED_REDUCED] = !rows[7].snapped[EXTENDED_FULL];
-    assert_eq!(rows[3].compare(EXTENDED_REDUCED, EXTENDED_FULL), Comparison::None);
-    assert_eq!(rows[7].compare(EXTENDED_REDUCED, EXTENDED_FULL), Comparison::OtherBranch);
+    assert_eq!(rows[3].compare(EXTENDED_REDUCED, EXTENDED_FULL), Agreement::None);
+    assert_eq!(rows[7].compare(EXTENDED_REDUCED, EXTENDED_FULL), Agreement::OtherBranch);
     let text = table1::markdown(&rows);
     let line = |table: &str, case: &str| {
         let rest = &text[text.find(table).unwrap()..];

@@ -1,7 +1,8 @@
 //! Bars of deviation and force error per case, as in figure 6 of *Geometrico-Static Modelling of a FRE Finger*.
 
+use super::row::{Agreement, Row};
 use super::table::pair_name;
-use super::{COMPARED, Comparison, Row};
+use super::variant::COMPARED;
 use crate::draw::font::Fonts;
 use crate::draw::heading::{self, Sample};
 use crate::draw::path::{Path, Rect};
@@ -18,19 +19,19 @@ const GAP: f64 = 44.0;
 const NAMES: f64 = 54.0;
 
 /// What a panel shows of a comparison, and its title.
-type Measure = (&'static str, fn(&Comparison) -> Option<f64>);
+type Measure = (&'static str, fn(&Agreement) -> Option<f64>);
 
 const PANELS: [Measure; 3] = [
     ("mean deviation along *x*_{f} (mm)", |comparison| match comparison {
-        Comparison::Same { shape, .. } => Some(shape.mean),
+        Agreement::Same { shape, .. } => Some(shape.mean),
         _ => None,
     }),
     ("largest deviation along *x*_{f} (mm)", |comparison| match comparison {
-        Comparison::Same { shape, .. } => Some(shape.max),
+        Agreement::Same { shape, .. } => Some(shape.max),
         _ => None,
     }),
     ("net force error, magnitude (%)", |comparison| match comparison {
-        Comparison::Same { force_percent, .. } => Some(force_percent.abs()),
+        Agreement::Same { force_percent, .. } => Some(force_percent.abs()),
         _ => None,
     }),
 ];
@@ -67,7 +68,7 @@ fn ink(bar: usize) -> Ink {
     Ink::Series(bar as u8)
 }
 
-fn panel(scene: &mut Scene, rows: &[Row], slot: f64, top: f64, title: &str, pick: fn(&Comparison) -> Option<f64>) {
+fn panel(scene: &mut Scene, rows: &[Row], slot: f64, top: f64, title: &str, pick: fn(&Agreement) -> Option<f64>) {
     let bottom = top + PANEL;
     let right = WIDTH - RIGHT;
     let found = |row: &Row, (model, reference): (usize, usize)| pick(&row.compare(model, reference));

@@ -2,8 +2,10 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use super::bars;
+use super::row::Row;
 use super::table::{self, Table};
-use super::{EXTENDED_FULL, Row, bars, variants};
+use super::variant::{EXTENDED_FULL, variants};
 use crate::draw::{self, FingerPicture};
 
 const TITLE: &str = "The paper's twenty cases";

@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::{APPROACH_DEG, COMPARED, Comparison, PRESET, Row, SERIES, variants};
+use super::row::{Agreement, Row};
+use super::series::{APPROACH_DEG, PRESET, SERIES};
+use super::variant::{COMPARED, variants};
 use crate::metrics::mean_and_max;
 use crate::study::place::Place;
 
@@ -91,11 +93,11 @@ fn measures(rows: &[Row]) -> Table {
         let mut cells = vec![row.name()];
         for (model, reference) in COMPARED {
             cells.extend(match row.compare(model, reference) {
-                Comparison::Same { shape, force_percent } => {
+                Agreement::Same { shape, force_percent } => {
                     [format!("{:.3}", shape.mean), format!("{:.3}", shape.max), signed(force_percent)]
                 }
-                Comparison::OtherBranch => ["other branch".to_owned(), "–".to_owned(), "–".to_owned()],
-                Comparison::None => {
+                Agreement::OtherBranch => ["other branch".to_owned(), "–".to_owned(), "–".to_owned()],
+                Agreement::None => {
                     let bad = [model, reference].map(|index| row.place(index).map(|place| place.status));
                     let bad = bad.into_iter().flatten().find(|status| !status.is_trustworthy());
                     [bad.map_or("–", |status| status.word()).to_owned(), "–".to_owned(), "–".to_owned()]
@@ -126,7 +128,7 @@ fn summary(rows: &[Row]) -> Table {
         let mut shapes = Vec::new();
         let mut forces = Vec::new();
         for row in rows {
-            if let Comparison::Same { shape, force_percent } = row.compare(model, reference) {
+            if let Agreement::Same { shape, force_percent } = row.compare(model, reference) {
                 shapes.push(shape);
                 forces.push(force_percent);
             }
@@ -154,7 +156,7 @@ fn summary(rows: &[Row]) -> Table {
 }
 
 /// The tables as Markdown.
-pub(super) fn markdown(rows: &[Row]) -> String {
+pub fn markdown(rows: &[Row]) -> String {
     let mut out = String::from("# The paper's twenty cases\n");
     for note in notes() {
         let _ = write!(out, "\n{note}\n");
