@@ -12,7 +12,7 @@ use crate::options::{ModelArgs, refused};
 use crate::output::{Picture, PlotArgs, put_out, reads_case};
 use crate::send::{Address, transmit};
 use fre::files::{FileError, Output};
-use fre::fit::calibrate::{Input, Loss, Model, Noise, Parameter, document, fit, fitted_finger, picture, text};
+use fre::fit::calibrate::{Input, Loss, Noise, Parameter, Predictor, document, fit, fitted_finger, picture, text};
 use fre::study::model::Precision;
 
 /// Fit modulus, zero angle, object offset or dimensions to measurements, with uncertainties.
@@ -144,7 +144,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
             LossWord::Square => Loss::Square,
         },
     };
-    let model = Model { design, discretisation: options.discretisation, drive: input.drive };
+    let model = Predictor { design, discretisation: options.discretisation, drive: input.drive };
     let found = fit(&model, &input.runs, &args.fit, &noise).map_err(|error| match error {
         DiscretiseError::Design(error) => format!("{}: finger.{error}", args.cases[0].display()),
         error => refused(&error),

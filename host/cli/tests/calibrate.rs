@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use fre::case::{preset, read_finger};
 use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
-use fre::fit::calibrate::{Loss, Model, Noise, Parameter, Run, Trial, fit};
+use fre::fit::calibrate::{Loss, Noise, Parameter, Predictor, Readings, Trial, fit};
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::{Drive, Knots, Travel};
@@ -20,21 +20,21 @@ fn design() -> Design {
     preset("ladder-80").unwrap().unwrap().design
 }
 
-fn model(design: &Design) -> Model<'_> {
-    Model { design, discretisation: Discretisation::reduced(Physics::Extended), drive: Drive::Rotating }
+fn model(design: &Design) -> Predictor<'_> {
+    Predictor { design, discretisation: Discretisation::reduced(Physics::Extended), drive: Drive::Rotating }
 }
 
 fn truth() -> Trial {
     Trial { parameters: USUAL.to_vec(), values: vec![46.0, 0.6, 0.8, -0.5] }
 }
 
-fn drawn(protocol: &Protocol, seed: u64) -> (Design, Vec<Run>) {
+fn drawn(protocol: &Protocol, seed: u64) -> (Design, Vec<Readings>) {
     let design = design();
     let drawn = draw(&model(&design), &truth(), protocol, Errors::USUAL, seed).unwrap();
     (design, drawn)
 }
 
-fn readings(seed: u64, count: u32) -> (Design, Vec<Run>) {
+fn readings(seed: u64, count: u32) -> (Design, Vec<Readings>) {
     drawn(&Protocol::cylinders(&[[30.0, 40.0], [45.0, 40.0], [58.0, 40.0], [40.0, 20.0]], count), seed)
 }
 
@@ -140,7 +140,7 @@ fn a_hinge_thickness_and_outlines_are_fitted_too() {
 }
 
 /// The run with a point at every reading, so that shapes are computed.
-fn with_fronts(run: &Run) -> Run {
+fn with_fronts(run: &Readings) -> Readings {
     let mut run = run.clone();
     for reading in &mut run.readings {
         reading.front_mm = vec![[0.0, 0.0]];
@@ -155,7 +155,7 @@ fn a_translating_fingers_travel_is_fitted() {
     let crank = [-30.0_f32, 0.0, 30.0, 60.0].map(|deg| [deg.to_radians(), 22.0 * deg.to_radians().sin()]);
     let table = Travel::Table(Knots::new(&crank).unwrap());
     for drive in [Drive::linear([1.0, 0.0], 20.0), Drive::Translating { direction: [1.0, 0.0], travel: table }] {
-        let model = Model { drive, ..model(&design) };
+        let model = Predictor { drive, ..model(&design) };
         let parameters = [Parameter::YoungsModulus, Parameter::Zero, Parameter::Travel, Parameter::ObjectY];
         let truth = Trial { parameters: parameters.to_vec(), values: vec![46.0, 0.8, 1.03, -0.5] };
         // A thin and a thick cylinder, low and high, each 2 mm and 7 mm away: one distance leaves zero and travel together.

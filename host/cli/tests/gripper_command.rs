@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use fre::case::preset;
 use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
-use fre::fit::calibrate::{Model, Parameter, Trial};
+use fre::fit::calibrate::{Parameter, Predictor, Trial};
 use fre_gripper::servo::{Clock, Config, Gains, Hub, Load, Running, Servo};
 use fre_qemu::{Machine, Running as Board, Sockets};
 use model_core::discretise::{Discretisation, Physics};
@@ -300,8 +300,11 @@ fn plain(text: &str) -> String {
 /// Measurements of three cylinders as files: CSVs and their cases. The truth: 46 MPa, 0.6°, (0.8, −0.5) mm.
 fn measured(folder: &Path) -> Vec<(String, String)> {
     let design = preset("ladder-80").unwrap().unwrap().design;
-    let model =
-        Model { design: &design, discretisation: Discretisation::reduced(Physics::Extended), drive: Drive::Rotating };
+    let model = Predictor {
+        design: &design,
+        discretisation: Discretisation::reduced(Physics::Extended),
+        drive: Drive::Rotating,
+    };
     let parameters = vec![Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
     let truth = Trial { parameters, values: vec![46.0, 0.6, 0.8, -0.5] };
     let protocol = Protocol::cylinders(&[[20.0, 10.0], [65.0, 10.0], [45.0, 40.0]], 16);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use fre::case::Document;
 use fre::draw;
-use fre::fit::calibrate::{Input, Loss, Model, Noise, Parameter, document, fit, fitted_finger, picture, text};
+use fre::fit::calibrate::{Input, Loss, Noise, Parameter, Predictor, document, fit, fitted_finger, picture, text};
 use fre::study::model::Precision;
 use model_core::drive::Drive;
 use pyo3::prelude::*;
@@ -75,7 +75,7 @@ pub(crate) fn calibrate(
                 return Err(case_error(format!("fit {}: {obstacle}", parameter.word()), Some("fit"), None));
             }
         }
-        let model = Model { design, discretisation: options.discretisation, drive: input.drive };
+        let model = Predictor { design, discretisation: options.discretisation, drive: input.drive };
         let found = fit(&model, &input.runs, &parameters, &noise).map_err(|error| of_discretise(&error))?;
         let json = document(&input, &found).to_string();
         let scene = picture(&input.finger.name, &input.runs, &found);

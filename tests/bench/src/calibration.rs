@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 use fre::case::preset;
 use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
-use fre::fit::calibrate::{Fit, Model, Noise, Parameter, Trial, fit};
+use fre::fit::calibrate::{Fit, Noise, Parameter, Predictor, Trial, fit};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::Drive;
 use rayon::prelude::*;
@@ -65,10 +65,13 @@ pub struct Estimated {
 pub fn measure(runs: u64) -> Result<Report> {
     let design = preset("ladder-80").context("the preset is gone")??.design;
     let truth = Trial { parameters: PARAMETERS.to_vec(), values: TRUTH.to_vec() };
-    let reduced =
-        Model { design: &design, discretisation: Discretisation::reduced(Physics::Extended), drive: Drive::Rotating };
+    let reduced = Predictor {
+        design: &design,
+        discretisation: Discretisation::reduced(Physics::Extended),
+        drive: Drive::Rotating,
+    };
     let fine =
-        Model { design: &design, discretisation: Discretisation::fine(Physics::Extended), drive: Drive::Rotating };
+        Predictor { design: &design, discretisation: Discretisation::fine(Physics::Extended), drive: Drive::Rotating };
     let thick = [[30.0, 40.0], [45.0, 40.0], [58.0, 40.0], [40.0, 20.0]];
     let ends = [[20.0, 10.0], [65.0, 10.0], [20.0, 40.0], [65.0, 40.0]];
     let protocols = [

@@ -7,27 +7,18 @@
 //! Steps are taken along the eigenvectors of the information matrix, parameters in units of their [`Parameter::doubt`]. An
 //! eigenvector along which the data leave more open than that is left alone and reported: a combination they do not tell.
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
 use model_core::discretise::DiscretiseError;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::{Model, Parameter, Prediction, Run, Trial};
+use super::noise::{Loss, Noise};
+use super::parameter::Parameter;
+use super::predictor::{Prediction, Predictor};
+use super::readings::Readings;
+use super::trial::Trial;
 use crate::metrics::signed_distance;
-
-/// How a residual of so many standard deviations counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Loss {
-    /// Squared, whatever its size.
-    Square,
-    /// Squared within 1.345 standard deviations, linear beyond: 95 % efficient if nothing is amiss.
-    #[default]
-    Huber,
-    /// Tukey's biweight: of no weight beyond 4.685. The same efficiency; outliers are rejected, but so is all that a bad start
-    /// puts far off.
-    Tukey,
-}
-
-const HUBER: f64 = 1.345;
-const TUKEY: f64 = 4.685;
 /// Residual that stands for a reading without a trustworthy prediction, in standard deviations.
 const LOST: f64 = 30.0;
 /// Passes over the readings.
@@ -42,46 +33,6 @@ const SETTLED: f64 = 0.25;
 const EDGE: f64 = 0.04;
 /// Shift, in doubts, of the differences that an outline's derivatives are made of.
 const SHIFT: f64 = 1e-3;
-
-impl Loss {
-    /// ρ(u), its derivative ψ over u (the weight) and ψ′.
-    fn of(self, u: f64) -> (f64, f64, f64) {
-        let size = u.abs();
-        match self {
-            Self::Huber if size > HUBER => (HUBER * (size - 0.5 * HUBER), HUBER / size, 0.0),
-            Self::Tukey => {
-                let rest = 1.0 - (u / TUKEY).powi(2);
-                let flat = TUKEY * TUKEY / 6.0;
-                if rest <= 0.0 {
-                    return (flat, 0.0, 0.0);
-                }
-                let slope = rest * (rest - 4.0 * (u / TUKEY).powi(2));
-                (flat * (1.0 - rest.powi(3)), rest * rest, slope)
-            }
-            _ => (0.5 * u * u, 1.0, 1.0),
-        }
-    }
-}
-
-/// What is known of the measurements, and how residuals count.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Standard deviation of a measured force, N.
-    pub force_n: f64,
-    /// Of a measured angle, degrees.
-    pub angle_deg: f64,
-    /// Of a point of an outline, mm.
-    pub outline_mm: f64,
-    /// The loss.
-    pub loss: Loss,
-}
-
-impl Default for Noise {
-    /// A force sensor of 0.02 N, angles rounded to a servo's count (0.088°/√12), outlines within 0.3 mm.
-    fn default() -> Self {
-        Self { force_n: 0.02, angle_deg: 360.0 / 4096.0 / 12_f64.sqrt(), outline_mm: 0.3, loss: Loss::default() }
-    }
-}
 
 /// A parameter's outcome.
 #[derive(Clone, Debug, PartialEq)]
@@ -195,12 +146,62 @@ struct Point {
 ///
 /// # Errors
 /// If the design is refused as it is.
-pub fn fit(model: &Model<'_>, runs: &[Run], parameters: &[Parameter], noise: &Noise) -> Result<Fit, DiscretiseError> {
+pub fn fit(
+    model: &Predictor<'_>,
+    runs: &[Readings],
+    parameters: &[Parameter],
+    noise: &Noise,
+) -> Result<Fit, DiscretiseError> {
+    let watch = |_| ControlFlow::<Infallible>::Continue(());
+    fit_watched(model, runs, parameters, noise, watch).map_err(|error| match error {
+        FitError::Discretise(error) => error,
+        FitError::Stopped(never) => match never {},
+    })
+}
+
+/// How far a fit is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Passes over the readings that are done.
+    pub passes: usize,
+    /// The most that there may be; most fits need fewer.
+    pub most: usize,
+    /// What the next pass may still gain, squared standard deviations; none before the first step.
+    pub gain: Option<f64>,
+}
+
+/// Why a watched fit has no results; `B` is what the watcher stops it with.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FitError<B> {
+    /// The finger cannot be discretised as asked.
+    #[error(transparent)]
+    Discretise(#[from] DiscretiseError),
+    /// The watcher stopped it.
+    #[error("stopped")]
+    Stopped(B),
+}
+
+/// As [`fit()`], calling `watch` after every pass over the readings; it stops the work by [`ControlFlow::Break`].
+///
+/// # Errors
+/// As there, or the work was stopped.
+pub fn fit_watched<B>(
+    model: &Predictor<'_>,
+    runs: &[Readings],
+    parameters: &[Parameter],
+    noise: &Noise,
+    mut watch: impl FnMut(Progress) -> ControlFlow<B>,
+) -> Result<Fit, FitError<B>> {
     let doubts: Vec<f64> = parameters.iter().map(|parameter| parameter.doubt(model.design)).collect();
     let mut here = evaluate(model, runs, Trial::start(parameters, model.design), noise, &doubts, None)?;
     let mut damping = 1e-3;
     let mut settled: Option<Settled> = None;
     let (mut passes, mut converged) = (1, false);
+    let mut report = |passes, gain| match watch(Progress { passes, most: PASSES, gain }) {
+        ControlFlow::Break(with) => Err(FitError::Stopped(with)),
+        ControlFlow::Continue(()) => Ok(()),
+    };
+    report(passes, None)?;
     while passes < PASSES && !converged {
         let scale = settled.as_ref().map_or_else(|| spread(&here.rows, noise.loss), |settled| settled.scale);
         let (information, slope) = normal_equations(&here.rows, noise.loss, scale, parameters.len());
@@ -234,6 +235,7 @@ pub fn fit(model: &Model<'_>, runs: &[Run], parameters: &[Parameter], noise: &No
         }
         passes += 1;
         let next = evaluate(model, runs, trial, noise, &doubts, settled.as_ref()).ok();
+        report(passes, Some(gain))?;
         let better = next.filter(|next| cost(&next.rows, Some(&here.rows), noise.loss, scale) <= before);
         match better {
             Some(next) => {
@@ -254,8 +256,8 @@ pub fn fit(model: &Model<'_>, runs: &[Run], parameters: &[Parameter], noise: &No
 }
 
 fn evaluate(
-    model: &Model<'_>,
-    runs: &[Run],
+    model: &Predictor<'_>,
+    runs: &[Readings],
     trial: Trial,
     noise: &Noise,
     doubts: &[f64],
@@ -349,8 +351,8 @@ fn cost(rows: &[Option<Row>], reference: Option<&[Option<Row>]>, loss: Loss, sca
 
 #[allow(clippy::too_many_arguments)]
 fn finish(
-    model: &Model<'_>,
-    runs: &[Run],
+    model: &Predictor<'_>,
+    runs: &[Readings],
     parameters: &[Parameter],
     noise: &Noise,
     here: Point,

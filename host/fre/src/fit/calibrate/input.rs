@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use model_core::drive::{Drive, DriveError};
 use model_core::object::ObjectDesign;
 
-use super::Run;
+use super::Readings;
 use crate::case::{Case, CaseError, Coordinate, Document, Finger};
 use crate::drive::{OtherMotion, agrees};
 use crate::fit::measured::{Measured, MeasuredError};
@@ -20,7 +20,7 @@ pub struct Input {
     /// The object of each run, world frame.
     pub objects: Vec<ObjectDesign>,
     /// The runs, one per file of measurements.
-    pub runs: Vec<Run>,
+    pub runs: Vec<Readings>,
     /// How the motor moves the base.
     pub drive: Drive,
     /// What was left out of the files, a sentence each.
@@ -130,9 +130,9 @@ impl Input {
             }
             let object = cases[if cases.len() == 1 { 0 } else { index }].object;
             let (run, opening) = if both_ways {
-                (Run::all(&name, object, &measured), Vec::new())
+                (Readings::all(&name, object, &measured), Vec::new())
             } else {
-                Run::closing(&name, object, &measured, SCATTER_DEG)
+                Readings::closing(&name, object, &measured, SCATTER_DEG)
             };
             if !measured.aside.is_empty() {
                 remarks.push(format!("left out: {name}: columns {}", measured.aside.join(", ")));

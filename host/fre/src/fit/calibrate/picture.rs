@@ -1,11 +1,11 @@
 //! Forces and residuals over the angle.
 
-use super::{Fit, Residual, Run};
+use super::{Fit, Readings, Residual};
 use crate::draw::{Chart, Mark, Panel, Scene, Series, Style, literal};
 
 /// Measured and fitted forces, below them the residuals with the band of two standard deviations, below those the residuals in
 /// standard deviations.
-pub fn picture(name: &str, runs: &[Run], fit: &Fit) -> Scene {
+pub fn picture(name: &str, runs: &[Readings], fit: &Fit) -> Scene {
     let subtitle =
         format!("{} readings, residual rms {:.3} N; residual: measured less fitted", fit.residuals.len(), fit.rms_n());
     let mut chart = Chart::new(format!("{name}: calibration"), subtitle, "measured motor angle (°)");
@@ -16,7 +16,7 @@ pub fn picture(name: &str, runs: &[Run], fit: &Fit) -> Scene {
     };
     // Colours for as many runs as there are; then they repeat.
     let colour = |run: usize| (run % 6) as u8;
-    let short = |run: &Run| literal(run.name.rsplit('/').next().unwrap_or(&run.name));
+    let short = |run: &Readings| literal(run.name.rsplit('/').next().unwrap_or(&run.name));
     let mut forces = Vec::new();
     let (mut residuals, mut standardised) = (Vec::new(), Vec::new());
     for (index, run) in runs.iter().enumerate() {

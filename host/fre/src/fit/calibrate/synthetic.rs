@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
-use super::{Model, Reading, Run, Trial};
+use super::{Predictor, Reading, Readings, Trial};
 
 /// Errors of drawn measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,12 +63,12 @@ const COUNT_DEG: f64 = 360.0 / 4096.0;
 /// # Errors
 /// If the true design is refused.
 pub fn draw(
-    model: &Model<'_>,
+    model: &Predictor<'_>,
     truth: &Trial,
     protocol: &Protocol,
     errors: Errors,
     seed: u64,
-) -> Result<Vec<Run>, DiscretiseError> {
+) -> Result<Vec<Readings>, DiscretiseError> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut runs = Vec::new();
     for (index, &object) in protocol.objects.iter().enumerate() {
@@ -84,7 +84,7 @@ pub fn draw(
         order.sort_by(|&a, &b| shifted[a].total_cmp(&shifted[b]));
         let closing = order.iter().map(|&i| Reading { angle_deg: shifted[i], ..readings[i].clone() });
         let name = format!("run {}", index + 1);
-        let run = Run { name: name.clone(), object, readings: closing.collect() };
+        let run = Readings { name: name.clone(), object, readings: closing.collect() };
         let predictions = model.predict(&run, truth, false)?;
         for (&i, prediction) in order.iter().zip(predictions) {
             let normal: f64 = StandardNormal.sample(&mut random);
@@ -93,7 +93,7 @@ pub fn draw(
             }
         }
         readings.retain(|reading| reading.force_n.is_some());
-        runs.push(Run { name, object, readings });
+        runs.push(Readings { name, object, readings });
     }
     Ok(runs)
 }

@@ -1,0 +1,66 @@
+//! Measured readings on one object.
+
+use model_core::object::ObjectDesign;
+
+use crate::fit::measured::Measured;
+use crate::metrics::Point;
+
+/// One reading.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// Line of the file, from 1.
+    pub line: usize,
+    /// Measured motor angle, degrees.
+    pub angle_deg: f64,
+    /// Measured magnitude of the force, N, if it was.
+    pub force_n: Option<f64>,
+    /// Points of the front centreline, finger frame, mm, if there are any.
+    pub front_mm: Vec<Point>,
+}
+
+/// Readings on one object, in the order of a closing motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Readings {
+    /// What it is called in messages: its file.
+    pub name: String,
+    /// The object as the case describes it, world frame.
+    pub object: ObjectDesign,
+    /// By increasing angle.
+    pub readings: Vec<Reading>,
+}
+
+impl Readings {
+    /// A run of the measurements that belong to a closing motion, and the lines of those left out: rows of the file in which the
+    /// angle is less than the greatest before by more than `tolerance_deg` belong to an opening.
+    pub fn closing(name: &str, object: ObjectDesign, measured: &Measured, tolerance_deg: f64) -> (Self, Vec<usize>) {
+        let mut rows: Vec<(usize, f64, Option<f64>, &[Point])> = Vec::new();
+        for measurement in &measured.measurements {
+            if measurement.forces.is_empty() {
+                rows.push((measurement.line, measurement.place, None, &measurement.front));
+            }
+            for (index, &(line, force)) in measurement.forces.iter().enumerate() {
+                // The outline belongs to the place; it counts once.
+                let front = if index == 0 { measurement.front.as_slice() } else { &[] };
+                rows.push((line, measurement.place, Some(force), front));
+            }
+        }
+        rows.sort_by_key(|row| row.0);
+        let mut greatest = f64::NEG_INFINITY;
+        let (mut readings, mut left_out) = (Vec::new(), Vec::new());
+        for (line, angle_deg, force_n, front) in rows {
+            if angle_deg < greatest - tolerance_deg {
+                left_out.push(line);
+                continue;
+            }
+            greatest = greatest.max(angle_deg);
+            readings.push(Reading { line, angle_deg, force_n, front_mm: front.to_vec() });
+        }
+        readings.sort_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
+        (Self { name: name.to_owned(), object, readings }, left_out)
+    }
+
+    /// A run of all measurements, whatever the motion.
+    pub fn all(name: &str, object: ObjectDesign, measured: &Measured) -> Self {
+        Self::closing(name, object, measured, f64::INFINITY).0
+    }
+}

@@ -1,0 +1,87 @@
+//! A design with values of parameters.
+
+use model_core::design::Design;
+use model_core::drive::{Drive, Knots, Travel};
+use model_core::object::ObjectDesign;
+use model_core::sensitivity::DesignParameter;
+
+use super::parameter::Parameter;
+
+/// A design with values of parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// The parameters.
+    pub parameters: Vec<Parameter>,
+    /// Their values, in [`Parameter::unit`].
+    pub values: Vec<f64>,
+}
+
+impl Trial {
+    /// Where a fit begins.
+    pub fn start(parameters: &[Parameter], design: &Design) -> Self {
+        Self {
+            parameters: parameters.to_vec(),
+            values: parameters.iter().map(|parameter| parameter.start(design)).collect(),
+        }
+    }
+
+    /// A parameter's value less the design's own.
+    pub fn change(&self, parameter: Parameter, design: &Design) -> f64 {
+        let own = parameter.start(design);
+        let found = self.parameters.iter().zip(&self.values).find(|(other, _)| **other == parameter);
+        found.map_or(0.0, |(_, value)| value - own)
+    }
+
+    /// The design with these values.
+    pub fn design(&self, design: &Design) -> Design {
+        let mut changed = design.clone();
+        changed.material.youngs_modulus += self.change(Parameter::YoungsModulus, design);
+        for dimension in DesignParameter::ALL {
+            dimension.shift(&mut changed, self.change(Parameter::Design(dimension), design));
+        }
+        changed
+    }
+
+    /// How the motor moves the base, with these values.
+    pub fn drive(&self, drive: &Drive, design: &Design) -> Drive {
+        let factor = self.travel(design);
+        let scaled = |distance: f32| (f64::from(distance) * factor) as f32;
+        let travel = match drive {
+            Drive::Rotating => return Drive::Rotating,
+            Drive::Translating { travel: Travel::Linear { mm_per_rad }, .. } => {
+                Travel::Linear { mm_per_rad: scaled(*mm_per_rad) }
+            }
+            Drive::Translating { travel: Travel::Table(knots), .. } => {
+                let scaled: Vec<_> = knots.iter().map(|&[angle, distance]| [angle, scaled(distance)]).collect();
+                // As many as there were.
+                Travel::Table(Knots::new(&scaled).unwrap_or(*knots))
+            }
+        };
+        match *drive {
+            Drive::Translating { direction, .. } => Drive::Translating { direction, travel },
+            Drive::Rotating => Drive::Rotating,
+        }
+    }
+
+    /// What distances are multiplied by.
+    pub(super) fn travel(&self, design: &Design) -> f64 {
+        1.0 + self.change(Parameter::Travel, design)
+    }
+
+    /// An object with these values.
+    pub fn object(&self, object: ObjectDesign, design: &Design) -> ObjectDesign {
+        let shift = [self.change(Parameter::ObjectX, design), self.change(Parameter::ObjectY, design)];
+        let go = |p: [f64; 2]| [p[0] + shift[0], p[1] + shift[1]];
+        match object {
+            ObjectDesign::Circle { centre, radius } => {
+                ObjectDesign::Circle { centre: go(centre), radius: radius + self.change(Parameter::Radius, design) }
+            }
+            ObjectDesign::Ellipse { centre, semi_axes, angle } => {
+                ObjectDesign::Ellipse { centre: go(centre), semi_axes, angle }
+            }
+            ObjectDesign::Polygon { corners, rounding } => ObjectDesign::Polygon { corners: corners.map(go), rounding },
+            ObjectDesign::HalfPlane { point, normal } => ObjectDesign::HalfPlane { point: go(point), normal },
+            ObjectDesign::Bore { centre, radius } => ObjectDesign::Bore { centre: go(centre), radius },
+        }
+    }
+}
