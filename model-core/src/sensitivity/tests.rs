@@ -9,7 +9,7 @@ use std::string::String;
 use std::vec::Vec;
 
 use super::{Derivative, DesignParameter, Probe};
-use crate::design::Design;
+use crate::design::{Attachments, Beam, Design, MAX_LAMELLAE, Profile};
 use crate::discretise::{Discretisation, Physics, Sampling, Scheme, Softness};
 use crate::equilibrium::Follower;
 use crate::object::{Corners, Motion, ObjectDesign};
@@ -37,6 +37,80 @@ enum Parameter {
     YoungsModulus,
     Axis(usize),
     Design(DesignParameter),
+    Line(Line),
+}
+
+/// What a designer changes beyond the dimensions with names of their own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Line {
+    /// The back beam's base, along x: the base's width.
+    BaseWidth,
+    /// One lamella's height.
+    Height(usize),
+    /// One lamella's end on the back beam alone: its angle.
+    BackArc(usize),
+    /// One lamella's hinges, longer.
+    Hinge(usize),
+    /// The front beam's thickness at its tip.
+    FrontTaper,
+    /// The back beam's thickness at its base.
+    BackTaper,
+    /// The finger's width, on which its own contact softness depends.
+    Width,
+    Modulus,
+    TipHeight,
+}
+
+impl Line {
+    const ALL: [Self; 9] = [
+        Self::BaseWidth,
+        Self::Height(1),
+        Self::BackArc(2),
+        Self::Hinge(0),
+        Self::FrontTaper,
+        Self::BackTaper,
+        Self::Width,
+        Self::Modulus,
+        Self::TipHeight,
+    ];
+
+    fn shift(self, design: &mut Design, by: f64) {
+        let taper = |beam: &mut Beam, end: usize| {
+            let value = beam.thickness.at(0.0);
+            let mut knots = [[0.0, value], [beam.length(), value]];
+            knots[end][1] += by;
+            beam.thickness.knots = heapless::Vec::from_iter(knots);
+        };
+        match self {
+            Self::BaseWidth => design.back.base[0] -= by,
+            Self::Height(k) => {
+                if let Attachments::Heights(heights) = &mut design.lamellae.attachments {
+                    heights[k] += by;
+                }
+            }
+            Self::BackArc(k) => {
+                let arcs: Vec<[f64; 2]> = (0..design.lamella_count()).map(|k| design.attachment_arcs(k)).collect();
+                let on = |side: usize| arcs.iter().map(|arc| arc[side]).collect();
+                let mut back: heapless::Vec<f64, MAX_LAMELLAE> = on(1);
+                back[k] += by;
+                design.lamellae.attachments = Attachments::Arcs { front: on(0), back };
+            }
+            Self::Hinge(k) => {
+                let count = design.lamella_count();
+                design.hinge.length = (0..count).map(|k| design.hinge.length_of(k)).collect();
+                design.hinge.length[k] += by;
+            }
+            Self::FrontTaper => taper(&mut design.front, 1),
+            Self::BackTaper => taper(&mut design.back, 0),
+            Self::Width => design.width = Profile::constant(design.width.at(0.0) + 10.0 * by),
+            Self::Modulus => design.material.youngs_modulus *= 1.0 + by,
+            Self::TipHeight => {
+                for tip in [&mut design.front.tip, &mut design.back.tip] {
+                    tip[1] += by;
+                }
+            }
+        }
+    }
 }
 
 #[derive(Clone)]
@@ -81,6 +155,7 @@ impl Case {
             Parameter::YoungsModulus => case.design.material.youngs_modulus += by,
             Parameter::Axis(i) => case.design.motor_axis[i] += by,
             Parameter::Design(dimension) => dimension.shift(&mut case.design, by),
+            Parameter::Line(line) => line.shift(&mut case.design, by),
         }
         case
     }
@@ -266,6 +341,12 @@ fn derivatives_of_random_designs_agree_with_differences() {
         for dimension in DesignParameter::ALL {
             let derivative = follower.design_sensitivity(&mut probe, &case.design, &how, dimension);
             all.push((Parameter::Design(dimension), derivative.expect("room, as before")));
+        }
+        for line in Line::ALL {
+            let step = 6e-6;
+            let designs = [-step, step].map(|by| case.shifted(Parameter::Line(line), by).design);
+            let derivative = follower.design_derivative(&mut probe, [&designs[0], &designs[1]], &how, step);
+            all.push((Parameter::Line(line), derivative.expect("room, as before")));
         }
         for (parameter, exact) in all {
             let before = count.wrong.len();
