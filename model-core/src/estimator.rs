@@ -90,7 +90,7 @@ pub struct Estimate {
     /// Derivative of the force with respect to the motor angle, world frame, N/rad; zero without contact.
     pub force_per_angle: [f32; 2],
     /// Standard deviation of the force's magnitude from what the estimator's [`Uncertainty`] says, N: infinite while no
-    /// derivatives are known, zero without contact (how near a contact is, `distance` tells).
+    /// derivatives are known, zero without contact (`distance` says how near a contact is).
     pub standard_deviation: f32,
     /// Ticks since the derivatives behind the last two were taken.
     pub sensitivity_age: u16,
@@ -137,7 +137,7 @@ pub struct Estimator<T: Real, S: Size> {
     /// Derivative of the motion's coordinate with the motor angle at the last tick: 1, or mm per rad.
     ratio: f64,
     configured: bool,
-    /// The follower stands at an equilibrium.
+    /// The follower is at an equilibrium.
     placed: bool,
     /// How far back from the measured angle a beginning has been looked for, rad.
     searched: f64,
@@ -206,7 +206,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         Ok(())
     }
 
-    /// Says how the motor moves the base ([`Drive::Rotating`] unless it is said); the state starts anew, if it is another one.
+    /// Says how the motor moves the base ([`Drive::Rotating`] by default); the state starts anew, if it is another one.
     ///
     /// # Errors
     /// What is wrong with the drive; the old one then stays.

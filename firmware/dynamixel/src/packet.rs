@@ -44,7 +44,7 @@ impl Id {
         if id <= Id::MAX.0 { Some(Id(id)) } else { None }
     }
 
-    /// The number as it stands in a packet.
+    /// The number as written in a packet.
     pub const fn get(self) -> u8 {
         self.0
     }
@@ -249,7 +249,7 @@ impl<'a> Packet<'a> {
 pub struct Status<'a> {
     /// Who answers.
     pub id: Id,
-    /// A hardware error is present in the device; Hardware Error Status tells which.
+    /// A hardware error is present in the device; Hardware Error Status says which.
     pub alert: bool,
     /// Why the instruction was not carried out, if it was not.
     pub error: Option<StatusError>,

@@ -6,7 +6,7 @@ use crate::packet::{Id, Instruction, Packet};
 /// One device's part of a reading instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Entry {
-    /// As it stands in the packet; above 252 nobody answers.
+    /// As written in the packet; above 252 nobody answers.
     pub(crate) id: u8,
     pub(crate) address: u16,
     pub(crate) length: u16,

@@ -146,7 +146,7 @@ pub const PRESENT_INPUT_VOLTAGE: Register<u16> = Register::read(144, false, Ram,
 /// Temperature inside at present, °C.
 pub const PRESENT_TEMPERATURE: Register<u8> = Register::read(146, false, Ram, 0);
 
-/// Registers that show others: each byte of the data shows the byte whose address stands at the same place.
+/// Registers that show others: each byte of the data shows the byte whose address is at the same place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IndirectArea {
     /// The first Indirect Address, two bytes each.

@@ -2,7 +2,7 @@
 //!
 //! An estimate takes a fixed time (evaluation, reading, derivatives) and a time per iteration. Both are learnt from the ticks
 //! before: a straight line through what was seen, which forgets. Where fewer iterations fit into what is left of the period than
-//! an estimate would need, the estimator tells its last good numbers with their age, and goes on in the next tick.
+//! an estimate would need, the estimator repeats its last good numbers with their age, and goes on in the next tick.
 
 use model_core::estimator::EstimatorSettings;
 
@@ -10,7 +10,7 @@ use model_core::estimator::EstimatorSettings;
 const MOST: u32 = EstimatorSettings::DEFAULT.budget;
 /// Part of what is known that every tick renews.
 const PACE: f32 = 1.0 / 16.0;
-/// An estimate that was interrupted seems dearer than it was: what it took counts up to this multiple of what was expected, and
+/// An estimate that was interrupted seems more expensive than it was: what it took counts up to this multiple of what was expected, and
 /// down to its reciprocal.
 const STRANGE: f32 = 1.5;
 /// Variance of the number of iterations below which the ticks tell nothing of the slope: all of late took the same.

@@ -1,4 +1,4 @@
-//! What the current tells about contact: when a closing finger first meets something, known to the model or not, and
+//! What the current shows about contact: when a closing finger first meets something, known to the model or not, and
 //! whether the motor's torque is what the estimate demands of it.
 //!
 //! Current is a poor source of force (its dead zone hides 0.23 N·m) and a good witness.
@@ -18,7 +18,7 @@ const TOLERANCE: (f32, f32) = (0.25, 60.0);
 /// Time for which they have to differ, s.
 const LASTING: f32 = 0.05;
 
-/// What one tick's current tells.
+/// What one tick's current shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Told {
     /// First contact: the motor angle at which the current began to rise, rad.

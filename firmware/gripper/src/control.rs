@@ -327,7 +327,7 @@ impl<'a, B: Board> Core<'a, B> {
         }
     }
 
-    /// An estimate stands: the grip goes by it, and it is reported.
+    /// An estimate is ready: the grip goes by it, and it is reported.
     pub(crate) fn conclude(&mut self, finger: usize, reading: &Reading, estimate: Estimate, cost: u32) {
         let seconds = self.seconds();
         let on_fault = self.on_fault();

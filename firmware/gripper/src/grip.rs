@@ -1,7 +1,7 @@
-//! Where a finger's motor is led: to an angle, or until the estimated force is the one asked for, and never further than
+//! Where a finger's motor is moved: to an angle, or until the estimated force is the one asked for, and never further than
 //! its limits allow.
 //!
-//! A pure state machine. Every tick [`Grip::advance`] gives the motor's goal, and then either [`Grip::feel`] is told what
+//! A pure state machine. Every tick [`Grip::advance`] gives the motor's goal, and then either [`Grip::feel`] takes what
 //! the servo's answer amounts to or [`Grip::miss`] that there was none.
 //!
 //! The force is controlled by integration: with ΔF what is missing and dF/dα the force's slope over the motor angle, the
@@ -29,7 +29,7 @@ const OVER: f64 = 0.06;
 /// How the goal moves in contact as long as no slope is known, counts a tick.
 const CREEP: f64 = 0.1;
 
-/// What one tick tells about a finger.
+/// What one tick shows about a finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
     /// Measured motor angle.
@@ -127,7 +127,7 @@ impl Grip {
         self.asked.is_some()
     }
 
-    /// Where the motor is led now.
+    /// Where the motor is moved now.
     pub fn goal(&self) -> f64 {
         self.motion.goal()
     }

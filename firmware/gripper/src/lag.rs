@@ -8,7 +8,7 @@ const READINGS: u8 = 3;
 /// Watches goal and motor. Angles in rad.
 #[derive(Clone, Copy, Debug)]
 pub struct Lag {
-    /// What the load keeps back: goal less angle when the motor last stood still.
+    /// What the load keeps back: goal less angle when the motor last was still.
     sag: f64,
     goal: f64,
     angle: f64,

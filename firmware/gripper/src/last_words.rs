@@ -1,6 +1,6 @@
 //! What a program says when it ends, for the one that starts after it: kept in RAM that a reset leaves alone.
 //!
-//! All bit patterns are valid, so that a board may look at memory of which nobody knows what is in it; a check tells
+//! All bit patterns are valid, so that a board may look at memory of which nobody knows what is in it; a check distinguishes
 //! words from noise.
 
 use core::fmt::{self, Display, Write};

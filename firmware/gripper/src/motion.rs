@@ -1,4 +1,4 @@
-//! Where the motor is led: a ramp towards a target, with a speed.
+//! Where the motor is moved: a ramp towards a target, with a speed.
 //!
 //! It advances by ticks in which the servo answered, so it never runs ahead of a servo that does not.
 
@@ -58,7 +58,7 @@ impl Motion {
         self.goal
     }
 
-    /// Where the motor is led now.
+    /// Where the motor is moved now.
     pub fn goal(&self) -> f64 {
         self.goal
     }

@@ -1,6 +1,6 @@
-//! Who is on the bus: a broadcast ping at every rate.
+//! Lists every servo on the bus: a broadcast ping at every rate.
 //!
-//! Devices answer one after the other by their addresses, which takes three quarters of a second a rate. The servos that are led
+//! Devices answer one after the other by their addresses, which takes three quarters of a second a rate. The servos that are controlled
 //! are not read meanwhile: their estimates are stale, and a gripping finger is not left alone like that. In between the link is
 //! heard as ever.
 
@@ -12,12 +12,12 @@ use crate::board::{Board, Watchdog};
 use crate::control::Core;
 use crate::servo::Servos;
 
-/// Devices told of per rate, the first ones that answer.
+/// Devices reported per rate, the first ones that answer.
 const ROOM: usize = 16;
 /// Time that the link gets for telling of one, µs.
 const TELLING_US: u64 = 500;
 
-/// Searches the bus at these rates and tells what is there; it goes on at `bus` then.
+/// Searches the bus at these rates and reports what is there; it goes on at `bus` then.
 pub(crate) async fn scan<B: Board>(
     core: &mut Core<'_, B>,
     servos: &mut Servos<B::Bus>,

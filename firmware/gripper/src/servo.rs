@@ -1,4 +1,4 @@
-//! The servos on their bus: found, set up, led and read.
+//! The servos on their bus: found, set up, controlled and read.
 
 use dynamixel::xm430;
 use dynamixel::{Answer, Id, Identity, Master, StatusError, StatusReturn, SyncAnswer, Timing};
@@ -25,7 +25,7 @@ pub(crate) struct Found {
     pub(crate) firmware: u8,
     /// Bits per second.
     pub(crate) baud: u32,
-    /// Where it is led, counts.
+    /// Where it is moved, counts.
     pub(crate) goal: i32,
 }
 
@@ -53,7 +53,7 @@ pub(crate) struct Rates {
     pub(crate) look: u32,
     /// To which one without torque is set.
     pub(crate) wanted: Option<u32>,
-    /// At which others are led.
+    /// At which others are controlled.
     pub(crate) bus: Option<u32>,
 }
 
@@ -207,7 +207,7 @@ impl<U: BusPort> Servos<U> {
         self.master.discover(found).await
     }
 
-    /// The servos are led at this rate again.
+    /// The servos are controlled at this rate again.
     pub(crate) fn go_on_at(&mut self, bus: Option<u32>) {
         if let Some(baud) = bus {
             self.master.port_mut().set_baud(baud);

@@ -238,7 +238,7 @@ impl Shared {
         self.restored.store(true, Ordering::Release);
     }
 
-    /// Has a record written to flash.
+    /// Orders a record to be written to flash.
     pub(crate) async fn keep(&self, key: Key) {
         self.unkept.fetch_add(1, Ordering::AcqRel);
         self.keep.send(key).await;
@@ -265,14 +265,14 @@ impl Shared {
         self.unkept.load(Ordering::Acquire) == 0
     }
 
-    /// Tells the host of the whole grasp, if the link keeps up.
+    /// Reports the whole grasp to the host, if the link keeps up.
     pub(crate) fn grasp(&self, grasp: Grasp) {
         if self.grasps.try_send(grasp).is_err() {
             self.add(|counters| &mut counters.dropped_grasps);
         }
     }
 
-    /// Tells the host, if the link keeps up.
+    /// Reports to the host, if the link keeps up.
     pub(crate) fn report(&self, report: Report) {
         if self.reports.try_send(report).is_err() {
             self.add(|counters| &mut counters.dropped_reports);
@@ -286,7 +286,7 @@ impl Shared {
         }
     }
 
-    /// Tells host and log that something happened.
+    /// Reports to host and log that something happened.
     pub(crate) fn tell(&self, event: Event) {
         log!(info, "{}", event);
         if self.notices.try_send(Notice { time_us: now_us(), event }).is_err() {

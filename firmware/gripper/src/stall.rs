@@ -1,4 +1,4 @@
-//! Whether a motor gets where it is led.
+//! Whether a motor gets where it is moved.
 
 /// Distance of goal and motor at which the servo's control gives all it has, rad: 141 counts with the factory's gain. Below that a motor at
 /// rest may just hold its load by the error.

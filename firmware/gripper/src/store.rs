@@ -2,7 +2,7 @@
 //!
 //! [`sequential_storage`] keeps several generations of every record, each with a CRC, and takes a write that was cut short
 //! for none: until the new record is whole, the old one counts. A record begins with the version of its layout; of another
-//! version, or damaged, it counts as absent, which is told.
+//! version, or damaged, it counts as absent, which is reported.
 
 mod earlier;
 

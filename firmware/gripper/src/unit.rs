@@ -146,7 +146,7 @@ impl<'a> Unit<'a> {
         self.calibration.position(goal)
     }
 
-    /// What the current tells.
+    /// What the current shows.
     pub(crate) fn witness(&mut self, reading: &Reading, seconds: f64) -> Told {
         let estimate = &self.last.estimate;
         let trust = estimate.status.is_trustworthy() && estimate.age == 0;

@@ -19,7 +19,7 @@ pub const FRAME: usize = cobs::max_encoding_length(MESSAGE + CHECK) + 2;
 const CHECK: usize = 4;
 const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
-/// Why bytes are no message, or a message is no frame.
+/// Why bytes are not a message, or a message is not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
@@ -94,7 +94,7 @@ impl<const N: usize> Decoder<N> {
 
     /// Takes bytes from the front of `input` up to the end of a frame; `None` once the input is used up.
     ///
-    /// After an error the next frame is as good as any.
+    /// After an error the next frame is read as if nothing had happened.
     pub fn feed(&mut self, input: &mut &[u8]) -> Option<Result<&mut [u8], FrameError>> {
         while let Some((&byte, rest)) = input.split_first() {
             *input = rest;

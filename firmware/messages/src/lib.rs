@@ -1,6 +1,6 @@
 //! What gripper and host say to each other.
 //!
-//! Requests (the host asks, the gripper answers once) and topics (the gripper tells, unasked) are
+//! Requests (the host asks, the gripper answers once) and topics (the gripper reports, unasked) are
 //! [postcard-rpc](https://docs.rs/postcard-rpc) definitions: a message is a header (key and sequence number) and the
 //! [postcard](https://docs.rs/postcard) encoding of its type. The key hashes path and type, so two programs built from
 //! different definitions do not misread each other: the request is refused as unknown, the topic is ignored.
@@ -37,7 +37,7 @@ use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
-/// Version of what messages mean. (Their layout is told apart by the keys.)
+/// Version of what messages mean. (Their layout is distinguished by the keys.)
 pub const PROTOCOL_VERSION: u16 = 4;
 
 /// Most fingers of a gripper.

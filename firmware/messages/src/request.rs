@@ -31,7 +31,7 @@ pub struct Version {
     pub fingers: u8,
     /// The board it was built for.
     pub board: String<16>,
-    /// Ticks per second of the clock in which costs are told.
+    /// Ticks per second of the clock in which costs are reported.
     pub cost_hz: u32,
 }
 
@@ -139,7 +139,7 @@ pub struct Mount {
     pub speed: f32,
     /// Force (magnitude) that no motion may exceed by the estimate, N.
     pub force_limit: f32,
-    /// Current above which the motor is not led on, mA.
+    /// Current above which the motor is not moved on, mA.
     pub current_limit: f32,
     /// How the motor moves the finger's base: it turns it, or it moves it along a line (parallel jaws). Everything above is of the
     /// motor's angle either way.
@@ -454,7 +454,7 @@ pub enum Refusal {
     NoServo,
     /// A finger grips: its ticks are not given away.
     Gripping,
-    /// The bus is being searched: the servos are not led meanwhile.
+    /// The bus is being searched: the servos are not controlled meanwhile.
     Scanning,
     /// Only programs built for tests go wrong on purpose.
     NotProvokable,
@@ -536,7 +536,7 @@ pub struct Counters {
     pub dropped_events: u32,
     /// Questions on the bus to which no whole answer came.
     pub bus_timeouts: u32,
-    /// Answers that failed their CRC, or were no packet at all.
+    /// Answers that failed their CRC, or were not a packet at all.
     pub bus_damaged: u32,
     /// Instructions that the servo refused.
     pub bus_refused: u32,

@@ -12,7 +12,7 @@ pub enum Support {
     /// Everything: it stays where it was set.
     #[default]
     Fixed,
-    /// Nothing. From where it stands when this is set (two fingers at least touch it) it goes to where their forces balance
+    /// Nothing. From where it is when this is set (two fingers at least touch it) it goes to where their forces balance
     /// the load, without friction, and follows them from then on. All fingers have the same object.
     Free {
         /// Force at its centre (of a polygon: the mean of the corners), N, gripper frame; its weight, for instance.

@@ -1,4 +1,4 @@
-//! What the gripper tells unasked.
+//! What the gripper reports unasked.
 
 use heapless::Vec;
 use model_core::estimator::Estimate;
@@ -30,7 +30,7 @@ pub enum Why {
     Alert,
     /// The estimate is untrustworthy.
     Estimate,
-    /// The motor does not get where it is led.
+    /// The motor does not get where it is moved.
     Stall,
     /// The current is at its limit.
     Current,
@@ -72,13 +72,13 @@ pub struct Report {
     pub time_us: u64,
     /// The force and what qualifies it. `stale`: no position came from the servo in this tick; the numbers are old.
     pub estimate: Estimate,
-    /// Where the motor is being led at this tick, rad.
+    /// Where the motor is being moved at this tick, rad.
     pub goal: f32,
     /// The servo's Present Position, counts.
     pub position: i32,
     /// The servo's Present Current, mA; positive drives towards greater counts.
     pub current: f32,
-    /// What the estimate took, in ticks of the clock that [`crate::Version::cost_hz`] tells.
+    /// What the estimate took, in ticks of the clock of [`crate::Version::cost_hz`].
     pub cost: u32,
 }
 
@@ -280,7 +280,7 @@ pub enum Event {
         /// What setting up took, in ticks of the cost clock.
         cost: u32,
     },
-    /// The current rose while the finger closed: it has met something. Told three ticks after the rise began.
+    /// The current rose while the finger closed: it has met something. Reported three ticks after the rise began.
     Touched {
         /// Which.
         finger: u8,
@@ -288,7 +288,7 @@ pub enum Event {
         angle: f32,
     },
     /// The torque that the estimate demands of the motor and the one that its current shows have begun to disagree: the
-    /// object is not where, or not what, it is said to be. Or they agree again.
+    /// object is not where, or not what, the settings say. Or they agree again.
     TorquesDisagree {
         /// Of which finger.
         finger: u8,

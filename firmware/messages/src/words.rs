@@ -1,11 +1,11 @@
-//! What the gripper tells, in words for people.
+//! What the gripper reports, in words for people.
 
 use core::fmt::{self, Display};
 
 use crate::{Event, Phase, ResetCause, Why};
 
 impl Why {
-    /// The reason, to stand behind a comma.
+    /// The reason, for use after a comma.
     pub fn words(self) -> &'static str {
         match self {
             Self::Asked => "as asked",
@@ -13,7 +13,7 @@ impl Why {
             Self::ServoLost => "the servo was lost and found again",
             Self::Alert => "the servo reports a hardware error",
             Self::Estimate => "the estimate is untrustworthy",
-            Self::Stall => "the motor does not get where it is led",
+            Self::Stall => "the motor does not reach its goal",
             Self::Current => "the current is at its limit",
             Self::Force => "the force is at its limit",
             Self::Angle => "the angle is at its limit and the force is not reached",
@@ -54,7 +54,7 @@ impl Display for Phase {
 }
 
 impl ResetCause {
-    /// The cause, to stand behind "because".
+    /// The cause, for use after "because".
     pub fn words(self) -> &'static str {
         match self {
             Self::PowerOn => "power came",

@@ -120,7 +120,7 @@ fn words(unknown: Word, found: &Found) -> String {
     )
 }
 
-/// Follows a motion until the finger is there, or stands.
+/// Follows a motion until the finger is there, or no longer moves.
 fn go(
     link: &Link,
     mount: &Mount,

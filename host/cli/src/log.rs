@@ -36,7 +36,7 @@ pub struct Args {
 pub fn run(args: &Args) -> ExitCode {
     let longest = match args.seconds.map(Duration::try_from_secs_f64).transpose() {
         Ok(longest) => longest,
-        Err(_) => return bad_input(&"--seconds is no time; allowed is 0 and more"),
+        Err(_) => return bad_input(&"--seconds is not a time; allowed is 0 and more"),
     };
     let shown = match args.board {
         None => {

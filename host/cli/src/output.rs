@@ -116,7 +116,7 @@ impl Picture {
     }
 }
 
-/// Writes a result to standard output. A reader that stops early (`fre … | head`) is no failure; a full disk is.
+/// Writes a result to standard output. A reader that stops early (`fre … | head`) is not a failure; a full disk is.
 ///
 /// # Errors
 /// It cannot be written.

@@ -110,7 +110,7 @@ impl Angles {
 /// Reads a resolution by the words of --elements.
 fn elements(word: &str) -> Result<Elements, String> {
     choice::elements(word)
-        .map_err(|_| format!("\"{word}\" is no resolution; allowed is B/H (1 to 2000 each), paper, reduced or fine"))
+        .map_err(|_| format!("\"{word}\" is not a resolution; allowed is B/H (1 to 2000 each), paper, reduced or fine"))
 }
 
 /// Runs the command.

@@ -199,7 +199,7 @@ fn whatever_keeps_a_bus_from_working_is_told() {
     );
     let no_port = file("no-port", "words");
     let no_port = error(&["--bus", no_port.to_str().unwrap()]);
-    assert!(no_port.contains("it is no serial port"), "{no_port}");
+    assert!(no_port.contains("it is not a serial port"), "{no_port}");
 
     let silent = Bus::new([]);
     let nobody = error(&["--bus", &format!("{}@57600", silent.port())]);

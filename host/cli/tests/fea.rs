@@ -368,7 +368,7 @@ fn a_place_whose_contact_was_missed_or_whose_result_is_no_number_has_no_force() 
         with_another_program("missed", Some(&that_prints("0.0", "0.0", 0)), &["--format", "csv"]);
     assert_eq!(status, Some(2), "{error}");
     assert!(told.lines().skip(1).all(|line| line.split(',').nth(3) == Some("")), "{told}");
-    assert!(error.contains("note: at 1° the object stands") && error.contains("no FEA force is told"), "{error}");
+    assert!(error.contains("note: at 1° the object reaches") && error.contains("no FEA force is reported"), "{error}");
     // It has moved beyond the object, whose other side it now faces.
     let (status, _, error) = with_another_program("beyond", Some(&that_prints("90.0", "0.0", 0)), &["--format", "csv"]);
     assert!(status == Some(2) && error.contains("has passed the front beam"), "{error}");

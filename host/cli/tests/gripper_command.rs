@@ -121,7 +121,7 @@ fn a_script_sets_grips_holds_and_releases() {
     }
     // What is wrong is named, by this program or by the gripper, and changes nothing.
     for (pair, words) in [
-        ("finger.0.colour=red", "is no key"),
+        ("finger.0.colour=red", "is not a key"),
         ("finger.0.side=up", "left or right"),
         ("rate_hz=4000", "4000"),
         ("finger.0.force_limit_n=-1", "-1"),

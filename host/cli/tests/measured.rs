@@ -73,7 +73,7 @@ fn a_header_that_lacks_something_says_what() {
         ("motor_angle_deg,force_n\n1,2,5\n", "decimals have a point"),
         ("motor_angle_deg,force_n\n1,\"2,5\"\n", "decimals have a point"),
         ("motor_angle_deg,force_n\n1,1e300\n", "up to 1e5 N"),
-        ("motor_angle_deg,force_n\n1,2.5 N\n", "the unit stands in the header"),
+        ("motor_angle_deg,force_n\n1,2.5 N\n", "the unit belongs in the header"),
         ("motor_angle_deg,front_x_mm,front_y_mm\n6,1e300,40\n", "front_x_mm = 1e300; allowed is -1e4 to 1e4"),
         ("motor_angle_deg,front_x_mm,front_y_mm\n6,0 1,4 -10001\n", "front_y_mm = -1.0001e4; allowed is -1e4 to 1e4"),
     ] {

@@ -409,7 +409,7 @@ fn what_is_no_recording_is_told() {
     let name = path.to_str().unwrap();
     for bytes in [&b""[..], b"\x89MCA", b"sequence,time_us\n1,2\n"] {
         std::fs::write(&path, bytes).unwrap();
-        assert!(error(&[name]).contains("it is no MCAP file"));
+        assert!(error(&[name]).contains("it is not an MCAP file"));
     }
     std::fs::write(&path, b"\x89MCAP0\r\n").unwrap();
     assert!(error(&[name]).contains("does not begin with a set-up"));

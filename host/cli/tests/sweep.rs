@@ -279,11 +279,11 @@ fn a_file_of_something_else_is_not_touched() {
     std::fs::write(&beside, &name).unwrap();
     for (text, reason) in [
         (mine.replace("status", "state"), "it has other columns"),
-        (format!("{mine}{row}\n"), "line 10 is no row"),
-        (mine.replace("\n3,38", "\n3,39"), "line 5 is no row"),
-        (mine.replace("\n3,", "\n333,"), "line 5 is no row"),
-        (mine.replace("converged", "done"), "line 2 is no row"),
-        (format!("{mine}0\n"), "line 10 is no row"),
+        (format!("{mine}{row}\n"), "line 10 is not a row"),
+        (mine.replace("\n3,38", "\n3,39"), "line 5 is not a row"),
+        (mine.replace("\n3,", "\n333,"), "line 5 is not a row"),
+        (mine.replace("converged", "done"), "line 2 is not a row"),
+        (format!("{mine}0\n"), "line 10 is not a row"),
     ] {
         assert_ne!(text, mine);
         std::fs::write(&file, &text).unwrap();
@@ -354,14 +354,14 @@ fn mistakes_are_told_before_anything_is_solved() {
         ("--vary object.radius_mm=40,-5", "at object.radius_mm=-5: object.radius_mm = -5.0: allowed is"),
         ("--vary finger.hinge.length_mm=2,9", "at finger.hinge.length_mm=9:"),
         ("--vary object.radius_mm=1 --vary object.radius_mm=2", "given twice"),
-        ("--vary elements=24/3,48", "\"48\" is no resolution"),
+        ("--vary elements=24/3,48", "\"48\" is not a resolution"),
         ("--vary elements=40/3,3/1", "at elements=3/1: --elements"),
         ("--angles 0:10:0", "step"),
         ("--angles 0:190:10", "190 degrees; allowed is -180 to 180"),
         ("--out no/such/folder.csv", "no/such/folder.csv"),
         ("--out .", "directory"),
         // An endless file must not be read to its end.
-        ("--out /dev/full", "/dev/full: is no regular file"),
+        ("--out /dev/full", "/dev/full: is not a regular file"),
         ("--jobs 99999", "0..=1024"),
     ] {
         let output = folder.fre(options);

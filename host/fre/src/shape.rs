@@ -35,7 +35,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// What a follower stands at.
+    /// What a follower is at.
     pub fn of<T: Real, S: Size>(follower: &Follower<T, S>) -> Self {
         let point = |p: [T; 2]| p.map(T::to_f64);
         let contact = |c: model_core::contact::Contact<T>| Contact {

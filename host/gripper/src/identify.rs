@@ -1,4 +1,4 @@
-//! What a round object is like, from what a gripper has told of a closing motion: its height with the radius known, or its
+//! What a round object is like, from what a gripper has reported of a closing motion: its height with the radius known, or its
 //! radius with the height known ([`model_core::identify`]).
 //!
 //! The motor's current is the witness: behind the dead zone of its friction, learnt on the free way before the contact, it is
@@ -18,9 +18,9 @@ use crate::datasheet::TORQUE_CONSTANT;
 
 /// Counts after which the friction of a motion that began has turned around.
 const BEGUN: usize = 8;
-/// Counts by which a motor that stands may waver.
+/// Counts by which a motor at rest may waver.
 const STOOD: usize = 2;
-/// The torque rises before it is told to have: so far before that the way is free, rad.
+/// The torque rises before the rise is reported: so far before that the way is free, rad.
 const BEFORE: f64 = 1.5 * std::f64::consts::PI / 180.0;
 /// Counts of the free way without which its friction is not known.
 const LEAST_FREE: usize = 8;
@@ -29,12 +29,12 @@ const GEARS: f64 = 5.0;
 /// Standard deviation of the friction, which changes under load, N·mm. An assumption.
 const FRICTION: f64 = 15.0;
 
-/// What one closing motion has told.
+/// What one closing motion has shown.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {
     /// Position of the servo (counts, in closing order), and every current seen there, mA.
     currents: BTreeMap<i64, Vec<f64>>,
-    /// Motor angle of the first contact as it was told, rad.
+    /// Motor angle of the first contact as it was reported, rad.
     touched: Option<f64>,
 }
 
@@ -87,7 +87,7 @@ impl Motion {
         self.currents.entry(along * i64::from(report.position)).or_default().push(f64::from(report.current));
     }
 
-    /// The first contact was told, at a motor angle, rad.
+    /// The first contact was reported, at a motor angle, rad.
     pub fn touch(&mut self, angle: f64) {
         self.touched.get_or_insert(angle);
     }

@@ -1,4 +1,4 @@
-//! Which of many reports stands on a screen: a view shows far fewer than come.
+//! Which of many reports is on a screen: a view shows far fewer than come.
 
 use messages::Report;
 

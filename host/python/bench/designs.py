@@ -13,7 +13,7 @@ from fre import measures
 from fre.optimisation import Optimum, Problem, optimise
 
 OPTIONS = fre.Options(elements="reduced")
-# What a designer is free in: thicknesses and where the back beam stands.
+# What a designer is free in: thicknesses and where the back beam is.
 VARY = {
     "finger.front.thickness_mm": (1.0, 3.0),
     "finger.back.thickness_mm": (1.0, 3.0),

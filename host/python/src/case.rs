@@ -76,7 +76,7 @@ pub(crate) fn presets() -> Vec<&'static str> {
 #[pyfunction]
 pub(crate) fn preset(name: &str) -> PyResult<String> {
     if !PRESETS.contains(&name) {
-        return Err(value(format!("\"{name}\" is no preset; allowed is {}", PRESETS.join(", "))));
+        return Err(value(format!("\"{name}\" is not a preset; allowed is {}", PRESETS.join(", "))));
     }
     let text = format!("finger = \"preset:{name}\"\n");
     let document = Document::resolve(UNNAMED, &text, Path::new("")).map_err(|error| of_case(&error, false))?;

@@ -41,7 +41,7 @@ impl Estimator {
             return Err(case_error(format!("dt_s = {dt_s}: allowed is 0 and more"), Some("dt_s"), None));
         }
         if angle_rad.is_nan() {
-            return Err(case_error("angle_rad is no number".to_owned(), Some("angle_rad"), None));
+            return Err(case_error("angle_rad is not a number".to_owned(), Some("angle_rad"), None));
         }
         let found = self.0.update(angle_rad);
         let numbers = [

@@ -22,7 +22,7 @@ pub(crate) fn cells<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py
     PyTuple::new(py, COLUMNS.iter().map(cell))
 }
 
-/// What a source tells, one after the other.
+/// What a source reports, one after the other.
 pub(crate) struct Heard(Mutex<Receiver<Told>>);
 
 /// How long one wait lasts before Python is asked whether it goes on.

@@ -35,7 +35,7 @@ fn axes(vary: Vec<(String, Along)>) -> PyResult<Vec<Axis>> {
     vary.into_iter().map(axis).collect()
 }
 
-/// What the thread that runs a sweep tells, in Python: checked points or rows, done and of how many, and the seconds left.
+/// What the thread that runs a sweep reports, in Python: checked points or rows, done and of how many, and the seconds left.
 fn told(py: Python<'_>, progress: Option<&Py<PyAny>>, now: Progress) -> PyResult<()> {
     py.check_signals()?;
     let Some(progress) = progress else { return Ok(()) };

@@ -111,7 +111,7 @@ def test_a_recording_is_read_as_columns(program: str, bus_port: str, case_file: 
     assert len(recording.of_finger(0)["sequence"]) == len(rows) and len(recording.of_finger(1)["sequence"]) == 0
     again = pickle.loads(pickle.dumps(recording))
     assert again.events == recording.events and len(again) == len(recording)
-    with pytest.raises(OSError, match="no MCAP"):
+    with pytest.raises(OSError, match="not an MCAP"):
         fre.read_recording(csv)
 
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 #[derive(Debug, thiserror::Error)]
 pub enum QemuError {
     /// The image is not a file.
-    #[error("{} is no file; `cargo xtask firmware mps2` builds it", .0.display())]
+    #[error("{} is not a file; `cargo xtask firmware mps2` builds it", .0.display())]
     NoImage(PathBuf),
     /// QEMU is not installed, or does not start.
     #[error("qemu-system-arm cannot be started ({0}); `cargo xtask setup` installs it")]

@@ -107,7 +107,7 @@ pub(super) fn write_rod<T: Real, S: Size>(
     })
 }
 
-/// Writes a member without length or stiffness (a pin, or the stand-in of a weld).
+/// Writes a member without length or stiffness (a pin, or the substitute for a weld).
 pub(super) fn write_point<T: Real, S: Size>(
     ladder: &mut Ladder<T, S>,
     first: usize,

@@ -97,7 +97,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Follows the equilibrium while the object, as the finger sees it now, moves as it would if the base moved so far along
-    /// a motion; then takes the object that stands there.
+    /// a motion; then takes the object that is there.
     #[inline(never)]
     fn carry(&mut self, path: Motion, far: f64, to: O, budget: u32) -> Outcome {
         if !self.has_equilibrium() || !far.is_finite() {

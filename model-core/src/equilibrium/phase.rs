@@ -1,4 +1,4 @@
-//! What the follower does from call to call: follow, look beyond the end of a branch, or wait for the way back.
+//! What the follower does from call to call: follow, look beyond the end of a branch, or wait for the return.
 
 use super::{Follower, Outcome};
 use crate::object::Object;

@@ -70,7 +70,7 @@ impl<T: Real, S: Size> Timeline<T, S> {
         self.predicts
     }
 
-    /// What has been accepted is no guide to the next step.
+    /// What has been accepted is not a guide to the next step.
     pub(super) fn stop_predicting(&mut self) {
         self.predicts = false;
     }

@@ -42,7 +42,7 @@ const SOFTEST: f64 = 0.05;
 pub struct Finger<'a, T: Real, S: Size> {
     /// Its model, configured.
     pub follower: &'a mut Follower<T, S>,
-    /// Where it stands.
+    /// Where it is.
     pub placement: Placement,
     /// How its base moves, in the finger's own world.
     pub motion: Motion,
@@ -100,7 +100,7 @@ impl core::error::Error for GraspError {}
 pub struct Balance {
     /// `converged` or `snapped` (a finger has) for a stable balance; `no-contact` if nothing holds the object and nothing
     /// pulls at it; `max-iterations` if it was still moving; `folded` if the balance is not stable; `stagnated` if no step
-    /// led on; else the status of the finger that could not be followed.
+    /// leads further; else the status of the finger that could not be followed.
     pub status: Status,
     /// The object's reference point.
     pub centre: [f64; 2],

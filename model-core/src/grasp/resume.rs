@@ -14,11 +14,11 @@ pub struct Held<'a, T: Real, S: Size> {
     pub follower: &'a mut Follower<T, S>,
     /// The finger is the mirror image (x ↦ −x): the other one of a pair.
     pub mirrored: bool,
-    /// The object where it stood at first, in the finger's own world.
+    /// The object where it was at first, in the finger's own world.
     pub object: ObjectDesign,
 }
 
-/// How far an object has come from where it stood at first. Grasp's world: the axes of a finger that is not mirrored.
+/// How far an object has come from where it was at first. Grasp's world: the axes of a finger that is not mirrored.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Place {
     /// Of its reference point, mm.
@@ -46,7 +46,7 @@ const ALIKE: f64 = 1e-3;
 
 impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     /// Takes up fingers that are on an object at a place, without changing anything. The grasp's origin is where the
-    /// object's reference point stood at first.
+    /// object's reference point was at first.
     ///
     /// # Errors
     /// What is wrong with the number of fingers, the objects or the load.
@@ -97,7 +97,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
 }
 
 impl Place {
-    /// Where an object is that stood elsewhere at first, as a finger's own world sees it.
+    /// Where an object is that was elsewhere at first, as a finger's own world sees it.
     pub fn seen(&self, object: &ObjectDesign, mirrored: bool) -> ObjectDesign {
         let Some((middle, _)) = object.reference() else { return *object };
         let here = Placement { mirrored, ..Placement::HERE };

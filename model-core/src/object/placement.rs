@@ -1,8 +1,8 @@
-//! Where one frame stands in another, and an object seen from both.
+//! Where one frame is in another, and an object seen from both.
 
 use super::ObjectDesign;
 
-/// Where a frame stands in an outer one: p ↦ R(angle) p′ + translation, with p′ = p, or p reflected in the y axis where it is mirrored.
+/// Where a frame is in an outer one: p ↦ R(angle) p′ + translation, with p′ = p, or p reflected in the y axis where it is mirrored.
 /// In a grasp the frame is a finger's own world (its frame with the base at coordinate 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
@@ -10,7 +10,7 @@ pub struct Placement {
     pub mirrored: bool,
     /// Turn, rad, counter-clockwise.
     pub angle: f64,
-    /// Where its origin stands, mm.
+    /// Where its origin is, mm.
     pub translation: [f64; 2],
 }
 

@@ -75,7 +75,7 @@ fn cross<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// Turning rows where there is no room for one per sample: more make it dearer than a Newton step and no more exact.
+/// Turning rows where there is no room for one per sample: more make it more expensive than a Newton step and no more exact.
 const FEW: usize = 4;
 
 /// Where the rows are: those of the gaps, base to tip, and behind the middle one of each run of neighbours the run's turning row.
@@ -131,8 +131,8 @@ impl Layout {
     }
 }
 
-/// Gives the touching samples their turning rows and notes where the samples are; `None` if there is no room. [`narrow`] is the way
-/// back.
+/// Gives the touching samples their turning rows and notes where the samples are; `None` if there is no room. [`narrow`] undoes
+/// it.
 pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Option<Layout> {
     let touching = work.rows.as_ref().iter().take(work.row_count).filter(|row| row.touches()).count();
     let layout = Layout::new(touching, S::CONTACTS)?;

@@ -1,5 +1,5 @@
 //! How a program ends: QEMU exits with the status given here, or, once [`crate::Board::arm`] was called, the program starts
-//! again and tells why.
+//! again and reports why.
 
 use core::panic::PanicInfo;
 

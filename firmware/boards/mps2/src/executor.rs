@@ -19,7 +19,7 @@ static WOKEN: AtomicBool = AtomicBool::new(false);
 pub(crate) static CONTROL: Interrupting =
     Interrupting { started: AtomicBool::new(false), inner: UnsafeCell::new(MaybeUninit::uninit()) };
 
-/// Contexts by which [`pender`] tells the executors apart.
+/// Contexts by which [`pender`] distinguishes the executors.
 const THREAD: usize = 0;
 const INTERRUPT: usize = 1;
 

@@ -73,7 +73,7 @@ pub struct Line<const RX: usize, const TX: usize> {
     transmit: Ring<TX>,
     driving: AtomicBool,
     due: AtomicU8,
-    /// When the last byte was heard, by the clock that [`Self::service`] is told.
+    /// When the last byte was heard, by the clock that is passed to [`Self::service`].
     heard: AtomicU32,
     received: AtomicWaker,
     sent: AtomicWaker,

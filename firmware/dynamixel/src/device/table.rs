@@ -20,9 +20,9 @@ pub enum ResetScope {
 pub trait ControlTable {
     /// The device's address.
     fn id(&self) -> Id;
-    /// Model number, told by Ping.
+    /// Model number, in the answer to Ping.
     fn model_number(&self) -> u16;
-    /// Version of the firmware, told by Ping.
+    /// Version of the firmware, in the answer to Ping.
     fn firmware_version(&self) -> u8;
     /// Whether a hardware error is present; sets the alert bit of every answer.
     fn alert(&self) -> bool {

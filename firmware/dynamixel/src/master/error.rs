@@ -30,7 +30,7 @@ pub enum Error<E> {
     },
     /// What came was damaged, and nothing sound came after it.
     Damaged(DecodeError),
-    /// A device's part of the answer to a fast read is damaged, or somebody else's.
+    /// A device's part of the answer to a fast read is damaged, or another device's.
     Block {
         /// Whose part it should have been.
         id: Id,
@@ -91,7 +91,7 @@ impl<E: fmt::Debug> fmt::Display for Error<E> {
                 write!(f, "{id} answered with {received} parameter bytes instead of {expected}")
             }
             Error::Refused { id, error, .. } => write!(f, "{id} refused: {error}"),
-            Error::Babble { bytes } => write!(f, "{bytes} bytes on the bus that are no answer"),
+            Error::Babble { bytes } => write!(f, "{bytes} bytes on the bus that are not an answer"),
             Error::TooLong(error) => write!(f, "{error}"),
             Error::Broadcast => f.write_str("not to be asked of every device at once"),
         }

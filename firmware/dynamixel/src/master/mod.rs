@@ -27,7 +27,7 @@ use crate::xm430;
 pub struct Answer<T> {
     /// What was asked for.
     pub value: T,
-    /// A hardware error is present in the device; [`crate::xm430::HARDWARE_ERROR_STATUS`] tells which.
+    /// A hardware error is present in the device; [`crate::xm430::HARDWARE_ERROR_STATUS`] says which.
     pub alert: bool,
 }
 
@@ -64,7 +64,7 @@ impl Identity {
 ///
 /// Before it asks, the master discards what has arrived meanwhile; after a failed transaction it also waits for
 /// `latency_us` of silence, so that a late answer is not taken for the next one. (The protocol has no sequence numbers:
-/// an answer still later than that cannot be told from the right one.)
+/// an answer still later than that cannot be distinguished from the right one.)
 #[derive(Debug)]
 pub struct Master<U, D, const N: usize = 128> {
     port: U,

@@ -27,7 +27,7 @@ impl Indirect {
         INDIRECT.iter().any(|area| area.covers_data(address, length))
     }
 
-    /// Bytes that stand in the control table from `address` on.
+    /// Bytes in the control table from `address` on.
     pub(super) fn learn(&mut self, address: u16, bytes: &[u8]) {
         self.change(address, bytes.len(), |offset| {
             let (low, high) = (bytes.get(offset?), bytes.get(offset? + 1));
@@ -35,7 +35,7 @@ impl Indirect {
         });
     }
 
-    /// What stands in this part of the control table is not known any more.
+    /// The content of this part of the control table is not known any more.
     pub(super) fn doubt(&mut self, address: u16, length: usize) {
         self.change(address, length, |_| None);
     }

@@ -20,7 +20,7 @@ const NOISE: u32 = 2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Heard<'a> {
-    /// A servo has told what stands in its control table.
+    /// A servo has sent a part of its control table.
     Read {
         /// Who.
         id: Id,
@@ -40,7 +40,7 @@ pub enum Heard<'a> {
         /// What.
         bytes: &'a [u8],
     },
-    /// A servo has told what it is.
+    /// A servo has sent its model.
     Found {
         /// Who.
         id: Id,
@@ -79,7 +79,7 @@ pub enum Heard<'a> {
 ///
 /// The registers are those of the X series ([`crate::xm430`]). Indirect data count as what they show once the tap has heard
 /// the indirect addresses, written or read. Until then they count as nothing, and again when the servo may have been
-/// restarted, or told something that the tap has not understood; what leaves no trace on the line (a Sync Write that is
+/// restarted, or got an instruction that the tap has not understood; what leaves no trace on the line (a Sync Write that is
 /// lost whole) it cannot know.
 ///
 /// ```

@@ -1,4 +1,4 @@
-//! What is known of one servo from what it has told another master.
+//! What is known of one servo from its answers to another master.
 
 use super::indirect::Indirect;
 use crate::item::{Register, Value};
@@ -14,7 +14,7 @@ const LOST_AFTER: u32 = 3;
 pub struct Seen<T> {
     /// The value.
     pub value: T,
-    /// When the packet that tells it had come, µs.
+    /// When the packet with it had come, µs.
     pub at_us: u64,
 }
 
@@ -115,7 +115,7 @@ impl Watched {
         self.indirect.doubt(address, length);
     }
 
-    /// It may have been told anything.
+    /// It may have received anything.
     pub(super) fn doubt_all(&mut self) {
         self.indirect = Indirect::UNKNOWN;
     }

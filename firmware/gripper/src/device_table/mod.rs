@@ -323,7 +323,7 @@ fn first(bits: &mut u8) -> Option<usize> {
     Some(place as usize)
 }
 
-/// The nearest whole number of units; what does not fit becomes the greatest, what is no number 0.
+/// The nearest whole number of units; what does not fit becomes the greatest, what is not a number becomes 0.
 fn scaled(value: f32, per_unit: f32) -> i32 {
     let value = value * per_unit;
     (if value < 0.0 { value - 0.5 } else { value + 0.5 }) as i32

@@ -1,4 +1,4 @@
-//! Where what stands in the gripper's control table.
+//! The registers of the gripper's control table, with their addresses.
 
 use dynamixel::{Area, Item, Register};
 
@@ -60,7 +60,7 @@ pub struct FingerBlock {
     pub trustworthy: Register<u8>,
     /// Present Current of the servo, mA.
     pub current: Register<i16>,
-    /// Time since the servo's position on which the numbers stand, µs; the greatest number if there was none.
+    /// Time since the servo's position that the numbers belong to, µs; the greatest number if there was none.
     pub age: Register<u32>,
     /// Motor angle, µrad.
     pub motor_angle: Register<i32>,

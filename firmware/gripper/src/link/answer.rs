@@ -1,4 +1,4 @@
-//! The answering task: what the host asks, and what is said.
+//! The answering task: what the host asks, and the answers.
 
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer, with_deadline};
@@ -94,7 +94,7 @@ pub struct Context {
 }
 
 impl Context {
-    /// Has the control task obey.
+    /// Sends an order to the control task.
     async fn order(&mut self, command: Command) -> Outcome {
         self.ticket = self.ticket.wrapping_add(1);
         let ticket = self.ticket;
@@ -114,7 +114,7 @@ impl Context {
 }
 
 impl Context {
-    /// Has the control task obey, and keeps what it has made of it: a design that was refused has cost the old one.
+    /// Sends an order to the control task, and keeps what it has made of it: a design that was refused has cost the old one.
     async fn order_and_keep(&mut self, command: Command, key: Key) -> Outcome {
         let outcome = self.order(command).await;
         if matches!(outcome, Ok(()) | Err(Refusal::Finger(_))) {

@@ -411,7 +411,7 @@ fn write(file: Output, bytes: &[u8]) -> Result<(), OutlineError> {
 fn append(file: &Path, header: &str, rows: &str) -> Result<(), OutlineError> {
     let name = file.display().to_string();
     if !file.is_file() {
-        return Err(OutlineError::Option(format!("{name}: is no file; --append adds to one")));
+        return Err(OutlineError::Option(format!("{name}: is not a file; --append adds to one")));
     }
     let before = std::fs::read_to_string(file)
         .map_err(|error| OutlineError::Unreadable { file: name.clone(), reason: error.to_string() })?;

@@ -1,4 +1,4 @@
-//! What a source tells, as lines of text.
+//! What a source reports, as lines of text.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use fre_gripper::source::Statistics;
 use fre_gripper::source::{Origin, Source, Told, WAITING};
 use fre_gripper::terminal::Ended;
 
-/// How long a gripper may tell nothing before that is said.
+/// How long a gripper may be silent before the silence is reported.
 const SILENCE: Duration = Duration::from_secs(2);
 /// How often is looked whether somebody has stopped it.
 const GLANCE: Duration = Duration::from_millis(100);

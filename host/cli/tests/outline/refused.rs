@@ -51,7 +51,7 @@ fn a_series_outlives_what_cannot_be_added() {
     };
     assert!((mean(&once) - mean(&format!("{once}{rows}"))).abs() < 1e-9);
     let told = words(&folder.fre(&command(&marks, &["--output", "/dev/null", "--append"])).stderr);
-    assert!(told.contains("/dev/null: is no file"), "{told}");
+    assert!(told.contains("/dev/null: is not a file"), "{told}");
 }
 
 #[test]

@@ -47,7 +47,7 @@ pub enum CaseError {
         line: usize,
         /// What the parser expected.
         reason: String,
-        /// The line as it stands in the file, shortened.
+        /// The line as written in the file, shortened.
         text: String,
     },
     /// A key that means nothing.
@@ -86,7 +86,7 @@ pub enum CaseError {
     },
 }
 
-/// The keys that are known where an unknown one stands.
+/// The keys that are known where an unknown one is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KnownKeys {
     /// All of them.
@@ -113,7 +113,7 @@ pub struct Place {
     pub line: usize,
     /// Key with its tables, for example `finger.front.thickness_mm`.
     pub key: String,
-    /// The value as it stands in the file, shortened; none for a missing key.
+    /// The value as written in the file, shortened; none for a missing key.
     pub value: Option<String>,
 }
 

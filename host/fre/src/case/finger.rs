@@ -100,8 +100,10 @@ fn lamellae(keys: Option<&LamellaeTable>, finger: &Table<'_>) -> Result<Lamellae
         (Some(heights), None, None) => Attachments::Heights(list(heights)),
         (None, Some(front), Some(back)) => Attachments::Arcs { front: list(front), back: list(back) },
         (Some(_), _, _) => {
-            return Err(table
-                .refuse("heights_mm", "cannot stand beside front_arc_mm or back_arc_mm; allowed is one or the other"));
+            return Err(table.refuse(
+                "heights_mm",
+                "cannot be given together with front_arc_mm or back_arc_mm; allowed is one or the other",
+            ));
         }
         (None, Some(_), None) => {
             return Err(table.missing("back_arc_mm", "an array of mm beside front_arc_mm"));

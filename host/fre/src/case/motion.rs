@@ -106,9 +106,10 @@ pub(super) fn build(keys: &MotionTable, table: &Table<'_>, finger: &Finger) -> R
     if let Some(angles) = &keys.motor_angles_deg {
         for key in ["direction", "distances_mm"] {
             if table.has(key) {
-                return Err(
-                    table.refuse(key, "cannot stand beside motor_angles_deg; allowed is one motion or the other")
-                );
+                return Err(table.refuse(
+                    key,
+                    "cannot be given together with motor_angles_deg; allowed is one motion or the other",
+                ));
             }
         }
         if !finger.has_motor {

@@ -4,7 +4,7 @@ use super::comparison::{OutlyingPoint, Reading, Row};
 use crate::fit::measured::{Measurement, outliers};
 use crate::metrics::{Point, distance};
 
-/// Part of the largest reference force below which forces are not told apart: a load cell's accuracy.
+/// Part of the largest reference force below which forces are not distinguished: a load cell's accuracy.
 pub(super) const LEAST_FORCE: f64 = 0.01;
 /// The same of an outline's points, mm.
 const LEAST_DISTANCE: f64 = 0.05;

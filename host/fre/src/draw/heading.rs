@@ -1,4 +1,4 @@
-//! What stands above every picture: title, conditions, legend.
+//! What is above every picture: title, conditions, legend.
 
 use super::font::Fonts;
 use super::palette::Ink;

@@ -44,7 +44,7 @@ impl Path {
         path
     }
 
-    /// Continues from the first point, where the path stands, through the others.
+    /// Continues from the first point, where the path is, through the others.
     pub fn extend_smooth(&mut self, points: &[[f64; 2]]) {
         let Some(last) = points.len().checked_sub(1) else { return };
         for i in 0..last {
@@ -82,7 +82,7 @@ impl Path {
         Self(Circle::new(point(centre), radius).to_path(TOLERANCE * radius.max(1.0)))
     }
 
-    /// Continues from where the path stands along an arc of a circle, angles in rad; the path stands at its beginning.
+    /// Continues from where the path is along an arc of a circle, angles in rad; the path is at its beginning.
     pub fn extend_arc(&mut self, centre: [f64; 2], radius: f64, from: f64, to: f64) {
         let arc = Arc::new(point(centre), (radius, radius), from, to - from, 0.0);
         self.0.extend(arc.append_iter(TOLERANCE * radius.max(1.0)));

@@ -24,8 +24,8 @@ pub const DECK: &str = "finger.inp";
 /// Forces below this part of E·w·t (a beam stretched to twice its length) are rounding errors: 2e-9 N of `fea-80`.
 const NOISE: f64 = 1e-12;
 
-/// How deep the object may stand in the deformed mesh, as a part of the front beam's thickness. The contact's penalty lets it sink in
-/// by a hundredth or so; where it stands deeper, contact was missed.
+/// How deep the object may reach into the deformed mesh, as a part of the front beam's thickness. The contact's penalty lets it sink in
+/// by a hundredth or so; where it reaches deeper, contact was missed.
 const MISSED: f64 = 0.1;
 
 /// The result at one place that CalculiX reached.
@@ -121,7 +121,7 @@ impl Plan {
         let mut doubts = Vec::new();
         if !status.success() {
             let says = complaint.map(|words| format!("; it says: {words}")).unwrap_or_default();
-            doubts.push(format!("CalculiX did not end well ({ended}){says}: only what it reached before is told"));
+            doubts.push(format!("CalculiX did not end well ({ended}){says}: only what it reached before is reported"));
         }
         let poses = reached
             .into_iter()
@@ -137,7 +137,7 @@ impl Plan {
         Ok(Analysis { poses, unread, doubts, elements, nodes, progress, seconds })
     }
 
-    /// What CalculiX tells of a place; none if it did not get there.
+    /// What CalculiX reports of a place; none if it did not get there.
     fn pose(
         &self,
         place: f64,
@@ -179,7 +179,7 @@ fn doubt(case: &Case, pose: &Pose) -> Option<String> {
     let at = format!("at {}{}", pose.place, case.path.unit());
     let numbers = pose.force.iter().chain(pose.front.iter().chain(&pose.back).flatten());
     if !numbers.copied().all(f64::is_finite) {
-        return Some(format!("{at} CalculiX's result is not a number: no FEA force is told"));
+        return Some(format!("{at} CalculiX's result is not a number: no FEA force is reported"));
     }
     let design = &case.finger.design;
     let object =
@@ -197,8 +197,8 @@ fn doubt(case: &Case, pose: &Pose) -> Option<String> {
     };
     if depth > MISSED * thickness {
         return Some(format!(
-            "{at} the object stands {depth:.2} mm in the deformed mesh, whose front beam's outer face and tip's end face alone know \
-             contact: no FEA force is told"
+            "{at} the object reaches {depth:.2} mm into the deformed mesh, where only the front beam's outer face and the tip's end have \
+             contact: no FEA force is reported"
         ));
     }
     // A small object fits into the windows between the lamellae.
@@ -208,5 +208,5 @@ fn doubt(case: &Case, pose: &Pose) -> Option<String> {
     let along = region::minus(*after, *before);
     let from_behind = (gap.normal.x * along[1] - gap.normal.y * along[0]) / along[0].hypot(along[1]);
     (from_behind > BEHIND)
-        .then(|| format!("{at} the object has passed the front beam without touching it: no FEA force is told"))
+        .then(|| format!("{at} the object has passed the front beam without touching it: no FEA force is reported"))
 }

@@ -47,8 +47,8 @@ pub fn lock(folder: &Path, job: &str) -> Result<File, FeaError> {
     }
 }
 
-/// Runs the deck `job.inp` in a folder and tells how the program ended. The program gets the lock's empty file as its standard input:
-/// should it outlive us, the folder stays locked until it ends. A run that ends early is no error: what it reached is
+/// Runs the deck `job.inp` in a folder and returns how the program ended. The program gets the lock's empty file as its standard input:
+/// should it outlive us, the folder stays locked until it ends. A run that ends early is not an error: what it reached is
 /// in its files.
 ///
 /// # Errors
@@ -72,7 +72,7 @@ pub fn run(folder: &Path, job: &str, lock: &File) -> Result<ExitStatus, FeaError
     }
 }
 
-/// The first error that the program's log tells.
+/// The first error in the program's log.
 pub fn complaint(folder: &Path, job: &str) -> Option<String> {
     let log = fs::read_to_string(folder.join(format!("{job}.log"))).ok()?;
     let mut lines = log.lines().map(str::trim);
@@ -83,7 +83,7 @@ pub fn complaint(folder: &Path, job: &str) -> Option<String> {
 
 /// Reads a `.dat` file. Every step ends at a whole time; blocks at other times are left out. What is written as no number (NaN, or
 /// a field full of asterisks) is read as such. Where the file ends in the middle
-/// of a line, the program was stopped: what stands before holds.
+/// of a line, the program was stopped: what is before it holds.
 ///
 /// # Errors
 /// Naming the line that is not as expected.

@@ -8,7 +8,7 @@ use super::region::Point;
 /// Where a node's number ends, and how wide each value behind it is.
 const NODE_END: usize = 13;
 const VALUE: usize = 12;
-/// Where a result block's time stands.
+/// Where a result block's time is.
 const TIME: core::ops::Range<usize> = 12..24;
 
 /// Displacements (mm) by node (from 1), by time: those at whole times only, as in [`super::ccx::parse_dat`]. A block that the file breaks off in

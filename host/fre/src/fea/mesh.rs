@@ -228,7 +228,7 @@ impl Mesh {
     }
 
     /// Adds a patch given at half steps (odd counts of rows and columns); returns its nodes, none in element centres.
-    /// The layer is told of an element by the row and column of its centre.
+    /// The layer names an element by the row and column of its centre.
     fn add_patch(
         &mut self,
         rows: &[Vec<Point>],

@@ -82,7 +82,7 @@ pub fn branches(found: &[Found]) -> Vec<Option<u32>> {
     found.iter().map(of).collect()
 }
 
-/// The first branch of a path that was followed; `again` makes a follower that stands at its beginning. None if not even
+/// The first branch of a path that was followed; `again` makes a follower at its beginning. None if not even
 /// the first place has a trustworthy solution.
 pub fn first_branch<T: Real, S: Size>(
     path: &MotionPath,

@@ -46,7 +46,7 @@ pub struct Strains {
 }
 
 impl Strains {
-    /// Of what a follower stands at.
+    /// Of what a follower is at.
     pub fn of<T: Real, S: Size>(follower: &Follower<T, S>) -> Self {
         let mut all = Self::default();
         for strain in follower.strains() {

@@ -83,7 +83,7 @@ pub enum BusError {
         /// Who answers.
         found: Vec<u8>,
     },
-    /// What answers is no servo's position.
+    /// What answers is not a servo's position.
     #[error("servo {id} on {address} is a model {model}, whose registers are not those of the X series")]
     Model {
         /// Which port.
@@ -128,7 +128,7 @@ fn hint(address: &str, error: &io::Error) -> String {
             [] => "; this PC has no USB serial port at all (ttyUSB, ttyACM): is the adapter plugged in?".to_owned(),
             ports => format!("; the USB serial ports are {}", ports.join(", ")),
         },
-        _ if Path::new(address).is_file() || Path::new(address).is_dir() => "; it is no serial port".to_owned(),
+        _ if Path::new(address).is_file() || Path::new(address).is_dir() => "; it is not a serial port".to_owned(),
         _ => String::new(),
     }
 }

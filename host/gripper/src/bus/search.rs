@@ -1,4 +1,4 @@
-//! Who is on the bus, at which baud rate.
+//! Lists every servo on the bus, with its baud rate.
 
 use dynamixel::{Found, Id, Master, StatusReturn, Timing};
 
@@ -119,7 +119,7 @@ fn complete(
     Err(BusError::Missing { address: address.to_string(), baud: census.baud, missing, found })
 }
 
-/// What keeps the adapter's bytes back, ms, if the system tells.
+/// What keeps the adapter's bytes back, ms, if the system reports it.
 pub(super) fn latency_timer_ms(address: &Address) -> Option<u32> {
     let Address::Serial { path, .. } = address else { return None };
     // By-id names are links to the port.

@@ -20,16 +20,16 @@ use crate::estimator::{AnyEstimator, estimator};
 use crate::link::Port;
 use crate::source::{Listeners, Modelled, Order, Origin, Setup, Told};
 
-/// What is allowed beyond the wire time: as at first, for a tick that is lost is told.
+/// What is allowed beyond the wire time: as at first, for a tick that is lost is reported.
 const LATENCY_US: u32 = 40_000;
 /// Ticks after a failure in which every servo is asked by itself: behind a silent one, a common question leaves the others
 /// silent too.
 const APART: u8 = 8;
 /// How often a servo that is lost is asked: each time costs the others a wait.
 const SEARCH: Duration = Duration::from_millis(500);
-/// Costs are told in µs.
+/// Costs are given in µs.
 const COST_HZ: u32 = 1_000_000;
-/// A rate below this share of what is wanted is told.
+/// A rate below this share of what is wanted is reported.
 const SLOW: f32 = 0.95;
 
 pub(super) struct Ticks {
@@ -111,7 +111,7 @@ impl Ticks {
         Ok(ticks)
     }
 
-    /// Tells whoever listens from now on.
+    /// Reports to whoever listens from now on.
     fn greet(&self, event: Event) {
         self.shared.listeners.greet(Told::Event(Notice { time_us: 0, event }));
     }
@@ -290,7 +290,7 @@ impl Ticks {
         self.shared.tell(&Told::Event(Notice { time_us: self.start.elapsed().as_micros() as u64, event }));
     }
 
-    /// Tells when the rate is not kept, and when it is again.
+    /// Reports when the rate is not kept, and when it is again.
     fn measure(&mut self) {
         let (began, count, was_slow) = &mut self.second;
         *count += 1;

@@ -1,4 +1,4 @@
-//! How the finger is led: closing and opening, over and over, each way in the time it has.
+//! How the finger is moved: closing and opening, over and over, each way in the time it has.
 //!
 //! The gripper follows its own clock, and a simulated one may be slow: where the goal lags, the speed is raised.
 
@@ -22,7 +22,7 @@ const SLOWEST_PACE: f64 = 0.1;
 /// Distance at which the goal has arrived, degrees.
 const ARRIVED: f64 = 1e-3;
 
-/// What the gripper is told.
+/// What the gripper is sent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
     /// Where to, degrees.

@@ -1,4 +1,4 @@
-//! What was told, with what the references say to it, while it comes.
+//! What was reported, with what the references say to it, while it comes.
 
 use messages::Report;
 use model_core::status::Status;
@@ -8,7 +8,7 @@ use super::sample::{Sample, Way};
 use crate::link::Told;
 use crate::servo::Config;
 
-/// What was told, with what the references say to it.
+/// What was reported, with what the references say to it.
 pub(super) struct Log {
     pub(super) servo: Config,
     pub(super) samples: Vec<Sample>,

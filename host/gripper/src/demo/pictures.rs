@@ -131,7 +131,7 @@ pub fn time(seen: &Seen) -> Scene {
     };
     let mut chart = Chart::new(
         "What the target did, tick by tick",
-        format!("its own clock; of every {step} ticks the first, for the cost the dearest"),
+        format!("its own clock; of every {step} ticks the first, for the cost the most expensive"),
         "time (s)",
     );
     let panel =

@@ -15,7 +15,7 @@ use fre::metrics::distance;
 pub const ALLOWED_PERCENT: f64 = 1.0;
 /// Part of the estimates that may differ by more, and part that may be untrustworthy.
 const EXCUSED: f64 = 0.01;
-/// The chip that costs are told for, and how many of its cycles an instruction takes: an assumption.
+/// The chip that costs are given for, and how many of its cycles an instruction takes: an assumption.
 const CHIP_HZ: f64 = 216e6;
 const CYCLES_PER_INSTRUCTION: f64 = 1.5;
 

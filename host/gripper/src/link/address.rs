@@ -20,15 +20,15 @@ pub enum Address {
     },
 }
 
-/// Why words are no address.
+/// Why words are not an address.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{words}` is no link: {why}; allowed are unix:PATH, tcp:HOST:PORT, PORT and PORT@BAUD")]
+#[error("`{words}` is not a link: {why}; allowed are unix:PATH, tcp:HOST:PORT, PORT and PORT@BAUD")]
 pub struct BadAddress {
     words: String,
     why: &'static str,
 }
 
-/// Bits per second of a serial port if nothing is said.
+/// Bits per second of a serial port if the address has none.
 const BAUD: u32 = 1_000_000;
 
 impl FromStr for Address {
@@ -42,11 +42,11 @@ impl FromStr for Address {
         if let Some(address) = words.strip_prefix("tcp:") {
             let port = address.rsplit_once(':').and_then(|(host, port)| (!host.is_empty()).then_some(port));
             let port = port.ok_or_else(|| bad("host or port is missing"))?;
-            port.parse::<u16>().map_err(|_| bad("the port is no number from 0 to 65535"))?;
+            port.parse::<u16>().map_err(|_| bad("the port is not a number from 0 to 65535"))?;
             return Ok(Self::Tcp(address.to_owned()));
         }
         let (path, baud) = match words.rsplit_once('@') {
-            Some((path, baud)) => (path, baud.parse().map_err(|_| bad("the baud rate is no number"))?),
+            Some((path, baud)) => (path, baud.parse().map_err(|_| bad("the baud rate is not a number"))?),
             None => (words, BAUD),
         };
         if path.is_empty() {

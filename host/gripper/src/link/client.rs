@@ -29,7 +29,7 @@ use crate::source::{
     Listeners, Modelled, Order, OrderError, Origin, Sequence, Setup, Source, Statistics, Told, WAITING,
 };
 
-/// How long an answer is waited for if nothing else is said.
+/// How long an answer is waited for by default.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// How often the reading thread looks whether it is still wanted.
 const GLANCE: Duration = Duration::from_millis(50);
@@ -123,7 +123,7 @@ impl Link {
         self.patience = patience;
     }
 
-    /// Everything that the gripper tells from now on. Ends with the link.
+    /// Everything that the gripper reports from now on. Ends with the link.
     pub fn listen(&self) -> Receiver<Told> {
         self.heard.listeners.add(WAITING)
     }

@@ -12,7 +12,7 @@ pub enum KeyError {
     #[error("`{0}` is not KEY=VALUE")]
     NoValue(String),
     /// Nobody knows the key.
-    #[error("`{0}` is no key; the keys are {keys}", keys = all().join(", "))]
+    #[error("`{0}` is not a key; the keys are {keys}", keys = all().join(", "))]
     Unknown(String),
     /// The value cannot be that.
     #[error("{key}: `{value}` is not {allowed}")]
@@ -105,7 +105,7 @@ fn all() -> Vec<String> {
     own.chain(KEYS.iter().map(|key| format!("finger.N.{}", key.name))).collect()
 }
 
-/// Keys and values of settings, in the order in which [`set`] may be told them.
+/// Keys and values of settings, in the order in which [`set`] takes them.
 pub fn pairs(settings: &Settings) -> Vec<(String, String)> {
     let on_fault = if settings.on_fault == Reaction::Hold { "hold" } else { "release" };
     let mut pairs = vec![
@@ -263,7 +263,7 @@ mod tests {
         let error = |words: &str| set(&mut Settings::DEFAULT.clone(), words).unwrap_err().to_string();
         assert_eq!(error("rate_hz"), "`rate_hz` is not KEY=VALUE");
         assert!(error("finger.0.colour=red").contains("finger.N.servo_id"));
-        assert!(error("finger.7.side=left").contains("is no key"));
+        assert!(error("finger.7.side=left").contains("is not a key"));
         assert_eq!(error("finger.0.side=up"), "finger.0.side: `up` is not left or right");
         assert_eq!(error("role=slave"), "role: `slave` is not master, tap or device");
         assert_eq!(error("device_id=7"), "device_id: `7` is not for this role: set role=device first");

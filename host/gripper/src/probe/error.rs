@@ -8,7 +8,7 @@ use fre_qemu::QemuError;
 /// Why a board could not be flashed or listened to.
 #[derive(Debug, thiserror::Error)]
 pub enum ProbeError {
-    /// The image is no file.
+    /// The image is not a file.
     #[error("{} cannot be read ({source}); `cargo xtask firmware {board}` builds the image for {board}", path.display())]
     NoImage {
         /// Which file.
@@ -18,8 +18,8 @@ pub enum ProbeError {
         /// The system's words.
         source: io::Error,
     },
-    /// The image is no image.
-    #[error("{} is no image for a board: {why}", path.display())]
+    /// The image is not an image.
+    #[error("{} is not an image for a board: {why}", path.display())]
     BadImage {
         /// Which file.
         path: PathBuf,

@@ -19,7 +19,7 @@ pub enum RecordError {
     /// The file must not be written.
     #[error(transparent)]
     Files(#[from] FileError),
-    /// The file is no MCAP.
+    /// The file is not MCAP.
     #[error("{}: {why}", path.display())]
     Format {
         /// Which.

@@ -1,4 +1,4 @@
-//! What is told, as JSON: one flat object per message, units in the names.
+//! What is reported, as JSON: one flat object per message, units in the names.
 
 use messages::{Contact, Event, FreeObject, Grasp, Notice, Phase, Report, Shape, Why};
 use model_core::estimator::Estimate;
@@ -135,7 +135,9 @@ mod phase_words {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Phase, D::Error> {
         let words = <&str>::deserialize(from)?;
-        all().find(|phase| phase.to_string() == words).ok_or_else(|| D::Error::custom(format!("`{words}` is no phase")))
+        all()
+            .find(|phase| phase.to_string() == words)
+            .ok_or_else(|| D::Error::custom(format!("`{words}` is not a phase")))
     }
 }
 
@@ -148,7 +150,7 @@ pub(super) struct GraspMessage {
     sum_y_n: Exact,
     squeeze_n: Exact,
     balance: Exact,
-    /// Of a free object; recordings from before it was told have none of these.
+    /// Of a free object; older recordings have none of these.
     #[serde(default)]
     is_free: bool,
     #[serde(default = "fixed")]

@@ -1,4 +1,4 @@
-//! What a source tells, kept in a file: every estimate and event, none left out.
+//! What a source reports, kept in a file: every estimate and event, none left out.
 //!
 //! A recording is an [MCAP](https://mcap.dev) file (feature `record`) of JSON messages with their schemas, which Foxglove opens
 //! without a plugin; `docs/recordings.md` lists the topics. [`Csv`] is a table of the reports.

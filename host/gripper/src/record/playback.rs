@@ -53,7 +53,7 @@ pub enum PlayError {
     /// The estimator.
     #[error(transparent)]
     Again(#[from] AgainError),
-    /// Its first message is no set-up.
+    /// Its first message is not a set-up.
     #[error("{0}: it does not begin with a set-up; was it recorded by fre?")]
     NoSetup(String),
     /// The part with the set-up is damaged.

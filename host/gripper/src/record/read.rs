@@ -16,7 +16,7 @@ use crate::source::{Gap, Sequence, Setup, Told};
 /// A message of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Recorded {
-    /// What was told.
+    /// What was reported.
     Told(Told),
     /// Reports that had not come, or were lost with a part of the file.
     Gap(Gap),
@@ -43,11 +43,11 @@ impl Recording {
     /// Opens a file.
     ///
     /// # Errors
-    /// There is none, or it is no MCAP.
+    /// There is none, or it is not MCAP.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let unreadable = |source| RecordError::File { path: path.to_owned(), source };
         let container = Container::open(File::open(path).map_err(unreadable)?).map_err(unreadable)?;
-        let none = || RecordError::Format { path: path.to_owned(), why: "it is no MCAP file".to_owned() };
+        let none = || RecordError::Format { path: path.to_owned(), why: "it is not an MCAP file".to_owned() };
         Ok(Self {
             container: container.ok_or_else(none)?,
             path: path.to_owned(),

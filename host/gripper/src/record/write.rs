@@ -1,4 +1,4 @@
-//! Writing: what is told becomes MCAP, in chunks that reach the file at least once a second.
+//! Writing: what is reported becomes MCAP, in chunks that reach the file at least once a second.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
@@ -22,7 +22,7 @@ use crate::source::{Sequence, Setup, Told};
 
 /// How often what has come reaches the file: a killed recorder loses less than a second.
 const FLUSH: Duration = Duration::from_millis(500);
-/// Times told farther ahead of this PC's clock than this are a new beginning, µs.
+/// Times farther ahead of this PC's clock than this are a new beginning, µs.
 const LEAP_US: u64 = 2_000_000;
 
 /// A recording on its way to a file. Everything but [`Recorder::finish`]'s index is in the file within a second.
@@ -64,7 +64,7 @@ impl std::fmt::Display for Counts {
     }
 }
 
-/// Where the source's clock stands in this PC's.
+/// Where the source's clock is in this PC's.
 #[derive(Clone, Copy, Debug)]
 struct Anchor {
     /// ns since 1970 at the source's time 0.
@@ -111,7 +111,7 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Takes what was told.
+    /// Takes what was reported.
     ///
     /// # Errors
     /// The file's.

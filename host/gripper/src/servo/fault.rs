@@ -34,7 +34,7 @@ pub enum Fault {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
     pub(super) queue: VecDeque<Fault>,
-    /// Until when nothing is heard or said, µs; `u64::MAX`: until told otherwise.
+    /// Until when nothing is heard or said, µs; `u64::MAX`: until it is set otherwise.
     pub(super) silent_until_us: u64,
     /// Answers that a fault has changed or suppressed.
     pub(super) done: u64,

@@ -3,7 +3,7 @@
 //! - [`Servo`] takes the bytes heard on a bus and gives the answers: no thread, no port, no clock of its own.
 //! - [`Load`] is what the finger asks of it, from the model at full resolution.
 //! - [`Hub`] is a bus: every party (a pseudo-terminal, sockets, servos) hears all others. [`Hub::servo`] gives a
-//!   [`Handle`] that tells the truth about the servo and makes it fail on purpose.
+//!   [`Handle`] that reports the truth about the servo and makes it fail on purpose.
 //!
 //! The protocol is `dynamixel`'s; here are the control table, the position profile and the physics.
 

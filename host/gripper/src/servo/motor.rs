@@ -100,7 +100,7 @@ impl Motor {
         }
     }
 
-    /// Speed and torque at which motor, friction and load balance, and whether the motor is too weak for what it is told.
+    /// Speed and torque at which motor, friction and load balance, and whether the motor is too weak for its goal.
     fn balance(&self, supply: Supply, strength: f64) -> (f64, f64, bool) {
         let load = self.load_torque();
         let stall = STALL_TORQUE * strength;

@@ -1,4 +1,4 @@
-//! What a servo stands in and stands: its supply and its temperature.
+//! A servo's surroundings: its supply and its temperature.
 
 use crate::datasheet::{NOMINAL_VOLTAGE, TORQUE_CONSTANT};
 

@@ -29,7 +29,7 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Takes a number; tells what is missing before it.
+    /// Takes a number; returns what is missing before it.
     pub fn take(&mut self, number: u32) -> Option<Gap> {
         let first = self.last.replace(number)?.wrapping_add(1);
         let missing = number.wrapping_sub(first);

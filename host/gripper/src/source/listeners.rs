@@ -1,4 +1,4 @@
-//! Those who hear what a source tells.
+//! Those who hear what a source reports.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -69,7 +69,7 @@ impl Listeners {
         self.lock().listeners.is_empty()
     }
 
-    /// Tells all; how many had no room for it.
+    /// Sends to all; returns how many had no room for it.
     pub fn tell(&self, told: &Told) -> u64 {
         let mut inner = self.lock();
         let unheard = inner.listeners.iter().filter(|listener| listener.give(told.clone()).is_some()).count();
@@ -77,7 +77,7 @@ impl Listeners {
         unheard as u64
     }
 
-    /// Tells all, waiting for each that has no room for it, until `stop`: for a source that can wait.
+    /// Sends to all, waiting for each that has no room for it, until `stop`: for a source that can wait.
     pub fn tell_patiently(&self, told: &Told, stop: &AtomicBool) {
         // Not under the lock: others come meanwhile.
         let listeners = self.lock().listeners.clone();

@@ -71,13 +71,13 @@ pub enum OrderError {
 ///
 /// Its thread ends when it is dropped; the listeners' channels end with it, or before when nothing more comes.
 pub trait Source: Send + Sync {
-    /// Who tells, with which settings, designs and objects, as of now.
+    /// The source, with its settings, designs and objects, as of now.
     ///
     /// # Errors
     /// A gripper that does not answer.
     fn setup(&self) -> Result<Setup, OrderError>;
 
-    /// Everything that is told from now on; `waiting` messages wait for a listener that is late, what comes then is lost to it
+    /// Everything that is reported from now on; `waiting` messages wait for a listener that is late, what comes then is lost to it
     /// and counted ([`Statistics::unheard`]).
     fn hear(&self, waiting: usize) -> Receiver<Told>;
 
@@ -90,7 +90,7 @@ pub trait Source: Send + Sync {
     /// A gripper that does not answer.
     fn counters(&self) -> Result<Option<Counters>, OrderError>;
 
-    /// Does what is asked, or says why not. A changed set-up is told to all listeners.
+    /// Does what is asked, or says why not. A changed set-up goes to all listeners.
     ///
     /// # Errors
     /// The order is not for this source, or not allowed.

@@ -1,4 +1,4 @@
-//! Who tells, and how its numbers come about.
+//! What the source is, and how its numbers come about.
 
 use messages::{Finger, FreeObject, Settings, Side};
 use model_core::grasp::Place;
@@ -43,7 +43,7 @@ pub struct Setup {
     pub firmware: String,
     /// Version of what its messages mean.
     pub protocol: u16,
-    /// Ticks per second of the clock in which costs are told.
+    /// Ticks per second of the clock in which costs are reported.
     pub cost_hz: u32,
     /// Its settings; a finger's number is its place in them.
     pub settings: Settings,

@@ -1,10 +1,10 @@
-//! What a source tells.
+//! What a source reports.
 
 use messages::{Grasp, Notice, Report, Shape};
 
 use super::setup::Setup;
 
-/// What a source tells.
+/// What a source reports.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Told {
     /// A finger's part of a tick of the control loop.

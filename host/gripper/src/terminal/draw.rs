@@ -21,7 +21,7 @@ const CHART: u16 = 6;
 const NUMBERS: u16 = 46;
 /// Columns from which there is room for a chart beside them.
 const WIDE: u16 = 76;
-/// Silence that is said.
+/// Silence that is reported.
 const QUIET_S: f32 = 0.5;
 /// One colour per finger.
 const COLOURS: [Color; 4] = [Color::Cyan, Color::Yellow, Color::Magenta, Color::Green];

@@ -19,7 +19,7 @@ const EVENTS: usize = 16;
 /// What the view knows of a source.
 #[derive(Debug)]
 pub struct Seen {
-    /// Who tells.
+    /// The source.
     pub setup: Setup,
     /// By number.
     pub fingers: Vec<Finger>,
@@ -72,7 +72,7 @@ impl Seen {
         }
     }
 
-    /// Takes what was told.
+    /// Takes what was reported.
     pub fn take(&mut self, told: Told) {
         let now = Instant::now();
         self.heard = now;

@@ -25,7 +25,7 @@ impl Access {
         Ok(Self { token: Some(random.iter().map(|byte| format!("{byte:02x}")).collect()) })
     }
 
-    /// What stands behind the page's address, so that the page knows the token: after #, which browsers keep to themselves.
+    /// What is behind the page's address, so that the page knows the token: after #, which browsers keep to themselves.
     pub fn fragment(&self) -> String {
         self.token.as_ref().map(|token| format!("#token={token}")).unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! What the gripper tells, thinned for the eye.
+//! What the gripper reports, thinned for the eye.
 
 use std::time::{Duration, Instant};
 
@@ -126,7 +126,7 @@ impl Live {
         }
     }
 
-    /// Takes what was told.
+    /// Takes what was reported.
     pub fn take(&mut self, told: Told) {
         self.last_told = Instant::now();
         match told {

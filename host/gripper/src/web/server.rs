@@ -91,7 +91,7 @@ impl Message {
 }
 
 impl Shared {
-    /// Tells the pages what the source has.
+    /// Sends the pages what the source has.
     fn set_up(&self, told: &source::Setup) {
         let message = Message::of("setup", &Setup::of(told, self.lead.is_some()));
         *self.setup.lock().unwrap_or_else(PoisonError::into_inner) = message.clone();

@@ -15,7 +15,7 @@ use fre::shape::Shape;
 pub struct Setup {
     /// Board, program, protocol, in words.
     target: String,
-    /// Its fingers can be led.
+    /// Its fingers can be moved.
     moves: bool,
     /// Objects and settings can be changed.
     takes: bool,
@@ -27,7 +27,7 @@ pub struct Setup {
 #[derive(Clone, Debug, Serialize)]
 struct Finger {
     name: String,
-    /// It stands on the right of the object: drawn as its mirror image.
+    /// It is on the right of the object: drawn as its mirror image.
     mirrored: bool,
     design: Option<Drawing>,
     object: Option<ObjectFields>,

@@ -86,7 +86,7 @@ class Finger:
             elif isinstance(at, dict):
                 at[last] = value
             else:
-                raise _core.CaseError(f"finger.{key}: {'.'.join(path)} is no table")
+                raise _core.CaseError(f"finger.{key}: {'.'.join(path)} is not a table")
         return Finger(table)
 
     def __eq__(self, other: object) -> bool:

@@ -69,7 +69,7 @@ def _told(heard: tuple[Any, ...] | None) -> Told | None:
 
 
 class _Source:
-    """What tells reports and events."""
+    """What reports and events come from."""
 
     _core: _core.Gripper | _core.Bus
 

@@ -139,7 +139,7 @@ class Place:
 
 
 def _listed(value: Any, json: Any) -> Any:
-    # An empty list of records is no array of numbers.
+    # An empty list of records is not an array of numbers.
     return () if json == [] else value
 
 

@@ -10,7 +10,7 @@
 //! | `x-limits` | the range in words where it depends on other keys; the finger's own checks keep it |
 //! | `x-needed` | what a message asks for, where type and unit do not say it |
 //! | `x-pair` | names of a pair's two numbers |
-//! | `x-default` | the default in words, where it is no value |
+//! | `x-default` | the default in words, where it is not a value |
 //! | `x-computed` | the only values that are computed yet; an empty list refuses the key, the word or the form |
 //! | `x-picture` | picture on the page of all keys |
 
@@ -79,7 +79,7 @@ fn generate<X: JsonSchema>() -> Json {
     schema
 }
 
-/// Brings a schema into the form that its readers expect: no null (TOML has none), and what is said of a key said of
+/// Brings a schema into the form that its readers expect: no null (TOML has none), and what applies to a key applied to
 /// each number and list in it.
 fn tidy(schema: &mut Json) {
     let Json::Object(entries) = schema else { return };

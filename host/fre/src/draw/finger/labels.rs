@@ -1,4 +1,4 @@
-//! Where the words of a finger's picture stand.
+//! Where the words of a finger's picture are.
 
 use model_core::object::{Motion, ObjectDesign};
 
@@ -41,7 +41,7 @@ impl FingerPicture<'_> {
         }
     }
 
-    /// Where the net force's words may stand, the best place first; the arrow's head is at a point, px.
+    /// Where the net force's words may be, the best place first; the arrow's head is at a point, px.
     pub(super) fn force_places(&self, fonts: &Fonts, net: NetForce, head: [f64; 2]) -> Vec<Text> {
         let text = net_text(net.magnitude);
         let width = fonts.width(&text);
@@ -54,7 +54,7 @@ impl FingerPicture<'_> {
         aside.chain([[x - 0.5 * width, y + beyond]]).map(|at| Text { at, ..text.clone() }).collect()
     }
 
-    /// Where the words of the object and of the net force stand: off each other, and off all lines where there is room.
+    /// Where the words of the object and of the net force are: off each other, and off all lines where there is room.
     pub(super) fn labels(&self, view: &View, fonts: &Fonts, ghost: &Shape, net: Option<NetForce>) -> Labels {
         let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
         if let Some((centre, _)) = object::bounds(&self.object) {
@@ -90,7 +90,7 @@ impl FingerPicture<'_> {
         Labels { object: least(object, &lines), force }
     }
 
-    /// Where the object's name may stand, the best place first: in a circle with room for it, else below the outline and away
+    /// Where the object's name may be, the best place first: in a circle with room for it, else below the outline and away
     /// from the finger; for an object that is cut off, where the picture reaches deepest into it.
     fn object_places(&self, view: &View, fonts: &Fonts) -> Vec<Text> {
         let text = Text::new([0.0; 2], TEXT, object::words(&self.object)).ink(Ink::Muted).anchor(Anchor::Middle);

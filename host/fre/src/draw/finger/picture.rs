@@ -18,7 +18,7 @@ pub struct FingerPicture<'a> {
     pub design: &'a Design,
     /// How its base moves.
     pub motion: Motion,
-    /// Where along the motion it stands (rad or mm).
+    /// Where along the motion it is (rad or mm).
     pub coordinate: f64,
     /// The object.
     pub object: ObjectDesign,

@@ -1,4 +1,4 @@
-//! Fits the model's parameters to measurements: modulus, zero angle, where the objects stand, the finger's dimensions.
+//! Fits the model's parameters to measurements: modulus, zero angle, where the objects are, the finger's dimensions.
 //!
 //! [`fit()`] returns values with standard deviations, their correlation, and what the data do not tell. Readings belong to
 //! closing motions: backlash shifts those of an opening one, so [`Readings::closing`] leaves them out, and what remains of it, always

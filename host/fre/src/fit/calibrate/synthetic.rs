@@ -42,8 +42,8 @@ impl Protocol {
     }
 
     /// What `docs/hardware.md` recommends: a thin and a thick cylinder, each as low and as high as the finger reaches around it. What a
-    /// turn does to a force grows with the height, what a shift does not: that is how zero angle and place are told apart; and a
-    /// thin cylinder tells its height better than a thick one.
+    /// turn does to a force grows with the height, what a shift does not: that is how zero angle and place are distinguished; and a
+    /// thin cylinder shows its height better than a thick one.
     pub fn recommended() -> Self {
         Self::cylinders(&[[20.0, 10.0], [65.0, 10.0], [20.0, 40.0], [65.0, 40.0]], 48)
     }

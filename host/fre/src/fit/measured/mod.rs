@@ -1,6 +1,6 @@
 //! Measurements from a CSV, for comparison with a case.
 //!
-//! Header names carry the units; columns may stand in any order, others are left aside (and named):
+//! Header names carry the units; columns may be in any order, others are left aside (and named):
 //!
 //! | column | meaning |
 //! |---|---|
@@ -69,7 +69,7 @@ pub enum MeasuredError {
         /// The columns that it has, in the file's words.
         found: String,
     },
-    /// A column that means something stands there twice, or excludes another one.
+    /// A column that means something is there twice, or excludes another one.
     #[error("{file}:{line}: the header has {columns}; allowed is {allowed}")]
     Ambiguous {
         /// The file.
@@ -125,11 +125,11 @@ pub struct Measurement {
     pub place: f64,
     /// Magnitude of the force, N; the mean of several.
     pub force: Option<f64>,
-    /// All of them with the lines they stand in.
+    /// All of them with the lines they are in.
     pub forces: Vec<(usize, f64)>,
     /// Points of the front centreline, finger frame, mm, in the file's order.
     pub front: Vec<Point>,
-    /// The line that each of them stands in.
+    /// The line that each of them is in.
     pub front_lines: Vec<usize>,
 }
 
@@ -149,7 +149,7 @@ impl Measurement {
         self.front_lines.push(line);
     }
 
-    /// The outlines that the points are of, as parts of `front`: several photographs of one place stand there one after the
+    /// The outlines that the points are of, as parts of `front`: several photographs of one place are there one after the
     /// other. A new one begins where the points leap back to where the last one began and go on from there; a single point
     /// that leaps back is a wrong one.
     pub fn outlines(&self) -> Vec<Range<usize>> {
@@ -298,7 +298,7 @@ impl Measured {
         sorted
     }
 
-    /// The measurements as the motion that the file's order tells: a place is visited again if another one lies between.
+    /// The measurements as the motion that the file's order describes: a place is visited again if another one lies between.
     pub fn visits(&self) -> Vec<Measurement> {
         enum Of {
             Force(f64),
@@ -400,7 +400,7 @@ fn number(column: &str, text: &str, comma: bool) -> Result<f64, String> {
         }
         _ => {
             let text = shown(text);
-            Err(format!("{column} = \"{text}\" is not a finite number (the unit stands in the header)"))
+            Err(format!("{column} = \"{text}\" is not a finite number (the unit belongs in the header)"))
         }
     }
 }
@@ -420,7 +420,7 @@ fn decoded(bytes: &[u8]) -> String {
 
 /// Indices of outliers: values farther from the median than 3.5 scaled median absolute deviations (Iglewicz and Hoaglin,
 /// "How to Detect and Handle Outliers", 1993), from five values on. A standard deviation is taken to be at least `least`,
-/// what the values cannot be told apart by: a few that happen to agree make no outlier of the next.
+/// below which the values cannot be distinguished: a few that happen to agree make no outlier of the next.
 pub fn outliers(values: &[f64], least: f64) -> Vec<usize> {
     let median = |values: &mut Vec<f64>| {
         values.sort_by(f64::total_cmp);

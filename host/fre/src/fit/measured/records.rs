@@ -70,7 +70,7 @@ impl<'a> Records<'a> {
         ['\t', ';', ','].into_iter().max_by_key(|&separator| known(separator))
     }
 
-    /// The next record that is no comment.
+    /// The next record that is not a comment.
     pub(super) fn next(&mut self, separator: char) -> Option<Record> {
         self.skip()?;
         let (cells, end) = self.record(self.next, separator);

@@ -138,7 +138,7 @@ impl Search<'_> {
         })
     }
 
-    /// A place near the base where both edges stand as far apart as the beam is thick, and their look.
+    /// A place near the base where both edges are as far apart as the beam is thick, and their look.
     ///
     /// A pair of edges counts if pairs at other arc lengths agree with it: noise, dots and hinges make single ones.
     pub fn seed(&self, from: f64, to: f64) -> Result<(Station, Look), OutlineError> {
@@ -182,7 +182,7 @@ impl Search<'_> {
         (most >= least).then_some(most - least)
     }
 
-    /// The clearest pair of edges across the beam at an arc length that stand about as far apart as the beam is thick.
+    /// The clearest pair of edges across the beam at an arc length that are about as far apart as the beam is thick.
     /// `inside` is set if any of the places looked at lies in the picture.
     fn pair(&self, arc: f64, inside: &mut bool) -> Option<Pair> {
         let tangent = self.beam.direction(arc);

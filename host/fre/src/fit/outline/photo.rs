@@ -72,7 +72,7 @@ impl Photo {
     /// Reads PNG, JPEG, TIFF, BMP or WebP.
     ///
     /// # Errors
-    /// The file cannot be read, is no such picture, or has more than [`MOST_PIXELS`].
+    /// The file cannot be read, is not such a picture, or has more than [`MOST_PIXELS`].
     pub fn read(path: &Path) -> Result<Self, OutlineError> {
         let name = path.display().to_string();
         let unreadable = |error: image::ImageError| {
@@ -103,7 +103,7 @@ impl Photo {
         Ok(Self::new(name, &image))
     }
 
-    /// Takes a picture with sRGB values, in white light. What is transparent stands before white, as picture viewers show it: the
+    /// Takes a picture with sRGB values, in white light. What is transparent gets a white background, as picture viewers show it: the
     /// colour that a file keeps under it means nothing.
     pub fn new(name: String, image: &DynamicImage) -> Self {
         let (width, height) = (image.width() as usize, image.height() as usize);

@@ -11,7 +11,7 @@ use super::photo::Photo;
 use super::pose::Pose;
 
 /// A mark is checked if at least so much of an error of it, in whatever direction, is left in the residuals. Below it the map bends
-/// to the error: 1 mm would be told as less than 0.1 mm.
+/// to the error: 1 mm would be reported as less than 0.1 mm.
 const CHECKED: f64 = 0.1;
 /// Singular values of less than this part of the largest are zero: freedoms that the parameters only seem to have.
 const NO_FREEDOM: f64 = 1e-8;

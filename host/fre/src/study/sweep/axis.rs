@@ -61,7 +61,7 @@ impl Axis {
         self.len() == 0
     }
 
-    /// A value as it stands in the results.
+    /// A value as written in the results.
     pub fn words(&self, index: usize) -> String {
         match self {
             Self::Key { values, .. } => values.get(index).map_or_else(String::new, f64::to_string),
@@ -77,7 +77,7 @@ impl Axis {
 pub fn numbers(text: &str) -> Result<Vec<f64>, String> {
     let number = |text: &str| match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("\"{text}\" is no finite number; allowed is A:B:STEP or v1,v2,…")),
+        _ => Err(format!("\"{text}\" is not a finite number; allowed is A:B:STEP or v1,v2,…")),
     };
     let mut values = Vec::new();
     for part in text.split(',') {
@@ -96,7 +96,7 @@ pub fn numbers(text: &str) -> Result<Vec<f64>, String> {
                 let last = (count + 1e-7).floor() as usize;
                 values.extend((0..=last).map(|i| rounded(from + step * i as f64, from.abs().max(to.abs()))));
             }
-            _ => return Err(format!("{part} is no range; allowed is A:B:STEP")),
+            _ => return Err(format!("{part} is not a range; allowed is A:B:STEP")),
         }
         if values.len() > MOST_VALUES {
             return Err(format!("has too many values; allowed are {MOST_VALUES}"));

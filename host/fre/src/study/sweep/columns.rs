@@ -54,7 +54,7 @@ pub fn write_parquet<W: std::io::Write + Send>(rows: &std::path::Path, out: W) -
 
     let name = || rows.display().to_string();
     let failed = |source| SweepError::File { file: name(), source };
-    let foreign = || SweepError::Part { file: name(), reason: "has a line that is no row of a sweep".to_owned() };
+    let foreign = || SweepError::Part { file: name(), reason: "has a line that is not a row of a sweep".to_owned() };
     let identity = Identity::read(rows)?.and_then(|identity| serde_json::to_string(&identity).ok());
     let mut lines = std::io::BufReader::new(std::fs::File::open(rows).map_err(failed)?)
         .lines()

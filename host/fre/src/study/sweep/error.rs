@@ -12,7 +12,7 @@ pub enum SweepError {
     /// A file that must not be written.
     #[error(transparent)]
     Files(#[from] FileError),
-    /// A point of the grid is no case.
+    /// A point of the grid is not a case.
     #[error("at {point}: {reason}")]
     Point {
         /// Its keys with their values.
@@ -89,7 +89,9 @@ pub enum SweepError {
         row: usize,
     },
     /// Output that cannot be gone on with.
-    #[error("{file}: is no regular file, which --out needs to go on in; without --out the rows go to standard output")]
+    #[error(
+        "{file}: is not a regular file, which --out needs to continue in; without --out the rows go to standard output"
+    )]
     NoFile {
         /// What is none.
         file: String,

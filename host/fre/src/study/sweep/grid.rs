@@ -32,7 +32,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// A sweep of a case over axes; `angles_deg` stands in place of the case's own motor angles.
+    /// A sweep of a case over axes; `angles_deg` replaces the case's own motor angles.
     ///
     /// # Errors
     /// An unknown or repeated key, a grid that is too large, or angles that the case cannot have.
@@ -152,7 +152,7 @@ impl Sweep {
         indices
     }
 
-    /// A point's values, as they stand in its rows.
+    /// A point's values, as written in its rows.
     pub fn words(&self, point: usize) -> Vec<String> {
         self.axes.iter().zip(self.indices(point)).map(|(axis, index)| axis.words(index)).collect()
     }
@@ -166,7 +166,7 @@ impl Sweep {
     /// The case and the options of a point.
     ///
     /// # Errors
-    /// The point is no case: a value is out of its range or does not fit the others.
+    /// The point is not a case: a value is out of its range or does not fit the others.
     pub fn point(&self, point: usize) -> Result<(Case, Options), SweepError> {
         let mut document = self.document.clone();
         let mut options = self.options;
@@ -203,7 +203,7 @@ impl Sweep {
     /// Solves a point.
     ///
     /// # Errors
-    /// The point is no case, or cannot be discretised as asked.
+    /// The point is not a case, or cannot be discretised as asked.
     pub fn solve(&self, point: usize) -> Result<Run, SweepError> {
         let (case, options) = self.point(point)?;
         solve(&case, &options).map_err(|error| self.refused(point, discretise_words(&error)))

@@ -121,7 +121,7 @@ impl Ledger {
         let columns: Vec<&str> = columns.trim_end().split(',').collect();
         let lines = rows[..whole].split_inclusive(|&byte| byte == b'\n');
         for (index, line) in lines.enumerate() {
-            let bad = || foreign(format!("line {} is no row of this sweep", index + before + 1));
+            let bad = || foreign(format!("line {} is not a row of this sweep", index + before + 1));
             let line = std::str::from_utf8(line).map_err(|_| bad())?.trim_end_matches('\n');
             let (row, known) = read_row(line, &columns, sweep).ok_or_else(bad)?;
             let place = ledger.known.get_mut(row).filter(|place| place.is_none()).ok_or_else(bad)?;

@@ -25,7 +25,7 @@ impl Part {
             None
         } else {
             let number = line.split(',').next().and_then(|word| word.parse().ok()).filter(|_| line.ends_with('\n'));
-            let number = number.ok_or_else(|| foreign(&self.path, "has a line that is no whole row"))?;
+            let number = number.ok_or_else(|| foreign(&self.path, "has a line that is not a whole row"))?;
             Some((number, line))
         };
         Ok(())

@@ -86,7 +86,7 @@ enum Rows<'a, W> {
 /// is done; it stops the sweep by [`ControlFlow::Break`].
 ///
 /// # Errors
-/// A point is no case, the output cannot be written, or the sweep was stopped.
+/// A point is not a case, the output cannot be written, or the sweep was stopped.
 pub fn run<W: Write>(
     sweep: &Sweep,
     ledger: Option<&mut Ledger>,

@@ -13,7 +13,7 @@ const WIDTH: f64 = 1060.0;
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 14.0;
 const PANEL: f64 = 170.0;
-/// Between panels; the lower one's title stands there.
+/// Between panels; the lower one's title is there.
 const GAP: f64 = 44.0;
 /// Height of the row of names, px.
 const NAMES: f64 = 54.0;

@@ -11,7 +11,7 @@ use crate::study::place::Place;
 /// A table: its title, its columns, its rows.
 pub(super) struct Table {
     pub(super) title: &'static str,
-    /// Names that stand over several columns each, with their number; together they stand over all columns. Empty for none.
+    /// Names over several columns each, with their number; together they cover all columns. Empty for none.
     pub(super) groups: Vec<(String, usize)>,
     pub(super) columns: Vec<String>,
     pub(super) rows: Vec<Vec<String>>,

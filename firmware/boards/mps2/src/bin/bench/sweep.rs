@@ -166,7 +166,7 @@ struct Derivatives {
     /// Equilibria in contact at which they were taken, and at which there was no room.
     taken: u32,
     refused: u32,
-    /// Sums over those of one Newton step, and of the derivatives; the dearest.
+    /// Sums over those of one Newton step, and of the derivatives; the most expensive.
     step_clock: u64,
     clock: u64,
     most: u32,
