@@ -8,6 +8,9 @@ fn main() -> ExitCode {
     let features = [
         Feature { name: "gripper", on: cfg!(feature = "gripper"), needs: "the libraries of a gripper and its servos" },
         Feature { name: "outline", on: cfg!(feature = "outline"), needs: "the libraries for photographs" },
+        Feature { name: "parquet", on: cfg!(feature = "parquet"), needs: "the library for Parquet" },
+        Feature { name: "probe", on: cfg!(feature = "probe"), needs: "the library for debug probes" },
+        Feature { name: "web", on: cfg!(feature = "web"), needs: "the libraries of the live page" },
         Feature { name: "record", on: cfg!(feature = "record"), needs: "the library for recordings" },
         Feature { name: "python", on: cfg!(feature = "python"), needs: "the MCAP reader for Python" },
         Feature { name: "qemu", on: cfg!(feature = "qemu"), needs: "QEMU and the firmware's image" },
