@@ -51,7 +51,12 @@ fn build(board: &str) -> Result<PathBuf> {
     check(board)?;
     let cross = Cross::find()?;
     run_command(cross.cargo("build").args(["--quiet", "--release", "--package", board, "--bins"]))?;
-    Ok(paths::boards_target().join(TRIPLE).join("release").join(format!("gripper-{board}")))
+    Ok(image(board))
+}
+
+/// Where a board's image is once it is built.
+pub fn image(board: &str) -> PathBuf {
+    paths::boards_target().join(TRIPLE).join("release").join(format!("gripper-{board}"))
 }
 
 fn check(board: &str) -> Result<&'static Board> {

@@ -6,6 +6,7 @@ mod cross;
 mod crossing;
 mod demo;
 mod derivation;
+mod docs;
 mod firmware;
 mod fuzz;
 mod on_target;
@@ -15,6 +16,7 @@ mod pc;
 mod portable;
 mod python;
 mod qemu;
+mod release;
 mod setup;
 mod suite;
 
@@ -28,7 +30,7 @@ usage: cargo xtask COMMAND
 
   setup [--fea]          install or build what is missing: QEMU, cross target, Python packages for the tests
   test [PART ...]        every check and test, or these parts of it: format, clippy, pc, python, target
-                         (in QEMU), system, boards
+                         (in QEMU), system, boards, release
   firmware BOARD         build one board's image and print its sections (boards: mps2, opencr,
                          nucleo-h743zi, nucleo-g474re)
   qemu-run ELF           run an image in QEMU: its tests if it holds any, else the program with its log
@@ -37,7 +39,11 @@ usage: cargo xtask COMMAND
                          the firmware in QEMU beside the full-resolution model: live lines, a table, target/demo/report.html
   bench [--json FILE] [PART ...]
                          every figure that the README and the book quote, or these parts of them (`bench --help` lists them)
-  docs                   make what rustdoc shows of docs/derivation.md
+  docs [--check]         make what the program makes of the book's pages and pictures, and the book in target/book; --check
+                         compares instead
+  release [--suite] [FOLDER]
+                         make a release in FOLDER (target/release-VERSION): the command, the wheel, the images, the crates and
+                         their checksums; --suite uses what the tests have built
   fuzz [--seconds N] [TARGET ...]
                          every fuzz target, or these, for N seconds each (60); failing inputs are shown and kept in target/fuzz/crashes";
 
@@ -68,8 +74,23 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
         ["decode", elf] => qemu::print(&Log::of(&read_image(Path::new(elf))?)?, std::io::stdin()),
         ["demo", options @ ..] => demo::run(options),
         ["fuzz", rest @ ..] => fuzz::run(rest),
-        ["docs"] => derivation::write(),
+        ["docs"] => docs::run(docs::Way::Write),
+        ["docs", "--check"] => docs::run(docs::Way::Check),
+        ["release", rest @ ..] => release(rest),
         _ => bail!("`{}` is not a command\n\n{USAGE}", arguments.join(" ")),
+    }
+}
+
+/// `release [--suite] [FOLDER]`.
+fn release(words: &[&str]) -> Result<()> {
+    let (parts, words) = match words {
+        ["--suite", rest @ ..] => (release::Parts::Suite, rest),
+        rest => (release::Parts::Built, rest),
+    };
+    match words {
+        [] => release::run(parts, &paths::target().join(concat!("release-", env!("CARGO_PKG_VERSION")))),
+        [folder] if !folder.starts_with('-') => release::run(parts, &std::path::absolute(folder)?),
+        _ => bail!("`release {}` is not understood\n\n{USAGE}", words.join(" ")),
     }
 }
 

@@ -16,7 +16,7 @@ pub fn test() -> Result<()> {
     // The same features and profile as the tests on this PC: nothing is built twice.
     run_command(cargo("build").args(["--quiet", "--profile", "test", "--workspace", "--bin", "fre"]).args(FEATURES))?;
     headline("the wheel");
-    let wheel = wheel()?;
+    let wheel = wheel("dev")?;
     let python = install(&wheel)?;
     headline("tests of the Python package, on the wheel");
     run_command(
@@ -35,23 +35,34 @@ fn folder() -> PathBuf {
     paths::root().join("host/python")
 }
 
-/// Builds the wheel; gives its path.
-fn wheel() -> Result<PathBuf> {
-    let out = paths::target().join("python-wheel/dist");
+/// Where wheels are built.
+fn dist() -> PathBuf {
+    paths::target().join("python-wheel/dist")
+}
+
+/// The wheel that was built last; none if there is none.
+pub fn built() -> Result<Option<PathBuf>> {
+    if !dist().exists() {
+        return Ok(None);
+    }
+    let files = dist().read_dir().with_context(|| format!("cannot list {}", dist().display()))?;
+    Ok(files.filter_map(|file| Some(file.ok()?.path())).find(|path| path.extension().is_some_and(|e| e == "whl")))
+}
+
+/// Builds the wheel with a profile of cargo's; gives its path.
+pub fn wheel(profile: &str) -> Result<PathBuf> {
+    let out = dist();
     if out.exists() {
         fs::remove_dir_all(&out).context("cannot remove the old wheel")?;
     }
     let maturin = PACKAGE.python().with_file_name("maturin");
     // The settings of the tests' profile: what the wheel shares with them is there already, and its assertions are on. (Cargo takes the
     // name of that profile for a wish to build the tests themselves.)
-    let words = ["build", "--profile", "dev", "--locked", "--out"];
+    let words = ["build", "--profile", profile, "--locked", "--out"];
     run_command(
         Command::new(maturin).args(words).arg(&out).current_dir(folder()).env("CARGO_PROFILE_DEV_OPT_LEVEL", "2"),
     )?;
-    let files = out.read_dir().with_context(|| format!("cannot list {}", out.display()))?;
-    let mut wheels =
-        files.filter_map(|file| Some(file.ok()?.path())).filter(|path| path.extension().is_some_and(|e| e == "whl"));
-    wheels.next().context("maturin has built no wheel")
+    built()?.context("maturin has built no wheel")
 }
 
 /// Makes a fresh environment with the wheel in it; gives its interpreter. The packages that the tests need are those of the pinned

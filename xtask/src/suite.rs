@@ -3,12 +3,12 @@
 use crate::command::{find, headline, run as run_command};
 use crate::cross::{Cross, TRIPLE, built};
 use crate::pc::{FEATURES, cargo};
-use crate::{firmware, on_target, panic_free, paths, portable, python, setup};
+use crate::{firmware, on_target, panic_free, paths, portable, python, release, setup};
 use anyhow::{Context, Result};
 use std::path::PathBuf;
 
 /// Parts of the suite, in the order they run in.
-const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "python", "target", "system", "boards"];
+const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "python", "target", "system", "boards", "release"];
 
 /// The board that clippy looks at, and the crate of all of them with it: the one with the most code of its own. The others are built
 /// only: clippy would have the chip library checked for each of them once more.
@@ -107,6 +107,11 @@ pub fn run(parts: &[&str]) -> Result<()> {
                 run_command(cross.cargo("clippy").args(package).args(["--", "-D", "warnings"]))?;
             }
         }
+    }
+
+    // Of what the parts above have built.
+    if wanted("release") {
+        release::run(release::Parts::Suite, &paths::target().join("release-suite"))?;
     }
     Ok(())
 }

@@ -26,7 +26,10 @@ fn recorded() -> (Vec<u8>, Vec<Line>) {
 fn a_line_has_time_level_words_and_its_place() {
     let (_, lines) = recorded();
     let line = lines[0].to_string();
-    assert!(line.contains(" INFO ") && line.contains("gripper on mps2-an500, version 0.1.0"), "{line}");
+    assert!(
+        line.contains(" INFO ") && line.contains(concat!("gripper on mps2-an500, version ", env!("CARGO_PKG_VERSION"))),
+        "{line}"
+    );
     assert!(line.contains("gripper.rs:"), "no place in the source: {line}");
     assert!(line.trim_start().starts_with("0."), "no time: {line}");
 }

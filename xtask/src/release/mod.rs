@@ -1,0 +1,145 @@
+//! `cargo xtask release`: everything that a release consists of, in one folder with its checksums.
+//!
+//! The command `fre` for this PC, the Python wheel, an image for each board, and the crates as a registry takes them. It publishes nothing.
+
+mod checksums;
+mod packages;
+mod versions;
+
+use crate::command::{capture, headline, output, run as run_command};
+use crate::firmware::{self, BOARDS};
+use crate::pc::cargo;
+use crate::{paths, python};
+use anyhow::{Context, Result, bail, ensure};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Features of the released command. `probe` is left out: it doubles the time to build and the size.
+const FEATURES: [&str; 2] = ["--features", "gripper,web,record,outline,parquet"];
+
+/// Files that go with the command.
+const BESIDE: [&str; 5] = ["README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE", "CITATION.cff"];
+
+/// What a release is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parts {
+    /// Built for it, optimised.
+    Built,
+    /// What the test suite has built: the command with its assertions, no wheel if there is none, the images that are there. For a test
+    /// of the release itself.
+    Suite,
+}
+
+/// Makes a release in a folder that is made anew.
+pub fn run(parts: Parts, folder: &Path) -> Result<()> {
+    let version = versions::check(&paths::root())?;
+    if folder.exists() {
+        fs::remove_dir_all(folder).with_context(|| format!("cannot remove the old {}", folder.display()))?;
+    }
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+
+    headline(&format!("release {version}: the command"));
+    let name = format!("fre-{version}-{}-{}", std::env::consts::ARCH, std::env::consts::OS);
+    let archive = pack(&command(parts)?, &name, folder)?;
+    headline("release: the Python wheel");
+    let wheel = wheel(parts)?;
+    if let Some(wheel) = &wheel {
+        copy(wheel, folder)?;
+    }
+    headline("release: images");
+    for image in images(parts)? {
+        copy(&image, folder)?;
+    }
+    headline("release: crates");
+    for package in packages::make()? {
+        copy(&package, folder)?;
+    }
+    let files = checksums::write(folder)?;
+
+    headline("release: checked");
+    checksums::check(folder)?;
+    check_archive(&archive, &name, &version)?;
+    for file in &files {
+        println!("{file}");
+    }
+    println!("{} files and {} in {}", files.len(), checksums::FILE, folder.display());
+    if wheel.is_none() {
+        println!("without a wheel: the suite's part `python` makes one");
+    }
+    Ok(())
+}
+
+/// The command's program.
+fn command(parts: Parts) -> Result<PathBuf> {
+    let program = match parts {
+        Parts::Suite => paths::target().join("debug/fre"),
+        Parts::Built => {
+            run_command(cargo("build").args(["--release", "--locked", "--package", "fre-cli"]).args(FEATURES))?;
+            paths::target().join("release/fre")
+        }
+    };
+    ensure!(program.exists(), "{} is not there: `cargo xtask test pc` builds it", program.display());
+    Ok(program)
+}
+
+/// The Python wheel; with [`Parts::Suite`] none if the suite has not made one.
+fn wheel(parts: Parts) -> Result<Option<PathBuf>> {
+    match parts {
+        Parts::Suite => python::built(),
+        Parts::Built => python::wheel("release").map(Some),
+    }
+}
+
+/// The images of all boards; with [`Parts::Suite`] those that are there.
+fn images(parts: Parts) -> Result<Vec<PathBuf>> {
+    let mut images = Vec::new();
+    for board in BOARDS {
+        match parts {
+            Parts::Built => images.push(firmware::show(board.name)?),
+            Parts::Suite => images.extend(Some(firmware::image(board.name)).filter(|image| image.exists())),
+        }
+    }
+    ensure!(!images.is_empty(), "there is no image: `cargo xtask firmware mps2` builds one");
+    Ok(images)
+}
+
+/// Packs the command with what goes beside it.
+fn pack(program: &Path, name: &str, folder: &Path) -> Result<PathBuf> {
+    let beside = tempfile::tempdir().context("cannot make a folder")?;
+    let packed = beside.path().join(name);
+    fs::create_dir(&packed)?;
+    copy(program, &packed)?;
+    for file in BESIDE {
+        copy(&paths::root().join(file), &packed)?;
+    }
+    let archive = folder.join(format!("{name}.tar.gz"));
+    // The same input makes the same archive.
+    let same = ["--sort=name", "--owner=0", "--group=0", "--numeric-owner", "--mtime=@0", "--directory"];
+    output(Command::new("tar").args(same).arg(beside.path()).args(["-czf"]).arg(&archive).arg(name))?;
+    Ok(archive)
+}
+
+/// That the archive's program runs and is of this version.
+fn check_archive(archive: &Path, name: &str, version: &str) -> Result<()> {
+    let folder = tempfile::tempdir().context("cannot make a folder")?;
+    output(Command::new("tar").arg("-xzf").arg(archive).arg("--directory").arg(folder.path()))?;
+    let program = folder.path().join(name).join("fre");
+    let said = capture(Command::new(&program).arg("--version"))?;
+    let said = String::from_utf8_lossy(&said.stdout);
+    if said.trim() != format!("fre {version}") {
+        bail!("the packed command says `{}`, not `fre {version}`", said.trim());
+    }
+    Ok(())
+}
+
+fn copy(file: &Path, folder: &Path) -> Result<()> {
+    let name = file.file_name().with_context(|| format!("{} has no name", file.display()))?;
+    // An image has no ending of its own.
+    let mut to = folder.join(name);
+    if name.to_string_lossy().starts_with("gripper-") {
+        to.set_extension("elf");
+    }
+    fs::copy(file, &to).with_context(|| format!("cannot copy {} to {}", file.display(), to.display()))?;
+    Ok(())
+}
