@@ -2,13 +2,11 @@
 
 use std::error::Error;
 
-use model_core::design::{Design, Profile};
+use model_core::design::{Design, Profile, ladder_80};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
 use model_core::size::Paper;
-
-mod finger;
 
 const CYLINDER: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
 
@@ -27,7 +25,7 @@ pub fn forces(thicknesses: &[f64]) -> Result<Vec<f64>, Box<dyn Error>> {
     thicknesses
         .iter()
         .map(|&thickness| {
-            let mut design = finger::design();
+            let mut design = ladder_80();
             design.front.thickness = Profile::constant(thickness);
             design.back.thickness = Profile::constant(thickness);
             Ok(closed(&design)?.force_world()[0])
@@ -37,7 +35,7 @@ pub fn forces(thicknesses: &[f64]) -> Result<Vec<f64>, Box<dyn Error>> {
 
 /// Force in x, N, its derivative with the object's place in x, N/mm, from the factorised system and from a difference.
 pub fn derivative() -> Result<[f64; 3], Box<dyn Error>> {
-    let design = finger::design();
+    let design = ladder_80();
     let mut follower = closed(&design)?;
     let force = follower.force_world()[0];
     let sensitivity = follower.sensitivity().ok_or("no room for the derivative's rows")?;

@@ -2,18 +2,17 @@
 
 use std::error::Error;
 
+use model_core::design::ladder_80;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::estimator::{Estimate, Estimator};
 use model_core::object::ObjectDesign;
 use model_core::size::Reduced;
 
-mod finger;
-
 /// Estimates at every count of the servo's sensor (360°/4096) from an open finger to 10°.
 pub fn estimates() -> Result<Vec<Estimate>, Box<dyn Error>> {
     // On a microcontroller in a static: everything is in it, nothing is allocated.
     let mut estimator = Box::new(Estimator::<f32, Reduced>::EMPTY);
-    estimator.configure(&finger::design(), &Discretisation::estimator(Physics::Extended))?;
+    estimator.configure(&ladder_80(), &Discretisation::estimator(Physics::Extended))?;
     estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 })?;
     let count = std::f64::consts::TAU / 4096.0;
     Ok((-5..=114).map(|position| estimator.update(f64::from(position) * count)).collect())

@@ -2,16 +2,15 @@
 //!
 //!     cargo run --release -p model-core --example free_object
 
+use model_core::design::ladder_80;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Follower;
 use model_core::grasp::{Finger, Grasp, Load, Placement};
 use model_core::object::{Motion, ObjectDesign};
 use model_core::size::Paper;
 
-mod finger;
-
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let design = finger::design();
+    let design = ladder_80();
     let mut models: [Box<Follower<f64, Paper>>; 2] = [Box::new(Follower::EMPTY), Box::new(Follower::EMPTY)];
     for model in &mut models {
         model.configure(&design, &Discretisation::reduced(Physics::Extended))?;

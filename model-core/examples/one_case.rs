@@ -3,16 +3,15 @@
 
 use std::error::Error;
 
+use model_core::design::ladder_80;
 use model_core::discretise::{Discretisation, Physics, Scheme};
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
 use model_core::size::Paper;
 
-mod finger;
-
 /// Force of the finger on the cylinder, world frame, N.
 pub fn force() -> Result<[f64; 2], Box<dyn Error>> {
-    let design = finger::design();
+    let design = ladder_80();
     let mut follower = Box::new(Follower::<f64, Paper>::EMPTY);
     follower.configure(&design, &Discretisation::full(Scheme::Paper, Physics::Paper))?;
     let cylinder = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };

@@ -2,13 +2,12 @@
 
 use std::error::Error;
 
+use model_core::design::ladder_80;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Follower;
 use model_core::object::{Circle, Displacement, Gap, Motion, Object};
 use model_core::real::Vec2;
 use model_core::size::{Blank, Paper};
-
-mod finger;
 
 /// The union of two circles.
 #[derive(Clone, Copy)]
@@ -31,7 +30,7 @@ impl Object<f64> for Pair {
 
 /// Force on each of the two, world frame, N: the lower and the upper one.
 pub fn forces() -> Result<[f64; 2], Box<dyn Error>> {
-    let design = finger::design();
+    let design = ladder_80();
     let mut follower = Box::new(Follower::<f64, Paper, Pair>::EMPTY);
     follower.configure(&design, &Discretisation::fine(Physics::Paper))?;
     let pair = Pair([Circle::new([11.5, 28.0], 10.0), Circle::new([13.5, 55.0], 10.0)]);

@@ -12,7 +12,7 @@ use crate::size::Paper;
 /// Tip (w/L, u/L) and tip angle of the front beam of a finger without lamellae, alone, under P L²/EI = `load`, by dense
 /// Newton on the discretised rod's own constants.
 fn cantilever(scheme: Scheme, elements: u16, load: f64) -> [f64; 3] {
-    let mut design = crate::design::tests::ladder_80();
+    let mut design = crate::design::ladder_80();
     crate::design::tests::set_heights(&mut design, 0);
     let how = Discretisation {
         scheme,

@@ -429,7 +429,7 @@ mod tests {
     #[test]
     fn slope_and_standard_deviation_come_with_the_force_and_keep_young() {
         let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
-        let design = crate::design::tests::ladder_80();
+        let design = crate::design::ladder_80();
         estimator.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
         estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 }).expect("a valid object");
         // The angle alone is uncertain.
@@ -469,7 +469,7 @@ mod tests {
     #[test]
     fn a_tick_that_is_pursued_to_convergence_takes_no_derivatives() {
         let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
-        let design = crate::design::tests::ladder_80();
+        let design = crate::design::ladder_80();
         estimator.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
         estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 }).expect("a valid object");
         let content = EstimatorSettings { one_iteration: Some(Tracking::DEFAULT), ..EstimatorSettings::DEFAULT };
@@ -503,7 +503,7 @@ mod tests {
         for travel in [Travel::Linear { mm_per_rad: 10.0 }, table] {
             let drive = Drive::Translating { direction: [2.0, 0.0], travel };
             let mut estimator: Box<Estimator<f64, Reduced>> = Box::new(Estimator::EMPTY);
-            let design = crate::design::tests::ladder_80();
+            let design = crate::design::ladder_80();
             let how = Discretisation::estimator(Physics::Extended);
             estimator.set_drive(drive).expect("an allowed drive");
             estimator.configure(&design, &how).expect("a valid finger");

@@ -339,7 +339,7 @@ mod tests {
     fn truth(object: ObjectDesign) -> Vec<Measurement> {
         let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
         let how = Discretisation::full(Scheme::Trapezoid, Physics::Extended);
-        follower.configure(&crate::design::tests::ladder_80(), &how).expect("a valid finger");
+        follower.configure(&crate::design::ladder_80(), &how).expect("a valid finger");
         follower.set_object(object, Motion::Rotating { axis: AXIS });
         assert!(follower.start(-0.01));
         let angles = (-3..=57).map(|step| f64::from(step) * 2.0 * COUNT);
@@ -363,7 +363,7 @@ mod tests {
     fn model() -> Box<Follower<f32, Reduced>> {
         let mut follower: Box<Follower<f32, Reduced>> = Box::new(Follower::EMPTY);
         let how = Discretisation::estimator(Physics::Extended);
-        follower.configure(&crate::design::tests::ladder_80(), &how).expect("a valid finger");
+        follower.configure(&crate::design::ladder_80(), &how).expect("a valid finger");
         follower
     }
 
@@ -407,7 +407,7 @@ mod tests {
         let moved = Moved { drive: Drive::linear([1.0, 0.0], 20.0), axis: AXIS };
         let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
         let how = Discretisation::full(Scheme::Trapezoid, Physics::Extended);
-        follower.configure(&crate::design::tests::ladder_80(), &how).expect("a valid finger");
+        follower.configure(&crate::design::ladder_80(), &how).expect("a valid finger");
         follower.set_object(circle(40.0, 45.0), moved.drive.motion(AXIS));
         assert!(follower.start(-1.0));
         let measure = |step: i32| {

@@ -3,9 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-use crate::design::{
-    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
-};
+use crate::design::{Attachments, Design, Profile, ladder_80};
 
 /// A stream of random numbers (ChaCha8).
 pub struct Random(ChaCha8Rng);
@@ -86,30 +84,5 @@ pub fn first_contact(design: &Design, centre: [f64; 2], radius: f64) -> f64 {
             return angle;
         }
         angle += 1e-4;
-    }
-}
-
-/// The finger of the reference data `ladder-80.csv`: two beams of 80 mm, seven lamellae 9 mm apart, hinges from the centrelines.
-pub fn ladder_80() -> Design {
-    let beam =
-        |base| Beam { base, tip: [0.0, 80.0], sagitta: 0.0, thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
-    Design {
-        width: Profile::constant(20.0),
-        plane_strain: PlaneStrain::Stress,
-        material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
-        front: beam([0.0, 0.0]),
-        back: beam([-28.0, 0.0]),
-        lamellae: Lamellae {
-            attachments: Attachments::Heights((1..=7).map(|k| 9.0 * f64::from(k)).collect()),
-            thickness: 3.0,
-        },
-        hinge: Hinge {
-            kind: HingeKind::Flexible,
-            length: heapless::Vec::from_iter([2.5]),
-            thickness: 0.8,
-            from: HingeFrom::Centreline,
-        },
-        rigid_above: None,
-        motor_axis: [-14.0, -20.0],
     }
 }

@@ -3,7 +3,7 @@
 // Every user of the examples' finger has its own copy.
 #![allow(clippy::duplicate_mod)]
 
-use model_core::design::{Design, HingeFrom, MaterialLaw, PlaneStrain, Profile};
+use model_core::design::{Design, HingeFrom, MaterialLaw, PlaneStrain, Profile, ladder_80};
 use model_core::discretise::{Discretisation, Physics, plate_factor};
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
@@ -12,9 +12,6 @@ use model_core::status::Status;
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
-
-#[path = "../examples/finger/mod.rs"]
-mod finger;
 
 struct Random(ChaCha8Rng);
 
@@ -336,7 +333,7 @@ fn the_count_of_pivots_says_whether_the_energy_has_a_minimum() {
 fn a_translated_base_does_the_work() {
     let how = Discretisation::reduced(Physics::Extended);
     let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
-    follower.configure(&finger::design(), &how).expect("a valid design");
+    follower.configure(&ladder_80(), &how).expect("a valid design");
     let direction = [0.8, 0.6];
     follower.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 }, Motion::Translating { direction });
     assert!(follower.start(0.0));
@@ -365,7 +362,7 @@ fn a_translated_base_does_the_work() {
 /// Derivation (53) to (55): the bar that the follower shows at rest has the length that the roots leave it.
 #[test]
 fn effective_hinges_and_bar_span_the_width() {
-    let mut design = finger::design();
+    let mut design = ladder_80();
     design.hinge.from = HingeFrom::Face;
     design.hinge.length.fill(1.5);
     let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
@@ -388,7 +385,7 @@ fn effective_hinges_and_bar_span_the_width() {
 #[test]
 fn plates_are_between_plane_stress_and_plane_strain() {
     let with = |plane_strain, width: f64| {
-        let design = Design { plane_strain, width: Profile::constant(width), ..finger::design() };
+        let design = Design { plane_strain, width: Profile::constant(width), ..ladder_80() };
         plate_factor(&design, width, 2.0)
     };
     let strain = 1.0 / (1.0 - 0.48 * 0.48);

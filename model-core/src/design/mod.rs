@@ -6,10 +6,12 @@
 mod beam;
 mod check;
 pub(crate) mod junction;
+mod ladder_80;
 
 pub use beam::Beam;
 pub use check::{DesignError, Field};
 use heapless::Vec;
+pub use ladder_80::ladder_80;
 
 use crate::size::Lists;
 
@@ -261,8 +263,6 @@ impl Design {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-
-    pub(crate) use crate::random_designs::ladder_80;
 
     /// So many lamellae, evenly spaced (9 mm apart for seven, otherwise up to a height of 55 mm).
     pub(crate) fn set_heights(design: &mut Design, count: usize) {

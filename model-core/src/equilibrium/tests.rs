@@ -5,7 +5,7 @@ use std::boxed::Box;
 use super::attempt::Attempt;
 use super::{Follower, NEAR_ENOUGH, Settings};
 use crate::design::Profile;
-use crate::design::tests::ladder_80;
+use crate::design::ladder_80;
 use crate::discretise::{Discretisation, Physics};
 use crate::newton::residual::Residual;
 use crate::newton::step::Inertia;

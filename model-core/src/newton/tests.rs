@@ -4,7 +4,7 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use super::chain::DEEP;
-use super::condense::Diagonal;
+use super::condense::{Diagonal, condense};
 use super::gaps::{self, Sweep};
 use super::{Workspace, residual, step, strain};
 use crate::contact::{ContactState, Direction, Row, Sample};
@@ -21,7 +21,7 @@ type Model = (Box<Ladder<f64, Paper>>, Box<State<f64, Paper>>, Box<Workspace<f64
 
 /// A random model in a random state with random contact rows.
 fn random_model(random: &mut Random) -> Model {
-    let mut design = crate::design::tests::ladder_80();
+    let mut design = crate::design::ladder_80();
     let lamellae = 4.0 * (1.0 + random.signed());
     crate::design::tests::set_heights(&mut design, lamellae as usize);
     let physics = if random.signed() > 0.0 { Physics::Extended } else { Physics::Paper };
@@ -378,6 +378,60 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
     std::println!("{compared} states, {indefinite} not stable, {steps} steps compared, worst difference {worst:.1e}");
     assert!(indefinite > 200 && compared - indefinite > 200, "both kinds of states must be met: {indefinite}");
     assert!(steps > 800);
+}
+
+/// What is left of a symmetric matrix once its first unknowns are eliminated, and the eigenvalues of what was taken out.
+fn eliminate(matrix: &DMatrix<f64>, first: usize) -> (DVector<f64>, DMatrix<f64>) {
+    let rest = matrix.nrows() - first;
+    let taken = matrix.view((0, 0), (first, first)).clone_owned();
+    let beside = matrix.view((0, first), (first, rest)).clone_owned();
+    let solved = taken.clone().lu().solve(&beside).expect("a regular block");
+    let left = matrix.view((first, first), (rest, rest)) - beside.transpose() * solved;
+    (taken.symmetric_eigenvalues(), left)
+}
+
+/// Negative pivots of condensation, banded factorisation and border, each against the eigenvalues of the block that it eliminates.
+#[test]
+fn every_stage_has_the_inertia_of_its_block() {
+    let mut random = Random::new(21);
+    let (mut compared, mut met) = (0, [0; 3]);
+    while compared < 300 {
+        let (ladder, mut state, mut work) = random_model(&mut random);
+        if work.row_count == 0 {
+            continue;
+        }
+        let places = places(&ladder, work.row_count);
+        let frozen = frozen_points(&work);
+        let matrix = dense(&ladder, &mut state, &mut work, &frozen, &places);
+        let interior = places.iter().filter(|place| matches!(place, Place::Node(_))).count();
+        let condensed = places.len() - work.row_count - interior;
+        let (members, left) = eliminate(&matrix, interior);
+        let (banded, border) = eliminate(&left, condensed);
+        // A block within rounding of a singular one has no inertia to agree on.
+        let border = border.symmetric_eigenvalues();
+        if members.iter().chain(&banded).chain(&border).any(|value| value.abs() < 1e-4) {
+            continue;
+        }
+        compared += 1;
+        let negative = |values: &DVector<f64>| values.iter().filter(|value| **value < 0.0).count();
+
+        gradient(&ladder, &state, &mut work, &frozen, &places);
+        let diagonal = Diagonal { curvature: 1.0, shift: 0.0 };
+        work.curved = true;
+        let found = (0..ladder.member_count()).map(|index| condense(&ladder, &mut work, index, diagonal).1).sum();
+        assert_eq!(negative(&members), found, "members");
+        gradient(&ladder, &state, &mut work, &frozen, &places);
+        assert_eq!(negative(&banded), step::factorise(&ladder, &mut work, diagonal) - found, "banded system");
+        let rows = work.row_count;
+        let mut order = vec![0; rows];
+        let flexibility = symmetric::factorise(&mut work.flexibility.to_vec(), rows, Paper::CONTACTS, &mut order);
+        // D is the block with its sign changed.
+        assert_eq!(negative(&border), rows - flexibility, "border");
+        let odd = [found > 0, negative(&banded) != 2 * ladder.cells, flexibility > 0];
+        met.iter_mut().zip(odd).for_each(|(met, odd)| *met += usize::from(odd));
+    }
+    std::println!("{compared} states, of an unusual inertia: {met:?}");
+    assert!(met.iter().all(|&met| met > 20), "{met:?}");
 }
 
 #[test]

@@ -9,11 +9,11 @@ use std::string::String;
 use std::vec::Vec;
 
 use super::{Derivative, DesignParameter, Probe};
-use crate::design::{Attachments, Beam, Design, MAX_LAMELLAE, Profile};
+use crate::design::{Attachments, Beam, Design, MAX_LAMELLAE, Profile, ladder_80};
 use crate::discretise::{Discretisation, Physics, Sampling, Scheme, Softness};
 use crate::equilibrium::Follower;
 use crate::object::{Corners, Motion, ObjectDesign};
-use crate::random_designs::{Random, Round, first_contact, ladder_80, random_case};
+use crate::random_designs::{Random, Round, first_contact, random_case};
 use crate::status::Status;
 
 crate::fixed_size!(
@@ -377,7 +377,7 @@ fn derivatives_of_random_designs_agree_with_differences() {
 fn beside_a_change_of_contact_derivatives_are_one_sided() {
     let how = Discretisation::reduced(Physics::Extended);
     let mut follower: Box<Solver> = Box::new(Follower::EMPTY);
-    let design = crate::design::tests::ladder_80();
+    let design = ladder_80();
     let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
     let mut case = Case { design, object, motion: None, at: 0.0 };
     let mut arcs = |at: f64| {
@@ -416,7 +416,7 @@ fn beside_a_change_of_contact_derivatives_are_one_sided() {
 #[test]
 fn neighbours_share_a_turning_row_where_room_is_short() {
     let how = Discretisation { sampling: Sampling::PerElement(5), ..Discretisation::reduced(Physics::Extended) };
-    let design = crate::design::tests::ladder_80();
+    let design = ladder_80();
     let mut wide: Box<Solver> = Box::new(Follower::EMPTY);
     let mut narrow: Box<Follower<f64, Narrow>> = Box::new(Follower::EMPTY);
     wide.configure(&design, &how).expect("a valid design");

@@ -10,36 +10,10 @@ pub mod twins;
 pub mod wide;
 
 use heapless::Vec;
-use model_core::design::{
-    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
-};
+use model_core::design::{Attachments, Design, HingeFrom};
+pub use model_core::design::ladder_80;
 use model_core::discretise::{Discretisation, Physics, Sampling, Scheme, Softness};
 use model_core::object::ObjectDesign;
-
-/// The finger of `ladder-80.csv`: 80 mm front beam, seven lamellae at heights 9k, hinges from the centrelines.
-pub fn ladder_80() -> Design {
-    let beam =
-        |base| Beam { base, tip: [0.0, 80.0], sagitta: 0.0, thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
-    Design {
-        width: Profile::constant(20.0),
-        plane_strain: PlaneStrain::Stress,
-        material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
-        front: beam([0.0, 0.0]),
-        back: beam([-28.0, 0.0]),
-        lamellae: Lamellae {
-            attachments: Attachments::Heights((1..=7).map(|k| 9.0 * f64::from(k)).collect()),
-            thickness: 3.0,
-        },
-        hinge: Hinge {
-            kind: HingeKind::Flexible,
-            length: Vec::from_iter([2.5]),
-            thickness: 0.8,
-            from: HingeFrom::Centreline,
-        },
-        rigid_above: None,
-        motor_axis: [-14.0, -20.0],
-    }
-}
 
 /// The finger of `fea-80.csv` and `fea-80-fine.csv`: six lamellae, necks between faces, a solid wedge at the tip.
 pub fn fea_80() -> Design {

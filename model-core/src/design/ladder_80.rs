@@ -1,10 +1,12 @@
-//! The finger of these examples: two beams of 80 mm, seven lamellae 9 mm apart, hinges from the centrelines. mm, MPa.
+//! The finger that examples, tests and reference data share.
 
-use model_core::design::{
+use super::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
 };
 
-pub fn design() -> Design {
+/// `ladder-80`, the finger of the reference data: two beams of 80 mm, seven lamellae 9 mm apart, flexible hinges of 2.5 mm measured
+/// from the centrelines.
+pub fn ladder_80() -> Design {
     let beam =
         |base| Beam { base, tip: [0.0, 80.0], sagitta: 0.0, thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
     Design {
@@ -19,7 +21,7 @@ pub fn design() -> Design {
         },
         hinge: Hinge {
             kind: HingeKind::Flexible,
-            length: [2.5].into_iter().collect(),
+            length: heapless::Vec::from_iter([2.5]),
             thickness: 0.8,
             from: HingeFrom::Centreline,
         },
