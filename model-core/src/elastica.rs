@@ -23,7 +23,7 @@ fn cantilever(scheme: Scheme, elements: u16, load: f64) -> [f64; 3] {
     };
     let mut ladder: Box<Ladder<f64, Paper>> = Box::new(Ladder::EMPTY);
     discretise(&design, &how, &mut ladder).expect("a valid design");
-    let nodes = ladder.members[0].nodes();
+    let nodes = ladder.members()[0].nodes();
     let (length, stiffness) = (80.0, 49.5 * 20.0 * 8.0 / 12.0);
     let full = load * stiffness / (length * length);
     let n = nodes.len() - 1;

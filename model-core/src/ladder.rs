@@ -1,9 +1,4 @@
-//! Kinematics and energy of the ladder: two beams, rigid lamellae, flexible hinges as chains between shared joint angles.
-//!
-//! Unknowns are changes of orientation θ from the undeformed shape. A lamella k has three joint angles (front beam,
-//! lamella, back beam), the tip has one. Cell k between two lamellae closes when
-//! D^F_k + R_k − D^B_k − R_{k−1} = 0, with D the end-to-end vectors of the front and back span and R = front hinge +
-//! lamella + back hinge; each closure has two multipliers λ_k, the internal force.
+//! The discretised finger: all that does not change while a motion is followed.
 //!
 //! A member's end-to-end vector is D = Σ lᵢ dᵢ + rigid parts. Without stretch and shear dᵢ = eᵢ, the direction of the link.
 //! With them, the force f through the link strains it: dᵢ = eᵢ + (f·eᵢ)/EA·eᵢ + (f·e′ᵢ)/κGA·e′ᵢ for a force that pulls,
@@ -13,63 +8,13 @@
 use crate::access::Access;
 use crate::contact::Sample;
 use crate::real::{Real, Vec2};
-use crate::size::{Blank, Size, Storage};
+use crate::size::{Size, Storage};
+use crate::topology::{CLAMPED, Member, Topology};
 use crate::units::Units;
-
-/// Joint index of a beam's clamped base. Unknown 0 is a multiplier, never a joint; and a blank ladder is all zeros, so that a
-/// static one needs no image in flash.
-pub(crate) const CLAMPED: u16 = 0;
-/// Joint angles and multipliers of a cell: λx, λy, front, lamella, back.
-pub(crate) const PER_CELL: usize = 5;
-
-/// A chain of links between two joints.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Member<T> {
-    /// First node: the start joint's. The interior nodes follow, then the end joint's.
-    pub(crate) first: u16,
-    /// Number of interior nodes.
-    pub(crate) interior: u16,
-    /// Unknown of the start joint, or [`CLAMPED`].
-    pub(crate) start: u16,
-    /// Unknown of the end joint.
-    pub(crate) end: u16,
-    /// Rigid part that turns with the start joint, undeformed, mm.
-    pub(crate) rigid_start: [T; 2],
-    /// Rigid part that turns with the end joint, undeformed, mm.
-    pub(crate) rigid_end: [T; 2],
-    /// 1/EA and 1/κGA, 1/N: stretch and shear per force; 0 for an inextensible, shear-stiff member.
-    pub(crate) compliance: [T; 2],
-    /// 3c/EA, 1/N: growth of the bending stiffness per force that stretches the member; 0 where it is constant.
-    pub(crate) stiffening: T,
-    /// What rounding its angles may leave of a gradient component, N·mm.
-    pub(crate) rounding: T,
-}
-
-impl<T> Member<T> {
-    /// Indices of all its nodes, both joints' included.
-    #[inline]
-    pub(crate) fn nodes(&self) -> core::ops::Range<usize> {
-        usize::from(self.first)..usize::from(self.first) + usize::from(self.interior) + 2
-    }
-}
-
-impl<T: Real> Blank for Member<T> {
-    const BLANK: Self = Self {
-        first: 0,
-        interior: 0,
-        start: CLAMPED,
-        end: CLAMPED,
-        rigid_start: [T::ZERO; 2],
-        rigid_end: [T::ZERO; 2],
-        compliance: [T::ZERO; 2],
-        stiffening: T::ZERO,
-        rounding: T::ZERO,
-    };
-}
 
 /// The discretised finger: constants only.
 pub struct Ladder<T: Real, S: Size> {
-    pub(crate) cells: usize,
+    pub(crate) topology: Topology<T, S>,
     pub(crate) node_count: usize,
     pub(crate) sample_count: usize,
     /// Samples on the flexible part of the beam; those on the wedge follow.
@@ -90,8 +35,6 @@ pub struct Ladder<T: Real, S: Size> {
     pub(crate) softness_is_own: bool,
     /// Nodes are the ends and middles of quadratic elements, not links.
     pub(crate) quadratic: bool,
-    /// The lamellae turn with the beams: the three angles at a lamella are one, the back beam's.
-    pub(crate) welded: bool,
     /// Weight lᵢ of a node's direction in its member's end-to-end vector, mm.
     pub(crate) weight: S::Nodes<T>,
     /// Undeformed direction (cos β, sin β) at a node.
@@ -102,15 +45,7 @@ pub struct Ladder<T: Real, S: Size> {
     pub(crate) diagonal: S::Nodes<T>,
     /// Half the thickness over the length of the spring or element that begins at a node: strain per bend.
     pub(crate) fibre: S::Nodes<T>,
-    /// Front span, back span, front hinge, back hinge of each cell; the tip cell has no hinges.
-    pub(crate) members: S::Members<Member<T>>,
     pub(crate) samples: S::Samples<Sample<T>>,
-    /// Closures of the undeformed ladder (rounding residue), mm.
-    pub(crate) rest: S::Cells<[T; 2]>,
-    /// Magnitude of each diagonal entry of the condensed system at rest.
-    pub(crate) scale: S::Unknowns<T>,
-    /// What rounding the angles may leave of a joint's gradient, N·mm; 0 at the closures.
-    pub(crate) rounding: S::Unknowns<T>,
     /// Front beam's base, mm.
     pub(crate) base: [T; 2],
     /// From the front beam's base to the back beam's, mm.
@@ -120,7 +55,7 @@ pub struct Ladder<T: Real, S: Size> {
 impl<T: Real, S: Size> Ladder<T, S> {
     /// A ladder to be discretised into.
     pub const EMPTY: Self = Self {
-        cells: 0,
+        topology: Topology::EMPTY,
         node_count: 0,
         sample_count: 0,
         flexible_samples: 0,
@@ -132,41 +67,23 @@ impl<T: Real, S: Size> Ladder<T, S> {
         softness: [T::ZERO; 2],
         softness_is_own: false,
         quadratic: false,
-        welded: false,
         weight: <S::Nodes<T> as Storage<T>>::EMPTY,
         direction: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         coupling: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         diagonal: <S::Nodes<T> as Storage<T>>::EMPTY,
         fibre: <S::Nodes<T> as Storage<T>>::EMPTY,
-        members: <S::Members<Member<T>> as Storage<Member<T>>>::EMPTY,
         samples: <S::Samples<Sample<T>> as Storage<Sample<T>>>::EMPTY,
-        rest: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
-        scale: <S::Unknowns<T> as Storage<T>>::EMPTY,
-        rounding: <S::Unknowns<T> as Storage<T>>::EMPTY,
         base: [T::ZERO; 2],
         base_rung: [T::ZERO; 2],
     };
 
     /// Forgets everything and makes room for the cells; false if there is none.
     pub(crate) fn reset(&mut self, cells: usize) -> bool {
-        self.cells = 0;
         self.node_count = 0;
         self.sample_count = 0;
-        // The tip cell has no hinges, and one angle.
-        let fits = cells == 0
-            || self.members.fit(4 * cells - 2)
-                && self.rest.fit(cells)
-                && self.scale.fit(PER_CELL * cells - 2)
-                && self.rounding.fit(PER_CELL * cells - 2);
-        if fits {
-            self.cells = cells;
-            self.members.as_mut().fill(Member::BLANK);
-            self.weight.as_mut().fill(T::ZERO);
-            self.coupling.as_mut().fill([T::ZERO; 2]);
-            self.scale.as_mut().fill(T::ZERO);
-            self.rounding.as_mut().fill(T::ZERO);
-        }
-        fits
+        self.weight.as_mut().fill(T::ZERO);
+        self.coupling.as_mut().fill([T::ZERO; 2]);
+        self.topology.reset(cells)
     }
 
     /// Makes room for nodes; false if there is none.
@@ -178,55 +95,46 @@ impl<T: Real, S: Size> Ladder<T, S> {
             && self.fibre.fit(count)
     }
 
-    /// Unknown of a joint: slot 2 is the front beam's angle at a lamella, 3 the lamella's, 4 the back beam's; the tip has
-    /// one angle for all.
-    pub(crate) fn joint(&self, cell: usize, slot: usize) -> u16 {
-        let slot = match slot {
-            _ if cell + 1 == self.cells => 2,
-            _ if self.welded => 4,
-            slot => slot,
-        };
-        (PER_CELL * cell + slot) as u16
+    /// Cells of the ladder; none before it was discretised.
+    #[inline]
+    pub(crate) fn cells(&self) -> usize {
+        self.topology.cells
     }
 
     /// Number of unknowns of the condensed system.
     #[inline]
     pub(crate) fn unknowns(&self) -> usize {
-        // The tip cell has λ and one angle.
-        PER_CELL * self.cells - 2
+        self.topology.unknowns()
     }
 
-    /// Members in use: 4 per cell but 2 in the tip cell.
-    #[inline]
-    pub(crate) fn member_count(&self) -> usize {
-        4 * self.cells - 2
-    }
-
-    /// The members in use.
+    /// All members: the front spans first.
     #[inline]
     pub(crate) fn members(&self) -> &[Member<T>] {
-        // The tip cell has no hinges.
-        self.members.as_ref().get(..(4 * self.cells).saturating_sub(2)).unwrap_or(&[])
+        self.topology.members()
+    }
+
+    /// A member by its index.
+    #[inline]
+    pub(crate) fn member(&self, index: usize) -> Option<&Member<T>> {
+        self.topology.members.as_ref().get(index)
     }
 
     /// Number of angles of the model (interior nodes and joints).
     pub fn angles(&self) -> usize {
-        if self.cells == 0 {
-            return 0;
-        }
         let interior: usize = self.members().iter().map(|m| usize::from(m.interior)).sum();
-        interior + 3 * (self.cells - 1) + 1
+        interior + self.topology.joints()
     }
 
     /// Sets K's diagonal from the entries beside it, and what rounding may leave of the moments: an angle is known to a relative
     /// [`Real::EPSILON`], and a stiff member turns that into a moment that has no meaning.
     pub(crate) fn complete_stiffness(&mut self) {
-        let count = self.member_count();
-        for member in self.members.as_mut().run_mut(0..count) {
+        let Self { topology, diagonal, coupling, .. } = self;
+        let count = topology.member_count();
+        for member in topology.members.as_mut().run_mut(0..count) {
             let nodes = member.nodes();
-            let diagonal = self.diagonal.as_mut().run_mut(nodes.clone());
+            let diagonal = diagonal.as_mut().run_mut(nodes.clone());
             diagonal.fill(T::ZERO);
-            for (node, &[next, after]) in self.coupling.as_ref().run(nodes).iter().enumerate() {
+            for (node, &[next, after]) in coupling.as_ref().run(nodes).iter().enumerate() {
                 for (at, entry) in [(node, next), (node + 1, next), (node, after), (node + 2, after)] {
                     if let Some(value) = diagonal.get_mut(at) {
                         *value -= entry;
@@ -237,57 +145,22 @@ impl<T: Real, S: Size> Ladder<T, S> {
             member.rounding = T::EPSILON * stiffest;
             for joint in [member.start, member.end] {
                 if joint != CLAMPED {
-                    self.rounding.as_mut().add(usize::from(joint), member.rounding);
+                    topology.rounding.as_mut().add(usize::from(joint), member.rounding);
                 }
             }
         }
     }
 
-    /// Sets the closures' constants so that the undeformed ladder is exactly closed in this precision.
+    /// Sets the closures' constants so that the undeformed finger is closed in this precision.
     pub(crate) fn close_at_rest(&mut self) {
-        let mut rung = vec2_of(self.base_rung);
-        for cell in 0..self.cells {
-            let front = self.rest_vector(4 * cell);
-            let back = self.rest_vector(4 * cell + 1);
-            let next = if cell + 1 < self.cells {
-                self.rest_vector(4 * cell + 2) + self.rest_vector(4 * cell + 3)
-            } else {
-                Vec2::new(T::ZERO, T::ZERO)
-            };
-            let closure = front + next - back - rung;
-            self.rest.as_mut().put(cell, [closure.x, closure.y]);
-            rung = next;
-        }
-    }
-
-    fn rest_vector(&self, member: usize) -> Vec2<T> {
-        let m = self.members.as_ref().at(member);
-        let mut sum = vec2_of(m.rigid_start) + vec2_of(m.rigid_end);
-        for node in m.nodes() {
-            sum += vec2_of(self.direction.as_ref().at(node)) * self.weight.as_ref().at(node);
-        }
-        sum
-    }
-
-    /// Adds a member's share to the magnitude that each diagonal entry of the condensed system has at rest, from its
-    /// bending stiffness EI/L (N·mm) and length L (mm): 4 EI/L at a joint, L³/(12 EI) at a closure. Enough to tell a
-    /// vanishing pivot from a small one.
-    pub(crate) fn add_scale(&mut self, index: usize, stiffness: f64, length: f64) {
-        let member = self.members.as_ref().at(index);
-        let scale = self.scale.as_mut();
-        let joint = T::of(4.0 * stiffness);
-        if member.start != CLAMPED {
-            scale.add(usize::from(member.start), joint);
-        }
-        scale.add(usize::from(member.end), joint);
-        let flexibility = if stiffness > 0.0 { T::of(length * length / (12.0 * stiffness)) } else { T::ZERO };
-        let cell = index / 4;
-        for offset in 0..2 {
-            scale.add(PER_CELL * cell + offset, flexibility);
-            if index % 4 >= 2 {
-                scale.add(PER_CELL * (cell + 1) + offset, flexibility);
+        let Self { topology, direction, weight, .. } = self;
+        topology.close_at_rest(|member| {
+            let mut sum = vec2_of(member.rigid_start) + vec2_of(member.rigid_end);
+            for node in member.nodes() {
+                sum += vec2_of(direction.as_ref().at(node)) * weight.as_ref().at(node);
             }
-        }
+            [sum.x, sum.y]
+        });
     }
 }
 

@@ -104,5 +104,6 @@ pub mod sensitivity;
 pub mod size;
 mod state;
 pub mod status;
+mod topology;
 pub mod uncertainty;
 pub mod units;

@@ -78,7 +78,7 @@ impl<T: Real, S: Size> Ladder<T, S> {
         let xi = (T::of((at % per_element) as f64) + part) / T::of(per_element as f64);
         // Simpson's weight of the middle is 4h/6; interior ends carry h/6 of the element below.
         let h = weight.at(usize::from(sample.node) + 1) * T::of(1.5);
-        let first = self.members.as_ref().get(4 * usize::from(sample.cell)).map(|front| front.first);
+        let first = self.member(usize::from(sample.cell)).map(|front| front.first);
         let [a, m, b] = hermite_weights(xi, h);
         let shared = if first == Some(sample.node) { T::ZERO } else { h * T::of(1.0 / 6.0) };
         Sample { weights: [shared + a, m, b], ..place }

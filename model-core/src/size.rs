@@ -92,7 +92,7 @@ impl<X: Blank, const N: usize> Storage<X> for [X; N] {
 pub trait Size: 'static {
     /// Per node of the discretisation (interior unknowns and both ends of every member).
     type Nodes<X: Blank>: Storage<X>;
-    /// Per member (front span, back span, front hinge, back hinge of each cell).
+    /// Per member (front span and back span of each cell, one or two of each rung).
     type Members<X: Blank>: Storage<X>;
     /// Per cell of the ladder.
     type Cells<X: Blank>: Storage<X>;
@@ -140,6 +140,11 @@ fixed_size!(
     Reduced, cells 8, nodes 126, samples 96, contacts 22
 );
 fixed_size!(
+    /// Up to 16 rungs of any kind on a microcontroller with the memory: `simpson`, 2 elements per span and rib, 3 in the tip span, 1 per
+    /// hinge, 5 samples per element.
+    Ribs, cells 17, nodes 270, samples 192, contacts 22
+);
+fixed_size!(
     /// The resolution of *Geometrico-Static Modelling of a FRE Finger*: 170 elements per beam and 20 per hinge with up to 7 lamellae, contact at nodes; fewer elements
     /// with up to 12.
     Paper, cells 13, nodes 704, samples 184, contacts 40
@@ -148,6 +153,9 @@ fixed_size!(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::tests::set_heights;
+    use crate::design::{HingeKind, ladder_80};
+    use crate::discretise::{Discretisation, DiscretiseError, Physics, discretise};
     use crate::ladder::Ladder;
     use crate::newton::Workspace;
     use crate::state::State;
@@ -160,9 +168,29 @@ mod tests {
 
     #[test]
     fn states_and_workspace_fit_the_microcontroller() {
-        let (reduced, paper) = (ram::<Reduced>(), ram::<Paper>());
-        std::println!("state and workspace, constants: {reduced:?} bytes reduced, {paper:?} bytes paper");
+        let (reduced, ribs, paper) = (ram::<Reduced>(), ram::<Ribs>(), ram::<Paper>());
+        std::println!("state and workspace, constants: {reduced:?} bytes reduced, {ribs:?} ribs, {paper:?} paper");
         assert!(reduced.0 <= 24 * 1024, "{reduced:?}");
+        assert!(ribs.0 <= 48 * 1024, "{ribs:?}");
         assert!(paper.0 <= 96 * 1024, "{paper:?}");
+    }
+
+    /// Sixteen rungs of every kind find room, a seventeenth does not.
+    #[test]
+    fn ribs_has_room_for_sixteen_rungs() {
+        let mut model: std::boxed::Box<Ladder<f32, Ribs>> = std::boxed::Box::new(Ladder::EMPTY);
+        for kind in [HingeKind::Flexible, HingeKind::Pinned, HingeKind::Welded] {
+            let mut design = ladder_80();
+            design.hinge.kind = kind;
+            set_heights(&mut design, 16);
+            assert_eq!(
+                discretise(&design, &Discretisation::estimator(Physics::Extended), &mut model),
+                Ok(()),
+                "{kind:?}"
+            );
+            set_heights(&mut design, 17);
+            let found = discretise(&design, &Discretisation::estimator(Physics::Extended), &mut model);
+            assert_eq!(found, Err(DiscretiseError::Capacity), "{kind:?}");
+        }
     }
 }

@@ -39,7 +39,7 @@ impl<T: Real, S: Size> State<T, S> {
     /// Makes room for a ladder; false if there is none.
     pub(crate) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
         self.angle.fit(ladder.node_count)
-            && self.lambda.fit(ladder.cells)
+            && self.lambda.fit(ladder.cells())
             && self.touching.fit(S::CONTACTS)
             && self.multiplier.fit(S::CONTACTS)
             && self.normal.fit(S::CONTACTS)
@@ -69,7 +69,7 @@ impl<T: Real, S: Size> State<T, S> {
         // By name, here and in [`Self::predict`]: a field that is added is a compiler's error until both know it.
         let Self { angle, lambda, load, load_cell, touching, multiplier, normal, touching_count } = self;
         copy(angle.as_mut(), from.angle.as_ref(), ladder.node_count);
-        copy(lambda.as_mut(), from.lambda.as_ref(), ladder.cells);
+        copy(lambda.as_mut(), from.lambda.as_ref(), ladder.cells());
         let count = from.touching_count;
         copy(touching.as_mut(), from.touching.as_ref(), count);
         copy(multiplier.as_mut(), from.multiplier.as_ref(), count);
@@ -86,7 +86,7 @@ impl<T: Real, S: Size> State<T, S> {
         for (now, &then) in angle.as_mut().iter_mut().zip(from.angle.as_ref()).take(ladder.node_count) {
             beyond(now, then);
         }
-        for (now, then) in lambda.as_mut().iter_mut().zip(from.lambda.as_ref()).take(ladder.cells) {
+        for (now, then) in lambda.as_mut().iter_mut().zip(from.lambda.as_ref()).take(ladder.cells()) {
             beyond(&mut now[0], then[0]);
             beyond(&mut now[1], then[1]);
         }

@@ -3,21 +3,22 @@
 //! All lengths and stiffnesses are computed in `f64` and rounded once, so the single-precision model has the best
 //! constants it can have, and the same ones on every machine.
 
-mod hinge;
 mod natural;
 mod rod;
+mod rung;
 mod samples;
 mod section;
 
 use crate::access::Access as _;
 use crate::design::junction::flexible_ends;
-use crate::design::{Design, DesignError, HingeFrom, HingeKind, PlaneStrain};
-use crate::ladder::{CLAMPED, Ladder};
+use crate::design::{Design, DesignError, HingeFrom, PlaneStrain};
+use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::Size;
+use crate::topology::{CLAMPED, Role, Rung};
 use crate::units::Units;
-use hinge::{rigid_tip, write_hinges};
 use rod::{Rod, write_rod};
+use rung::{MOST_JOINTS, Slot, rigid_tip, with_parts, write_rung};
 use samples::write_samples;
 use section::compliance;
 pub use section::plate_factor;
@@ -298,7 +299,6 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     };
     ladder.softness_is_own = how.softness == Softness::Local;
     ladder.quadratic = how.scheme == Scheme::Simpson;
-    ladder.welded = design.hinge.kind == HingeKind::Welded;
 
     let ends = flexible_ends(design);
     let beams = [&design.front, &design.back];
@@ -312,7 +312,21 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     let e_modulus = design.material.youngs_modulus;
 
     let mut node = 0;
+    let mut closure = ladder.topology.add_closure();
+    // Where the spans of front and back begin.
+    let mut starts = [CLAMPED; 2];
     for cell in 0..cells {
+        // The unknowns of a cell: its closure's, those of the joints at its upper end, front to back, and the next closure's.
+        let mut joints = [CLAMPED; MOST_JOINTS];
+        let mut count = 1;
+        if cell < lamellae {
+            with_parts(design, how, cell, hinge_elements, &mut |parts| count = Rung::joints(parts));
+        }
+        let joints_used = joints.get_mut(..count).ok_or(DiscretiseError::Capacity)?;
+        joints_used.fill_with(|| ladder.topology.add_joint());
+        let ends_at = [joints.at(0), joints.at(count - 1)];
+        let above = if cell < lamellae { ladder.topology.add_closure() } else { closure };
+
         for side in 0..2 {
             let beam = beams[side];
             let (from, to) = (arc(side, cell), arc(side, cell + 1));
@@ -328,7 +342,6 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
             };
             let thickness = |at: f64| section(at).1;
             let (w, t) = section(0.5);
-            let tip = if cell == lamellae { rigid_tip(design, side, ends) } else { [0.0; 2] };
             let compliance = compliance(design, how.physics, beam.stiffness_factor * w * t);
             let rod = Rod {
                 elements: counts.at(cell),
@@ -338,20 +351,30 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
                 thickness: &thickness,
                 compliance,
                 stiffening: 3.0 * design.material.law.second_order() * compliance[0],
-                rigid_start: [0.0; 2],
-                rigid_end: tip,
             };
             let mut member = write_rod(ladder, how.scheme, node, &rod)?;
-            let slot = if side == 0 { 2 } else { 4 };
-            member.start = if cell == 0 { CLAMPED } else { ladder.joint(cell - 1, slot) };
-            member.end = ladder.joint(cell, slot);
             node = member.nodes().end;
-            ladder.members.as_mut().put(4 * cell + side, member);
-            ladder.add_scale(4 * cell + side, bending(0.5) / (to - from), to - from);
+            if cell == lamellae {
+                member.rigid_end = rigid_tip(design, side, ends).map(T::of);
+            }
+            let (role, sign) = if side == 0 { (Role::Front(cell as u8), 1.0) } else { (Role::Back(cell as u8), -1.0) };
+            (member.role, member.start, member.end) = (role, starts[side], ends_at[side]);
+            let added = ladder.topology.add_member(member, &[(closure, sign)]);
+            let index = added.ok_or(DiscretiseError::Capacity)?;
+            ladder.topology.add_scale(index, bending(0.5) / (to - from), to - from);
         }
         if cell < lamellae {
-            node = write_hinges(ladder, design, how, cell, hinge_elements, node)?;
+            let slot = Slot { lamella: cell, joints, closures: [closure, above], node };
+            let mut written = Err(DiscretiseError::Capacity);
+            with_parts(design, how, cell, hinge_elements, &mut |parts| {
+                written = write_rung(ladder, how, &slot, parts);
+            });
+            node = written?;
         }
+        (closure, starts) = (above, ends_at);
+    }
+    if !ladder.topology.fits_the_band() {
+        return Err(DiscretiseError::Capacity);
     }
     ladder.node_count = node;
     write_samples(ladder, design, how, counts.run(0..cells))?;

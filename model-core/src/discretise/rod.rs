@@ -1,12 +1,13 @@
-//! Members: rods, and points in place of hinges that are pins or welds.
+//! Members: rods, and rigid links.
 
 use super::{DiscretiseError, Scheme};
 use crate::access::Access as _;
-use crate::ladder::{CLAMPED, Ladder, Member};
+use crate::ladder::Ladder;
 use crate::real::{Real, vec2};
-use crate::size::Size;
+use crate::size::{Blank, Size};
+use crate::topology::Member;
 
-/// A flexible rod between two rigid ends, about to become a member.
+/// A flexible rod, about to become a member.
 pub(super) struct Rod<'a> {
     pub elements: u16,
     pub length: f64,
@@ -20,11 +21,9 @@ pub(super) struct Rod<'a> {
     pub compliance: [f64; 2],
     /// 3c/EA, 1/N (see [`Member`]).
     pub stiffening: f64,
-    pub rigid_start: [f64; 2],
-    pub rigid_end: [f64; 2],
 }
 
-/// Writes a member's nodes; returns the number of nodes written.
+/// Writes a member's nodes; what it belongs to and its joints are the caller's.
 pub(super) fn write_rod<T: Real, S: Size>(
     ladder: &mut Ladder<T, S>,
     scheme: Scheme,
@@ -97,35 +96,20 @@ pub(super) fn write_rod<T: Real, S: Size>(
     Ok(Member {
         first: first as u16,
         interior: interior as u16,
-        start: CLAMPED,
-        end: CLAMPED,
-        rigid_start: rod.rigid_start.map(T::of),
-        rigid_end: rod.rigid_end.map(T::of),
         compliance: rod.compliance.map(T::of),
         stiffening: T::of(rod.stiffening),
-        rounding: T::ZERO,
+        ..Member::BLANK
     })
 }
 
-/// Writes a member without length or stiffness (a pin, or the substitute for a weld).
+/// Writes the node pair of a member that is rigid altogether.
 pub(super) fn write_point<T: Real, S: Size>(
     ladder: &mut Ladder<T, S>,
     first: usize,
-    rigid_start: [f64; 2],
 ) -> Result<Member<T>, DiscretiseError> {
     if !ladder.fit_nodes(first + 2) {
         return Err(DiscretiseError::Capacity);
     }
     ladder.direction.as_mut().run_mut(first..first + 2).fill([T::one(), T::ZERO]);
-    Ok(Member {
-        first: first as u16,
-        interior: 0,
-        start: CLAMPED,
-        end: CLAMPED,
-        rigid_start: rigid_start.map(T::of),
-        rigid_end: [T::ZERO; 2],
-        compliance: [T::ZERO; 2],
-        stiffening: T::ZERO,
-        rounding: T::ZERO,
-    })
+    Ok(Member { first: first as u16, ..Member::BLANK })
 }

@@ -38,7 +38,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
     for (cell, &count) in counts.iter().enumerate() {
         let to = if cell + 1 == cells { ends[0] } else { design.attachment_arcs(cell)[0] };
         let h = (to - from) / f64::from(count);
-        let first = usize::from(ladder.members.as_ref().at(4 * cell).first);
+        let first = usize::from(ladder.topology.members.as_ref().at(cell).first);
         for element in 0..usize::from(count) {
             for k in 1..=per_element {
                 let xi = k as f64 / per_element as f64;
@@ -73,7 +73,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
         let h = (ends[0] - if cells > 1 { design.attachment_arcs(cells - 2)[0] } else { 0.0 })
             / f64::from(counts.at(cells - 1));
         let pieces = libm::ceil(wedge / h) as usize * per_element;
-        let last = ladder.members.as_ref().at(4 * (cells - 1));
+        let last = ladder.topology.members.as_ref().at(cells - 1);
         for k in 1..=pieces {
             let part = k as f64 / pieces as f64;
             let arc = ends[0] + part * wedge;

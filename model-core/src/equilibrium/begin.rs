@@ -17,7 +17,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Returns false, and leaves the follower lost, if there is none.
     pub fn start(&mut self, first: f64) -> bool {
         self.phase = Phase::Lost;
-        if self.ladder.cells == 0 || !first.is_finite() {
+        if self.ladder.cells() == 0 || !first.is_finite() {
             return false;
         }
         let (step, reach) = match self.motion {
@@ -37,7 +37,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn begin(&mut self, coordinate: f64) -> bool {
         self.rest();
         self.phase = Phase::Lost;
-        let clear = self.ladder.cells > 0 && self.is_clear(T::of(coordinate));
+        let clear = self.ladder.cells() > 0 && self.is_clear(T::of(coordinate));
         if clear {
             self.timeline.stand(T::of(coordinate));
             self.phase = Phase::Following;

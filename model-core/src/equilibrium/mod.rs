@@ -175,7 +175,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The undeformed finger, as if the object were far away.
     #[inline(never)]
     pub fn rest(&mut self) {
-        if self.ladder.cells == 0 {
+        if self.ladder.cells() == 0 {
             return;
         }
         self.timeline.rest();
@@ -195,7 +195,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn set_dead_load(&mut self, lamella: usize, load: [f64; 2]) {
         let unit = self.ladder.units.force;
         self.timeline.present.load = load.map(|force| T::of(force) / unit);
-        self.timeline.present.load_cell = lamella.min(self.ladder.cells.saturating_sub(1));
+        self.timeline.present.load_cell = lamella.min(self.ladder.cells().saturating_sub(1));
         (self.timeline.accepted.load, self.timeline.accepted.load_cell) =
             (self.timeline.present.load, self.timeline.present.load_cell);
     }

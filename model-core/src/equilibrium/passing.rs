@@ -50,7 +50,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Where the deformed front beam leads at a sample, of any length.
     fn along(&self, sample: &Sample<T>) -> [T; 2] {
         if sample.rigid != T::ZERO
-            && let Some(front) = self.work.members.as_ref().get(4 * usize::from(sample.cell))
+            && let Some(front) = self.work.members.as_ref().get(usize::from(sample.cell))
         {
             return front.rigid_end;
         }

@@ -35,7 +35,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             gradient: 0.0,
             length: 0.0,
         };
-        if self.ladder.cells == 0 || !to.is_finite() {
+        if self.ladder.cells() == 0 || !to.is_finite() {
             return outcome;
         }
         let to = T::of(to);

@@ -12,6 +12,7 @@ use crate::real::{Real, Vec2, cross, vec2};
 use crate::sensitivity::Parts;
 use crate::size::Size;
 use crate::state::State;
+use crate::topology::Role;
 use crate::units::Units;
 
 /// What can be read off the last accepted equilibrium.
@@ -32,7 +33,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(crate) fn has_equilibrium(&self) -> bool {
-        self.ladder.cells > 0 && self.phase == Phase::Following
+        self.ladder.cells() > 0 && self.phase == Phase::Following
     }
 
     pub(crate) fn has_snapped(&self) -> bool {
@@ -54,13 +55,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Another ladder has the same unknowns and samples.
     pub(crate) fn is_like(&self, other: &Ladder<T, S>) -> bool {
-        self.ladder.cells == other.cells
+        self.ladder.cells() == other.cells()
+            && self.ladder.unknowns() == other.unknowns()
             && self.ladder.node_count == other.node_count
             && self.ladder.sample_count == other.sample_count
-    }
-
-    pub(super) fn members(&self) -> usize {
-        if self.ladder.cells == 0 { 0 } else { self.ladder.member_count() }
     }
 
     /// Number of samples that touch.
@@ -123,8 +121,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// balance.
     pub fn base_reactions(&self) -> [([T; 2], T); 2] {
         [0, 1].map(|side| {
-            let (members, work) = (self.ladder.members.as_ref(), self.work.members.as_ref());
-            let (Some(member), Some(work)) = (members.get(side), work.get(side)) else {
+            let role = if side == 0 { Role::Front(0) } else { Role::Back(0) };
+            let index = self.ladder.topology.find(role).unwrap_or(usize::MAX);
+            let (Some(member), Some(work)) = (self.ladder.member(index), self.work.members.as_ref().get(index)) else {
                 return ([T::ZERO; 2], T::ZERO);
             };
             let moment = self.work.nodes.as_ref().get(usize::from(member.first)).map_or(T::ZERO, |node| node.gradient);
@@ -208,10 +207,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             base[1] += self.ladder.base_rung[1];
         }
         let mut end = base;
-        let spans = (0..self.ladder.cells).flat_map(move |cell| {
-            let index = 4 * cell + side;
+        let spans = (0..self.ladder.cells()).flat_map(move |cell| {
+            let role = if side == 0 { Role::Front(cell as u8) } else { Role::Back(cell as u8) };
+            let index = self.ladder.topology.find(role).unwrap_or(0);
             let work = self.work.members.as_ref().at(index);
-            let nodes = self.ladder.members.as_ref().at(index).nodes();
+            let nodes = self.ladder.topology.members.as_ref().at(index).nodes();
             let start = end;
             let d = strain::end_to_end(&work);
             end = [start[0] + d[0], start[1] + d[1]];
@@ -227,7 +227,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// end and moves on.
     fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
         let (e, weight) = (|node: usize| self.work.nodes.as_ref().at(node).strained, self.ladder.weight.as_ref());
-        let nodes = self.ladder.members.as_ref().at(index).nodes();
+        let nodes = self.ladder.topology.members.as_ref().at(index).nodes();
         if !self.ladder.quadratic || nodes.len() < 3 {
             let w = weight.at(node);
             *at = [at[0] + w * e(node)[0], at[1] + w * e(node)[1]];
@@ -250,13 +250,20 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Ends of the rigid lamellae (front, back), finger frame, mm, base to tip.
     pub fn lamellae(&self) -> impl Iterator<Item = [[T; 2]; 2]> + '_ {
-        (0..self.ladder.cells.saturating_sub(1)).map(move |cell| {
+        (0..self.ladder.cells().saturating_sub(1)).map(move |cell| {
             let start = self.work.start.as_ref().at(cell + 1);
-            let hinge = |k: usize| self.work.members.as_ref().at(4 * cell + k);
-            let d = strain::end_to_end(&hinge(2));
-            let from = [start[0] + d[0], start[1] + d[1]];
-            let bar = hinge(3).rigid_start;
-            [from, [from[0] + bar[0], from[1] + bar[1]]].map(|end| self.ladder.units.millimetres(end))
+            let part = |k: u8| {
+                let index = self.ladder.topology.find(Role::Rung(cell as u8, k))?;
+                self.work.members.as_ref().get(index)
+            };
+            let onwards = |from: [T; 2], d: [T; 2]| [from[0] + d[0], from[1] + d[1]];
+            let d = part(0).map_or([T::ZERO; 2], strain::end_to_end);
+            // Behind the front hinge, or from beam to beam.
+            let ends = match part(1) {
+                Some(back) => [onwards(start, d), onwards(onwards(start, d), back.rigid_start)],
+                None => [start, onwards(start, d)],
+            };
+            ends.map(|end| self.ladder.units.millimetres(end))
         })
     }
 

@@ -5,6 +5,7 @@ use crate::access::Access;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
+use crate::topology::Role;
 
 /// What is strained; spans and lamellae are counted from 0 at the base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,17 +49,20 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn strains(&self) -> impl Iterator<Item = Strain<T>> + '_ {
         let mut beam_arc = [T::ZERO; 2];
         let ladder = &self.ladder;
-        (0..self.members()).flat_map(move |index| {
-            let nodes = ladder.members.as_ref()[index].nodes();
+        ladder.topology.in_cells().flat_map(move |index| {
+            let member = ladder.topology.members.as_ref()[index];
+            let nodes = member.nodes();
             let length = ladder.weight.as_ref()[nodes.clone()].iter().fold(T::ZERO, |sum, &weight| sum + weight);
-            let (place, start) = match index % 4 {
-                side @ 0..=1 => {
-                    let start = beam_arc[side];
-                    beam_arc[side] += length;
-                    (if side == 0 { Place::Front(index / 4) } else { Place::Back(index / 4) }, start)
-                }
-                2 => (Place::FrontHinge(index / 4), T::ZERO),
-                _ => (Place::BackHinge(index / 4), T::ZERO),
+            let mut along = |side: usize| {
+                let start = beam_arc[side];
+                beam_arc[side] += length;
+                start
+            };
+            let (place, start) = match member.role {
+                Role::Front(cell) => (Place::Front(usize::from(cell)), along(0)),
+                Role::Back(cell) => (Place::Back(usize::from(cell)), along(1)),
+                Role::Rung(rung, 0) => (Place::FrontHinge(usize::from(rung)), T::ZERO),
+                Role::Rung(rung, _) => (Place::BackHinge(usize::from(rung)), T::ZERO),
             };
             let elements = nodes.len() - 1;
             let flexible = length > T::ZERO;

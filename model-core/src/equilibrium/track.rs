@@ -45,7 +45,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn track(&mut self, to: f64, within: Tracking, budget: u32) -> Outcome {
         let far = self.max_step() * T::of(0.25);
         let remaining = T::of(to) - self.timeline.at();
-        let ready = self.ladder.cells > 0 && to.is_finite() && self.phase == Phase::Following && budget > 0;
+        let ready = self.ladder.cells() > 0 && to.is_finite() && self.phase == Phase::Following && budget > 0;
         let is_short = budget <= MOST;
         // With time for the whole method only what it would not do better.
         let begins = if is_short {

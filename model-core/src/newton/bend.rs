@@ -11,10 +11,11 @@
 
 use super::{Node, Workspace};
 use crate::contact::Sample;
-use crate::ladder::{Ladder, Member};
+use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::Size;
 use crate::state::State;
+use crate::topology::Member;
 
 /// Carrier of the spring that begins at a local node.
 #[inline]
@@ -160,7 +161,7 @@ pub(crate) fn sample_lever<T: Real, S: Size>(
     sample: &Sample<T>,
 ) -> [[T; 2]; 3] {
     let mut own = [[T::ZERO; 2]; 3];
-    let Some(member) = ladder.members.as_ref().get(index) else { return own };
+    let Some(member) = ladder.member(index) else { return own };
     let nodes = member.nodes();
     // The wedge's samples lie beyond the last node.
     let Some(first) = usize::from(sample.node).checked_sub(nodes.start).filter(|&node| node < nodes.len()) else {

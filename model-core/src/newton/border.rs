@@ -5,11 +5,12 @@ use super::strain::cell_of;
 use super::{Workspace, bend};
 use crate::access::Access;
 use crate::contact::Sample;
-use crate::ladder::{CLAMPED, Ladder, PER_CELL};
+use crate::ladder::Ladder;
 use crate::linear::banded;
 use crate::linear::symmetric::product;
 use crate::real::Real;
 use crate::size::{Blank, Size};
+use crate::topology::CLAMPED;
 
 /// A row's entries with its own span, after condensation.
 #[derive(Clone, Copy, Debug)]
@@ -61,9 +62,9 @@ fn own_span<T: Real, S: Size>(
     span_start: usize,
     sample: &Sample<T>,
 ) -> Option<([T; 2], T)> {
-    let index = 4 * usize::from(sample.cell);
+    let index = usize::from(sample.cell);
     let normal = work.rows.as_ref().at(j).normal;
-    let (member, m) = (ladder.members.as_ref().get(index)?, work.members.as_ref().get(index)?);
+    let (member, m) = (ladder.member(index)?, work.members.as_ref().get(index)?);
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
     let mut own = Own { lever: bend::sample_lever(ladder, work, index, sample), ..Own::BLANK };
@@ -176,8 +177,7 @@ fn spans_below<T: Real, S: Size>(
         return;
     };
     column.fill(T::ZERO);
-    let (Some(fronts), Some(members)) = (work.fronts.as_ref().get(..cell), ladder.members.as_ref().get(..4 * cell))
-    else {
+    let (Some(fronts), Some(members)) = (work.fronts.as_ref().get(..cell), ladder.topology.fronts().get(..cell)) else {
         return;
     };
     let (Some(rows), Some(owns)) = (work.rows.as_ref().get(..span_start), work.own.as_ref().get(..span_start)) else {
@@ -185,8 +185,7 @@ fn spans_below<T: Real, S: Size>(
     };
     let mut next = 0;
     let mut below = [T::ZERO; 2];
-    for (lower, (c, members)) in fronts.iter().zip(members.chunks_exact(4)).enumerate() {
-        let [member, ..] = members else { return };
+    for (lower, (c, member)) in fronts.iter().zip(members).enumerate() {
         // They see this one through their own span's force, and by nᵀ XX n′ of every span below both.
         while let (Some(other), Some(own)) = (rows.get(next), owns.get(next))
             && cell_of(other) == lower
@@ -201,18 +200,18 @@ fn spans_below<T: Real, S: Size>(
             column.add(usize::from(member.start), -dot(c.ax, normal));
         }
         column.add(usize::from(member.end), -dot(c.bx, normal));
-        column.add(PER_CELL * lower, -xn[0]);
-        column.add(PER_CELL * lower + 1, -xn[1]);
+        column.add(member.force_unknown(), -xn[0]);
+        column.add(member.force_unknown() + 1, -xn[1]);
         residual -= dot(c.corrections.rx, normal);
     }
-    if let Some(member) = ladder.members.as_ref().get(4 * cell) {
+    if let Some(member) = ladder.member(cell) {
         let own = work.own.as_ref().at(j);
         if member.start != CLAMPED {
             column.add(usize::from(member.start), ends[0]);
         }
         column.add(usize::from(member.end), ends[1]);
-        column.add(PER_CELL * cell, own.x[0]);
-        column.add(PER_CELL * cell + 1, own.x[1]);
+        column.add(member.force_unknown(), own.x[0]);
+        column.add(member.force_unknown() + 1, own.x[1]);
     }
     let rows = work.rows.as_ref().get(span_start..=j).unwrap_or(&[]);
     for (other, entry) in rows.iter().zip(entries.get_mut(span_start..).unwrap_or(&mut [])) {

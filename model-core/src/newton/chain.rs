@@ -40,7 +40,7 @@ pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
     index: usize,
     own: core::ops::Range<usize>,
 ) {
-    let Some(member) = ladder.members.as_ref().get(index) else { return };
+    let Some(member) = ladder.member(index) else { return };
     if member.compliance == [T::ZERO; 2] && member.stiffening == T::ZERO {
         walk::<T, S, DEPTH, true>(ladder, state, work, index, own);
     } else {
@@ -194,7 +194,7 @@ fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
     index: usize,
     own: core::ops::Range<usize>,
 ) {
-    let (Some(member), Some(out)) = (ladder.members.as_ref().get(index), work.members.as_mut().get_mut(index)) else {
+    let (Some(member), Some(out)) = (ladder.member(index), work.members.as_mut().get_mut(index)) else {
         return;
     };
     let nodes = member.nodes();

@@ -105,7 +105,7 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
     index: usize,
     diagonal: Diagonal<T>,
 ) -> (Condensed<T>, usize) {
-    let (Some(member), Some(out)) = (ladder.members.as_ref().get(index), work.members.as_ref().get(index)) else {
+    let (Some(member), Some(out)) = (ladder.member(index), work.members.as_ref().get(index)) else {
         return (Condensed::BLANK, 0);
     };
     let nodes = member.nodes();

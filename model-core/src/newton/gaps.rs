@@ -179,9 +179,9 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     for (at, sample) in samples.enumerate() {
         if cell != usize::from(sample.cell) {
             cell = usize::from(sample.cell);
-            node = ladder.members.as_ref().get(4 * cell).map_or(0, |front| usize::from(front.first));
+            node = ladder.member(cell).map_or(0, |front| usize::from(front.first));
             prefix = vec2_of(start.as_ref().at(cell));
-            rigid_end = members.as_ref().get(4 * cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
+            rigid_end = members.as_ref().get(cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
         }
         let below = prefix;
         let mut position = prefix;
@@ -358,8 +358,7 @@ pub(crate) fn sample_position<T: Real, S: Size>(
 ) -> Vec2<T> {
     let cell = usize::from(sample.cell);
     let (nodes, weight) = (work.nodes.as_ref(), ladder.weight.as_ref());
-    let (first, node) =
-        (ladder.members.as_ref().get(4 * cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
+    let (first, node) = (ladder.member(cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
     let mut position = vec2_of(work.start.as_ref().at(cell));
     for (on, &weight) in nodes.run(first..node).iter().zip(weight.run(first..node)) {
         position += vec2_of(on.strained) * weight;
@@ -369,7 +368,7 @@ pub(crate) fn sample_position<T: Real, S: Size>(
             position += vec2_of(nodes.at(node + k).strained) * w;
         }
     }
-    let rigid_end = work.members.as_ref().get(4 * cell).map_or([T::ZERO; 2], |front| front.rigid_end);
+    let rigid_end = work.members.as_ref().get(cell).map_or([T::ZERO; 2], |front| front.rigid_end);
     position + vec2_of(rigid_end) * sample.rigid
 }
 

@@ -99,10 +99,10 @@ pub(crate) fn solve<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
     let n = ladder.unknowns();
     assembly::put_closures(ladder, work);
     let (mut below, mut from) = ([T::ZERO; 2], 0);
-    for index in 0..ladder.member_count() {
-        let Some(corrections) = condense(ladder, work, index) else { continue };
-        assembly::add_corrections(ladder, work, index, &corrections);
-        if index.is_multiple_of(4) {
+    for index in 0..ladder.topology.member_count() {
+        let (Some(corrections), Some(member)) = (condense(ladder, work, index), ladder.member(index)) else { continue };
+        assembly::add_corrections(work.rhs.as_mut(), member, &corrections);
+        if index < ladder.cells() {
             from = border_rows(ladder, work, index, from, below);
             below = [below[0] + corrections.rx[0], below[1] + corrections.rx[1]];
         }
@@ -123,7 +123,7 @@ fn condense<T: Real, S: Size>(
     work: &mut Workspace<T, S>,
     index: usize,
 ) -> Option<Corrections<T>> {
-    let nodes = ladder.members.as_ref().get(index)?.nodes();
+    let nodes = ladder.member(index)?.nodes();
     let constant = ladder.coupling.as_ref().get(nodes.clone())?;
     let list = work.nodes.as_mut().get_mut(nodes)?;
     solve_interior(list, [T::ZERO; 2], T::ZERO, ladder.quadratic, |node| node.gradient);
@@ -158,7 +158,7 @@ fn border_rows<T: Real, S: Size>(
     below: [T; 2],
 ) -> usize {
     let own = strain::own_rows(work.rows.as_ref().run(0..work.row_count), index, from);
-    let Some(nodes) = ladder.members.as_ref().get(index).map(|member| member.nodes()) else { return own.end };
+    let Some(nodes) = ladder.member(index).map(|member| member.nodes()) else { return own.end };
     let Some([_, inner @ .., _]) = work.nodes.as_ref().get(nodes.clone()) else { return own.end };
     let (mut at, mut swept) = (0, [T::ZERO; 2]);
     let rows = work.rows.as_ref().run(own.clone()).iter().zip(work.own.as_ref().run(own.clone()));

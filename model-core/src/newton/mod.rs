@@ -246,7 +246,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
 
     /// Makes room for a ladder; false if there is none.
     pub(crate) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
-        let (nodes, members, cells) = (ladder.node_count, ladder.member_count(), ladder.cells);
+        let (nodes, members, cells) = (ladder.node_count, ladder.topology.member_count(), ladder.cells());
         let (unknowns, rows) = (ladder.unknowns(), S::CONTACTS);
         // What no element ends up writing must not be left from another ladder.
         self.nodes.as_mut().fill(Node::BLANK);
@@ -277,7 +277,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
     /// Position of the front tip (deformed), finger frame, mm; needs the kinematics.
     pub(crate) fn tip(&self, ladder: &Ladder<T, S>) -> [T; 2] {
         let mut tip = ladder.base;
-        for front in self.members.as_ref().iter().step_by(4).take(ladder.cells) {
+        for front in self.members.as_ref().iter().take(ladder.cells()) {
             let d = strain::end_to_end(front);
             tip = [tip[0] + d[0], tip[1] + d[1]];
         }

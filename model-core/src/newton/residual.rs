@@ -3,13 +3,14 @@
 
 use super::chain::DEEP;
 use super::gaps::Sweep;
-use super::strain::{closures, directions, energy, forces, own_rows, starts, strain};
+use super::strain::{directions, end_to_end, energy, forces, own_rows, starts, strain};
 use super::{Workspace, bend};
 use crate::access::Access;
-use crate::ladder::{CLAMPED, Ladder, PER_CELL};
+use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::Size;
 use crate::state::State;
+use crate::topology::CLAMPED;
 
 /// Largest components of what must vanish at an equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,8 +31,9 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
 ) -> Residual<T> {
     let mut worst = Residual { gradient: T::ZERO, length: T::ZERO };
     work.rhs.as_mut().run_mut(0..ladder.unknowns()).fill(T::ZERO);
+    work.closure.as_mut().run_mut(0..ladder.cells()).fill([T::ZERO; 2]);
     for (index, member) in ladder.members().iter().enumerate() {
-        if !index.is_multiple_of(4) {
+        if index >= ladder.cells() {
             strain::<T, S, DEPTH>(ladder, state, work, index, 0..0);
         }
         if !ladder.quadratic {
@@ -54,26 +56,25 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
         }
         worst.gradient = worst.gradient.max(steepest - member.rounding);
         let joints = work.rhs.as_mut();
+        ladder.topology.enter(work.closure.as_mut(), member, end_to_end(out));
         let turn = |f: [T; 2], rigid: [T; 2]| f[1] * rigid[0] - f[0] * rigid[1];
         if member.start != CLAMPED {
             joints.add(usize::from(member.start), first.gradient + turn(out.force, out.rigid_start));
         }
         joints.add(usize::from(member.end), last.gradient + turn(out.end_force, out.rigid_end));
     }
-    closures(ladder, work);
+    ladder.topology.finish_closures(work.closure.as_mut());
     // NaN anywhere reaches a closure or a joint; the comparisons alone would drop it.
     let mut total = T::ZERO;
-    let joints = work.rhs.as_ref().run(0..ladder.unknowns()).chunks(PER_CELL);
-    let roundings = ladder.rounding.as_ref().chunks(PER_CELL);
-    for ((closure, joints), roundings) in work.closure.as_ref().iter().zip(joints).zip(roundings) {
-        for error in closure {
-            total += *error;
-            worst.length = worst.length.max(error.abs());
-        }
-        for (slope, &rounding) in joints.iter().zip(roundings).skip(2) {
-            total += *slope;
-            worst.gradient = worst.gradient.max(slope.abs() - rounding);
-        }
+    for error in work.closure.as_ref().run(0..ladder.cells()).iter().flatten() {
+        total += *error;
+        worst.length = worst.length.max(error.abs());
+    }
+    // The closures' places are still zero.
+    let joints = work.rhs.as_ref().run(0..ladder.unknowns()).iter().zip(ladder.topology.rounding.as_ref());
+    for (slope, &rounding) in joints {
+        total += *slope;
+        worst.gradient = worst.gradient.max(slope.abs() - rounding);
     }
     let rows = work.rows.as_ref().run(0..work.row_count);
     for row in rows {
@@ -108,18 +109,17 @@ pub(crate) fn astray<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T
     most.sqrt() * arm
 }
 
-/// Elastic energy at a state whose rows are those of the last evaluation, N·mm; leaves closures and positions behind.
+/// Elastic energy at a state whose rows are those of the last evaluation, N·mm; leaves positions behind.
 pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) -> T {
     directions(ladder, state, work);
     bend::shorten(ladder, state, work);
     forces(ladder, state, work);
     let mut from = 0;
-    for index in 0..ladder.member_count() {
+    for index in 0..ladder.topology.member_count() {
         let own = own_rows(work.rows.as_ref().run(0..work.row_count), index, from);
         from = own.end;
         strain::<T, S, DEEP>(ladder, state, work, index, own);
     }
-    closures(ladder, work);
     starts(ladder, work);
     state.bending_energy(ladder) + energy(ladder, work)
 }

@@ -1,6 +1,6 @@
 //! One step: residual, condensation, banded KKT, border, active set, increments.
 
-use super::assembly::{self, force_terms};
+use super::assembly;
 use super::border;
 use super::chain::{DEEP, PLACED, RESIDUAL};
 use super::condense::{self, Diagonal, solve_interior};
@@ -10,12 +10,13 @@ use super::{Hessian, Node, Workspace, bend, lagged, strain, turning};
 use crate::access::Access;
 use crate::contact::ContactState;
 use crate::contact::frictionless::{self, Problem, Settled};
-use crate::ladder::{CLAMPED, Ladder, PER_CELL};
+use crate::ladder::Ladder;
 use crate::linear::banded;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
 use crate::state::State;
+use crate::topology::CLAMPED;
 
 /// Largest change of an angle in one step, rad.
 pub(crate) const CLIP: f64 = 0.4;
@@ -119,12 +120,14 @@ pub(crate) fn factorise<T: Real, S: Size>(
     let mut negative = 0;
     work.curved = diagonal.curvature != T::ZERO;
     assembly::begin(ladder, work);
-    for index in 0..ladder.member_count() {
+    for index in 0..ladder.topology.member_count() {
         let (condensed, below_zero) = condense::condense(ladder, work, index, diagonal);
         negative += below_zero;
-        assembly::add_member(ladder, work, index, &condensed);
-        if index % 4 == 0 {
-            work.fronts.as_mut().put(index / 4, condensed);
+        let Some(member) = ladder.member(index) else { continue };
+        assembly::add_corrections(work.rhs.as_mut(), member, &condensed.corrections);
+        assembly::add_member(work.band.as_mut(), member, &condensed);
+        if index < ladder.cells() {
+            work.fronts.as_mut().put(index, condensed);
         }
     }
     // The right-hand side is the negative residual.
@@ -132,7 +135,7 @@ pub(crate) fn factorise<T: Real, S: Size>(
         *value = -*value;
     }
     border::assemble(ladder, work);
-    negative += banded::factorise(work.band.as_mut().run_mut(0..n), ladder.scale.as_ref());
+    negative += banded::factorise(work.band.as_mut().run_mut(0..n), ladder.topology.scale.as_ref());
     banded::forward(work.band.as_ref().run(0..n), work.rhs.as_mut().run_mut(0..n));
     border::complete(ladder, work);
     negative
@@ -151,7 +154,7 @@ pub(crate) fn solve<T: Real, S: Size>(
         turning::add(work, S::CONTACTS);
     }
     let negative = factorise(ladder, work, Diagonal { curvature, shift });
-    lagged::note(work, negative as isize - 2 * ladder.cells as isize);
+    lagged::note(work, negative as isize - 2 * ladder.cells() as isize);
     let settled = settle(work);
     increments(ladder, work);
     inertia(work, settled)
@@ -212,7 +215,10 @@ fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) 
     let mut above = [T::ZERO; 2];
     work.pace = T::ZERO;
     let mut end = work.row_count;
-    for cell in (0..ladder.cells).rev() {
+    for index in ladder.cells()..ladder.topology.member_count() {
+        recover_member(ladder, work, index, [T::ZERO; 2], 0..0);
+    }
+    for cell in (0..ladder.cells()).rev() {
         let rows = work.rows.as_ref().run(0..end);
         let own = rows.iter().rev().take_while(|row| strain::cell_of(row) == cell).count();
         let rows = end - own..end;
@@ -224,10 +230,7 @@ fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) 
                 own_force[i] += delta * row.normal[i];
             }
         }
-        recover_member(ladder, work, 4 * cell, above, rows);
-        for index in 4 * cell + 1..(4 * cell + 4).min(ladder.member_count()) {
-            recover_member(ladder, work, index, [T::ZERO; 2], 0..0);
-        }
+        recover_member(ladder, work, cell, above, rows);
         above = [above[0] + own_force[0], above[1] + own_force[1]];
     }
 }
@@ -239,15 +242,15 @@ fn recover_member<T: Real, S: Size>(
     above: [T; 2],
     rows: core::ops::Range<usize>,
 ) {
-    let Some(member) = ladder.members.as_ref().get(index) else { return };
+    let Some(member) = ladder.member(index) else { return };
     let nodes = member.nodes();
     let joints = work.rhs.as_ref();
     let da = if member.start == CLAMPED { T::ZERO } else { joints.at(usize::from(member.start)) };
     let db = joints.at(usize::from(member.end));
-    let (terms, count) = force_terms::<T>(index);
     let mut carried = [-above[0], -above[1]];
-    for &(u, sign) in terms.iter().take(count) {
-        carried = [carried[0] + sign * joints.at(u), carried[1] + sign * joints.at(u + 1)];
+    for term in member.terms() {
+        let x = usize::from(term.unknown);
+        carried = [carried[0] + term.sign * joints.at(x), carried[1] + term.sign * joints.at(x + 1)];
     }
     let from_start = if work.curved {
         work.nodes.as_ref().at(nodes.start).coupling
@@ -301,12 +304,10 @@ pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T
     for (angle, node) in angles.zip(work.nodes.as_ref().run(0..ladder.node_count)) {
         *angle += part * node.delta;
     }
-    let steps = work.rhs.as_ref().chunks(PER_CELL).take(ladder.cells);
-    for (lambda, step) in state.lambda.as_mut().iter_mut().zip(steps) {
-        if let [x, y, ..] = step {
-            lambda[0] += part * *x;
-            lambda[1] += part * *y;
-        }
+    let steps = work.rhs.as_ref();
+    for (lambda, closure) in state.lambda.as_mut().iter_mut().zip(ladder.topology.closures()) {
+        let x = usize::from(closure.unknown);
+        *lambda = [lambda[0] + part * steps.at(x), lambda[1] + part * steps.at(x + 1)];
     }
     let slide = turning::slide(work);
     let mut touching = state.touching.as_mut().iter_mut().zip(state.multiplier.as_mut()).zip(state.normal.as_mut());

@@ -61,26 +61,11 @@ fn rigid_parts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, 
 /// Starts of the front spans from their end-to-end vectors.
 pub(crate) fn starts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let mut position = ladder.base;
-    let fronts = work.members.as_ref().iter().step_by(4);
-    for (start, front) in work.start.as_mut().iter_mut().zip(fronts).take(ladder.cells) {
+    let fronts = work.members.as_ref().iter();
+    for (start, front) in work.start.as_mut().iter_mut().zip(fronts).take(ladder.cells()) {
         *start = position;
         let d = end_to_end(front);
         position = [position[0] + d[0], position[1] + d[1]];
-    }
-}
-
-/// Closure errors from the members' end-to-end vectors.
-pub(crate) fn closures<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
-    let mut rung = ladder.base_rung;
-    let members = work.members.as_ref().run(0..ladder.member_count());
-    let rests = ladder.rest.as_ref().iter().zip(work.closure.as_mut());
-    for (members, (rest, closure)) in members.chunks(4).zip(rests) {
-        let [front, back, hinges @ ..] = members else { return };
-        let (front, back) = (end_to_end(front), end_to_end(back));
-        // The tip cell has none.
-        let next = hinges.iter().map(end_to_end).fold([T::ZERO; 2], |sum, d| [sum[0] + d[0], sum[1] + d[1]]);
-        *closure = [0, 1].map(|i| front[i] - back[i] + (next[i] - rung[i]) - rest[i]);
-        rung = next;
     }
 }
 
@@ -90,15 +75,11 @@ pub(crate) fn cell_of<T: Real>(row: &Row<T>) -> usize {
     usize::from(row.place.cell)
 }
 
-/// The rows that touch a front span, in order; `from` is where to begin to look.
+/// The rows that touch a member, in order: none but for the front spans; `from` is where to begin to look.
 #[inline]
 pub(crate) fn own_rows<T: Real>(rows: &[Row<T>], index: usize, from: usize) -> core::ops::Range<usize> {
-    let mut end = from;
-    if index.is_multiple_of(4) {
-        let above = rows.get(from..).unwrap_or(&[]);
-        end += above.iter().take_while(|row| cell_of(row) == index / 4).count();
-    }
-    from..end
+    let above = rows.get(from..).unwrap_or(&[]);
+    from..from + above.iter().take_while(|row| cell_of(row) == index).count()
 }
 
 /// What a force does to a link or node of weight w and direction e that bending shortens by η.
@@ -158,7 +139,7 @@ pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
     index: usize,
     own: core::ops::Range<usize>,
 ) {
-    let Some(member) = ladder.members.as_ref().get(index) else { return };
+    let Some(member) = ladder.member(index) else { return };
     if !ladder.quadratic {
         chain::strain::<T, S, DEPTH>(ladder, state, work, index, own);
     } else if member.compliance == [T::ZERO; 2] {
@@ -214,7 +195,7 @@ fn strain_all<T: Real, S: Size, const RIGID: bool>(
     index: usize,
     own: core::ops::Range<usize>,
 ) {
-    let (Some(member), Some(out)) = (ladder.members.as_ref().get(index), work.members.as_mut().get_mut(index)) else {
+    let (Some(member), Some(out)) = (ladder.member(index), work.members.as_mut().get_mut(index)) else {
         return;
     };
     let nodes = member.nodes();
@@ -278,38 +259,38 @@ pub(crate) fn place_front<T: Real, S: Size, const DEPTH: u8>(
 ) {
     forces(ladder, state, work);
     let mut from = 0;
-    for cell in 0..ladder.cells {
-        let own = own_rows(work.rows.as_ref().run(0..work.row_count), 4 * cell, from);
+    for cell in 0..ladder.cells() {
+        let own = own_rows(work.rows.as_ref().run(0..work.row_count), cell, from);
         from = own.end;
-        strain::<T, S, DEPTH>(ladder, state, work, 4 * cell, own);
+        strain::<T, S, DEPTH>(ladder, state, work, cell, own);
     }
     starts(ladder, work);
 }
 
-/// Forces through the members: front λ_k − load − Σ μ n above, back −λ_k, rung λ_k − λ_{k+1}.
+/// Forces through the members (15): the multipliers of the closures that a member's vector enters, and in a front span less the load and
+/// Σ μ n of the contacts above.
 pub(crate) fn forces<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+    let lambda = state.lambda.as_ref();
+    let members = work.members.as_mut();
+    for (member, out) in ladder.members().iter().zip(&mut *members) {
+        let mut force = [T::ZERO; 2];
+        for term in member.terms() {
+            let [x, y] = lambda.at(usize::from(term.closure));
+            force = [force[0] + term.sign * x, force[1] + term.sign * y];
+        }
+        (out.force, out.end_force) = (force, force);
+    }
     let mut sum = [T::ZERO; 2];
     let mut rows = work.rows.as_ref().run(0..work.row_count);
-    let lambda = state.lambda.as_ref().run(0..ladder.cells);
-    let members = work.members.as_mut().run_mut(0..ladder.member_count());
-    let cells = lambda.iter().zip(work.above.as_mut()).zip(members.chunks_mut(4)).enumerate();
-    let mut next = [T::ZERO; 2];
-    for (cell, ((l, above), members)) in cells.rev() {
+    let fronts = members.iter_mut().zip(work.above.as_mut()).take(ladder.cells()).enumerate();
+    for (cell, (front, above)) in fronts.rev() {
         if cell == state.load_cell {
             // A dead load acts like a contact just above this span.
             sum = [sum[0] + state.load[0], sum[1] + state.load[1]];
         }
         *above = sum;
-        let [front, back, hinges @ ..] = members else { return };
-        front.force = [l[0] - sum[0], l[1] - sum[1]];
+        front.force = [front.force[0] - sum[0], front.force[1] - sum[1]];
         front.end_force = front.force;
-        back.force = [-l[0], -l[1]];
-        back.end_force = back.force;
-        let rung = [l[0] - next[0], l[1] - next[1]];
-        for hinge in hinges {
-            (hinge.force, hinge.end_force) = (rung, rung);
-        }
-        next = *l;
         while let Some((touching, below)) = rows.split_last()
             && cell_of(touching) == cell
         {

@@ -10,11 +10,12 @@ use super::{Workspace, residual, step, strain};
 use crate::contact::{ContactState, Direction, Row, Sample};
 use crate::design::{HingeFrom, HingeKind};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
-use crate::ladder::{CLAMPED, Ladder};
+use crate::ladder::Ladder;
 use crate::linear::symmetric;
 use crate::random_designs::Random;
 use crate::size::{Blank, Paper, Size};
 use crate::state::State;
+use crate::topology::{CLAMPED, Role};
 use nalgebra::{DMatrix, DVector};
 
 type Model = (Box<Ladder<f64, Paper>>, Box<State<f64, Paper>>, Box<Workspace<f64, Paper>>);
@@ -53,7 +54,7 @@ fn random_model(random: &mut Random) -> Model {
     step::share_joints(&ladder, &mut state);
     if physics == Physics::Extended {
         // Softer than any real finger, so that stretch and shear are seen.
-        for member in &mut ladder.members[..] {
+        for member in &mut ladder.topology.members[..] {
             member.compliance = [3e-4 * (1.1 + random.signed()), 1e-3 * (1.1 + random.signed())];
             // A pin or weld has no bending to stiffen.
             member.stiffening = if member.interior > 0 { 1e-3 * random.signed() } else { 0.0 };
@@ -61,11 +62,11 @@ fn random_model(random: &mut Random) -> Model {
     }
     // Strong forces: many states then have indefinite members.
     let strength = 10.0_f64.powf(1.0 + 1.5 * random.signed());
-    for lambda in &mut state.lambda[..ladder.cells] {
+    for lambda in &mut state.lambda[..ladder.cells()] {
         *lambda = [strength * random.signed(), strength * random.signed()];
     }
     state.load = [10.0 * random.signed(), 10.0 * random.signed()];
-    state.load_cell = (ladder.cells as f64 * 0.5 * (1.0 + random.signed())) as usize;
+    state.load_cell = (ladder.cells() as f64 * 0.5 * (1.0 + random.signed())) as usize;
     let mut count = 0;
     // At samples, or at places between them.
     ladder.fineness = 1 + (1.5 * (1.0 + random.signed())) as usize;
@@ -103,7 +104,7 @@ enum Place {
 fn places(ladder: &Ladder<f64, Paper>, rows: usize) -> Vec<Place> {
     let mut places = Vec::new();
     let mut joints = Vec::new();
-    for member in &ladder.members[..ladder.member_count()] {
+    for member in ladder.members() {
         let nodes = member.nodes();
         places.extend((nodes.start + 1..nodes.end - 1).map(Place::Node));
         if !joints.contains(&member.end) {
@@ -111,7 +112,7 @@ fn places(ladder: &Ladder<f64, Paper>, rows: usize) -> Vec<Place> {
         }
     }
     places.extend(joints.into_iter().map(Place::Joint));
-    places.extend((0..ladder.cells).flat_map(|cell| [Place::Lambda(cell, 0), Place::Lambda(cell, 1)]));
+    places.extend((0..ladder.cells()).flat_map(|cell| [Place::Lambda(cell, 0), Place::Lambda(cell, 1)]));
     places.extend((0..rows).map(Place::Row));
     places
 }
@@ -126,7 +127,7 @@ fn add(
     match place {
         Place::Node(node) => state.angle[node] += by,
         Place::Joint(joint) => {
-            for member in &ladder.members[..ladder.member_count()] {
+            for member in ladder.members() {
                 if member.start == joint {
                     state.angle[usize::from(member.first)] += by;
                 }
@@ -161,19 +162,18 @@ fn lagrangian(
         &row.place
     }
     let mut value = 0.0;
-    for (index, member) in ladder.members[..ladder.member_count()].iter().enumerate() {
-        let (cell, kind) = (index / 4, index % 4);
-        let l = state.lambda[cell];
-        let mut force = match kind {
-            0 => l,
-            1 => [-l[0], -l[1]],
-            _ => [l[0] - state.lambda[cell + 1][0], l[1] - state.lambda[cell + 1][1]],
-        };
-        if kind == 0 {
-            for row in rows.iter().filter(|row| usize::from(sample(row).cell) > cell) {
+    for (index, member) in ladder.members().iter().enumerate() {
+        let mut force = [0.0; 2];
+        for term in member.terms() {
+            let [x, y] = state.lambda[usize::from(term.closure)];
+            force = [force[0] + term.sign * x, force[1] + term.sign * y];
+        }
+        let is_front = matches!(member.role, Role::Front(_));
+        if is_front {
+            for row in rows.iter().filter(|row| usize::from(sample(row).cell) > index) {
                 force = [force[0] - row.multiplier * row.normal[0], force[1] - row.multiplier * row.normal[1]];
             }
-            if state.load_cell >= cell {
+            if state.load_cell >= index {
                 force = [force[0] - state.load[0], force[1] - state.load[1]];
             }
         }
@@ -210,7 +210,7 @@ fn lagrangian(
                 continue;
             }
             let mut f = force;
-            for row in rows.iter().filter(|row| kind == 0 && usize::from(sample(row).cell) == cell) {
+            for row in rows.iter().filter(|row| is_front && usize::from(sample(row).cell) == index) {
                 let first = usize::from(sample(row).node);
                 let w = if i < first { l } else { sample(row).weights.get(i - first).copied().unwrap_or(0.0) };
                 for k in 0..2 {
@@ -226,14 +226,13 @@ fn lagrangian(
         value += dot(force, rotated(member.rigid_start, state.angle[nodes.start]));
         let end = rotated(member.rigid_end, state.angle[nodes.end - 1]);
         value += dot(force, end);
-        for row in rows.iter().filter(|row| kind == 0 && usize::from(sample(row).cell) == cell) {
+        for row in rows.iter().filter(|row| is_front && usize::from(sample(row).cell) == index) {
             value -= sample(row).rigid * row.multiplier * dot(row.normal, end);
         }
     }
-    for cell in 0..ladder.cells {
-        value -= dot(state.lambda[cell], ladder.rest[cell]);
+    for (lambda, closure) in state.lambda.iter().zip(ladder.topology.closures()) {
+        value -= dot(*lambda, closure.rest);
     }
-    value -= dot(state.lambda[0], ladder.base_rung);
     for (row, at) in rows.iter().zip(frozen) {
         let gap = row.gap + dot(row.normal, [ladder.base[0] - at[0], ladder.base[1] - at[1]]);
         value -= row.multiplier * gap + 0.5 * ladder.contact_softness() * row.multiplier.powi(2);
@@ -349,7 +348,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         let mut order = vec![0; rows];
         let border = symmetric::factorise(&mut d, rows, Paper::CONTACTS, &mut order);
         assert_eq!(negative + rows - border, dense_negative, "negative eigenvalues of the whole KKT");
-        indefinite += usize::from(dense_negative != 2 * ladder.cells + rows);
+        indefinite += usize::from(dense_negative != 2 * ladder.cells() + rows);
 
         // The whole step with every row active.
         let mut row_delta: Vec<f64> = work.row_rhs[..rows].to_vec();
@@ -368,7 +367,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
             let found = match *place {
                 Place::Node(node) => work.nodes[node].delta,
                 Place::Joint(joint) => work.rhs[usize::from(joint)],
-                Place::Lambda(cell, i) => work.rhs[5 * cell + i],
+                Place::Lambda(cell, i) => work.rhs[usize::from(ladder.topology.closures()[cell].unknown) + i],
                 Place::Row(row) => work.row_delta[row],
             };
             worst = worst.max((found - exact).abs() / size);
@@ -418,7 +417,8 @@ fn every_stage_has_the_inertia_of_its_block() {
         gradient(&ladder, &state, &mut work, &frozen, &places);
         let diagonal = Diagonal { curvature: 1.0, shift: 0.0 };
         work.curved = true;
-        let found = (0..ladder.member_count()).map(|index| condense(&ladder, &mut work, index, diagonal).1).sum();
+        let found =
+            (0..ladder.topology.member_count()).map(|index| condense(&ladder, &mut work, index, diagonal).1).sum();
         assert_eq!(negative(&members), found, "members");
         gradient(&ladder, &state, &mut work, &frozen, &places);
         assert_eq!(negative(&banded), step::factorise(&ladder, &mut work, diagonal) - found, "banded system");
@@ -427,7 +427,7 @@ fn every_stage_has_the_inertia_of_its_block() {
         let flexibility = symmetric::factorise(&mut work.flexibility.to_vec(), rows, Paper::CONTACTS, &mut order);
         // D is the block with its sign changed.
         assert_eq!(negative(&border), rows - flexibility, "border");
-        let odd = [found > 0, negative(&banded) != 2 * ladder.cells, flexibility > 0];
+        let odd = [found > 0, negative(&banded) != 2 * ladder.cells(), flexibility > 0];
         met.iter_mut().zip(odd).for_each(|(met, odd)| *met += usize::from(odd));
     }
     std::println!("{compared} states, of an unusual inertia: {met:?}");
@@ -439,8 +439,8 @@ fn members_share_their_joints() {
     let mut random = Random::new(13);
     for _ in 0..20 {
         let (ladder, state, _) = random_model(&mut random);
-        for a in &ladder.members[..ladder.member_count()] {
-            for b in &ladder.members[..ladder.member_count()] {
+        for a in ladder.members() {
+            for b in ladder.members() {
                 if b.start == a.end {
                     assert_eq!(state.angle[usize::from(b.first)], state.angle[a.nodes().end - 1]);
                 }

@@ -216,7 +216,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 gather(core::slice::from_mut(into), &[sample.half_thickness]);
             }
             gather(&mut work.rhs.as_mut()[..ladder.unknowns()], probe.work.rhs.as_ref());
-            for cell in 0..ladder.cells {
+            for cell in 0..ladder.cells() {
                 gather(&mut work.closure.as_mut()[cell], &probe.work.closure.as_ref()[cell]);
             }
             for j in 0..rows {

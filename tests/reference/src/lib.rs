@@ -10,8 +10,8 @@ pub mod twins;
 pub mod wide;
 
 use heapless::Vec;
-use model_core::design::{Attachments, Design, HingeFrom};
 pub use model_core::design::ladder_80;
+use model_core::design::{Attachments, Design, HingeFrom};
 use model_core::discretise::{Discretisation, Physics, Sampling, Scheme, Softness};
 use model_core::object::ObjectDesign;
 
