@@ -3,10 +3,11 @@
 //! A member's end-to-end vector is D = Σ lᵢ dᵢ + rigid parts. Without stretch and shear dᵢ = eᵢ, the direction of the link.
 //! With them, the force f through the link strains it: dᵢ = eᵢ + (f·eᵢ)/EA·eᵢ + (f·e′ᵢ)/κGA·e′ᵢ for a force that pulls,
 //! which is −f in the Lagrangian's sign. Stretch and shear thus need no unknowns of their own: they are eliminated node by
-//! node, and λ carries their compliance. The bending stiffness follows the stretch (see `newton::bend`).
+//! node, and λ carries their compliance. The bending stiffness follows the stretch (see `element`).
 
 use crate::access::Access;
 use crate::contact::Sample;
+use crate::element::Constants;
 use crate::real::{Real, Vec2};
 use crate::size::{Size, Storage};
 use crate::topology::{CLAMPED, Member, Topology};
@@ -117,6 +118,14 @@ impl<T: Real, S: Size> Ladder<T, S> {
     #[inline]
     pub(crate) fn member(&self, index: usize) -> Option<&Member<T>> {
         self.topology.members.as_ref().get(index)
+    }
+
+    /// A member's constants.
+    #[inline]
+    pub(crate) fn constants<'a>(&'a self, member: &'a Member<T>) -> Option<Constants<'a, T>> {
+        let (weight, coupling) =
+            (self.weight.as_ref().get(member.nodes())?, self.coupling.as_ref().get(member.nodes())?);
+        Some(Constants { member, weight, coupling })
     }
 
     /// Number of angles of the model (interior nodes and joints).

@@ -88,6 +88,7 @@ pub mod discretise;
 pub mod drive;
 #[cfg(test)]
 mod elastica;
+mod element;
 pub mod equilibrium;
 pub mod estimator;
 pub mod grasp;

@@ -5,7 +5,7 @@ use crate::access::Access as _;
 use crate::ladder::Ladder;
 use crate::real::{Real, vec2};
 use crate::size::{Blank, Size};
-use crate::topology::Member;
+use crate::topology::{Kind, Member};
 
 /// A flexible rod, about to become a member.
 pub(super) struct Rod<'a> {
@@ -96,20 +96,30 @@ pub(super) fn write_rod<T: Real, S: Size>(
     Ok(Member {
         first: first as u16,
         interior: interior as u16,
+        kind: kind(scheme),
         compliance: rod.compliance.map(T::of),
         stiffening: T::of(rod.stiffening),
         ..Member::BLANK
     })
 }
 
+/// What a scheme's members are made of.
+pub(super) fn kind(scheme: Scheme) -> Kind {
+    match scheme {
+        Scheme::Simpson => Kind::Quadratic,
+        Scheme::Paper | Scheme::Trapezoid => Kind::Link,
+    }
+}
+
 /// Writes the node pair of a member that is rigid altogether.
 pub(super) fn write_point<T: Real, S: Size>(
     ladder: &mut Ladder<T, S>,
+    scheme: Scheme,
     first: usize,
 ) -> Result<Member<T>, DiscretiseError> {
     if !ladder.fit_nodes(first + 2) {
         return Err(DiscretiseError::Capacity);
     }
     ladder.direction.as_mut().run_mut(first..first + 2).fill([T::one(), T::ZERO]);
-    Ok(Member { first: first as u16, ..Member::BLANK })
+    Ok(Member { first: first as u16, kind: kind(scheme), ..Member::BLANK })
 }

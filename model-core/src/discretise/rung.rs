@@ -92,7 +92,7 @@ pub(super) fn write_rung<T: Real, S: Size>(
         }
         let made = match part.rod {
             Some(rod) => write_rod(ladder, how.scheme, node, rod),
-            None => write_point(ladder, node),
+            None => write_point(ladder, how.scheme, node),
         };
         written = made.and_then(|mut member| {
             let [start, end] = part.joints.map(|joint| slot.joints.as_slice().at(joint));

@@ -5,8 +5,9 @@
 use super::{Follower, Phase};
 use crate::access::Access;
 use crate::contact::Contact;
+use crate::element;
 use crate::ladder::Ladder;
-use crate::newton::{Effort, gaps, strain};
+use crate::newton::{Effort, gaps, kinematics};
 use crate::object::{Displacement, Motion, Object};
 use crate::real::{Real, Vec2, cross, vec2};
 use crate::sensitivity::Parts;
@@ -142,7 +143,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Elastic energy V (without the contact term), N·mm.
     pub fn energy(&self) -> T {
-        let energy = self.timeline.present.bending_energy(&self.ladder) + strain::energy(&self.ladder, &self.work);
+        let energy = self.timeline.present.bending_energy(&self.ladder) + kinematics::energy(&self.ladder, &self.work);
         energy * self.ladder.units.moment()
     }
 
@@ -213,7 +214,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let work = self.work.members.as_ref().at(index);
             let nodes = self.ladder.topology.members.as_ref().at(index).nodes();
             let start = end;
-            let d = strain::end_to_end(&work);
+            let d = work.end_to_end();
             end = [start[0] + d[0], start[1] + d[1]];
             let rigid = work.rigid_end[0] != T::ZERO || work.rigid_end[1] != T::ZERO;
             let mut at = start;
@@ -257,7 +258,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 self.work.members.as_ref().get(index)
             };
             let onwards = |from: [T; 2], d: [T; 2]| [from[0] + d[0], from[1] + d[1]];
-            let d = part(0).map_or([T::ZERO; 2], strain::end_to_end);
+            let d = part(0).map_or([T::ZERO; 2], element::Strain::end_to_end);
             // Behind the front hinge, or from beam to beam.
             let ends = match part(1) {
                 Some(back) => [onwards(start, d), onwards(onwards(start, d), back.rigid_start)],

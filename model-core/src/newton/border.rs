@@ -1,8 +1,8 @@
 //! The border: contact rows g_j + ε_c μ_j = 0 against joints, λ and each other.
 
+use super::Workspace;
 use super::condense::solve_interior;
-use super::strain::cell_of;
-use super::{Workspace, bend};
+use super::kinematics::{cell_of, sample_lever};
 use crate::access::Access;
 use crate::contact::Sample;
 use crate::ladder::Ladder;
@@ -10,7 +10,7 @@ use crate::linear::banded;
 use crate::linear::symmetric::product;
 use crate::real::Real;
 use crate::size::{Blank, Size};
-use crate::topology::CLAMPED;
+use crate::topology::{CLAMPED, Kind};
 
 /// A row's entries with its own span, after condensation.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +67,7 @@ fn own_span<T: Real, S: Size>(
     let (member, m) = (ladder.member(index)?, work.members.as_ref().get(index)?);
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
-    let mut own = Own { lever: bend::sample_lever(ladder, work, index, sample), ..Own::BLANK };
+    let mut own = Own { lever: sample_lever(ladder, work, index, sample), ..Own::BLANK };
     // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
     let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
     let (start, end, before_end) = if work.curved {
@@ -105,7 +105,7 @@ fn own_span<T: Real, S: Size>(
     let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
     let (Some(first_node), Some(last_node)) = (list.first(), list.last()) else { return None };
     let mut ends = [first_node.delta - turn(m.rigid_start), last_node.delta - sample.rigid * turn(m.rigid_end)];
-    solve_interior(list, [T::ZERO; 2], T::ZERO, ladder.quadratic, |node| node.delta);
+    solve_interior(list, [T::ZERO; 2], T::ZERO, member.kind == Kind::Quadratic, |node| node.delta);
     // Eliminate the interior: entries with a, b, force, gradient.
     let [_, inner @ .., _] = &*list else { return None };
     if let ([first, ..], [.., last]) = (inner, inner) {

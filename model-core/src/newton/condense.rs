@@ -5,12 +5,14 @@
 //! between lamellae): its pivots are bounded away from zero, which perturbs the step and not the solution, and its negative pivots
 //! are counted for the stability test.
 
-use super::{Node, Workspace};
+use super::Workspace;
 use crate::access::Access;
+use crate::element::Node;
 use crate::ladder::Ladder;
 use crate::linear::pivot::{bounded, pivot_bound};
 use crate::real::Real;
 use crate::size::{Blank, Size};
+use crate::topology::Kind;
 
 /// Condensed Hessian and gradient of a member in (a, b, x, y).
 #[derive(Clone, Copy, Debug)]
@@ -91,7 +93,7 @@ pub(crate) fn condense<T: Real, S: Size>(
     index: usize,
     diagonal: Diagonal<T>,
 ) -> (Condensed<T>, usize) {
-    if ladder.quadratic {
+    if ladder.member(index).is_some_and(|member| member.kind == Kind::Quadratic) {
         condense_band::<T, S, true>(ladder, work, index, diagonal)
     } else {
         condense_band::<T, S, false>(ladder, work, index, diagonal)
@@ -129,7 +131,7 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
     let mut negative = 0;
     let &mut [start, first, ..] = &mut *list else { return (Condensed::BLANK, 0) };
     let from_start = coupling(0, &start);
-    let [xx, xy, yy] = out.give;
+    let [xx, xy, yy] = out.compliance;
     let mut sums = Sums { start: [own(at_rest.at(0), &start), zero, zero, zero], force: [xx, xy, yy, zero, zero] };
 
     let (mut pivot, mut column);

@@ -1,9 +1,10 @@
 //! Gaps of the contact samples, and the rows they make.
 
 use super::Workspace;
-use super::strain::place_front;
+use super::kinematics::place_front;
 use crate::access::Access;
 use crate::contact::{ContactState, Direction, Row, Sample, sample_gap};
+use crate::element::Depth;
 use crate::ladder::{Ladder, vec2_of};
 use crate::object::{Gap, Object};
 use crate::real::{Real, Vec2};
@@ -280,7 +281,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
 /// Strains the front beam anew with the normals that the sweep found where its samples touch, and measures those gaps again.
 ///
 /// What the normals are then still behind is of second order in what they were behind before.
-pub(crate) fn replace<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
+pub(crate) fn replace<T: Real, S: Size, O: Object<T>, D: Depth>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
@@ -290,7 +291,7 @@ pub(crate) fn replace<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
     for row in work.rows.as_mut().iter_mut().take(count).filter(|row| row.touches()) {
         row.normal = turned_by(row.normal, row.tilt);
     }
-    place_front::<T, S, DEPTH>(ladder, state, work);
+    place_front::<T, S, D>(ladder, state, work);
     for j in 0..count {
         let mut row = work.rows.as_ref().at(j);
         let gap = sample_gap(object, &row.place, sample_position(ladder, work, &row.place));

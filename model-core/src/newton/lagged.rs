@@ -7,13 +7,14 @@
 
 use super::condense::{Corrections, solve_interior};
 use super::step::{self, Inertia};
-use super::{Workspace, assembly, border, strain};
+use super::{Workspace, assembly, border, kinematics};
 use crate::access::Access;
 use crate::contact::{ContactState, Direction, Row};
 use crate::ladder::Ladder;
 use crate::linear::banded;
 use crate::real::Real;
 use crate::size::{Blank, Size};
+use crate::topology::Kind;
 
 /// Gap of a row that is no longer one: nothing presses it shut, mm.
 const GONE: f64 = 1e9;
@@ -123,10 +124,11 @@ fn condense<T: Real, S: Size>(
     work: &mut Workspace<T, S>,
     index: usize,
 ) -> Option<Corrections<T>> {
-    let nodes = ladder.member(index)?.nodes();
+    let member = ladder.member(index)?;
+    let nodes = member.nodes();
     let constant = ladder.coupling.as_ref().get(nodes.clone())?;
     let list = work.nodes.as_mut().get_mut(nodes)?;
-    solve_interior(list, [T::ZERO; 2], T::ZERO, ladder.quadratic, |node| node.gradient);
+    solve_interior(list, [T::ZERO; 2], T::ZERO, member.kind == Kind::Quadratic, |node| node.gradient);
     let curved = work.curved;
     let coupling = |at: usize| match (curved, list.get(at)) {
         (true, Some(node)) => node.coupling,
@@ -157,7 +159,7 @@ fn border_rows<T: Real, S: Size>(
     from: usize,
     below: [T; 2],
 ) -> usize {
-    let own = strain::own_rows(work.rows.as_ref().run(0..work.row_count), index, from);
+    let own = kinematics::own_rows(work.rows.as_ref().run(0..work.row_count), index, from);
     let Some(nodes) = ladder.member(index).map(|member| member.nodes()) else { return own.end };
     let Some([_, inner @ .., _]) = work.nodes.as_ref().get(nodes.clone()) else { return own.end };
     let (mut at, mut swept) = (0, [T::ZERO; 2]);

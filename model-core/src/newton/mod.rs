@@ -1,25 +1,24 @@
 //! One Newton step for the ladder in contact, cost linear in elements and lamellae:
-//! `strain` and `gaps` → `residual` → `condense` each member onto its joints and force → `assembly` of the banded KKT in joints and λ →
-//! `border` by the contact rows → contact law (`contact::frictionless`) on the dense border → increments. `chain` is the strain of links instead of quadratic
-//! elements; `lagged` are the steps that keep an earlier factorisation.
+//! `kinematics` and `gaps` → `residual` → `condense` each member onto its joints and force → `assembly` of the banded KKT in joints and λ →
+//! `border` by the contact rows → contact law (`contact::frictionless`) on the dense border → increments. What a member's elements do is
+//! asked of [`crate::element`]; `lagged` are the steps that keep an earlier factorisation.
 //!
 //! Here mm, N and N·mm stand for the finger's own units of length, force and moment ([`crate::units`]).
 
 pub(crate) mod assembly;
-pub(crate) mod bend;
 pub(crate) mod border;
-pub(crate) mod chain;
 pub(crate) mod condense;
 pub(crate) mod gaps;
+pub(crate) mod kinematics;
 pub(crate) mod lagged;
 pub(crate) mod residual;
 pub(crate) mod step;
-pub(crate) mod strain;
 #[cfg(test)]
 mod tests;
 pub(crate) mod turning;
 
 use crate::contact::{ContactState, Row};
+use crate::element::{Node, Strain};
 use crate::ladder::Ladder;
 use crate::linear::banded::BAND;
 use crate::real::Real;
@@ -42,74 +41,6 @@ pub enum Hessian {
     /// 26 iterations and a quarter of the ticks failed, where the default needs 1.1; with them 1.5 to 1.7 against 1.0 to 1.1, none
     /// failed.
     GaussNewton,
-}
-
-/// A node while a step is made: one run of numbers, as the loops over a member's nodes need most of them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Node<T> {
-    /// Direction e(β+θ).
-    pub e: [T; 2],
-    /// Strained direction d: the node's weight times d is its part of the end-to-end vector.
-    pub strained: [T; 2],
-    /// Derivative of the member's end-to-end vector with respect to the node's angle, mm.
-    pub lever: [T; 2],
-    /// Of the element or spring that begins at the node: t ∂(½q)/∂θ of its start, at a quadratic element's middle that of its
-    /// end, mm; and the shortening η that the node carries (see `bend`).
-    pub bent: [T; 2],
-    /// Second derivatives towards the next node and the one after it, N·mm: the ladder's, or as the stretch has made them.
-    pub coupling: [T; 2],
-    /// Gradient of the Lagrangian, N·mm.
-    pub gradient: T,
-    /// Geometric softening, N·mm: what the force takes from the diagonal of K.
-    pub curvature: T,
-    /// Factorised interior: inverse pivot and the two multipliers towards the next nodes.
-    pub factor: [T; 3],
-    /// Interior solution: contact columns while the border is built, then the step's increment Δθ, rad.
-    pub delta: T,
-}
-
-impl<T: Real> Blank for Node<T> {
-    const BLANK: Self = Self {
-        e: [T::ZERO; 2],
-        strained: [T::ZERO; 2],
-        lever: [T::ZERO; 2],
-        bent: [T::ZERO; 2],
-        coupling: [T::ZERO; 2],
-        gradient: T::ZERO,
-        curvature: T::ZERO,
-        factor: [T::ZERO; 3],
-        delta: T::ZERO,
-    };
-}
-
-/// A member while a step is made.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MemberWork<T> {
-    /// Σ lᵢ dᵢ, mm.
-    pub chord: [T; 2],
-    /// Rigid parts, turned, mm.
-    pub rigid_start: [T; 2],
-    pub rigid_end: [T; 2],
-    /// Force f that multiplies the member's end-to-end vector in the Lagrangian, N.
-    pub force: [T; 2],
-    /// Force that turns the rigid end, N (less than `force` where a contact acts on it).
-    pub end_force: [T; 2],
-    /// −Σ lᵢ Cᵢ with C = e eᵀ/EA + e′e′ᵀ/κGA: entries xx, xy, yy of the force with itself, mm/N.
-    pub give: [T; 3],
-    /// Largest gradient component of the interior nodes of a chain of links, N·mm.
-    pub steepest: T,
-}
-
-impl<T: Real> Blank for MemberWork<T> {
-    const BLANK: Self = Self {
-        chord: [T::ZERO; 2],
-        rigid_start: [T::ZERO; 2],
-        rigid_end: [T::ZERO; 2],
-        force: [T::ZERO; 2],
-        end_force: [T::ZERO; 2],
-        give: [T::ZERO; 3],
-        steepest: T::ZERO,
-    };
 }
 
 /// What was computed since the program began, counted; every count wraps.
@@ -155,7 +86,7 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) nodes: S::Nodes<Node<T>>,
     /// The factorisation has the second derivatives of the force's part: it takes the nodes' coupling, not the ladder's.
     pub(crate) curved: bool,
-    pub(crate) members: S::Members<MemberWork<T>>,
+    pub(crate) members: S::Members<Strain<T>>,
     /// Condensed front spans: what the contact rows on the spans above pull at.
     pub(crate) fronts: S::Cells<condense::Condensed<T>>,
     /// Largest change of an angle that the step's increments ask for, rad.
@@ -213,7 +144,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         effort: Effort::NONE,
         nodes: <S::Nodes<Node<T>> as Storage<Node<T>>>::EMPTY,
         curved: false,
-        members: <S::Members<MemberWork<T>> as Storage<MemberWork<T>>>::EMPTY,
+        members: <S::Members<Strain<T>> as Storage<Strain<T>>>::EMPTY,
         fronts: <S::Cells<condense::Condensed<T>> as Storage<condense::Condensed<T>>>::EMPTY,
         pace: T::ZERO,
         start: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
@@ -278,7 +209,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
     pub(crate) fn tip(&self, ladder: &Ladder<T, S>) -> [T; 2] {
         let mut tip = ladder.base;
         for front in self.members.as_ref().iter().take(ladder.cells()) {
-            let d = strain::end_to_end(front);
+            let d = front.end_to_end();
             tip = [tip[0] + d[0], tip[1] + d[1]];
         }
         tip

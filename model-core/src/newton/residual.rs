@@ -1,11 +1,11 @@
 //! The gradient of the Lagrangian
 //! L = V(θ) + Σ λ_k·h_k(θ, λ, μ) − Σ μ_j g_j − ½ ε_c Σ μ_j², stretch and shear eliminated (see [`crate::ladder`]).
 
-use super::chain::DEEP;
+use super::Workspace;
 use super::gaps::Sweep;
-use super::strain::{directions, end_to_end, energy, forces, own_rows, starts, strain};
-use super::{Workspace, bend};
+use super::kinematics::{bend, directions, energy, forces, own_rows, starts, strain};
 use crate::access::Access;
+use crate::element::{Depth, Tangents};
 use crate::ladder::Ladder;
 use crate::real::Real;
 use crate::size::Size;
@@ -23,7 +23,7 @@ pub(crate) struct Residual<T> {
 
 /// Strains the members but the front spans, which are strained already, and returns the largest residuals of gradient, closures
 /// and gaps.
-pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
+pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
@@ -34,29 +34,17 @@ pub(crate) fn gradient<T: Real, S: Size, const DEPTH: u8>(
     work.closure.as_mut().run_mut(0..ladder.cells()).fill([T::ZERO; 2]);
     for (index, member) in ladder.members().iter().enumerate() {
         if index >= ladder.cells() {
-            strain::<T, S, DEPTH>(ladder, state, work, index, 0..0);
+            strain::<T, S, D>(ladder, state, work, index, 0..0);
         }
-        if !ladder.quadratic {
-            // The links' moments come with their strain.
-        } else if member.stiffening == T::ZERO {
-            bend::moments(ladder, state, work, member);
-        } else {
-            bend::stretched(ladder, state, work, member);
-        }
-        let (Some([first, interior @ .., last]), Some(out)) =
+        bend(ladder, state, work, index, member);
+        let (Some([first, .., last]), Some(out)) =
             (work.nodes.as_ref().get(member.nodes()), work.members.as_ref().get(index))
         else {
             continue;
         };
-        let mut steepest = out.steepest;
-        if ladder.quadratic {
-            for node in interior {
-                steepest = steepest.max(node.gradient.abs());
-            }
-        }
-        worst.gradient = worst.gradient.max(steepest - member.rounding);
+        worst.gradient = worst.gradient.max(out.steepest - member.rounding);
         let joints = work.rhs.as_mut();
-        ladder.topology.enter(work.closure.as_mut(), member, end_to_end(out));
+        ladder.topology.enter(work.closure.as_mut(), member, out.end_to_end());
         let turn = |f: [T; 2], rigid: [T; 2]| f[1] * rigid[0] - f[0] * rigid[1];
         if member.start != CLAMPED {
             joints.add(usize::from(member.start), first.gradient + turn(out.force, out.rigid_start));
@@ -112,13 +100,12 @@ pub(crate) fn astray<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T
 /// Elastic energy at a state whose rows are those of the last evaluation, N·mm; leaves positions behind.
 pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) -> T {
     directions(ladder, state, work);
-    bend::shorten(ladder, state, work);
     forces(ladder, state, work);
     let mut from = 0;
     for index in 0..ladder.topology.member_count() {
         let own = own_rows(work.rows.as_ref().run(0..work.row_count), index, from);
         from = own.end;
-        strain::<T, S, DEEP>(ladder, state, work, index, own);
+        strain::<T, S, Tangents>(ladder, state, work, index, own);
     }
     starts(ladder, work);
     state.bending_energy(ladder) + energy(ladder, work)

@@ -2,21 +2,21 @@
 
 use super::assembly;
 use super::border;
-use super::chain::{DEEP, PLACED, RESIDUAL};
 use super::condense::{self, Diagonal, solve_interior};
 use super::gaps::{self, Sweep};
 use super::residual::{self, Residual};
-use super::{Hessian, Node, Workspace, bend, lagged, strain, turning};
+use super::{Hessian, Workspace, kinematics, lagged, turning};
 use crate::access::Access;
 use crate::contact::ContactState;
 use crate::contact::frictionless::{self, Problem, Settled};
+use crate::element::{Depth, Node, Places, Residuals, Tangents};
 use crate::ladder::Ladder;
 use crate::linear::banded;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
 use crate::state::State;
-use crate::topology::CLAMPED;
+use crate::topology::{CLAMPED, Kind};
 
 /// Largest change of an angle in one step, rad.
 pub(crate) const CLIP: f64 = 0.4;
@@ -59,8 +59,8 @@ pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
-    strain::directions(ladder, state, work);
-    evaluate_to::<T, S, O, DEEP>(ladder, state, work, object, margin)
+    kinematics::directions(ladder, state, work);
+    evaluate_to::<T, S, O, Tangents>(ladder, state, work, object, margin)
 }
 
 /// As [`evaluate`] after a whole step, but without the second derivatives: they stay those of an earlier state where that spares
@@ -72,15 +72,15 @@ pub(crate) fn residuals<T: Real, S: Size, O: Object<T>>(
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
-    if work.pace <= T::of(strain::SMALL) {
-        strain::turn(ladder, work);
+    if work.pace <= T::of(kinematics::SMALL) {
+        kinematics::turn(ladder, work);
     } else {
-        strain::directions(ladder, state, work);
+        kinematics::directions(ladder, state, work);
     }
-    evaluate_to::<T, S, O, RESIDUAL>(ladder, state, work, object, margin)
+    evaluate_to::<T, S, O, Residuals>(ladder, state, work, object, margin)
 }
 
-fn evaluate_to<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
+fn evaluate_to<T: Real, S: Size, O: Object<T>, D: Depth>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
@@ -88,16 +88,15 @@ fn evaluate_to<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
     work.effort.evaluates();
-    work.shallow = DEPTH != DEEP && !ladder.quadratic;
-    bend::shorten(ladder, state, work);
+    work.shallow = !D::TANGENT && !ladder.quadratic;
     gaps::recall(ladder, state, work);
     // After a small step the normals are those of the object up to second order: nothing is left to replace, as a rule.
     let replaces = T::TOLERANCE.length < T::of(REPLACED);
-    let at_once = !replaces || DEPTH != DEEP && work.pace <= T::of(CLOSE);
+    let at_once = !replaces || !D::TANGENT && work.pace <= T::of(CLOSE);
     if at_once {
-        strain::place_front::<T, S, DEPTH>(ladder, state, work);
+        kinematics::place_front::<T, S, D>(ladder, state, work);
     } else {
-        strain::place_front::<T, S, PLACED>(ladder, state, work);
+        kinematics::place_front::<T, S, Places>(ladder, state, work);
     }
     let mut sweep = gaps::sweep(ladder, state, work, object, margin);
     // Too many near samples: only those that penetrate need rows.
@@ -105,9 +104,9 @@ fn evaluate_to<T: Real, S: Size, O: Object<T>, const DEPTH: u8>(
         sweep = gaps::sweep(ladder, state, work, object, T::ZERO);
     }
     if replaces && !(at_once && residual::astray(ladder, work) <= T::of(0.01) * T::TOLERANCE.gradient) {
-        gaps::replace::<T, S, O, DEPTH>(ladder, state, work, object);
+        gaps::replace::<T, S, O, D>(ladder, state, work, object);
     }
-    (residual::gradient::<T, S, DEPTH>(ladder, state, work, &sweep), sweep)
+    (residual::gradient::<T, S, D>(ladder, state, work, &sweep), sweep)
 }
 
 /// Condenses, factorises and borders at the evaluated state; returns the number of negative pivots.
@@ -220,7 +219,7 @@ fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) 
     }
     for cell in (0..ladder.cells()).rev() {
         let rows = work.rows.as_ref().run(0..end);
-        let own = rows.iter().rev().take_while(|row| strain::cell_of(row) == cell).count();
+        let own = rows.iter().rev().take_while(|row| kinematics::cell_of(row) == cell).count();
         let rows = end - own..end;
         end = rows.start;
         let mut own_force = [T::ZERO; 2];
@@ -259,7 +258,7 @@ fn recover_member<T: Real, S: Size>(
     };
     let Some(list) = work.nodes.as_mut().get_mut(nodes.clone()) else { return };
     let pulled = |node: &Node<T>, [x, y]: [T; 2]| -node.gradient - (x * node.lever[0] + y * node.lever[1]);
-    let (before, wide) = (from_start.map(|entry| entry * da), ladder.quadratic);
+    let (before, wide) = (from_start.map(|entry| entry * da), member.kind == Kind::Quadratic);
     // Start joints are other members' end joints, or do not move.
     let pace = if rows.is_empty() {
         solve_interior(list, before, db, wide, |node| pulled(node, carried))

@@ -3,13 +3,13 @@
 use std::boxed::Box;
 use std::vec::Vec;
 
-use super::chain::DEEP;
 use super::condense::{Diagonal, condense};
 use super::gaps::{self, Sweep};
-use super::{Workspace, residual, step, strain};
+use super::{Workspace, kinematics, residual, step};
 use crate::contact::{ContactState, Direction, Row, Sample};
 use crate::design::{HingeFrom, HingeKind};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
+use crate::element::Tangents;
 use crate::ladder::Ladder;
 use crate::linear::symmetric;
 use crate::random_designs::Random;
@@ -250,7 +250,7 @@ fn gradient(
 ) -> Vec<f64> {
     residual::potential(ladder, state, work);
     let sweep = Sweep { nearest: 0.0, normal: [0.0; 2], nearest_free: 0.0, overflow: false, crowded: false };
-    residual::gradient::<_, _, DEEP>(ladder, state, work, &sweep);
+    residual::gradient::<_, _, Tangents>(ladder, state, work, &sweep);
     let value = |place: &Place| match *place {
         Place::Node(node) => work.nodes[node].gradient,
         Place::Joint(joint) => work.rhs[usize::from(joint)],
@@ -459,15 +459,15 @@ fn directions_turned_by_the_increments_are_those_of_the_angles() {
     let mut worst = 0.0_f64;
     for _ in 0..40 {
         let (ladder, mut state, mut work) = random_model(&mut random);
-        strain::directions(&ladder, &state, &mut work);
+        kinematics::directions(&ladder, &state, &mut work);
         for node in 0..ladder.node_count {
-            let delta = strain::SMALL * random.signed();
+            let delta = kinematics::SMALL * random.signed();
             work.nodes[node].delta = delta;
             state.angle[node] += delta;
         }
-        strain::turn(&ladder, &mut work);
+        kinematics::turn(&ladder, &mut work);
         let turned: Vec<[f64; 2]> = work.nodes[..ladder.node_count].iter().map(|node| node.e).collect();
-        strain::directions(&ladder, &state, &mut work);
+        kinematics::directions(&ladder, &state, &mut work);
         for (node, turned) in work.nodes.iter().zip(&turned) {
             worst = worst.max((node.e[0] - turned[0]).abs()).max((node.e[1] - turned[1]).abs());
         }

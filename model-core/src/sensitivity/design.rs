@@ -10,11 +10,11 @@ use super::{Derivative, Parts};
 use crate::access::Access;
 use crate::design::{Design, HingeKind, Profile};
 use crate::discretise::{Discretisation, discretise_in};
+use crate::element::Tangents;
 use crate::equilibrium::Follower;
 use crate::ladder::Ladder;
-use crate::newton::chain::DEEP;
 use crate::newton::gaps::{Sweep, sample_position};
-use crate::newton::{Workspace, bend, residual, strain};
+use crate::newton::{Workspace, kinematics, residual};
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::{Size, Storage};
@@ -195,12 +195,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 *into = work.rows.as_ref()[j];
                 into.place = probe.ladder.place(into.sample);
             }
-            strain::directions(&probe.ladder, state, &mut probe.work);
-            bend::shorten(&probe.ladder, state, &mut probe.work);
-            strain::place_front::<T, S, DEEP>(&probe.ladder, state, &mut probe.work);
+            kinematics::directions(&probe.ladder, state, &mut probe.work);
+            kinematics::place_front::<T, S, Tangents>(&probe.ladder, state, &mut probe.work);
             let (zero, far) = ([T::ZERO; 2], T::of(1e9));
             let clear = Sweep { nearest: far, normal: zero, nearest_free: far, overflow: false, crowded: false };
-            residual::gradient::<T, S, DEEP>(&probe.ladder, state, &mut probe.work, &clear);
+            residual::gradient::<T, S, Tangents>(&probe.ladder, state, &mut probe.work, &clear);
 
             let part = T::of(part);
             softening += part * probe.ladder.contact_softness() * ladder.units.length / ladder.units.force;

@@ -40,6 +40,16 @@ impl Role {
     }
 }
 
+/// What a member is made of (see `element`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Quadratic elements: their ends and middles are its nodes.
+    #[default]
+    Quadratic,
+    /// Rigid links between springs.
+    Link,
+}
+
 /// A closure that a member's vector enters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Term<T> {
@@ -55,6 +65,7 @@ pub(crate) struct Term<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Member<T> {
     pub role: Role,
+    pub kind: Kind,
     /// First node: the start joint's. The interior nodes follow, then the end joint's.
     pub first: u16,
     /// Number of interior nodes.
@@ -101,6 +112,7 @@ impl<T: Real> Member<T> {
 impl<T: Real> Blank for Member<T> {
     const BLANK: Self = Self {
         role: Role::Front(0),
+        kind: Kind::Quadratic,
         first: 0,
         interior: 0,
         start: CLAMPED,

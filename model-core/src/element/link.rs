@@ -1,17 +1,72 @@
-//! Strain and bending of a chain of links (`paper`, `trapezoid`), in one walk from a member's end to its start.
+//! Rigid links between springs (`paper`, `trapezoid`), in one walk from a member's end to its start (13).
 //!
-//! What [`super::strain`] and [`super::bend`] do for quadratic elements in passes, with the same formulas: between links, each
-//! spring has one carrier, the link above it (below it at a `trapezoid`'s end), so that a link needs nothing but what the one above
+//! Each spring has one carrier, the link above it (below it at a `trapezoid`'s end), so that a link needs nothing but what the one above
 //! has left it.
 
-use super::strain::strained;
-use super::{Node, Workspace};
+use super::node::strained;
+use super::{Constants, Depth, Element, Node, Strain};
 use crate::access::Access;
-use crate::contact::Row;
-use crate::ladder::Ladder;
+use crate::contact::{Row, Sample};
 use crate::real::Real;
-use crate::size::Size;
-use crate::state::State;
+
+/// A member of rigid links.
+pub(crate) struct Link;
+
+impl<T: Real> Element<T> for Link {
+    fn walk<D: Depth>(of: Constants<'_, T>, angle: &[T], rows: &[Row<T>], nodes: &mut [Node<T>], out: &mut Strain<T>) {
+        if of.member.compliance == [T::ZERO; 2] && of.member.stiffening == T::ZERO {
+            walk::<T, D, true>(of, angle, rows, nodes, out);
+        } else {
+            walk::<T, D, false>(of, angle, rows, nodes, out);
+        }
+    }
+
+    /// The links' moments come with their walk.
+    fn bend(_: Constants<'_, T>, _: &[T], _: &mut [Node<T>], _: &mut Strain<T>) {}
+
+    fn lever(of: Constants<'_, T>, first: usize, sample: &Sample<T>, nodes: &[Node<T>]) -> [[T; 2]; 3] {
+        let mut own = [[T::ZERO; 2]; 3];
+        let share = |k: usize| {
+            let (part, all) = (sample.weights[k], of.weight.get(first + k).copied().unwrap_or(T::ZERO));
+            if part == T::ZERO || all == T::ZERO { T::ZERO } else { part / all }
+        };
+        let stiffens = of.member.stiffening != T::ZERO;
+        let slope = |node: usize| nodes.get(node).map_or(T::ZERO, |node| node.bent[0]);
+        let lever = |node: usize| nodes.get(node).map_or([T::ZERO; 2], |node| node.lever);
+        // A place short of a link's end: a part of that link, and the whole of the one below it.
+        let (link, part) = if sample.weights[1] == T::ZERO { (first, T::one()) } else { (first + 1, share(1)) };
+        let [x, y] = lever(link);
+        let mut this = [part * x, part * y];
+        let mut end = [T::ZERO; 2];
+        let carrier = carrier(of.weight, link);
+        if let Some(carrying) = nodes.get(carrier).filter(|_| stiffens) {
+            // The spring above the link shortens the next link, which lies beyond the place, or this one.
+            let s = part * slope(link);
+            let v = [s * carrying.e[0], s * carrying.e[1]];
+            if carrier == link {
+                end = v;
+            } else {
+                this = [this[0] + v[0], this[1] + v[1]];
+            }
+        }
+        if link == first {
+            return [this, end, own[2]];
+        }
+        own = [lever(first), this, end];
+        if let Some(partial) = nodes.get(link).filter(|_| stiffens) {
+            // The spring below it shortens the whole of it.
+            let s = (T::one() - part) * slope(first);
+            own[0] = [own[0][0] + s * partial.e[0], own[0][1] + s * partial.e[1]];
+        }
+        own
+    }
+}
+
+/// Carrier of the spring that begins at a local node.
+#[inline]
+fn carrier<T: Real>(weight: &[T], node: usize) -> usize {
+    if weight.get(node + 1).is_some_and(|&w| w != T::ZERO) { node + 1 } else { node }
+}
 
 /// What a link leaves to the next one below.
 struct Above<T> {
@@ -23,29 +78,6 @@ struct Above<T> {
     slope: T,
     /// What the spring's shortening adds to the lower link's lever, mm.
     lever: [T; 2],
-}
-
-/// How much a walk finds: strained directions and the chord, the gradient as well, or also the second derivatives. The rest stays as
-/// it was.
-pub(crate) const PLACED: u8 = 0;
-pub(crate) const RESIDUAL: u8 = 1;
-pub(crate) const DEEP: u8 = 2;
-
-/// Strains a member that is a chain of links: what [`super::strain::strain`] does, and the bending moments as well.
-#[inline]
-pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
-    ladder: &Ladder<T, S>,
-    state: &State<T, S>,
-    work: &mut Workspace<T, S>,
-    index: usize,
-    own: core::ops::Range<usize>,
-) {
-    let Some(member) = ladder.member(index) else { return };
-    if member.compliance == [T::ZERO; 2] && member.stiffening == T::ZERO {
-        walk::<T, S, DEPTH, true>(ladder, state, work, index, own);
-    } else {
-        walk::<T, S, DEPTH, false>(ladder, state, work, index, own);
-    }
 }
 
 /// A member on the way from its end to its start.
@@ -118,7 +150,7 @@ impl<T: Real> Walk<'_, T> {
     /// One link of length w and the spring of stiffness k below it, over which the angle grows by `bend`; returns the gradient.
     /// `end` is an end without a weight above it, and what belongs to the spring that leads there.
     #[inline(always)]
-    fn link<const DEPTH: u8, const RIGID: bool>(
+    fn link<D: Depth, const RIGID: bool>(
         &mut self,
         node: &mut Node<T>,
         w: T,
@@ -142,7 +174,7 @@ impl<T: Real> Walk<'_, T> {
         for i in 0..2 {
             self.chord[i] += on.direction[i];
         }
-        if DEPTH == PLACED {
+        if !D::GRADIENT {
             return zero;
         }
         let [pull, across] = on.pull;
@@ -158,14 +190,14 @@ impl<T: Real> Walk<'_, T> {
                 lever: [-shift[0], -shift[1]],
             };
             end.gradient = -self.above.moment;
-            if DEPTH == DEEP {
+            if D::TANGENT {
                 (end.curvature, end.lever) = (softer, shift);
             }
         }
         let moment = if RIGID { moment } else { moment - slope * pull };
         let gradient = on.gradient + self.above.moment - moment;
         node.gradient = gradient;
-        if DEPTH == DEEP {
+        if D::TANGENT {
             let above = &self.above;
             (node.coupling[0], node.bent[0]) = (above.coupling, above.slope);
             if RIGID {
@@ -187,31 +219,21 @@ impl<T: Real> Walk<'_, T> {
     }
 }
 
-fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
-    ladder: &Ladder<T, S>,
-    state: &State<T, S>,
-    work: &mut Workspace<T, S>,
-    index: usize,
-    own: core::ops::Range<usize>,
+fn walk<T: Real, D: Depth, const RIGID: bool>(
+    of: Constants<'_, T>,
+    angle: &[T],
+    rows: &[Row<T>],
+    nodes: &mut [Node<T>],
+    out: &mut Strain<T>,
 ) {
-    let (Some(member), Some(out)) = (ladder.member(index), work.members.as_mut().get_mut(index)) else {
-        return;
-    };
-    let nodes = member.nodes();
-    let first = nodes.start;
-    let (Some(angle), Some(spring), Some([_, weight @ ..]), Some([start, list @ ..])) = (
-        state.angle.as_ref().get(nodes.clone()),
-        ladder.coupling.as_ref().get(nodes.clone()),
-        ladder.weight.as_ref().get(nodes.clone()),
-        work.nodes.as_mut().get_mut(nodes),
-    ) else {
-        return;
-    };
+    let (member, spring) = (of.member, of.coupling);
+    let first = member.nodes().start;
+    let (Some((_, weight)), Some((start, list))) = (of.weight.split_first(), nodes.split_first_mut()) else { return };
     let zero = T::ZERO;
     // All links of a member are of one length; where there is none, it is a pin or what stands for a weld.
     let length = weight.first().copied().unwrap_or(zero);
     let mut walk = Walk {
-        rows: work.rows.as_ref().get(own).unwrap_or(&[]),
+        rows,
         touching: 0,
         owed: [zero; 2],
         inverse: if length == zero { zero } else { T::one() / length },
@@ -242,10 +264,10 @@ fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
         walk.pass(first + links + 1);
         top.strained = walk.end::<RIGID>(top.e);
         let (k, bend) = (spring.at(links)[0], theta - below);
-        if DEPTH == DEEP {
+        if D::TANGENT {
             (top.coupling, top.bent) = ([zero; 2], [zero; 2]);
         }
-        if links == 0 && DEPTH != PLACED {
+        if links == 0 && D::GRADIENT {
             // No link at all.
             (walk.above.moment, walk.above.coupling) = (k * bend, k);
             (top.gradient, top.curvature, top.lever) = (-(k * bend), zero, [zero; 2]);
@@ -257,7 +279,7 @@ fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
     let mut each = list.iter_mut().zip(weight).zip(stiffness).zip(angles).enumerate().rev();
     if let Some((j, (((node, &w), &[k, _]), (&below, &theta)))) = each.next() {
         walk.pass(first + j + 1);
-        let gradient = walk.link::<DEPTH, RIGID>(node, w, k, theta - below, end);
+        let gradient = walk.link::<D, RIGID>(node, w, k, theta - below, end);
         // Of the nodes at the end, only one with another above it is an interior one.
         if weightless {
             steepest = gradient.abs();
@@ -265,23 +287,23 @@ fn walk<T: Real, S: Size, const DEPTH: u8, const RIGID: bool>(
     }
     for (j, (((node, &w), &[k, _]), (&below, &theta))) in each {
         walk.pass(first + j + 1);
-        let gradient = walk.link::<DEPTH, RIGID>(node, w, k, theta - below, None);
+        let gradient = walk.link::<D, RIGID>(node, w, k, theta - below, None);
         steepest = gradient.abs().max(steepest);
     }
     start.strained = walk.end::<RIGID>(start.e);
     out.chord = walk.chord.map(|sum| length * sum);
-    if DEPTH == PLACED {
+    if !D::GRADIENT {
         return;
     }
     let above = walk.above;
     start.gradient = above.moment;
     out.steepest = steepest;
-    if DEPTH == DEEP {
+    if D::TANGENT {
         (start.lever, start.curvature) = (above.lever, above.softer);
         (start.coupling[0], start.bent[0]) = (above.coupling, above.slope);
         let ([stretch, shear], [xx, xy]) = (member.compliance, walk.inertia.map(|sum| length * sum));
         let yy = length * T::of(links as f64) - xx;
-        out.give = if RIGID {
+        out.compliance = if RIGID {
             [zero; 3]
         } else {
             [-(stretch * xx + shear * yy), (shear - stretch) * xy, -(stretch * yy + shear * xx)]

@@ -1,18 +1,14 @@
 //! Kinematics: directions of the links, the forces through them, and what those do to them.
 
-use super::{MemberWork, Node, Workspace, chain};
+use super::Workspace;
 use crate::access::Access;
-use crate::contact::Row;
+use crate::contact::{Row, Sample};
+use crate::element::{Depth, Element, Link, Node, Pull, Quadratic};
 use crate::ladder::{Ladder, turned};
 use crate::real::Real;
 use crate::size::Size;
 use crate::state::State;
-
-/// End-to-end vector Σ l d + rigid parts of a member, mm.
-#[inline]
-pub(crate) fn end_to_end<T: Real>(work: &MemberWork<T>) -> [T; 2] {
-    [work.chord[0] + work.rigid_start[0] + work.rigid_end[0], work.chord[1] + work.rigid_start[1] + work.rigid_end[1]]
-}
+use crate::topology::{Kind, Member};
 
 /// Increment of an angle up to which [`turn`] is exact, rad.
 pub(crate) const SMALL: f64 = 1e-3;
@@ -64,7 +60,7 @@ pub(crate) fn starts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspa
     let fronts = work.members.as_ref().iter();
     for (start, front) in work.start.as_mut().iter_mut().zip(fronts).take(ladder.cells()) {
         *start = position;
-        let d = end_to_end(front);
+        let d = front.end_to_end();
         position = [position[0] + d[0], position[1] + d[1]];
     }
 }
@@ -82,57 +78,10 @@ pub(crate) fn own_rows<T: Real>(rows: &[Row<T>], index: usize, from: usize) -> c
     from..from + above.iter().take_while(|row| cell_of(row) == index).count()
 }
 
-/// What a force does to a link or node of weight w and direction e that bending shortens by η.
-///
-/// With f the force per weight, a = f·e, b = f·e′, k = 1/EA − 1/κGA: ψ = (1 − η) a − ½(a²/EA + b²/κGA), d = ∂ψ/∂f, and the node
-/// adds w ψ to the Lagrangian.
-pub(super) struct Strained<T> {
-    /// Strained direction d, and w times its derivative with respect to the angle.
-    pub direction: [T; 2],
-    pub lever: [T; 2],
-    /// First derivative of w ψ with respect to the angle, and the second with its sign changed, N·mm.
-    pub gradient: T,
-    pub curvature: T,
-    /// f·e and f·e′.
-    pub pull: [T; 2],
-}
-
-#[inline(always)]
-pub(super) fn strained<T: Real, const RIGID: bool>(
-    e: [T; 2],
-    w: T,
-    force: [T; 2],
-    [stretch, shear]: [T; 2],
-    shorter: T,
-) -> Strained<T> {
-    let [x, y] = e;
-    let a = force[0] * x + force[1] * y;
-    let b = force[1] * x - force[0] * y;
-    if RIGID {
-        let lever = [-(w * y), w * x];
-        return Strained { direction: e, lever, gradient: w * b, curvature: w * a, pull: [a, b] };
-    }
-    let k = stretch - shear;
-    let whole = T::one() - shorter;
-    let (p, q) = (whole - stretch * a, shear * b);
-    let (r, t) = (whole - k * a, k * b);
-    let (wx, wy) = (w * x, w * y);
-    Strained {
-        direction: [x * p + q * y, y * p - q * x],
-        lever: [-(wy * r + wx * t), wx * r - wy * t],
-        gradient: w * b * r,
-        curvature: w * (a * r + b * t),
-        pull: [a, b],
-    }
-}
-
-/// Strains a member: directions, their derivatives, the force's part of the gradient and of its diagonal, the chord and the
-/// compliance of the force with itself; a chain of links gets its bending moments as well.
-///
-/// Of chains of links no more than `DEPTH` says (see [`chain::DEEP`]).
+/// Strains a member under its force, as deep as asked; `own` are its rows.
 // Long and called once per member: a copy at every call would cost flash and spare nothing.
 #[inline(never)]
-pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
+pub(crate) fn strain<T: Real, S: Size, D: Depth>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
@@ -140,92 +89,63 @@ pub(crate) fn strain<T: Real, S: Size, const DEPTH: u8>(
     own: core::ops::Range<usize>,
 ) {
     let Some(member) = ladder.member(index) else { return };
-    if !ladder.quadratic {
-        chain::strain::<T, S, DEPTH>(ladder, state, work, index, own);
-    } else if member.compliance == [T::ZERO; 2] {
-        strain_all::<T, S, true>(ladder, work, index, own);
-    } else {
-        strain_all::<T, S, false>(ladder, work, index, own);
+    let (Some(of), Some(angle), Some(nodes), Some(out)) = (
+        ladder.constants(member),
+        state.angle.as_ref().get(member.nodes()),
+        work.nodes.as_mut().get_mut(member.nodes()),
+        work.members.as_mut().get_mut(index),
+    ) else {
+        return;
+    };
+    let rows = work.rows.as_ref().get(own).unwrap_or(&[]);
+    match member.kind {
+        Kind::Quadratic => Quadratic::walk::<D>(of, angle, rows, nodes, out),
+        Kind::Link => Link::walk::<D>(of, angle, rows, nodes, out),
     }
 }
 
-/// Forces through a member's nodes, from its end to its start.
-struct Walk<'a, T> {
-    /// Touching samples on the member, base to tip; those beyond the present node are taken off.
-    own: &'a [Row<T>],
-    carried: [T; 2],
-}
-
-impl<T: Real> Walk<'_, T> {
-    /// Force per weight through a node of weight w: contacts beyond the node pull the whole of it, those at it a part.
-    #[inline(always)]
-    fn force(&mut self, node: usize, w: T) -> [T; 2] {
-        let mut force = self.carried;
-        if self.own.is_empty() {
-            return force;
-        }
-        while let Some((row, below)) = self.own.split_last()
-            && usize::from(row.place.node) > node
-        {
-            self.own = below;
-            force = [force[0] - row.multiplier * row.normal[0], force[1] - row.multiplier * row.normal[1]];
-        }
-        self.carried = force;
-        if w != T::ZERO {
-            for row in self.own {
-                let part = row.place.weights.get(node.wrapping_sub(usize::from(row.place.node)));
-                if let Some(&part) = part {
-                    let share = row.multiplier * part / w;
-                    force = [force[0] - share * row.normal[0], force[1] - share * row.normal[1]];
-                }
-            }
-        }
-        force
-    }
-}
-
-/// A member's walk; `own` are its rows.
-fn walk<T: Real>(rows: &[Row<T>], force: [T; 2], own: core::ops::Range<usize>) -> Walk<'_, T> {
-    Walk { own: rows.get(own).unwrap_or(&[]), carried: force }
-}
-
-fn strain_all<T: Real, S: Size, const RIGID: bool>(
+/// Adds a strained member's bending moments to its gradient.
+#[inline(always)]
+pub(crate) fn bend<T: Real, S: Size>(
     ladder: &Ladder<T, S>,
+    state: &State<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
-    own: core::ops::Range<usize>,
+    member: &Member<T>,
 ) {
-    let (Some(member), Some(out)) = (ladder.member(index), work.members.as_mut().get_mut(index)) else {
+    let (Some(of), Some(angle), Some(nodes), Some(out)) = (
+        ladder.constants(member),
+        state.angle.as_ref().get(member.nodes()),
+        work.nodes.as_mut().get_mut(member.nodes()),
+        work.members.as_mut().get_mut(index),
+    ) else {
         return;
     };
-    let nodes = member.nodes();
-    let mut walk = walk(work.rows.as_ref(), out.force, own);
-    let mut chord = [T::ZERO; 2];
-    // Σ w e eᵀ.
-    let mut inertia = [T::ZERO; 3];
-    let (Some(weight), Some(list)) =
-        (ladder.weight.as_ref().get(nodes.clone()), work.nodes.as_mut().get_mut(nodes.clone()))
-    else {
-        return;
-    };
-    for ((index, &w), node) in nodes.zip(weight).zip(list).rev() {
-        let shorter = if RIGID { T::ZERO } else { node.bent[1] };
-        let e = node.e;
-        let strained = strained::<T, RIGID>(e, w, walk.force(index, w), member.compliance, shorter);
-        node.strained = strained.direction;
-        chord = [chord[0] + w * strained.direction[0], chord[1] + w * strained.direction[1]];
-        node.lever = strained.lever;
-        node.gradient = strained.gradient;
-        node.curvature = strained.curvature;
-        if !RIGID {
-            node.coupling = strained.pull;
-            let (wx, wy) = (w * e[0], w * e[1]);
-            inertia = [inertia[0] + wx * e[0], inertia[1] + wx * e[1], inertia[2] + wy * e[1]];
-        }
+    match member.kind {
+        Kind::Quadratic => Quadratic::bend(of, angle, nodes, out),
+        Kind::Link => Link::bend(of, angle, nodes, out),
     }
-    out.chord = chord;
-    let ([stretch, shear], [xx, xy, yy]) = (member.compliance, inertia);
-    out.give = [-(stretch * xx + shear * yy), (shear - stretch) * xy, -(stretch * yy + shear * xx)];
+}
+
+/// Derivatives of a sample's position with respect to the angles of three nodes, from the sample's own on, mm.
+pub(crate) fn sample_lever<T: Real, S: Size>(
+    ladder: &Ladder<T, S>,
+    work: &Workspace<T, S>,
+    index: usize,
+    sample: &Sample<T>,
+) -> [[T; 2]; 3] {
+    let none = [[T::ZERO; 2]; 3];
+    let Some(member) = ladder.member(index) else { return none };
+    let nodes = member.nodes();
+    // The wedge's samples lie beyond the last node.
+    let Some(first) = usize::from(sample.node).checked_sub(nodes.start).filter(|&node| node < nodes.len()) else {
+        return none;
+    };
+    let (Some(of), Some(list)) = (ladder.constants(member), work.nodes.as_ref().get(nodes)) else { return none };
+    match member.kind {
+        Kind::Quadratic => Quadratic::lever(of, first, sample, list),
+        Kind::Link => Link::lever(of, first, sample, list),
+    }
 }
 
 /// Energy of stretch and shear of a strained ladder, N·mm.
@@ -235,7 +155,7 @@ pub(crate) fn energy<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T
     for (index, (member, out)) in ladder.members().iter().zip(work.members.as_ref()).enumerate() {
         let own = own_rows(rows, index, from);
         from = own.end;
-        let mut walk = walk(rows, out.force, own);
+        let mut pull = Pull::new(rows.get(own).unwrap_or(&[]), out.force);
         let [stretch, shear] = member.compliance;
         for node in member.nodes().rev() {
             let (Some(&w), Some(&[x, y])) =
@@ -243,7 +163,7 @@ pub(crate) fn energy<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T
             else {
                 continue;
             };
-            let force = walk.force(node, w);
+            let force = pull.force(node, w);
             let (a, b) = (force[0] * x + force[1] * y, force[1] * x - force[0] * y);
             twice += w * (stretch * a * a + shear * b * b);
         }
@@ -252,7 +172,7 @@ pub(crate) fn energy<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T
 }
 
 /// Forces, and the front spans strained and placed, so that gaps can be measured.
-pub(crate) fn place_front<T: Real, S: Size, const DEPTH: u8>(
+pub(crate) fn place_front<T: Real, S: Size, D: Depth>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
@@ -262,7 +182,7 @@ pub(crate) fn place_front<T: Real, S: Size, const DEPTH: u8>(
     for cell in 0..ladder.cells() {
         let own = own_rows(work.rows.as_ref().run(0..work.row_count), cell, from);
         from = own.end;
-        strain::<T, S, DEPTH>(ladder, state, work, cell, own);
+        strain::<T, S, D>(ladder, state, work, cell, own);
     }
     starts(ladder, work);
 }

@@ -1,0 +1,86 @@
+//! A node: its strained direction, and what the force through it does (18)–(21).
+
+use crate::real::Real;
+use crate::size::Blank;
+
+/// A node while a step is made: one run of numbers, as the loops over a member's nodes need most of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node<T> {
+    /// Direction e(β+θ).
+    pub e: [T; 2],
+    /// Strained direction d: the node's weight times d is its part of the end-to-end vector.
+    pub strained: [T; 2],
+    /// Derivative of the member's end-to-end vector with respect to the node's angle, mm.
+    pub lever: [T; 2],
+    /// Of the element or spring that begins at the node: t ∂(½q)/∂θ of its start, at a quadratic element's middle that of its
+    /// end, mm; and the shortening η that the node carries (see [`super`]).
+    pub bent: [T; 2],
+    /// Second derivatives towards the next node and the one after it, N·mm: the ladder's, or as the stretch has made them.
+    pub coupling: [T; 2],
+    /// Gradient of the Lagrangian, N·mm.
+    pub gradient: T,
+    /// Geometric softening, N·mm: what the force takes from the diagonal of K.
+    pub curvature: T,
+    /// Factorised interior: inverse pivot and the two multipliers towards the next nodes.
+    pub factor: [T; 3],
+    /// Interior solution: contact columns while the border is built, then the step's increment Δθ, rad.
+    pub delta: T,
+}
+
+impl<T: Real> Blank for Node<T> {
+    const BLANK: Self = Self {
+        e: [T::ZERO; 2],
+        strained: [T::ZERO; 2],
+        lever: [T::ZERO; 2],
+        bent: [T::ZERO; 2],
+        coupling: [T::ZERO; 2],
+        gradient: T::ZERO,
+        curvature: T::ZERO,
+        factor: [T::ZERO; 3],
+        delta: T::ZERO,
+    };
+}
+
+/// What a force does to a link or node of weight w and direction e that bending shortens by η.
+///
+/// With f the force per weight, a = f·e, b = f·e′, k = 1/EA − 1/κGA: ψ = (1 − η) a − ½(a²/EA + b²/κGA), d = ∂ψ/∂f, and the node
+/// adds w ψ to the Lagrangian.
+pub(super) struct Strained<T> {
+    /// Strained direction d, and w times its derivative with respect to the angle.
+    pub direction: [T; 2],
+    pub lever: [T; 2],
+    /// First derivative of w ψ with respect to the angle, and the second with its sign changed, N·mm.
+    pub gradient: T,
+    pub curvature: T,
+    /// f·e and f·e′.
+    pub pull: [T; 2],
+}
+
+#[inline(always)]
+pub(super) fn strained<T: Real, const RIGID: bool>(
+    e: [T; 2],
+    w: T,
+    force: [T; 2],
+    [stretch, shear]: [T; 2],
+    shorter: T,
+) -> Strained<T> {
+    let [x, y] = e;
+    let a = force[0] * x + force[1] * y;
+    let b = force[1] * x - force[0] * y;
+    if RIGID {
+        let lever = [-(w * y), w * x];
+        return Strained { direction: e, lever, gradient: w * b, curvature: w * a, pull: [a, b] };
+    }
+    let k = stretch - shear;
+    let whole = T::one() - shorter;
+    let (p, q) = (whole - stretch * a, shear * b);
+    let (r, t) = (whole - k * a, k * b);
+    let (wx, wy) = (w * x, w * y);
+    Strained {
+        direction: [x * p + q * y, y * p - q * x],
+        lever: [-(wy * r + wx * t), wx * r - wy * t],
+        gradient: w * b * r,
+        curvature: w * (a * r + b * t),
+        pull: [a, b],
+    }
+}
