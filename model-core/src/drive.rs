@@ -256,8 +256,8 @@ impl Drive {
         match self {
             Self::Rotating => Some([angle, 1.0]),
             Self::Translating { travel: Travel::Linear { mm_per_rad }, .. } => {
-                let pace = f64::from(*mm_per_rad);
-                Some([pace * angle, pace])
+                let ratio = f64::from(*mm_per_rad);
+                Some([ratio * angle, ratio])
             }
             Self::Translating { travel: Travel::Table(knots), .. } => knots.at(angle),
         }
@@ -344,8 +344,8 @@ mod tests {
     fn nonsense_is_refused_by_name() {
         let said = |drive: Drive| std::string::ToString::to_string(&drive.validate().expect_err("must be refused"));
         assert!(said(Drive::linear([0.0, 0.0], 10.0)).starts_with("length of the direction is 0;"));
-        for pace in [0.0, -3.0, f32::NAN, 1e9] {
-            assert!(said(Drive::linear([1.0, 0.0], pace)).starts_with("mm_per_rad is"));
+        for ratio in [0.0, -3.0, f32::NAN, 1e9] {
+            assert!(said(Drive::linear([1.0, 0.0], ratio)).starts_with("mm_per_rad is"));
         }
         let table = |knots: &[[f32; 2]]| Drive::Translating {
             direction: [1.0, 0.0],

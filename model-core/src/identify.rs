@@ -198,10 +198,10 @@ pub fn identify<T: Real, S: Size>(
         go(follower, &moved.drive, unknown, measurements, noise)
     };
 
-    let pace = (most - least) / PLACES as f64;
+    let width = (most - least) / PLACES as f64;
     let mut best: Option<(f64, Pass)> = None;
     for place in 0..PLACES {
-        let value = least + pace * (place as f64 + 0.5);
+        let value = least + width * (place as f64 + 0.5);
         if let Some(found) = pass(value)
             && best.is_none_or(|(_, best)| found.objective < best.objective)
         {
@@ -209,7 +209,7 @@ pub fn identify<T: Real, S: Size>(
         }
     }
     let (mut value, mut here) = best.ok_or(IdentifyError::NotFollowed)?;
-    let (mut low, mut high) = ((value - pace).max(least), (value + pace).min(most));
+    let (mut low, mut high) = ((value - width).max(least), (value + width).min(most));
     for _ in 0..SECTIONS {
         if here.touching < LEAST {
             return Err(IdentifyError::TooFew(here.touching));

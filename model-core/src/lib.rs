@@ -66,10 +66,21 @@
 //!
 //! # The modules
 //!
-//! Data flow, each module knowing only those above it: [`design`] → [`discretise`] → [`ladder`] (kinematics, energy) →
-//! [`contact`] and [`object`] → [`newton`] (one step) → [`equilibrium`] (continuation, stability, folds; what can be read off) → [`sensitivity`],
-//! [`uncertainty`], [`estimator`], [`grasp`]. Between [`discretise`] and what is read off an equilibrium the solver computes in the
-//! finger's own [`units`]. Outside, units are mm, N, N·mm, rad, MPa; frames and signs are defined in [`derivation`].
+//! Each uses those above it in this list only:
+//!
+//! 1. [`real`], [`size`], [`bounds`], [`status`]: scalars, capacities, ranges of settings, how a solve can end; and dense and banded linear algebra, which knows no finger.
+//! 2. [`design`]: what a person describes, validated.
+//! 3. [`object`], [`units`]: shapes to grasp and their motion; the finger's own units.
+//! 4. [`contact`]: samples, rows of the contact border and the law that decides on them.
+//! 5. `topology`: members, joints and closures as data. `element`: what a force does to a member, in two implementations.
+//! 6. [`ladder`]: all that does not change while a motion is followed. `state`: what does.
+//! 7. [`discretise`]: from the design to the ladder.
+//! 8. [`newton`]: one step, stage by stage.
+//! 9. [`equilibrium`]: continuation, stability, folds; what can be read off.
+//! 10. [`sensitivity`], [`uncertainty`], [`drive`], [`estimator`], [`grasp`], [`identify`]: users of the follower.
+//!
+//! Between [`discretise`] and what is read off an equilibrium the solver computes in the finger's own [`units`]. Outside, units are mm, N,
+//! N·mm, rad, MPa; frames and signs are defined in [`derivation`].
 
 #![no_std]
 #[cfg(test)]

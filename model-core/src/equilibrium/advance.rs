@@ -4,9 +4,10 @@ use super::fold::{FOLD_SHIFT, FOLD_STEP};
 use super::hop::Fall;
 use super::phase::Phase;
 use super::{Follower, Outcome};
+use crate::newton::settings::NewtonSettings;
 use crate::newton::{Hessian, step};
 use crate::object::Object;
-use crate::real::{Real, Tolerance};
+use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
 
@@ -20,12 +21,6 @@ const PATIENCE: u32 = 5;
 const PATIENCE_ON_THE_WAY: u32 = 4;
 /// Part of the largest step below which they may take all that the settings allow: a step this short does not stray.
 const PATIENT_BELOW: f64 = 1.0 / 16.0;
-
-/// Residuals at which a step on the way to the coordinate asked for is accepted: single precision's, whatever the precision.
-fn on_the_way<T: Real>() -> Tolerance<T> {
-    let Tolerance { gradient, length } = f32::TOLERANCE;
-    Tolerance { gradient: T::of(f64::from(gradient)), length: T::of(f64::from(length)) }
-}
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// One step towards `to`; the status if the call ends with it.
@@ -53,7 +48,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return Some(Status::MaxIterations);
         }
         self.timeline.predict(target, &self.ladder);
-        let tolerance = if reaches { T::TOLERANCE } else { on_the_way() };
+        let settings = NewtonSettings::<T>::of_precision();
+        let tolerance = if reaches { settings.tolerance } else { settings.on_the_way };
         let allowed = self.patience((target - self.timeline.at()).abs(), reaches);
         let attempt = self.newton(target, allowed, left, tolerance);
         outcome.iterations += attempt.iterations;
@@ -62,7 +58,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let converged = attempt.status == Status::Converged && stable;
         let passed = converged && self.presses_from_behind();
         let forces = self.forces();
-        if converged && !passed && !self.leaps(target, forces) {
+        if converged && !passed && !self.passes_a_fall(target, forces) {
             self.drift = attempt.drift;
             if untouched && attempt.iterations == 0 {
                 // The open hand as it was, and evaluated as it is.

@@ -3,6 +3,7 @@
 use super::Follower;
 use crate::newton::gaps;
 use crate::newton::residual::Residual;
+use crate::newton::settings::NewtonSettings;
 use crate::newton::step::{self, Inertia};
 use crate::newton::{Hessian, lagged};
 use crate::object::Object;
@@ -10,9 +11,6 @@ use crate::real::{Real, Tolerance};
 use crate::size::Size;
 use crate::status::Status;
 
-/// Contraction of the residuals by one step below which the next one keeps the stiffness. *Measured* at 170/20: anything from 0.005 to
-/// 0.1 costs the same, one count and cold.
-const SWIFT: f64 = 0.02;
 /// New rows of a short step's first iteration beyond which they are thinned.
 pub(super) const MANY: usize = 7;
 
@@ -31,7 +29,7 @@ pub(super) struct Attempt<T> {
     /// Some iterate was unstable with contacts that had settled.
     pub(super) unstable: bool,
     /// Largest change of an angle in the smallest step, rad.
-    pub(super) least_pace: T,
+    pub(super) least_turn: T,
     pub(super) residual: Residual<T>,
 }
 
@@ -42,7 +40,7 @@ impl<T: Real> Attempt<T> {
             Status::Folded
         } else if self.inertia.is_some_and(|inertia| !inertia.settled) {
             Status::Unsettled
-        } else if self.least_pace <= T::of(ROUNDING) * T::EPSILON
+        } else if self.least_turn <= T::of(ROUNDING) * T::EPSILON
             || self.status == Status::Converged && self.inertia.is_some_and(|inertia| !inertia.is_stable())
         {
             // Steps that are rounding, or an inertia that no matrix has.
@@ -64,6 +62,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         tolerance: Tolerance<T>,
     ) -> Attempt<T> {
         let max_iterations = max_iterations.min(budget);
+        let settings = NewtonSettings::<T>::of_precision();
         let object = self.seen(coordinate);
         let margin = T::of(self.settings.margin) / self.ladder.units.length;
         let mut attempt = Attempt {
@@ -72,15 +71,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             inertia: None,
             drift: T::ZERO,
             unstable: false,
-            least_pace: T::of(1e30),
+            least_turn: T::of(1e30),
             residual: Residual { gradient: T::of(1e30), length: T::of(1e30) },
         };
         let small = (coordinate - self.timeline.at()).abs() <= T::of(0.25) * self.max_step();
         let (mut best, mut last) = (T::of(1e30), T::of(1e30));
         let mut stalled = 0;
-        let mut lags = false;
+        let mut may_keep = false;
         loop {
-            let (residual, sweep) = if lags {
+            let (residual, sweep) = if may_keep {
                 step::residuals(&self.ladder, &self.timeline.present, &mut self.work, &object, margin)
             } else {
                 step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin)
@@ -105,7 +104,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 attempt.status = Status::Converged;
                 if judges {
                     // The last factorisation was made at another state: judge the solution itself.
-                    if self.work.shallow {
+                    if self.work.lacks_tangent {
                         step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin);
                     }
                     let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
@@ -136,12 +135,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 }
             }
             // What the stiffness is kept for would have to be judged at the end.
-            let swift = lags && size <= last * T::of(SWIFT) && attempt.drift <= near;
+            let keeps = may_keep && size <= last * settings.chord && attempt.drift <= near;
             last = size;
-            let inertia = if swift && lagged::align(&self.ladder, &mut self.work) {
+            let inertia = if keeps && lagged::align(&self.ladder, &mut self.work) {
                 lagged::solve(&self.ladder, &mut self.work)
             } else {
-                if lags {
+                if may_keep {
                     step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin);
                 }
                 attempt.drift = T::ZERO;
@@ -151,10 +150,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             attempt.unstable |= inertia.is_unstable();
             attempt.iterations += 1;
             let part = step::clip(&self.work);
-            attempt.drift += part * self.work.pace;
-            attempt.least_pace = attempt.least_pace.min(self.work.pace);
+            attempt.drift += part * self.work.largest_turn;
+            attempt.least_turn = attempt.least_turn.min(self.work.largest_turn);
             step::apply(&self.ladder, &mut self.timeline.present, &self.work, part);
-            lags = lagged::pays::<T>() && part == T::one() && self.settings.hessian == Hessian::Newton;
+            may_keep = settings.keeps_factors() && part == T::one() && self.settings.hessian == Hessian::Newton;
         }
     }
 }

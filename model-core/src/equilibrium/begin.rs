@@ -27,8 +27,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 (self.settings.max_distance_step * unit, 500.0 * unit)
             }
         };
-        let pace = (0.25 * step).max(reach / f64::from(START_CHECKS - 1));
-        let mut places = (0..START_CHECKS).map(|check| f64::from(check) * pace).take_while(|back| *back <= reach);
+        let spacing = (0.25 * step).max(reach / f64::from(START_CHECKS - 1));
+        let mut places = (0..START_CHECKS).map(|check| f64::from(check) * spacing).take_while(|back| *back <= reach);
         places.any(|back| self.begin(first - back))
     }
 

@@ -101,10 +101,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 }
                 continue;
             }
-            let pace = self.work.pace;
-            step::apply(&self.ladder, &mut self.timeline.present, &self.work, (T::of(FASTEST) / pace).min(T::one()));
-            slow = pace < T::of(SLOW);
-            if pace > T::of(FASTEST) {
+            let turn = self.work.largest_turn;
+            step::apply(&self.ladder, &mut self.timeline.present, &self.work, (T::of(FASTEST) / turn).min(T::one()));
+            slow = turn < T::of(SLOW);
+            if turn > T::of(FASTEST) {
                 shift *= T::of(2.0);
             } else if slow {
                 shift = if shift < T::of(1e-6) { T::ZERO } else { shift * T::of(0.5) };

@@ -62,7 +62,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// A step to the present state passes over a fall that the last one has not announced: only smaller ones can tell whether it is steep.
-    pub(super) fn leaps(&self, to: T, forces: [[T; 2]; 2]) -> bool {
+    pub(super) fn passes_a_fall(&self, to: T, forces: [[T; 2]; 2]) -> bool {
         let long = (to - self.timeline.at()).abs() > self.window();
         long && self.falls(to, forces) && {
             let [now, before] = forces;

@@ -47,6 +47,7 @@ pub(crate) use carry::Mark;
 use hop::Fall;
 use passing::Barred;
 use phase::Phase;
+pub(crate) use solution::Parts;
 pub use strains::{Place, Strain};
 use timeline::Timeline;
 
@@ -121,7 +122,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         failed: Status::Converged,
         fall: Fall::NONE,
         barred: Barred::NONE,
-        sweep: Sweep { nearest: T::ZERO, normal: [T::ZERO; 2], nearest_free: T::ZERO, overflow: false, crowded: false },
+        sweep: Sweep {
+            nearest: T::ZERO,
+            normal: [T::ZERO; 2],
+            nearest_free: T::ZERO,
+            overflow: false,
+            near_overflow: false,
+        },
     };
 
     /// Takes a finger; the motion becomes the rotation about its motor axis, the finger is at rest.
@@ -221,8 +228,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.
-    pub(crate) fn deepen(&mut self) {
-        if self.work.shallow {
+    pub(crate) fn complete_tangent(&mut self) {
+        if self.work.lacks_tangent {
             self.show_accepted();
         }
     }

@@ -7,14 +7,19 @@ use crate::access::Access;
 use crate::contact::Contact;
 use crate::element;
 use crate::ladder::Ladder;
-use crate::newton::{Effort, gaps, kinematics};
+use crate::newton::{Effort, Workspace, gaps, kinematics};
 use crate::object::{Displacement, Motion, Object};
 use crate::real::{Real, Vec2, cross, vec2};
-use crate::sensitivity::Parts;
 use crate::size::Size;
 use crate::state::State;
 use crate::topology::Role;
 use crate::units::Units;
+
+/// The follower's parts that a derivative needs.
+pub(crate) struct Parts<'a, T: Real, S: Size> {
+    pub(crate) ladder: &'a Ladder<T, S>,
+    pub(crate) work: &'a mut Workspace<T, S>,
+}
 
 /// What can be read off the last accepted equilibrium.
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {

@@ -121,10 +121,10 @@ fn accepted_states_are_stable_by_their_own_inertia() {
 #[test]
 fn only_an_unstable_state_is_a_fold() {
     let stable = Inertia { excess: 1, border: 1, settled: true };
-    let failed = |inertia: Option<Inertia>, unstable, least_pace| {
+    let failed = |inertia: Option<Inertia>, unstable, least_turn| {
         let residual = Residual { gradient: 1.0, length: 1.0 };
         let status = Status::MaxIterations;
-        Attempt::<f32> { status, iterations: 25, inertia, drift: 0.0, unstable, least_pace, residual }.cause()
+        Attempt::<f32> { status, iterations: 25, inertia, drift: 0.0, unstable, least_turn, residual }.cause()
     };
     assert_eq!(failed(Some(stable), true, 0.1), Status::Folded);
     assert_eq!(failed(Some(Inertia { settled: false, ..stable }), false, 0.1), Status::Unsettled);

@@ -91,7 +91,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 // As where the motor stands: the factorisation that judged the last step has judged this state.
                 let drift = if outcome.iterations == 0 { self.drift + self.largest_move() } else { moved };
                 let forces = self.forces();
-                if drift <= near && !self.leaps(target, forces) {
+                if drift <= near && !self.passes_a_fall(target, forces) {
                     self.drift = drift;
                     outcome.hops += u32::from(self.hops(target, forces));
                     self.accept(target);
@@ -103,7 +103,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 residual.gradient <= bound(within.gradient) && residual.length <= bound(within.length)
             };
             let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
-            moved = self.work.pace;
+            moved = self.work.largest_turn;
             step::apply(&self.ladder, &mut self.timeline.present, &self.work, T::one());
             outcome.iterations += 1;
             let finite =
@@ -125,7 +125,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
         }
         let forces = self.forces();
-        if self.leaps(target, forces) {
+        if self.passes_a_fall(target, forces) {
             return self.pursue(to, budget, outcome, size);
         }
         step::settle_rows(&self.timeline.present, &mut self.work);

@@ -4,7 +4,7 @@
 //! [`crate::linear::banded`] needs no interchanges.
 
 use super::Workspace;
-use super::condense::{Condensed, Corrections};
+use super::condensed::{Condensed, Corrections};
 use crate::access::Access;
 use crate::ladder::Ladder;
 use crate::linear::banded::BAND;

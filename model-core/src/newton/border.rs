@@ -2,6 +2,7 @@
 
 use super::Workspace;
 use super::condense::solve_interior;
+use super::condensed::Own;
 use super::kinematics::{cell_of, sample_lever};
 use crate::access::Access;
 use crate::contact::Sample;
@@ -12,21 +13,6 @@ use crate::real::Real;
 use crate::size::{Blank, Size};
 use crate::topology::{CLAMPED, Kind};
 
-/// A row's entries with its own span, after condensation.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Own<T> {
-    /// With the span's force.
-    pub x: [T; 2],
-    /// Derivatives of the sample's position with respect to the angles of the three nodes of its element, mm.
-    pub lever: [[T; 2]; 3],
-    /// Σ w C n: how the span's stretch and shear under the row move the sample, mm/N.
-    pub strain: [T; 2],
-}
-
-impl<T: Real> Blank for Own<T> {
-    const BLANK: Self = Self { x: [T::ZERO; 2], lever: [[T::ZERO; 2]; 3], strain: [T::ZERO; 2] };
-}
-
 #[inline]
 fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0] * b[0] + a[1] * b[1]
@@ -34,7 +20,7 @@ fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
 
 /// n·C·m of a node with direction e: how the row m gives way under the row n by stretch and shear.
 #[inline]
-fn give<T: Real>(e: [T; 2], compliance: [T; 2], n: [T; 2], m: [T; 2]) -> T {
+fn compliance_along<T: Real>(e: [T; 2], compliance: [T; 2], n: [T; 2], m: [T; 2]) -> T {
     let cross = |v: [T; 2]| v[1] * e[0] - v[0] * e[1];
     compliance[0] * dot(e, n) * dot(e, m) + compliance[1] * cross(n) * cross(m)
 }
@@ -149,7 +135,7 @@ fn own_span<T: Real, S: Size>(
                     (node.checked_sub(first), list.get(node), weight.get(node))
             {
                 let part = sample.weights.get(part).copied().unwrap_or(T::ZERO);
-                sum += w * (part / weight - T::one()) * give(on.e, member.compliance, normal, other.normal);
+                sum += w * (part / weight - T::one()) * compliance_along(on.e, member.compliance, normal, other.normal);
             }
         }
         *entry = sum;

@@ -6,6 +6,7 @@
 //! are counted for the stability test.
 
 use super::Workspace;
+use super::condensed::{Condensed, Corrections};
 use crate::access::Access;
 use crate::element::Node;
 use crate::ladder::Ladder;
@@ -13,43 +14,6 @@ use crate::linear::pivot::{bounded, pivot_bound};
 use crate::real::Real;
 use crate::size::{Blank, Size};
 use crate::topology::Kind;
-
-/// Condensed Hessian and gradient of a member in (a, b, x, y).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Condensed<T> {
-    pub aa: T,
-    pub ab: T,
-    pub bb: T,
-    /// Entries of a, of b and of the force with the force, and the correction of the end-to-end vector.
-    pub ax: [T; 2],
-    pub bx: [T; 2],
-    pub xx: T,
-    pub xy: T,
-    pub yy: T,
-    pub corrections: Corrections<T>,
-}
-
-/// What a member's interior takes from the gradient at a and b and from the end-to-end vector.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Corrections<T> {
-    pub ra: T,
-    pub rb: T,
-    pub rx: [T; 2],
-}
-
-impl<T: Real> Blank for Condensed<T> {
-    const BLANK: Self = Self {
-        aa: T::ZERO,
-        ab: T::ZERO,
-        bb: T::ZERO,
-        ax: [T::ZERO; 2],
-        bx: [T::ZERO; 2],
-        xx: T::ZERO,
-        xy: T::ZERO,
-        yy: T::ZERO,
-        corrections: Corrections { ra: T::ZERO, rb: T::ZERO, rx: [T::ZERO; 2] },
-    };
-}
 
 /// How a member's diagonal is made: curvature (true) or not (Gauss–Newton), and a shift relative to the diagonal at rest.
 #[derive(Clone, Copy, Debug)]

@@ -23,7 +23,7 @@ pub(crate) struct Sweep<T> {
     /// Some sample that penetrates found no room among the rows.
     pub overflow: bool,
     /// Some sample that is only near found no room.
-    pub crowded: bool,
+    pub near_overflow: bool,
 }
 
 /// Makes rows of the places that touch, with the normals of the state: what strains the front beam, and so says where the gaps
@@ -89,7 +89,7 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
         // Room is kept for the places that touch further up the beam.
         if self.count + self.listed().len() - self.touched >= S::CONTACTS {
             self.found.overflow |= gap.distance < T::ZERO;
-            self.found.crowded = true;
+            self.found.near_overflow = true;
             return;
         }
         self.push(index, place, gap, ContactState::Open, [[gap.normal.x, gap.normal.y], [T::ZERO; 2]]);
@@ -167,7 +167,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
         touched: 0,
         next: state.touching.as_ref().run(0..state.touching_count).first().map(|&place| usize::from(place)),
         run: None,
-        found: Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, crowded: false },
+        found: Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, near_overflow: false },
     };
     let is_fine = ladder.fineness > 1;
     let mut cell = usize::MAX;
@@ -281,7 +281,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
 /// Strains the front beam anew with the normals that the sweep found where its samples touch, and measures those gaps again.
 ///
 /// What the normals are then still behind is of second order in what they were behind before.
-pub(crate) fn replace<T: Real, S: Size, O: Object<T>, D: Depth>(
+pub(crate) fn reposition<T: Real, S: Size, O: Object<T>, D: Depth>(
     ladder: &Ladder<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,

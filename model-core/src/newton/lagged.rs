@@ -5,7 +5,9 @@
 //! *Measured* at 170/20 in `f64` (one servo count): the steps shrink the residuals by three to four orders of magnitude whether the
 //! stiffness is the present one or that of the tick's first iteration.
 
-use super::condense::{Corrections, solve_interior};
+use super::condense::solve_interior;
+use super::condensed::Corrections;
+use super::settings::NewtonSettings;
 use super::step::{self, Inertia};
 use super::{Workspace, assembly, border, kinematics};
 use crate::access::Access;
@@ -17,18 +19,12 @@ use crate::size::{Blank, Size};
 use crate::topology::Kind;
 
 /// Gap of a row that is no longer one: nothing presses it shut, mm.
-const GONE: f64 = 1e9;
-
-/// In single precision a step is enough almost always, and the target's memory and code are better spent.
-#[inline(always)]
-pub(crate) fn pays<T: Real>() -> bool {
-    T::EPSILON < T::of(1e-10)
-}
+const ABSENT: f64 = 1e9;
 
 /// Notes which rows the factorisation has been made with.
 pub(crate) fn note<T: Real, S: Size>(work: &mut Workspace<T, S>, excess: isize) {
     (work.excess, work.factorised) = (excess, 0);
-    if !pays::<T>() {
+    if !NewtonSettings::<T>::of_precision().keeps_factors() {
         return;
     }
     let count = work.row_count;
@@ -68,7 +64,7 @@ pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
             _ => Row {
                 sample,
                 place: ladder.place(sample),
-                gap: T::of(GONE),
+                gap: T::of(ABSENT),
                 softness: ladder.contact_softness(),
                 ..Row::BLANK
             },

@@ -8,10 +8,12 @@
 pub(crate) mod assembly;
 pub(crate) mod border;
 pub(crate) mod condense;
+pub(crate) mod condensed;
 pub(crate) mod gaps;
 pub(crate) mod kinematics;
 pub(crate) mod lagged;
 pub(crate) mod residual;
+pub(crate) mod settings;
 pub(crate) mod step;
 #[cfg(test)]
 mod tests;
@@ -23,6 +25,7 @@ use crate::ladder::Ladder;
 use crate::linear::banded::BAND;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
+use condensed::{Condensed, Own};
 
 /// Which second derivative the step uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -88,9 +91,9 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) curved: bool,
     pub(crate) members: S::Members<Strain<T>>,
     /// Condensed front spans: what the contact rows on the spans above pull at.
-    pub(crate) fronts: S::Cells<condense::Condensed<T>>,
+    pub(crate) fronts: S::Cells<Condensed<T>>,
     /// Largest change of an angle that the step's increments ask for, rad.
-    pub(crate) pace: T,
+    pub(crate) largest_turn: T,
     /// Position of each front span's start, mm.
     pub(crate) start: S::Cells<[T; 2]>,
     /// Σ μ n of the contacts on higher spans, N.
@@ -115,11 +118,11 @@ pub struct Workspace<T: Real, S: Size> {
     /// Its negative pivots, less those that the closures give.
     pub(crate) excess: isize,
     /// The last evaluation found residuals only: second derivatives are those of an earlier state.
-    pub(crate) shallow: bool,
+    pub(crate) lacks_tangent: bool,
     /// Columns Q of the contact rows, then L⁻¹Q; one run of unknowns per row.
     pub(crate) columns: S::Rows<T>,
     /// Own-span entries of each row.
-    pub(crate) own: S::Contacts<border::Own<T>>,
+    pub(crate) own: S::Contacts<Own<T>>,
     /// D = −Z + Qᵀ KKT⁻¹ Q, mm/N, row by row; symmetric.
     pub(crate) flexibility: S::Pairs<T>,
     /// Factor of D on the active set.
@@ -145,8 +148,8 @@ impl<T: Real, S: Size> Workspace<T, S> {
         nodes: <S::Nodes<Node<T>> as Storage<Node<T>>>::EMPTY,
         curved: false,
         members: <S::Members<Strain<T>> as Storage<Strain<T>>>::EMPTY,
-        fronts: <S::Cells<condense::Condensed<T>> as Storage<condense::Condensed<T>>>::EMPTY,
-        pace: T::ZERO,
+        fronts: <S::Cells<Condensed<T>> as Storage<Condensed<T>>>::EMPTY,
+        largest_turn: T::ZERO,
         start: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         above: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         closure: <S::Cells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
@@ -160,9 +163,9 @@ impl<T: Real, S: Size> Workspace<T, S> {
         kept_count: 0,
         kept_turning: None,
         excess: 0,
-        shallow: false,
+        lacks_tangent: false,
         columns: <S::Rows<T> as Storage<T>>::EMPTY,
-        own: <S::Contacts<border::Own<T>> as Storage<border::Own<T>>>::EMPTY,
+        own: <S::Contacts<Own<T>> as Storage<Own<T>>>::EMPTY,
         flexibility: <S::Pairs<T> as Storage<T>>::EMPTY,
         factored: <S::Pairs<T> as Storage<T>>::EMPTY,
         order: <S::Contacts<u16> as Storage<u16>>::EMPTY,

@@ -70,9 +70,9 @@ pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
             worst.length = worst.length.max((row.gap + ladder.contact_softness() * row.multiplier).abs());
         }
     }
-    let astray = astray(ladder, work);
-    worst.gradient = worst.gradient.max(astray);
-    total += astray;
+    let misdirected = misdirected(ladder, work);
+    worst.gradient = worst.gradient.max(misdirected);
+    total += misdirected;
     if !total.is_finite() {
         worst.gradient = T::of(1e30);
     }
@@ -83,7 +83,7 @@ pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
 /// By how much the gradient is off for normals that are not the object's where the samples are, N·mm. A node's gradient takes the forces
 /// above it times its weight, so what counts is the largest sum of misdirected force from the tip down: opposite tilts further apart do
 /// not make up for each other. NaN stays NaN.
-pub(crate) fn astray<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
+pub(crate) fn misdirected<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
     let (mut most, mut arm, mut above) = (T::ZERO, T::ZERO, [T::ZERO; 2]);
     for row in work.rows.as_ref().run(0..work.row_count).iter().rev() {
         if row.touches() {

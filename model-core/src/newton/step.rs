@@ -5,6 +5,7 @@ use super::border;
 use super::condense::{self, Diagonal, solve_interior};
 use super::gaps::{self, Sweep};
 use super::residual::{self, Residual};
+use super::settings::NewtonSettings;
 use super::{Hessian, Workspace, kinematics, lagged, turning};
 use crate::access::Access;
 use crate::contact::ContactState;
@@ -20,9 +21,6 @@ use crate::topology::{CLAMPED, Kind};
 
 /// Largest change of an angle in one step, rad.
 pub(crate) const CLIP: f64 = 0.4;
-
-/// Tolerance of a length below which it matters that the front beam is strained with the object's present normals, mm.
-const REPLACED: f64 = 1e-6;
 
 /// What a factorisation says about the state it was made at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +47,7 @@ impl Inertia {
 }
 
 /// Increment of an angle below which the normals of a step leave nothing to replace, as a rule, rad.
-const CLOSE: f64 = 1e-6;
+const NOTHING_TO_REPOSITION: f64 = 1e-6;
 
 /// Kinematics, gaps, forces, gradient and second derivatives at the present state.
 pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
@@ -72,7 +70,7 @@ pub(crate) fn residuals<T: Real, S: Size, O: Object<T>>(
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
-    if work.pace <= T::of(kinematics::SMALL) {
+    if work.largest_turn <= T::of(kinematics::SMALL) {
         kinematics::turn(ladder, work);
     } else {
         kinematics::directions(ladder, state, work);
@@ -88,11 +86,11 @@ fn evaluate_to<T: Real, S: Size, O: Object<T>, D: Depth>(
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
     work.effort.evaluates();
-    work.shallow = !D::TANGENT && !ladder.quadratic;
+    work.lacks_tangent = !D::TANGENT && !ladder.quadratic;
     gaps::recall(ladder, state, work);
     // After a small step the normals are those of the object up to second order: nothing is left to replace, as a rule.
-    let replaces = T::TOLERANCE.length < T::of(REPLACED);
-    let at_once = !replaces || !D::TANGENT && work.pace <= T::of(CLOSE);
+    let NewtonSettings { repositions, tolerance, .. } = NewtonSettings::<T>::of_precision();
+    let at_once = !repositions || !D::TANGENT && work.largest_turn <= T::of(NOTHING_TO_REPOSITION);
     if at_once {
         kinematics::place_front::<T, S, D>(ladder, state, work);
     } else {
@@ -100,11 +98,11 @@ fn evaluate_to<T: Real, S: Size, O: Object<T>, D: Depth>(
     }
     let mut sweep = gaps::sweep(ladder, state, work, object, margin);
     // Too many near samples: only those that penetrate need rows.
-    if sweep.crowded {
+    if sweep.near_overflow {
         sweep = gaps::sweep(ladder, state, work, object, T::ZERO);
     }
-    if replaces && !(at_once && residual::astray(ladder, work) <= T::of(0.01) * T::TOLERANCE.gradient) {
-        gaps::replace::<T, S, O, D>(ladder, state, work, object);
+    if repositions && !(at_once && residual::misdirected(ladder, work) <= T::of(0.01) * tolerance.gradient) {
+        gaps::reposition::<T, S, O, D>(ladder, state, work, object);
     }
     (residual::gradient::<T, S, D>(ladder, state, work, &sweep), sweep)
 }
@@ -212,7 +210,7 @@ pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Wor
 /// Increments of the stretches and of all interior angles from those of joints, λ and μ.
 fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let mut above = [T::ZERO; 2];
-    work.pace = T::ZERO;
+    work.largest_turn = T::ZERO;
     let mut end = work.row_count;
     for index in ladder.cells()..ladder.topology.member_count() {
         recover_member(ladder, work, index, [T::ZERO; 2], 0..0);
@@ -260,7 +258,7 @@ fn recover_member<T: Real, S: Size>(
     let pulled = |node: &Node<T>, [x, y]: [T; 2]| -node.gradient - (x * node.lever[0] + y * node.lever[1]);
     let (before, wide) = (from_start.map(|entry| entry * da), member.kind == Kind::Quadratic);
     // Start joints are other members' end joints, or do not move.
-    let pace = if rows.is_empty() {
+    let largest = if rows.is_empty() {
         solve_interior(list, before, db, wide, |node| pulled(node, carried))
     } else {
         let own = work.rows.as_ref().run(rows.clone()).iter().zip(work.row_delta.as_ref().run(rows.clone()));
@@ -288,13 +286,13 @@ fn recover_member<T: Real, S: Size>(
     if let Some(start) = list.first_mut() {
         start.delta = da;
     }
-    work.pace = work.pace.max(pace);
+    work.largest_turn = work.largest_turn.max(largest);
 }
 
 /// Factor that keeps the largest change of an angle within the clip.
 pub(crate) fn clip<T: Real, S: Size>(work: &Workspace<T, S>) -> T {
     let clip = T::of(CLIP);
-    if work.pace > clip { clip / work.pace } else { T::one() }
+    if work.largest_turn > clip { clip / work.largest_turn } else { T::one() }
 }
 
 /// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples.

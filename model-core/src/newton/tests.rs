@@ -249,7 +249,7 @@ fn gradient(
     places: &[Place],
 ) -> Vec<f64> {
     residual::potential(ladder, state, work);
-    let sweep = Sweep { nearest: 0.0, normal: [0.0; 2], nearest_free: 0.0, overflow: false, crowded: false };
+    let sweep = Sweep { nearest: 0.0, normal: [0.0; 2], nearest_free: 0.0, overflow: false, near_overflow: false };
     residual::gradient::<_, _, Tangents>(ladder, state, work, &sweep);
     let value = |place: &Place| match *place {
         Place::Node(node) => work.nodes[node].gradient,
@@ -489,16 +489,16 @@ fn opposite_tilts_of_two_contacts_do_not_make_up_for_each_other() {
         multiplier: 2.0,
         ..Row::BLANK
     };
-    let mut astray = |rows: &[Row<f64>]| {
+    let mut misdirected = |rows: &[Row<f64>]| {
         work.rows[..rows.len()].copy_from_slice(rows);
         work.row_count = rows.len();
-        residual::astray(&ladder, &work)
+        residual::misdirected(&ladder, &work)
     };
     let [low, high] = [last / 4, 3 * (last / 4)];
-    let alone = astray(&[row(high, -1e-3)]);
+    let alone = misdirected(&[row(high, -1e-3)]);
     assert!(alone > 1e-4, "{alone}");
-    assert!(astray(&[row(low, 1e-3), row(high, -1e-3)]) >= alone);
-    assert!(astray(&[row(low, -1e-3), row(high, -1e-3)]) >= 2.0 * alone);
-    assert!(astray(&[row(low, f64::NAN), row(high, 1e-3)]).is_nan());
-    assert_eq!(astray(&[row(low, 0.0), row(high, 0.0)]), 0.0);
+    assert!(misdirected(&[row(low, 1e-3), row(high, -1e-3)]) >= alone);
+    assert!(misdirected(&[row(low, -1e-3), row(high, -1e-3)]) >= 2.0 * alone);
+    assert!(misdirected(&[row(low, f64::NAN), row(high, 1e-3)]).is_nan());
+    assert_eq!(misdirected(&[row(low, 0.0), row(high, 0.0)]), 0.0);
 }

@@ -13,7 +13,7 @@ use crate::real::Real;
 use crate::size::Size;
 
 /// A stiffness μκ below which the turning does not matter, and its row would only spoil the scale of the others, N/mm.
-const FAINT: f64 = 1e-3;
+const LEAST_STIFFNESS: f64 = 1e-3;
 
 /// Puts the row beside that of the sample at the middle of the contact force, if something touches and there is room.
 pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize) {
@@ -30,7 +30,7 @@ pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize)
     let row = rows.at(middle);
     let stiffness = total * row.curvature;
     let tilted = rows.iter().fold(T::ZERO, |sum, row| sum + row.multiplier * row.tilt);
-    if stiffness.abs() <= T::of(FAINT) {
+    if stiffness.abs() <= T::of(LEAST_STIFFNESS) {
         return;
     }
     let turning = Row {

@@ -5,13 +5,13 @@
 //! kept as vectors; no equilibrium is sought anew. It needs a second ladder and workspace, a [`Probe`], so it belongs to a
 //! machine that has the room; the control loop does without.
 
+use super::Derivative;
 use super::border::{self, Cause, Layout};
-use super::{Derivative, Parts};
 use crate::access::Access;
 use crate::design::{Design, HingeKind, Profile};
 use crate::discretise::{Discretisation, discretise_in};
 use crate::element::Tangents;
-use crate::equilibrium::Follower;
+use crate::equilibrium::{Follower, Parts};
 use crate::ladder::Ladder;
 use crate::newton::gaps::{Sweep, sample_position};
 use crate::newton::{Workspace, kinematics, residual};
@@ -145,7 +145,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.touching() == 0 {
             return Some(Derivative::ZERO);
         }
-        self.deepen();
+        self.complete_tangent();
         let frame = self.frame();
         let layout = {
             let Parts { ladder, work } = self.parts();
@@ -198,7 +198,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             kinematics::directions(&probe.ladder, state, &mut probe.work);
             kinematics::place_front::<T, S, Tangents>(&probe.ladder, state, &mut probe.work);
             let (zero, far) = ([T::ZERO; 2], T::of(1e9));
-            let clear = Sweep { nearest: far, normal: zero, nearest_free: far, overflow: false, crowded: false };
+            let clear = Sweep { nearest: far, normal: zero, nearest_free: far, overflow: false, near_overflow: false };
             residual::gradient::<T, S, Tangents>(&probe.ladder, state, &mut probe.work, &clear);
 
             let part = T::of(part);

@@ -12,9 +12,7 @@ mod design;
 #[cfg(test)]
 mod tests;
 
-use crate::equilibrium::Follower;
-use crate::ladder::Ladder;
-use crate::newton::Workspace;
+use crate::equilibrium::{Follower, Parts};
 use crate::object::{Motion, Object};
 use crate::real::{Real, Vec2, vec2};
 use crate::size::Size;
@@ -83,7 +81,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.touching() == 0 {
             return Some(result);
         }
-        self.deepen();
+        self.complete_tangent();
         let frame = self.frame();
         let motion = self.motion;
         let Parts { ladder, work } = self.parts();
@@ -143,7 +141,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.touching() == 0 {
             return Some(stiffness);
         }
-        self.deepen();
+        self.complete_tangent();
         let frame = self.frame();
         let pivot = frame.displacement.point(Vec2::new(point[0], point[1]));
         let pivot = [pivot.x, pivot.y];
@@ -184,12 +182,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             youngs_modulus: self.youngs_modulus(),
         }
     }
-}
-
-/// The follower's parts that a derivative needs.
-pub(crate) struct Parts<'a, T: Real, S: Size> {
-    pub ladder: &'a Ladder<T, S>,
-    pub work: &'a mut Workspace<T, S>,
 }
 
 /// The equilibrium's frame and forces.

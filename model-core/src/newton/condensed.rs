@@ -1,0 +1,56 @@
+//! What condensation leaves: of a member at its joints and force, of a contact row on its own span.
+
+use crate::real::Real;
+use crate::size::Blank;
+
+/// Condensed Hessian and gradient of a member in (a, b, x, y).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Condensed<T> {
+    pub aa: T,
+    pub ab: T,
+    pub bb: T,
+    /// Entries of a, of b and of the force with the force, and the correction of the end-to-end vector.
+    pub ax: [T; 2],
+    pub bx: [T; 2],
+    pub xx: T,
+    pub xy: T,
+    pub yy: T,
+    pub corrections: Corrections<T>,
+}
+
+/// What a member's interior takes from the gradient at a and b and from the end-to-end vector.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Corrections<T> {
+    pub ra: T,
+    pub rb: T,
+    pub rx: [T; 2],
+}
+
+impl<T: Real> Blank for Condensed<T> {
+    const BLANK: Self = Self {
+        aa: T::ZERO,
+        ab: T::ZERO,
+        bb: T::ZERO,
+        ax: [T::ZERO; 2],
+        bx: [T::ZERO; 2],
+        xx: T::ZERO,
+        xy: T::ZERO,
+        yy: T::ZERO,
+        corrections: Corrections { ra: T::ZERO, rb: T::ZERO, rx: [T::ZERO; 2] },
+    };
+}
+
+/// A row's entries with its own span, after condensation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Own<T> {
+    /// With the span's force.
+    pub x: [T; 2],
+    /// Derivatives of the sample's position with respect to the angles of the three nodes of its element, mm.
+    pub lever: [[T; 2]; 3],
+    /// Σ w C n: how the span's stretch and shear under the row move the sample, mm/N.
+    pub strain: [T; 2],
+}
+
+impl<T: Real> Blank for Own<T> {
+    const BLANK: Self = Self { x: [T::ZERO; 2], lever: [[T::ZERO; 2]; 3], strain: [T::ZERO; 2] };
+}

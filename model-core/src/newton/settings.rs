@@ -1,0 +1,41 @@
+//! What the Newton loop does otherwise in one precision than in another. The loop asks these settings, never the type.
+
+use crate::real::{Real, Tolerance};
+
+/// Settings of the Newton loop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NewtonSettings<T> {
+    /// Contraction of the residuals by one step below which the next one keeps the factorisation (35); 0 for never.
+    pub chord: T,
+    /// The front beam is strained again with the object's present normals (26).
+    pub repositions: bool,
+    /// Residuals of a solution.
+    pub tolerance: Tolerance<T>,
+    /// Residuals at which a step on the way to the coordinate asked for is accepted.
+    pub on_the_way: Tolerance<T>,
+}
+
+impl<T: Real> NewtonSettings<T> {
+    /// The defaults of a precision.
+    ///
+    /// In double precision a factorisation is kept below a contraction of 0.02; at 170/20 anything from 0.005 to 0.1 costs the same
+    /// (`cargo xtask bench`). In single precision one step is enough almost always, and neither pays for its memory and code on the
+    /// microcontroller: normals that are behind by a step matter less than its rounding.
+    #[inline(always)]
+    pub fn of_precision() -> Self {
+        let is_double = T::EPSILON < T::of(1e-10);
+        let Tolerance { gradient, length } = f32::TOLERANCE;
+        Self {
+            chord: if is_double { T::of(0.02) } else { T::ZERO },
+            repositions: is_double,
+            tolerance: T::TOLERANCE,
+            on_the_way: Tolerance { gradient: T::of(f64::from(gradient)), length: T::of(f64::from(length)) },
+        }
+    }
+
+    /// Factorisations are kept at all.
+    #[inline(always)]
+    pub fn keeps_factors(&self) -> bool {
+        self.chord > T::ZERO
+    }
+}
