@@ -3,6 +3,7 @@
 use model_core::discretise::DiscretiseError;
 
 use crate::fea::FeaError;
+use crate::study::run::Unsolved;
 
 /// Why there is no comparison.
 #[derive(Debug, thiserror::Error)]
@@ -10,6 +11,9 @@ pub enum CompareError {
     /// The finger cannot be discretised as asked.
     #[error(transparent)]
     Discretise(#[from] DiscretiseError),
+    /// The watcher stopped it.
+    #[error("stopped")]
+    Stopped,
     /// The case cannot be meshed.
     #[error(transparent)]
     Mesh(FeaError),
@@ -26,4 +30,13 @@ pub enum CompareError {
         /// The column that the case's motion needs.
         needed: &'static str,
     },
+}
+
+impl From<Unsolved<()>> for CompareError {
+    fn from(error: Unsolved<()>) -> Self {
+        match error {
+            Unsolved::Discretise(error) => Self::Discretise(error),
+            Unsolved::Stopped(()) => Self::Stopped,
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! A case against measurements.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::comparison::{Comparison, Reference, Row};
@@ -11,7 +12,7 @@ use super::pictures::residual_chart;
 use crate::case::Case;
 use crate::fit::measured::Measured;
 use crate::study::model::Options;
-use crate::study::run;
+use crate::study::run::{self, Progress};
 
 /// Compares a case with the measurements of a file. The measured places, in the given order, replace those of the case.
 ///
@@ -24,6 +25,21 @@ pub fn with_measurements(
     file: &Path,
     order: Order,
 ) -> Result<Comparison, CompareError> {
+    with_measurements_watched(case, options, measured, file, order, |_| ControlFlow::Continue(()))
+}
+
+/// As [`with_measurements`], calling `watch` after every place that is solved; it stops the work by [`ControlFlow::Break`].
+///
+/// # Errors
+/// As there, or the work was stopped.
+pub fn with_measurements_watched(
+    case: &mut Case,
+    options: &Options,
+    measured: &Measured,
+    file: &Path,
+    order: Order,
+    watch: impl FnMut(Progress<'_>) -> ControlFlow<()>,
+) -> Result<Comparison, CompareError> {
     let needed = case.path.along();
     if measured.coordinate != needed {
         let (found, needed) = (measured.coordinate.column(), needed.column());
@@ -34,7 +50,7 @@ pub fn with_measurements(
         Order::File => measured.visits(),
     };
     case.path.places = measurements.iter().map(|m| m.place).collect();
-    let run = run::solve(case, options)?;
+    let run = run::solve_watched(case, options, watch)?;
     let mut rows: Vec<Row> = run.places.iter().zip(&measurements).map(|(place, m)| Row::measured(place, m)).collect();
     mark_outliers(&mut rows);
     for (row, (place, measurement)) in rows.iter_mut().zip(run.places.iter().zip(&measurements)) {

@@ -14,5 +14,5 @@ mod words;
 pub use comparison::{Comparison, Elements, OutlyingPoint, Reading, Reference, Row};
 pub use elements::with_elements;
 pub use error::CompareError;
-pub use measurements::with_measurements;
+pub use measurements::{with_measurements, with_measurements_watched};
 pub use order::Order;

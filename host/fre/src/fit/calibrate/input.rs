@@ -109,6 +109,22 @@ impl Input {
     ) -> Result<Self, InputError> {
         drive.validate()?;
         fit_together(measurements.len(), documents.len())?;
+        let measured = measurements.iter().map(|path| Ok((path.display().to_string(), Measured::read(path)?)));
+        Self::of_measured(measured.collect::<Result<_, InputError>>()?, documents, both_ways, drive)
+    }
+
+    /// The same with measurements that are there already, too, and what they are called in messages.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn of_measured(
+        measurements: Vec<(String, Measured)>,
+        documents: Vec<(String, Document)>,
+        both_ways: bool,
+        drive: Drive,
+    ) -> Result<Self, InputError> {
+        drive.validate()?;
+        fit_together(measurements.len(), documents.len())?;
         let cases = documents.iter().map(|(_, document)| document.case().map_err(Box::new));
         let cases: Vec<Case> = cases.collect::<Result<_, _>>()?;
         let (Some((first_name, document)), Some(first)) = (documents.first().cloned(), cases.first()) else {
@@ -122,9 +138,7 @@ impl Input {
             agrees(&case.path.motion, &drive).map_err(|error| InputError::Motion { file: name.clone(), error })?;
         }
         let (mut runs, mut objects, mut remarks) = (Vec::new(), Vec::new(), Vec::new());
-        for (index, path) in measurements.iter().enumerate() {
-            let measured = Measured::read(path)?;
-            let name = path.display().to_string();
+        for (index, (name, measured)) in measurements.into_iter().enumerate() {
             if measured.coordinate != Coordinate::Angle {
                 return Err(InputError::Coordinate { file: name, found: measured.coordinate.column() });
             }

@@ -19,14 +19,18 @@
 
 mod records;
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::path::Path;
 
 use crate::case::{Coordinate, MAX_ANGLE, MAX_DISTANCE};
 use crate::metrics::Point;
 use records::{COLUMNS, Record, Records, listed, shown};
+
+/// Rows that are read between two looks at the watcher.
+const ROWS_AT_ONCE: usize = 1 << 14;
 
 /// Places closer than this are the same one.
 const SAME_PLACE: f64 = 1e-6;
@@ -43,6 +47,9 @@ const OWN: [&str; 2] = ["arc_mm", "deviation_mm"];
 /// Why a file of measurements cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum MeasuredError {
+    /// The watcher stopped the reading.
+    #[error("stopped")]
+    Stopped,
     /// The file cannot be read.
     #[error("{file}: cannot be read: {source}")]
     Unreadable {
@@ -131,17 +138,19 @@ pub struct Measurement {
     pub front: Vec<Point>,
     /// The line that each of them is in.
     pub front_lines: Vec<usize>,
+    /// Sum of the forces, N: a mean of a million readings is not summed anew with each.
+    sum: f64,
 }
 
 impl Measurement {
     fn at(place: f64, line: usize) -> Self {
-        Self { line, place, force: None, forces: Vec::new(), front: Vec::new(), front_lines: Vec::new() }
+        Self { line, place, force: None, sum: 0.0, forces: Vec::new(), front: Vec::new(), front_lines: Vec::new() }
     }
 
     fn add_force(&mut self, line: usize, force: f64) {
         self.forces.push((line, force));
-        let sum: f64 = self.forces.iter().map(|(_, force)| force).sum();
-        self.force = Some(sum / self.forces.len() as f64);
+        self.sum += force;
+        self.force = Some(self.sum / self.forces.len() as f64);
     }
 
     fn add_point(&mut self, line: usize, point: Point) {
@@ -204,11 +213,27 @@ impl Measured {
     /// If it cannot be read, lacks a column, or has no row that can be used.
     pub fn read(path: &Path) -> Result<Self, MeasuredError> {
         let name = path.display().to_string();
-        let mut bytes = Vec::new();
-        match File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)) {
-            Ok(count) if count as u64 > MAX_BYTES => Err(MeasuredError::TooLarge { file: name }),
-            Ok(_) => Self::parse(&name, &decoded(&bytes)),
+        match File::open(path) {
+            Ok(file) => Self::read_from(&name, file, |_| ControlFlow::Continue(())),
             Err(source) => Err(MeasuredError::Unreadable { file: name, source }),
+        }
+    }
+
+    /// Reads what comes from somewhere; `name` stands for it in messages. Calls `watch` every so many rows; it stops the reading by
+    /// [`ControlFlow::Break`].
+    ///
+    /// # Errors
+    /// As [`Self::read`], or it was stopped.
+    pub fn read_from(
+        name: &str,
+        from: impl Read,
+        watch: impl FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Self, MeasuredError> {
+        let mut bytes = Vec::new();
+        match from.take(MAX_BYTES + 1).read_to_end(&mut bytes) {
+            Ok(count) if count as u64 > MAX_BYTES => Err(MeasuredError::TooLarge { file: name.to_owned() }),
+            Ok(_) => Self::parse_watched(name, &decoded(&bytes), watch),
+            Err(source) => Err(MeasuredError::Unreadable { file: name.to_owned(), source }),
         }
     }
 
@@ -217,6 +242,14 @@ impl Measured {
     /// # Errors
     /// If it lacks a column or has no row that can be used.
     pub fn parse(name: &str, text: &str) -> Result<Self, MeasuredError> {
+        Self::parse_watched(name, text, |_| ControlFlow::Continue(()))
+    }
+
+    fn parse_watched(
+        name: &str,
+        text: &str,
+        mut watch: impl FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Self, MeasuredError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut records = Records::new(text);
         let empty = |reason: String| MeasuredError::Empty { file: name.to_owned(), reason };
@@ -255,7 +288,12 @@ impl Measured {
         let aside = listed(heads.iter().zip(&names).filter(|(_, name)| !known(name)).map(|(head, _)| head));
 
         let mut measured = Self { coordinate, measurements: Vec::new(), problems: Vec::new(), aside };
+        let (mut places, mut rows, of) = (Places::default(), 0, records.lines());
         while let Some(Record { line, cells: mut row }) = records.next(separator) {
+            rows += 1;
+            if rows % ROWS_AT_ONCE == 0 && watch(Progress { line, of }).is_break() {
+                return Err(MeasuredError::Stopped);
+            }
             // What stands beyond the header's last column is nothing if it is empty.
             while row.len() > names.len() && row.last().is_some_and(String::is_empty) {
                 row.pop();
@@ -267,7 +305,7 @@ impl Measured {
                 Err(format!("has {} cells, the header {}{decimals}", row.len(), names.len()))
             };
             match read {
-                Ok(row) => measured.add(line, row),
+                Ok(row) => measured.add(line, row, &mut places),
                 Err(reason) => measured.problems.push(Problem { line, reason }),
             }
         }
@@ -278,11 +316,12 @@ impl Measured {
         Ok(measured)
     }
 
-    fn add(&mut self, line: usize, row: Row) {
-        let known = self.measurements.iter().position(|m| (m.place - row.place).abs() < SAME_PLACE);
-        let index = known.unwrap_or_else(|| {
+    fn add(&mut self, line: usize, row: Row, places: &mut Places) {
+        let index = places.find(row.place, &self.measurements).unwrap_or_else(|| {
             self.measurements.push(Measurement::at(row.place, line));
-            self.measurements.len() - 1
+            let index = self.measurements.len() - 1;
+            places.add(row.place, index);
+            index
         });
         let measurement = &mut self.measurements[index];
         if let Some(force) = row.force {
@@ -331,6 +370,37 @@ impl Measured {
         let grows = visits.windows(2).any(|pair| pair[1].place > pair[0].place);
         let back = visits.windows(2).find(|pair| pair[1].place < pair[0].place);
         back.filter(|_| grows).map(|pair| pair[1].line)
+    }
+}
+
+/// How far a file is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// The line that is read.
+    pub line: usize,
+    /// Lines of the file.
+    pub of: usize,
+}
+
+/// Which measurement is at a place, found without a look at all others: a file may have a million places.
+#[derive(Default)]
+struct Places(HashMap<i64, Vec<usize>>);
+
+impl Places {
+    /// The interval of the width [`SAME_PLACE`] in which a place lies. Places are within [`limit`].
+    fn interval(place: f64) -> i64 {
+        (place / SAME_PLACE).floor() as i64
+    }
+
+    /// The first measurement that is at the same place.
+    fn find(&self, place: f64, among: &[Measurement]) -> Option<usize> {
+        let middle = Self::interval(place);
+        let near = (middle - 1..=middle + 1).filter_map(|interval| self.0.get(&interval)).flatten().copied();
+        near.filter(|&index| among.get(index).is_some_and(|m| (m.place - place).abs() < SAME_PLACE)).min()
+    }
+
+    fn add(&mut self, place: f64, index: usize) {
+        self.0.entry(Self::interval(place)).or_default().push(index);
     }
 }
 

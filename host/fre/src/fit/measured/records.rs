@@ -37,6 +37,11 @@ impl<'a> Records<'a> {
         Self { lines, next: 0 }
     }
 
+    /// Lines of the text.
+    pub(super) fn lines(&self) -> usize {
+        self.lines.len()
+    }
+
     /// Goes past comments and empty lines to what is next.
     fn skip(&mut self) -> Option<&'a str> {
         while let Some(line) = self.lines.get(self.next) {
