@@ -212,7 +212,7 @@ pub(super) const STIFFNESS_YY: Column =
         .shown(|_| ["dFy/dy", "N/mm"], 3);
 
 /// Columns of CSV files. New ones are added at the end only: files that were written before are read on.
-pub(super) const CSV: [Column; 39] = [
+pub(super) const CSV: [Column; 40] = [
     STATUS,
     PLACE,
     FORCE_X,
@@ -256,6 +256,8 @@ pub(super) const CSV: [Column; 39] = [
     Column::per("snap_after_", "", |run, _| snap(run, 0)),
     Column::per("snap_before_", "", |run, _| snap(run, 1)),
     Column::new("overlap_mm", |_, place| place.overlap_mm.into()),
+    // What `force_n` is, by the name that it has in JSON, where `force_n` has two components.
+    Column::new("force_magnitude_n", |_, place| place.force_magnitude_n().into()),
 ];
 
 /// One of the places between which the finger snaps through.
