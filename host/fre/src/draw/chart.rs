@@ -6,6 +6,7 @@ use super::font::Fonts;
 use super::heading::{self, MARGIN, Sample, TEXT};
 use super::palette::Ink;
 use super::path::{Path, Rect};
+use super::room::Room;
 use super::scene::{Anchor, Item, Scene, Stroke, Text};
 
 /// How a series is drawn.
@@ -334,6 +335,18 @@ impl PanelView<'_> {
         let size = 0.92 * TEXT;
         // Left and right ends of the words at the top, by their row: words that would cover others go a row down.
         let mut rows: Vec<Vec<[f64; 2]>> = Vec::new();
+        let within = Rect { left, top, right: right + 8.0, bottom };
+        let mut room = Room::default();
+        for mark in &self.panel.marks {
+            match mark {
+                Mark::Ring { at, .. } => room.take(around(self.at(*at), 6.5)),
+                Mark::At { x, .. } => {
+                    let x = self.at([*x, 0.0])[0];
+                    room.take(Rect { left: x, top, right: x + 0.1, bottom });
+                }
+                Mark::Level { .. } | Mark::Stretch { .. } | Mark::Band { .. } => {}
+            }
+        }
         // They come first: other words make way for them.
         let (first, others): (Vec<&Mark>, Vec<&Mark>) =
             self.panel.marks.iter().partition(|mark| matches!(mark, Mark::At { .. }));
@@ -365,23 +378,12 @@ impl PanelView<'_> {
                         continue;
                     }
                     scene.line(Path::circle([x, y], 6.5), Stroke::new(Ink::Force, 1.6));
-                    let text = Text::new([x + 10.0, y - 8.0], size, words.clone()).ink(Ink::Force).halo();
-                    let width = self.fonts.width(&text);
-                    let (after, before) = (x + 10.0, x - 10.0 - width);
-                    let end = after + width;
-                    let crossed = self.panel.marks.iter().any(|mark| match mark {
-                        Mark::At { x: line, .. } => (x..end).contains(&self.at([*line, 0.0])[0]),
-                        _ => false,
-                    });
-                    let from = if end <= right + 8.0 && !crossed {
-                        after
-                    } else if before >= left {
-                        before
-                    } else {
-                        // Room on neither side: where it is, but within the axes.
-                        after.min(right + 8.0 - width)
-                    };
-                    scene.text(Text { at: [from, y - 8.0], ..text });
+                    let text = Text::new([x, y], size, words.clone()).ink(Ink::Force).halo();
+                    let places = beside([x, y], self.fonts.width(&text), size);
+                    // Where there is no room at all the ring must do.
+                    if let Some(place) = room.first(within, places) {
+                        scene.text(Text { at: [place.left, place.bottom - 0.25 * size], ..text });
+                    }
                 }
                 Mark::Level { y, words } => {
                     if !(self.y.low..=self.y.high).contains(y) {
@@ -453,4 +455,19 @@ fn draw_series(scene: &mut Scene, series: &Series, points: &[[f64; 2]]) {
             scene.fill(Path::circle(point, radius), Ink::Series(series.colour), 1.0);
         }
     }
+}
+
+/// The square about a point.
+fn around([x, y]: [f64; 2], half: f64) -> Rect {
+    Rect { left: x - half, top: y - half, right: x + half, bottom: y + half }
+}
+
+/// Where words may stand that belong to a ring, the best place first: after it, before it, then a line higher or lower each time.
+fn beside([x, y]: [f64; 2], width: f64, size: f64) -> impl Iterator<Item = Rect> {
+    let line = 1.2 * size;
+    let rows = (0..6).flat_map(|row| if row == 0 { vec![0.0] } else { vec![-f64::from(row), f64::from(row)] });
+    rows.flat_map(move |row| {
+        let bottom = y - 8.0 + 0.25 * size + row * line;
+        [x + 10.0, x - 10.0 - width].map(|left| Rect { left, top: bottom - line, right: left + width, bottom })
+    })
 }

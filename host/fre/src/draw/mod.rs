@@ -11,6 +11,7 @@ mod object;
 mod palette;
 pub(crate) mod path;
 mod png;
+mod room;
 pub(crate) mod scene;
 mod svg;
 
