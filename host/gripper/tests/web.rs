@@ -214,7 +214,10 @@ fn commands_become_orders_and_nonsense_is_named() {
         (r#""dance""#, "dance"),
         (r#"{"grip":{}}"#, "force_n"),
         (r#"{"grip":{"force_n":"much"}}"#, "much"),
-        (r#"{"object":{"finger":0,"object":{"circle":{"centre_mm":[1,2.5],"radius_mm":-3}}}}"#, "radius_mm is -3"),
+        (
+            r#"{"object":{"finger":0,"object":{"shape":"circle","centre_mm":[1,2.5],"radius_mm":-3}}}"#,
+            "radius_mm = -3.0: allowed is",
+        ),
         (r#"{"object":{"finger":0,"object":{"star":{}}}}"#, "star"),
         ("{", "EOF"),
     ] {
@@ -228,7 +231,7 @@ fn commands_become_orders_and_nonsense_is_named() {
     for (body, order) in [
         (r#"{"release":{"finger":1}}"#, Order::Open(Which::One(1))),
         (
-            r#"{"object":{"finger":0,"object":{"circle":{"centre_mm":[34,45.5],"radius_mm":30}}}}"#,
+            r#"{"object":{"finger":0,"object":{"shape":"circle","centre_mm":[34,45.5],"radius_mm":30}}}"#,
             Order::Object(0, ObjectDesign::Circle { centre: [34.0, 45.5], radius: 30.0 }),
         ),
     ] {

@@ -176,3 +176,19 @@ impl CaseError {
         }
     }
 }
+
+impl CaseError {
+    /// The error without its place, for a text that nobody has written down line by line.
+    pub fn without_place(&self) -> String {
+        match self {
+            Self::UnknownKey { place, .. }
+            | Self::Missing { place, .. }
+            | Self::WrongType { place, .. }
+            | Self::Refused { place, .. } => {
+                let words = self.to_string();
+                words.strip_prefix(&format!("{}:{}: ", place.file, place.line)).unwrap_or(&words).to_owned()
+            }
+            other => other.to_string(),
+        }
+    }
+}

@@ -24,6 +24,7 @@ pub use finger::Finger;
 pub use finger_file::read_finger;
 pub use keys::{MAX_ANGLE, MAX_DISTANCE};
 pub use motion::{Coordinate, Path as MotionPath};
+pub use object::read_object;
 pub use preset::{NEW, PRESETS, preset};
 pub use read::Case;
 pub use reference::{PICTURES, reference};

@@ -2,9 +2,40 @@
 
 use model_core::object::{Corners, MAX_CORNERS, ObjectDesign, ObjectError};
 
+use super::check;
 use super::error::CaseError;
-use super::keys::ObjectTable;
-use super::source::Table;
+use super::keys::{self, ObjectTable};
+use super::source::{Source, Table};
+
+/// Reads an object from a text that has the keys of `[object]` at its top; `name` stands for the text in messages.
+///
+/// # Errors
+/// The first thing in it that cannot be used.
+pub fn read_object(name: &str, text: &str) -> Result<ObjectDesign, CaseError> {
+    let source = Source { name: name.to_owned(), text: text.to_owned() };
+    let tree = source.parse()?;
+    let root = Table::root(&source, tree.get_ref());
+    check::table(&root, keys::object_schema())?;
+    build(&root.read()?, &root)
+}
+
+impl From<&ObjectDesign> for ObjectTable {
+    /// The keys that describe an object, as [`read_object`] reads them.
+    fn from(object: &ObjectDesign) -> Self {
+        let friction = 0.0;
+        match *object {
+            ObjectDesign::Circle { centre, radius } => Self::Circle { radius_mm: radius, centre_mm: centre, friction },
+            ObjectDesign::Ellipse { centre, semi_axes, angle } => {
+                Self::Ellipse { centre_mm: centre, semi_axes_mm: semi_axes, angle_deg: angle.to_degrees(), friction }
+            }
+            ObjectDesign::Polygon { corners, rounding } => {
+                Self::Polygon { corners_mm: corners.to_vec(), rounding_mm: rounding, friction }
+            }
+            ObjectDesign::HalfPlane { point, normal } => Self::HalfPlane { point_mm: point, normal, friction },
+            ObjectDesign::Bore { centre, radius } => Self::Bore { radius_mm: radius, centre_mm: centre, friction },
+        }
+    }
+}
 
 /// The object of a table that the schema's check has passed.
 pub(super) fn build(keys: &ObjectTable, table: &Table<'_>) -> Result<ObjectDesign, CaseError> {

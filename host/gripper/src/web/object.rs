@@ -1,70 +1,60 @@
-//! Objects as the page fills them in, by the keys of a case file, and as it draws them.
+//! Objects as the page fills them in, by the keys of a case's `[object]`, and as it draws them.
 
-use model_core::object::{Corners, ObjectDesign};
+use fre::case::keys::ObjectTable;
+use fre::case::read_object;
+use model_core::object::ObjectDesign;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-/// An object by the keys of `[object]`, below its shape.
+/// An object by the keys of `[object]`, as the page has it: not read into types, because serde_json with `arbitrary_precision`, which
+/// any crate of a build may ask for, takes no fractions in enums that are tagged inside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum ObjectFields {
-    /// A circular cylinder.
-    Circle { centre_mm: [f64; 2], radius_mm: f64 },
-    /// An elliptic cylinder.
-    Ellipse {
-        centre_mm: [f64; 2],
-        semi_axes_mm: [f64; 2],
-        #[serde(default)]
-        angle_deg: f64,
-    },
-    /// A rounded convex polygon.
-    Polygon { corners_mm: Vec<[f64; 2]>, rounding_mm: f64 },
-    /// A wall.
-    HalfPlane { point_mm: [f64; 2], normal: [f64; 2] },
-    /// A cylindrical hole, from inside.
-    Bore { centre_mm: [f64; 2], radius_mm: f64 },
-}
+#[serde(transparent)]
+pub struct ObjectFields(Value);
 
 impl From<&ObjectDesign> for ObjectFields {
     fn from(object: &ObjectDesign) -> Self {
-        match *object {
-            ObjectDesign::Circle { centre, radius } => Self::Circle { centre_mm: centre, radius_mm: radius },
-            ObjectDesign::Ellipse { centre, semi_axes, angle } => {
-                Self::Ellipse { centre_mm: centre, semi_axes_mm: semi_axes, angle_deg: angle.to_degrees() }
-            }
-            ObjectDesign::Polygon { corners, rounding } => {
-                Self::Polygon { corners_mm: corners.to_vec(), rounding_mm: rounding }
-            }
-            ObjectDesign::HalfPlane { point, normal } => Self::HalfPlane { point_mm: point, normal },
-            ObjectDesign::Bore { centre, radius } => Self::Bore { centre_mm: centre, radius_mm: radius },
-        }
+        // Numbers, lists and a word are always JSON.
+        Self(serde_json::to_value(ObjectTable::from(object)).unwrap_or_default())
     }
 }
 
 impl ObjectFields {
-    /// The object, validated.
+    /// The object, validated as a case's is.
     ///
     /// # Errors
     /// What is wrong with it, with the key.
     pub fn design(&self) -> Result<ObjectDesign, String> {
-        let object = match self {
-            Self::Circle { centre_mm, radius_mm } => ObjectDesign::Circle { centre: *centre_mm, radius: *radius_mm },
-            Self::Ellipse { centre_mm, semi_axes_mm, angle_deg } => {
-                ObjectDesign::Ellipse { centre: *centre_mm, semi_axes: *semi_axes_mm, angle: angle_deg.to_radians() }
-            }
-            Self::Polygon { corners_mm, rounding_mm } => ObjectDesign::Polygon {
-                corners: Corners::new(corners_mm).ok_or("corners_mm has too many corners; allowed are 8")?,
-                rounding: *rounding_mm,
-            },
-            Self::HalfPlane { point_mm, normal } => ObjectDesign::HalfPlane { point: *point_mm, normal: *normal },
-            Self::Bore { centre_mm, radius_mm } => ObjectDesign::Bore { centre: *centre_mm, radius: *radius_mm },
-        };
-        object.validate().map_err(|error| error.to_string())?;
-        Ok(object)
+        let Value::Object(entries) = &self.0 else { return Err("the object has no keys".to_owned()) };
+        let line = |(key, value): (&String, &Value)| Ok(format!("{} = {}\n", quoted(key), toml(key, value)?));
+        let text = entries.iter().map(line).collect::<Result<String, String>>()?;
+        read_object("object", &text).map_err(|error| error.without_place())
     }
 }
 
-/// The object's outline as a closed polyline, world frame, mm; a wall, also a bore's, is as large as any picture.
-pub fn outline(object: &ObjectDesign) -> Vec<[f64; 2]> {
+/// A value as TOML, in which cases are written.
+fn toml(key: &str, value: &Value) -> Result<String, String> {
+    match value {
+        Value::Number(number) => match number.as_f64() {
+            Some(number) if number.is_finite() => Ok(format!("{number:?}")),
+            _ => Err(format!("{key} = {number}: is no number that can be used")),
+        },
+        Value::String(word) => Ok(quoted(word)),
+        Value::Array(values) => {
+            let values = values.iter().map(|value| toml(key, value)).collect::<Result<Vec<_>, _>>()?;
+            Ok(format!("[{}]", values.join(", ")))
+        }
+        other => Err(format!("{key} = {other}: is neither a number, nor a word, nor a list")),
+    }
+}
+
+/// A word in quotation marks: those of JSON are TOML's, too.
+fn quoted(word: &str) -> String {
+    Value::from(word).to_string()
+}
+
+/// The object's contour as a closed polyline, world frame, mm; a wall, also a bore's, is as large as any picture.
+pub fn contour(object: &ObjectDesign) -> Vec<[f64; 2]> {
     let round = |to: &dyn Fn(f64, f64) -> [f64; 2]| {
         (0..180).map(|i| f64::from(2 * i).to_radians().sin_cos()).map(|(sin, cos)| to(cos, sin)).collect()
     };
@@ -113,25 +103,30 @@ mod tests {
     #[test]
     fn every_shape_comes_back_as_it_was_sent() {
         for text in [
-            r#"{"circle":{"centre_mm":[41.0,45.0],"radius_mm":40.0}}"#,
-            r#"{"ellipse":{"centre_mm":[41.0,45.0],"semi_axes_mm":[40.0,30.0],"angle_deg":30.0}}"#,
-            r#"{"polygon":{"corners_mm":[[20.0,30.0],[60.0,30.0],[60.0,70.0]],"rounding_mm":5.0}}"#,
-            r#"{"half-plane":{"point_mm":[10.0,0.0],"normal":[-1.0,0.0]}}"#,
-            r#"{"bore":{"centre_mm":[-180.0,60.0],"radius_mm":200.0}}"#,
+            r#"{"shape":"circle","centre_mm":[41.0,45],"radius_mm":40.5}"#,
+            r#"{"shape":"ellipse","centre_mm":[41.0,45.0],"semi_axes_mm":[40.0,30.0],"angle_deg":30.0}"#,
+            r#"{"shape":"polygon","corners_mm":[[20.0,30.0],[60.0,30.0],[60.0,70.0]],"rounding_mm":5.0}"#,
+            r#"{"shape":"half-plane","point_mm":[10.0,0.0],"normal":[-1.0,0.0]}"#,
+            r#"{"shape":"bore","centre_mm":[-180.0,60.0],"radius_mm":200.0}"#,
         ] {
             let fields: ObjectFields = serde_json::from_str(text).unwrap();
             let object = fields.design().unwrap();
             let back: ObjectFields =
                 serde_json::from_str(&serde_json::to_string(&ObjectFields::from(&object)).unwrap()).unwrap();
             let again = back.design().unwrap();
-            let (a, b) = (outline(&object), outline(&again));
+            let (a, b) = (contour(&object), contour(&again));
             assert!(a.len() >= 4 && a.iter().zip(&b).all(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1]) < 1e-9), "{text}");
         }
     }
 
     #[test]
-    fn a_wrong_number_is_named() {
-        let wrong = ObjectFields::Circle { centre_mm: [0.0; 2], radius_mm: -1.0 };
-        assert!(wrong.design().unwrap_err().contains("radius_mm is -1"));
+    fn what_is_wrong_is_said_as_in_a_case() {
+        let said = |text: &str| serde_json::from_str::<ObjectFields>(text).unwrap().design().unwrap_err();
+        let wrong = said(r#"{"shape":"circle","centre_mm":[0,0],"radius_mm":-1}"#);
+        assert!(wrong.starts_with("radius_mm = -1.0: allowed is"), "{wrong}");
+        let unknown = said(r#"{"shape":"circle","centre_mm":[0,0],"radius":20}"#);
+        assert!(unknown.contains("radius_mm"), "{unknown}");
+        let text = said(r#"{"shape":"circle","centre_mm":[0,0],"radius_mm":null}"#);
+        assert!(text.starts_with("radius_mm = null"), "{text}");
     }
 }

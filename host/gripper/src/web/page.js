@@ -111,9 +111,9 @@ function readField(text, kind) {
 objectForm.shape.addEventListener("change", () => objectFields(null));
 objectForm.addEventListener("submit", event => {
   event.preventDefault();
-  const shape = objectForm.shape.value, object = {};
+  const shape = objectForm.shape.value, object = { shape };
   for (const [key, , kind] of FIELDS[shape]) object[key] = readField(objectForm.elements[key].value, kind);
-  ask({ object: { finger: which() ?? 0, object: { [shape]: object } } }, objectForm.querySelector("output"));
+  ask({ object: { finger: which() ?? 0, object } }, objectForm.querySelector("output"));
 });
 limitsForm.addEventListener("submit", event => {
   event.preventDefault();
@@ -127,7 +127,7 @@ function showSettings() {
   const finger = setup && setup.fingers[which() ?? 0];
   if (!finger) return;
   if (finger.object) {
-    const [shape, values] = Object.entries(finger.object)[0];
+    const { shape, ...values } = finger.object;
     objectForm.shape.value = shape;
     objectFields(values);
   } else {

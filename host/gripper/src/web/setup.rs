@@ -5,7 +5,7 @@ use model_core::design::Design;
 use model_core::object::{Motion, ObjectDesign};
 use serde::{Deserialize, Serialize};
 
-use super::object::{ObjectFields, outline};
+use super::object::{ObjectFields, contour};
 use crate::source::{self, Origin};
 use fre::drive;
 use fre::shape::Shape;
@@ -135,7 +135,7 @@ impl Setup {
                 mirrored: mount.side == Side::Right,
                 design: design.map(drawing),
                 object: object.map(ObjectFields::from),
-                object_contour_mm: object.map(outline),
+                object_contour_mm: object.map(contour),
                 object_centre_mm: object.and_then(ObjectDesign::reference).map(|(point, _)| point),
                 limits: Limits::of(&told.settings, mount),
                 way_mm: way(mount),

@@ -72,6 +72,12 @@ pub(crate) fn finger_schema() -> &'static Json {
     &SCHEMA
 }
 
+/// JSON Schema of the keys of `[object]` alone.
+pub(crate) fn object_schema() -> &'static Json {
+    static SCHEMA: LazyLock<Json> = LazyLock::new(generate::<ObjectTable>);
+    &SCHEMA
+}
+
 fn generate<X: JsonSchema>() -> Json {
     let settings = SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true);
     let mut schema = settings.into_generator().into_root_schema_for::<X>().to_value();

@@ -10,7 +10,7 @@ use model_core::object::Motion;
 use super::axis::Axis;
 use super::error::SweepError;
 use super::shard::Shard;
-use crate::case::{Case, CaseError, Document, MotionPath};
+use crate::case::{Case, Document, MotionPath};
 use crate::heap::Host;
 use crate::study::model::Options;
 use crate::study::run::{Run, solve};
@@ -184,7 +184,7 @@ impl Sweep {
                 }
             }
         }
-        let case = document.case().map_err(|error| self.refused(point, without_line(&error)))?;
+        let case = document.case().map_err(|error| self.refused(point, error.without_place()))?;
         Ok((case, options))
     }
 
@@ -212,20 +212,6 @@ impl Sweep {
     fn refused(&self, point: usize, reason: String) -> SweepError {
         let point = self.describe(point);
         SweepError::Point { point: if point.is_empty() { "the case".to_owned() } else { point }, reason }
-    }
-}
-
-/// A case's error without the place in a file that nobody sees.
-fn without_line(error: &CaseError) -> String {
-    match error {
-        CaseError::UnknownKey { place, .. }
-        | CaseError::Missing { place, .. }
-        | CaseError::WrongType { place, .. }
-        | CaseError::Refused { place, .. } => {
-            let words = error.to_string();
-            words.strip_prefix(&format!("{}:{}: ", place.file, place.line)).unwrap_or(&words).to_owned()
-        }
-        other => other.to_string(),
     }
 }
 
