@@ -48,7 +48,7 @@ impl Line {
     }
 
     pub(super) fn set_baud(&self, baud: u32) -> io::Result<()> {
-        self.port.borrow().set_baud(baud)
+        self.port.borrow_mut().set_baud(baud)
     }
 
     /// Delays that this line's loop ends.
@@ -66,7 +66,7 @@ impl Line {
                 return output;
             }
             let left = self.deadline.get().map(|end| end.saturating_duration_since(Instant::now()));
-            self.port.borrow().wait_for_bytes(left.unwrap_or(LONGEST).min(LONGEST));
+            self.port.borrow_mut().wait_for_bytes(left.unwrap_or(LONGEST).min(LONGEST));
         }
     }
 }
