@@ -1,5 +1,7 @@
 //! `fre calibrate`: the model's parameters from measurements.
 
+use std::convert::Infallible;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -10,9 +12,15 @@ use model_core::drive::Drive;
 use crate::exit::{UNTRUSTWORTHY, bad_input, tell};
 use crate::options::{ModelArgs, refused};
 use crate::output::{Picture, PlotArgs, put_out, reads_case};
+use crate::progress::ProgressLine;
 use crate::send::{Address, transmit};
-use fre::files::{FileError, Output};
-use fre::fit::calibrate::{Input, Loss, Noise, Parameter, Predictor, document, fit, fitted_finger, picture, text};
+use crate::standard::{self, Target, is_standard};
+use fre::case::CaseError;
+use fre::files::FileError;
+use fre::fit::calibrate::{
+    FitError, Input, Loss, Noise, Parameter, Predictor, document, fit_watched, fitted_finger, picture, text,
+};
+use fre::fit::measured::MeasuredError;
 use fre::study::model::Precision;
 
 /// Fit modulus, zero angle, object offset or dimensions to measurements, with uncertainties.
@@ -25,25 +33,30 @@ use fre::study::model::Precision;
 /// not converge.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Measurements
+    /// Measurements; - for standard input
     #[arg(value_name = "CSV", required = true)]
     measurements: Vec<PathBuf>,
     /// The case (finger and object) of the measurements; once, or once per CSV
-    #[arg(long = "case", value_name = "CASE.toml", required = true)]
+    #[arg(short, long = "case", value_name = "CASE.toml", required = true)]
     cases: Vec<PathBuf>,
-    /// What is fitted: youngs-modulus, zero, object-x, object-y, radius, travel, front-thickness, back-thickness,
-    /// hinge-thickness, hinge-length
+    /// What is fitted, separated by commas
+    ///
+    /// youngs-modulus, zero, object-x, object-y, radius, travel, front-thickness, back-thickness, hinge-thickness, hinge-length.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parameter,
           default_value = "youngs-modulus,zero,object-x,object-y")]
     fit: Vec<Parameter>,
-    /// How the motor moves the finger: rotating, "linear X,Y MM_PER_RAD" (parallel jaws; X,Y: the direction of closing), or
-    /// "table X,Y DEG:MM DEG:MM …" (crank linkages). The measurements have the motor's angles either way
+    /// How the motor moves the finger
+    ///
+    /// rotating, "linear X,Y MM_PER_RAD" (parallel jaws; X,Y: the direction of closing), or "table X,Y DEG:MM DEG:MM …" (crank
+    /// linkages). The measurements have the motor's angles either way.
     #[arg(long, value_name = "DRIVE", default_value = "rotating", value_parser = super::options::drive)]
     drive: Drive,
     /// Standard deviation of a measured force, N
     #[arg(long, value_name = "N", default_value_t = Noise::default().force_n, value_parser = positive)]
     force_sd_n: f64,
-    /// Standard deviation of a measured angle, degrees [default: a servo's count over √12]
+    /// Standard deviation of a measured angle, degrees
+    ///
+    /// The default is a servo's count (0.088°) over √12, the rounding of its encoder.
     #[arg(long, value_name = "DEG", value_parser = positive)]
     angle_sd_deg: Option<f64>,
     /// Standard deviation of a point of an outline, mm
@@ -56,18 +69,21 @@ pub struct Args {
     #[arg(long)]
     both_ways: bool,
     /// Writes the finger with the fitted values
-    #[arg(long, value_name = "finger.toml")]
+    ///
+    /// - is standard output, which then has the finger in place of the results.
+    #[arg(short, long, value_name = "finger.toml")]
     write: Option<PathBuf>,
-    /// Sends the finger, its zero position, its drive, the standard deviations and, if there is one CSV, its object to a
-    /// gripper, and reads them back: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD. Nothing is sent if
-    /// some parameter is undetermined
+    /// Sends the calibration to a gripper, and reads it back
+    ///
+    /// Sent are the finger, its zero position, its drive, the standard deviations and, if there is one CSV, its object. Nothing
+    /// is sent if some parameter is undetermined. LINK is unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD.
     #[arg(long, value_name = "LINK")]
     send: Option<Address>,
     /// The gripper's finger that was measured, from 0
     #[arg(long, value_name = "N", default_value_t = 0, requires = "send")]
     finger: u8,
     /// Form of the results on standard output
-    #[arg(long, value_enum, default_value = "text")]
+    #[arg(short, long, value_enum, default_value = "text")]
     format: Format,
     #[command(flatten)]
     plot: PlotArgs,
@@ -122,8 +138,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
         return Err("--precision f32: a fit needs f64".to_owned());
     }
     let (write, plot) = outputs(args)?;
-    let input =
-        Input::read(&args.measurements, &args.cases, args.both_ways, args.drive).map_err(|error| error.to_string())?;
+    let input = input(args)?;
     let design = &input.finger.design;
     for (index, parameter) in args.fit.iter().enumerate() {
         if args.fit[..index].contains(parameter) {
@@ -145,17 +160,28 @@ fn calibrate(args: &Args) -> Result<bool, String> {
         },
     };
     let model = Predictor { design, discretisation: options.discretisation, drive: input.drive };
-    let found = fit(&model, &input.runs, &args.fit, &noise).map_err(|error| match error {
-        DiscretiseError::Design(error) => format!("{}: finger.{error}", args.cases[0].display()),
-        error => refused(&error),
+    let mut line = ProgressLine::new(false);
+    let found = fit_watched(&model, &input.runs, &args.fit, &noise, |progress| {
+        line.show(false, || format!("fitting: pass {} of at most {}", progress.passes, progress.most));
+        ControlFlow::<Infallible>::Continue(())
+    });
+    line.wipe();
+    let found = found.map_err(|error| match error {
+        FitError::Discretise(DiscretiseError::Design(error)) => {
+            format!("{}: finger.{error}", args.cases[0].display())
+        }
+        FitError::Discretise(error) => refused(&error),
+        FitError::Stopped(never) => match never {},
     })?;
     let text = match args.format {
         Format::Text => text(&input, &found),
         Format::Json => serde_json::to_string_pretty(&document(&input, &found)).map_err(|e| e.to_string())? + "\n",
     };
-    put_out(&text)?;
+    if !args.plot.takes_output() && !args.write.as_deref().is_some_and(is_standard) {
+        put_out(&text)?;
+    }
     if let Some(file) = write {
-        file.write(fitted_finger(&input, &found).as_bytes()).map_err(|error| error.to_string())?;
+        file.write(fitted_finger(&input, &found).as_bytes())?;
     }
     if let Some(file) = plot {
         file.draw(&picture(&input.finger.name, &input.runs, &found))?;
@@ -172,12 +198,22 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     Ok(whole)
 }
 
+/// What is read: the cases first, so that a slip in one is said before a long file is read.
+fn input(args: &Args) -> Result<Input, String> {
+    let documents = args.cases.iter().map(|path| Ok((path.display().to_string(), standard::document(path)?)));
+    let documents = documents.collect::<Result<Vec<_>, CaseError>>().map_err(|error| error.to_string())?;
+    let measured = args.measurements.iter().map(|path| Ok((path.display().to_string(), standard::measured(path)?)));
+    let measured = measured.collect::<Result<Vec<_>, MeasuredError>>().map_err(|error| error.to_string())?;
+    Input::of_measured(measured, documents, args.both_ways, args.drive).map_err(|error| error.to_string())
+}
+
 /// The files that are written: the finger and the picture.
-fn outputs(args: &Args) -> Result<(Option<Output>, Option<Picture>), String> {
+fn outputs(args: &Args) -> Result<(Option<Target>, Option<Picture>), String> {
     let mut files = args.plot.files();
     let words = |error: FileError| error.to_string();
-    args.measurements.iter().try_for_each(|path| files.input(path, "the measurements")).map_err(words)?;
+    let measured = args.measurements.iter().filter(|path| !is_standard(path));
+    measured.clone().try_for_each(|path| files.input(path, "the measurements")).map_err(words)?;
     args.cases.iter().try_for_each(|path| reads_case(&mut files, path)).map_err(words)?;
-    let write = args.write.as_deref().map(|path| files.output(path, "--write")).transpose().map_err(words)?;
+    let write = args.write.as_deref().map(|path| Target::of(&mut files, path, "--write")).transpose().map_err(words)?;
     Ok((write, args.plot.picture(&mut files)?))
 }

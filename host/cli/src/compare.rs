@@ -1,5 +1,6 @@
 //! `fre compare`: a case against finite elements or measurements, with the metrics of *Geometrico-Static Modelling of a FRE Finger*.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -9,11 +10,12 @@ use model_core::discretise::DiscretiseError;
 use crate::exit::{bad_input, tell, trusted};
 use crate::options::{ModelArgs, refused};
 use crate::output::{Picture, PlotArgs, put_out, reads_case};
+use crate::progress::ProgressLine;
+use crate::standard::{self, is_standard};
 use fre::case::Case;
-use fre::compare::{self, CompareError, Comparison, with_elements, with_measurements};
+use fre::compare::{self, CompareError, Comparison, with_elements, with_measurements_watched};
 use fre::fea::DECK;
 use fre::files::FileError;
-use fre::fit::measured::Measured;
 
 /// Compare a case with finite elements (--fea) or measurements (--measured).
 ///
@@ -38,14 +40,14 @@ use fre::fit::measured::Measured;
 #[derive(Debug, clap::Args)]
 #[command(group = clap::ArgGroup::new("reference").required(true).args(["fea", "measured"]))]
 pub struct Args {
-    /// The case file
+    /// The case file; - for standard input
     #[arg(value_name = "CASE.toml")]
     case: PathBuf,
     /// Compares with finite elements
     #[arg(long)]
     fea: bool,
-    /// Compares with measurements
-    #[arg(long, value_name = "FILE.csv")]
+    /// Compares with measurements; - for standard input
+    #[arg(short, long, value_name = "FILE.csv")]
     measured: Option<PathBuf>,
     /// Refinement of the finite elements: every element becomes N by N
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "measured")]
@@ -53,11 +55,13 @@ pub struct Args {
     /// Order in which the measured places are visited
     #[arg(long, value_enum, default_value = "closing", conflicts_with = "fea")]
     order: Order,
-    /// Folder for CalculiX's files [default: the case's name with -fea, in the current folder]
+    /// Folder for CalculiX's files
+    ///
+    /// The default is the case's name with -fea, in the current folder.
     #[arg(long, value_name = "FOLDER", conflicts_with = "measured")]
     folder: Option<PathBuf>,
     /// Form of the results on standard output
-    #[arg(long, value_enum, default_value = "text")]
+    #[arg(short, long, value_enum, default_value = "text")]
     format: Format,
     #[command(flatten)]
     plot: PlotArgs,
@@ -106,6 +110,7 @@ fn plot(args: &Args) -> Result<Option<Picture>, String> {
     let words = |error: FileError| error.to_string();
     reads_case(&mut files, &args.case).map_err(words)?;
     match &args.measured {
+        Some(measured) if is_standard(measured) => {}
         Some(measured) => files.input(measured, "--measured").map_err(words)?,
         None => {
             let deck = folder(args).join(DECK);
@@ -124,7 +129,7 @@ pub fn run(args: &Args) -> ExitCode {
         Ok(plot) => plot,
         Err(error) => return bad_input(&error),
     };
-    let mut case = match Case::read(&args.case) {
+    let mut case = match standard::case(&args.case) {
         Ok(case) => case,
         Err(error) => return bad_input(&error),
     };
@@ -151,7 +156,9 @@ pub fn run(args: &Args) -> ExitCode {
             Err(error) => return bad_input(&error),
         },
     };
-    if let Err(error) = put_out(&text) {
+    if !args.plot.takes_output()
+        && let Err(error) = put_out(&text)
+    {
         return bad_input(&error);
     }
     if let Some(plot) = plot {
@@ -171,11 +178,17 @@ fn compared(args: &Args, case: &mut Case) -> Result<Comparison, String> {
     let options = args.model.options();
     let compared = match &args.measured {
         Some(file) => {
-            let measured = Measured::read(file).map_err(|error| error.to_string())?;
-            with_measurements(case, &options, &measured, file, args.order.into())
+            let measured = standard::measured(file).map_err(|error| error.to_string())?;
+            let mut line = ProgressLine::new(false);
+            let compared = with_measurements_watched(case, &options, &measured, file, args.order.into(), |progress| {
+                line.show(false, || format!("solving: {} of {} measured places", progress.done, progress.total));
+                ControlFlow::Continue(())
+            });
+            line.wipe();
+            compared
         }
         None => with_elements(case, &options, args.mesh, &folder(args), |plan| {
-            tell!("CalculiX: {} elements, {} increments …", plan.mesh.elements.len(), plan.path.len());
+            tell!("fre: CalculiX: {} elements, {} increments …", plan.mesh.elements.len(), plan.path.len());
         }),
     };
     compared.map_err(|error| match error {

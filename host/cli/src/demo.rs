@@ -17,8 +17,9 @@ use crate::output::put_out;
 use fre::files::{FileError, Folder};
 use fre_gripper::demo::{self, Options, Pace};
 
-/// Run the firmware in QEMU while a finger closes and opens, and compare its forces with the full-resolution references on
-/// this PC.
+/// Run the firmware in QEMU while a finger closes and opens, and check its forces
+///
+/// The references are the full-resolution models on this PC.
 ///
 /// `cargo xtask demo` builds the firmware and runs this command. It ends by itself with a table and a report; Ctrl-C ends it
 /// earlier.
@@ -38,16 +39,22 @@ pub struct Args {
     report: PathBuf,
     #[command(flatten)]
     force: ForceArgs,
-    /// An instruction takes 2^N ns of QEMU's time, 0 to 10, or off: as fast as QEMU can (costs are then wall time)
+    /// QEMU's time per instruction: 2^N ns, N from 0 to 10, or off
+    ///
+    /// off is as fast as QEMU can; costs are then wall time.
     #[arg(long, value_name = "N|off", default_value = "2", value_parser = pace)]
     icount: Pace,
     /// Physics of the target, the references and the servo's load
     #[arg(long, value_enum, default_value = "extended")]
     physics: PhysicsWord,
-    /// Serves a live page and goes on until it is stopped (needs a build with `--features web`)
+    /// Serves a live page and goes on until it is stopped
+    ///
+    /// Needs a build with `--features web`, which is on by default.
     #[arg(long, conflicts_with = "seconds")]
     live: bool,
-    /// Address of the live page; if other machines can reach it, the page needs the token that is printed with it
+    /// Address of the live page
+    ///
+    /// If other machines can reach it, the page needs the token that is printed with it.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "live")]
     listen: SocketAddr,
 }

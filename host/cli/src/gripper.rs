@@ -16,14 +16,17 @@ use super::identify;
 use crate::exit::{bad_input, trusted};
 use crate::options::PhysicsWord;
 use crate::output::put_out;
-use fre::case::Case;
+use crate::source::LINK;
+use crate::standard;
 use fre_gripper::link::{Address, Link, LinkError, Told, pairs, set};
 
 /// Query a gripper, change its settings, and make it grip.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Where the gripper is: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD
-    #[arg(long, value_name = "LINK", global = true, required = false)]
+    /// Where the gripper is
+    ///
+    /// unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD.
+    #[arg(short, long, value_name = "LINK", global = true, required = false, env = LINK, hide_env_values = true)]
     link: Option<Address>,
     #[command(subcommand)]
     action: Action,
@@ -72,8 +75,9 @@ enum Action {
     Release(Fingers),
     /// Stop, and stay there
     Hold(Fingers),
-    /// Search the bus for servos at every baud rate. This takes some seconds; no finger may grip, and estimates are stale
-    /// meanwhile
+    /// Search the bus for servos at every baud rate
+    ///
+    /// This takes some seconds. No finger may grip, and estimates are stale meanwhile.
     Scan,
 }
 
@@ -93,7 +97,7 @@ impl Fingers {
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
     let Some(address) = &args.link else {
-        return bad_input(&"--link says where the gripper is");
+        return bad_input(&"needed is --link LINK, or FRE_LINK in the environment: where the gripper is");
     };
     match act(address, &args.action) {
         Ok(code) => code,
@@ -113,7 +117,7 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
                 link.set_settings(&settings)?;
             }
             if let Some(path) = case {
-                let case = Case::read(path)?;
+                let case = standard::case(path)?;
                 let how = Discretisation::estimator(physics.physics());
                 let design = Finger { design: case.finger.design, how };
                 link.set_finger(*finger, &design)?;

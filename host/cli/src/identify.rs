@@ -13,8 +13,10 @@ use crate::output::put_out;
 use fre_gripper::identify::{Error, Found, Motion};
 use fre_gripper::link::{Link, Told};
 
-/// Closes a finger on its round object (given by `set --case`) and finds the object's height or radius from the motor's angle
-/// and current during the motion
+/// Close on a round object, and find its height or radius from the motor
+///
+/// The object is the one that `set --case` gave. What is unknown of it follows from the motor's angle and current during the
+/// motion.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The unknown of the circle

@@ -24,8 +24,9 @@ pub struct KeepArgs {
     /// Writes every report to a CSV file
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
-    /// Records every estimate and event to an MCAP file, which Foxglove opens and `fre replay` plays (needs a build with
-    /// `--features record`)
+    /// Records every estimate and event to an MCAP file
+    ///
+    /// Foxglove opens it, and `fre replay` plays it. Needs a build with `--features record`, which is on by default.
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
     #[command(flatten)]

@@ -7,8 +7,10 @@
 mod book;
 mod calibrate;
 mod compare;
+mod completions;
 #[cfg(feature = "gripper")]
 mod demo;
+mod examples;
 mod exit;
 #[cfg(feature = "gripper")]
 mod flash;
@@ -20,12 +22,14 @@ mod identify;
 mod keep;
 #[cfg(feature = "gripper")]
 mod log;
+mod man;
 #[cfg(feature = "gripper")]
 mod monitor;
 mod new;
 mod options;
 mod outline;
 mod output;
+mod progress;
 #[cfg(feature = "gripper")]
 mod replay;
 mod schema;
@@ -36,6 +40,7 @@ mod servo;
 mod solve;
 #[cfg(feature = "gripper")]
 mod source;
+mod standard;
 mod sweep;
 mod table1;
 #[cfg(feature = "gripper")]
@@ -49,17 +54,36 @@ use without_gripper as send;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::builder::Styles;
+use clap::builder::styling::AnsiColor;
+use clap::{Command as Clap, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
+use exit::Volume;
 #[cfg(feature = "gripper")]
 use with_gripper::Hardware;
 #[cfg(not(feature = "gripper"))]
 use without_gripper::Hardware;
 
-/// Contact force and shape of a Fin-Ray finger from its motor angle.
+/// Colours of the help: those of cargo, which the same people see every day.
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+/// Contact force and shape of a Fin-Ray gripper finger, from its motor angle
+///
+/// A case file describes a finger, an object and the motor's angles. `fre` solves it with a rod model, compares it with finite
+/// elements and measurements, fits it to a real finger, and reads the force of a running gripper.
 #[derive(Debug, Parser)]
-#[command(name = "fre", version, about)]
+#[command(name = "fre", version, styles = STYLES, max_term_width = 110)]
 struct Cli {
+    /// Prints results and errors only
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Also prints which files are read and written, and what the model cost
+    #[arg(short, long, global = true)]
+    verbose: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -68,6 +92,8 @@ struct Cli {
 enum Command {
     Calibrate(calibrate::Args),
     Compare(compare::Args),
+    Completions(completions::Args),
+    Man(man::Args),
     New(new::Args),
     Outline(outline::Args),
     Schema(schema::Args),
@@ -78,19 +104,27 @@ enum Command {
     Hardware(Hardware),
 }
 
+/// The command line, with examples.
+fn command() -> Clap {
+    examples::added(Cli::command())
+}
+
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let parsed = command().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = match parsed {
         Ok(cli) => cli,
-        Err(error) => {
-            // Help and version are no errors; everything else is bad input.
-            let code = if error.use_stderr() { ExitCode::from(exit::BAD_INPUT) } else { ExitCode::SUCCESS };
-            let _ = error.print();
-            return code;
-        }
+        Err(error) => return exit::arguments(&error),
     };
+    match (cli.quiet, cli.verbose) {
+        (true, _) => Volume::Quiet.set(),
+        (_, true) => Volume::Verbose.set(),
+        _ => {}
+    }
     match cli.command {
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Completions(args) => completions::run(&args),
+        Command::Man(args) => man::run(&args),
         Command::New(args) => new::run(&args),
         Command::Outline(args) => outline::run(&args),
         Command::Schema(args) => schema::run(&args),

@@ -60,14 +60,20 @@ pub struct ModelArgs {
     /// Scheme of beams and hinges
     #[arg(long, value_enum, default_value = "simpson")]
     scheme: SchemeWord,
-    /// Elements per beam / per hinge as B/H, or paper (170/20), reduced (2 per span, 3 in the tip span, 1 per hinge),
-    /// fine (4 per span, 2 per hinge)
+    /// Elements per beam / per hinge, or paper, reduced or fine
+    ///
+    /// B/H, 1 to 2000 each; paper is 170/20, reduced 2 per span, 3 in the tip span and 1 per hinge, fine 4 per span and 2 per
+    /// hinge.
     #[arg(long, value_name = "B/H", default_value = "fine", value_parser = elements)]
     elements: Elements,
-    /// Contact samples per element of scheme simpson (1 to 16) [default: 4; the other schemes sample at their nodes]
+    /// Contact samples per element of scheme simpson (1 to 16) [default: 4]
+    ///
+    /// The other schemes sample at their nodes.
     #[arg(long, value_name = "N", value_parser = samples)]
     samples: Option<u8>,
-    /// Contact softness ε in gap + ε·force = 0, mm/N, 0 to 1 [default: with samples the front beam's own, 1/(E·width); 0 with nodes]
+    /// Contact softness ε in gap + ε·force = 0, mm/N, 0 to 1
+    ///
+    /// The default is the front beam's own with samples, 1/(E·width), and 0 with nodes.
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     softness_mm_per_n: Option<f64>,
     /// Physics

@@ -1,13 +1,14 @@
 //! What a command writes: files by the one rule of [`fre::files`], text on standard output.
 
-use std::io::{ErrorKind, Write};
 use std::path::{Display, Path, PathBuf};
 
 use clap::ValueEnum;
 
+use crate::exit::detail;
+use crate::standard::{self, Target, is_standard};
 use fre::case::Document;
 use fre::draw::{self, Scene, Theme};
-use fre::files::{FileError, Files, Output};
+use fre::files::{FileError, Files};
 
 /// Whether files that exist are overwritten.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -29,6 +30,9 @@ impl ForceArgs {
 /// # Errors
 /// One of them is an output.
 pub fn reads_case(files: &mut Files, path: &Path) -> Result<(), FileError> {
+    if is_standard(path) {
+        return Ok(());
+    }
     files.input(path, "the case")?;
     // What is wrong with the file, its reader says.
     let Ok(document) = Document::read(path) else { return Ok(()) };
@@ -38,8 +42,8 @@ pub fn reads_case(files: &mut Files, path: &Path) -> Result<(), FileError> {
 /// Whether results are drawn, where, and how.
 #[derive(Debug, clap::Args)]
 pub struct PlotArgs {
-    /// Draws the results
-    #[arg(long, value_name = "FILE.svg|FILE.png")]
+    /// Draws the results; - for an SVG on standard output in place of the text
+    #[arg(short, long, value_name = "FILE.svg|FILE.png")]
     plot: Option<PathBuf>,
     /// Colours of a PNG; an SVG follows its viewer's
     #[arg(long, value_enum, default_value = "light", requires = "plot")]
@@ -52,6 +56,11 @@ impl PlotArgs {
     /// The files of a command that may draw.
     pub fn files(&self) -> Files {
         self.force.files()
+    }
+
+    /// Whether the picture goes to standard output, where no other result may be then.
+    pub fn takes_output(&self) -> bool {
+        self.plot.as_deref().is_some_and(is_standard)
     }
 
     /// Takes note of the picture, if one is asked for.
@@ -84,7 +93,7 @@ impl ThemeWord {
 
 /// A picture that is to be written, in the format that its name ends with.
 pub struct Picture {
-    output: Output,
+    output: Target,
     format: draw::Format,
     theme: Theme,
     file: PathBuf,
@@ -96,8 +105,9 @@ impl Picture {
     /// # Errors
     /// Its ending names no format, or it must not be written.
     fn of(files: &mut Files, path: &Path, theme: Theme) -> Result<Self, String> {
-        let format = draw::Format::of(path).map_err(|error| error.to_string())?;
-        let output = files.output(path, "--plot").map_err(|error| error.to_string())?;
+        let format = if is_standard(path) { Ok(draw::Format::Svg) } else { draw::Format::of(path) };
+        let format = format.map_err(|error| error.to_string())?;
+        let output = Target::of(files, path, "--plot").map_err(|error| error.to_string())?;
         Ok(Self { output, format, theme, file: path.to_owned() })
     }
 
@@ -112,7 +122,9 @@ impl Picture {
     /// It cannot be drawn or written.
     pub fn draw(self, scene: &Scene) -> Result<(), String> {
         let bytes = draw::encode(scene, self.format, self.theme).map_err(|error| error.to_string())?;
-        self.output.write(&bytes).map_err(|error| error.to_string())
+        self.output.write(&bytes)?;
+        detail!("fre: drew {}", self.file.display());
+        Ok(())
     }
 }
 
@@ -121,9 +133,5 @@ impl Picture {
 /// # Errors
 /// It cannot be written.
 pub fn put_out(text: &str) -> Result<(), String> {
-    let mut out = std::io::stdout();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(format!("standard output: {error}")),
-        _ => Ok(()),
-    }
+    standard::put_out(text.as_bytes())
 }

@@ -31,7 +31,9 @@ pub struct Args {
     /// Writes every report to a CSV file instead of showing it
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Writes every recorded report to a Parquet file instead of showing it (needs a build with --features parquet)
+    /// Writes every recorded report to a Parquet file instead of showing it
+    ///
+    /// Needs a build with `--features parquet`.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["again", "speed", "at_once"])]
     parquet: Option<PathBuf>,
     #[command(flatten)]
@@ -44,13 +46,17 @@ pub struct Args {
     at_once: bool,
     #[command(flatten)]
     view: ViewArgs,
-    /// Estimates the forces again and compares them with the recorded ones; --csv then has columns for both
+    /// Estimates the forces again and compares them with the recorded ones
+    ///
+    /// --csv then has columns for both.
     #[arg(long)]
     again: bool,
     /// With --again: shows the new estimates instead of comparing them
     #[arg(long, requires = "again", conflicts_with = "csv")]
     show: bool,
-    /// With --again: finger and object of a case file; repeated, one per finger, the last one for all behind it
+    /// With --again: finger and object of a case file
+    ///
+    /// Repeated, there is one per finger, and the last one is for all behind it.
     #[arg(long, value_name = "CASE.toml", requires = "again")]
     case: Vec<PathBuf>,
     /// With --again: another Young's modulus
@@ -59,7 +65,9 @@ pub struct Args {
     /// With --again: another setting, as finger.0.zero_counts=2050; may be repeated
     #[arg(long, value_name = "KEY=VALUE", requires = "again")]
     set: Vec<String>,
-    /// With --again: elements per beam / per hinge as B/H, or paper, reduced, fine [default: as recorded; fine for a --case]
+    /// With --again: elements as B/H, or paper, reduced, fine
+    ///
+    /// The default is as recorded, and fine for a --case.
     #[arg(long, value_name = "B/H", value_parser = elements, requires = "again")]
     elements: Option<Elements>,
     /// With --again: physics [default: as recorded; extended for a --case]

@@ -15,7 +15,9 @@ use crate::output::{ForceArgs, put_out};
 /// In an editor with Taplo: `fre schema > case.schema.json`, and `#:schema case.schema.json` in a case's first line.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Writes the page of all keys (case.md) and its pictures (case/*.svg) into a folder instead
+    /// Writes the page of all keys into a folder instead
+    ///
+    /// The page is case.md; its pictures are case/*.svg.
     #[arg(long, value_name = "FOLDER")]
     page: Option<PathBuf>,
     #[command(flatten)]

@@ -14,7 +14,7 @@ use signal_hook::iterator::Signals;
 
 use crate::exit::{bad_input, tell};
 use crate::options::{ModelArgs, refused};
-use fre::case::Case;
+use crate::standard;
 use fre::drive::agrees;
 use fre_gripper::servo::{Clock, Config, Gains, Handle, Hub, Load, LoadError, PortError, Servo};
 
@@ -37,7 +37,9 @@ pub struct Args {
     /// The case: finger, object and motor axis; without one the servo has no load
     #[arg(value_name = "CASE.toml")]
     case: Option<PathBuf>,
-    /// Opens a raw pseudo-terminal (the default if no port is named); may be repeated
+    /// Opens a raw pseudo-terminal; may be repeated
+    ///
+    /// It is the default if no port is named.
     #[arg(long, action = clap::ArgAction::Count)]
     pty: u8,
     /// Listens on a unix socket; may be repeated
@@ -52,10 +54,14 @@ pub struct Args {
     /// Connects to a TCP address; may be repeated
     #[arg(long, value_name = "HOST:PORT")]
     connect_tcp: Vec<String>,
-    /// Address on the bus, 0 to 252; several addresses, separated by commas, are several servos with the same settings
+    /// Address on the bus, 0 to 252; several are several servos
+    ///
+    /// They are separated by commas and have the same settings.
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1")]
     id: Vec<u8>,
-    /// Version of the servo's firmware; versions below 45 do not support Fast Sync Read
+    /// Version of the servo's firmware
+    ///
+    /// Versions below 45 do not support Fast Sync Read.
     #[arg(long, value_name = "N", default_value_t = xm430::FAST_READ_FIRMWARE)]
     firmware: u8,
     /// Baud rate of the servo
@@ -64,7 +70,9 @@ pub struct Args {
     /// Return delay, even, 0 to 508
     #[arg(long, value_name = "US", default_value_t = 500)]
     return_delay_us: u32,
-    /// Delays answers by the time that request and answer take on the wire (wall clock only)
+    /// Delays answers by the time on the wire (wall clock only)
+    ///
+    /// The delay is the time that request and answer take at the servo's baud rate.
     #[arg(long)]
     wire_time: bool,
     /// The servo's clock: wall time, or one period per read of Present Position
@@ -73,8 +81,10 @@ pub struct Args {
     /// Period of the clock "requests"
     #[arg(long, value_name = "US", default_value_t = 2000)]
     period_us: u32,
-    /// How the servo moves the finger: rotating, "linear X,Y MM_PER_RAD" (parallel jaws; X,Y: the direction of closing), or
-    /// "table X,Y DEG:MM DEG:MM …" (crank linkages); the case's motion must be of the same kind
+    /// How the servo moves the finger
+    ///
+    /// rotating, "linear X,Y MM_PER_RAD" (parallel jaws; X,Y: the direction of closing), or "table X,Y DEG:MM DEG:MM …" (crank
+    /// linkages). The case's motion must be of the same kind.
     #[arg(long, value_name = "DRIVE", default_value = "rotating", value_parser = super::options::drive)]
     drive: Drive,
     /// Position at motor angle 0, 0 to 4095
@@ -86,13 +96,17 @@ pub struct Args {
     /// Motor angle at power-on [default: 2° before the first contact]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     start_deg: Option<f64>,
-    /// Highest motor angle of the load's table [default: 5° above the case's highest, 180 with a drive along a line]
+    /// Highest motor angle of the load's table
+    ///
+    /// The default is 5° above the case's highest angle, and 180° with a drive along a line.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     highest_deg: Option<f64>,
     /// Play between encoder and finger, 0 to 5; 0.25 for this servo family
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     backlash_deg: f64,
-    /// Position gains after power-on. With the factory's the servo holds by its error, 29 N·mm per count; 16383,0,0 is twenty times as firm
+    /// Position gains after power-on
+    ///
+    /// With the factory's gains the servo holds by its error, 29 N·mm per count; 16383,0,0 is twenty times as firm.
     #[arg(long, value_name = "P,I,D", default_value = "800,0,0", value_parser = gains)]
     gains: Gains,
     /// Standard deviation of Present Current
@@ -179,7 +193,7 @@ fn serve(args: &Args) -> Result<(), String> {
             statistics.position_reads
         );
     }
-    tell!("fre servo: {lost} bytes lost");
+    tell!("fre: {lost} bytes lost");
     Ok(())
 }
 
@@ -187,7 +201,7 @@ fn load(args: &Args) -> Result<Load, String> {
     let Some(file) = &args.case else {
         return Ok(Load::none());
     };
-    let case = Case::read(file).map_err(|error| error.to_string())?;
+    let case = standard::case(file).map_err(|error| error.to_string())?;
     let drive = &args.drive;
     agrees(&case.path.motion, drive).map_err(|error| format!("{}: {error}", file.display()))?;
     let highest = match (args.highest_deg, drive) {

@@ -6,15 +6,17 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use model_core::discretise::DiscretiseError;
 
-use crate::exit::{bad_input, tell, trusted};
+use crate::exit::{bad_input, detail, tell, trusted};
 use crate::options::{ModelArgs, refused};
 use crate::output::{Picture, PlotArgs, put_out, reads_case};
+use crate::progress::ProgressLine;
+use crate::standard::{self, Target, is_standard};
 use fre::case::Case;
 use fre::draw::{self, Scene};
-use fre::files::Output;
 use fre::study::pictures::{self, Kind};
-use fre::study::run::{self, Run};
+use fre::study::run::{self, Run, Unsolved};
 use fre::study::{csv, json, text};
+use std::ops::ControlFlow;
 
 /// Solve a case: one equilibrium per motor angle, by continuation from no contact.
 ///
@@ -25,23 +27,27 @@ use fre::study::{csv, json, text};
 /// Exit status: 0 all angles converged; 1 bad input; 2 some angle has no trustworthy solution.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The case file
+    /// The case file; - for standard input
     #[arg(value_name = "CASE.toml")]
     case: PathBuf,
     /// Form of the results on standard output
-    #[arg(long, value_enum, default_value = "text")]
+    #[arg(short, long, value_enum, default_value = "text")]
     format: Format,
-    /// Draws the motion as a moving picture: the finger and its force at each angle, in the case's order
+    /// Draws the motion as a moving picture; - for standard output
+    ///
+    /// The picture has the finger and its force at each angle, in the case's order.
     #[arg(long, value_name = "FILE.svg")]
     animate: Option<PathBuf>,
     #[command(flatten)]
     plot: PlotArgs,
-    /// What is drawn, one below the other, separated by commas [default: the finger at the last trustworthy angle and, for
-    /// several angles, the force over the angle]
+    /// What is drawn, one below the other, separated by commas
+    ///
+    /// The default is the finger at the last trustworthy angle and, for several angles, the force over the angle.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND,…", requires = "plot")]
     plot_kind: Vec<KindWord>,
-    /// Angle (degrees) or distance (mm) of the pictures finger, pressure and strain; one of the case's [default: the last
-    /// with a trustworthy solution]
+    /// Place of the pictures finger, pressure and strain: one of the case's
+    ///
+    /// An angle in degrees, or a distance in mm. The default is the last place with a trustworthy solution.
     #[arg(long, value_name = "PLACE", requires = "plot", allow_hyphen_values = true)]
     plot_at: Option<f64>,
     #[command(flatten)]
@@ -114,15 +120,37 @@ fn index_of(case: &Case, place: f64) -> Result<usize, String> {
 }
 
 /// The files of the pictures and of the moving one.
-fn plots(args: &Args) -> Result<(Option<Picture>, Option<Output>), String> {
+fn plots(args: &Args) -> Result<(Option<Picture>, Option<Target>), String> {
     let mut files = args.plot.files();
     reads_case(&mut files, &args.case).map_err(|error| error.to_string())?;
     let plot = args.plot.picture(&mut files)?;
+    if args.plot.takes_output() && args.animate.as_deref().is_some_and(is_standard) {
+        return Err("--plot - and --animate -: standard output has room for one of them".to_owned());
+    }
     let moving = args.animate.as_deref().map(|file| match draw::Format::of(file) {
-        Ok(draw::Format::Svg) => files.output(file, "--animate").map_err(|error| error.to_string()),
+        _ if is_standard(file) => Ok(Target::Standard),
+        Ok(draw::Format::Svg) => Target::of(&mut files, file, "--animate").map_err(|error| error.to_string()),
         _ => Err(format!("--animate {}: a moving picture's file ends in .svg", file.display())),
     });
     Ok((plot, moving.transpose()?))
+}
+
+/// Solves the case, and says how far it is.
+fn solved(args: &Args, case: &Case) -> Result<Run, DiscretiseError> {
+    let mut line = ProgressLine::new(false);
+    let solved = run::solve_watched(case, &args.model.options(), |progress| {
+        let (done, total) = (progress.done, progress.total);
+        line.show(false, || format!("solving: {done} of {total} places, {} last", progress.latest.at));
+        ControlFlow::<std::convert::Infallible>::Continue(())
+    });
+    line.wipe();
+    let run = solved.map_err(|error| match error {
+        Unsolved::Discretise(error) => error,
+        Unsolved::Stopped(never) => match never {},
+    })?;
+    let (places, unknowns, seconds) = (run.places.len(), run.model.unknowns, run.seconds());
+    detail!("fre: {places} places with {unknowns} unknowns took {:.1} ms", 1e3 * seconds);
+    Ok(run)
 }
 
 /// Runs the command.
@@ -132,14 +160,14 @@ pub fn run(args: &Args) -> ExitCode {
         Ok(files) => files,
         Err(error) => return bad_input(&error),
     };
-    let case = match Case::read(&args.case) {
+    let case = match standard::case(&args.case) {
         Ok(case) => case,
         Err(error) => return bad_input(&error),
     };
     if let Some(Err(error)) = args.plot_at.map(|place| index_of(&case, place)) {
         return bad_input(&error);
     }
-    let solved = match run::solve(&case, &args.model.options()) {
+    let solved = match solved(args, &case) {
         Ok(run) => run,
         Err(DiscretiseError::Design(error)) => {
             return bad_input(&format!("{}: finger.{error}", args.case.display()));
@@ -154,10 +182,12 @@ pub fn run(args: &Args) -> ExitCode {
         },
         Format::Csv => csv::csv(&solved),
     };
-    if let Err(error) = put_out(&result) {
+    // A picture on standard output stands in place of the text.
+    let drawn = args.plot.takes_output() || args.animate.as_deref().is_some_and(is_standard);
+    if !drawn && let Err(error) = put_out(&result) {
         return bad_input(&error);
     }
-    if !matches!(args.format, Format::Text) {
+    if drawn || !matches!(args.format, Format::Text) {
         // The text has them already.
         for warning in &solved.warnings {
             tell!("fre: warning: {warning}");

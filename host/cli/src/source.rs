@@ -9,7 +9,7 @@ use model_core::uncertainty::Uncertainty;
 use crate::exit::tell;
 use crate::options::ModelArgs;
 use crate::output::reads_case;
-use fre::case::Case;
+use crate::standard;
 use fre::files::{FileError, Files};
 use fre_gripper::bus::{Bus, BusAddress, BusOptions};
 use fre_gripper::link::{Address, Link, ports, set};
@@ -18,26 +18,37 @@ use fre_gripper::source::{Modelled, Source};
 /// Which source.
 #[derive(Debug, clap::Args)]
 pub struct SourceArgs {
-    /// Where the gripper is: unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD
-    #[arg(long, value_name = "LINK", conflicts_with = "bus")]
-    pub link: Option<Address>,
-    /// Servos on this PC's own bus instead, read through a USB adapter (U2D2): a serial port as PORT or PORT@BAUD (without BAUD
-    /// the usual rates are tried), or unix:PATH or tcp:HOST:PORT. The estimator runs on this PC; nothing is written to a servo
-    #[arg(long, value_name = "PORT")]
+    /// Where the gripper is [env: FRE_LINK]
+    ///
+    /// unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD.
+    #[arg(short, long, value_name = "LINK", conflicts_with = "bus")]
+    link: Option<Address>,
+    /// Servos on this PC's own bus instead, read through a USB adapter
+    ///
+    /// A serial port (of a U2D2 or its like) as PORT or PORT@BAUD; without BAUD the usual rates are tried. Or unix:PATH, or
+    /// tcp:HOST:PORT. The estimator runs on this PC; nothing is written to a servo.
+    #[arg(short, long, value_name = "PORT")]
     bus: Option<BusAddress>,
-    /// With --bus: finger and object of a case file; repeated, one per finger, the last one for all behind it
+    /// With --bus: finger and object of a case file
+    ///
+    /// Repeated, there is one per finger, and the last one is for all behind it.
     #[arg(long, value_name = "CASE.toml", requires = "bus")]
     case: Vec<PathBuf>,
-    /// With --bus: settings as KEY = VALUE lines, as `fre gripper get` prints them: which servo each finger has, its zero,
-    /// direction and gear ratio
+    /// With --bus: settings as KEY = VALUE lines
+    ///
+    /// They are what `fre gripper get` prints: which servo each finger has, its zero, direction and gear ratio.
     #[arg(long, value_name = "FILE", requires = "bus")]
     settings: Option<PathBuf>,
-    /// With --bus: one setting, as finger.0.zero_counts=2048, finger.0.servo_id=3 or rate_hz=200; may be repeated. If no
-    /// servo_id is named, the servos that answer are the fingers, in the order of their addresses
+    /// With --bus: one setting; may be repeated
+    ///
+    /// As finger.0.zero_counts=2048, finger.0.servo_id=3 or rate_hz=200. If no servo_id is named, the servos that answer are the
+    /// fingers, in the order of their addresses.
     #[arg(long, value_name = "KEY=VALUE", requires = "bus")]
     set: Vec<String>,
-    /// With --bus: what a calibration has left uncertain, as `fre calibrate --format json` writes it; repeated, one per finger, the
-    /// last one for all behind it [default: a finger that was measured and not calibrated]
+    /// With --bus: what a calibration has left uncertain
+    ///
+    /// The file is what `fre calibrate --format json` writes. Repeated, there is one per finger, and the last one is for all
+    /// behind it. The default is a finger that was measured and not calibrated.
     #[arg(long, value_name = "FIT.json", requires = "case")]
     uncertainty: Vec<PathBuf>,
     #[command(flatten)]
@@ -60,8 +71,8 @@ impl SourceArgs {
     /// # Errors
     /// For people.
     pub fn open(&self) -> Result<Arc<dyn Source>, Box<dyn std::error::Error>> {
-        match (&self.link, &self.bus) {
-            (Some(link), _) => Ok(Arc::new(Link::open(link)?)),
+        match (self.link()?, &self.bus) {
+            (Some(link), _) => Ok(Arc::new(Link::open(&link)?)),
             (None, Some(address)) => {
                 let bus = Bus::open(address, &self.bus_options()?)?;
                 for note in bus.notes() {
@@ -70,6 +81,16 @@ impl SourceArgs {
                 Ok(Arc::new(bus))
             }
             (None, None) => Err(nowhere().into()),
+        }
+    }
+
+    /// The link: the command line's, or the environment's unless a bus is named.
+    fn link(&self) -> Result<Option<Address>, String> {
+        match std::env::var(LINK) {
+            Ok(word) if self.link.is_none() && self.bus.is_none() && !word.is_empty() => {
+                word.parse().map(Some).map_err(|error| format!("{LINK}=\"{word}\": {error}"))
+            }
+            _ => Ok(self.link.clone()),
         }
     }
 
@@ -93,7 +114,7 @@ impl SourceArgs {
         }
         let options = self.model.options();
         let left = self.uncertainty.iter().map(|path| uncertainty(path)).collect::<Result<Vec<_>, _>>()?;
-        let cases = self.case.iter().map(|path| Case::read(path)).collect::<Result<Vec<_>, _>>()?;
+        let cases = self.case.iter().map(|path| standard::case(path)).collect::<Result<Vec<_>, _>>()?;
         // The last of either stands for those behind it.
         let model = |number: usize| {
             let case = cases.get(number).or(cases.last())?;
@@ -105,6 +126,9 @@ impl SourceArgs {
         Ok(BusOptions { settings, names_servos, models, precision: options.precision, hessian: options.hessian })
     }
 }
+
+/// Where the usual gripper is, so that it need not be named each time.
+pub const LINK: &str = "FRE_LINK";
 
 /// What is needed, and which serial ports there are.
 fn nowhere() -> String {

@@ -1,6 +1,5 @@
 //! `fre sweep`: a case over ranges of angles and a grid of its numbers.
 
-use std::io::{IsTerminal as _, Write as _};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,7 +12,9 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use crate::exit::{UNTRUSTWORTHY, bad_input, tell};
 use crate::options::ModelArgs;
 use crate::output::{ForceArgs, reads_case};
-use fre::case::{Document, MAX_ANGLE};
+use crate::progress::ProgressLine;
+use crate::standard;
+use fre::case::MAX_ANGLE;
 use fre::files::{Files, Output};
 use fre::study::choice;
 use fre::study::sweep::{self, Axis, Ledger, Merge, Progress, Shard, Sweep, SweepError, Tally, Tuned};
@@ -40,31 +41,40 @@ const INTERRUPTED: u8 = 130;
 pub struct Args {
     #[command(subcommand)]
     action: Option<Action>,
-    /// The case file
+    /// The case file; - for standard input
     #[arg(value_name = "CASE.toml", required = true)]
     case: Option<PathBuf>,
-    /// Motor angles, degrees, instead of the case's own: ranges and numbers, separated by commas; 0:12:1,12:0:-1 closes
-    /// and opens
+    /// Motor angles, degrees, instead of the case's own
+    ///
+    /// Ranges and numbers, separated by commas: 0:12:1,12:0:-1 closes and opens.
     #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true, value_parser = Angles::parse)]
     angles: Option<Angles>,
-    /// A number of the case by its dotted key (object.radius_mm, object.centre_mm.1, finger.front.thickness_mm, …) with its
-    /// values, or elements=24/3,48/4,170/20; may be repeated, the grid is the product
+    /// A number of the case by its dotted key, with its values
+    ///
+    /// object.radius_mm, object.centre_mm.1, finger.front.thickness_mm, …, or elements=24/3,48/4,170/20. Repeated, the grid is
+    /// the product.
     #[arg(long, value_name = "KEY=A:B:STEP|KEY=v1,v2,…")]
     vary: Vec<String>,
     /// The CSV file, in which a stopped sweep continues [default: standard output]
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Solves a part of the points only: the I-th of N parts that cost alike. Its file is merged with the others'
+    /// Solves a part of the points only: the I-th of N
+    ///
+    /// The parts cost alike. `fre sweep merge` makes one file of theirs.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Adds the points of both centrelines to every row: lists separated by blanks, finger frame
+    /// Adds the points of both centrelines to every row
+    ///
+    /// They are lists separated by blanks, in the finger frame.
     #[arg(long)]
     shapes: bool,
-    /// Writes the complete sweep as Parquet, too; an older file of this name is replaced (needs a build with --features parquet)
+    /// Writes the complete sweep as Parquet, too
+    ///
+    /// An older file of this name is replaced. Needs a build with `--features parquet`.
     #[arg(long, value_name = "FILE", requires = "out")]
     parquet: Option<PathBuf>,
     /// Threads, 0 for one per core
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=MOST_JOBS))]
+    #[arg(short, long, value_name = "N", default_value_t = 0, env = "FRE_JOBS", hide_env_values = true, value_parser = clap::value_parser!(u16).range(0..=MOST_JOBS))]
     jobs: u16,
     /// Shows progress even if standard error is not a terminal
     #[arg(long)]
@@ -83,9 +93,11 @@ enum Action {
         #[arg(value_name = "SHARD.csv", required = true)]
         shards: Vec<PathBuf>,
         /// The merged file
-        #[arg(long, value_name = "FILE")]
+        #[arg(short, long, value_name = "FILE")]
         out: PathBuf,
-        /// Writes the merged sweep as Parquet, too (needs a build with --features parquet)
+        /// Writes the merged sweep as Parquet, too
+        ///
+        /// Needs a build with `--features parquet`.
         #[arg(long, value_name = "FILE")]
         parquet: Option<PathBuf>,
         #[command(flatten)]
@@ -178,7 +190,7 @@ fn write_parquet(_: &Path, output: Output) -> Result<(), SweepError> {
 fn work(args: &Args) -> Result<Tally, SweepError> {
     // Without a case there is another command, which clap sees to.
     let path = args.case.as_deref().unwrap_or(Path::new(""));
-    let document = Document::read(path)?;
+    let document = standard::document(path)?;
     let case = document.case()?;
     let axes = args.vary.iter().map(|text| Axis::parse(text, elements)).collect::<Result<Vec<_>, _>>()?;
     let angles = args.angles.as_ref().map(|angles| angles.0.as_slice());
@@ -195,34 +207,25 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     if let Some(ledger) = ledger.as_ref().filter(|ledger| ledger.found() > 0) {
         tell!("fre: {} of {} rows are known already", ledger.found(), sweep.own_rows());
     }
-    let terminal = std::io::stderr().is_terminal();
-    let shown = terminal || args.progress;
     let stopped = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, stopped.clone())
             .map_err(|source| SweepError::File { file: "signals".to_owned(), source })?;
     }
-    let mut told = std::time::Instant::now();
+    let mut line = ProgressLine::new(args.progress);
     let watch = |progress: Progress| {
         if stopped.load(Ordering::Relaxed) {
-            tell!("{}fre: stopped; {}", if terminal { "\n" } else { "" }, left_words(args, progress));
+            line.keep();
+            tell!("fre: stopped; {}", left_words(args, progress));
             return ControlFlow::Break(());
         }
-        let due = if terminal { 0.1 } else { 1.0 };
-        if shown && (told.elapsed().as_secs_f64() > due || progress.done == progress.total) {
-            told = std::time::Instant::now();
-            let (start, end) = if terminal { ("\r", "\u{1b}[K") } else { ("", "\n") };
-            let _ = write!(std::io::stderr(), "{start}{}{end}", progress_words(progress));
-            let _ = std::io::stderr().flush();
-        }
+        line.show(progress.done == progress.total, || progress_words(progress));
         ControlFlow::Continue(())
     };
     let stdout = std::io::BufWriter::new(std::io::stdout().lock());
     let mut out = Kept { out: stdout, keep: sweep.has_resolutions(), text: Vec::new() };
     let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, usize::from(args.jobs), watch);
-    if terminal && !matches!(tally, Err(SweepError::Stopped)) {
-        tell!("");
-    }
+    line.keep();
     let tally = tally?;
     if let (Some(rows), Some(parquet)) = (&args.out, parquet) {
         write_parquet(rows, parquet)?;

@@ -1,15 +1,18 @@
 //! `fre table1`: the twenty cases of *Geometrico-Static Modelling of a FRE Finger*, the paper.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::exit::{bad_input, tell, trusted};
 use crate::output::{ForceArgs, put_out};
+use crate::progress::ProgressLine;
 use fre::study::run::Run;
 use fre::study::table1;
 
-/// Solve the twenty cases of "Geometrico-Static Modelling of a FRE Finger" (the paper's Table 1) with both physics
-/// at full and reduced resolution, and compare the models.
+/// Solve the paper's twenty cases with both physics, and compare the models
+///
+/// They are those of Table 1 in "Geometrico-Static Modelling of a FRE Finger", each at full and at reduced resolution.
 ///
 /// Prints the tables as Markdown; with --out also writes report.html (one page with pictures), table1.md, table1.csv,
 /// errors.svg and errors.png. The finger is the preset dhas-80, an approximation; the paper prints no object positions: they
@@ -18,7 +21,7 @@ use fre::study::table1;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Folder for report, table and data
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,
@@ -32,7 +35,14 @@ pub fn run(args: &Args) -> ExitCode {
         Ok(folder) => folder,
         Err(error) => return bad_input(&error),
     };
-    let rows = match table1::solve() {
+    let mut line = ProgressLine::new(false);
+    let solved = table1::solve_watched(|progress| {
+        let table1::Progress { done, total, series, variant } = progress;
+        line.show(false, || format!("solving: path {} of {total}, {} by {}", done + 1, series.name(0), variant.name));
+        ControlFlow::Continue(())
+    });
+    line.wipe();
+    let rows = match solved {
         Ok(rows) => rows,
         Err(error) => return bad_input(&error),
     };

@@ -16,7 +16,7 @@ pub enum Hardware {
     Demo(Rest),
     /// Write a board's firmware through a debug probe (needs a build with `--features probe`)
     Flash(Rest),
-    /// Ask a gripper, change its settings, have it grip (needs a build with `--features gripper`)
+    /// Query a gripper, change its settings, make it grip (needs `--features gripper`)
     Gripper(Rest),
     /// Show a board's log (needs a build with `--features probe`; --qemu with `--features gripper`)
     Log(Rest),

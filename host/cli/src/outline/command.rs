@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::exit::{bad_input, tell};
 use crate::output::{ForceArgs, put_out, reads_case};
+use crate::standard;
 use fre::case::{Case, MAX_ANGLE, MAX_DISTANCE};
 use fre::draw;
 use fre::files::{FileError, Files, Output};
@@ -19,7 +20,9 @@ use fre::fit::outline::photo::{Colour, Photo};
 use fre::fit::outline::plane::{Agreement, Plane};
 use fre::fit::outline::{Options, Outline, OutlineError, checkerboard, dots, extract, overlay, zhang};
 
-/// Take the front beam's shape from a photograph of a finger before a plain background, for `fre compare --measured`.
+/// Take the front beam's shape from a photograph, for `fre compare --measured`
+///
+/// The finger is in front of a plain background.
 ///
 /// The finger must be darker or brighter than the background, or of another colour. An object that it touches must be darker
 /// or brighter than the finger. Transparent pixels count as white.
@@ -102,7 +105,9 @@ pub struct Args {
     /// Writes the CSV to a file; --append adds to it
     #[arg(long, value_name = "FILE.csv")]
     output: Option<PathBuf>,
-    /// Adds the rows to a file that has this command's columns: one file for a series of photographs
+    /// Adds the rows to a file that has this command's columns
+    ///
+    /// One file holds a series of photographs that way.
     #[arg(long, requires = "output")]
     append: bool,
     /// Draws the outline over the photograph
@@ -146,7 +151,7 @@ fn outline(args: &Args) -> Result<(), OutlineError> {
         return Err(OutlineError::Option(format!("{}: a picture over a photograph ends in .png", file.display())));
     }
     let outputs = Outputs::of(args).map_err(|error| OutlineError::Option(error.to_string()))?;
-    let case = Case::read(&args.case).map_err(|error| OutlineError::Option(error.to_string()))?;
+    let case = standard::case(&args.case).map_err(|error| OutlineError::Option(error.to_string()))?;
     let place = place(args, &case)?;
     let beam = &case.finger.design.front;
     let options = options(args, Options::of(beam), beam.length())?;

@@ -8,7 +8,7 @@ mod command;
 #[cfg(feature = "outline")]
 pub use command::{Args, run};
 
-/// Take the front beam's shape from a photograph (needs a build with `--features outline`).
+/// Take the front beam's shape from a photograph (needs `--features outline`)
 #[cfg(not(feature = "outline"))]
 #[derive(Debug, clap::Args)]
 #[command(disable_help_flag = true)]

@@ -21,10 +21,14 @@ pub struct ViewArgs {
     /// Prints every N-th report only
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
-    /// Serves a live page instead, and prints its address (needs a build with `--features web`)
+    /// Serves a live page instead, and prints its address
+    ///
+    /// Needs a build with `--features web`, which is on by default.
     #[arg(long)]
     web: bool,
-    /// Address of the page; if other machines can reach it, the page needs the token that is printed with it
+    /// Address of the page
+    ///
+    /// If other machines can reach it, the page needs the token that is printed with it.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "web")]
     listen: SocketAddr,
     /// Opens the page in a browser

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use crate::exit::{BAD_INPUT, bad_input, tell};
+use crate::exit::bad_input;
 use fre::files::FileError;
 use fre_gripper::source::OrderError;
 use fre_gripper::terminal;
@@ -22,10 +22,7 @@ impl Stop {
             Self::Input(message) => bad_input(&message),
             // Whoever reads the lines has read enough.
             Self::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
-            Self::Output(error) => {
-                tell!("fre: cannot write: {error}");
-                ExitCode::from(BAD_INPUT)
-            }
+            Self::Output(error) => bad_input(&format!("cannot write: {error}")),
         }
     }
 }

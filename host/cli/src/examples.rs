@@ -1,0 +1,219 @@
+//! Examples at the end of each command's help. A test has the program read every one of them.
+
+use clap::Command;
+use clap::builder::StyledStr;
+
+/// The examples of a command, by its words after `fre`: what it does, and the line.
+const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
+    (
+        "",
+        &[
+            ("A case to start from, and its forces", "fre new finger.toml && fre solve finger.toml"),
+            ("The same as a picture", "fre solve finger.toml --plot finger.svg"),
+        ],
+    ),
+    (
+        "calibrate",
+        &[
+            ("Modulus, zero angle and object from a closing motion", "fre calibrate measured.csv -c finger.toml"),
+            (
+                "Only the modulus, into a new finger",
+                "fre calibrate measured.csv -c finger.toml --fit youngs-modulus -w fitted.toml",
+            ),
+        ],
+    ),
+    (
+        "compare",
+        &[
+            ("Against finite elements, drawn", "fre compare finger.toml --fea --plot shapes.svg"),
+            ("Against a load cell's file", "fre compare finger.toml --measured measured.csv"),
+        ],
+    ),
+    (
+        "completions",
+        &[(
+            "For bash, from the next shell on",
+            "fre completions bash > ~/.local/share/bash-completion/completions/fre",
+        )],
+    ),
+    ("man", &[("Where man looks for them", "fre man --out ~/.local/share/man/man1")]),
+    ("new", &[("A case to edit", "fre new finger.toml"), ("Straight into the solver", "fre new | fre solve -")]),
+    (
+        "outline",
+        &[(
+            "Four printed dots of 3 mm around the finger, at 12°",
+            "fre outline photo.jpg --case finger.toml --angle-deg 12 --dot-mm 3 --marks 412,1530=-14,-5 1480,1522=40,-5 1466,318=40,85 430,330=-14,85",
+        )],
+    ),
+    (
+        "schema",
+        &[("For an editor, and the page of all keys", "fre schema > case.schema.json && fre schema --page docs")],
+    ),
+    (
+        "solve",
+        &[
+            ("A table of forces, and a picture of the last angle", "fre solve finger.toml --plot finger.svg"),
+            ("For a program", "fre solve finger.toml --format json"),
+            (
+                "At the paper's resolution and with its physics",
+                "fre solve finger.toml --scheme paper --elements paper --physics paper",
+            ),
+        ],
+    ),
+    (
+        "sweep",
+        &[(
+            "Three radii by two thicknesses, 0 to 12°, in a file that a stopped sweep goes on with",
+            "fre sweep finger.toml --angles 0:12:1 --vary object.radius_mm=20,30,40 --vary finger.front.thickness_mm=1.5,2 -o rows.csv",
+        )],
+    ),
+    ("sweep merge", &[("Two machines' shards", "fre sweep merge one.csv two.csv --out rows.csv")]),
+    ("table1", &[("With report and pictures", "fre table1 --out table1")]),
+    (
+        "demo",
+        &[(
+            "The firmware in QEMU for 20 s",
+            "fre demo --firmware target/boards/thumbv7em-none-eabihf/release/gripper-mps2",
+        )],
+    ),
+    ("flash", &[("ROBOTIS' OpenCR", "fre flash opencr")]),
+    (
+        "gripper",
+        &[
+            ("What answers there", "fre gripper info --link /dev/ttyACM0"),
+            ("The link once for all", "export FRE_LINK=/dev/ttyACM0 && fre gripper grip --force-n 3"),
+        ],
+    ),
+    ("gripper info", &[("On a serial port", "fre gripper info --link /dev/ttyACM0")]),
+    ("gripper get", &[("Into a file", "fre gripper get --link /dev/ttyACM0 > settings.txt")]),
+    ("gripper set", &[("A finger and a rate", "fre gripper set rate_hz=500 --case finger.toml --link /dev/ttyACM0")]),
+    ("gripper grip", &[("Wait up to 5 s for 3 N", "fre gripper grip --force-n 3 --wait 5 --link /dev/ttyACM0")]),
+    (
+        "gripper identify",
+        &[(
+            "The radius of what stands there",
+            "fre gripper identify radius --range-mm 20:50 --to-deg 15 --link /dev/ttyACM0",
+        )],
+    ),
+    ("gripper release", &[("All fingers", "fre gripper release --link /dev/ttyACM0")]),
+    ("gripper hold", &[("Finger 0 only", "fre gripper hold --finger 0 --link /dev/ttyACM0")]),
+    ("gripper scan", &[("Every servo at every rate", "fre gripper scan --link /dev/ttyACM0")]),
+    ("log", &[("A board on a probe", "fre log opencr"), ("The image in QEMU", "fre log --qemu --seconds 5")]),
+    (
+        "monitor",
+        &[
+            ("Which serial ports there are", "fre monitor"),
+            ("A gripper, in the terminal and in a file", "fre monitor --link /dev/ttyACM0 --log forces.csv"),
+            ("Servos on a USB adapter, estimated here", "fre monitor --bus /dev/ttyUSB0 --case finger.toml"),
+        ],
+    ),
+    (
+        "replay",
+        &[
+            ("At its own speed", "fre replay forces.mcap"),
+            ("With another modulus, compared", "fre replay forces.mcap --again --youngs-modulus-pa 5.2e7"),
+        ],
+    ),
+    ("servo", &[("On a pseudo-terminal, with a finger and its object", "fre servo finger.toml --pty")]),
+];
+
+/// The command with its examples, and those below it with theirs.
+pub fn added(command: Command) -> Command {
+    below(command, "")
+}
+
+fn below(command: Command, words: &str) -> Command {
+    let names: Vec<String> = command.get_subcommands().map(|below| below.get_name().to_owned()).collect();
+    let command = match EXAMPLES.iter().find(|(of, _)| *of == words) {
+        Some((_, examples)) => {
+            let text = styled(examples, &command);
+            command.after_help(text)
+        }
+        None => command,
+    };
+    names.into_iter().fold(command, |command, name| {
+        let words = format!("{words} {name}").trim_start().to_owned();
+        command.mut_subcommand(name, |found| below(found, &words))
+    })
+}
+
+fn styled(examples: &[(&str, &str)], command: &Command) -> StyledStr {
+    use std::fmt::Write as _;
+    let (header, literal) = (command.get_styles().get_header(), command.get_styles().get_literal());
+    let mut text = StyledStr::new();
+    // Writing to a text cannot fail.
+    let _ = write!(text, "{header}Examples:{header:#}");
+    for (what, line) in examples {
+        let _ = write!(text, "\n  {what}:\n    {literal}{line}{literal:#}");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Command;
+
+    use super::EXAMPLES;
+
+    /// Every command with its words after `fre`.
+    fn all(command: &Command, words: &str, found: &mut Vec<(String, Command)>) {
+        found.push((words.to_owned(), command.clone()));
+        for below in command.get_subcommands().filter(|below| below.get_name() != "help") {
+            all(below, format!("{words} {}", below.get_name()).trim_start(), found);
+        }
+    }
+
+    fn commands() -> Vec<(String, Command)> {
+        let mut command = crate::command();
+        command.build();
+        let mut found = Vec::new();
+        all(&command, "", &mut found);
+        found
+    }
+
+    #[test]
+    fn every_example_is_understood() {
+        for (of, examples) in EXAMPLES {
+            for line in examples.iter().flat_map(|(_, line)| line.split("&&")).flat_map(|line| line.split('|')) {
+                let words = line.split('>').next().unwrap_or_default().split_whitespace();
+                let words: Vec<&str> = words.collect();
+                if words.first() != Some(&"fre") || (cfg!(not(feature = "gripper")) && !of.is_empty()) {
+                    continue;
+                }
+                if let Err(error) = crate::command().try_get_matches_from(&words) {
+                    panic!("{line}: {error}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_command_says_what_it_is_and_has_an_example() {
+        let commands = commands();
+        for (words, command) in &commands {
+            let about = command.get_about().map(ToString::to_string).unwrap_or_default();
+            assert!(!about.is_empty(), "fre {words} does not say what it is");
+            assert!(about.chars().count() <= 90, "fre {words}: \"{about}\" does not fit a line");
+            if cfg!(feature = "gripper") {
+                assert!(EXAMPLES.iter().any(|(of, _)| of == words), "fre {words} has no example");
+            }
+        }
+        if cfg!(feature = "gripper") {
+            for (of, _) in EXAMPLES {
+                assert!(commands.iter().any(|(words, _)| words == of), "there is no command fre {of}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_option_has_one_line_in_the_short_help() {
+        for (words, command) in commands() {
+            for argument in command.get_arguments().filter(|argument| !argument.is_hide_set()) {
+                let help = argument.get_help().map(ToString::to_string).unwrap_or_default();
+                let name = argument.get_id();
+                assert!(!help.is_empty(), "fre {words}: {name} has no help");
+                assert!(help.chars().count() <= 76, "fre {words}: {name}: \"{help}\" is longer than a line");
+            }
+        }
+    }
+}
