@@ -19,6 +19,9 @@ pub enum Coordinate {
 }
 
 impl Coordinate {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Angle, Self::Distance, Self::Time];
+
     /// Name of its column and key in files, with the unit.
     pub fn column(self) -> &'static str {
         match self {

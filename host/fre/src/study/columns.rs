@@ -1,4 +1,4 @@
-//! The columns of a run's results: name, heading, decimals and value of each, defined once for CSV and text.
+//! The columns of a run's results: name, kind, heading, decimals and value of each, defined once for CSV and text.
 
 use crate::case::Coordinate;
 use crate::study::model::{physics_word, scheme_word};
@@ -7,6 +7,7 @@ use crate::study::place::{MaxStrain, Place, State};
 use crate::study::run::Run;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::strains::Strains;
+use crate::table::Kind;
 
 /// A value in a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,19 +60,19 @@ pub(super) struct Column {
     /// Decimals in tables, and what the value is multiplied by there.
     decimals: usize,
     scale: f64,
-    /// True for words, which are aligned to the left.
-    words: bool,
+    /// What it holds.
+    kind: Kind,
     value: fn(&Run, &Place) -> Cell,
 }
 
 impl Column {
     const fn new(name: &'static str, value: fn(&Run, &Place) -> Cell) -> Self {
-        Self { name: Name::Fixed(name), heading: |_| [""; 2], decimals: 0, scale: 1.0, words: false, value }
+        Self { name: Name::Fixed(name), heading: |_| [""; 2], decimals: 0, scale: 1.0, kind: Kind::Number, value }
     }
 
     /// A column of words that is shown in tables, too.
     const fn words(self, heading: fn(Coordinate) -> [&'static str; 2]) -> Self {
-        Self { heading, words: true, ..self }
+        Self { heading, kind: Kind::Word, ..self }
     }
 
     /// A column that is shown in tables, too.
@@ -82,6 +83,11 @@ impl Column {
     /// Shown in another unit.
     const fn times(self, scale: f64) -> Self {
         Self { scale, ..self }
+    }
+
+    /// A column that holds something else than numbers.
+    const fn of(self, kind: Kind) -> Self {
+        Self { kind, ..self }
     }
 
     const fn per(before: &'static str, after: &'static str, value: fn(&Run, &Place) -> Cell) -> Self {
@@ -107,9 +113,14 @@ impl Column {
         (self.value)(run, place)
     }
 
+    /// What it holds.
+    pub(super) fn kind(&self) -> Kind {
+        self.kind
+    }
+
     /// True if it is aligned to the left.
     pub(super) fn is_words(&self) -> bool {
-        self.words
+        self.kind == Kind::Word
     }
 
     /// Its value as a table shows it.
@@ -168,9 +179,11 @@ pub(super) const TIP_Y: Column =
 pub(super) const GAP: Column = Column::new("gap_mm", |_, place| of(place, |s| s.gap_mm)).shown(|_| ["gap", "mm"], 3);
 pub(super) const CONTACTS: Column =
     Column::new("contacts", |_, place| Cell::Count(place.state.as_ref().map_or(0, |s| s.shape.contacts.len())))
+        .of(Kind::Integer)
         .shown(|_| ["contacts", ""], 0);
 pub(super) const ITERATIONS: Column =
     Column::new("iterations", |_, place| Cell::Count(place.effort.iterations as usize))
+        .of(Kind::Integer)
         .shown(|_| ["iterations", ""], 0);
 pub(super) const TIME: Column = Column::new("elapsed_us", |_, place| Cell::Number(place.effort.elapsed_us))
     .shown(|_| ["time", "ms"], 2)
@@ -226,14 +239,14 @@ pub(super) const CSV: [Column; 40] = [
     TIP_Y,
     CONTACTS,
     ITERATIONS,
-    Column::new("steps", |_, place| Cell::Count(place.effort.steps as usize)),
+    Column::new("steps", |_, place| Cell::Count(place.effort.steps as usize)).of(Kind::Integer),
     TIME,
-    Column::new("scheme", |run, _| Cell::Word(scheme_word(run.model.scheme).to_owned())),
-    Column::new("elements_per_beam", |run, _| Cell::Count(run.model.elements_per_beam as usize)),
-    Column::new("elements_per_hinge", |run, _| Cell::Count(run.model.elements_per_hinge as usize)),
-    Column::new("unknowns", |run, _| Cell::Count(run.model.unknowns)),
-    Column::new("physics", |run, _| Cell::Word(physics_word(run.model.physics).to_owned())),
-    Column::new("precision", |run, _| Cell::Word(run.model.precision.word().to_owned())),
+    Column::new("scheme", |run, _| Cell::Word(scheme_word(run.model.scheme).to_owned())).of(Kind::Word),
+    Column::new("elements_per_beam", |run, _| Cell::Count(run.model.elements_per_beam as usize)).of(Kind::Integer),
+    Column::new("elements_per_hinge", |run, _| Cell::Count(run.model.elements_per_hinge as usize)).of(Kind::Integer),
+    Column::new("unknowns", |run, _| Cell::Count(run.model.unknowns)).of(Kind::Integer),
+    Column::new("physics", |run, _| Cell::Word(physics_word(run.model.physics).to_owned())).of(Kind::Word),
+    Column::new("precision", |run, _| Cell::Word(run.model.precision.word().to_owned())).of(Kind::Word),
     STRAIN_FRONT,
     STRAIN_BACK,
     STRAIN_HINGE,
@@ -247,8 +260,10 @@ pub(super) const CSV: [Column; 40] = [
     PRESSURE,
     Column::new("beyond_max_strain", |_, place| {
         if place.state.is_some() { Cell::Word(place.is_overstrained().to_string()) } else { Cell::Unknown }
-    }),
-    Column::new("branch", |_, place| place.branch.map_or(Cell::Unknown, |branch| Cell::Count(branch as usize))),
+    })
+    .of(Kind::Flag),
+    Column::new("branch", |_, place| place.branch.map_or(Cell::Unknown, |branch| Cell::Count(branch as usize)))
+        .of(Kind::Integer),
     Column::new("first_branch_max_force_n", |run, _| run.first_branch.map(|first| first.max_force_n).into()),
     Column::per("first_branch_max_force_at_", "", |run, _| {
         run.first_branch.and_then(|first| first.max_force_at()).into()

@@ -1,32 +1,18 @@
 //! A sweep's CSV as typed columns.
 
+use crate::case::Coordinate;
+use crate::study::columns::{CSV, Column};
 use crate::study::csv::SHAPES;
 use crate::table::{Kind, Table};
 
-/// Columns of whole numbers.
-const INTEGERS: [&str; 9] = [
-    "row",
-    "contacts",
-    "iterations",
-    "steps",
-    "elements_per_beam",
-    "elements_per_hinge",
-    "unknowns",
-    "branch",
-    "self_contact",
-];
-/// Columns of words.
-const WORDS: [&str; 5] = ["elements", "status", "scheme", "physics", "precision"];
-
-/// What a column of a sweep holds.
+/// What a column of a sweep holds: its own few, axes, which are numbers, and those of every run.
 pub fn kind(column: &str) -> Kind {
-    let is_in = |names: &[&str]| names.contains(&column);
+    let named = |own: &Column| Coordinate::ALL.iter().any(|&along| own.name(along) == column);
     match column {
-        "beyond_max_strain" => Kind::Flag,
-        _ if is_in(&INTEGERS) => Kind::Integer,
-        _ if is_in(&WORDS) => Kind::Word,
-        _ if is_in(&SHAPES) => Kind::List,
-        _ => Kind::Number,
+        "row" => Kind::Integer,
+        "elements" => Kind::Word,
+        _ if SHAPES.contains(&column) => Kind::List,
+        _ => CSV.iter().find(|own| named(own)).map_or(Kind::Number, Column::kind),
     }
 }
 
