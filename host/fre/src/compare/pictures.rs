@@ -66,7 +66,7 @@ pub(super) fn overlay(case: &Case, state: &State, pose: &Pose) -> Result<Scene, 
     chart.x_range = Some([low[0], high[0]]);
     let mut mesh = Vec::new();
     if !pose.mesh_edge.is_empty() {
-        mesh.push(series("FEA, outline of the mesh", 1, Style::Thin, &pose.mesh_edge));
+        mesh.push(series("FEA, edge of the mesh", 1, Style::Thin, &pose.mesh_edge));
     }
     chart.panels.push(Panel {
         y_title: "*y* (mm)".to_owned(),

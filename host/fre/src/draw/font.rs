@@ -47,7 +47,7 @@ impl Fonts {
         glyphs
     }
 
-    /// Outline of a letter in the font's units, y down; empty for a blank.
+    /// Shape of a letter in the font's units, y down; empty for a blank.
     pub(crate) fn glyph_path(&self, glyph: &Glyph) -> Path {
         let mut path = Path::default();
         let face = [&self.regular, &self.italic, &self.bold].get(glyph.style).and_then(|face| face.as_ref());
@@ -94,7 +94,7 @@ impl Fonts {
         self.letters(text, |_, _, _, _| {})
     }
 
-    /// Outlines of a text, placed in the picture.
+    /// Shapes of the letters of a text, placed in the picture.
     pub(crate) fn path(&self, text: &Text) -> Path {
         let start = self.start(text);
         let mut path = Path::default();

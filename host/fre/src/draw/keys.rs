@@ -161,9 +161,9 @@ fn hinge() -> Scene {
 }
 
 /// A picture of an object with the world's axes.
-fn object(description: &str, outline: Path) -> Scene {
+fn object(description: &str, contour: Path) -> Scene {
     let mut scene = Scene::new(300.0, 210.0, description);
-    scene.area(outline, Ink::Object, 1.0, Stroke::new(Ink::ObjectEdge, 2.0));
+    scene.area(contour, Ink::Object, 1.0, Stroke::new(Ink::ObjectEdge, 2.0));
     axes(&mut scene, [24.0, 190.0]);
     scene
 }
@@ -183,8 +183,8 @@ fn ellipse() -> Scene {
         let (x, y) = (a * angle.cos(), b * angle.sin());
         [centre[0] + x * turn.cos() - y * turn.sin(), centre[1] - x * turn.sin() - y * turn.cos()]
     };
-    let outline = Path::polygon((0..72).map(|k| on(f64::from(k) * std::f64::consts::TAU / 72.0)));
-    let mut scene = object("Keys of an ellipse", outline);
+    let contour = Path::polygon((0..72).map(|k| on(f64::from(k) * std::f64::consts::TAU / 72.0)));
+    let mut scene = object("Keys of an ellipse", contour);
     guide(&mut scene, centre, [centre[0] + 110.0, centre[1]]);
     scene.arrow(centre, on(0.0), Ink::Force, 1.3);
     scene.arrow(centre, on(std::f64::consts::FRAC_PI_2), Ink::Force, 1.3);

@@ -6,7 +6,7 @@
 pub enum Ink {
     /// The background.
     Paper,
-    /// Axes, titles, outlines.
+    /// Axes, titles, edges.
     Main,
     /// Secondary text and ticks.
     Muted,
@@ -16,7 +16,7 @@ pub enum Ink {
     Ghost,
     /// The object's area.
     Object,
-    /// The object's outline.
+    /// The object's contour.
     ObjectEdge,
     /// The front beam.
     Front,

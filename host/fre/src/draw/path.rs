@@ -1,11 +1,11 @@
-//! Outlines and lines, of straight pieces and Bézier curves; rectangles.
+//! Areas and lines, of straight pieces and Bézier curves; rectangles.
 
 use kurbo::{Arc, BezPath, Circle, ParamCurve as _, PathEl, PathSeg, Point, Shape as _};
 
 /// How far a curve that stands for an arc may be off it, px: below what anybody sees.
 const TOLERANCE: f64 = 1e-3;
 
-/// An outline or line.
+/// An area's edge, or a line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Path(pub BezPath);
 

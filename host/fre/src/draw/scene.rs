@@ -259,7 +259,7 @@ impl Scene {
         self.items.push(Item::Path(path, None, Some(stroke)));
     }
 
-    /// Adds a filled area with an outline.
+    /// Adds a filled area with an edge.
     pub fn area(&mut self, path: Path, ink: Ink, opacity: f64, stroke: Stroke) {
         self.items.push(Item::Path(path, Some(Fill { ink, opacity }), Some(stroke)));
     }

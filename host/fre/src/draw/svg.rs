@@ -223,7 +223,7 @@ fn style() -> String {
 /// The letters of a document: each path is in it once.
 struct Letters {
     fonts: Fonts,
-    /// Outlines by their names.
+    /// Paths by their names.
     paths: BTreeMap<String, String>,
 }
 

@@ -46,7 +46,7 @@ pub enum ObjectTable {
             "x-needed" = "an array of [x, y] in mm, world frame, in order around the object", "x-picture" = "polygon"
         ))]
         corners_mm: Vec<[f64; 2]>,
-        /// Radius of the roundings: the outline lies that far outside of the polygon.
+        /// Radius of the roundings: the contour lies that far outside of the polygon.
         #[schemars(extend("x-unit" = "mm", "x-range" = RADII, "x-picture" = "polygon"))]
         rounding_mm: f64,
         /// Coulomb's coefficient of friction between finger and object.

@@ -90,7 +90,7 @@ impl FingerPicture<'_> {
         Labels { object: least(object, &lines), force }
     }
 
-    /// Where the object's name may be, the best place first: in a circle with room for it, else below the outline and away
+    /// Where the object's name may be, the best place first: in a circle with room for it, else below the contour and away
     /// from the finger; for an object that is cut off, where the picture reaches deepest into it.
     fn object_places(&self, view: &View, fonts: &Fonts) -> Vec<Text> {
         let text = Text::new([0.0; 2], TEXT, object::words(&self.object)).ink(Ink::Muted).anchor(Anchor::Middle);

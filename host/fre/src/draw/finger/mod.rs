@@ -231,13 +231,13 @@ impl FingerPicture<'_> {
             scene.fill(Path::circle(view.at(self.world(tip)), 0.5 * view.scale * thickness.at(arc)), ink, 1.0);
         }
         sides[1].reverse();
-        let mut outline = Path::lines([roots[0]]);
-        sides[0].first().into_iter().for_each(|&p| outline.line_to(p));
-        outline.extend_smooth(&sides[0]);
-        sides[1].first().into_iter().for_each(|&p| outline.line_to(p));
-        outline.extend_smooth(&sides[1]);
-        outline.line_to(roots[1]);
-        scene.area(outline.closed(), ink, 1.0, Stroke::new(ink, 0.6).round());
+        let mut edge = Path::lines([roots[0]]);
+        sides[0].first().into_iter().for_each(|&p| edge.line_to(p));
+        edge.extend_smooth(&sides[0]);
+        sides[1].first().into_iter().for_each(|&p| edge.line_to(p));
+        edge.extend_smooth(&sides[1]);
+        edge.line_to(roots[1]);
+        scene.area(edge.closed(), ink, 1.0, Stroke::new(ink, 0.6).round());
     }
 
     /// The motor with its angle, or the distance travelled.
