@@ -8,12 +8,13 @@ use std::time::{Duration, Instant};
 
 use model_core::design::Design;
 use model_core::discretise::Discretisation;
-use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
 
 use super::error::DemoError;
 use fre::heap::Host;
 use fre::shape::Shape;
+use fre::study::follow::follower;
+use fre::study::model::Options;
 
 /// Angles that may wait: 16 s at 500 Hz.
 const WAITING: usize = 8192;
@@ -60,9 +61,9 @@ impl Reference {
     /// # Errors
     /// The model cannot be made or finds no place to begin; no thread.
     pub fn spawn(how: &Discretisation, design: &Design, object: ObjectDesign, from: f64) -> Result<Self, DemoError> {
-        let mut follower: Follower<f64, Host> = Follower::EMPTY;
-        follower.configure(design, how).map_err(DemoError::Model)?;
-        follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+        let options = Options { discretisation: *how, ..Options::default() };
+        let motion = Motion::Rotating { axis: design.motor_axis };
+        let mut follower = follower::<f64, Host>(design, object, motion, &options).map_err(DemoError::Model)?;
         if !follower.start(from) {
             return Err(DemoError::NoRoom);
         }
