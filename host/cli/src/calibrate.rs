@@ -198,7 +198,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     Ok(whole)
 }
 
-/// What is read: the cases first, so that a slip in one is said before a long file is read.
+/// What is read: the cases first, so that a slip in one is reported before a long file is read.
 fn input(args: &Args) -> Result<Input, String> {
     let documents = args.cases.iter().map(|path| Ok((path.display().to_string(), standard::document(path)?)));
     let documents = documents.collect::<Result<Vec<_>, CaseError>>().map_err(|error| error.to_string())?;

@@ -91,7 +91,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     (
         "gripper identify",
         &[(
-            "The radius of what stands there",
+            "The radius of the object there",
             "fre gripper identify radius --range-mm 20:50 --to-deg 15 --link /dev/ttyACM0",
         )],
     ),

@@ -9,7 +9,7 @@ pub const BAD_INPUT: u8 = 1;
 /// Some angle has no trustworthy solution.
 pub const UNTRUSTWORTHY: u8 = 2;
 
-/// How much is said besides results and errors.
+/// How much a command says besides results and errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Volume {
@@ -30,7 +30,7 @@ impl Volume {
         VOLUME.store(self as u8, Ordering::Relaxed);
     }
 
-    /// Whether what belongs to this volume is said.
+    /// Whether this process says what belongs to this volume.
     pub fn is_on(self) -> bool {
         self as u8 <= VOLUME.load(Ordering::Relaxed)
     }
@@ -48,7 +48,7 @@ macro_rules! tell {
 }
 pub(crate) use tell;
 
-/// The same for what is said on request (`--verbose`) only.
+/// The same for what a command says on request (`--verbose`) only.
 macro_rules! detail {
     ($($words:tt)*) => {{
         if $crate::exit::Volume::Verbose.is_on() {

@@ -16,17 +16,17 @@ use super::identify;
 use crate::exit::{bad_input, trusted};
 use crate::options::PhysicsWord;
 use crate::output::put_out;
-use crate::source::LINK;
+use crate::source::link;
 use crate::standard;
 use fre_gripper::link::{Address, Link, LinkError, Told, pairs, set};
 
 /// Query a gripper, change its settings, and make it grip.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Where the gripper is
+    /// Where the gripper is [env: FRE_LINK]
     ///
     /// unix:PATH, tcp:HOST:PORT, or a serial port as PORT or PORT@BAUD.
-    #[arg(short, long, value_name = "LINK", global = true, required = false, env = LINK, hide_env_values = true)]
+    #[arg(short, long, value_name = "LINK", global = true, required = false)]
     link: Option<Address>,
     #[command(subcommand)]
     action: Action,
@@ -96,10 +96,12 @@ impl Fingers {
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    let Some(address) = &args.link else {
-        return bad_input(&"needed is --link LINK, or FRE_LINK in the environment: where the gripper is");
+    let address = match link(args.link.as_ref()) {
+        Ok(Some(address)) => address,
+        Ok(None) => return bad_input(&"needed is --link LINK, or FRE_LINK in the environment: where the gripper is"),
+        Err(error) => return bad_input(&error),
     };
-    match act(address, &args.action) {
+    match act(&address, &args.action) {
         Ok(code) => code,
         Err(error) => bad_input(&error),
     }

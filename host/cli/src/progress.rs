@@ -7,7 +7,7 @@ use crate::exit::Volume;
 
 /// How often a terminal's line changes.
 const TERMINAL: Duration = Duration::from_millis(100);
-/// How often a line is added where there is no terminal.
+/// How often a line is added elsewhere.
 const LINES: Duration = Duration::from_secs(1);
 
 /// The line. It comes when a work takes a while, changes in place in a terminal, and is wiped away at the end.
@@ -47,7 +47,7 @@ impl ProgressLine {
         }
     }
 
-    /// Wipes it away: what comes next stands in its place.
+    /// Wipes it away, so that what comes next takes its place.
     pub fn wipe(&mut self) {
         if std::mem::take(&mut self.drawn) && self.terminal {
             let _ = write!(std::io::stderr(), "\r\u{1b}[K");

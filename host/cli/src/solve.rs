@@ -182,7 +182,7 @@ pub fn run(args: &Args) -> ExitCode {
         },
         Format::Csv => csv::csv(&solved),
     };
-    // A picture on standard output stands in place of the text.
+    // A picture on standard output replaces the text.
     let drawn = args.plot.takes_output() || args.animate.as_deref().is_some_and(is_standard);
     if !drawn && let Err(error) = put_out(&result) {
         return bad_input(&error);

@@ -86,12 +86,7 @@ impl SourceArgs {
 
     /// The link: the command line's, or the environment's unless a bus is named.
     fn link(&self) -> Result<Option<Address>, String> {
-        match std::env::var(LINK) {
-            Ok(word) if self.link.is_none() && self.bus.is_none() && !word.is_empty() => {
-                word.parse().map(Some).map_err(|error| format!("{LINK}=\"{word}\": {error}"))
-            }
-            _ => Ok(self.link.clone()),
-        }
+        if self.bus.is_some() { Ok(None) } else { link(self.link.as_ref()) }
     }
 
     fn bus_options(&self) -> Result<BusOptions, Box<dyn std::error::Error>> {
@@ -128,7 +123,21 @@ impl SourceArgs {
 }
 
 /// Where the usual gripper is, so that it need not be named each time.
-pub const LINK: &str = "FRE_LINK";
+const LINK: &str = "FRE_LINK";
+
+/// The link that the command line names, or else the environment.
+///
+/// # Errors
+/// What the environment names is not a link.
+pub fn link(named: Option<&Address>) -> Result<Option<Address>, String> {
+    match (named, std::env::var(LINK)) {
+        (Some(named), _) => Ok(Some(named.clone())),
+        (None, Ok(words)) if !words.is_empty() => {
+            words.parse().map(Some).map_err(|error| format!("{LINK} in the environment: {error}"))
+        }
+        (None, _) => Ok(None),
+    }
+}
 
 /// What is needed, and which serial ports there are.
 fn nowhere() -> String {

@@ -97,7 +97,7 @@ impl Target {
         if is_standard(path) { Ok(Self::Standard) } else { files.output(path, what).map(Self::File) }
     }
 
-    /// Writes it whole. A reader of standard output that stops early is no failure.
+    /// Writes it whole. A reader of standard output that stops early is not a failure.
     ///
     /// # Errors
     /// It cannot be written.
@@ -109,7 +109,7 @@ impl Target {
     }
 }
 
-/// Writes to standard output. A reader that stops early (`fre … | head`) is no failure; a full disk is.
+/// Writes to standard output. A reader that stops early (`fre … | head`) is not a failure; a full disk is.
 ///
 /// # Errors
 /// It cannot be written.

@@ -136,7 +136,7 @@ fn csv_and_text_say_the_same() {
         elements_per_hinge,unknowns,physics,precision,max_strain_front,max_strain_back,max_strain_hinge,\
         force_x_per_deg_n,force_y_per_deg_n,gap_mm,force_x_per_centre_x_mm_n,force_y_per_centre_x_mm_n,\
         force_x_per_centre_y_mm_n,force_y_per_centre_y_mm_n,max_pressure_n_per_mm2,beyond_max_strain,branch,\
-        first_branch_max_force_n,first_branch_max_force_at_deg,snap_after_deg,snap_before_deg,overlap_mm";
+        first_branch_max_force_n,first_branch_max_force_at_deg,snap_after_deg,snap_before_deg,overlap_mm,force_magnitude_n";
     assert_eq!(header, expected.split(',').collect::<Vec<_>>(), "the header is stable: add at its end only");
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert!(rows.len() == 2 && rows.iter().all(|row| row.len() == header.len()), "{csv}");
@@ -329,7 +329,7 @@ fn bad_input_is_status_1_with_a_message() {
         ("--softness-mm-per-n -1", "--softness-mm-per-n is -1; allowed is 0 to 1"),
         ("--precision f16", "f32"),
         ("--format xml", "json"),
-        ("--verbose", "--verbose"),
+        ("--loud", "--verbose"),
     ] {
         let output = fre(&case, options);
         let said = words(&output.stderr);

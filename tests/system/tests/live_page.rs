@@ -477,7 +477,7 @@ fn visit(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_gripp
     let object = link.object(0).unwrap();
     let wanted = model_core::object::ObjectDesign::Circle { centre: [34.0, 45.0], radius: 30.0 };
     assert_eq!(object, Some(wanted));
-    page.until("setup.fingers[0].object.circle.radius_mm === 30");
+    page.until("setup.fingers[0].object.radius_mm === 30");
     page.eval("{ const f = document.forms['object-form']; f.elements.radius_mm.value = 'ten'; f.requestSubmit() }");
     page.until("document.querySelector('#object-form output').className === 'bad'");
 

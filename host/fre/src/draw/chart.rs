@@ -462,7 +462,7 @@ fn around([x, y]: [f64; 2], half: f64) -> Rect {
     Rect { left: x - half, top: y - half, right: x + half, bottom: y + half }
 }
 
-/// Where words may stand that belong to a ring, the best place first: after it, before it, then a line higher or lower each time.
+/// Places for the words of a ring, the best place first: after it, before it, then a line higher or lower each time.
 fn beside([x, y]: [f64; 2], width: f64, size: f64) -> impl Iterator<Item = Rect> {
     let line = 1.2 * size;
     let rows = (0..6).flat_map(|row| if row == 0 { vec![0.0] } else { vec![-f64::from(row), f64::from(row)] });

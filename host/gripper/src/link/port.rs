@@ -41,7 +41,7 @@ impl fmt::Debug for Serial {
 impl Serial {
     fn open(path: &str, baud: u32) -> io::Result<Self> {
         let port = serialport::new(path, baud).timeout(PATIENCE).open()?;
-        // What an earlier program left unread is no answer to anything here.
+        // What an earlier program left unread does not answer anything here.
         port.clear(ClearBuffer::All)?;
         Ok(Self { port, ahead: Vec::new() })
     }

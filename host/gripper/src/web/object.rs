@@ -37,7 +37,7 @@ fn toml(key: &str, value: &Value) -> Result<String, String> {
     match value {
         Value::Number(number) => match number.as_f64() {
             Some(number) if number.is_finite() => Ok(format!("{number:?}")),
-            _ => Err(format!("{key} = {number}: is no number that can be used")),
+            _ => Err(format!("{key} = {number}: is not a number that can be used")),
         },
         Value::String(word) => Ok(quoted(word)),
         Value::Array(values) => {
