@@ -104,7 +104,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 attempt.status = Status::Converged;
                 if judges {
                     // The last factorisation was made at another state: judge the solution itself.
-                    if self.work.lacks_tangent {
+                    if self.work.shape.lacks_tangent {
                         step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin);
                     }
                     let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);

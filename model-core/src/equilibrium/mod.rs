@@ -191,7 +191,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         (self.drift, self.fall) = (T::ZERO, Fall::NONE);
         self.barred = Barred::NONE;
         self.allow_steps();
-        self.work.row_count = 0;
+        self.work.contacts.row_count = 0;
         residual::potential(&self.ladder, &self.timeline.present, &mut self.work);
     }
 
@@ -229,7 +229,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.
     pub(crate) fn complete_tangent(&mut self) {
-        if self.work.lacks_tangent {
+        if self.work.shape.lacks_tangent {
             self.show_accepted();
         }
     }

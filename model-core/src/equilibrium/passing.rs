@@ -50,14 +50,19 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Where the deformed front beam leads at a sample, of any length.
     fn along(&self, sample: &Sample<T>) -> [T; 2] {
         if sample.rigid != T::ZERO
-            && let Some(front) = self.work.members.as_ref().get(usize::from(sample.cell))
+            && let Some(front) = self.work.shape.members.as_ref().get(usize::from(sample.cell))
         {
             return front.rigid_end;
         }
         // The element's node that counts most.
         let [first, middle, last] = sample.weights.map(T::abs);
         let heaviest = if middle >= first && middle >= last { 1 } else { 2 * usize::from(last > first) };
-        self.work.nodes.as_ref().get(usize::from(sample.node) + heaviest).map_or([T::ZERO; 2], |node| node.strained)
+        self.work
+            .shape
+            .nodes
+            .as_ref()
+            .get(usize::from(sample.node) + heaviest)
+            .map_or([T::ZERO; 2], |node| node.strained)
     }
 
     /// Before the present state is accepted: keeps in mind where the object came against the base while it touched the finger. What the motion would have done to it

@@ -29,8 +29,8 @@ fn compliance_along<T: Real>(e: [T; 2], compliance: [T; 2], n: [T; 2], m: [T; 2]
 pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let mut span_start = 0;
     let mut cell = usize::MAX;
-    for j in 0..work.row_count {
-        let place = work.rows.as_ref().at(j).place;
+    for j in 0..work.contacts.row_count {
+        let place = work.contacts.rows.as_ref().at(j).place;
         if cell != usize::from(place.cell) {
             (cell, span_start) = (usize::from(place.cell), j);
         }
@@ -49,21 +49,21 @@ fn own_span<T: Real, S: Size>(
     sample: &Sample<T>,
 ) -> Option<([T; 2], T)> {
     let index = usize::from(sample.cell);
-    let normal = work.rows.as_ref().at(j).normal;
-    let (member, m) = (ladder.member(index)?, work.members.as_ref().get(index)?);
+    let normal = work.contacts.rows.as_ref().at(j).normal;
+    let (member, m) = (ladder.member(index)?, work.shape.members.as_ref().get(index)?);
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
     let mut own = Own { lever: sample_lever(ladder, work, index, sample), ..Own::BLANK };
     // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
     let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
-    let (start, end, before_end) = if work.curved {
-        let coupling = |node: usize| work.nodes.as_ref().at(nodes.start + node).coupling;
+    let (start, end, before_end) = if work.factorisation.curved {
+        let coupling = |node: usize| work.shape.nodes.as_ref().at(nodes.start + node).coupling;
         (coupling(0), coupling(interior), coupling(interior.saturating_sub(1)))
     } else {
         let coupling = |node: usize| ladder.coupling.as_ref().at(nodes.start + node);
         (coupling(0), coupling(interior), coupling(interior.saturating_sub(1)))
     };
-    let list = work.nodes.as_mut().get_mut(nodes.clone())?;
+    let list = work.shape.nodes.as_mut().get_mut(nodes.clone())?;
     let weight = ladder.weight.as_ref().get(nodes.clone())?;
     let mut tensor = [T::ZERO; 3];
     let mut weigh = |w: T, e: [T; 2]| {
@@ -106,13 +106,14 @@ fn own_span<T: Real, S: Size>(
         own.x = [own.x[0] - z * node.lever[0], own.x[1] - z * node.lever[1]];
         residual -= node.gradient * z;
     }
-    *work.own.as_mut().get_mut(j)? = own;
+    *work.border.own.as_mut().get_mut(j)? = own;
 
     // Rows on the same span, this one included: −Z = −Σ n′·∂P′ z + Σ w w′/l n·C·n′.
     let mut swept = [T::ZERO; 2];
     let mut at = 0;
-    let entries = work.flexibility.as_mut().get_mut(j * S::CONTACTS..)?.get_mut(span_start..=j)?;
-    let rows = work.rows.as_ref().get(span_start..=j)?.iter().zip(work.own.as_ref().get(span_start..=j)?);
+    let entries = work.border.flexibility.as_mut().get_mut(j * S::CONTACTS..)?.get_mut(span_start..=j)?;
+    let rows =
+        work.contacts.rows.as_ref().get(span_start..=j)?.iter().zip(work.border.own.as_ref().get(span_start..=j)?);
     for ((other, own), entry) in rows.zip(entries) {
         let lower = &other.place;
         let start = usize::from(lower.node).saturating_sub(nodes.start);
@@ -154,19 +155,23 @@ fn spans_below<T: Real, S: Size>(
     mut residual: T,
 ) {
     let n = ladder.unknowns();
-    let row = work.rows.as_ref().at(j);
+    let row = work.contacts.rows.as_ref().at(j);
     let normal = row.normal;
     let (Some(column), Some(entries)) = (
-        work.columns.as_mut().get_mut(j * n..(j + 1) * n),
-        work.flexibility.as_mut().get_mut(j * S::CONTACTS..(j + 1) * S::CONTACTS),
+        work.border.columns.as_mut().get_mut(j * n..(j + 1) * n),
+        work.border.flexibility.as_mut().get_mut(j * S::CONTACTS..(j + 1) * S::CONTACTS),
     ) else {
         return;
     };
     column.fill(T::ZERO);
-    let (Some(fronts), Some(members)) = (work.fronts.as_ref().get(..cell), ladder.topology.fronts().get(..cell)) else {
+    let (Some(fronts), Some(members)) =
+        (work.factorisation.fronts.as_ref().get(..cell), ladder.topology.fronts().get(..cell))
+    else {
         return;
     };
-    let (Some(rows), Some(owns)) = (work.rows.as_ref().get(..span_start), work.own.as_ref().get(..span_start)) else {
+    let (Some(rows), Some(owns)) =
+        (work.contacts.rows.as_ref().get(..span_start), work.border.own.as_ref().get(..span_start))
+    else {
         return;
     };
     let mut next = 0;
@@ -191,7 +196,7 @@ fn spans_below<T: Real, S: Size>(
         residual -= dot(c.corrections.rx, normal);
     }
     if let Some(member) = ladder.member(cell) {
-        let own = work.own.as_ref().at(j);
+        let own = work.border.own.as_ref().at(j);
         if member.start != CLAMPED {
             column.add(usize::from(member.start), ends[0]);
         }
@@ -199,12 +204,12 @@ fn spans_below<T: Real, S: Size>(
         column.add(member.force_unknown(), own.x[0]);
         column.add(member.force_unknown() + 1, own.x[1]);
     }
-    let rows = work.rows.as_ref().get(span_start..=j).unwrap_or(&[]);
+    let rows = work.contacts.rows.as_ref().get(span_start..=j).unwrap_or(&[]);
     for (other, entry) in rows.iter().zip(entries.get_mut(span_start..).unwrap_or(&mut [])) {
         *entry -= dot(below, other.normal);
     }
     entries.add(j, row.softness);
-    work.row_rhs.as_mut().put(j, -row.gap - row.softness * row.multiplier + residual);
+    work.border.row_rhs.as_mut().put(j, -row.gap - row.softness * row.multiplier + residual);
 }
 
 /// Forward-substitutes the columns and completes D and the right-hand sides:
@@ -214,16 +219,18 @@ pub(crate) fn complete<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
     if n == 0 {
         return;
     }
-    let (Some(band), Some(rhs), Some(scaled)) =
-        (work.band.as_ref().get(..n), work.rhs.as_ref().get(..n), work.scaled.as_mut().get_mut(..n))
-    else {
+    let (Some(band), Some(rhs), Some(scaled)) = (
+        work.factorisation.band.as_ref().get(..n),
+        work.rhs.as_ref().get(..n),
+        work.border.scaled.as_mut().get_mut(..n),
+    ) else {
         return;
     };
-    let flexibility = work.flexibility.as_mut();
-    let right = work.row_rhs.as_mut().iter_mut().take(work.row_count);
+    let flexibility = work.border.flexibility.as_mut();
+    let right = work.border.row_rhs.as_mut().iter_mut().take(work.contacts.row_count);
     for (j, right) in right.enumerate() {
         let Some((below, column)) =
-            work.columns.as_mut().get_mut(..(j + 1) * n).and_then(|all| all.split_at_mut_checked(j * n))
+            work.border.columns.as_mut().get_mut(..(j + 1) * n).and_then(|all| all.split_at_mut_checked(j * n))
         else {
             return;
         };
@@ -246,13 +253,16 @@ pub(crate) fn complete<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
 /// Completes the right-hand sides alone: the columns are those of the last factorisation.
 pub(crate) fn complete_residuals<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let n = ladder.unknowns();
-    let (band, rhs, scaled) =
-        (work.band.as_ref().run(0..n), work.rhs.as_ref().run(0..n), work.scaled.as_mut().run_mut(0..n));
+    let (band, rhs, scaled) = (
+        work.factorisation.band.as_ref().run(0..n),
+        work.rhs.as_ref().run(0..n),
+        work.border.scaled.as_mut().run_mut(0..n),
+    );
     for ((scaled, &y), row) in scaled.iter_mut().zip(rhs).zip(band) {
         *scaled = y * row[banded::BAND];
     }
-    let columns = work.columns.as_ref().chunks_exact(n.max(1)).take(work.row_count);
-    for (right, column) in work.row_rhs.as_mut().iter_mut().zip(columns) {
+    let columns = work.border.columns.as_ref().chunks_exact(n.max(1)).take(work.contacts.row_count);
+    for (right, column) in work.border.row_rhs.as_mut().iter_mut().zip(columns) {
         *right += product(column, scaled);
     }
 }

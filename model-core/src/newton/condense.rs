@@ -71,7 +71,7 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
     index: usize,
     diagonal: Diagonal<T>,
 ) -> (Condensed<T>, usize) {
-    let (Some(member), Some(out)) = (ladder.member(index), work.members.as_ref().get(index)) else {
+    let (Some(member), Some(out)) = (ladder.member(index), work.shape.members.as_ref().get(index)) else {
         return (Condensed::BLANK, 0);
     };
     let nodes = member.nodes();
@@ -81,11 +81,11 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
     let (Some(at_rest), Some(constant), Some(list)) = (
         ladder.diagonal.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
         ladder.coupling.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
-        work.nodes.as_mut().get_mut(nodes).and_then(|all| all.get_mut(..count)),
+        work.shape.nodes.as_mut().get_mut(nodes).and_then(|all| all.get_mut(..count)),
     ) else {
         return (Condensed::BLANK, 0);
     };
-    let curved = work.curved;
+    let curved = work.factorisation.curved;
     let coupling = |i: usize, node: &Node<T>| if curved { node.coupling } else { constant.at(i) };
     let bound = pivot_bound::<T>();
     let zero = T::ZERO;

@@ -2,6 +2,7 @@
 
 use super::Workspace;
 use super::kinematics::place_front;
+use super::workspace::{Contacts, Shape};
 use crate::access::Access;
 use crate::contact::{ContactState, Direction, Row, Sample, sample_gap};
 use crate::element::Depth;
@@ -29,10 +30,10 @@ pub(crate) struct Sweep<T> {
 /// Makes rows of the places that touch, with the normals of the state: what strains the front beam, and so says where the gaps
 /// are. That the normals there are the same is one more thing that must hold at an equilibrium.
 pub(crate) fn recall<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
-    work.row_count = state.touching_count;
-    work.turning = None;
+    work.contacts.row_count = state.touching_count;
+    work.contacts.turning = None;
     let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
-    let rows = work.rows.as_mut().iter_mut().zip(touching).take(state.touching_count);
+    let rows = work.contacts.rows.as_mut().iter_mut().zip(touching).take(state.touching_count);
     for (row, ((&sample, &multiplier), &normal)) in rows {
         *row =
             Row { sample, state: ContactState::Closed, place: ladder.place(sample), normal, multiplier, ..Row::BLANK };
@@ -155,7 +156,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     margin: T,
 ) -> Sweep<T> {
     let samples = ladder.samples.as_ref().iter().take(ladder.sample_count);
-    let Workspace { nodes, rows, start, members, .. } = work;
+    let Workspace { shape: Shape { nodes, start, members, .. }, contacts: Contacts { rows, .. }, .. } = work;
     let (nodes, weight) = (nodes.as_ref(), ladder.weight.as_ref());
     let far = T::of(1e9);
     let mut gathering = Gathering {
@@ -274,7 +275,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
         }
     }
     let Gathering { count, found, .. } = gathering;
-    work.row_count = count;
+    work.contacts.row_count = count;
     found
 }
 
@@ -287,13 +288,13 @@ pub(crate) fn reposition<T: Real, S: Size, O: Object<T>, D: Depth>(
     work: &mut Workspace<T, S>,
     object: &O,
 ) {
-    let count = work.row_count;
-    for row in work.rows.as_mut().iter_mut().take(count).filter(|row| row.touches()) {
+    let count = work.contacts.row_count;
+    for row in work.contacts.rows.as_mut().iter_mut().take(count).filter(|row| row.touches()) {
         row.normal = turned_by(row.normal, row.tilt);
     }
     place_front::<T, S, D>(ladder, state, work);
     for j in 0..count {
-        let mut row = work.rows.as_ref().at(j);
+        let mut row = work.contacts.rows.as_ref().at(j);
         let gap = sample_gap(object, &row.place, sample_position(ladder, work, &row.place));
         row.gap = gap.distance;
         row.curvature = gap.curvature;
@@ -302,7 +303,7 @@ pub(crate) fn reposition<T: Real, S: Size, O: Object<T>, D: Depth>(
         } else {
             row.normal = [gap.normal.x, gap.normal.y];
         }
-        work.rows.as_mut().put(j, row);
+        work.contacts.rows.as_mut().put(j, row);
     }
 }
 
@@ -321,7 +322,7 @@ const REACH: u16 = 2;
 /// Where the motion has a kink, the extrapolated beam penetrates with many samples that will not touch, and a step costs the
 /// square of its rows. What is left out and still penetrates after the step is a row of the next iteration.
 pub(crate) fn thin<T: Real, S: Size>(work: &mut Workspace<T, S>, many: usize) {
-    let rows = work.rows.as_mut().run_mut(0..work.row_count);
+    let rows = work.contacts.rows.as_mut().run_mut(0..work.contacts.row_count);
     let touches = |row: &Row<T>| row.touches();
     let new = rows.iter().filter(|row| !touches(row)).count();
     if new <= many || new == rows.len() {
@@ -348,7 +349,7 @@ pub(crate) fn thin<T: Real, S: Size>(work: &mut Workspace<T, S>, many: usize) {
             count += 1;
         }
     }
-    work.row_count = count;
+    work.contacts.row_count = count;
 }
 
 /// Position of a sample, finger frame, mm.
@@ -358,9 +359,9 @@ pub(crate) fn sample_position<T: Real, S: Size>(
     sample: &Sample<T>,
 ) -> Vec2<T> {
     let cell = usize::from(sample.cell);
-    let (nodes, weight) = (work.nodes.as_ref(), ladder.weight.as_ref());
+    let (nodes, weight) = (work.shape.nodes.as_ref(), ladder.weight.as_ref());
     let (first, node) = (ladder.member(cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
-    let mut position = vec2_of(work.start.as_ref().at(cell));
+    let mut position = vec2_of(work.shape.start.as_ref().at(cell));
     for (on, &weight) in nodes.run(first..node).iter().zip(weight.run(first..node)) {
         position += vec2_of(on.strained) * weight;
     }
@@ -369,7 +370,7 @@ pub(crate) fn sample_position<T: Real, S: Size>(
             position += vec2_of(nodes.at(node + k).strained) * w;
         }
     }
-    let rigid_end = work.members.as_ref().get(cell).map_or([T::ZERO; 2], |front| front.rigid_end);
+    let rigid_end = work.shape.members.as_ref().get(cell).map_or([T::ZERO; 2], |front| front.rigid_end);
     position + vec2_of(rigid_end) * sample.rigid
 }
 
@@ -387,11 +388,11 @@ mod tests {
             let sample = 10 + j as u16;
             let touches = touching.contains(&sample);
             let (state, multiplier) = if touches { (ContactState::Closed, 1.0) } else { (ContactState::Open, 0.0) };
-            work.rows[j] = Row { sample, state, gap, multiplier, ..Row::BLANK };
+            work.contacts.rows[j] = Row { sample, state, gap, multiplier, ..Row::BLANK };
         }
-        work.row_count = gaps.len();
+        work.contacts.row_count = gaps.len();
         thin(&mut work, many);
-        work.rows[..work.row_count].iter().map(|row| row.sample).collect()
+        work.contacts.rows[..work.contacts.row_count].iter().map(|row| row.sample).collect()
     }
 
     const GAPS: [f64; 12] = [-0.1, 0.0, -0.1, -0.2, -0.3, -0.4, -0.3, -0.2, -0.3, -0.5, -0.6, -0.2];

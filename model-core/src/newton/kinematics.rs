@@ -15,7 +15,7 @@ pub(crate) const SMALL: f64 = 1e-3;
 
 /// Directions of all links and turned rigid parts.
 pub(crate) fn directions<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
-    let (nodes, rest) = (work.nodes.as_mut(), ladder.direction.as_ref());
+    let (nodes, rest) = (work.shape.nodes.as_mut(), ladder.direction.as_ref());
     // Joint angles come once per member that meets there: that is cheaper than to look for them.
     let count = ladder.node_count;
     let (angles, nodes) = (state.angle.as_ref().run(0..count), nodes.run_mut(0..count));
@@ -27,7 +27,7 @@ pub(crate) fn directions<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<
 /// of [`directions`].
 pub(crate) fn turn<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let (half, third) = (T::of(0.5), T::of(1.0 / 3.0));
-    for node in work.nodes.as_mut().run_mut(0..ladder.node_count) {
+    for node in work.shape.nodes.as_mut().run_mut(0..ladder.node_count) {
         let [x, y] = node.e;
         let delta = node.delta;
         // 1 − cos δ to δ⁴ and sin δ to δ³, both within 1e-17 of the true ones.
@@ -40,7 +40,7 @@ pub(crate) fn turn<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace
 
 /// Turned rigid parts of all members.
 fn rigid_parts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
-    let (nodes, rest) = (work.nodes.as_ref(), ladder.direction.as_ref());
+    let (nodes, rest) = (work.shape.nodes.as_ref(), ladder.direction.as_ref());
     // A rigid part turns as the node at its end.
     let like = |part: [T; 2], node: usize| match (rest.get(node), nodes.get(node)) {
         (Some(&[x, y]), Some(&Node { e: [u, v], .. })) if part != [T::ZERO; 2] => {
@@ -48,7 +48,7 @@ fn rigid_parts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, 
         }
         _ => [T::ZERO; 2],
     };
-    for (member, out) in ladder.members().iter().zip(work.members.as_mut()) {
+    for (member, out) in ladder.members().iter().zip(work.shape.members.as_mut()) {
         out.rigid_start = like(member.rigid_start, usize::from(member.first));
         out.rigid_end = like(member.rigid_end, usize::from(member.first + member.interior) + 1);
     }
@@ -57,8 +57,8 @@ fn rigid_parts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, 
 /// Starts of the front spans from their end-to-end vectors.
 pub(crate) fn starts<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let mut position = ladder.base;
-    let fronts = work.members.as_ref().iter();
-    for (start, front) in work.start.as_mut().iter_mut().zip(fronts).take(ladder.cells()) {
+    let fronts = work.shape.members.as_ref().iter();
+    for (start, front) in work.shape.start.as_mut().iter_mut().zip(fronts).take(ladder.cells()) {
         *start = position;
         let d = front.end_to_end();
         position = [position[0] + d[0], position[1] + d[1]];
@@ -92,12 +92,12 @@ pub(crate) fn strain<T: Real, S: Size, D: Depth>(
     let (Some(of), Some(angle), Some(nodes), Some(out)) = (
         ladder.constants(member),
         state.angle.as_ref().get(member.nodes()),
-        work.nodes.as_mut().get_mut(member.nodes()),
-        work.members.as_mut().get_mut(index),
+        work.shape.nodes.as_mut().get_mut(member.nodes()),
+        work.shape.members.as_mut().get_mut(index),
     ) else {
         return;
     };
-    let rows = work.rows.as_ref().get(own).unwrap_or(&[]);
+    let rows = work.contacts.rows.as_ref().get(own).unwrap_or(&[]);
     match member.kind {
         Kind::Quadratic => Quadratic::walk::<D>(of, angle, rows, nodes, out),
         Kind::Link => Link::walk::<D>(of, angle, rows, nodes, out),
@@ -116,8 +116,8 @@ pub(crate) fn bend<T: Real, S: Size>(
     let (Some(of), Some(angle), Some(nodes), Some(out)) = (
         ladder.constants(member),
         state.angle.as_ref().get(member.nodes()),
-        work.nodes.as_mut().get_mut(member.nodes()),
-        work.members.as_mut().get_mut(index),
+        work.shape.nodes.as_mut().get_mut(member.nodes()),
+        work.shape.members.as_mut().get_mut(index),
     ) else {
         return;
     };
@@ -141,7 +141,7 @@ pub(crate) fn sample_lever<T: Real, S: Size>(
     let Some(first) = usize::from(sample.node).checked_sub(nodes.start).filter(|&node| node < nodes.len()) else {
         return none;
     };
-    let (Some(of), Some(list)) = (ladder.constants(member), work.nodes.as_ref().get(nodes)) else { return none };
+    let (Some(of), Some(list)) = (ladder.constants(member), work.shape.nodes.as_ref().get(nodes)) else { return none };
     match member.kind {
         Kind::Quadratic => Quadratic::lever(of, first, sample, list),
         Kind::Link => Link::lever(of, first, sample, list),
@@ -150,16 +150,16 @@ pub(crate) fn sample_lever<T: Real, S: Size>(
 
 /// Energy of stretch and shear of a strained ladder, N·mm.
 pub(crate) fn energy<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
-    let rows = work.rows.as_ref().run(0..work.row_count);
+    let rows = work.contacts.rows.as_ref().run(0..work.contacts.row_count);
     let (mut from, mut twice) = (0, T::ZERO);
-    for (index, (member, out)) in ladder.members().iter().zip(work.members.as_ref()).enumerate() {
+    for (index, (member, out)) in ladder.members().iter().zip(work.shape.members.as_ref()).enumerate() {
         let own = own_rows(rows, index, from);
         from = own.end;
         let mut pull = Pull::new(rows.get(own).unwrap_or(&[]), out.force);
         let [stretch, shear] = member.compliance;
         for node in member.nodes().rev() {
             let (Some(&w), Some(&[x, y])) =
-                (ladder.weight.as_ref().get(node), work.nodes.as_ref().get(node).map(|node| &node.e))
+                (ladder.weight.as_ref().get(node), work.shape.nodes.as_ref().get(node).map(|node| &node.e))
             else {
                 continue;
             };
@@ -180,7 +180,7 @@ pub(crate) fn place_front<T: Real, S: Size, D: Depth>(
     forces(ladder, state, work);
     let mut from = 0;
     for cell in 0..ladder.cells() {
-        let own = own_rows(work.rows.as_ref().run(0..work.row_count), cell, from);
+        let own = own_rows(work.contacts.rows.as_ref().run(0..work.contacts.row_count), cell, from);
         from = own.end;
         strain::<T, S, D>(ladder, state, work, cell, own);
     }
@@ -191,7 +191,7 @@ pub(crate) fn place_front<T: Real, S: Size, D: Depth>(
 /// Σ μ n of the contacts above.
 pub(crate) fn forces<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
     let lambda = state.lambda.as_ref();
-    let members = work.members.as_mut();
+    let members = work.shape.members.as_mut();
     for (member, out) in ladder.members().iter().zip(&mut *members) {
         let mut force = [T::ZERO; 2];
         for term in member.terms() {
@@ -201,8 +201,8 @@ pub(crate) fn forces<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S
         (out.force, out.end_force) = (force, force);
     }
     let mut sum = [T::ZERO; 2];
-    let mut rows = work.rows.as_ref().run(0..work.row_count);
-    let fronts = members.iter_mut().zip(work.above.as_mut()).take(ladder.cells()).enumerate();
+    let mut rows = work.contacts.rows.as_ref().run(0..work.contacts.row_count);
+    let fronts = members.iter_mut().zip(work.shape.above.as_mut()).take(ladder.cells()).enumerate();
     for (cell, (front, above)) in fronts.rev() {
         if cell == state.load_cell {
             // A dead load acts like a contact just above this span.

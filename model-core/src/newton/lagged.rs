@@ -23,25 +23,26 @@ const ABSENT: f64 = 1e9;
 
 /// Notes which rows the factorisation has been made with.
 pub(crate) fn note<T: Real, S: Size>(work: &mut Workspace<T, S>, excess: isize) {
-    (work.excess, work.factorised) = (excess, 0);
+    (work.factorisation.excess, work.solution.factorised) = (excess, 0);
     if !NewtonSettings::<T>::of_precision().keeps_factors() {
         return;
     }
-    let count = work.row_count;
-    for (kept, row) in work.kept.as_mut().iter_mut().zip(work.rows.as_ref()).take(count) {
+    let count = work.contacts.row_count;
+    for (kept, row) in work.factorisation.kept.as_mut().iter_mut().zip(work.contacts.rows.as_ref()).take(count) {
         *kept = row.sample;
     }
-    let turning = work.turning.map(|index| (index, work.rows.as_ref().at(usize::from(index)).softness));
-    (work.kept_count, work.kept_turning) = (count, turning);
+    let turning =
+        work.contacts.turning.map(|index| (index, work.contacts.rows.as_ref().at(usize::from(index)).softness));
+    (work.factorisation.kept_count, work.factorisation.kept_turning) = (count, turning);
 }
 
 /// Brings the rows of the last evaluation to the places they have in the factorisation; false if it lacks one of them. Those that
 /// it has besides are as good as gone.
 pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> bool {
-    let (count, kept_count) = (work.row_count, work.kept_count);
-    let turning = work.kept_turning.map(|(index, softness)| (usize::from(index), softness));
+    let (count, kept_count) = (work.contacts.row_count, work.factorisation.kept_count);
+    let turning = work.factorisation.kept_turning.map(|(index, softness)| (usize::from(index), softness));
     let is_turning = |j: usize| turning.is_some_and(|(index, _)| index == j);
-    let (kept, rows) = (work.kept.as_ref().run(0..kept_count), work.rows.as_mut());
+    let (kept, rows) = (work.factorisation.kept.as_ref().run(0..kept_count), work.contacts.rows.as_mut());
     let mut present = rows.iter().take(count).map(|row| row.sample).peekable();
     for (j, &sample) in kept.iter().enumerate() {
         if !is_turning(j) {
@@ -71,8 +72,8 @@ pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
         };
         rows.put(j, row);
     }
-    work.row_count = kept_count;
-    work.turning = work.kept_turning.map(|(index, _)| index);
+    work.contacts.row_count = kept_count;
+    work.contacts.turning = work.factorisation.kept_turning.map(|(index, _)| index);
     let Some((index, softness)) = turning else { return true };
     // The row at the middle of the force, which the turning belongs to.
     let Some(&middle) = index.checked_sub(1).and_then(|below| rows.get(below)) else { return false };
@@ -107,7 +108,7 @@ pub(crate) fn solve<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
     for value in work.rhs.as_mut().run_mut(0..n) {
         *value = -*value;
     }
-    banded::forward(work.band.as_ref().run(0..n), work.rhs.as_mut().run_mut(0..n));
+    banded::forward(work.factorisation.band.as_ref().run(0..n), work.rhs.as_mut().run_mut(0..n));
     border::complete_residuals(ladder, work);
     let settled = step::settle(work);
     step::increments(ladder, work);
@@ -123,9 +124,9 @@ fn condense<T: Real, S: Size>(
     let member = ladder.member(index)?;
     let nodes = member.nodes();
     let constant = ladder.coupling.as_ref().get(nodes.clone())?;
-    let list = work.nodes.as_mut().get_mut(nodes)?;
+    let list = work.shape.nodes.as_mut().get_mut(nodes)?;
     solve_interior(list, [T::ZERO; 2], T::ZERO, member.kind == Kind::Quadratic, |node| node.gradient);
-    let curved = work.curved;
+    let curved = work.factorisation.curved;
     let coupling = |at: usize| match (curved, list.get(at)) {
         (true, Some(node)) => node.coupling,
         _ => constant.at(at),
@@ -155,12 +156,12 @@ fn border_rows<T: Real, S: Size>(
     from: usize,
     below: [T; 2],
 ) -> usize {
-    let own = kinematics::own_rows(work.rows.as_ref().run(0..work.row_count), index, from);
+    let own = kinematics::own_rows(work.contacts.rows.as_ref().run(0..work.contacts.row_count), index, from);
     let Some(nodes) = ladder.member(index).map(|member| member.nodes()) else { return own.end };
-    let Some([_, inner @ .., _]) = work.nodes.as_ref().get(nodes.clone()) else { return own.end };
+    let Some([_, inner @ .., _]) = work.shape.nodes.as_ref().get(nodes.clone()) else { return own.end };
     let (mut at, mut swept) = (0, [T::ZERO; 2]);
-    let rows = work.rows.as_ref().run(own.clone()).iter().zip(work.own.as_ref().run(own.clone()));
-    for ((row, lever), right) in rows.zip(work.row_rhs.as_mut().run_mut(own.clone())) {
+    let rows = work.contacts.rows.as_ref().run(own.clone()).iter().zip(work.border.own.as_ref().run(own.clone()));
+    for ((row, lever), right) in rows.zip(work.border.row_rhs.as_mut().run_mut(own.clone())) {
         let first = usize::from(row.place.node).saturating_sub(nodes.start);
         // The interior nodes below the sample's element, whose levers are whole.
         while at + 1 < first

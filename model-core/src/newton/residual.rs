@@ -31,30 +31,30 @@ pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
 ) -> Residual<T> {
     let mut worst = Residual { gradient: T::ZERO, length: T::ZERO };
     work.rhs.as_mut().run_mut(0..ladder.unknowns()).fill(T::ZERO);
-    work.closure.as_mut().run_mut(0..ladder.cells()).fill([T::ZERO; 2]);
+    work.shape.closure.as_mut().run_mut(0..ladder.cells()).fill([T::ZERO; 2]);
     for (index, member) in ladder.members().iter().enumerate() {
         if index >= ladder.cells() {
             strain::<T, S, D>(ladder, state, work, index, 0..0);
         }
         bend(ladder, state, work, index, member);
         let (Some([first, .., last]), Some(out)) =
-            (work.nodes.as_ref().get(member.nodes()), work.members.as_ref().get(index))
+            (work.shape.nodes.as_ref().get(member.nodes()), work.shape.members.as_ref().get(index))
         else {
             continue;
         };
         worst.gradient = worst.gradient.max(out.steepest - member.rounding);
         let joints = work.rhs.as_mut();
-        ladder.topology.enter(work.closure.as_mut(), member, out.end_to_end());
+        ladder.topology.enter(work.shape.closure.as_mut(), member, out.end_to_end());
         let turn = |f: [T; 2], rigid: [T; 2]| f[1] * rigid[0] - f[0] * rigid[1];
         if member.start != CLAMPED {
             joints.add(usize::from(member.start), first.gradient + turn(out.force, out.rigid_start));
         }
         joints.add(usize::from(member.end), last.gradient + turn(out.end_force, out.rigid_end));
     }
-    ladder.topology.finish_closures(work.closure.as_mut());
+    ladder.topology.finish_closures(work.shape.closure.as_mut());
     // NaN anywhere reaches a closure or a joint; the comparisons alone would drop it.
     let mut total = T::ZERO;
-    for error in work.closure.as_ref().run(0..ladder.cells()).iter().flatten() {
+    for error in work.shape.closure.as_ref().run(0..ladder.cells()).iter().flatten() {
         total += *error;
         worst.length = worst.length.max(error.abs());
     }
@@ -64,7 +64,7 @@ pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
         total += *slope;
         worst.gradient = worst.gradient.max(slope.abs() - rounding);
     }
-    let rows = work.rows.as_ref().run(0..work.row_count);
+    let rows = work.contacts.rows.as_ref().run(0..work.contacts.row_count);
     for row in rows {
         if row.touches() {
             worst.length = worst.length.max((row.gap + ladder.contact_softness() * row.multiplier).abs());
@@ -85,7 +85,7 @@ pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
 /// not make up for each other. NaN stays NaN.
 pub(crate) fn misdirected<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
     let (mut most, mut arm, mut above) = (T::ZERO, T::ZERO, [T::ZERO; 2]);
-    for row in work.rows.as_ref().run(0..work.row_count).iter().rev() {
+    for row in work.contacts.rows.as_ref().run(0..work.contacts.row_count).iter().rev() {
         if row.touches() {
             arm = ladder.weight.as_ref().get(usize::from(row.place.node) + 1).map_or(arm, |&weight| arm.max(weight));
             let across = row.multiplier * row.tilt;
@@ -103,7 +103,7 @@ pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T
     forces(ladder, state, work);
     let mut from = 0;
     for index in 0..ladder.topology.member_count() {
-        let own = own_rows(work.rows.as_ref().run(0..work.row_count), index, from);
+        let own = own_rows(work.contacts.rows.as_ref().run(0..work.contacts.row_count), index, from);
         from = own.end;
         strain::<T, S, Tangents>(ladder, state, work, index, own);
     }

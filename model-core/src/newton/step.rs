@@ -86,7 +86,7 @@ fn evaluate_to<T: Real, S: Size, O: Object<T>, D: Depth>(
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
     work.effort.evaluates();
-    work.lacks_tangent = !D::TANGENT && !ladder.quadratic;
+    work.shape.lacks_tangent = !D::TANGENT && !ladder.quadratic;
     gaps::recall(ladder, state, work);
     // After a small step the normals are those of the object up to second order: nothing is left to replace, as a rule.
     let NewtonSettings { repositions, tolerance, .. } = NewtonSettings::<T>::of_precision();
@@ -115,16 +115,16 @@ pub(crate) fn factorise<T: Real, S: Size>(
 ) -> usize {
     let n = ladder.unknowns();
     let mut negative = 0;
-    work.curved = diagonal.curvature != T::ZERO;
+    work.factorisation.curved = diagonal.curvature != T::ZERO;
     assembly::begin(ladder, work);
     for index in 0..ladder.topology.member_count() {
         let (condensed, below_zero) = condense::condense(ladder, work, index, diagonal);
         negative += below_zero;
         let Some(member) = ladder.member(index) else { continue };
         assembly::add_corrections(work.rhs.as_mut(), member, &condensed.corrections);
-        assembly::add_member(work.band.as_mut(), member, &condensed);
+        assembly::add_member(work.factorisation.band.as_mut(), member, &condensed);
         if index < ladder.cells() {
-            work.fronts.as_mut().put(index, condensed);
+            work.factorisation.fronts.as_mut().put(index, condensed);
         }
     }
     // The right-hand side is the negative residual.
@@ -132,8 +132,8 @@ pub(crate) fn factorise<T: Real, S: Size>(
         *value = -*value;
     }
     border::assemble(ladder, work);
-    negative += banded::factorise(work.band.as_mut().run_mut(0..n), ladder.topology.scale.as_ref());
-    banded::forward(work.band.as_ref().run(0..n), work.rhs.as_mut().run_mut(0..n));
+    negative += banded::factorise(work.factorisation.band.as_mut().run_mut(0..n), ladder.topology.scale.as_ref());
+    banded::forward(work.factorisation.band.as_ref().run(0..n), work.rhs.as_mut().run_mut(0..n));
     border::complete(ladder, work);
     negative
 }
@@ -160,7 +160,7 @@ pub(crate) fn solve<T: Real, S: Size>(
 /// What the last factorisation, and the active set settled on it, say.
 pub(crate) fn inertia<T: Real, S: Size>(work: &Workspace<T, S>, settled: Settled) -> Inertia {
     Inertia {
-        excess: work.excess,
+        excess: work.factorisation.excess,
         border: settled.negative as isize - turning::negative(work),
         settled: settled.settled,
     }
@@ -168,26 +168,26 @@ pub(crate) fn inertia<T: Real, S: Size>(work: &Workspace<T, S>, settled: Settled
 
 /// Settles the active set, from the rows that touch, and finds the rows' increments.
 pub(crate) fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>) -> Settled {
-    let count = work.row_count;
+    let count = work.contacts.row_count;
     let settled = frictionless::settle(
         &mut Problem {
-            flexibility: work.flexibility.as_ref(),
+            flexibility: work.border.flexibility.as_ref(),
             stride: S::CONTACTS,
-            rhs: work.row_rhs.as_ref(),
-            rows: work.rows.as_ref(),
+            rhs: work.border.row_rhs.as_ref(),
+            rows: work.contacts.rows.as_ref(),
             tolerance: T::TOLERANCE.length * T::of(0.1),
-            factored: work.factored.as_mut(),
-            order: work.order.as_mut(),
-            listed: work.listed.as_mut(),
-            factorised: work.factorised,
-            scratch: work.scratch.as_mut(),
-            spare: work.spare.as_mut(),
+            factored: work.solution.factored.as_mut(),
+            order: work.solution.order.as_mut(),
+            listed: work.solution.listed.as_mut(),
+            factorised: work.solution.factorised,
+            scratch: work.solution.scratch.as_mut(),
+            spare: work.solution.spare.as_mut(),
         },
         count,
-        work.states.as_mut(),
-        work.row_delta.as_mut(),
+        work.solution.states.as_mut(),
+        work.solution.row_delta.as_mut(),
     );
-    work.factorised = settled.factorised;
+    work.solution.factorised = settled.factorised;
     settled
 }
 
@@ -195,15 +195,15 @@ pub(crate) fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>) -> Settled {
 pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let n = ladder.unknowns();
     let rhs = work.rhs.as_mut().run_mut(0..n);
-    let columns = work.columns.as_ref().chunks_exact(n.max(1));
-    for (&delta, column) in work.row_delta.as_ref().iter().zip(columns).take(work.row_count) {
+    let columns = work.border.columns.as_ref().chunks_exact(n.max(1));
+    for (&delta, column) in work.solution.row_delta.as_ref().iter().zip(columns).take(work.contacts.row_count) {
         if delta != T::ZERO {
             for (value, &entry) in rhs.iter_mut().zip(column) {
                 *value -= entry * delta;
             }
         }
     }
-    banded::backward(work.band.as_ref().run(0..n), rhs);
+    banded::backward(work.factorisation.band.as_ref().run(0..n), rhs);
     recover(ladder, work);
 }
 
@@ -211,18 +211,18 @@ pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Wor
 fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
     let mut above = [T::ZERO; 2];
     work.largest_turn = T::ZERO;
-    let mut end = work.row_count;
+    let mut end = work.contacts.row_count;
     for index in ladder.cells()..ladder.topology.member_count() {
         recover_member(ladder, work, index, [T::ZERO; 2], 0..0);
     }
     for cell in (0..ladder.cells()).rev() {
-        let rows = work.rows.as_ref().run(0..end);
+        let rows = work.contacts.rows.as_ref().run(0..end);
         let own = rows.iter().rev().take_while(|row| kinematics::cell_of(row) == cell).count();
         let rows = end - own..end;
         end = rows.start;
         let mut own_force = [T::ZERO; 2];
-        let deltas = work.row_delta.as_ref().run(rows.clone()).iter();
-        for (row, &delta) in work.rows.as_ref().run(rows.clone()).iter().zip(deltas) {
+        let deltas = work.solution.row_delta.as_ref().run(rows.clone()).iter();
+        for (row, &delta) in work.contacts.rows.as_ref().run(rows.clone()).iter().zip(deltas) {
             for i in 0..2 {
                 own_force[i] += delta * row.normal[i];
             }
@@ -249,19 +249,25 @@ fn recover_member<T: Real, S: Size>(
         let x = usize::from(term.unknown);
         carried = [carried[0] + term.sign * joints.at(x), carried[1] + term.sign * joints.at(x + 1)];
     }
-    let from_start = if work.curved {
-        work.nodes.as_ref().at(nodes.start).coupling
+    let from_start = if work.factorisation.curved {
+        work.shape.nodes.as_ref().at(nodes.start).coupling
     } else {
         ladder.coupling.as_ref().at(nodes.start)
     };
-    let Some(list) = work.nodes.as_mut().get_mut(nodes.clone()) else { return };
+    let Some(list) = work.shape.nodes.as_mut().get_mut(nodes.clone()) else { return };
     let pulled = |node: &Node<T>, [x, y]: [T; 2]| -node.gradient - (x * node.lever[0] + y * node.lever[1]);
     let (before, wide) = (from_start.map(|entry| entry * da), member.kind == Kind::Quadratic);
     // Start joints are other members' end joints, or do not move.
     let largest = if rows.is_empty() {
         solve_interior(list, before, db, wide, |node| pulled(node, carried))
     } else {
-        let own = work.rows.as_ref().run(rows.clone()).iter().zip(work.row_delta.as_ref().run(rows.clone()));
+        let own = work
+            .contacts
+            .rows
+            .as_ref()
+            .run(rows.clone())
+            .iter()
+            .zip(work.solution.row_delta.as_ref().run(rows.clone()));
         let mut beyond = own.clone().rev().peekable();
         for (i, node) in list.iter_mut().enumerate().skip(1).rev() {
             // Contacts beyond this node pull the whole of it.
@@ -270,7 +276,7 @@ fn recover_member<T: Real, S: Size>(
             }
             node.delta = pulled(node, carried);
         }
-        for ((row, &delta), own) in own.zip(work.own.as_ref().run(rows)) {
+        for ((row, &delta), own) in own.zip(work.border.own.as_ref().run(rows)) {
             if delta == T::ZERO {
                 continue;
             }
@@ -298,7 +304,7 @@ pub(crate) fn clip<T: Real, S: Size>(work: &Workspace<T, S>) -> T {
 /// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples.
 pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
     let angles = state.angle.as_mut().run_mut(0..ladder.node_count).iter_mut();
-    for (angle, node) in angles.zip(work.nodes.as_ref().run(0..ladder.node_count)) {
+    for (angle, node) in angles.zip(work.shape.nodes.as_ref().run(0..ladder.node_count)) {
         *angle += part * node.delta;
     }
     let steps = work.rhs.as_ref();
@@ -308,9 +314,10 @@ pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T
     }
     let slide = turning::slide(work);
     let mut touching = state.touching.as_mut().iter_mut().zip(state.multiplier.as_mut()).zip(state.normal.as_mut());
-    let rows = work.rows.as_ref().iter().zip(work.row_delta.as_ref()).zip(work.states.as_ref());
+    let rows =
+        work.contacts.rows.as_ref().iter().zip(work.solution.row_delta.as_ref()).zip(work.solution.states.as_ref());
     state.touching_count = 0;
-    for ((row, &delta), &found) in rows.take(work.row_count) {
+    for ((row, &delta), &found) in rows.take(work.contacts.row_count) {
         let multiplier = row.multiplier + part * delta;
         let keeps = part != T::one() || found == ContactState::Closed;
         if row.only_pushes()
@@ -331,7 +338,7 @@ pub(crate) fn settle_rows<T: Real, S: Size>(state: &State<T, S>, work: &mut Work
     let touching = state.touching.as_ref().iter().take(state.touching_count);
     let forces = state.multiplier.as_ref().iter().zip(state.normal.as_ref());
     let mut settled = touching.zip(forces).peekable();
-    for row in work.rows.as_mut().iter_mut().take(work.row_count).filter(|row| row.only_pushes()) {
+    for row in work.contacts.rows.as_mut().iter_mut().take(work.contacts.row_count).filter(|row| row.only_pushes()) {
         (row.multiplier, row.state) = (T::ZERO, ContactState::Open);
         if let Some((_, (&multiplier, &normal))) = settled.next_if(|(sample, _)| **sample == row.sample) {
             (row.multiplier, row.normal, row.state) = (multiplier, normal, ContactState::Closed);

@@ -73,7 +73,7 @@ fn random_model(random: &mut Random) -> Model {
     for sample in 0..ladder.place_count() {
         if random.signed() > 1.0 - 0.4 / ladder.fineness as f64 && count < 8 {
             let turn = random.signed();
-            work.rows[count] = Row {
+            work.contacts.rows[count] = Row {
                 sample: sample as u16,
                 direction: Direction::Normal,
                 state: ContactState::Closed,
@@ -88,7 +88,7 @@ fn random_model(random: &mut Random) -> Model {
             count += 1;
         }
     }
-    work.row_count = count;
+    work.contacts.row_count = count;
     (ladder, state, work)
 }
 
@@ -137,7 +137,7 @@ fn add(
             }
         }
         Place::Lambda(cell, i) => state.lambda[cell][i] += by,
-        Place::Row(row) => work.rows[row].multiplier += by,
+        Place::Row(row) => work.contacts.rows[row].multiplier += by,
     }
 }
 
@@ -157,7 +157,7 @@ fn lagrangian(
     work: &Workspace<f64, Paper>,
     frozen: &[[f64; 2]],
 ) -> f64 {
-    let rows = &work.rows[..work.row_count];
+    let rows = &work.contacts.rows[..work.contacts.row_count];
     fn sample(row: &Row<f64>) -> &Sample<f64> {
         &row.place
     }
@@ -252,11 +252,11 @@ fn gradient(
     let sweep = Sweep { nearest: 0.0, normal: [0.0; 2], nearest_free: 0.0, overflow: false, near_overflow: false };
     residual::gradient::<_, _, Tangents>(ladder, state, work, &sweep);
     let value = |place: &Place| match *place {
-        Place::Node(node) => work.nodes[node].gradient,
+        Place::Node(node) => work.shape.nodes[node].gradient,
         Place::Joint(joint) => work.rhs[usize::from(joint)],
-        Place::Lambda(cell, i) => work.closure[cell][i],
+        Place::Lambda(cell, i) => work.shape.closure[cell][i],
         Place::Row(j) => {
-            let row = &work.rows[j];
+            let row = &work.contacts.rows[j];
             let p = gaps::sample_position(ladder, work, &row.place);
             let moved = row.normal[0] * (p.x - frozen[j][0]) + row.normal[1] * (p.y - frozen[j][1]);
             -(row.gap + moved) - ladder.contact_softness() * row.multiplier
@@ -267,7 +267,7 @@ fn gradient(
 
 /// Where the gaps are measured from: any point does, the rows' constants being random.
 fn frozen_points(work: &Workspace<f64, Paper>) -> Vec<[f64; 2]> {
-    (0..work.row_count).map(|j| [-3.0 - j as f64, 20.0 + 5.0 * j as f64]).collect()
+    (0..work.contacts.row_count).map(|j| [-3.0 - j as f64, 20.0 + 5.0 * j as f64]).collect()
 }
 
 #[test]
@@ -275,7 +275,7 @@ fn the_gradient_is_the_lagrangians_derivative() {
     let mut random = Random::new(11);
     for _ in 0..40 {
         let (ladder, mut state, mut work) = random_model(&mut random);
-        let places = places(&ladder, work.row_count);
+        let places = places(&ladder, work.contacts.row_count);
         let frozen = frozen_points(&work);
         let exact = gradient(&ladder, &state, &mut work, &frozen, &places);
         let size = exact.iter().fold(1.0_f64, |m, g| m.max(g.abs()));
@@ -326,7 +326,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
     let (mut compared, mut indefinite, mut steps, mut worst) = (0, 0, 0, 0.0_f64);
     while compared < 1000 {
         let (ladder, mut state, mut work) = random_model(&mut random);
-        let places = places(&ladder, work.row_count);
+        let places = places(&ladder, work.contacts.row_count);
         let frozen = frozen_points(&work);
         let matrix = dense(&ladder, &mut state, &mut work, &frozen, &places);
         let eigenvalues = matrix.clone().symmetric_eigenvalues();
@@ -339,22 +339,22 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
 
         let g = gradient(&ladder, &state, &mut work, &frozen, &places);
         // What the sweep would have found.
-        for (j, value) in g[places.len() - work.row_count..].iter().enumerate() {
-            work.rows[j].gap = -value - ladder.contact_softness() * work.rows[j].multiplier;
+        for (j, value) in g[places.len() - work.contacts.row_count..].iter().enumerate() {
+            work.contacts.rows[j].gap = -value - ladder.contact_softness() * work.contacts.rows[j].multiplier;
         }
         let negative = step::factorise(&ladder, &mut work, Diagonal { curvature: 1.0, shift: 0.0 });
-        let rows = work.row_count;
-        let mut d: Vec<f64> = work.flexibility.to_vec();
+        let rows = work.contacts.row_count;
+        let mut d: Vec<f64> = work.border.flexibility.to_vec();
         let mut order = vec![0; rows];
         let border = symmetric::factorise(&mut d, rows, Paper::CONTACTS, &mut order);
         assert_eq!(negative + rows - border, dense_negative, "negative eigenvalues of the whole KKT");
         indefinite += usize::from(dense_negative != 2 * ladder.cells() + rows);
 
         // The whole step with every row active.
-        let mut row_delta: Vec<f64> = work.row_rhs[..rows].to_vec();
+        let mut row_delta: Vec<f64> = work.border.row_rhs[..rows].to_vec();
         let mut scratch = vec![0.0; rows];
         symmetric::solve(&d, rows, Paper::CONTACTS, &order, &mut row_delta, &mut scratch);
-        work.row_delta[..rows].copy_from_slice(&row_delta);
+        work.solution.row_delta[..rows].copy_from_slice(&row_delta);
         step::increments(&ladder, &mut work);
         let Some(exact) = matrix.clone().lu().solve(&-DVector::from_vec(g)) else { continue };
         let size = exact.amax();
@@ -365,10 +365,10 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         steps += 1;
         for (place, exact) in places.iter().zip(exact.iter()) {
             let found = match *place {
-                Place::Node(node) => work.nodes[node].delta,
+                Place::Node(node) => work.shape.nodes[node].delta,
                 Place::Joint(joint) => work.rhs[usize::from(joint)],
                 Place::Lambda(cell, i) => work.rhs[usize::from(ladder.topology.closures()[cell].unknown) + i],
-                Place::Row(row) => work.row_delta[row],
+                Place::Row(row) => work.solution.row_delta[row],
             };
             worst = worst.max((found - exact).abs() / size);
             assert!((found - exact).abs() < 1e-4 * size, "{place:?}: {found} against {exact}");
@@ -396,14 +396,14 @@ fn every_stage_has_the_inertia_of_its_block() {
     let (mut compared, mut met) = (0, [0; 3]);
     while compared < 300 {
         let (ladder, mut state, mut work) = random_model(&mut random);
-        if work.row_count == 0 {
+        if work.contacts.row_count == 0 {
             continue;
         }
-        let places = places(&ladder, work.row_count);
+        let places = places(&ladder, work.contacts.row_count);
         let frozen = frozen_points(&work);
         let matrix = dense(&ladder, &mut state, &mut work, &frozen, &places);
         let interior = places.iter().filter(|place| matches!(place, Place::Node(_))).count();
-        let condensed = places.len() - work.row_count - interior;
+        let condensed = places.len() - work.contacts.row_count - interior;
         let (members, left) = eliminate(&matrix, interior);
         let (banded, border) = eliminate(&left, condensed);
         // A block within rounding of a singular one has no inertia to agree on.
@@ -416,15 +416,16 @@ fn every_stage_has_the_inertia_of_its_block() {
 
         gradient(&ladder, &state, &mut work, &frozen, &places);
         let diagonal = Diagonal { curvature: 1.0, shift: 0.0 };
-        work.curved = true;
+        work.factorisation.curved = true;
         let found =
             (0..ladder.topology.member_count()).map(|index| condense(&ladder, &mut work, index, diagonal).1).sum();
         assert_eq!(negative(&members), found, "members");
         gradient(&ladder, &state, &mut work, &frozen, &places);
         assert_eq!(negative(&banded), step::factorise(&ladder, &mut work, diagonal) - found, "banded system");
-        let rows = work.row_count;
+        let rows = work.contacts.row_count;
         let mut order = vec![0; rows];
-        let flexibility = symmetric::factorise(&mut work.flexibility.to_vec(), rows, Paper::CONTACTS, &mut order);
+        let flexibility =
+            symmetric::factorise(&mut work.border.flexibility.to_vec(), rows, Paper::CONTACTS, &mut order);
         // D is the block with its sign changed.
         assert_eq!(negative(&border), rows - flexibility, "border");
         let odd = [found > 0, negative(&banded) != 2 * ladder.cells(), flexibility > 0];
@@ -462,13 +463,13 @@ fn directions_turned_by_the_increments_are_those_of_the_angles() {
         kinematics::directions(&ladder, &state, &mut work);
         for node in 0..ladder.node_count {
             let delta = kinematics::SMALL * random.signed();
-            work.nodes[node].delta = delta;
+            work.shape.nodes[node].delta = delta;
             state.angle[node] += delta;
         }
         kinematics::turn(&ladder, &mut work);
-        let turned: Vec<[f64; 2]> = work.nodes[..ladder.node_count].iter().map(|node| node.e).collect();
+        let turned: Vec<[f64; 2]> = work.shape.nodes[..ladder.node_count].iter().map(|node| node.e).collect();
         kinematics::directions(&ladder, &state, &mut work);
-        for (node, turned) in work.nodes.iter().zip(&turned) {
+        for (node, turned) in work.shape.nodes.iter().zip(&turned) {
             worst = worst.max((node.e[0] - turned[0]).abs()).max((node.e[1] - turned[1]).abs());
         }
     }
@@ -490,8 +491,8 @@ fn opposite_tilts_of_two_contacts_do_not_make_up_for_each_other() {
         ..Row::BLANK
     };
     let mut misdirected = |rows: &[Row<f64>]| {
-        work.rows[..rows.len()].copy_from_slice(rows);
-        work.row_count = rows.len();
+        work.contacts.rows[..rows.len()].copy_from_slice(rows);
+        work.contacts.row_count = rows.len();
         residual::misdirected(&ladder, &work)
     };
     let [low, high] = [last / 4, 3 * (last / 4)];

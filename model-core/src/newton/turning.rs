@@ -17,9 +17,9 @@ const LEAST_STIFFNESS: f64 = 1e-3;
 
 /// Puts the row beside that of the sample at the middle of the contact force, if something touches and there is room.
 pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize) {
-    let count = work.row_count;
-    work.turning = None;
-    let Some(rows) = work.rows.as_mut().get_mut(..count).filter(|_| count < capacity) else { return };
+    let count = work.contacts.row_count;
+    work.contacts.turning = None;
+    let Some(rows) = work.contacts.rows.as_mut().get_mut(..count).filter(|_| count < capacity) else { return };
     let total = rows.iter().fold(T::ZERO, |sum, row| sum + row.multiplier);
     let mut below = T::ZERO;
     let middle = rows.iter().position(|row| {
@@ -44,24 +44,24 @@ pub(crate) fn add<T: Real, S: Size>(work: &mut Workspace<T, S>, capacity: usize)
     };
     // Those above make room.
     let mut moved = turning;
-    for slot in work.rows.as_mut().iter_mut().take(count + 1).skip(middle + 1) {
+    for slot in work.contacts.rows.as_mut().iter_mut().take(count + 1).skip(middle + 1) {
         core::mem::swap(slot, &mut moved);
     }
-    work.row_count = count + 1;
-    work.turning = Some((middle + 1) as u16);
+    work.contacts.row_count = count + 1;
+    work.contacts.turning = Some((middle + 1) as u16);
 }
 
 /// Negative eigenvalues that the row has by itself: one on a convex object, none in a bore, whose normals turn the other way.
 pub(crate) fn negative<T: Real, S: Size>(work: &Workspace<T, S>) -> isize {
-    let row = work.turning.and_then(|index| work.rows.as_ref().get(usize::from(index)));
+    let row = work.contacts.turning.and_then(|index| work.contacts.rows.as_ref().get(usize::from(index)));
     isize::from(row.is_some_and(|row| row.softness < T::ZERO))
 }
 
 /// How far the touching samples slide along the object by the step, mm; positive turns the normals counter-clockwise for a
 /// convex object.
 pub(crate) fn slide<T: Real, S: Size>(work: &Workspace<T, S>) -> T {
-    let Some(index) = work.turning.map(usize::from) else { return T::ZERO };
-    match (work.rows.as_ref().get(index), work.row_delta.as_ref().get(index)) {
+    let Some(index) = work.contacts.turning.map(usize::from) else { return T::ZERO };
+    match (work.contacts.rows.as_ref().get(index), work.solution.row_delta.as_ref().get(index)) {
         // ν = μκ t·dP + Σ μ tilt, and the row's softness is −1/(μκ).
         (Some(row), Some(&delta)) => -delta * row.softness - row.gap,
         _ => T::ZERO,
@@ -79,10 +79,10 @@ mod tests {
         let mut work: Box<Workspace<f64, Paper>> = Box::new(Workspace::EMPTY);
         for (j, &multiplier) in multipliers.iter().enumerate() {
             let (state, normal) = (ContactState::Closed, [-0.8, 0.6]);
-            work.rows[j] =
+            work.contacts.rows[j] =
                 Row { sample: j as u16, state, normal, tilt: 1e-3, curvature, softness: 0.5, multiplier, ..Row::BLANK };
         }
-        work.row_count = multipliers.len();
+        work.contacts.row_count = multipliers.len();
         work
     }
 
@@ -90,15 +90,15 @@ mod tests {
     fn one_row_at_the_middle_of_the_force_stands_for_all() {
         let mut work = touching(&[1.0, 1.0, 4.0, 1.0], 0.02);
         add(&mut work, 5);
-        assert_eq!((work.row_count, work.turning), (5, Some(3)));
+        assert_eq!((work.contacts.row_count, work.contacts.turning), (5, Some(3)));
         let stiffness = 7.0 * 0.02;
-        let row = work.rows[3];
+        let row = work.contacts.rows[3];
         assert!(!row.touches() && !row.only_pushes() && row.state == ContactState::Closed);
         assert_eq!((row.sample, row.multiplier, row.normal), (2, 0.0, [-0.6, -0.8]));
         assert!((row.gap - 7e-3 / stiffness).abs() < 1e-15 && (row.softness + 1.0 / stiffness).abs() < 1e-15);
-        assert!(work.rows[4].sample == 3 && work.rows[4].touches(), "the row above has made room");
+        assert!(work.contacts.rows[4].sample == 3 && work.contacts.rows[4].touches(), "the row above has made room");
         // ν = μκ t·dP + Σ μ tilt.
-        work.row_delta[3] = stiffness * 0.25 + 7e-3;
+        work.solution.row_delta[3] = stiffness * 0.25 + 7e-3;
         assert!((slide(&work) - 0.25).abs() < 1e-12, "{}", slide(&work));
     }
 
@@ -107,7 +107,7 @@ mod tests {
         for (curvature, expected) in [(0.02, 1), (-0.02, 0)] {
             let mut work = touching(&[2.0, 3.0], curvature);
             add(&mut work, 5);
-            assert_eq!((work.turning.is_some(), negative(&work)), (true, expected));
+            assert_eq!((work.contacts.turning.is_some(), negative(&work)), (true, expected));
         }
     }
 
@@ -118,7 +118,7 @@ mod tests {
         {
             let mut work = touching(&multipliers, curvature);
             add(&mut work, capacity);
-            assert_eq!((work.row_count, work.turning, negative(&work)), (2, None, 0));
+            assert_eq!((work.contacts.row_count, work.contacts.turning, negative(&work)), (2, None, 0));
             assert_eq!(slide(&work), 0.0);
         }
     }

@@ -134,40 +134,40 @@ impl Layout {
 /// Gives the touching samples their turning rows and notes where the samples are; `None` if there is no room. [`narrow`] undoes
 /// it.
 pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Option<Layout> {
-    let touching = work.rows.as_ref().iter().take(work.row_count).filter(|row| row.touches()).count();
+    let touching = work.contacts.rows.as_ref().iter().take(work.contacts.row_count).filter(|row| row.touches()).count();
     let layout = Layout::new(touching, S::CONTACTS)?;
     let mut kept = 0;
-    for j in 0..work.row_count {
-        let row = work.rows.as_ref().at(j);
+    for j in 0..work.contacts.row_count {
+        let row = work.contacts.rows.as_ref().at(j);
         if row.touches() {
-            work.rows.as_mut().put(kept, row);
+            work.contacts.rows.as_mut().put(kept, row);
             kept += 1;
         }
     }
     if layout.notes_positions::<S>() {
         for j in 0..touching {
-            let position = position(ladder, work, &work.rows.as_ref().at(j));
-            work.scratch.as_mut().put(2 * j, position[0]);
-            work.scratch.as_mut().put(2 * j + 1, position[1]);
+            let position = position(ladder, work, &work.contacts.rows.as_ref().at(j));
+            work.solution.scratch.as_mut().put(2 * j, position[0]);
+            work.solution.scratch.as_mut().put(2 * j + 1, position[1]);
         }
     }
     for run in (0..layout.runs).rev() {
         let (samples, leader) = (layout.run(run), layout.leader(run));
         let (mut whole, mut bent) = (T::ZERO, T::ZERO);
-        for row in work.rows.as_ref().run(samples.clone()) {
+        for row in work.contacts.rows.as_ref().run(samples.clone()) {
             whole += row.multiplier;
             bent += row.multiplier * row.curvature;
         }
         // From the last one, so that no row is overwritten before it has moved.
         for (sample, place) in samples.zip(layout.gaps(run)).rev() {
-            let row = work.rows.as_ref().at(sample);
-            work.rows.as_mut().put(place, row);
+            let row = work.contacts.rows.as_ref().at(sample);
+            work.contacts.rows.as_mut().put(place, row);
             if sample == leader {
-                work.rows.as_mut().put(place + 1, turning(row, whole, bent / whole));
+                work.contacts.rows.as_mut().put(place + 1, turning(row, whole, bent / whole));
             }
         }
     }
-    work.row_count = layout.rows();
+    work.contacts.row_count = layout.rows();
     Some(layout)
 }
 
@@ -198,26 +198,34 @@ fn position<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>, row
 /// The gap rows alone.
 pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layout) {
     for (j, place) in layout.all_gaps().enumerate() {
-        let row = work.rows.as_ref().at(place);
-        work.rows.as_mut().put(j, row);
+        let row = work.contacts.rows.as_ref().at(place);
+        work.contacts.rows.as_mut().put(j, row);
     }
-    work.row_count = layout.touching;
+    work.contacts.row_count = layout.touching;
 }
 
 /// Factorises the KKT at the equilibrium and the dense border on all rows.
 pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>, layout: Layout) {
     step::factorise(ladder, work, Diagonal { curvature: T::one(), shift: T::ZERO });
-    work.factorised = 0;
+    work.solution.factorised = 0;
     // The turning rows first: their block is the identity's with a sign and a little more, and what they leave of the gap rows'
     // is no worse than it was. The other way round the gap rows of neighbouring samples, which are almost the same, would spoil
     // the turning ones.
     let turnings = (0..layout.runs).map(|run| layout.turning(run));
-    for (place, row) in work.listed.as_mut().iter_mut().zip(turnings.chain(layout.all_gaps())) {
+    for (place, row) in work.solution.listed.as_mut().iter_mut().zip(turnings.chain(layout.all_gaps())) {
         *place = row as u16;
     }
-    let (from, rows, listed) = (work.flexibility.as_ref(), work.row_count, work.listed.as_ref());
+    let (from, rows, listed) =
+        (work.border.flexibility.as_ref(), work.contacts.row_count, work.solution.listed.as_ref());
     let place = |i: usize| usize::from(listed.at(i));
-    symmetric::factorise_from(from, work.factored.as_mut(), rows, S::CONTACTS, work.order.as_mut(), place);
+    symmetric::factorise_from(
+        from,
+        work.solution.factored.as_mut(),
+        rows,
+        S::CONTACTS,
+        work.solution.order.as_mut(),
+        place,
+    );
 }
 
 /// Solves for the contacts' answer; `axis` is what the moment is taken about, `thickening` how much a sample's distance from the
@@ -262,29 +270,31 @@ fn respond_scaled<T: Real, S: Size>(
 ) -> Response<T> {
     let noted = layout.notes_positions::<S>();
     let place = |work: &Workspace<T, S>, sample: usize, row: &Row<T>| {
-        let noted = noted.then(|| [work.scratch.as_ref().at(2 * sample), work.scratch.as_ref().at(2 * sample + 1)]);
+        let noted = noted.then(|| {
+            [work.solution.scratch.as_ref().at(2 * sample), work.solution.scratch.as_ref().at(2 * sample + 1)]
+        });
         noted.unwrap_or_else(|| position(ladder, work, row))
     };
     let grown = |row: &Row<T>| cause.growth + thickening(row.sample) - cause.softening * row.multiplier;
     for run in 0..layout.runs {
         let at = layout.turning(run);
-        let (leader, turning) = (layout.leader(run), work.rows.as_ref().at(at));
+        let (leader, turning) = (layout.leader(run), work.contacts.rows.as_ref().at(at));
         for (sample, j) in layout.run(run).zip(layout.gaps(run)) {
-            let row = work.rows.as_ref().at(j);
+            let row = work.contacts.rows.as_ref().at(j);
             let v = cause.velocity(place(work, sample, &row));
-            let own = |j: usize| if cause.residuals { work.row_rhs.as_ref().at(j) } else { T::ZERO };
+            let own = |j: usize| if cause.residuals { work.border.row_rhs.as_ref().at(j) } else { T::ZERO };
             let (own, own_turning) = (own(j), own(at));
-            work.row_delta.as_mut().put(j, own + dot(row.normal, v) + grown(&row));
+            work.solution.row_delta.as_mut().put(j, own + dot(row.normal, v) + grown(&row));
             if sample == leader {
                 let scale = dot(turning.normal, quarter(row.normal));
                 // The normals turn with the object: v at the centre of curvature.
                 let turned = own_turning + dot(turning.normal, v) - scale * cause.turn / turning.curvature;
-                work.row_delta.as_mut().put(at, turned);
+                work.solution.row_delta.as_mut().put(at, turned);
             }
         }
     }
-    let (x, y) = (work.row_delta.as_mut(), work.spare.as_mut());
-    symmetric::solve(work.factored.as_ref(), layout.rows(), S::CONTACTS, work.order.as_ref(), x, y);
+    let (x, y) = (work.solution.row_delta.as_mut(), work.solution.spare.as_mut());
+    symmetric::solve(work.solution.factored.as_ref(), layout.rows(), S::CONTACTS, work.solution.order.as_ref(), x, y);
 
     let zero = [T::ZERO; 2];
     let mut response =
@@ -292,17 +302,18 @@ fn respond_scaled<T: Real, S: Size>(
     let (mut total, mut total_change) = (T::ZERO, T::ZERO);
     for run in 0..layout.runs {
         let at = layout.turning(run);
-        let turning = work.rows.as_ref().at(at);
-        let whole = layout.gaps(run).fold(T::ZERO, |sum, j| sum + work.rows.as_ref().at(j).multiplier);
+        let turning = work.contacts.rows.as_ref().at(at);
+        let whole = layout.gaps(run).fold(T::ZERO, |sum, j| sum + work.contacts.rows.as_ref().at(j).multiplier);
         // Of the normals, per unit; the force across them changes by μ times that.
-        let tilt =
-            dot(turning.normal, quarter(work.rows.as_ref().at(at - 1).normal)) * work.row_delta.as_ref().at(at) / whole;
+        let tilt = dot(turning.normal, quarter(work.contacts.rows.as_ref().at(at - 1).normal))
+            * work.solution.row_delta.as_ref().at(at)
+            / whole;
         for (sample, j) in layout.run(run).zip(layout.gaps(run)) {
-            let row = work.rows.as_ref().at(j);
+            let row = work.contacts.rows.as_ref().at(j);
             let half = row.place.half_thickness;
             let p = place(work, sample, &row);
             let (n, t) = (row.normal, quarter(row.normal));
-            let change = work.row_delta.as_ref().at(j);
+            let change = work.solution.row_delta.as_ref().at(j);
             let v = cause.velocity(p);
             let along = (tilt - cause.turn) / turning.curvature + dot(t, v);
             let out = dot(n, v) + grown(&row) - ladder.contact_softness() * change;

@@ -188,11 +188,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             let (state, Parts { ladder, work }) = self.state_and_parts();
             probe.ladder.fineness = ladder.fineness;
-            let rows = work.row_count;
+            let rows = work.contacts.row_count;
             // The gap rows with their normals and multipliers as they are.
-            probe.work.row_count = layout.touching;
-            for (into, j) in probe.work.rows.as_mut().iter_mut().zip(layout.all_gaps()) {
-                *into = work.rows.as_ref()[j];
+            probe.work.contacts.row_count = layout.touching;
+            for (into, j) in probe.work.contacts.rows.as_mut().iter_mut().zip(layout.all_gaps()) {
+                *into = work.contacts.rows.as_ref()[j];
                 into.place = probe.ladder.place(into.sample);
             }
             kinematics::directions(&probe.ladder, state, &mut probe.work);
@@ -208,7 +208,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     *into = if sign > 0.0 { part * from } else { *into + part * from };
                 }
             };
-            for (into, from) in work.nodes.as_mut()[..ladder.node_count].iter_mut().zip(probe.work.nodes.as_ref()) {
+            for (into, from) in
+                work.shape.nodes.as_mut()[..ladder.node_count].iter_mut().zip(probe.work.shape.nodes.as_ref())
+            {
                 gather(core::slice::from_mut(&mut into.gradient), &[from.gradient]);
             }
             for (into, sample) in probe.thickening.as_mut().iter_mut().zip(probe.ladder.samples.as_ref()) {
@@ -216,15 +218,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             gather(&mut work.rhs.as_mut()[..ladder.unknowns()], probe.work.rhs.as_ref());
             for cell in 0..ladder.cells() {
-                gather(&mut work.closure.as_mut()[cell], &probe.work.closure.as_ref()[cell]);
+                gather(&mut work.shape.closure.as_mut()[cell], &probe.work.shape.closure.as_ref()[cell]);
             }
             for j in 0..rows {
-                let row = work.rows.as_ref()[j];
+                let row = work.contacts.rows.as_ref()[j];
                 let position = sample_position(&probe.ladder, &probe.work, &probe.ladder.place(row.sample));
                 let along = part * (row.normal[0] * position.x + row.normal[1] * position.y);
                 // A row's right-hand side is −gap − softness · multiplier.
                 let gap = if sign > 0.0 { along - row.softness * row.multiplier } else { row.gap + along };
-                work.rows.as_mut()[j].gap = gap;
+                work.contacts.rows.as_mut()[j].gap = gap;
             }
         }
         Some(softening)
