@@ -37,6 +37,11 @@ impl Running {
         self.qemu.stdout.take()
     }
 
+    /// Number of QEMU's process.
+    pub fn id(&self) -> u32 {
+        self.qemu.id()
+    }
+
     /// That QEMU still runs.
     ///
     /// # Errors

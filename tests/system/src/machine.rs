@@ -4,6 +4,7 @@ use std::error::Error;
 use std::fs::File;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
@@ -132,6 +133,21 @@ impl Machine {
         let servo = servos.first().expect("a servo").clone();
         let bus = hub.spawn().expect("a bus");
         Self { board, servo, servos, _bus: bus, sockets, _turn: turn }
+    }
+
+    /// Stops QEMU where it is: it answers nothing, and its sockets stay open.
+    pub fn freeze(&self) {
+        self.signal("-STOP");
+    }
+
+    /// Lets it go on.
+    pub fn thaw(&self) {
+        self.signal("-CONT");
+    }
+
+    fn signal(&self, name: &str) {
+        let sent = Command::new("kill").args([name, &self.board.id().to_string()]).status().expect("kill");
+        assert!(sent.success(), "{sent}");
     }
 
     /// Where the link's socket is.

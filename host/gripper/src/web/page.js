@@ -31,14 +31,24 @@ dark.addEventListener("change", theme);
 $("theme").addEventListener("click", turnTheme);
 
 // ---- asking the target
+let stopping = null; // a stop that the target has not taken
+async function send(command, patience) {
+  const headers = { "content-type": "application/json" };
+  if (token) headers["x-token"] = token;
+  const signal = patience ? AbortSignal.timeout(patience) : undefined;
+  const answer = await fetch("/command", { method: "POST", headers, body: JSON.stringify(command), signal });
+  return answer.json();
+}
 async function ask(command, output) {
-  const say = (words, kind) => { output.textContent = words; output.className = kind; };
+  const say = (words, kind) => {
+    // A stop that is not taken yet stays on the screen.
+    if (stopping && output === $("answer")) return;
+    output.textContent = words;
+    output.className = kind;
+  };
   say("sent …", "");
   try {
-    const headers = { "content-type": "application/json" };
-    if (token) headers["x-token"] = token;
-    const answer = await fetch("/command", { method: "POST", headers, body: JSON.stringify(command) });
-    const told = await answer.json();
+    const told = await send(command);
     say(told.words, told.ok ? "good" : "bad");
     return told.ok;
   } catch (error) {
@@ -52,11 +62,44 @@ const number = input => {
   const value = Number(text);
   return text === "" || !Number.isFinite(value) ? input.value : value; // the server names what is no number
 };
-async function stop() {
+// All fingers, at once, and again ten times a second until the target has taken it. A browser has six connections to a server: most
+// attempts are given up soon, one in fifty waits for a slow target.
+function stop() {
+  if (stopping) return;
+  const own = stopping = { since: performance.now(), count: 0, refused: false, why: "the target does not answer" };
+  const attempt = async () => {
+    const patience = own.count++ % 50 ? 350 : 5000;
+    try {
+      const told = await send("stop", patience);
+      if (stopping !== own) return;
+      if (told.ok) {
+        clearInterval(own.timer);
+        stopping = null;
+        $("stop").classList.remove("sent");
+        answer(told.words, "good");
+        return;
+      }
+      [own.refused, own.why] = [true, told.words.replace(/^NOT STOPPED: /, "")];
+    } catch (error) {
+      if (error.name !== "TimeoutError" && error.name !== "AbortError") own.why = "not sent: " + error.message;
+    }
+    notStopped();
+  };
   $("stop").classList.add("sent");
-  // All fingers, at once, and again until the target has taken it.
-  for (let i = 0; i < 5 && !await ask("stop", $("answer")); i++);
-  $("stop").classList.remove("sent");
+  answer("stopping …", "");
+  own.timer = setInterval(attempt, 100);
+  attempt();
+}
+// Says that a stop was not taken, from its first second on, until it is.
+function notStopped() {
+  if (!stopping) return;
+  const late = (performance.now() - stopping.since) / 1000;
+  if (late >= 0.9 || stopping.refused) answer(`NOT STOPPED for ${late.toFixed(1)} s: ${stopping.why}. Still trying.`, "bad");
+}
+function answer(words, kind) {
+  const output = $("answer");
+  if (output.textContent !== words) output.textContent = words;
+  output.className = kind;
 }
 const grip = () => ask({ grip: { force_n: number($("force")) } }, $("answer"));
 const release = () => ask({ release: {} }, $("answer"));
@@ -165,7 +208,7 @@ function card(finger, index) {
   const is = {};
   for (const part of node.querySelectorAll("[data-is]")) is[part.dataset.is] = part;
   const [force, angle] = node.querySelectorAll(".chart");
-  return { node, is, picture: node.querySelector(".picture"), force, angle, points: [], shape: null, setup: finger, view: null, arrow: 1, pressure: 0.1 };
+  return { node, is, picture: node.querySelector(".picture"), force, angle, points: [], silent: 0, shape: null, setup: finger, view: null, arrow: 1, pressure: 0.1 };
 }
 const fixed = (value, digits) => (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits);
 function takeFrame(told) {
@@ -235,15 +278,39 @@ function takeNotice(told) {
   $("events").prepend(item);
   while ($("events").children.length > 30) $("events").lastChild.remove();
 }
+// How long nothing has come from a target that is running, ms; 0 while it is not noteworthy: a slow one reports seldom.
+function silence() {
+  if (!setup || !setup.takes || !frame) return 0;
+  const silent = performance.now() - heard + frame.silent_ms;
+  const slowest = Math.min(...setup.fingers.map(finger => finger.limits.rate_hz));
+  return frame.closed || silent > Math.max(400, 2500 / slowest) ? silent : 0;
+}
+// What a target told that is silent now: struck out, with its age, and the charts go on without it.
+function ageNumbers() {
+  const silent = silence();
+  cards.forEach(c => {
+    if (!silent && !c.silent) return;
+    c.silent = silent;
+    c.node.classList.toggle("dead", silent > 0);
+    dirty = true;
+    if (!silent) return;
+    c.node.classList.add("untrusted");
+    c.is.status.textContent = `silent · ${(silent / 1000).toFixed(1)} s old`;
+    c.is.status.className = "status bad";
+  });
+  $("grasp").classList.toggle("untrusted", silent > 0);
+}
 function linkState() {
   const chip = $("link");
   const quiet = performance.now() - heard;
+  ageNumbers();
+  notStopped();
   // A recording takes nothing: it plays.
   let words = setup && !setup.takes ? "playing" : "live", kind = "good";
   if (frame && frame.closed) [words, kind] = [setup && !setup.moves ? "ended" : "the gripper is gone", "bad"];
   else if (events.readyState === EventSource.CLOSED && !heard) [words, kind] = ["not let in: open the address that fre printed", "bad"];
   else if (quiet > 1500) [words, kind] = [heard ? `nothing for ${(quiet / 1000).toFixed(0)} s` : "connecting", "bad"];
-  else if (frame && frame.silent_ms > 500) [words, kind] = [`gripper silent for ${(frame.silent_ms / 1000).toFixed(1)} s`, "bad"];
+  else if (silence()) [words, kind] = [`gripper silent for ${(silence() / 1000).toFixed(1)} s`, "bad"];
   if (chip.textContent !== words) chip.textContent = words;
   chip.className = "chip " + kind;
 }
@@ -405,11 +472,11 @@ function drawFinger(c, f) {
       g.strokeText(words, x, end[1] - 8);
       g.fillText(words, x, end[1] - 8);
     }
-    if (!shape.trustworthy) {
+    if (!shape.trustworthy || c.silent) {
       g.font = "bold 14px system-ui, sans-serif";
       g.textAlign = "left";
       g.fillStyle = ink.bad;
-      g.fillText(`${shape.status}: an old shape`, 8, 18);
+      g.fillText(c.silent ? `${(c.silent / 1000).toFixed(1)} s old` : `${shape.status}: an old shape`, 8, 18);
     }
   }
   // A scale of 10 mm.
@@ -431,9 +498,9 @@ function ticks(low, high, count) {
   return list;
 }
 // Points: [time, force least, force greatest, force, angle, goal, trustworthy]
-function drawChart(canvas, points, title, series, least) {
+function drawChart(canvas, points, silent, title, series, least) {
   const { g, w, h } = pen(canvas), [left, right, top, bottom] = [42, 8, 18, 18];
-  const end = points.length ? points[points.length - 1][0] : WINDOW, start = end - WINDOW;
+  const end = points.length ? points[points.length - 1][0] + silent / 1000 : WINDOW, start = end - WINDOW;
   let low = least[0], high = least[1];
   for (const p of points) for (const s of series) { low = Math.min(low, p[s.low]); high = Math.max(high, p[s.high]); }
   high += 0.06 * (high - low);
@@ -499,8 +566,8 @@ function drawChart(canvas, points, title, series, least) {
 }
 function drawCard(c, f) {
   drawFinger(c, f);
-  drawChart(c.force, c.points, "Force over the last 20 seconds", [{ name: "force (N)", low: 1, high: 2, value: 3, colour: ink.force, guarded: true }], [0, 1]);
-  drawChart(c.angle, c.points, "Motor angle and goal over the last 20 seconds", [
+  drawChart(c.force, c.points, c.silent, "Force over the last 20 seconds", [{ name: "force (N)", low: 1, high: 2, value: 3, colour: ink.force, guarded: true }], [0, 1]);
+  drawChart(c.angle, c.points, c.silent, "Motor angle and goal over the last 20 seconds", [
     { name: "motor angle (°)", low: 4, high: 4, value: 4, colour: ink.angle },
     { name: "goal (°)", low: 5, high: 5, value: 5, colour: ink.goal, dashed: true },
   ], [0, 1]);
