@@ -5,7 +5,7 @@ use messages::{Event, Phase, Settings, Shape, Side};
 use model_core::object::ObjectDesign;
 use serde_json::{Value, json};
 
-use crate::source::Setup;
+use crate::source::{Base, Setup};
 use fre::draw::object_contour;
 
 /// The frame of everything in the scene: the gripper's, in metres.
@@ -88,22 +88,18 @@ fn mirrored(settings: &Settings, finger: u8) -> f64 {
 /// The deformed finger and the forces on the object; nothing without the finger's design.
 pub(super) fn finger(ns: u64, shape: &Shape, setup: &Setup) -> Option<Value> {
     let design = &setup.models.get(usize::from(shape.finger))?.finger.as_ref()?.design;
-    let [mx, my] = design.motor_axis;
-    let (sin, cos) = f64::from(shape.motor_angle).sin_cos();
-    let [dx, dy] = shape.shift.map(f64::from);
+    let base = Base::of(shape, design.motor_axis);
     let side = mirrored(&setup.settings, shape.finger);
-    // R(−α): positive angles close, clockwise.
-    let turn = |[x, y]: [f64; 2]| [x * cos + y * sin, y * cos - x * sin];
     let world = |p: &[f32; 2]| {
-        let [x, y] = turn([f64::from(p[0]) - mx, f64::from(p[1]) - my]);
-        [side * (x + mx + dx), y + my + dy]
+        let [x, y] = base.point(*p);
+        [side * x, y]
     };
     let beam = |points: &[[f32; 2]]| line(STRIP, points.iter().map(|p| point(world(p))).collect(), 0.002, STEEL);
     let ends = shape.lamella_front.iter().zip(&shape.lamella_back);
     let lamellae = ends.flat_map(|(front, back)| [point(world(front)), point(world(back))]).collect();
     let forces = shape.contacts.iter().flat_map(|contact| {
         let foot = world(&contact.position);
-        let [fx, fy] = turn(contact.force.map(f64::from));
+        let [fx, fy] = base.vector(contact.force);
         let scale = PER_NEWTON * 1e3;
         [point(foot), point([foot[0] + side * scale * fx, foot[1] + scale * fy])]
     });

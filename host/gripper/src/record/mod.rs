@@ -18,6 +18,8 @@ mod message;
 #[cfg(feature = "record")]
 mod number;
 #[cfg(feature = "record")]
+mod pace;
+#[cfg(feature = "record")]
 mod playback;
 #[cfg(feature = "record")]
 mod read;
@@ -35,7 +37,9 @@ pub use csv::Csv;
 #[cfg(feature = "record")]
 pub use error::RecordError;
 #[cfg(feature = "record")]
-pub use playback::{PlayError, Playback, Speed, beginning};
+pub use pace::{Pace, Speed};
+#[cfg(feature = "record")]
+pub use playback::{PlayError, Playback, beginning};
 #[cfg(feature = "record")]
 pub use read::{Recorded, Recording};
 #[cfg(feature = "record")]

@@ -5,26 +5,18 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use messages::Counters;
 
 use super::again::{Again, AgainError};
+use super::pace::{Pace, Speed};
 use super::{Damage, RecordError, Recorded, Recording};
 use crate::source::Statistics;
 use crate::source::{Listeners, Order, OrderError, Origin, Setup, Source, Told};
 
-/// How often a thread that waits looks whether it is still wanted.
+/// How often is looked whether somebody listens.
 const GLANCE: Duration = Duration::from_millis(20);
-
-/// How fast a recording is played.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Speed {
-    /// So many times as fast as it was recorded.
-    Times(f64),
-    /// As fast as whoever listens takes it.
-    AtOnce,
-}
 
 /// A recording that is played as soon as somebody listens.
 pub struct Playback {
@@ -138,15 +130,11 @@ impl Shared {
     }
 
     fn tell_all(&self, recording: Recording, speed: Speed, mut again: Option<Again>) -> Result<(), String> {
-        let mut began: Option<(u64, Instant)> = None;
+        let mut pace = Pace::new(speed);
         let mut last = [None; messages::FINGERS];
         for recorded in recording {
             let (ns, recorded) = recorded.map_err(|error| error.to_string())?;
-            if let Speed::Times(times) = speed {
-                let (first, start) = *began.get_or_insert((ns, Instant::now()));
-                let due = Duration::from_nanos(ns.saturating_sub(first)).div_f64(times);
-                self.wait_until(start + due);
-            }
+            pace.wait(ns, &self.stop);
             if self.stop.load(Ordering::Acquire) {
                 return Ok(());
             }
@@ -190,15 +178,6 @@ impl Shared {
             self.listeners.tell_patiently(&told, &self.stop);
         }
         Ok(())
-    }
-
-    fn wait_until(&self, due: Instant) {
-        while !self.stop.load(Ordering::Acquire) {
-            match due.checked_duration_since(Instant::now()) {
-                Some(early) if !early.is_zero() => std::thread::sleep(early.min(GLANCE)),
-                _ => return,
-            }
-        }
     }
 }
 

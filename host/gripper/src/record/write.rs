@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -18,12 +18,10 @@ use super::message::{EstimateMessage, EventMessage, GapMessage, GraspMessage, Sh
 use super::topic::Topic;
 use fre::files::Files;
 
-use crate::source::{Sequence, Setup, Told};
+use crate::source::{Clock, Sequence, Setup, Told, now_ns};
 
 /// How often what has come reaches the file: a killed recorder loses less than a second.
 const FLUSH: Duration = Duration::from_millis(500);
-/// Times farther ahead of this PC's clock than this are a new beginning, µs.
-const LEAP_US: u64 = 2_000_000;
 
 /// A recording on its way to a file. Everything but [`Recorder::finish`]'s index is in the file within a second.
 pub struct Recorder {
@@ -34,7 +32,7 @@ pub struct Recorder {
     /// Where the free object that is drawn was.
     drawn: Option<FreeObject>,
     sequence: Sequence,
-    anchor: Option<Anchor>,
+    clock: Clock,
     flushed: Instant,
     counts: Counts,
 }
@@ -62,14 +60,6 @@ impl std::fmt::Display for Counts {
             _ => write!(f, "{missing} reports missing in {gaps} gaps"),
         }
     }
-}
-
-/// Where the source's clock is in this PC's.
-#[derive(Clone, Copy, Debug)]
-struct Anchor {
-    /// ns since 1970 at the source's time 0.
-    zero_ns: i128,
-    last_us: u64,
 }
 
 impl Recorder {
@@ -101,7 +91,7 @@ impl Recorder {
             setup: None,
             drawn: None,
             sequence: Sequence::default(),
-            anchor: None,
+            clock: Clock::default(),
             flushed: Instant::now(),
             counts: Counts::default(),
         };
@@ -120,7 +110,7 @@ impl Recorder {
             Told::Report(report) => self.report(report)?,
             Told::Grasp(grasp) => self.grasp(grasp)?,
             Told::Shape(shape) => {
-                let ns = self.last_ns();
+                let ns = self.clock.last_ns();
                 self.write(Topic::Shape(shape.finger), shape.sequence, ns, &ShapeMessage::from(&**shape))?;
                 let scene = self.setup.as_ref().and_then(|setup| foxglove::finger(ns, shape, setup));
                 if let Some(scene) = scene {
@@ -129,12 +119,12 @@ impl Recorder {
             }
             Told::Event(notice) => {
                 self.counts.events += 1;
-                let ns = self.ns(notice.time_us);
+                let ns = self.clock.ns(notice.time_us);
                 self.write(Topic::Event, 0, ns, &EventMessage::from(notice))?;
                 let words = notice.event.to_string();
                 self.write(Topic::Log, 0, ns, &foxglove::log(ns, level(&notice.event), &words))?;
             }
-            Told::Setup(setup) => self.set_up((**setup).clone(), self.last_ns())?,
+            Told::Setup(setup) => self.set_up((**setup).clone(), self.clock.last_ns())?,
         }
         self.idle()
     }
@@ -171,7 +161,7 @@ impl Recorder {
 
     fn report(&mut self, report: &Report) -> Result<(), RecordError> {
         self.counts.reports += 1;
-        let ns = self.ns(report.time_us);
+        let ns = self.clock.ns(report.time_us);
         if let Some(gap) = self.sequence.take(report.sequence) {
             self.counts.gaps += 1;
             self.counts.missing += u64::from(gap.missing);
@@ -182,7 +172,7 @@ impl Recorder {
     }
 
     fn grasp(&mut self, grasp: &Grasp) -> Result<(), RecordError> {
-        let ns = self.last_ns();
+        let ns = self.clock.last_ns();
         self.write(Topic::Grasp, grasp.sequence, ns, &GraspMessage::from(grasp))?;
         // Without a balance it is where it was.
         let rests = |free: &FreeObject| free.status.is_trustworthy();
@@ -230,27 +220,6 @@ impl Recorder {
             .map_err(|error| RecordError::Format { path: self.path.clone(), why: error.to_string() })?;
         self.writer.write_to_known_channel(&header, &text).map_err(|error| failed(&self.path, error))
     }
-
-    /// A time of the source as ns since 1970: evenly spaced as the source says, even if the messages come in bursts.
-    fn ns(&mut self, time_us: u64) -> u64 {
-        let now = i128::from(now_ns());
-        let at = |anchor: Anchor| anchor.zero_ns + i128::from(time_us) * 1000;
-        let anchor = match self.anchor {
-            // Behind what was told last by a while: the source has started anew. Far ahead: its clock was set.
-            Some(anchor) if time_us + LEAP_US >= anchor.last_us && at(anchor) <= now + i128::from(LEAP_US) * 1000 => {
-                Anchor { last_us: anchor.last_us.max(time_us), ..anchor }
-            }
-            _ => Anchor { zero_ns: now - i128::from(time_us) * 1000, last_us: time_us },
-        };
-        self.anchor = Some(anchor);
-        u64::try_from(at(anchor)).unwrap_or(0)
-    }
-
-    /// When the last message was.
-    fn last_ns(&self) -> u64 {
-        let at = |anchor: &Anchor| anchor.zero_ns + i128::from(anchor.last_us) * 1000;
-        self.anchor.as_ref().and_then(|anchor| u64::try_from(at(anchor)).ok()).unwrap_or_else(now_ns)
-    }
 }
 
 /// Whether a free object has gone farther than a picture hides, mm and rad.
@@ -264,9 +233,4 @@ fn failed(path: &Path, error: McapError) -> RecordError {
         McapError::Io(source) => RecordError::File { path: path.to_owned(), source },
         error => RecordError::Format { path: path.to_owned(), why: error.to_string() },
     }
-}
-
-fn now_ns() -> u64 {
-    // A clock before 1970 or after 2554 is no clock.
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(0))
 }

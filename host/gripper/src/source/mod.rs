@@ -1,11 +1,15 @@
 //! Where estimates come from: a gripper behind a link, servos on a bus of this PC, or a recording. All tell the same, so
 //! that a view, a page, a recorder and plain lines need not know which.
 
+mod base;
+mod clock;
 mod gap;
 mod listeners;
 mod setup;
 mod told;
 
+pub use base::Base;
+pub use clock::{Clock, now_ns};
 pub use gap::{Gap, Sequence};
 pub use listeners::Listeners;
 pub use setup::{Modelled, Origin, Setup};
