@@ -1,7 +1,7 @@
 //! One Newton step for the ladder in contact, cost linear in elements and lamellae:
 //! `kinematics` and `gaps` → `residual` → `condense` each member onto its joints and force → `assembly` of the banded KKT in joints and λ →
 //! `border` by the contact rows → contact law (`contact::frictionless`) on the dense border → increments. What a member's elements do is
-//! asked of [`crate::element`]; `lagged` are the steps that keep an earlier factorisation.
+//! asked of `element`; `lagged` are the steps that keep an earlier factorisation.
 //!
 //! Here mm, N and N·mm stand for the finger's own units of length, force and moment ([`crate::units`]).
 
