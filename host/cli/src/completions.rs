@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use clap::Command;
 use clap_complete::{Shell, generate};
 
 use crate::exit::bad_input;
@@ -18,9 +19,9 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> ExitCode {
+pub fn run(args: &Args, mut command: Command) -> ExitCode {
     let mut text = Vec::new();
-    generate(args.shell, &mut crate::command(), "fre", &mut text);
+    generate(args.shell, &mut command, "fre", &mut text);
     match put_out(&text) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => bad_input(&error),

@@ -123,8 +123,8 @@ fn main() -> ExitCode {
     match cli.command {
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Compare(args) => compare::run(&args),
-        Command::Completions(args) => completions::run(&args),
-        Command::Man(args) => man::run(&args),
+        Command::Completions(args) => completions::run(&args, command()),
+        Command::Man(args) => man::run(&args, command()),
         Command::New(args) => new::run(&args),
         Command::Outline(args) => outline::run(&args),
         Command::Schema(args) => schema::run(&args),

@@ -23,9 +23,8 @@ pub struct Args {
     force: ForceArgs,
 }
 
-/// Runs the command.
-pub fn run(args: &Args) -> ExitCode {
-    let mut command = crate::command();
+/// Writes the pages of a command and all below it, or prints its own.
+pub fn run(args: &Args, mut command: Command) -> ExitCode {
     command.build();
     let done = match &args.out {
         Some(folder) => write(&command, folder, args.force),

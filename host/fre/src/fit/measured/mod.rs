@@ -17,9 +17,9 @@
 //! averaged. An empty cell is a gap. Lines that begin with `#` and empty lines are left out. A row with a gap in its place, a word where a
 //! number belongs, half a point, or nothing measured is left out and reported with its line number.
 
+mod places;
 mod records;
 
-use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
 use std::ops::{ControlFlow, Range};
@@ -27,13 +27,11 @@ use std::path::Path;
 
 use crate::case::{Coordinate, MAX_ANGLE, MAX_DISTANCE};
 use crate::metrics::Point;
+use places::Places;
 use records::{COLUMNS, Record, Records, listed, shown};
 
 /// Rows that are read between two looks at the watcher.
 const ROWS_AT_ONCE: usize = 1 << 14;
-
-/// Places closer than this are the same one.
-const SAME_PLACE: f64 = 1e-6;
 
 /// The largest force that is believed, N: beyond it the unit is another one.
 const MAX_FORCE: f64 = 1e5;
@@ -317,7 +315,7 @@ impl Measured {
     }
 
     fn add(&mut self, line: usize, row: Row, places: &mut Places) {
-        let index = places.find(row.place, &self.measurements).unwrap_or_else(|| {
+        let index = places.find(row.place).unwrap_or_else(|| {
             self.measurements.push(Measurement::at(row.place, line));
             let index = self.measurements.len() - 1;
             places.add(row.place, index);
@@ -380,28 +378,6 @@ pub struct Progress {
     pub line: usize,
     /// Lines of the file.
     pub of: usize,
-}
-
-/// Which measurement is at a place, found without a look at all others: a file may have a million places.
-#[derive(Default)]
-struct Places(HashMap<i64, Vec<usize>>);
-
-impl Places {
-    /// The interval of the width [`SAME_PLACE`] in which a place lies. Places are within [`limit`].
-    fn interval(place: f64) -> i64 {
-        (place / SAME_PLACE).floor() as i64
-    }
-
-    /// The first measurement that is at the same place.
-    fn find(&self, place: f64, among: &[Measurement]) -> Option<usize> {
-        let middle = Self::interval(place);
-        let near = (middle - 1..=middle + 1).filter_map(|interval| self.0.get(&interval)).flatten().copied();
-        near.filter(|&index| among.get(index).is_some_and(|m| (m.place - place).abs() < SAME_PLACE)).min()
-    }
-
-    fn add(&mut self, place: f64, index: usize) {
-        self.0.entry(Self::interval(place)).or_default().push(index);
-    }
 }
 
 /// A row that can be used.
