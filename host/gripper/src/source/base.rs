@@ -1,4 +1,4 @@
-//! Where the base of a deformed finger stands.
+//! Where the base of a deformed finger is.
 
 use messages::Shape;
 

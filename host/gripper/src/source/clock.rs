@@ -42,7 +42,7 @@ impl Clock {
         u64::try_from(anchor.at(time_us)).unwrap_or(0)
     }
 
-    /// The newest time of the source, as ns since 1970; now, if it has told none.
+    /// The newest time of the source, as ns since 1970; now, if it has reported none.
     pub fn last_ns(&self) -> u64 {
         let at = |anchor: &Anchor| u64::try_from(anchor.at(anchor.last_us)).ok();
         self.anchor.as_ref().and_then(at).unwrap_or_else(now_ns)
