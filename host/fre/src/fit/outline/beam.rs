@@ -11,6 +11,7 @@ use model_core::design::Beam;
 
 use super::edge::{self, Edge};
 use super::error::OutlineError;
+use super::limits::FAINTEST;
 use super::median::median;
 use super::photo::Photo;
 use super::plane::Plane;
@@ -28,10 +29,6 @@ const LONGEST_GAP: f64 = 6.0;
 const END: f64 = 0.15;
 /// Length of beam from which the next place is foretold, mm.
 const FORETOLD_FROM: f64 = 6.0;
-/// The least thickness of the beam in the picture, pixels: with less, its two edges blur into one line.
-pub const THINNEST_PX: f64 = 5.0;
-/// The faintest edge, in linear light of 0 to 1.
-pub const FAINTEST: f64 = 0.02;
 /// The most of an edge's height that its step may leave unexplained (root mean square).
 const CLEAR: f64 = 0.1;
 /// Part of the contrast that the outer edge has at least: an object behind it takes some.

@@ -2,7 +2,7 @@
 
 use super::error::OutlineError;
 use super::homography::Homography;
-use super::marks::Mark;
+use super::mark::Mark;
 use super::median::median;
 use super::photo::Photo;
 

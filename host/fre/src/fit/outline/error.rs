@@ -1,7 +1,7 @@
 //! Why there is no outline.
 
 use super::checkerboard::NoBoard;
-use super::marks::Mark;
+use super::mark::Mark;
 use super::zhang::NoCamera;
 
 /// Why there is no outline.
@@ -16,7 +16,7 @@ pub enum OutlineError {
         reason: String,
     },
     /// A picture with more pixels than there is memory for.
-    #[error("{file}: has {width}×{height} pixels; allowed are up to {} million", super::photo::MOST_PIXELS / 1_000_000)]
+    #[error("{file}: has {width}×{height} pixels; allowed are up to {} million", super::limits::MOST_PIXELS / 1_000_000)]
     TooManyPixels {
         /// The file.
         file: String,
@@ -106,10 +106,10 @@ pub enum OutlineError {
     /// Nothing that looks like the beam.
     #[error(
         "no beam {thickness} mm thick near pixel {:.0},{:.0} (arc length {from:.0} to {to:.0} mm); {}", .at[0], .at[1],
-        if *.contrast < super::beam::FAINTEST {
-            format!("the contrast is too low: {:.1} % of white, needed is {:.0} %", 100.0 * .contrast, 100.0 * super::beam::FAINTEST)
-        } else if *.thickness_px < super::beam::THINNEST_PX {
-            format!("the picture is too coarse: the beam is {:.1} pixels thick, needed are about {:.0}", .thickness_px, super::beam::THINNEST_PX)
+        if *.contrast < super::limits::FAINTEST {
+            format!("the contrast is too low: {:.1} % of white, needed is {:.0} %", 100.0 * .contrast, 100.0 * super::limits::FAINTEST)
+        } else if *.thickness_px < super::limits::THINNEST_PX {
+            format!("the picture is too coarse: the beam is {:.1} pixels thick, needed are about {:.0}", .thickness_px, super::limits::THINNEST_PX)
         } else {
             "no two edges so far apart along it: check the light, the marks, the motor angle, --frame and the finger's thickness".to_owned()
         }

@@ -14,6 +14,8 @@ mod error;
 mod extract;
 pub mod homography;
 mod least_squares;
+mod limits;
+mod mark;
 pub mod marks;
 mod median;
 pub mod overlay;

@@ -6,7 +6,7 @@ use tiny_skia::{
 
 use super::error::OutlineError;
 use super::extract::Outline;
-use super::marks::Mark;
+use super::mark::Mark;
 use super::photo::Photo;
 use super::plane::Plane;
 

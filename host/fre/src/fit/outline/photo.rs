@@ -6,9 +6,7 @@ use std::sync::Arc;
 use image::{DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Rgb, RgbImage};
 
 use super::error::OutlineError;
-
-/// The most pixels of a picture: about 2 GB while it is read.
-pub const MOST_PIXELS: u64 = 120_000_000;
+use super::limits::MOST_PIXELS;
 
 /// What of the light is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use super::camera::Camera;
 use super::error::OutlineError;
 use super::homography::Homography;
 use super::least_squares::{Minimum, minimise};
-use super::marks::Mark;
+use super::mark::Mark;
 use super::photo::Photo;
 use super::pose::Pose;
 
