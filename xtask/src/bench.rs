@@ -2,7 +2,7 @@
 
 use crate::command::{headline, run as run_command};
 use crate::cross::Cross;
-use crate::{firmware, paths, setup};
+use crate::{cycles, firmware, paths, setup};
 use anyhow::{Context, Result};
 use std::env;
 use std::path::{Path, PathBuf};
@@ -25,6 +25,8 @@ pub fn run(arguments: &[&str]) -> Result<()> {
     let mut command = bench();
     if wanted("rates") {
         command.env("FRE_FIRMWARE_ELF", firmware::show(firmware::SIMULATED)?);
+        let boards = firmware::BOARDS.iter().map(|board| board.name);
+        cycles::provide(&mut command, &boards.filter(|board| *board != firmware::SIMULATED).collect::<Vec<_>>())?;
     }
     if wanted("peer") {
         match setup::python::PEER.provide() {

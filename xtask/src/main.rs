@@ -4,6 +4,7 @@ mod bench;
 mod command;
 mod cross;
 mod crossing;
+mod cycles;
 mod demo;
 mod derivation;
 mod docs;

@@ -3,7 +3,7 @@
 use crate::command::{find, headline, run as run_command};
 use crate::cross::{Cross, TRIPLE, built};
 use crate::pc::{FEATURES, cargo};
-use crate::{firmware, on_target, panic_free, paths, portable, python, release, setup};
+use crate::{cycles, firmware, on_target, panic_free, paths, portable, python, release, setup};
 use anyhow::{Context, Result};
 use std::path::PathBuf;
 
@@ -88,6 +88,7 @@ pub fn run(parts: &[&str]) -> Result<()> {
         // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
         let mut tests = cargo("test");
         tests.args(["--no-fail-fast", "--workspace"]).args(FEATURES).env("FRE_FIRMWARE_ELF", &image);
+        cycles::provide(&mut tests, &[firmware::MEASURED])?;
         for test in system_tests()? {
             tests.args(["--test", &test]);
         }

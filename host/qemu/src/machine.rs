@@ -101,6 +101,7 @@ pub struct Machine {
     pace: Pace,
     bus: Uart,
     link: Uart,
+    plugin: Option<OsString>,
     apart: Option<PathBuf>,
 }
 
@@ -113,6 +114,7 @@ impl Machine {
             pace: Pace::Free,
             bus: Uart::Unconnected,
             link: Uart::Unconnected,
+            plugin: None,
             apart: None,
         }
     }
@@ -135,6 +137,18 @@ impl Machine {
     #[must_use]
     pub fn uarts(mut self, bus: Uart, link: Uart) -> Self {
         (self.bus, self.link) = (bus, link);
+        self
+    }
+
+    /// A plugin of QEMU's and its arguments, `name=value` each; no value has a comma.
+    #[must_use]
+    pub fn plugin(mut self, library: &Path, arguments: &[(&str, &Path)]) -> Self {
+        let mut option = library.as_os_str().to_owned();
+        for (name, value) in arguments {
+            option.push(format!(",{name}="));
+            option.push(value);
+        }
+        self.plugin = Some(option);
         self
     }
 
@@ -166,6 +180,9 @@ impl Machine {
         command.args(["-semihosting-config", &format!("enable=on,target=native{words}")]);
         if let Some(icount) = self.pace.icount() {
             command.args(["-icount", &icount]);
+        }
+        if let Some(plugin) = &self.plugin {
+            command.arg("-plugin").arg(plugin);
         }
         self.bus.add("bus", &mut command);
         self.link.add("link", &mut command);
@@ -215,10 +232,12 @@ mod tests {
         assert!(bare.starts_with("-machine mps2-an500 ") && bare.ends_with("-serial null -serial null -kernel a.elf"));
         assert!(!bare.contains("icount"), "{bare}");
         let machine = Machine::new("a.elf").arguments(&["run_addr", "8"]).pace(Pace::Counted { shift: 2 });
+        let machine = machine.plugin(Path::new("p.so"), &[("image", Path::new("a.elf"))]);
         let full = words(&machine.uarts(Uart::Opened("/b".into()), Uart::ConnectedByName("l".into())));
         for part in [
             "enable=on,target=native,arg=run_addr,arg=8",
             "-icount shift=2",
+            "-plugin p.so,image=a.elf",
             "-chardev socket,id=bus,server=on,wait=off,path=/b -serial chardev:bus",
             "-chardev socket,id=link,abstract=on,path=l -serial chardev:link",
         ] {

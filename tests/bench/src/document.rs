@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use crate::ladder::word;
 use crate::pc::Time;
 use crate::peer::Peer;
+use crate::rates::Rates;
 use crate::spread::Spread;
 use crate::target::Row;
 
@@ -21,6 +22,7 @@ pub struct Figures<'a> {
     pub pc: Option<&'a [Time]>,
     /// Absent where the peer is not installed, too.
     pub peer: Option<Peer>,
+    pub rates: Option<&'a Rates>,
 }
 
 impl Figures<'_> {
@@ -43,13 +45,20 @@ impl Figures<'_> {
                 "force_apart": peer.apart,
             });
         }
+        if let Some(rates) = self.rates {
+            document["worst_tick"] = rates.document();
+        }
         document
     }
 
     /// Names the key that is missing from what was measured, or holds what it must not.
     pub fn check(&self, document: &Value) -> Result<()> {
         keys(document, "", &[("rustc", Kind::Text), ("opt_level", Kind::Text)])?;
-        let lists = [("target", TARGET, self.target.is_some()), ("pc", PC, self.pc.is_some())];
+        let lists = [
+            ("target", TARGET, self.target.is_some()),
+            ("pc", PC, self.pc.is_some()),
+            ("worst_tick", WORST_TICK, self.rates.is_some()),
+        ];
         for (list, expected, _) in lists.iter().filter(|(.., measured)| *measured) {
             let Some(rows) = document[*list].as_array().filter(|rows| !rows.is_empty()) else {
                 bail!("`{list}` is not a list with rows");
@@ -151,6 +160,17 @@ const PC: &[(&str, Kind)] = &[
     ("places_per_s", Kind::Positive),
 ];
 
+const WORST_TICK: &[(&str, Kind)] = &[
+    ("board", Kind::OneOf(&["opencr", "nucleo-h743zi", "nucleo-g474re"])),
+    ("layout", Kind::Text),
+    ("fingers", Kind::Positive),
+    ("samples", Kind::Positive),
+    ("instructions", Kind::Spread),
+    ("cycles", Kind::Bounds),
+    ("late_ticks", Kind::NotNegative),
+    ("rate_hz", Kind::Positive),
+];
+
 const PEER: &[(&str, Kind)] = &[
     ("name", Kind::Text),
     ("cold_us", Kind::Positive),
@@ -175,6 +195,10 @@ fn holds(value: &Value, kind: Kind) -> bool {
         Kind::OneOf(words) => value.as_str().is_some_and(|text| words.contains(&text)),
         Kind::Positive => number(value).is_some_and(|number| number > 0.0),
         Kind::NotNegative => number(value).is_some_and(|number| number >= 0.0),
+        Kind::Bounds => matches!(
+            (number(&value["low"]), number(&value["high"])),
+            (Some(low), Some(high)) if 0.0 < low && low <= high
+        ),
         Kind::Spread => matches!(
             (number(&value["mean"]), number(&value["max"])),
             (Some(mean), Some(max)) if 0.0 < mean && mean <= max
@@ -222,6 +246,7 @@ mod tests {
             target: Some(&[row]),
             pc: Some(&[time]),
             peer: Some(peer),
+            rates: Some(&crate::rates::example()),
         })
     }
 
@@ -247,7 +272,7 @@ mod tests {
     #[test]
     fn parts_that_were_not_measured_are_absent() {
         with(|figures| {
-            let some = Figures { target: None, peer: None, ..figures };
+            let some = Figures { target: None, peer: None, rates: None, ..figures };
             let document = some.document();
             some.check(&document).unwrap();
             let keys: Vec<&String> = document.as_object().unwrap().keys().collect();
@@ -258,13 +283,13 @@ mod tests {
 
     #[test]
     fn every_missing_key_is_found() {
-        for (list, expected) in [("target", TARGET), ("pc", PC)] {
+        for (list, expected) in [("target", TARGET), ("pc", PC), ("worst_tick", WORST_TICK)] {
             for (key, _) in expected {
                 let error = refused(|document| drop(document[list][0].as_object_mut().unwrap().remove(*key))).unwrap();
                 assert!(error.contains(&format!("{list}[0].{key}")), "{error}");
             }
         }
-        for key in ["rustc", "opt_level", "target", "pc"] {
+        for key in ["rustc", "opt_level", "target", "pc", "worst_tick"] {
             assert!(refused(|document| drop(document.as_object_mut().unwrap().remove(key))).is_some(), "{key}");
         }
     }
@@ -277,6 +302,7 @@ mod tests {
         assert!(is_refused(|d| d["target"][0]["force_error_vs_f64_n"] = f64::NAN.into()));
         assert!(is_refused(|d| d["pc"][0]["warm_us"] = 0.into()));
         assert!(is_refused(|d| d["pc"] = json!([])));
+        assert!(is_refused(|d| d["worst_tick"][0]["cycles"]["low"] = 1e12.into()), "above the upper bound");
         assert!(is_refused(|d| d["peer"] = json!({ "name": "casadi-ipopt" })), "a peer without times");
     }
 }

@@ -114,10 +114,12 @@ fn run(options: &Options) -> Result<()> {
     if options.check {
         return Ok(());
     }
-    if options.wants(Part::Rates) {
+    let rates = measured_if(options.wants(Part::Rates), || {
         headline("the worst tick over a campaign of faults in QEMU, and the rates that follow");
-        print!("{}", rates::measure()?);
-    }
+        let rates = rates::measure()?;
+        print!("{rates}");
+        Ok(rates)
+    })?;
     if options.wants(Part::Soak) {
         headline("an hour of gripping on a bus in trouble, in a time of its own");
         print!("{}", soak::measure()?);
@@ -174,6 +176,7 @@ fn run(options: &Options) -> Result<()> {
         target: rows.as_deref(),
         pc: times.as_deref(),
         peer: peer.flatten(),
+        rates: rates.as_ref(),
     };
     options.json.as_deref().map_or(Ok(()), |file| write(file, &figures))
 }

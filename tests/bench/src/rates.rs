@@ -1,9 +1,12 @@
-//! What a tick of the target costs at most while everything goes wrong that can, and the rates that follow from it.
+//! What a tick of the target costs at most while everything goes wrong that can, in instructions and in cycles of the real chips, and the
+//! rates that follow.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Duration;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
+use fre_cycles::report::{Measured, Window};
 use fre_gripper::servo::{Config, Fault};
 use messages::{Finger, GripTo, Mount, Report, Settings, Which};
 use model_core::discretise::{Discretisation, Sampling};
@@ -11,7 +14,8 @@ use model_core::object::ObjectDesign;
 use model_core::status::Status;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
-use system_tests::{Machine, OBJECT, Watch, finger};
+use serde_json::{Value, json};
+use system_tests::{Cycles, Machine, OBJECT, Watch, finger};
 
 const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const MOUNT: Mount = Mount { open_angle: -DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
@@ -22,84 +26,142 @@ const ROUNDS: u32 = 3;
 /// Estimates of a round.
 const ESTIMATES: u32 = 260;
 /// Newton iterations of a tick at most.
-const ITERATIONS: usize = 8;
-/// Cycles per instruction: an assumption, QEMU counts instructions only.
-const CYCLES: f64 = 1.5;
-/// Boards: clock, and for how many fingers they have room.
-const BOARDS: [(&str, f64, usize); 3] =
-    [("opencr", 216e6, 2), ("nucleo-h743zi", 480e6, 4), ("nucleo-g474re", 170e6, 1)];
+const ITERATIONS: u16 = 8;
+/// Boards: for how many fingers they have room, and the rate that is wanted of one finger, Hz.
+const BOARDS: [(&str, usize, f64); 3] =
+    [("opencr", 2, 500.0), ("nucleo-h743zi", 4, 1000.0), ("nucleo-g474re", 1, 500.0)];
 const BAUDS: [u32; 4] = [57_600, 1_000_000, 2_000_000, 4_000_000];
-const PATIENCE: Duration = Duration::from_secs(300);
+/// The bus of the wanted rate.
+const WANTED_BAUD: u32 = 1_000_000;
+/// Part of the estimates whose window must be found: a report may be lost where the link is busy.
+const FOUND: f64 = 0.95;
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The campaign with each number of samples.
 #[derive(Clone, Debug)]
-pub struct Rates(pub Vec<(u8, Cost)>);
+pub struct Rates(Vec<(u8, Campaign)>);
 
-/// What a campaign has cost, in instructions per estimate.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Cost {
-    pub estimates: u32,
-    pub contacts: u32,
-    /// In contact.
-    pub mean: f64,
-    pub most: f64,
-    pub iterations: u16,
-    /// By the number of iterations: ticks in contact, and what they took on average.
-    by_iterations: [(u32, f64); ITERATIONS + 1],
+/// An estimate.
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    instructions: f64,
+    iterations: u16,
+    touching: bool,
 }
 
-impl Cost {
-    fn see(&mut self, report: &Report) {
+/// What a campaign has cost.
+#[derive(Clone, Debug)]
+struct Campaign {
+    estimates: Vec<(Estimate, Vec<[u64; 2]>)>,
+    /// Estimates, those of which no window was found included.
+    seen: usize,
+    chips: Vec<Measured>,
+}
+
+/// Mean and largest.
+fn mean_and_most(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+    let count = values.clone().count().max(1) as f64;
+    [values.clone().sum::<f64>() / count, values.fold(0.0, f64::max)]
+}
+
+impl Estimate {
+    fn of(report: &Report) -> Option<Self> {
         // A report without an answer of the servo has no estimate.
         if report.estimate.status == Status::Stale {
-            return;
+            return None;
         }
-        let instructions = f64::from(report.cost) * f64::from(Machine::INSTRUCTIONS_PER_TICK);
-        self.estimates += 1;
-        self.most = self.most.max(instructions);
-        self.iterations = self.iterations.max(report.estimate.iterations);
-        if report.estimate.force != [0.0; 2] && report.estimate.age == 0 {
-            self.contacts += 1;
-            self.mean += (instructions - self.mean) / f64::from(self.contacts);
-            if let Some((ticks, mean)) = self.by_iterations.get_mut(usize::from(report.estimate.iterations)) {
-                *ticks += 1;
-                *mean += (instructions - *mean) / f64::from(*ticks);
-            }
-        }
+        Some(Self {
+            instructions: f64::from(report.cost) * f64::from(Machine::INSTRUCTIONS_PER_TICK),
+            iterations: report.estimate.iterations,
+            touching: report.estimate.force != [0.0; 2] && report.estimate.age == 0,
+        })
+    }
+
+    fn kind(self) -> (bool, u16) {
+        (self.touching, self.iterations)
+    }
+}
+
+impl Campaign {
+    /// Mean in contact, and the largest of all.
+    fn instructions(&self) -> [f64; 2] {
+        let [mean, _] = mean_and_most(self.touching().map(|(estimate, _)| estimate.instructions));
+        [mean, mean_and_most(self.estimates.iter().map(|(estimate, _)| estimate.instructions))[1]]
+    }
+
+    fn touching(&self) -> impl Iterator<Item = &(Estimate, Vec<[u64; 2]>)> + Clone {
+        self.estimates.iter().filter(|(estimate, _)| estimate.touching)
+    }
+
+    /// The largest number of cycles of an estimate on a chip, by the lower and by the upper bound.
+    fn most_cycles(&self, chip: usize) -> [f64; 2] {
+        [0, 1].map(|bound| {
+            let cycles = self.estimates.iter().filter_map(|(_, cycles)| Some(cycles.get(chip)?[bound] as f64));
+            cycles.fold(0.0, f64::max)
+        })
+    }
+
+    /// The same on average in contact.
+    fn mean_cycles(&self, chip: usize) -> [f64; 2] {
+        [0, 1].map(|bound| {
+            mean_and_most(self.touching().filter_map(|(_, cycles)| Some(cycles.get(chip)?[bound] as f64)))[0]
+        })
+    }
+
+    /// Estimates that would be late on a chip at a rate, by the upper bound.
+    fn late(&self, chip: usize, clock_hz: f64, rate_hz: f64) -> usize {
+        let left = 1.0 / rate_hz - bus_us(WANTED_BAUD, 1) * 1e-6;
+        let cycles = self.estimates.iter().filter_map(|(_, cycles)| Some(cycles.get(chip)?[1] as f64));
+        cycles.filter(|cycles| cycles / clock_hz > left).count()
     }
 
     /// That the campaign has seen what it is for.
     fn check(&self) -> Result<()> {
-        if self.contacts <= self.estimates / 4 || self.estimates < ROUNDS * ESTIMATES || self.most <= self.mean {
-            bail!("the campaign was not what it should be: {self:?}");
+        let [mean, most] = self.instructions();
+        let contacts = self.touching().count();
+        if contacts <= self.seen / 4 || (self.seen as u32) < ROUNDS * ESTIMATES || most <= mean {
+            bail!(
+                "the campaign was not what it should be: {contacts} of {} in contact, mean {mean}, {most}",
+                self.seen
+            );
         }
-        if usize::from(self.iterations) > ITERATIONS {
-            bail!("a tick did {} iterations; allowed are {ITERATIONS}", self.iterations);
+        if (self.estimates.len() as f64) < FOUND * self.seen as f64 {
+            bail!("the cycles of {} of {} estimates only were found", self.estimates.len(), self.seen);
         }
-        Ok(())
-    }
-
-    /// Ticks per second: what the bus needs, and the estimate of every finger behind it, at a clock of so many hertz.
-    fn rate(instructions: f64, hz: f64, fingers: usize, baud: u32) -> f64 {
-        let bus_us = gripper::period_us(u16::MAX, baud, 0, fingers) as f64;
-        1e6 / (bus_us + fingers as f64 * instructions * CYCLES / hz * 1e6)
+        match self.estimates.iter().map(|(estimate, _)| estimate.iterations).max() {
+            Some(iterations) if iterations > ITERATIONS => {
+                bail!("a tick did {iterations} iterations; allowed are {ITERATIONS}")
+            }
+            _ => Ok(()),
+        }
     }
 }
 
-/// Runs the campaigns on the firmware in QEMU, which `FRE_FIRMWARE_ELF` names.
+/// Microseconds of the bus in a tick.
+fn bus_us(baud: u32, fingers: usize) -> f64 {
+    gripper::period_us(u16::MAX, baud, 0, fingers) as f64
+}
+
+/// Ticks per second: what the bus needs, and the estimate of every finger behind it.
+fn rate(cycles: f64, clock_hz: f64, fingers: usize, baud: u32) -> f64 {
+    1e6 / (bus_us(baud, fingers) + fingers as f64 * cycles / clock_hz * 1e6)
+}
+
+/// Runs the campaigns on the firmware in QEMU. `FRE_FIRMWARE_ELF`, `FRE_CYCLES_PLUGIN` and `FRE_BOARD_IMAGES` name what is needed.
 pub fn measure() -> Result<Rates> {
-    let mut costs = Vec::new();
+    let mut campaigns = Vec::new();
     for samples in [2, 4, 5] {
-        let cost = campaign(samples)?;
-        cost.check()?;
-        costs.push((samples, cost));
+        let campaign = campaign(samples)?;
+        campaign.check().with_context(|| format!("{samples} samples"))?;
+        campaigns.push((samples, campaign));
     }
-    Ok(Rates(costs))
+    Ok(Rates(campaigns))
 }
 
 /// Fast and slow motions, grips, another object under way; every twentieth answer is lost, damaged, cut, or comes behind noise.
-fn campaign(samples: u8) -> Result<Cost> {
-    let machine = Machine::boot(Config { noise_ma: 5.0, ..Machine::servo() });
+fn campaign(samples: u8) -> Result<Campaign> {
+    let cycles = Cycles::new();
+    let machine = Machine::boot_measured(Config { noise_ma: 5.0, ..Machine::servo() }, &cycles);
     let link = machine.link();
     let mut watch = Watch::new(&link);
     // Slow, so that no tick is cut short for want of time.
@@ -110,15 +172,15 @@ fn campaign(samples: u8) -> Result<Cost> {
     link.set_object(0, OBJECT)?;
     watch.until_report("trustworthy estimate", PATIENCE, |report| report.estimate.age == 0);
     let mut random = ChaCha8Rng::seed_from_u64(u64::from(samples));
-    let mut cost = Cost::default();
-    let mut pass = |watch: &mut Watch, estimates: u32| {
-        let end = cost.estimates + estimates;
+    let mut estimates: Vec<Estimate> = Vec::new();
+    let mut pass = |watch: &mut Watch, count: usize| {
+        let end = estimates.len() + count;
         watch.until_report("estimates", PATIENCE, |report| {
-            cost.see(report);
+            estimates.extend(Estimate::of(report));
             if random.next_u32().is_multiple_of(20) {
                 machine.servo.inject([fault(&mut random)]);
             }
-            cost.estimates >= end
+            estimates.len() >= end
         });
         watch.reports.clear();
     };
@@ -137,7 +199,18 @@ fn campaign(samples: u8) -> Result<Cost> {
         let _ = link.open_fingers(all);
         pass(&mut watch, 40);
     }
-    Ok(cost)
+    drop((watch, link));
+    drop(machine);
+    let report = cycles.report().context("the cycles' report")?;
+    if !report.unknown.is_empty() {
+        bail!("instructions that were not understood: {}", report.unknown.join(", "));
+    }
+    let costs: Vec<f64> = estimates.iter().map(|estimate| estimate.instructions).collect();
+    let windows = report.measured_as(&costs, f64::from(Machine::INSTRUCTIONS_PER_TICK));
+    let seen = estimates.len();
+    let found = |(estimate, window): (Estimate, Option<&Window>)| Some((estimate, window?.cycles.clone()));
+    let estimates = estimates.into_iter().zip(windows).filter_map(found).collect();
+    Ok(Campaign { estimates, seen, chips: report.chips })
 }
 
 /// What happens to an answer of the servo.
@@ -150,30 +223,88 @@ fn fault(random: &mut ChaCha8Rng) -> Fault {
     }
 }
 
+impl Rates {
+    /// Rows of the document's `worst_tick`: the dearest estimate of each campaign on each board. `late_ticks` are the estimates that
+    /// would be late at the wanted `rate_hz` of one finger at 1 Mbaud by the upper bound, `bounds_hz` what the dearest one allows.
+    pub fn document(&self) -> Value {
+        let Self(campaigns) = self;
+        let mut rows = Vec::new();
+        for (samples, campaign) in campaigns {
+            let [mean, max] = campaign.instructions();
+            for (index, chip) in campaign.chips.iter().enumerate() {
+                let Some(&(board, _, wanted)) = BOARDS.iter().find(|(board, ..)| *board == chip.board) else {
+                    continue;
+                };
+                let [low, high] = campaign.most_cycles(index);
+                let bounds = [high, low].map(|cycles| rate(cycles, chip.clock_hz, 1, WANTED_BAUD).floor());
+                rows.push(json!({
+                    "board": board,
+                    "layout": chip.layout,
+                    "fingers": 1,
+                    "samples": samples,
+                    "instructions": { "mean": mean.round(), "max": max },
+                    "cycles": { "low": low, "high": high },
+                    "late_ticks": campaign.late(index, chip.clock_hz, wanted),
+                    "rate_hz": wanted,
+                    "bounds_hz": bounds,
+                }));
+            }
+        }
+        rows.into()
+    }
+}
+
+/// 1,234,567.
+fn grouped(number: f64) -> String {
+    let digits = format!("{number:.0}");
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 impl fmt::Display for Rates {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(costs) = self;
+        let Self(campaigns) = self;
         writeln!(f, "| samples | estimates | in contact, mean | worst, instructions | iterations at most |")?;
         writeln!(f, "|---|---|---|---|---|")?;
-        for (samples, cost) in costs {
-            let Cost { estimates, mean, most, iterations, .. } = cost;
-            writeln!(f, "| {samples} | {estimates} | {mean:.0} | {most:.0} | {iterations} |")?;
+        for (samples, campaign) in campaigns {
+            let [mean, most] = campaign.instructions().map(grouped);
+            let iterations = campaign.estimates.iter().map(|(estimate, _)| estimate.iterations).max().unwrap_or(0);
+            writeln!(f, "| {samples} | {} | {mean} | {most} | {iterations} |", campaign.seen)?;
         }
-        writeln!(f, "\nin contact, by Newton iterations (ticks: instructions on average)")?;
-        for (samples, cost) in costs {
-            let seen = cost.by_iterations.iter().enumerate().filter(|(_, (ticks, _))| *ticks > 0);
-            let seen: Vec<String> =
-                seen.map(|(count, (ticks, mean))| format!("{count} ({ticks}: {mean:.0})")).collect();
-            writeln!(f, "{samples} samples: {}", seen.join(", "))?;
+        let Some((_, first)) = campaigns.first() else { return Ok(()) };
+        writeln!(f, "\nCycles of an estimate, by the lower and by the upper bound:\n")?;
+        writeln!(f, "| board | layout | samples | in contact, mean | worst |\n|---|---|---|---|---|")?;
+        for (index, chip) in first.chips.iter().enumerate() {
+            for (samples, campaign) in campaigns {
+                let [mean, most] = [campaign.mean_cycles(index), campaign.most_cycles(index)]
+                    .map(|bounds| bounds.map(grouped).join(" to "));
+                writeln!(f, "| {} | {} | {samples} | {mean} | {most} |", chip.board, chip.layout)?;
+            }
+        }
+        if let Some((samples, campaign)) = campaigns.last() {
+            kinds(f, *samples, campaign)?;
         }
         writeln!(f, "\n| board | fingers | samples | 57,600 baud | 1 Mbaud | 2 Mbaud | 4 Mbaud |")?;
         writeln!(f, "|---|---|---|---|---|---|---|")?;
-        for (board, hz, room) in BOARDS {
+        for (board, room, _) in BOARDS {
+            // The first layout of a board is the one that its image has.
+            let Some(index) = first.chips.iter().position(|chip| chip.board == board) else { continue };
             for fingers in 1..=room {
-                for (samples, cost) in costs {
-                    let rate = |instructions, baud| Cost::rate(instructions, hz, fingers, baud);
-                    let rates =
-                        BAUDS.map(|baud| format!("{:.0} ({:.0})", rate(cost.most, baud), rate(cost.mean, baud)));
+                for (samples, campaign) in campaigns {
+                    let clock = campaign.chips.get(index).map_or(1.0, |chip| chip.clock_hz);
+                    let [low, high] = campaign.most_cycles(index);
+                    let [_, mean] = campaign.mean_cycles(index);
+                    let rates = BAUDS.map(|baud| {
+                        let [high, low, mean] =
+                            [high, low, mean].map(|cycles| rate(cycles, clock, fingers, baud).floor());
+                        format!("{high} to {low} ({mean})")
+                    });
                     writeln!(f, "| {board} | {fingers} | {samples} | {} |", rates.join(" | "))?;
                 }
             }
@@ -182,31 +313,93 @@ impl fmt::Display for Rates {
     }
 }
 
+/// Kinds of ticks on the first chip of every board, and where the time goes.
+fn kinds(f: &mut fmt::Formatter<'_>, samples: u8, campaign: &Campaign) -> fmt::Result {
+    let mut kinds: BTreeMap<(bool, u16), Vec<&(Estimate, Vec<[u64; 2]>)>> = BTreeMap::new();
+    for it in &campaign.estimates {
+        kinds.entry(it.0.kind()).or_default().push(it);
+    }
+    let mut boards: Vec<(usize, &str)> = Vec::new();
+    for (index, chip) in campaign.chips.iter().enumerate() {
+        if boards.iter().all(|(_, board)| *board != chip.board) {
+            boards.push((index, &chip.board));
+        }
+    }
+    writeln!(f, "\nBy kind of tick, {samples} samples, means:\n")?;
+    let names: Vec<&str> = boards.iter().map(|(_, board)| *board).collect();
+    writeln!(f, "| contact | iterations | ticks | instructions | {} |", names.join(" | "))?;
+    writeln!(f, "|---|---|---|---|{}", "---|".repeat(names.len()))?;
+    for ((touching, iterations), ticks) in &kinds {
+        let [instructions, _] = mean_and_most(ticks.iter().map(|(estimate, _)| estimate.instructions));
+        let of = |index: usize| {
+            let mean = |bound: usize| {
+                mean_and_most(ticks.iter().filter_map(|(_, cycles)| Some(cycles.get(index)?[bound] as f64)))[0]
+            };
+            format!("{} to {}", grouped(mean(0)), grouped(mean(1)))
+        };
+        let cycles: Vec<String> = boards.iter().map(|(index, _)| of(*index)).collect();
+        let contact = if *touching { "yes" } else { "no" };
+        let instructions = grouped(instructions);
+        writeln!(f, "| {contact} | {iterations} | {} | {instructions} | {} |", ticks.len(), cycles.join(" | "))?;
+    }
+    for (index, board) in boards {
+        let Some(chip) = campaign.chips.get(index) else { continue };
+        writeln!(
+            f,
+            "\nThe costliest addresses of {board} by the upper bound ({:.0} % known by name):\n",
+            100.0 * chip.by_name
+        )?;
+        for (address, share, what) in &chip.dearest {
+            writeln!(f, "- `{address:#x}`, {:.1} %: `{what}`", 100.0 * share)?;
+        }
+    }
+    Ok(())
+}
+
+/// Figures such as a campaign has.
+#[cfg(test)]
+pub fn example() -> Rates {
+    Rates(vec![(5, tests::campaign(400, 380, 1e6, 6))])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    pub fn campaign(contacts: usize, others: usize, most: f64, iterations: u16) -> Campaign {
+        let estimate = |touching, instructions| Estimate { instructions, iterations, touching };
+        let cycles = |instructions: f64| vec![[instructions as u64, 2 * instructions as u64]];
+        let mut estimates: Vec<_> = (0..contacts).map(|_| (estimate(true, 1e5), cycles(1e5))).collect();
+        estimates.extend((0..others).map(|_| (estimate(false, most), cycles(most))));
+        let (board, layout) = ("opencr".to_owned(), "flash over AXI, caches".to_owned());
+        let chip = Measured { board, layout, clock_hz: 216e6, by_name: 1.0, dearest: vec![] };
+        Campaign { seen: estimates.len(), estimates, chips: vec![chip] }
+    }
+
     #[test]
     fn a_campaign_that_saw_too_little_is_an_error() {
-        let sound = Cost {
-            estimates: ROUNDS * ESTIMATES,
-            contacts: 400,
-            mean: 1e5,
-            most: 1e6,
-            iterations: 6,
-            ..Cost::default()
-        };
-        assert!(sound.check().is_ok());
-        assert!(Cost { contacts: 100, ..sound }.check().is_err());
-        assert!(Cost { estimates: 100, contacts: 90, ..sound }.check().is_err());
-        assert!(Cost { iterations: 9, ..sound }.check().is_err());
+        assert!(campaign(400, 380, 1e6, 6).check().is_ok());
+        assert!(campaign(100, 680, 1e6, 6).check().is_err());
+        assert!(campaign(90, 10, 1e6, 6).check().is_err());
+        assert!(campaign(400, 380, 1e6, 9).check().is_err());
+        assert!(Campaign { seen: 1000, ..campaign(400, 380, 1e6, 6) }.check().is_err(), "windows are missing");
     }
 
     #[test]
     fn the_bus_and_the_estimates_make_the_period() {
         let bus_us = gripper::period_us(u16::MAX, 1_000_000, 0, 2) as f64;
-        // 144,000 instructions at 1.5 cycles on 216 MHz: 1 ms each.
-        let rate = Cost::rate(144_000.0, 216e6, 2, 1_000_000);
+        // 216,000 cycles at 216 MHz: 1 ms each.
+        let rate = rate(216_000.0, 216e6, 2, 1_000_000);
         assert!((rate - 1e6 / (bus_us + 2_000.0)).abs() < 1e-9, "{rate}");
+    }
+
+    #[test]
+    fn what_is_late_is_counted_by_the_upper_bound() {
+        let campaign = campaign(10, 5, 1e6, 6);
+        assert_eq!((campaign.most_cycles(0), campaign.mean_cycles(0)), ([1e6, 2e6], [1e5, 2e5]));
+        // At 1 GHz 2 ms and 0.2 ms; the bus takes its part of 2 ms.
+        assert_eq!(campaign.late(0, 1e9, 500.0), 5);
+        assert_eq!(campaign.late(0, 1e9, 100.0), 0);
+        assert_eq!(grouped(1_234_567.0), "1,234,567");
     }
 }

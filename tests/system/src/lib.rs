@@ -12,6 +12,7 @@
 
 mod bench;
 mod browser;
+mod cycles;
 mod hour;
 mod judge;
 mod machine;
@@ -20,6 +21,7 @@ mod watch;
 
 pub use bench::{Bench, Flash, Meddling};
 pub use browser::Browser;
+pub use cycles::Cycles;
 pub use hour::{GEARED_MOUNT, Hour, an_hour, geared_servo, ready, set_up};
 pub use judge::{Judge, is_sound};
 pub use machine::{Machine, OBJECT, finger, firmware, load_of, load_on};

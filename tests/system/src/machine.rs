@@ -18,6 +18,7 @@ use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
 
+use crate::cycles::Cycles;
 use crate::shared_bus::{SharedBus, carry};
 
 /// An instruction takes 2^2 ns: what fits into a tick does not depend on how busy the PC is, and costs are counts of
@@ -101,7 +102,12 @@ impl Machine {
 
     /// Boots with several servos.
     pub fn boot_all(servos: Vec<Config>) -> Self {
-        Self::boot_on(Hub::new(), servos, |hub, socket| hub.connect_unix(socket).map_err(Into::into))
+        Self::boot_on(Hub::new(), servos, None, |hub, socket| hub.connect_unix(socket).map_err(Into::into))
+    }
+
+    /// Boots with a servo, and measures the cycles of the real chips.
+    pub fn boot_measured(servo: Config, cycles: &Cycles) -> Self {
+        Self::boot_on(Hub::new(), vec![servo], Some(cycles), |hub, socket| hub.connect_unix(socket).map_err(Into::into))
     }
 
     /// Boots on a bus that another master leads.
@@ -110,7 +116,7 @@ impl Machine {
         let port = hub.pty().expect("a pseudo-terminal");
         let said = Arc::<AtomicU64>::default();
         let bus = SharedBus { port, said: said.clone() };
-        let machine = Self::boot_on(hub, vec![servo], |hub, socket| {
+        let machine = Self::boot_on(hub, vec![servo], None, |hub, socket| {
             Ok(carry(UnixStream::connect(socket)?, hub.stream()?, said.clone())?)
         });
         (machine, bus)
@@ -119,12 +125,14 @@ impl Machine {
     fn boot_on(
         mut hub: Hub,
         servos: Vec<Config>,
+        cycles: Option<&Cycles>,
         connect: impl Fn(&mut Hub, &Path) -> Result<(), Box<dyn Error>>,
     ) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let sockets = Sockets::new().expect("a folder for the sockets");
         let log = File::create(sockets.folder().join("log")).expect("a file for the log");
         let machine = fre_qemu::Machine::new(firmware()).pace(COUNTING).listening(&sockets);
+        let machine = cycles.map_or(machine.clone(), |cycles| cycles.on(machine, &firmware()));
         let mut board = machine.boot(log).unwrap_or_else(|error| panic!("{error}"));
         let connected = board.until("connection to the bus", BOOT, || connect(&mut hub, &sockets.bus()));
         connected.unwrap_or_else(|error| panic!("{error}"));

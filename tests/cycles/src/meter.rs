@@ -1,0 +1,206 @@
+//! What the plugin feeds: executed instructions and accesses in, cycles of every window out.
+
+use std::fmt::Write;
+
+use crate::chip::{self, Chip};
+use crate::image::{Image, LinkMap, NotAnImage};
+use crate::instruction::Instruction;
+use crate::memory::Memory;
+use crate::pipeline::Pipeline;
+use crate::{Bound, report};
+
+/// An instruction of the image that QEMU runs.
+struct Place {
+    address: u32,
+    bytes: u32,
+    instruction: Instruction,
+}
+
+/// One chip in one layout, with both bounds.
+struct Track {
+    chip: Chip,
+    map: LinkMap,
+    sides: [Side; 2],
+    /// For each place its address in this chip's image.
+    places: Vec<u32>,
+    /// For each place the cycles of the upper bound, in windows.
+    cycles: Vec<u64>,
+    /// Instructions in windows whose address is known by name, and all of them.
+    named: [u64; 2],
+    by_name: Vec<bool>,
+}
+
+struct Side {
+    bound: Bound,
+    memory: Memory,
+    pipeline: Pipeline,
+    began: u64,
+}
+
+/// Follows a program on every chip.
+pub struct Meter {
+    clock: u32,
+    places: Vec<Place>,
+    tracks: Vec<Track>,
+    /// The instruction that runs, with the data that it has moved.
+    running: Option<usize>,
+    moved: Vec<(u32, bool)>,
+    /// Where the window began, and its instructions so far.
+    window: Option<(u32, u64)>,
+    ends_window: bool,
+    unknown: Vec<String>,
+    /// Windows that have ended, as lines.
+    told: String,
+}
+
+impl Meter {
+    /// For a program whose image this is, on the boards whose images are at hand, with windows between reads of this address.
+    ///
+    /// # Errors
+    /// An image is none.
+    pub fn new(image: &[u8], boards: &[(String, Vec<u8>)], clock: u32) -> Result<Self, NotAnImage> {
+        let from = Image::parse(image)?;
+        let mut tracks = Vec::new();
+        for chip in chip::all() {
+            let Some((_, elf)) = boards.iter().find(|(board, _)| board == chip.board) else { continue };
+            let map = LinkMap::new(from.clone(), Image::parse(elf)?);
+            let side = |bound| Side {
+                bound,
+                memory: Memory::new(&chip, bound),
+                pipeline: Pipeline::new(chip.processor, bound),
+                began: 0,
+            };
+            let sides = [side(Bound::Lower), side(Bound::Upper)];
+            tracks.push(Track { chip, map, sides, places: vec![], cycles: vec![], named: [0; 2], by_name: vec![] });
+        }
+        Ok(Self {
+            clock,
+            places: Vec::new(),
+            tracks,
+            running: None,
+            moved: Vec::new(),
+            window: None,
+            ends_window: false,
+            unknown: Vec::new(),
+            told: String::new(),
+        })
+    }
+
+    /// An instruction was translated: its number for [`Self::execute`].
+    pub fn translate(&mut self, address: u32, bytes: u32, text: &str) -> usize {
+        let instruction = Instruction::parse(text).unwrap_or_else(|mnemonic| {
+            if !self.unknown.contains(&mnemonic) {
+                self.unknown.push(mnemonic);
+            }
+            // What is not known costs at worst as much as anything does.
+            Instruction { kind: crate::instruction::Kind::System, words: 0, reads: 0, writes: 0, conditional: false }
+        });
+        self.places.push(Place { address, bytes, instruction });
+        for track in &mut self.tracks {
+            let carried = track.map.carry(address);
+            track.places.push(carried.address);
+            track.by_name.push(carried.by_name);
+            track.cycles.push(0);
+        }
+        self.places.len() - 1
+    }
+
+    /// An instruction begins.
+    pub fn execute(&mut self, number: usize) {
+        self.finish(self.places.get(number).map(|place| place.address));
+        self.running = Some(number);
+    }
+
+    /// The instruction that runs moves data.
+    pub fn access(&mut self, address: u32, write: bool) {
+        self.ends_window |= address == self.clock && !write;
+        self.moved.push((address, write));
+    }
+
+    /// The instruction that ran is over; the next one lies here.
+    fn finish(&mut self, next: Option<u32>) {
+        let Some(number) = self.running.take() else { return };
+        let Some(Place { address, bytes, instruction }) = self.places.get(number) else { return };
+        let jumped = next.is_some_and(|next| next != address.wrapping_add(*bytes));
+        let in_window = self.window.is_some();
+        for Track { sides, places, cycles, map, named, by_name, .. } in &mut self.tracks {
+            let Some(&at) = places.get(number) else { continue };
+            if in_window {
+                named[1] += 1;
+                named[0] += u64::from(by_name.get(number).copied().unwrap_or(false));
+            }
+            for Side { bound, memory, pipeline, .. } in sides {
+                let before = pipeline.now();
+                let fetch = memory.fetch(at, *bytes, before);
+                let mut data = 0;
+                for &(address, write) in &self.moved {
+                    data += memory.access(map.carry(address).address, write);
+                }
+                pipeline.issue(instruction, fetch, data);
+                if instruction.may_jump() {
+                    pipeline.went(instruction, *address, jumped);
+                }
+                if *bound == Bound::Upper && in_window {
+                    if let Some(cycles) = cycles.get_mut(number) {
+                        *cycles += pipeline.now() - before;
+                    }
+                }
+            }
+        }
+        self.moved.clear();
+        if let Some((_, instructions)) = &mut self.window {
+            *instructions += 1;
+        }
+        if std::mem::take(&mut self.ends_window) {
+            self.turn(*address);
+        }
+    }
+
+    /// A window ends where the next one begins.
+    fn turn(&mut self, address: u32) {
+        if let Some((began, instructions)) = self.window.replace((address, 0)) {
+            let _ = write!(self.told, "{} {began:#x} {address:#x} {instructions}", report::WINDOW);
+            for track in &self.tracks {
+                let [lower, upper] = track.sides.each_ref().map(|side| side.pipeline.now() - side.began);
+                let _ = write!(self.told, " {lower} {upper}");
+            }
+            self.told.push('\n');
+        }
+        for side in self.tracks.iter_mut().flat_map(|track| &mut track.sides) {
+            if side.bound == Bound::Upper {
+                side.memory.empty();
+                side.pipeline.forget();
+            }
+            side.began = side.pipeline.now();
+        }
+    }
+
+    /// What has been measured since this was asked last: lines for [`report::Report::parse`].
+    pub fn lines(&mut self) -> String {
+        std::mem::take(&mut self.told)
+    }
+
+    /// The state of things that are not told window by window, in lines; those of later calls replace them.
+    pub fn summary(&self) -> String {
+        let mut told = String::new();
+        for mnemonic in &self.unknown {
+            let _ = writeln!(told, "{} {mnemonic}", report::UNKNOWN);
+        }
+        for (index, track) in self.tracks.iter().enumerate() {
+            let Chip { board, layout, clock_hz, .. } = track.chip;
+            let [named, all] = track.named;
+            let _ = writeln!(told, "{} {index} {board} {clock_hz} {named} {all} {layout}", report::CHIP);
+            let total: u64 = track.cycles.iter().sum();
+            let mut dearest: Vec<(u64, usize)> =
+                track.cycles.iter().enumerate().map(|(number, &cycles)| (cycles, number)).collect();
+            dearest.sort_unstable_by(|a, b| b.cmp(a));
+            for &(cycles, number) in dearest.iter().take(report::DEAREST) {
+                let Some(&address) = track.places.get(number) else { continue };
+                let name = track.map.target().name(address);
+                let share = cycles as f64 / total.max(1) as f64;
+                let _ = writeln!(told, "{} {index} {address:#x} {share:.5} {name}", report::ADDRESS);
+            }
+        }
+        told
+    }
+}

@@ -1,0 +1,152 @@
+//! What the plugin writes, read again.
+
+use std::fmt;
+
+pub(crate) const WINDOW: &str = "window";
+pub(crate) const CHIP: &str = "chip";
+pub(crate) const ADDRESS: &str = "address";
+pub(crate) const UNKNOWN: &str = "unknown";
+/// Addresses that are told of each chip.
+pub(crate) const DEAREST: usize = 10;
+
+/// What was measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// In the order in which they ended.
+    pub windows: Vec<Window>,
+    /// In the order of a window's cycles.
+    pub chips: Vec<Measured>,
+    /// Mnemonics that could not be read.
+    pub unknown: Vec<String>,
+}
+
+/// What lay between two reads of the clock.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Addresses of the reads, in the image that QEMU ran.
+    pub between: [u32; 2],
+    /// Instructions, the second read's included.
+    pub instructions: u64,
+    /// Cycles, lower and upper bound, of each chip.
+    pub cycles: Vec<[u64; 2]>,
+}
+
+/// A chip in a layout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// The board's name.
+    pub board: String,
+    /// The layout's.
+    pub layout: String,
+    /// Hertz.
+    pub clock_hz: f64,
+    /// Share of the executed instructions whose address in this board's image is known by name.
+    pub by_name: f64,
+    /// The costliest addresses by the upper bound: address, share of all cycles, what lies there.
+    pub dearest: Vec<(u32, f64, String)>,
+}
+
+/// A line that is none of the plugin's.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BadLine(pub String);
+
+impl fmt::Display for BadLine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "`{}` is no line of the cycles' report", self.0)
+    }
+}
+
+impl std::error::Error for BadLine {}
+
+fn address(word: &str) -> Option<u32> {
+    u32::from_str_radix(word.strip_prefix("0x")?, 16).ok()
+}
+
+impl Report {
+    /// Reads the lines of the windows and of the summary. A last line without its end is left out: QEMU was ended while it was written.
+    ///
+    /// # Errors
+    /// A line is none of the plugin's.
+    pub fn parse(windows: &str, summary: &str) -> Result<Self, BadLine> {
+        let mut report = Self::default();
+        let whole = windows.rsplit_once('\n').map_or("", |(whole, _)| whole);
+        for line in whole.lines().chain(summary.lines()) {
+            report.line(line).ok_or_else(|| BadLine(line.to_owned()))?;
+        }
+        Ok(report)
+    }
+
+    /// The windows that the firmware has measured itself, in its order, by what it says that each took, instructions; none where no
+    /// window fits, as when its report was lost. The firmware's clock counts `step` instructions at a time.
+    pub fn measured_as(&self, costs: &[f64], step: f64) -> Vec<Option<&Window>> {
+        let mut rest = self.windows.iter();
+        let mut find = |cost: f64| {
+            let mut ahead = rest.clone();
+            let found = ahead.find(|window| (window.instructions as f64 - cost).abs() <= 2.0 * step)?;
+            rest = ahead;
+            Some(found)
+        };
+        costs.iter().map(|&cost| find(cost)).collect()
+    }
+
+    fn line(&mut self, line: &str) -> Option<()> {
+        let mut words = line.split(' ');
+        match words.next()? {
+            WINDOW => {
+                let between = [address(words.next()?)?, address(words.next()?)?];
+                let instructions = words.next()?.parse().ok()?;
+                let numbers: Option<Vec<u64>> = words.map(|word| word.parse().ok()).collect();
+                let numbers = numbers?;
+                let cycles = numbers.chunks_exact(2).map(|pair| pair.try_into().ok()).collect::<Option<_>>()?;
+                self.windows.push(Window { between, instructions, cycles });
+            }
+            CHIP => {
+                let (_, board) = (words.next()?, words.next()?.to_owned());
+                let clock_hz = words.next()?.parse().ok()?;
+                let (named, all): (f64, f64) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
+                let layout = words.collect::<Vec<_>>().join(" ");
+                let by_name = if all > 0.0 { named / all } else { 0.0 };
+                self.chips.push(Measured { board, layout, clock_hz, by_name, dearest: Vec::new() });
+            }
+            ADDRESS => {
+                let chip: usize = words.next()?.parse().ok()?;
+                let at = address(words.next()?)?;
+                let share = words.next()?.parse().ok()?;
+                let name = words.collect::<Vec<_>>().join(" ");
+                self.chips.get_mut(chip)?.dearest.push((at, share, name));
+            }
+            UNKNOWN => self.unknown.push(words.next()?.to_owned()),
+            _ => return None,
+        }
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_written_is_read() {
+        let windows = "window 0x10 0x20 7 8 9 10 11\nwindow 0x10 0x20 7 8";
+        let summary = "unknown vrsqrte.f32\nchip 0 opencr 216000000 9 10 flash, caches\naddress 0 0x8000100 0.25000 solve + 0x4\n";
+        let report = Report::parse(windows, summary).unwrap();
+        assert_eq!(report.windows.len(), 1, "the second was cut");
+        assert_eq!(report.windows[0].cycles, [[8, 9], [10, 11]]);
+        assert_eq!(report.unknown, ["vrsqrte.f32"]);
+        let [chip] = report.chips.as_slice() else { panic!("{report:?}") };
+        assert_eq!((chip.board.as_str(), chip.layout.as_str(), chip.by_name), ("opencr", "flash, caches", 0.9));
+        assert_eq!(chip.dearest, [(0x0800_0100, 0.25, "solve + 0x4".to_owned())]);
+        assert!(Report::parse("nonsense\n", "").is_err());
+    }
+
+    #[test]
+    fn windows_are_found_by_their_cost_in_order() {
+        let lines: String =
+            [5, 1000, 7, 2003, 6, 1000].iter().map(|count| format!("window 0x1 0x2 {count}\n")).collect();
+        let report = Report::parse(&lines, "").unwrap();
+        let found = report.measured_as(&[1000.0, 2000.0, 5000.0, 1000.0], 10.0);
+        let found: Vec<Option<u64>> = found.iter().map(|window| window.map(|window| window.instructions)).collect();
+        assert_eq!(found, [Some(1000), Some(2003), None, Some(1000)]);
+    }
+}

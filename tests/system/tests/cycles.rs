@@ -1,0 +1,62 @@
+//! Cycles of the real chips for the ticks of a closing finger: every instruction understood, every tick found, the bounds in their order.
+
+use std::time::Duration;
+
+use messages::{Mount, Settings, Which};
+use model_core::status::Status;
+use system_tests::{Cycles, Machine, OBJECT, Watch, finger};
+
+const DEGREE: f32 = std::f32::consts::PI / 180.0;
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Estimates in contact that are looked at.
+const ESTIMATES: usize = 25;
+
+#[test]
+fn ticks_have_bounds_in_cycles_on_every_chip() {
+    let cycles = Cycles::new();
+    let machine = Machine::boot_measured(Machine::servo(), &cycles);
+    let link = machine.link();
+    let mut watch = Watch::new(&link);
+    let mount = Mount { open_angle: -DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
+    // Slow, so that no tick is cut short for want of time.
+    link.set_settings(&Settings { rate_hz: 20, shape_every: 0, ..Settings::of(mount) }).unwrap();
+    link.set_finger(0, &finger()).unwrap();
+    link.set_object(0, OBJECT).unwrap();
+    watch.until_report("trustworthy estimate", PATIENCE, |report| report.estimate.age == 0);
+    link.close(Which::All, 11.0 * DEGREE, Some(0.2)).unwrap();
+    let mut costs = Vec::new();
+    watch.until_report("estimates in contact", PATIENCE, |report| {
+        if report.estimate.status != Status::Stale && report.estimate.force != [0.0; 2] {
+            costs.push(f64::from(report.cost) * f64::from(Machine::INSTRUCTIONS_PER_TICK));
+        }
+        costs.len() >= ESTIMATES
+    });
+    drop(watch);
+    drop(link);
+    drop(machine);
+
+    let report = cycles.report().expect("the plugin's report");
+    assert!(report.unknown.is_empty(), "not understood: {:?}", report.unknown);
+    let windows = report.measured_as(&costs, f64::from(Machine::INSTRUCTIONS_PER_TICK));
+    let found: Vec<_> = windows.into_iter().flatten().collect();
+    assert!(found.len() * 10 >= costs.len() * 9, "{} of {} ticks were found", found.len(), costs.len());
+    assert!(!report.chips.is_empty());
+    for (index, chip) in report.chips.iter().enumerate() {
+        let name = format!("{}, {}", chip.board, chip.layout);
+        assert!(chip.by_name > 0.9, "{name}: {} of the instructions are known by name", chip.by_name);
+        let shares: f64 = chip.dearest.iter().map(|(_, share, _)| share).sum();
+        assert!(0.0 < shares && shares <= 1.0, "{name}: {:?}", chip.dearest);
+        let mut sums = [0.0_f64; 3];
+        for window in &found {
+            let [lower, upper] = window.cycles[index];
+            // No processor here does more than two instructions a cycle.
+            assert!(lower <= upper && lower * 2 >= window.instructions, "{name}: {window:?}");
+            for (sum, value) in sums.iter_mut().zip([window.instructions, lower, upper]) {
+                *sum += value as f64;
+            }
+        }
+        let [lower, upper] = [sums[1] / sums[0], sums[2] / sums[0]];
+        eprintln!("{name}: {lower:.2} to {upper:.2} cycles per instruction");
+        assert!(upper < 6.0, "{name}: {upper} cycles per instruction say nothing");
+    }
+}
