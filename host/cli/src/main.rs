@@ -26,6 +26,7 @@ mod man;
 #[cfg(feature = "gripper")]
 mod monitor;
 mod new;
+mod optimise;
 mod options;
 mod outline;
 mod output;
@@ -95,6 +96,7 @@ enum Command {
     Completions(completions::Args),
     Man(man::Args),
     New(new::Args),
+    Optimise(optimise::Args),
     Outline(outline::Args),
     Schema(schema::Args),
     Solve(solve::Args),
@@ -126,6 +128,7 @@ fn main() -> ExitCode {
         Command::Completions(args) => completions::run(&args, command()),
         Command::Man(args) => man::run(&args, command()),
         Command::New(args) => new::run(&args),
+        Command::Optimise(args) => optimise::run(&args),
         Command::Outline(args) => outline::run(&args),
         Command::Schema(args) => schema::run(&args),
         Command::Solve(args) => solve::run(&args),

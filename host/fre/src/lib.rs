@@ -4,6 +4,7 @@
 //! Folders, each using only those after it:
 //!
 //! - [`compare`] – a case against finite elements or measurements
+//! - [`optimise`] – designs searched for goals
 //! - [`fit`] – measurements, calibration, the front beam's outline from a photograph
 //! - [`fea`] – finite elements by CalculiX
 //! - [`study`] – a case solved: runs, sweeps, the paper's table; reports, warnings and pictures of them
@@ -26,6 +27,7 @@ pub mod fit;
 pub mod heap;
 pub mod lock;
 pub mod metrics;
+pub mod optimise;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod shape;

@@ -10,7 +10,7 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::case::Case;
+use crate::case::{Case, Changes};
 use crate::error::{case_error, of_case, of_discretise, value};
 use crate::options::Words;
 use crate::solved::Solved;
@@ -29,8 +29,8 @@ pub(crate) fn pool(threads: usize) -> PyResult<rayon::ThreadPool> {
 /// The cases of a batch: one per row of values, the columns being keys.
 struct Batch {
     document: Arc<Document>,
-    keys: Vec<String>,
-    rows: Vec<Vec<f64>>,
+    keys: Arc<[String]>,
+    rows: Vec<Arc<[f64]>>,
     options: Options,
     pool: rayon::ThreadPool,
 }
@@ -43,25 +43,24 @@ impl Batch {
         options: &Words,
         threads: usize,
     ) -> PyResult<Self> {
+        let document = case.document();
         for key in &keys {
-            case.document.need(key).map_err(|error| case_error(error.to_string(), Some(key), None))?;
+            document.need(key).map_err(|error| case_error(error.to_string(), Some(key), None))?;
         }
-        let rows = values.as_array().rows().into_iter().map(|row| row.to_vec()).collect();
-        let document = case.document.clone();
-        Ok(Self { document, keys, rows, options: options.options()?, pool: pool(threads)? })
+        let rows = values.as_array().rows().into_iter().map(|row| row.to_vec().into()).collect();
+        Ok(Self { document, keys: keys.into(), rows, options: options.options()?, pool: pool(threads)? })
     }
 
-    /// The case of a row.
-    fn case(&self, index: usize) -> PyResult<Case> {
-        let mut document = (*self.document).clone();
-        for (key, &number) in self.keys.iter().zip(self.rows.get(index).into_iter().flatten()) {
-            document.set(key, number).map_err(|error| case_error(error.to_string(), Some(key), None))?;
-        }
+    /// The case of a row, by a document that the rows of a thread are written into one after the other.
+    fn case(&self, document: &mut Document, index: usize) -> PyResult<Case> {
+        let numbers = self.rows.get(index).cloned().unwrap_or_default();
+        let changes = Changes { keys: self.keys.clone(), numbers };
+        changes.set(document);
         let case = document.case().map_err(|error| {
             let words = Python::attach(|py| of_case(&error, false).value(py).to_string());
             case_error(format!("at index {index}: {words}"), error.key(), None)
         })?;
-        Ok(Case { document: Arc::new(document), case: Arc::new(case) })
+        Ok(Case::changed(self.document.clone(), changes, case))
     }
 }
 
@@ -79,8 +78,9 @@ pub(crate) fn solve_many(
     let batch = Batch::new(case, keys, &values, &options, threads)?;
     py.detach(|| {
         batch.pool.install(|| {
-            let solve = |index| Solved::of(batch.case(index)?, &batch.options);
-            (0..batch.rows.len()).into_par_iter().with_max_len(1).map(solve).collect()
+            let solve = |document: &mut Document, index| Solved::of(batch.case(document, index)?, &batch.options);
+            let rows = (0..batch.rows.len()).into_par_iter();
+            rows.with_max_len(4).map_init(|| (*batch.document).clone(), solve).collect()
         })
     })
 }
@@ -97,7 +97,9 @@ pub(crate) fn time_many(
 ) -> PyResult<f64> {
     let batch = Batch::new(case, keys, &values, &options, threads)?;
     py.detach(|| {
-        let cases = (0..batch.rows.len()).map(|index| batch.case(index)).collect::<PyResult<Vec<Case>>>()?;
+        let mut document = (*batch.document).clone();
+        let cases =
+            (0..batch.rows.len()).map(|index| batch.case(&mut document, index)).collect::<PyResult<Vec<Case>>>()?;
         let begin = Instant::now();
         batch.pool.install(|| {
             let solve = |case: &Case| run::solve(&case.case, &batch.options).map_err(|error| of_discretise(&error));

@@ -58,7 +58,7 @@ pub(crate) fn calibrate(
     let noise = noise.noise()?;
     let words: Vec<(&str, Parameter)> = Parameter::ALL.map(|parameter| (parameter.word(), parameter)).to_vec();
     let parameters = parameters.iter().map(|found| word("fit", found, &words)).collect::<PyResult<Vec<Parameter>>>()?;
-    let documents: Vec<Arc<Document>> = cases.iter().map(|case| case.document.clone()).collect();
+    let documents: Vec<Arc<Document>> = cases.iter().map(|case| case.document()).collect();
     py.detach(|| {
         let named = documents.iter().enumerate().map(|(index, document)| {
             let name = if documents.len() == 1 { "the case".to_owned() } else { format!("case {index}") };

@@ -15,14 +15,45 @@ pub(crate) const UNNAMED: &str = "case";
 #[derive(Clone)]
 #[pyclass(frozen, module = "fre._core")]
 pub(crate) struct Case {
-    pub(crate) document: Arc<Document>,
+    written: Arc<Document>,
+    /// Numbers that differ from what is written: a batch makes no document of its own for each of its cases.
+    changes: Option<Changes>,
     pub(crate) case: Arc<fre::case::Case>,
 }
 
+/// Keys, and the number of each.
+#[derive(Clone)]
+pub(crate) struct Changes {
+    pub(crate) keys: Arc<[String]>,
+    pub(crate) numbers: Arc<[f64]>,
+}
+
+impl Changes {
+    /// Sets the numbers in a document that has the keys.
+    pub(crate) fn set(&self, document: &mut Document) {
+        for (key, &number) in self.keys.iter().zip(&*self.numbers) {
+            document.set_known(key, number);
+        }
+    }
+}
+
 impl Case {
-    fn of(document: Document, in_file: bool) -> PyResult<Self> {
+    pub(crate) fn of(document: Document, in_file: bool) -> PyResult<Self> {
         let case = document.case().map_err(|error| of_case(&error, in_file))?;
-        Ok(Self { document: Arc::new(document), case: Arc::new(case) })
+        Ok(Self { written: Arc::new(document), changes: None, case: Arc::new(case) })
+    }
+
+    /// A case of a batch.
+    pub(crate) fn changed(written: Arc<Document>, changes: Changes, case: fre::case::Case) -> Self {
+        Self { written, changes: Some(changes), case: Arc::new(case) }
+    }
+
+    /// The case's document.
+    pub(crate) fn document(&self) -> Arc<Document> {
+        let Some(changes) = &self.changes else { return self.written.clone() };
+        let mut document = (*self.written).clone();
+        changes.set(&mut document);
+        Arc::new(document)
     }
 }
 
@@ -46,17 +77,17 @@ impl Case {
 
     /// The text, finger included.
     fn toml(&self) -> String {
-        self.document.text()
+        self.document().text()
     }
 
     /// Keys of the numbers that can be set.
     fn keys(&self) -> Vec<String> {
-        self.document.keys()
+        self.document().keys()
     }
 
     /// The case with other numbers.
     fn with_values(&self, values: Vec<(String, f64)>) -> PyResult<Self> {
-        let mut document = (*self.document).clone();
+        let mut document = (*self.document()).clone();
         for (key, number) in values {
             document
                 .set(&key, number)

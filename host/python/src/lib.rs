@@ -13,6 +13,7 @@ mod error;
 mod estimator;
 mod follower;
 mod gripper;
+mod optimise;
 mod options;
 mod recording;
 mod report;
@@ -40,6 +41,8 @@ mod _core {
     use super::follower::Follower;
     #[pymodule_export]
     use super::gripper::Gripper;
+    #[pymodule_export]
+    use super::optimise::{Problem, measure};
     #[pymodule_export]
     use super::options::check_options;
     #[pymodule_export]

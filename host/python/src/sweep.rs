@@ -61,7 +61,7 @@ fn sweep_of(
     rows: &RowWords,
     options: Words,
 ) -> PyResult<Sweep> {
-    let (document, options) = ((*case.document).clone(), options.options()?);
+    let (document, options) = ((*case.document()).clone(), options.options()?);
     let sweep = Sweep::new(document, angles_deg.as_deref(), axes(vary)?, options).map_err(|error| of_sweep(&error))?;
     let shard = rows.shard.as_deref().map(|text| {
         let refused = |reason| case_error(format!("shard = \"{text}\": {reason}"), Some("shard"), None);

@@ -24,12 +24,14 @@ ray = pytest.importorskip("ray")
 from ray.cluster_utils import Cluster  # noqa: E402
 
 from fre import cluster as many  # noqa: E402
+from fre import measures  # noqa: E402
+from fre.optimisation import Problem, optimise  # noqa: E402
 
 RADII = np.linspace(35.0, 45.0, 41)
 ARGUMENTS: dict[str, Any] = {"node_ip_address": "127.0.0.1", "object_store_memory": 80 << 20, "include_dashboard": False}
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def nodes() -> Iterator[Any]:
     """A head without cores, and two nodes of one core each."""
     cluster: Any = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, **ARGUMENTS})
@@ -124,6 +126,23 @@ def test_a_bootstrap_scatters_as_the_noise_does(nodes: Any, case: fre.Case, tmp_
     assert found.shape == (24, 1) and 0.4 * expected < found.std() < 2.5 * expected
     again = many.bootstrap(csv, case, ["youngs-modulus"], samples=24, noise=fre.Noise(force_sd_n=0.05), options=reduced)
     np.testing.assert_array_equal(found, again)
+
+
+def test_a_search_is_that_of_one_machine(nodes: Any, case: fre.Case, tmp_path: pathlib.Path) -> None:
+    vary = {"finger.front.thickness_mm": (1.5, 2.6), "finger.back.thickness_mm": (1.5, 2.6)}
+    reduced = fre.Options(elements="reduced")
+    problem = Problem(case, vary, measures.Force(at=6.0), maximise=True, limits=[(measures.MaxStrain(6.0), 0.0, 0.06)], options=reduced)
+    here = optimise(problem, starts=4, most=15)
+    folder = tmp_path / "search"
+    there = many.optimise(problem, starts=4, most=15, folder=folder)
+    assert there.tries == here.tries
+    # One start is missing: it alone is searched again.
+    (folder / "start-000002.json").unlink()
+    told: list[int] = []
+    again = many.optimise(problem, starts=4, most=15, folder=folder, progress=lambda done, starts: told.append(done))
+    assert again.tries == here.tries and told == [3, 4]
+    with pytest.raises(FileExistsError, match="another search"):
+        many.optimise(problem, starts=4, most=16, folder=folder)
 
 
 def test_few_tasks_are_under_way_at_once_and_errors_are_raised_here(nodes: Any) -> None:

@@ -4,6 +4,7 @@
 
 mod branches;
 mod calibration;
+mod designs;
 mod document;
 mod ladder;
 mod pc;
@@ -36,6 +37,8 @@ enum Part {
     Recordings,
     /// Synthetic calibrations by each of several protocols
     Calibration,
+    /// Three design problems, from a preset to the best finger, with finite elements beside it where CalculiX is installed
+    Optimise,
     /// Times on this PC
     Pc,
     /// CasADi and IPOPT on the model of "Geometrico-Static Modelling of a FRE Finger", the paper, beside ours
@@ -133,6 +136,10 @@ fn run(options: &Options) -> Result<()> {
         let report = calibration::measure(options.runs)?;
         print!("{report}");
         report.check()?;
+    }
+    if options.wants(Part::Optimise) {
+        headline("design optimisation");
+        designs::measure()?;
     }
     let times = measured_if(options.wants(Part::Pc), || {
         headline("this PC");

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value as Json;
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
-use super::error::CaseError;
+use super::error::{CaseError, KeyError};
 use super::finger::Finger;
 use super::keys::{self, FingerTable};
 use super::preset::preset_text;
@@ -17,25 +17,6 @@ use super::source::Source;
 const SUGGESTIONS: usize = 4;
 /// Numbers nearer than this, as a share, are the same: a conversion of units has rounded.
 const SAME: f64 = 1e-12;
-
-/// A key that cannot be set.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum KeyError {
-    /// No number of the case has this key.
-    #[error("\"{key}\" is not a number of this case; the nearest are {}", .nearest.join(", "))]
-    Unknown {
-        /// The key.
-        key: String,
-        /// Keys like it.
-        nearest: Vec<String>,
-    },
-    /// Its physics is missing.
-    #[error("{key}: known key, not yet computed")]
-    NotComputed {
-        /// The key.
-        key: String,
-    },
-}
 
 /// A case in which every number can be set by its dotted key, such as `object.centre_mm.1` (or `object.centre_mm[1]`, as
 /// messages have it) or `finger.front.thickness_mm`.
@@ -150,7 +131,7 @@ impl Document {
     }
 
     /// Sets a number whose key [`Self::need`] has found.
-    pub(crate) fn set_known(&mut self, key: &str, value: f64) {
+    pub fn set_known(&mut self, key: &str, value: f64) {
         put(self.root.as_item_mut(), &dotted(key), value.into());
     }
 

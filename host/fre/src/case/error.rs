@@ -192,3 +192,31 @@ impl CaseError {
         }
     }
 }
+
+/// A key that cannot be set.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum KeyError {
+    /// No number of the case has this key.
+    #[error("\"{key}\" is not a number of this case; the nearest are {}", .nearest.join(", "))]
+    Unknown {
+        /// The key.
+        key: String,
+        /// Keys like it.
+        nearest: Vec<String>,
+    },
+    /// Its physics is missing.
+    #[error("{key}: known key, not yet computed")]
+    NotComputed {
+        /// The key.
+        key: String,
+    },
+}
+
+impl KeyError {
+    /// The key.
+    pub fn key(&self) -> &str {
+        match self {
+            Self::Unknown { key, .. } | Self::NotComputed { key } => key,
+        }
+    }
+}

@@ -18,8 +18,8 @@ mod read;
 mod reference;
 mod source;
 
-pub use edit::{Document, KeyError};
-pub use error::{CaseError, KnownKeys, Place};
+pub use edit::Document;
+pub use error::{CaseError, KeyError, KnownKeys, Place};
 pub use finger::Finger;
 pub use finger_file::read_finger;
 pub use keys::{MAX_ANGLE, MAX_DISTANCE};

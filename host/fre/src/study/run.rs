@@ -25,7 +25,7 @@ use crate::study::strains::{Limit, Strains};
 use crate::study::warnings::{Warning, warnings};
 
 /// Newton iterations allowed between two places: several times what a motion with a snap-through takes.
-const MOST_ITERATIONS: u32 = 10_000;
+pub(crate) const MOST_ITERATIONS: u32 = 10_000;
 
 /// A case solved along its motion.
 #[derive(Clone, Debug, PartialEq)]

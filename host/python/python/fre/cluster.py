@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from . import _core
 from .calibration import Noise, calibrate
 from .case import Case, CaseLike
+from .optimisation import MOST, STARTS, TOLERANCE, Optimum, Problem
 from .options import DEFAULT, Options
 from .sweeping import _Rows, axes_of
 
@@ -164,6 +165,51 @@ def bootstrap(
     tasks = [range(first, min(first + size, samples)) for first in range(0, samples, size)]
     results = dict(each(fits, tasks))
     return np.concatenate([results[number] for number in range(len(tasks))])
+
+
+def optimise(
+    problem: Problem,
+    *,
+    starts: int = STARTS,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    most: int = MOST,
+    folder: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Optimum:
+    """``fre.optimisation.optimise`` on a cluster, a start per task: the same tries, bit for bit.
+
+    Finished starts are kept in ``folder``: the same call goes on after its program was killed. ``progress`` is called with the starts
+    that are done and all starts.
+    """
+    begin = time.perf_counter()
+    kept = None if folder is None else pathlib.Path(folder)
+    tries: dict[int, dict[str, Any]] = {}
+    if kept is not None:
+        kept.mkdir(parents=True, exist_ok=True)
+        name = json.dumps([problem.identity, seed, most, tolerance])
+        identity = kept / "problem.json"
+        if identity.exists() and identity.read_text(encoding="utf-8") != name:
+            raise FileExistsError(f"{kept} holds another search; remove it, or give another name")
+        _write(identity, name.encode())
+        for path in kept.glob("start-*.json"):
+            tries[int(path.stem.removeprefix("start-"))] = json.loads(path.read_text(encoding="utf-8"))
+
+    def search(number: int) -> dict[str, Any]:
+        # A task has one core: the differences of a gradient are not spread over others.
+        os.environ["RAYON_NUM_THREADS"] = "1"
+        return problem.search(number, seed=seed, most=most, tolerance=tolerance)
+
+    todo = [number for number in range(starts) if number not in tries]
+    if progress is not None:
+        progress(starts - len(todo), starts)
+    for index, found in each(search, todo):
+        tries[todo[index]] = found
+        if kept is not None:
+            _write(kept / f"start-{todo[index]:06}.json", json.dumps(found).encode())
+        if progress is not None:
+            progress(len([number for number in tries if number < starts]), starts)
+    return Optimum(problem, [tries[number] for number in range(starts)], time.perf_counter() - begin)
 
 
 def _solved(

@@ -1,4 +1,4 @@
-"""Design optimisation: goals and limits of :mod:`fre.measures` over any numbers of a case (``pip install fre[optimise]``).
+"""Design optimisation: goals and limits of :mod:`fre.measures` over any numbers of a case, by the optimiser of ``fre optimise``.
 
 >>> import fre
 >>> from fre import measures
@@ -14,7 +14,8 @@
 >>> bool(problem.value([0.5, 0.5]) < 0.0)
 True
 
-``problem.value`` and ``problem.gradient`` are what ``scipy.optimize`` takes, over variables from 0 to 1 between their bounds.
+``problem.value`` and ``problem.gradient``, ``problem.margins`` and ``problem.margin_gradients`` are what ``scipy.optimize`` takes, over
+variables from 0 to 1 between their bounds.
 """
 
 from __future__ import annotations
@@ -22,29 +23,25 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import pathlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize
-from scipy.stats import qmc
 
-from ._core import CaseError
+from . import _core
 from .case import Case, CaseLike
-from .measures import Measure, Unreached, closing
+from .measures import Measure
 from .options import DEFAULT, Options
-from .solution import Solution, solve, solve_many
 
 Array = NDArray[np.float64]
 Limit = tuple[Measure, float, float]
-"""A measure with its least and its most."""
+"""A measure with its least and its most; infinite where there is none."""
 
-STEP = 1e-4
-"""Step of differences, as a share of a variable's range."""
-UNREACHED = 1e3
-"""What stands for the goal where it has no number: the search turns back there."""
+STARTS = 4
+MOST = 100
+TOLERANCE = 1e-5
 
 
 class Problem:
@@ -64,170 +61,86 @@ class Problem:
     ) -> None:
         """A problem over the numbers at the dotted keys of ``vary``, each between two bounds. ``objects`` are the numbers that make
         the other objects, such as ``{"object.radius_mm": 20.0, "object.centre_mm.0": 21.0}``."""
-        if not vary:
-            raise CaseError("vary: at least one key with its bounds is needed")
-        for key, (least, most) in vary.items():
-            if not least < most:
-                raise CaseError(f"vary: {key} = {least}:{most}: the first bound must be less than the second")
+        self._arguments = (Case.of(case).toml(), dict(vary), goal, maximise, list(limits), [dict(one) for one in objects], options)
         self.keys = list(vary)
-        self.bounds = np.array([vary[key] for key in self.keys], dtype=float)
-        self.goal, self.limits, self.sign = goal, list(limits), -1.0 if maximise else 1.0
-        self.options = options
-        case = Case.of(case)
-        wanted = [goal, *(limit[0] for limit in limits)]
-        self.cases = [closing(wanted, case.with_values(values)) for values in ({}, *objects)]
-        self.evaluations = 0
+        self.goal, self.limits, self.options = goal, list(limits), options
+        self._problem = _core.Problem(
+            Case.of(case)._case,
+            [(key, float(least), float(most)) for key, (least, most) in vary.items()],
+            _goal(goal, maximise),
+            [(measure.words, float(least), float(most)) for measure, least, most in limits],
+            [[(key, float(number)) for key, number in one.items()] for one in objects],
+            options,
+        )
+        self._values: dict[bytes, Array] = {}
+        self._slopes: dict[bytes, tuple[Array, NDArray[np.bool_]]] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, self._arguments
+
+    @property
+    def identity(self) -> str:
+        """What says which problem it is."""
+        case, vary, goal, maximise, limits, objects, options = self._arguments
+        asked = [(measure.words, least, most) for measure, least, most in limits]
+        return repr((_core.VERSION, case, vary, _goal(goal, maximise), asked, objects, options))
+
+    @property
+    def evaluations(self) -> int:
         """Solved cases so far."""
-        self._seen: dict[bytes, list[Solution] | None] = {}
-        self._slopes: dict[bytes, Array] = {}
-        for key in self.keys:
-            # A key that is unknown is refused here, and not in the middle of the work.
-            self.cases[0].with_values({key: float(np.mean(vary[key]))})
+        return self._problem.solved()
 
     def values(self, x: ArrayLike) -> dict[str, float]:
         """The numbers by their keys at variables from 0 to 1."""
-        least, most = self.bounds.T
-        found = least + np.clip(np.asarray(x, dtype=float), 0.0, 1.0) * (most - least)
-        return dict(zip(self.keys, found.tolist()))
+        return dict(zip(self.keys, self._problem.numbers(_list(x))))
 
-    def variables(self, case: CaseLike) -> Array:
-        """The variables of a case's own numbers, as near as the bounds allow."""
-        table = Case.of(case).to_dict()
-        own = [_number(table, key) for key in self.keys]
-        least, most = self.bounds.T
-        return np.asarray(np.clip((np.array(own) - least) / (most - least), 0.0, 1.0))
+    def own(self) -> Array:
+        """The variables of the case as it is, as near as the bounds allow."""
+        return np.array(self._problem.own())
 
-    def solutions(self, x: ArrayLike) -> list[Solution] | None:
-        """The solutions at variables, one per object; None where the finger cannot be made."""
-        name = np.asarray(x, dtype=float).tobytes()
-        if name not in self._seen:
-            self._seen[name] = self._solve([self.values(x)])[0]
-        return self._seen[name]
+    def case(self, x: ArrayLike, object: int = 0) -> Case:
+        """The case at variables, with one of the objects."""
+        return Case.parse(self._problem.case(_list(x), object).toml())
 
     def value(self, x: ArrayLike) -> float:
         """The goal, to be made small; its negative if it shall be large."""
-        return self._read(self.goal, self.sign, self.solutions(x))
+        return float(self._at(x)[0])
 
     def margins(self, x: ArrayLike) -> Array:
-        """How far the limits are kept, as a share of them: two numbers per limit, 0 and more where it is kept."""
-        solutions = self.solutions(x)
-        return np.array([margin for limit in self.limits for margin in self._margins(limit, solutions)])
+        """How far the limits are kept, as a share of them: one number per bound, 0 and more where it is kept."""
+        return self._at(x)[1:]
 
     def gradient(self, x: ArrayLike) -> Array:
         """Derivative of the goal with the variables. From the solver's sensitivities where they are enough, else from differences."""
-        return np.asarray(self._jacobian(x)[0])
+        return np.asarray(self._slopes_at(x)[0][0])
 
     def margin_gradients(self, x: ArrayLike) -> Array:
         """Derivatives of the margins with the variables: a row per margin."""
-        return np.asarray(self._jacobian(x)[1:])
+        return np.asarray(self._slopes_at(x)[0][1:])
 
     def is_exact(self, x: ArrayLike, key: str) -> bool:
         """Whether the goal's derivative with a key comes from the solver's sensitivities, at these variables."""
-        solutions = self.solutions(x)
-        return solutions is not None and self._slope(self.goal, self.sign, solutions, key) is not None
+        return bool(self._slopes_at(x)[1][0][self.keys.index(key)])
 
-    def report(self, x: ArrayLike) -> str:
-        """Goal, limits and variables in words."""
-        solutions = self.solutions(x)
-        lines = [f"{self.goal!r}: {_words(self.sign * self.value(x), self.goal.unit)}"]
-        for limit in self.limits:
-            kept = min(self._margins(limit, solutions)) >= -1e-6
-            found = self._read(limit[0], 1.0, solutions)
-            state = "kept" if kept else "NOT KEPT"
-            lines.append(f"{limit[0]!r}: {_words(found, limit[0].unit)}, allowed {limit[1]:g} to {limit[2]:g}: {state}")
-        lines += [f"{key} = {value:.6g}" for key, value in self.values(x).items()]
-        return "\n".join(lines)
-
-    # What follows reads measures of solutions.
-
-    def _solve(self, points: list[dict[str, float]]) -> list[list[Solution] | None]:
-        found: list[list[Solution] | None] = [[] for _ in points]
-        for case in self.cases:
-            for index, solution in enumerate(self._batch(case, points)):
-                one = found[index]
-                if solution is None:
-                    found[index] = None
-                elif one is not None:
-                    one.append(solution)
-        self.evaluations += len(points) * len(self.cases)
+    def search(self, number: int, *, seed: int = 0, most: int = MOST, tolerance: float = TOLERANCE) -> dict[str, Any]:
+        """One start of a search, the same whatever machine runs it: 0 is the case as it is, all others are random. See
+        :attr:`Optimum.tries`."""
+        found: dict[str, Any] = json.loads(self._problem.search(number, (1, seed, most, tolerance)))
         return found
 
-    def _batch(self, case: Case, points: list[dict[str, float]]) -> list[Solution | None]:
-        try:
-            return list(solve_many(case, {key: [point[key] for point in points] for key in self.keys}, self.options))
-        except CaseError:
-            if len(points) == 1:
-                return [None]
-            # One of them cannot be made.
-            return [self._batch(case, [point])[0] for point in points]
+    def _at(self, x: ArrayLike) -> Array:
+        x = _list(x)
+        name = np.array(x).tobytes()
+        if name not in self._values:
+            self._values[name] = self._problem.values(x)
+        return self._values[name]
 
-    def _read(self, measure: Measure, sign: float, solutions: list[Solution] | None) -> float:
-        if solutions is None:
-            return UNREACHED
-        try:
-            # The worst object's: the largest of what shall be small.
-            return max(sign * measure.value(solution) for solution in solutions)
-        except Unreached:
-            return UNREACHED
-
-    def _slope(self, measure: Measure, sign: float, solutions: list[Solution], key: str) -> float | None:
-        try:
-            worst = max(solutions, key=lambda solution: sign * measure.value(solution))
-            slope = measure.slope(worst, key)
-        except Unreached:
-            return None
-        return None if slope is None else sign * slope
-
-    def _margins(self, limit: Limit, solutions: list[Solution] | None) -> list[float]:
-        measure, least, most = limit
-        scale = max(abs(bound) for bound in (least, most) if np.isfinite(bound)) or 1.0
-        return [
-            -(self._read(measure, sign, solutions) - sign * bound) / scale
-            for sign, bound in ((-1.0, least), (1.0, most))
-            if np.isfinite(bound)
-        ]
-
-    def _functions(self) -> list[Callable[[list[Solution] | None], float]]:
-        goal = [lambda solutions: self._read(self.goal, self.sign, solutions)]
-        bounds = [
-            (limit, index)
-            for limit in self.limits
-            for index in range(int(np.isfinite(limit[1])) + int(np.isfinite(limit[2])))
-        ]
-        return [*goal, *((lambda s, limit=limit, index=index: self._margins(limit, s)[index]) for limit, index in bounds)]
-
-    def _jacobian(self, x: ArrayLike) -> Array:
-        x = np.asarray(x, dtype=float)
-        name = x.tobytes()
-        if name in self._slopes:
-            return self._slopes[name]
-        functions = self._functions()
-        here = self.solutions(x)
-        table = np.zeros((len(functions), len(self.keys)))
-        ranges = self.bounds[:, 1] - self.bounds[:, 0]
-        wanted: list[int] = []
-        for column, key in enumerate(self.keys):
-            exact = None if here is None else self._slope(self.goal, self.sign, here, key)
-            if exact is not None:
-                table[0, column] = exact * ranges[column]
-            if exact is None or self.limits:
-                wanted.append(column)
-        points = []
-        for column in wanted:
-            for step in (-STEP, STEP):
-                moved = x.copy()
-                moved[column] = np.clip(moved[column] + step, 0.0, 1.0)
-                points.append(moved)
-        solved = self._solve([self.values(point) for point in points]) if points else []
-        for index, column in enumerate(wanted):
-            low, high = points[2 * index][column], points[2 * index + 1][column]
-            for row, function in enumerate(functions):
-                if row == 0 and here is not None and self._slope(self.goal, self.sign, here, self.keys[column]) is not None:
-                    continue
-                below, above = function(solved[2 * index]), function(solved[2 * index + 1])
-                table[row, column] = (above - below) / (high - low)
-        self._slopes[name] = table
-        return table
+    def _slopes_at(self, x: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
+        x = _list(x)
+        name = np.array(x).tobytes()
+        if name not in self._slopes:
+            self._slopes[name] = self._problem.slopes(x)
+        return self._slopes[name]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -235,129 +148,129 @@ class Optimum:
     """What came of a search."""
 
     problem: Problem
-    start: Array
-    """Variables of the case as it was."""
-    x: Array
-    """Variables of the best design that keeps all limits."""
     tries: list[dict[str, Any]]
-    """What came of every start: ``start``, ``x``, ``value``, ``kept`` (the smallest margin) and ``message``."""
+    """What came of every start: ``start``, ``x``, ``value``, ``kept`` (the smallest margin) and ``ended``."""
+    seconds: float = 0.0
+
+    @property
+    def start(self) -> Array:
+        """Variables of the case as it was."""
+        return self.problem.own()
+
+    @property
+    def x(self) -> Array:
+        """Variables of the best design that keeps all limits."""
+        return np.array(self.to_dict()["x"])
 
     @property
     def case(self) -> Case:
         """The case with the best design."""
-        return self.problem.cases[0].with_values(self.problem.values(self.x))
+        return self.problem.case(self.x)
 
     @property
     def gain(self) -> float:
-        """How much better the goal is than before, as a share of it."""
-        before, after = self.problem.value(self.start), self.problem.value(self.x)
-        return (before - after) / abs(before)
+        """How much better the goal is than that of the case as it was, as a share of it."""
+        percent = self.to_dict()["goal"]["better_percent"]
+        return float("nan") if percent is None else float(percent) / 100.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Goal, limits and variables before and after, as ``fre optimise --format json`` has them."""
+        found: dict[str, Any] = json.loads(self._report()[0])
+        return found
 
     def report(self) -> str:
-        """Before and after in words."""
-        return f"before\n{self.problem.report(self.start)}\n\nafter ({100 * self.gain:+.1f} %)\n{self.problem.report(self.x)}\n"
+        """Before and after as a table."""
+        return self._report()[1]
 
-    def pictures(self) -> tuple[str | None, str | None]:
+    def page(self) -> str:
+        """The report with its pictures as one HTML page."""
+        return self._report()[2]
+
+    def pictures(self, object: int = 0) -> tuple[str | None, str | None]:
         """The finger and its force before and after, as SVG."""
-        before = solve(self.problem.cases[0].with_values(self.problem.values(self.start)), self.problem.options)
-        return before.svg(), solve(self.case, self.problem.options).svg()
+        return self.problem._problem.pictures(self.x.tolist(), object)
+
+    def _report(self) -> tuple[str, str, str]:
+        return self.problem._problem.report(json.dumps(self.tries), self.seconds)
 
 
 def optimise(
     problem: Problem,
     *,
-    starts: int = 4,
+    starts: int = STARTS,
     seed: int = 0,
-    tolerance: float = 1e-5,
-    most: int = 60,
+    tolerance: float = TOLERANCE,
+    most: int = MOST,
     log: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int, float], object] | None = None,
 ) -> Optimum:
-    """Searches for the best design by SLSQP, from the case as it is and from further starts spread over the bounds.
+    """Searches for the best design by SLSQP, from the case as it is and from random starts.
 
     ``log`` is a file in which every finished start is kept: the same call goes on after its program was stopped. ``progress`` is
     called with the starts that are done, all starts, and the best goal so far.
     """
-    own = problem.variables(problem.cases[0])
-    spread = qmc.LatinHypercube(len(problem.keys), rng=seed).random(starts - 1) if starts > 1 else []
-    kept = _Log(log, problem, starts, seed)
-    tries = list(kept.tries)
-    for number, start in enumerate([own, *spread]):
-        if number >= len(tries):
-            tries.append(_search(problem, start, tolerance, most))
-            kept.add(tries[-1])
-        if progress is not None:
-            progress(number + 1, starts, problem.sign * min((one["value"] for one in tries if one["kept"] >= -1e-6), default=np.nan))
-    # Starts that break a limit count only if none keeps all.
-    best = min(tries, key=lambda one: (one["kept"] < -1e-6, one["value"]))
-    return Optimum(problem, own, np.array(best["x"]), tries)
+    begin = time.perf_counter()
+    path = None if log is None else os.fspath(log)
+    found = json.loads(problem._problem.optimise((starts, seed, most, tolerance), path, progress))
+    return Optimum(problem, found, time.perf_counter() - begin)
+
+
+@dataclasses.dataclass(frozen=True)
+class Front:
+    """The front of two goals: no design is better than one of these in both."""
+
+    problem: Problem
+    points: list[dict[str, Any]]
+    """From the best of the first goal to the best of the second: ``goals`` (both), ``x`` and ``kept``."""
+    text: str
+    """The front as a table."""
+    svg: str
+    """The front as a picture."""
+
+    def case(self, index: int) -> Case:
+        """The case of a point."""
+        return self.problem.case(self.points[index]["x"])
+
+    def _repr_svg_(self) -> str:
+        return self.svg
 
 
 def pareto(
-    problem: Problem, second: Measure, bounds: Sequence[float], *, maximise: bool = False, starts: int = 2, seed: int = 0
-) -> Iterator[tuple[float, Optimum]]:
-    """The front of two goals: the best of the problem's goal for every bound of the second one, which is held at most there (at least,
-    if it shall be large)."""
-    for bound in bounds:
-        limit = (second, bound, np.inf) if maximise else (second, -np.inf, bound)
-        narrowed = Problem.__new__(Problem)
-        narrowed.__dict__ = {**problem.__dict__, "limits": [*problem.limits, limit], "_seen": {}, "_slopes": {}}
-        narrowed.cases = [closing([problem.goal, second, *(one[0] for one in problem.limits)], case) for case in problem.cases]
-        yield bound, optimise(narrowed, starts=starts, seed=seed)
+    problem: Problem,
+    second: Measure,
+    *,
+    maximise: bool = False,
+    points: int = 8,
+    starts: int = 2,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    most: int = MOST,
+    log: str | os.PathLike[str] | None = None,
+) -> Front:
+    """The front of the problem's goal and a second one, which is large or small as ``maximise`` says: the best of both, and the best
+    of the first with the second held at values between."""
+    path = None if log is None else os.fspath(log)
+    search = (starts, seed, most, tolerance)
+    found, text, svg = problem._problem.front(_goal(second, maximise), points, search, path)
+    return Front(problem, json.loads(found), text, svg)
 
 
-def _search(problem: Problem, start: Array, tolerance: float, most: int) -> dict[str, Any]:
-    scale = max(abs(problem.value(start)), 1e-9)
-    limits = {"type": "ineq", "fun": problem.margins, "jac": problem.margin_gradients}
-    found = minimize(
-        lambda x: problem.value(x) / scale,
-        start,
-        jac=lambda x: problem.gradient(x) / scale,
-        bounds=[(0.0, 1.0)] * len(start),
-        constraints=[limits] if problem.limits else [],
-        method="SLSQP",
-        options={"ftol": tolerance, "maxiter": most},
-    )
-    x = np.clip(found.x, 0.0, 1.0)
-    margins = problem.margins(x)
-    return {
-        "start": start.tolist(),
-        "x": x.tolist(),
-        "value": problem.value(x),
-        "kept": float(margins.min()) if len(margins) else 0.0,
-        "message": str(found.message),
-    }
+def _goal(measure: Measure, maximise: bool) -> str:
+    return f"{'largest' if maximise else 'least'} {measure.words}"
 
 
-class _Log:
-    """Finished starts in a file."""
-
-    def __init__(self, path: str | os.PathLike[str] | None, problem: Problem, starts: int, seed: int) -> None:
-        self.path = None if path is None else pathlib.Path(path)
-        cases = [case.toml() for case in problem.cases]
-        limits = [(repr(measure), least, most) for measure, least, most in problem.limits]
-        what = [cases, problem.keys, problem.bounds.tolist(), repr(problem.goal), problem.sign, limits, repr(problem.options), seed]
-        self.identity = json.loads(json.dumps(what))
-        self.tries: list[dict[str, Any]] = []
-        if self.path is not None and self.path.exists():
-            found = json.loads(self.path.read_text(encoding="utf-8"))
-            if found["problem"] != self.identity:
-                raise FileExistsError(f"{self.path} is of another problem; remove it, or give another name")
-            self.tries = found["tries"][:starts]
-
-    def add(self, one: dict[str, Any]) -> None:
-        self.tries.append(one)
-        if self.path is not None:
-            beside = self.path.with_name(self.path.name + ".partial")
-            beside.write_text(json.dumps({"problem": self.identity, "tries": self.tries}), encoding="utf-8")
-            os.replace(beside, self.path)
+def _again(
+    case: str,
+    vary: dict[str, tuple[float, float]],
+    goal: Measure,
+    maximise: bool,
+    limits: list[Limit],
+    objects: list[dict[str, float]],
+    options: Options,
+) -> Problem:
+    return Problem(Case.parse(case), vary, goal, maximise=maximise, limits=limits, objects=objects, options=options)
 
 
-def _number(table: Any, key: str) -> float:
-    for part in key.split("."):
-        table = table[int(part)] if isinstance(table, list) else table[part]
-    return float(table)
-
-
-def _words(value: float, unit: str) -> str:
-    return "not reached" if abs(value) >= UNREACHED else f"{value:.5g} {unit}".strip()
+def _list(x: ArrayLike) -> list[float]:
+    found: list[float] = np.asarray(x, dtype=float).tolist()
+    return found

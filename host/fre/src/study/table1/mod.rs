@@ -15,6 +15,7 @@ mod table;
 mod variant;
 
 pub use error::Table1Error;
+pub use page::STYLE;
 pub use report::{FILES, csv, write};
 pub use row::{Agreement, Row};
 pub use series::{APPROACH_DEG, CASES, PRESET, SERIES, Series};

@@ -127,7 +127,8 @@ fn with_symbols(text: &str) -> Markup {
     }
 }
 
-const STYLE: &str = "\
+/// The look of a report, light and dark, on screen and on paper.
+pub const STYLE: &str = "\
 :root{--paper:#fff;--ink:#1b1f24;--muted:#5b636c;--rule:#e3e6e9;--bad:#b3261e}\
 @media screen and (prefers-color-scheme:dark){:root{--paper:#0f1419;--ink:#e6eaee;--muted:#9aa4ae;--rule:#2a3138;--bad:#ff8a80}}\
 body{margin:0;background:var(--paper);color:var(--ink);font:16px/1.5 'Noto Sans','Helvetica Neue',Helvetica,Arial,sans-serif}\

@@ -1,0 +1,135 @@
+//! `fre optimise`: words in, a design out; killed and continued.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+const CASE: &str = r#"
+finger = "preset:ladder-80"
+[object]
+shape = "circle"
+radius_mm = 40.0
+centre_mm = [41.0, 45.0]
+[motion]
+motor_angles_deg = [6.0]
+"#;
+
+/// The lightest finger that still holds 2.7 N, by its two thicknesses.
+const WORDS: [&str; 12] = [
+    "optimise",
+    "case.toml",
+    "--goal",
+    "mass",
+    "--subject-to",
+    "force at 6 >= 2.7",
+    "--vary",
+    "finger.front.thickness_mm=1.5:2.6",
+    "--vary",
+    "finger.back.thickness_mm=1.5:2.6",
+    "--elements",
+    "reduced",
+];
+
+fn command(folder: &Path, words: &[&str]) -> Command {
+    fs::write(folder.join("case.toml"), CASE).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    command.args(WORDS).args(words).current_dir(folder);
+    command
+}
+
+fn fre(folder: &Path, words: &[&str]) -> Output {
+    command(folder, words).output().unwrap()
+}
+
+#[test]
+fn a_lighter_finger_is_found_and_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let found =
+        fre(folder.path(), &["--starts", "2", "--out", "found", "--front", "least strain up to 6", "--points", "3"]);
+    assert_eq!(found.status.code(), Some(0), "{found:?}");
+    let text = String::from_utf8(found.stdout).unwrap();
+    for words in ["least mass of 1200", "% better", "force at 6 >= 2.7", "kept", "finger.front.thickness_mm", "before:"]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let read = |name: &str| fs::read_to_string(folder.path().join("found").join(name)).unwrap();
+    let page = read("report.html");
+    assert!(page.matches("<svg").count() >= 3 && page.contains("All limits are kept."), "{}", page.len());
+    for name in ["before.svg", "after.svg", "front.svg"] {
+        assert!(read(name).starts_with("<svg"), "{name}");
+    }
+    // The design is a case as any other, and it does what was asked.
+    let solve = ["solve", "found/design.toml", "--elements", "reduced", "--format", "json"];
+    let solved = Command::new(env!("CARGO_BIN_EXE_fre")).args(solve).current_dir(folder.path()).output().unwrap();
+    let places: serde_json::Value = serde_json::from_slice(&solved.stdout).unwrap();
+    let force = places[0]["force_magnitude_n"].as_f64().unwrap();
+    assert!((2.7 - 1e-5..2.71).contains(&force), "{force}");
+    // Without its search the folder is somebody's.
+    fs::remove_file(folder.path().join("found/search.json")).unwrap();
+    let refused = fre(folder.path(), &["--out", "found"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("exists; --force overwrites it"), "{refused:?}");
+}
+
+#[test]
+fn a_killed_search_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("found/search.json");
+    let words = ["--starts", "40", "--out", "found", "--format", "json"];
+    let mut child = command(folder.path(), &words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let tries = || -> usize {
+        let text = fs::read_to_string(&log).unwrap_or_default();
+        let kept: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        kept["searches"][""].as_array().map_or(0, Vec::len)
+    };
+    while tries() == 0 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let kept = tries();
+    assert!((1..40).contains(&kept), "killed too late to say anything: {kept}");
+    let first = fs::read_to_string(&log).unwrap();
+    let best = |output: &Output| -> serde_json::Value { serde_json::from_slice(&output.stdout).unwrap() };
+    let on = fre(folder.path(), &words);
+    assert_eq!((on.status.code(), tries()), (Some(0), 40), "{on:?}");
+    let known: serde_json::Value = serde_json::from_str(&first).unwrap();
+    let all: serde_json::Value = serde_json::from_str(&fs::read_to_string(&log).unwrap()).unwrap();
+    assert_eq!(all["searches"][""].as_array().unwrap()[..kept], known["searches"][""].as_array().unwrap()[..]);
+    // The same as in one go, and nothing is searched twice.
+    let whole = fre(folder.path(), &["--starts", "40", "--format", "json"]);
+    assert_eq!(best(&on)["report"]["x"], best(&whole)["report"]["x"]);
+    let again = best(&fre(folder.path(), &words));
+    assert!(again["report"]["cases_solved"].as_u64().unwrap() < 5, "{again}");
+    let other = fre(folder.path(), &["--seed", "1", "--out", "found"]);
+    assert!(String::from_utf8_lossy(&other.stderr).contains("another problem"), "{other:?}");
+}
+
+#[test]
+fn what_cannot_be_searched_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("case.toml"), CASE).unwrap();
+    let refused = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        let output = command.arg("optimise").args(words).current_dir(folder.path()).output().unwrap();
+        assert!(!output.status.success(), "{words:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let vary = "finger.width_mm=15:25";
+    assert!(refused(&["case.toml", "--goal", "beauty", "--vary", vary]).contains("stiffness at A"));
+    assert!(refused(&["case.toml", "--goal", "mass", "--vary", "finger.width_mm=25"]).contains("KEY=A:B"));
+    assert!(refused(&["case.toml", "--goal", "mass", "--vary", "finger.widht_mm=15:25"]).contains("finger.width_mm"));
+    assert!(
+        refused(&["case.toml", "--goal", "mass", "--vary", "finger.lamellae.gap_mm=0:1"]).contains("not yet computed")
+    );
+    let limit = refused(&["case.toml", "--goal", "mass", "--vary", vary, "--subject-to", "force at 6"]);
+    assert!(limit.contains("MEASURE <= NUMBER"), "{limit}");
+    // A force that no finger within the bounds has.
+    let impossible =
+        ["case.toml", "--goal", "mass", "--vary", vary, "--subject-to", "force at 6 >= 500", "--starts", "1"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    let output = command.arg("optimise").args(impossible).current_dir(folder.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("not kept"), "{output:?}");
+}

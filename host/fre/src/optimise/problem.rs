@@ -1,0 +1,412 @@
+//! A design problem: goal, limits and variables as functions of numbers from 0 to 1, with their derivatives.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use model_core::discretise::DiscretiseError;
+use rayon::prelude::*;
+use toml_edit::{DocumentMut, Table};
+
+use super::goal::{Goal, Limit, Variable};
+use super::grasp::{Grasp, Line, Wanted};
+use super::measure::Measure;
+use crate::case::{Case, CaseError, Document, KeyError};
+use crate::study::model::Options;
+
+/// What stands for a goal that has no number: the search turns back there. For a margin, with a minus sign.
+const UNREACHED: f64 = 1e3;
+/// Step of differences between solved cases, as a share of a variable's range.
+const STEP: f64 = 1e-4;
+/// Step of the differences of a model's constants, as a share of a variable's size.
+const FINE: f64 = 6e-6;
+
+/// Why there is no problem.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProblemError {
+    /// Nothing may be changed.
+    #[error("at least one key with its bounds is needed (--vary KEY=A:B)")]
+    NoVariables,
+    /// A key that cannot be set.
+    #[error(transparent)]
+    Key(#[from] KeyError),
+    /// An object cannot be made.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+}
+
+/// A problem. Several objects are grasped one after the other; a measure then counts by its worst object.
+#[derive(Debug)]
+pub struct Problem {
+    /// The case with each object.
+    documents: Vec<Document>,
+    variables: Vec<Variable>,
+    goal: Goal,
+    limits: Vec<Limit>,
+    options: Options,
+    /// Places to solve at, closing.
+    places: Vec<f64>,
+    solved: AtomicUsize,
+}
+
+/// Goal and limits at a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Values {
+    /// The goal; `None` where it has no number.
+    pub goal: Option<f64>,
+    /// The measure of every limit.
+    pub limits: Vec<Option<f64>>,
+}
+
+/// The functions that a search sees: the goal, to be made small, and the limits' margins, to be kept at 0 or more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Functions {
+    /// The goal first.
+    pub values: Vec<f64>,
+    /// A row per function, a column per variable; empty unless asked for.
+    pub slopes: Vec<Vec<f64>>,
+    /// Whether each entry comes from the solver's derivatives rather than from differences between solved cases.
+    pub exact: Vec<Vec<bool>>,
+}
+
+impl Problem {
+    /// A problem over numbers of a case. `objects` are the numbers, by their keys, that make the other objects.
+    ///
+    /// # Errors
+    /// There is nothing to vary, a key is unknown, or an object cannot be made.
+    pub fn new(
+        document: Document,
+        variables: Vec<Variable>,
+        (goal, limits): (Goal, Vec<Limit>),
+        objects: &[Vec<(String, f64)>],
+        options: Options,
+    ) -> Result<Self, ProblemError> {
+        if variables.is_empty() {
+            return Err(ProblemError::NoVariables);
+        }
+        for variable in &variables {
+            document.need(&variable.key)?;
+        }
+        let mut documents = vec![document];
+        for numbers in objects {
+            let mut other = documents[0].clone();
+            for (key, number) in numbers {
+                other.set(key, *number)?;
+            }
+            other.case()?;
+            documents.push(other);
+        }
+        let mut problem =
+            Self { documents, variables, goal, limits, options, places: Vec::new(), solved: AtomicUsize::new(0) };
+        problem.places = places(problem.measures());
+        Ok(problem)
+    }
+
+    /// The same variables and objects with another goal and other limits.
+    pub(super) fn with(&self, goal: Goal, limits: Vec<Limit>) -> Self {
+        let Self { documents, variables, options, .. } = self;
+        let (documents, variables, options) = (documents.clone(), variables.clone(), *options);
+        let mut problem =
+            Self { documents, variables, goal, limits, options, places: Vec::new(), solved: AtomicUsize::new(0) };
+        problem.places = places(problem.measures());
+        problem
+    }
+
+    /// The goal.
+    pub fn goal(&self) -> Goal {
+        self.goal
+    }
+
+    /// The limits.
+    pub fn limits(&self) -> &[Limit] {
+        &self.limits
+    }
+
+    /// The variables.
+    pub fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    /// How cases are solved.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// Number of objects.
+    pub fn objects(&self) -> usize {
+        self.documents.len()
+    }
+
+    /// Cases solved so far.
+    pub fn solved(&self) -> usize {
+        self.solved.load(Ordering::Relaxed)
+    }
+
+    fn measures(&self) -> impl Iterator<Item = Measure> {
+        core::iter::once(self.goal.measure).chain(self.limits.iter().map(|limit| limit.measure))
+    }
+
+    /// The numbers at variables from 0 to 1.
+    pub fn numbers(&self, x: &[f64]) -> Vec<f64> {
+        let of = |(variable, &x): (&Variable, &f64)| variable.least + x.clamp(0.0, 1.0) * variable.range();
+        self.variables.iter().zip(x).map(of).collect()
+    }
+
+    /// The case's own numbers; `None` for one that it leaves to its default.
+    pub fn own_numbers(&self) -> Vec<Option<f64>> {
+        let table = self.documents[0].text().parse::<DocumentMut>().ok();
+        self.variables.iter().map(|variable| number(table.as_ref()?.as_table(), &variable.key)).collect()
+    }
+
+    /// The variables of the case as it is, as near as the bounds allow; the middle for a number that the case leaves to its default.
+    pub fn own(&self) -> Vec<f64> {
+        let of = |(variable, own): (&Variable, Option<f64>)| {
+            own.map_or(0.5, |own| ((own - variable.least) / variable.range()).clamp(0.0, 1.0))
+        };
+        self.variables.iter().zip(self.own_numbers()).map(of).collect()
+    }
+
+    /// The case's document at variables, with one of the objects; its motion is the case's own.
+    pub fn document(&self, x: &[f64], object: usize) -> Option<Document> {
+        let mut document = self.documents.get(object)?.clone();
+        for (variable, number) in self.variables.iter().zip(self.numbers(x)) {
+            document.set_known(&variable.key, number);
+        }
+        Some(document)
+    }
+
+    /// The case at variables, closing through the places that the measures need.
+    pub fn case(&self, x: &[f64], object: usize) -> Option<Case> {
+        self.closing(&self.document(x, object)?)
+    }
+
+    /// The case as it is, within the bounds or not, closing through the same places.
+    pub fn case_before(&self, object: usize) -> Option<Case> {
+        self.closing(self.documents.get(object)?)
+    }
+
+    fn closing(&self, document: &Document) -> Option<Case> {
+        let mut case = document.case().ok()?;
+        case.path.places.clone_from(&self.places);
+        Some(case)
+    }
+
+    /// Goal and limits of the case as it is.
+    pub fn values_before(&self) -> Values {
+        self.values_of(self.grasps_of(|object| self.case_before(object), &[]))
+    }
+
+    /// Goal and limits at variables.
+    pub fn values(&self, x: &[f64]) -> Values {
+        self.values_of(self.grasps(x, &[]))
+    }
+
+    fn values_of(&self, grasps: Option<Vec<Grasp>>) -> Values {
+        let limits = self.limits.iter().map(|limit| {
+            let bounds: Vec<(f64, f64)> = limit.scaled().collect();
+            // Of several objects, the one that keeps the limit worst.
+            let margin =
+                |value: &f64| bounds.iter().map(|(sign, bound)| sign * value - bound).fold(f64::INFINITY, f64::min);
+            let values = read(limit.measure, grasps.as_deref())?;
+            values.into_iter().min_by(|a, b| margin(a).total_cmp(&margin(b)))
+        });
+        Values { limits: limits.collect(), goal: worst(self.goal, grasps.as_deref()) }
+    }
+
+    /// The functions at variables, with their slopes if `slopes`.
+    pub fn functions(&self, x: &[f64], slopes: bool) -> Functions {
+        if !slopes {
+            return Functions {
+                values: self.read(self.grasps(x, &[]).as_deref()),
+                slopes: Vec::new(),
+                exact: Vec::new(),
+            };
+        }
+        let here = self.grasps(x, &self.lines(x));
+        let values = self.read(here.as_deref());
+        let exact: Vec<Vec<Option<f64>>> =
+            (0..self.variables.len()).map(|variable| self.exact(here.as_deref(), x, variable)).collect();
+        // Where a single function needs differences, the variable's two neighbours are solved.
+        let points: Vec<(usize, [Vec<f64>; 2])> = exact
+            .iter()
+            .enumerate()
+            .filter(|(_, column)| column.iter().any(Option::is_none))
+            .map(|(variable, _)| (variable, [-STEP, STEP].map(|step| self.moved(x, variable, step))))
+            .collect();
+        let solved: Vec<(usize, [f64; 2], [Vec<f64>; 2])> = points
+            .par_iter()
+            .map(|(variable, sides)| {
+                let at = [0, 1].map(|side| sides[side][*variable]);
+                let found = [0, 1].map(|side| self.read(self.grasps(&sides[side], &[]).as_deref()));
+                (*variable, at, found)
+            })
+            .collect();
+        let mut slopes = vec![vec![0.0; self.variables.len()]; values.len()];
+        for (function, row) in slopes.iter_mut().enumerate() {
+            for (variable, column) in exact.iter().enumerate() {
+                row[variable] = column.get(function).copied().flatten().unwrap_or_else(|| {
+                    let found = solved.iter().find(|(of, ..)| *of == variable);
+                    found.map_or(0.0, |(_, at, found)| {
+                        difference(
+                            [at[0], x[variable], at[1]],
+                            [found[0][function], values[function], found[1][function]],
+                        )
+                    })
+                });
+            }
+        }
+        let exact = (0..values.len())
+            .map(|function| exact.iter().map(|column| column.get(function).is_some_and(Option::is_some)).collect());
+        Functions { exact: exact.collect(), values, slopes }
+    }
+
+    /// Variables with one of them moved, within the bounds.
+    fn moved(&self, x: &[f64], variable: usize, step: f64) -> Vec<f64> {
+        let mut moved = x.to_vec();
+        moved[variable] = (moved[variable] + step).clamp(0.0, 1.0);
+        moved
+    }
+
+    /// The cases on both sides of each variable, one list per object; empty if no measure takes derivatives.
+    fn lines(&self, x: &[f64]) -> Vec<Vec<Option<Line>>> {
+        if self.measures().all(|measure| measure.slope_places().is_empty()) {
+            return Vec::new();
+        }
+        let numbers = self.numbers(x);
+        let line = |object: usize, variable: usize| {
+            let Variable { key, .. } = &self.variables[variable];
+            let step = FINE * numbers[variable].abs().max(self.variables[variable].range());
+            let side = |step: f64| {
+                let mut document = self.document(x, object)?;
+                document.set_known(key, numbers[variable] + step);
+                self.closing(&document)
+            };
+            Some(Line { cases: [side(-step)?, side(step)?], step })
+        };
+        let count = self.variables.len();
+        (0..self.documents.len()).map(|object| (0..count).map(|variable| line(object, variable)).collect()).collect()
+    }
+
+    /// Every object grasped; `None` if a finger cannot be made.
+    fn grasps(&self, x: &[f64], lines: &[Vec<Option<Line>>]) -> Option<Vec<Grasp>> {
+        self.grasps_of(|object| self.case(x, object), lines)
+    }
+
+    fn grasps_of(
+        &self,
+        case: impl Fn(usize) -> Option<Case> + Sync,
+        lines: &[Vec<Option<Line>>],
+    ) -> Option<Vec<Grasp>> {
+        let stiffness = stiffness_places(self.measures());
+        let slopes: Vec<f64> =
+            if lines.is_empty() { Vec::new() } else { self.measures().flat_map(Measure::slope_places).collect() };
+        let snap = self.measures().any(|measure| matches!(measure, Measure::Snap(_)));
+        (0..self.documents.len())
+            .into_par_iter()
+            .map(|object| {
+                let case = case(object)?;
+                self.solved.fetch_add(1, Ordering::Relaxed);
+                let variables = lines.get(object).map_or(&[][..], Vec::as_slice);
+                let wanted = Wanted { stiffness: &stiffness, slopes: &slopes, variables, snap };
+                Grasp::solve(&case, &self.options, wanted).ok()
+            })
+            .collect()
+    }
+
+    /// The functions' values.
+    fn read(&self, grasps: Option<&[Grasp]>) -> Vec<f64> {
+        let goal = worst(self.goal, grasps).map_or(UNREACHED, |value| self.goal.sign() * value);
+        let margins = self.limits.iter().flat_map(|limit| {
+            let values = read(limit.measure, grasps);
+            limit.scaled().map(move |(sign, bound)| {
+                let margins = values.iter().flatten().map(|value| sign * value - bound);
+                if values.is_some() { margins.fold(f64::INFINITY, f64::min) } else { -UNREACHED }
+            })
+        });
+        core::iter::once(goal).chain(margins).collect()
+    }
+
+    /// The functions' exact slopes with a variable from 0 to 1.
+    fn exact(&self, grasps: Option<&[Grasp]>, x: &[f64], variable: usize) -> Vec<Option<f64>> {
+        let range = self.variables[variable].range();
+        let slope = |measure: Measure, sign: f64| {
+            // The worst object's, as its value.
+            let worst =
+                grasps?.iter().enumerate().filter_map(|(object, grasp)| Some((object, grasp, measure.value(grasp)?)));
+            let (object, grasp, _) = worst.max_by(|a, b| (sign * a.2).total_cmp(&(sign * b.2)))?;
+            if let Measure::Mass(_) = measure {
+                return self.slope_of_mass(measure, x, variable, object).map(|slope| sign * slope);
+            }
+            Some(sign * range * measure.slope(grasp, variable)?)
+        };
+        let margins = self.limits.iter().flat_map(|limit| {
+            limit.scaled().map(|(sign, _)| slope(limit.measure, -sign).map(|slope| -slope)).collect::<Vec<_>>()
+        });
+        core::iter::once(slope(self.goal.measure, self.goal.sign())).chain(margins).collect()
+    }
+
+    /// A mass needs no solver: its difference between designs is as exact as its own numbers.
+    fn slope_of_mass(&self, measure: Measure, x: &[f64], variable: usize, object: usize) -> Option<f64> {
+        let sides = [-STEP, STEP].map(|step| self.moved(x, variable, step));
+        let mass = |x: &[f64]| {
+            let design = self.case(x, object)?.finger.design;
+            measure.value(&Grasp { design, places: Vec::new(), snap: None })
+        };
+        Some((mass(&sides[1])? - mass(&sides[0])?) / (sides[1][variable] - sides[0][variable]))
+    }
+}
+
+/// A measure of a case, at the places that it needs; `None` where it has no number.
+///
+/// # Errors
+/// If the finger cannot be discretised as asked.
+pub fn value(case: &Case, measure: Measure, options: &Options) -> Result<Option<f64>, DiscretiseError> {
+    let mut case = case.clone();
+    case.path.places = places(core::iter::once(measure));
+    let stiffness = stiffness_places(core::iter::once(measure));
+    let wanted = Wanted { stiffness: &stiffness, snap: matches!(measure, Measure::Snap(_)), ..Wanted::default() };
+    Ok(measure.value(&Grasp::solve(&case, options, wanted)?))
+}
+
+/// Places where measures need the object's stiffness.
+fn stiffness_places(measures: impl Iterator<Item = Measure>) -> Vec<f64> {
+    measures.filter(|measure| matches!(measure, Measure::Stiffness(_))).flat_map(Measure::places).collect()
+}
+
+/// Slope from the values at three points, of which those without a number are left out.
+fn difference(at: [f64; 3], values: [f64; 3]) -> f64 {
+    let known: Vec<(f64, f64)> = at.into_iter().zip(values).filter(|(_, value)| value.abs() < UNREACHED).collect();
+    match (known.first(), known.last()) {
+        (Some(first), Some(last)) if last.0 > first.0 => (last.1 - first.1) / (last.0 - first.0),
+        _ => 0.0,
+    }
+}
+
+/// A measure of every object.
+fn read(measure: Measure, grasps: Option<&[Grasp]>) -> Option<Vec<f64>> {
+    grasps?.iter().map(|grasp| measure.value(grasp)).collect()
+}
+
+/// A goal's value for the worst object.
+fn worst(goal: Goal, grasps: Option<&[Grasp]>) -> Option<f64> {
+    let order = |a: &f64, b: &f64| (goal.sign() * a).total_cmp(&(goal.sign() * b));
+    read(goal.measure, grasps)?.into_iter().max_by(order)
+}
+
+/// Places from the open finger through all that measures need.
+fn places(measures: impl Iterator<Item = Measure>) -> Vec<f64> {
+    let mut places: Vec<f64> = core::iter::once(0.0).chain(measures.flat_map(Measure::places)).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    places
+}
+
+/// The number at a dotted key.
+fn number(root: &Table, key: &str) -> Option<f64> {
+    let mut parts = key.split('.');
+    let mut item = root.get(parts.next()?)?;
+    // Tables first, then lists in lists.
+    while let Some(table) = item.as_table_like() {
+        item = table.get(parts.next()?)?;
+    }
+    let value = parts.try_fold(item.as_value()?, |value, part| value.as_array()?.get(part.parse().ok()?))?;
+    value.as_float().or_else(|| Some(value.as_integer()? as f64))
+}

@@ -1,0 +1,197 @@
+//! Design optimisation: derivatives against differences, and searches with known ends.
+
+use std::ops::ControlFlow;
+
+use fre::case::Document;
+use fre::optimise::{Log, OptimiseError, Problem, ProblemError, Report, Settings, best, front, front_text, optimise};
+use fre::study::choice::elements;
+use fre::study::model::Options;
+use fre::study::run;
+
+const CASE: &str = r#"
+finger = "preset:ladder-80"
+[object]
+shape = "circle"
+radius_mm = 40.0
+centre_mm = [41.0, 45.0]
+[motion]
+motor_angles_deg = [6.0]
+"#;
+
+fn document(text: &str) -> Document {
+    Document::resolve("case.toml", text, std::path::Path::new("")).expect("a case")
+}
+
+fn options(words: &str) -> Options {
+    let mut options = Options::default();
+    options.discretisation.elements = elements(words).expect("a resolution");
+    options
+}
+
+fn problem(text: &str, vary: &[&str], goal: &str, limits: &[&str]) -> Problem {
+    let variables = vary.iter().map(|text| text.parse().expect("a variable")).collect();
+    let limits = limits.iter().map(|text| text.parse().expect("a limit")).collect();
+    Problem::new(document(text), variables, (goal.parse().expect("a goal"), limits), &[], options("reduced"))
+        .expect("a problem")
+}
+
+/// The same with a length for every lamella's hinges, and a taper.
+fn detailed() -> String {
+    let lengths = document(CASE).text().replace("length_mm = 2.5", "length_mm = [2.5, 2.5, 2.5, 2.5, 2.5, 2.5, 2.5]");
+    lengths.replacen("thickness_mm = 2.0", "thickness_mm = [[0.0, 2.0], [80.0, 1.6]]", 1)
+}
+
+#[test]
+fn derivatives_of_forces_are_those_of_differences() {
+    let vary = [
+        "finger.back.base_mm.0=-30:-26",
+        "finger.lamellae.heights_mm.2=26:28",
+        "finger.hinge.length_mm.4=2:3",
+        "finger.front.thickness_mm.1.1=1.5:1.8",
+        "finger.back.thickness_mm=1.8:2.2",
+        "finger.hinge.thickness_mm=0.7:0.9",
+        "finger.width_mm=15:25",
+        "finger.material.youngs_modulus_pa=4e7:6e7",
+        "finger.motor.axis_mm.1=-22:-18",
+        "object.radius_mm=38:42",
+        "object.centre_mm.1=44:46",
+    ];
+    let problem = problem(&detailed(), &vary, "force at 6", &["force-variation over 4:6:1 <= 2", "mass <= 20"]);
+    let x = vec![0.4; vary.len()];
+    let found = problem.functions(&x, true);
+    assert!(found.exact.iter().flatten().all(|exact| *exact), "{:?}", found.exact);
+    for (variable, key) in vary.iter().enumerate() {
+        let at = |step: f64| {
+            let mut moved = x.clone();
+            moved[variable] += step;
+            problem.functions(&moved, false).values
+        };
+        let step = 2e-4;
+        let [a, b, c, d] = [-2.0, -1.0, 1.0, 2.0].map(|part| at(part * step));
+        for (function, row) in found.slopes.iter().enumerate() {
+            // Of fourth order.
+            let expected = (a[function] - 8.0 * b[function] + 8.0 * c[function] - d[function]) / (12.0 * step);
+            let error = (row[variable] - expected).abs() / expected.abs().max(1e-3);
+            assert!(error < 1e-5, "{key}, function {function}: {} and {expected}", row[variable]);
+        }
+    }
+}
+
+#[test]
+fn slopes_of_what_is_not_exact_are_differences() {
+    let vary = ["finger.front.thickness_mm=1.5:2.6", "finger.back.thickness_mm=1.5:2.6"];
+    let limits = ["strain up to 6 <= 0.06", "conformity at 6 >= 1", "no-snap before 8"];
+    let problem = problem(CASE, &vary, "stiffness at 6", &limits);
+    let x = [0.4, 0.6];
+    let found = problem.functions(&x, true);
+    assert!(!found.exact.iter().flatten().any(|exact| *exact));
+    for variable in 0..2 {
+        let at = |step: f64| {
+            let mut moved = x;
+            moved[variable] += step;
+            problem.functions(&moved, false).values
+        };
+        let (low, high) = (at(-1e-3), at(1e-3));
+        for (function, row) in found.slopes.iter().enumerate() {
+            let expected = (high[function] - low[function]) / 2e-3;
+            assert!((row[variable] - expected).abs() < 1e-3 * expected.abs() + 1e-6, "function {function}");
+        }
+    }
+}
+
+#[test]
+fn a_search_finds_the_best_design_within_its_limits_and_goes_on_where_it_was() {
+    let vary = ["finger.front.thickness_mm=1.5:2.6", "finger.back.thickness_mm=1.5:2.6"];
+    let problem = problem(CASE, &vary, "force at 6", &["strain up to 6 <= 6%"]);
+    let settings = Settings { starts: 2, most: 40, ..Settings::default() };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("search.json");
+    let mut log = Log::open(Some(&file), &problem, &settings).expect("a log");
+    // Stopped after the first start.
+    let stopped = optimise(&problem, &settings, &mut log, |progress| {
+        if progress.done == 1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert!(matches!(stopped, Err(OptimiseError::Stopped)));
+    let mut log = Log::open(Some(&file), &problem, &settings).expect("the same log");
+    let before = problem.solved();
+    let tries = optimise(&problem, &settings, &mut log, |_| ControlFlow::Continue(())).expect("tries");
+    assert_eq!(tries.len(), 2);
+    let best = best(&tries).expect("one").clone();
+    assert!(best.keeps(), "{best:?}");
+    let report = Report::of(&problem, &tries, 0.0).expect("tries");
+    assert!(report.kept && report.goal.better_percent.is_some_and(|percent| percent > 1.0), "{}", report.text());
+    // Nowhere in the bounds is a better one.
+    for i in 0..25 {
+        let values = problem.functions(&[f64::from(i % 5) / 4.0, f64::from(i / 5) / 4.0], false).values;
+        assert!(values[1] < 0.0 || values[0] > best.value - 1e-4, "{values:?}");
+    }
+    // Everything is there already.
+    let solved = problem.solved();
+    assert!(solved > before);
+    let mut log = Log::open(Some(&file), &problem, &settings).expect("the same log");
+    let again = optimise(&problem, &settings, &mut log, |_| ControlFlow::Continue(())).expect("tries");
+    assert!(again == tries && problem.solved() == solved);
+    let other = Settings { seed: 1, ..settings };
+    assert!(matches!(Log::open(Some(&file), &problem, &other), Err(OptimiseError::Log { .. })));
+}
+
+#[test]
+fn several_objects_count_by_the_worst() {
+    let small = vec![("object.radius_mm".to_owned(), 20.0), ("object.centre_mm.0".to_owned(), 21.0)];
+    let make = |objects: &[Vec<(String, f64)>]| {
+        let variables = vec!["finger.front.thickness_mm=1.5:2.6".parse().expect("a variable")];
+        let goal = "conformity at 8".parse().expect("a goal");
+        Problem::new(document(CASE), variables, (goal, Vec::new()), objects, options("reduced")).expect("a problem")
+    };
+    let goal = |problem: &Problem| problem.values(&[0.5]).goal.expect("contact");
+    let (one, two) = (make(&[]), make(std::slice::from_ref(&small)));
+    let alone = {
+        let mut other = document(CASE);
+        for (key, number) in &small {
+            other.set(key, *number).expect("a key");
+        }
+        let variables = vec!["finger.front.thickness_mm=1.5:2.6".parse().expect("a variable")];
+        let goal = "conformity at 8".parse().expect("a goal");
+        Problem::new(other, variables, (goal, Vec::new()), &[], options("reduced")).expect("a problem")
+    };
+    assert_eq!(goal(&two), goal(&one).min(goal(&alone)));
+    assert_ne!(goal(&one), goal(&alone));
+}
+
+#[test]
+fn a_front_leads_from_one_goal_to_the_other() {
+    let vary = ["finger.front.thickness_mm=1.5:2.6", "finger.back.thickness_mm=1.5:2.6"];
+    let problem = problem(CASE, &vary, "force at 6", &[]);
+    let settings = Settings { starts: 1, most: 30, ..Settings::default() };
+    let mut log = Log::open(None, &problem, &settings).expect("a log");
+    let second = "least strain up to 6".parse().expect("a goal");
+    let found = front(&problem, second, 4, &settings, &mut log, |_, _| ControlFlow::Continue(())).expect("a front");
+    assert!(found.points.len() >= 3 && found.before.is_some(), "{}", front_text(&problem, &found));
+    for pair in found.points.windows(2) {
+        assert!(pair[0].goals[0] > pair[1].goals[0] && pair[0].goals[1] > pair[1].goals[1], "{pair:?}");
+    }
+}
+
+#[test]
+fn a_snap_through_is_placed_where_a_run_finds_it() {
+    let problem = problem(CASE, &["finger.front.thickness_mm=1.5:2.6"], "snap up to 40", &[]);
+    let at = problem.values_before().goal.expect("a place");
+    let mut case = document(CASE).case().expect("a case");
+    case.path.places = (0..=40).map(f64::from).collect();
+    let run = run::solve(&case, &options("reduced")).expect("solved");
+    let [low, high] = run.first_branch.and_then(|branch| branch.snap_between()).expect("a snap-through");
+    assert!(low - 1e-3 <= at && at <= high + 1e-3, "{at} is not in {low} to {high}");
+}
+
+#[test]
+fn what_cannot_be_a_problem_is_refused_by_its_key() {
+    let goal = || ("force at 6".parse().expect("a goal"), Vec::new());
+    let none = Problem::new(document(CASE), Vec::new(), goal(), &[], Options::default());
+    assert_eq!(none.err(), Some(ProblemError::NoVariables));
+    let vary = vec!["object.size=1:2".parse().expect("a variable")];
+    let unknown = Problem::new(document(CASE), vary, goal(), &[], Options::default()).expect_err("no such key");
+    assert!(unknown.to_string().contains("\"object.size\" is not a number"), "{unknown}");
+    let vary = vec!["object.friction=0:1".parse().expect("a variable")];
+    let later = Problem::new(document(CASE), vary, goal(), &[], Options::default()).expect_err("not computed");
+    assert!(later.to_string().contains("not yet computed"), "{later}");
+}
