@@ -1,6 +1,5 @@
 //! What a run in QEMU needs so that the cycles of the real chips are measured: the plugin, and the boards' images.
 
-use crate::command::run as run_command;
 use crate::cross::built;
 use crate::firmware;
 use crate::pc::cargo;

@@ -39,6 +39,19 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     ("man", &[("Where man looks for them", "fre man --out ~/.local/share/man/man1")]),
     ("new", &[("A case to edit", "fre new finger.toml"), ("Straight into the solver", "fre new | fre solve -")]),
     (
+        "optimise",
+        &[
+            (
+                "The stiffest walls below 10 % strain, into a folder",
+                "fre optimise finger.toml --goal 'stiffness at 8' --subject-to 'strain up to 8 <= 10%' --vary finger.front.thickness_mm=1:3 --vary finger.back.thickness_mm=1:3 --out stiff",
+            ),
+            (
+                "A force that stays the same from 4 to 10°",
+                "fre optimise finger.toml --goal 'constant-force over 4:10' --vary finger.back.base_mm.0=-35:-20 --vary finger.front.thickness_mm=1:3 --out even",
+            ),
+        ],
+    ),
+    (
         "outline",
         &[(
             "Four printed dots of 3 mm around the finger, at 12°",

@@ -52,13 +52,15 @@ pub struct Args {
     /// What is searched for: [largest|least] MEASURE, or constant-force over A:B
     #[arg(long, value_name = "GOAL")]
     goal: Goal,
-    /// A limit: MEASURE <= NUMBER, MEASURE >= NUMBER (10% is 0.1), or no-snap before A; may be repeated
+    /// A limit (repeatable): MEASURE <= NUMBER, >= NUMBER, or no-snap before A
+    ///
+    /// NUMBER may be in per cent: 10% is 0.1.
     #[arg(long, value_name = "LIMIT")]
     subject_to: Vec<Limit>,
     /// A number of the case by its dotted key, and its bounds; may be repeated
     #[arg(long, value_name = "KEY=A:B", required = true)]
     vary: Vec<Variable>,
-    /// Another object that must be grasped as well: the numbers in which its case differs; may be repeated
+    /// Another object to grasp (repeatable): the numbers in which its case differs
     #[arg(long, value_name = "KEY=X,KEY=Y,…", value_parser = also)]
     also: Vec<Also>,
     /// Searches the front of the goal and this one, too
@@ -76,7 +78,7 @@ pub struct Args {
     /// Most evaluations of the goal per start
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     most: u32,
-    /// Folder for the report, the best design as a case, pictures, and what a stopped search continues from
+    /// Folder for report, design, pictures, and what a stopped search goes on from
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Form of the results on standard output

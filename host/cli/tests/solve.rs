@@ -329,7 +329,7 @@ fn bad_input_is_status_1_with_a_message() {
         ("--softness-mm-per-n -1", "--softness-mm-per-n is -1; allowed is 0 to 1"),
         ("--precision f16", "f32"),
         ("--format xml", "json"),
-        ("--loud", "--verbose"),
+        ("--loud", "unexpected argument '--loud'"),
     ] {
         let output = fre(&case, options);
         let said = words(&output.stderr);

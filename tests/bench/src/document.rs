@@ -130,6 +130,8 @@ enum Kind {
     NotNegative,
     /// `mean` and `max`.
     Spread,
+    /// `low` and `high`, positive and in this order.
+    Bounds,
 }
 
 const PHYSICS: Kind = Kind::OneOf(&["paper", "extended"]);

@@ -94,7 +94,7 @@ pub fn fault(page: &Page, link: &Link, pages: &[Page]) -> Option<String> {
     let (path, anchor) = target.split_once('#').map_or((target, None), |(path, anchor)| (path, Some(anchor)));
     let file = if path.is_empty() { PathBuf::from(&page.path) } else { normal(&page.folder().join(path))? };
     let name = file.to_str()?.replace('\\', "/");
-    if !root().join(&file).exists() {
+    if pages.iter().all(|page| page.path != name) && !root().join(&file).exists() {
         return Some(format!("{name} does not exist"));
     }
     if page.is_of_book() && !name.starts_with("docs/") {

@@ -115,15 +115,19 @@ pub fn rust(path: &str, text: &str) -> Vec<Prose> {
             whole.push_str(words);
             whole.push('\n');
             rest = after;
-        } else if let Some(body) = rest.strip_prefix("//") {
-            rest = body.split_once('\n').map_or("", |(_, after)| after);
+        } else if rest.starts_with("//") {
+            if let Some((line, words)) = comment.take() {
+                add(line, words);
+            }
+            rest = rest.split_once('\n').map_or("", |(_, after)| after);
         } else if let Some((words, after)) = literal(rest) {
             add(line_of(rest), words);
             rest = after;
         } else if let Some(after) = character(rest) {
             rest = after;
         } else {
-            if !c.is_whitespace()
+            // A comment ends at a line without one.
+            if (!c.is_whitespace() || c == '\n')
                 && let Some((line, words)) = comment.take()
             {
                 add(line, words);
@@ -158,13 +162,17 @@ fn literal(text: &str) -> Option<(String, &str)> {
         return Some((words.to_owned(), after));
     }
     let body = text.strip_prefix('"')?;
-    let (mut words, mut escaped) = (String::new(), false);
+    let (mut words, mut escaped, mut broken) = (String::new(), false, false);
     for (at, c) in body.char_indices() {
+        if broken && c.is_whitespace() {
+            continue;
+        }
+        broken = false;
         match c {
             '"' if !escaped => return Some((words, &body[at + 1..])),
             '\\' if !escaped => escaped = true,
             // An escaped line break goes with the spaces behind it.
-            '\n' if escaped => escaped = false,
+            '\n' if escaped => (escaped, broken) = (false, true),
             'n' if escaped => {
                 words.push('\n');
                 escaped = false;

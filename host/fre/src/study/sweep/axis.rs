@@ -133,8 +133,8 @@ mod tests {
     #[test]
     fn nonsense_is_refused_with_a_reason() {
         for (text, words) in [
-            ("", "no finite number"),
-            ("1,,2", "no finite number"),
+            ("", "not a finite number"),
+            ("1,,2", "not a finite number"),
             ("a", "\"a\""),
             ("nan", "finite"),
             ("1:inf:1", "finite"),
