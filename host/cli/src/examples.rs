@@ -188,8 +188,14 @@ mod tests {
     fn every_example_is_understood() {
         for (of, examples) in EXAMPLES {
             for line in examples.iter().flat_map(|(_, line)| line.split("&&")).flat_map(|line| line.split('|')) {
-                let words = line.split('>').next().unwrap_or_default().split_whitespace();
-                let words: Vec<&str> = words.collect();
+                // What is between quotation marks is one word.
+                let line = line.split('>').next().unwrap_or_default();
+                let words: Vec<&str> = (line.split('\'').enumerate())
+                    .flat_map(|(index, part)| match index % 2 {
+                        0 => part.split_whitespace().collect(),
+                        _ => vec![part],
+                    })
+                    .collect();
                 if words.first() != Some(&"fre") || (cfg!(not(feature = "gripper")) && !of.is_empty()) {
                     continue;
                 }

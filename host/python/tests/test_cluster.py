@@ -80,7 +80,7 @@ import json, pathlib, sys
 import numpy as np, ray
 import fre
 from fre import cluster
-ray.init(num_cpus=1, include_dashboard=False, log_to_driver=False, logging_level="error", object_store_memory=80 << 20,
+ray.init(address="local", num_cpus=1, include_dashboard=False, log_to_driver=False, logging_level="error", object_store_memory=80 << 20,
          _node_ip_address="127.0.0.1")
 case = fre.Case.read(sys.argv[1])
 told = lambda done, points: print(done, points, flush=True)
