@@ -49,10 +49,13 @@ struct Estimate {
     touching: bool,
 }
 
+/// An estimate with its cycles on each chip, by the lower and by the upper bound.
+type Measure = (Estimate, Vec<[u64; 2]>);
+
 /// What a campaign has cost.
 #[derive(Clone, Debug)]
 struct Campaign {
-    estimates: Vec<(Estimate, Vec<[u64; 2]>)>,
+    estimates: Vec<Measure>,
     /// Estimates, those of which no window was found included.
     seen: usize,
     chips: Vec<Measured>,
@@ -89,7 +92,7 @@ impl Campaign {
         [mean, mean_and_most(self.estimates.iter().map(|(estimate, _)| estimate.instructions))[1]]
     }
 
-    fn touching(&self) -> impl Iterator<Item = &(Estimate, Vec<[u64; 2]>)> + Clone {
+    fn touching(&self) -> impl Iterator<Item = &Measure> + Clone {
         self.estimates.iter().filter(|(estimate, _)| estimate.touching)
     }
 
@@ -315,7 +318,7 @@ impl fmt::Display for Rates {
 
 /// Kinds of ticks on the first chip of every board, and where the time goes.
 fn kinds(f: &mut fmt::Formatter<'_>, samples: u8, campaign: &Campaign) -> fmt::Result {
-    let mut kinds: BTreeMap<(bool, u16), Vec<&(Estimate, Vec<[u64; 2]>)>> = BTreeMap::new();
+    let mut kinds: BTreeMap<(bool, u16), Vec<&Measure>> = BTreeMap::new();
     for it in &campaign.estimates {
         kinds.entry(it.0.kind()).or_default().push(it);
     }

@@ -257,9 +257,9 @@ fn split(text: &str) -> Vec<String> {
 fn named(operand: &str) -> Registers {
     let mut all = 0;
     let mut from: Option<(char, u32)> = None;
-    let mut words = operand.split_inclusive(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_').peekable();
+    let words = operand.split_inclusive(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_');
     let mut ranged = false;
-    while let Some(word) = words.next() {
+    for word in words {
         let end = word.chars().last().filter(|letter| !letter.is_ascii_alphanumeric());
         let name = word.trim_end_matches(|letter: char| !letter.is_ascii_alphanumeric());
         if let Some((bank, number)) = register(name) {

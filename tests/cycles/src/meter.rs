@@ -140,10 +140,11 @@ impl Meter {
                 if instruction.may_jump() {
                     pipeline.went(instruction, *address, jumped);
                 }
-                if *bound == Bound::Upper && in_window {
-                    if let Some(cycles) = cycles.get_mut(number) {
-                        *cycles += pipeline.now() - before;
-                    }
+                if *bound == Bound::Upper
+                    && in_window
+                    && let Some(cycles) = cycles.get_mut(number)
+                {
+                    *cycles += pipeline.now() - before;
                 }
             }
         }

@@ -37,7 +37,7 @@ pub struct Seen {
     pub link: [Statistics; 2],
     /// Bytes lost on the bus.
     pub lost_on_bus: u64,
-    /// What the references leave, in the order of [`REFERENCES`].
+    /// What each reference leaves, in their order.
     pub followed: [Followed; 2],
     /// Samples that a reference had no room or no time for.
     pub left_out: [u64; 2],
