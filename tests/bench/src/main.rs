@@ -204,8 +204,9 @@ fn peer(options: &Options) -> Result<Option<peer::Peer>> {
 }
 
 fn write(file: &Path, figures: &document::Figures<'_>) -> Result<()> {
-    if figures.target.is_none() && figures.pc.is_none() && figures.peer.is_none() {
-        bail!("none of these parts has figures for {}: `pc`, `peer` and `target` have", file.display());
+    let document::Figures { target, pc, peer, rates, .. } = figures;
+    if target.is_none() && pc.is_none() && peer.is_none() && rates.is_none() {
+        bail!("none of these parts has figures for {}: `pc`, `peer`, `rates` and `target` have", file.display());
     }
     let document = figures.document();
     figures.check(&document)?;

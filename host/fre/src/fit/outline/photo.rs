@@ -70,7 +70,7 @@ impl Photo {
     /// Reads PNG, JPEG, TIFF, BMP or WebP.
     ///
     /// # Errors
-    /// The file cannot be read, is not such a picture, or has more than [`MOST_PIXELS`].
+    /// The file cannot be read, is not such a picture, or has too many pixels.
     pub fn read(path: &Path) -> Result<Self, OutlineError> {
         let name = path.display().to_string();
         let unreadable = |error: image::ImageError| {

@@ -14,7 +14,7 @@ use crate::draw;
 use crate::files::Folder;
 use crate::study::csv::{head, records};
 
-/// Names of the files that [`write`] makes.
+/// Names of the files that [`write()`] makes.
 pub const FILES: [&str; 5] = ["report.html", "table1.md", "table1.csv", "errors.svg", "errors.png"];
 
 /// Writes report, table and data ([`FILES`]) into a folder; gives their paths.
