@@ -7,7 +7,7 @@
 //! | STM32H743 | 16 + 16 KB caches; flash words of 256 bits, 4 wait states at 240 MHz (the bus runs at half the processor's clock) | RM0433 sections 2 and 4.3 |
 //! | STM32G474 | accelerator of 1 KB for code (32 lines of four 64-bit words) and 256 bytes for data; 4 wait states at 170 MHz; prefetch off unless it is switched on | RM0440 section 5.3 |
 //!
-//! Not published, and bracketed: the cycles that the bus matrix and the bridges add to a miss, whether a line's first word reaches the
+//! The sections are cited from memory: check them before a figure is relied upon. Not published, and bracketed: the cycles that the bus matrix and the bridges add to a miss, whether a line's first word reaches the
 //! processor before its last, and what a written line costs that makes room.
 
 use crate::Range;

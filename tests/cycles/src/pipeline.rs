@@ -2,7 +2,7 @@
 //!
 //! | figure | Cortex-M4 | Cortex-M7 |
 //! |---|---|---|
-//! | source | Arm DDI 0439 (instruction timing, floating-point instruction set) | `ARMScheduleM7.td` of LLVM, which names its units; P. Lunnon's measurements (quinapalus.com/cm7cycles.html) confirm the pairs |
+//! | source | Arm DDI 0439 (instruction timing, floating-point instruction set) | `ARMScheduleM7.td` of LLVM, which names its units and latencies; the ends of the ranges are set around them |
 //! | issue | one | two, but for division, multiples, doubles, and two of the same single unit |
 //! | load | 2 cycles, 1 behind another load or store | its result one or two cycles later |
 //! | branch taken | 1 + 1 to 3 cycles to refill | predicted: none; wrongly: 4 to 8 |

@@ -20,6 +20,12 @@ pub const GOAL: i32 = 2048 + 125;
 /// What the SDK has printed: the facts of one name behind one another.
 pub type Facts = BTreeMap<String, Vec<String>>;
 
+/// The version of this repository's firmware as the control table has it: ten times the major number, and the minor one.
+pub fn version() -> u8 {
+    let [major, minor] = [env!("CARGO_PKG_VERSION_MAJOR"), env!("CARGO_PKG_VERSION_MINOR")];
+    10 * major.parse::<u8>().unwrap() + minor.parse::<u8>().unwrap()
+}
+
 /// Motor angle at a position, rad.
 pub fn angle(position: i32) -> f64 {
     f64::from(position - 2048) * std::f64::consts::TAU / 4096.0
@@ -90,10 +96,7 @@ pub fn check(facts: &Facts) {
     assert_eq!(fact("crc"), [status(&[3])]);
     assert_eq!(fact("back-to-back"), [status(&[0, 1])]);
     assert_eq!(facts.get("quiet").map(|said| said.concat()).unwrap_or_default(), "");
-    // The version as the control table has it: ten times the major number, and the minor one.
-    let [major, minor] = [env!("CARGO_PKG_VERSION_MAJOR"), env!("CARGO_PKG_VERSION_MINOR")];
-    let version = 10 * major.parse::<u8>().unwrap() + minor.parse::<u8>().unwrap();
-    assert_eq!(fact("twice"), [status(&[0, b'F', b'R', version]).repeat(2)]);
+    assert_eq!(fact("twice"), [status(&[0, b'F', b'R', version()]).repeat(2)]);
     assert_eq!(fact("reg-write"), ["None 0"]);
     assert_eq!(fact("action"), [status(&[0])]);
     assert_eq!(fact("delay"), ["5 0"]);
