@@ -146,6 +146,11 @@ def test_a_search_is_that_of_one_machine(nodes: Any, case: fre.Case, tmp_path: p
 
 
 def test_few_tasks_are_under_way_at_once_and_errors_are_raised_here(nodes: Any) -> None:
+    # A node that was killed counts until its silence is noticed.
+    deadline = time.monotonic() + 120.0
+    while (cores := ray.cluster_resources()["CPU"]) > 2.0:
+        assert time.monotonic() < deadline, f"{cores} cores"
+        time.sleep(0.2)
     taken: list[int] = []
 
     def items() -> Iterator[int]:
@@ -161,7 +166,7 @@ def test_few_tasks_are_under_way_at_once_and_errors_are_raised_here(nodes: Any) 
     for count, (number, result) in enumerate(many.each(square, items())):
         assert result == number * number
         most = max(most, len(taken) - count)
-    assert len(taken) == 60 and most <= 8
+    assert len(taken) == 60 and most <= 3 * 2
 
     def fail(number: int) -> int:
         raise ValueError(f"{number} is no good")
