@@ -4,115 +4,124 @@ use crate::command::{find, headline, run as run_command};
 use crate::cross::{Cross, TRIPLE, built};
 use crate::pc::{FEATURES, cargo};
 use crate::{cycles, firmware, on_target, panic_free, paths, portable, python, release, setup};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
+use std::time::Instant;
 
-/// Parts of the suite, in the order they run in.
-const PARTS: &[&str] = &["format", "clippy", "doc", "pc", "python", "target", "system", "boards", "release"];
+/// A part of the suite, and what it does.
+type Part = (&'static str, fn(&Cross) -> Result<()>);
+
+/// The suite, in the order its parts run in.
+const PARTS: &[Part] = &[
+    ("format", format),
+    ("clippy", clippy),
+    ("doc", doc),
+    ("pc", pc),
+    ("python", |_| python::test()),
+    ("target", target),
+    ("system", system),
+    ("boards", boards),
+    // Last: of what the parts before it have built.
+    ("release", |_| release::run(release::Parts::Suite, &paths::target().join("release-suite"))),
+];
 
 /// The board that clippy looks at, and the crate of all of them with it: the one with the most code of its own. The others are built
 /// only: clippy would have the chip library checked for each of them once more.
 const LINTED: &str = "opencr";
 
-/// Runs the parts named, or all; stops at the first step that fails.
-pub fn run(parts: &[&str]) -> Result<()> {
-    if let Some(unknown) = parts.iter().find(|part| !PARTS.contains(part)) {
-        anyhow::bail!("`{unknown}` is not a part of the tests; the parts are: {}", PARTS.join(", "));
+/// Runs the parts named, or all. A part that fails stops at its first failing step; the others run all the same, so that one run names
+/// every part at fault.
+pub fn run(names: &[&str]) -> Result<()> {
+    if let Some(unknown) = names.iter().find(|name| !PARTS.iter().any(|(part, _)| part == *name)) {
+        let parts: Vec<&str> = PARTS.iter().map(|(part, _)| *part).collect();
+        bail!("`{unknown}` is not a part of the tests; the parts are: {}", parts.join(", "));
     }
-    let wanted = |part| parts.is_empty() || parts.contains(&part);
     headline("set-up");
     setup::run(setup::Parts::Everything)?;
     let cross = Cross::find()?;
-
-    if wanted("format") {
-        headline("formatting");
-        run_command(cargo("fmt").args(["--all", "--check", "--", "-l"]))?;
-        run_command(cargo("fmt").args(["--all", "--check", "--", "-l"]).current_dir(paths::boards()))?;
-    }
-
-    if wanted("clippy") {
-        headline("clippy");
-        // `--all-features`: the boards' clippy does not look at the crates that they share with the PC.
-        let every_target = ["--workspace", "--all-targets", "--all-features"];
-        run_command(cargo("clippy").arg("--quiet").args(every_target).args(["--", "-D", "warnings"]))?;
-        // What takes the place of a feature that is off is compiled without it only.
-        let bare = ["--package", "fre-cli", "--no-default-features", "--all-targets"];
-        run_command(cargo("clippy").arg("--quiet").args(bare).args(["--", "-D", "warnings"]))?;
-        headline("clippy, boards");
-        // Not `--all-targets`: that makes tests of binaries too, and those need `std`.
-        // Not `--workspace` either: the chip library is made for one chip at a time. What runs in QEMU are the default
-        // members; the others are the part `boards`.
-        let every_target = ["--lib", "--bins", "--tests", "--features", "mps2/bench"];
-        run_command(
-            cross.cargo("clippy").args(["--quiet", "--release"]).args(every_target).args(["--", "-D", "warnings"]),
-        )?;
-    }
-
-    if wanted("doc") {
-        headline("documentation");
-        run_command(
-            cargo("doc")
-                .args(["--quiet", "--no-deps", "--workspace"])
-                .args(FEATURES)
-                .env("RUSTDOCFLAGS", "-D warnings"),
-        )?;
-    }
-
-    if wanted("pc") {
-        // `fre gripper` and its like are tested on the firmware, too: cargo builds the program for tests of its own package only.
-        let image = firmware::show(firmware::SIMULATED)?;
-        headline("tests on this PC");
-        let every_package = ["--no-fail-fast", "--workspace", "--exclude", "system-tests"];
-        let mut tests = cargo("test");
-        tests.args(every_package).args(FEATURES).env("FRE_FIRMWARE_ELF", image);
-        if find("ccx").is_some() {
-            tests.args(["--features", "fre-cli/fea"]);
-        }
-        run_command(&mut tests)?;
-    }
-
-    if wanted("python") {
-        python::test()?;
-    }
-
-    if wanted("target") {
-        headline("tests on the target, in QEMU");
-        on_target::run(&build_on_target(&cross)?)?;
-        headline("the estimator's image, searched for panics");
-        panic_free::check(&cross)?;
-    }
-
-    if wanted("system") {
-        let image = firmware::show(firmware::SIMULATED)?;
-        headline("system tests: firmware, servo and host together");
-        // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
-        let mut tests = cargo("test");
-        tests.args(["--no-fail-fast", "--workspace"]).args(FEATURES).env("FRE_FIRMWARE_ELF", &image);
-        cycles::provide(&mut tests, &[firmware::MEASURED])?;
-        for test in system_tests()? {
-            tests.args(["--test", &test]);
-        }
-        run_command(&mut tests)?;
-    }
-
-    if wanted("boards") {
-        portable::check()?;
-    }
-
-    // Last: the chip library is built once per chip and way, which takes minutes the first time.
-    if wanted("boards") {
-        for board in firmware::BOARDS.iter().filter(|board| board.name != firmware::SIMULATED) {
-            firmware::show(board.name)?;
-            if board.name == LINTED {
-                let package = ["--quiet", "--release", "--package", board.name, "--bins"];
-                run_command(cross.cargo("clippy").args(package).args(["--", "-D", "warnings"]))?;
-            }
+    let mut failed = Vec::new();
+    for (part, run) in PARTS.iter().filter(|(part, _)| names.is_empty() || names.contains(part)) {
+        let start = Instant::now();
+        let result = run(&cross);
+        headline(&format!("part `{part}`: {:.0} s", start.elapsed().as_secs_f64()));
+        if let Err(error) = result {
+            println!("failed: {error:#}");
+            failed.push(format!("{part}: {error:#}"));
         }
     }
+    if failed.is_empty() { Ok(()) } else { bail!("failed parts: {}\n{}", failed.len(), failed.join("\n")) }
+}
 
-    // Of what the parts above have built.
-    if wanted("release") {
-        release::run(release::Parts::Suite, &paths::target().join("release-suite"))?;
+fn format(_: &Cross) -> Result<()> {
+    headline("formatting");
+    run_command(cargo("fmt").args(["--all", "--check", "--", "-l"]))?;
+    run_command(cargo("fmt").args(["--all", "--check", "--", "-l"]).current_dir(paths::boards()))
+}
+
+fn clippy(cross: &Cross) -> Result<()> {
+    headline("clippy");
+    // `--all-features`: the boards' clippy does not look at the crates that they share with the PC.
+    let every_target = ["--workspace", "--all-targets", "--all-features"];
+    run_command(cargo("clippy").arg("--quiet").args(every_target).args(["--", "-D", "warnings"]))?;
+    // What takes the place of a feature that is off is compiled without it only.
+    let bare = ["--package", "fre-cli", "--no-default-features", "--all-targets"];
+    run_command(cargo("clippy").arg("--quiet").args(bare).args(["--", "-D", "warnings"]))?;
+    headline("clippy, boards");
+    // Not `--all-targets`: that makes tests of binaries too, and those need `std`.
+    // Not `--workspace` either: the chip library is made for one chip at a time. What runs in QEMU are the default
+    // members; the others are the part `boards`.
+    let every_target = ["--lib", "--bins", "--tests", "--features", "mps2/bench"];
+    run_command(cross.cargo("clippy").args(["--quiet", "--release"]).args(every_target).args(["--", "-D", "warnings"]))
+}
+
+fn doc(_: &Cross) -> Result<()> {
+    headline("documentation");
+    let every_page = ["--quiet", "--no-deps", "--workspace"];
+    run_command(cargo("doc").args(every_page).args(FEATURES).env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+fn pc(_: &Cross) -> Result<()> {
+    // `fre gripper` and its like are tested on the firmware, too: cargo builds the program for tests of its own package only.
+    let image = firmware::show(firmware::SIMULATED)?;
+    headline("tests on this PC");
+    let every_package = ["--no-fail-fast", "--workspace", "--exclude", "system-tests"];
+    let mut tests = cargo("test");
+    tests.args(every_package).args(FEATURES).env("FRE_FIRMWARE_ELF", image);
+    if find("ccx").is_some() {
+        tests.args(["--features", "fre-cli/fea"]);
+    }
+    run_command(&mut tests)
+}
+
+fn target(cross: &Cross) -> Result<()> {
+    headline("tests on the target, in QEMU");
+    on_target::run(&build_on_target(cross)?)?;
+    headline("the estimator's image, searched for panics");
+    panic_free::check(cross)
+}
+
+fn system(_: &Cross) -> Result<()> {
+    let image = firmware::show(firmware::SIMULATED)?;
+    headline("system tests: firmware, servo and host together");
+    // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
+    let mut tests = cargo("test");
+    tests.args(["--no-fail-fast", "--workspace"]).args(FEATURES).env("FRE_FIRMWARE_ELF", &image);
+    cycles::provide(&mut tests, &[firmware::MEASURED])?;
+    for test in system_tests()? {
+        tests.args(["--test", &test]);
+    }
+    run_command(&mut tests)
+}
+
+fn boards(cross: &Cross) -> Result<()> {
+    portable::check()?;
+    // The chip library is built once per chip and way, which takes minutes the first time.
+    for board in firmware::BOARDS.iter().filter(|board| board.name != firmware::SIMULATED) {
+        firmware::show(board.name)?;
+        if board.name == LINTED {
+            let package = ["--quiet", "--release", "--package", board.name, "--bins"];
+            run_command(cross.cargo("clippy").args(package).args(["--", "-D", "warnings"]))?;
+        }
     }
     Ok(())
 }
