@@ -13,7 +13,7 @@ use crate::output::{Picture, PlotArgs, put_out, reads_case};
 use crate::progress::ProgressLine;
 use crate::standard::{self, is_standard};
 use fre::case::Case;
-use fre::compare::{self, CompareError, Comparison, with_elements, with_measurements_watched};
+use fre::compare::{self, CompareError, Comparison, with_elements_watched, with_measurements_watched};
 use fre::fea::DECK;
 use fre::files::FileError;
 
@@ -187,9 +187,19 @@ fn compared(args: &Args, case: &mut Case) -> Result<Comparison, String> {
             line.wipe();
             compared
         }
-        None => with_elements(case, &options, args.mesh, &folder(args), |plan| {
-            tell!("fre: CalculiX: {} elements, {} increments …", plan.mesh.elements.len(), plan.path.len());
-        }),
+        None => {
+            let mut line = ProgressLine::new(false);
+            let mut told = false;
+            let compared = with_elements_watched(case, &options, args.mesh, &folder(args), |progress| {
+                if !std::mem::replace(&mut told, true) {
+                    tell!("fre: CalculiX: {} elements, {} increments …", progress.elements, progress.total);
+                }
+                line.show(false, || format!("CalculiX: {} of {} increments", progress.done, progress.total));
+                ControlFlow::Continue(())
+            });
+            line.wipe();
+            compared
+        }
     };
     compared.map_err(|error| match error {
         CompareError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", args.case.display()),

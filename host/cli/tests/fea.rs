@@ -4,9 +4,12 @@
 mod program;
 
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 
 use fre::case::Case;
-use fre::fea::{FeaError, Layer, Mesh, Plan, Region, parse_dat, parse_frd, parse_sta};
+use fre::compare::{CompareError, with_elements_watched};
+use fre::fea::{FeaError, Layer, Mesh, Plan, Progress, Region, parse_dat, parse_frd, parse_sta};
+use fre::study::model::Options;
 
 /// Case of a series of the reference data: circle tangent to the undeformed finger at α = 0.
 fn case(finger: &str, radius: f64, height: f64, angles: &[f64]) -> Case {
@@ -318,6 +321,21 @@ fn without_calculix_or_with_one_that_fails_the_reason_is_told() {
     assert!(status == Some(1) && told.contains("signal: 9"), "{told}");
 }
 
+#[test]
+fn a_watcher_stops_it_before_calculix_starts() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut told = Vec::new();
+    let case = case("fea-80", 40.0, 45.0, &[1.0, 2.0]);
+    let stopped = with_elements_watched(&case, &Options::default(), 1, folder.path(), |progress| {
+        told.push(progress);
+        ControlFlow::Break(())
+    });
+    assert!(matches!(stopped, Err(CompareError::Stopped)), "{stopped:?}");
+    let plan = Plan::of(&case, 1).unwrap();
+    assert_eq!(told, [Progress { elements: plan.mesh.elements.len(), done: 0, total: plan.path.len() }]);
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+}
+
 #[cfg(unix)]
 #[test]
 fn a_run_that_ends_early_keeps_what_it_reached() {
@@ -436,6 +454,8 @@ fn failed_attempts_are_counted_apart() {
         1          1     1U   25  0.100000E+01  0.100000E+01  0.100000E+01\n     \
         1          1     2     8  0.250000E+00  0.250000E+00  0.250000E+00\n     \
         1          2     1     6  0.500000E+00  0.500000E+00  0.250000E+00\n";
-    let progress = parse_sta(text);
-    assert_eq!((progress.increments, progress.failed_attempts, progress.iterations), (2, 1, 39));
+    let effort = parse_sta(text);
+    assert_eq!((effort.increments, effort.failed_attempts, effort.iterations, effort.steps), (2, 1, 39, 0));
+    let ended = format!("{text}          1          3     1     4  0.100000E+01  0.100000E+01  0.500000E+00\n");
+    assert_eq!(parse_sta(&ended).steps, 1);
 }

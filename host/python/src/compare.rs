@@ -1,8 +1,9 @@
 //! A case against finite elements or measurements.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use fre::compare::{CompareError, Comparison, Order, with_elements, with_measurements};
+use fre::compare::{CompareError, Comparison, Order, with_elements_watched, with_measurements};
 use fre::draw;
 use fre::fit::measured::Measured;
 use pyo3::prelude::*;
@@ -58,7 +59,15 @@ pub(crate) fn compare_elements(
     let options = options.options()?;
     let case = case.case.clone();
     py.detach(|| {
-        let compared = with_elements(&case, &options, mesh, &folder, |_| {}).map_err(refused)?;
-        written(&case, compared)
+        // Ctrl-C ends CalculiX, too.
+        let mut interrupted = None;
+        let compared = with_elements_watched(&case, &options, mesh, &folder, |_| {
+            interrupted = Python::attach(|py| py.check_signals()).err();
+            if interrupted.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        match interrupted {
+            Some(signal) => Err(signal),
+            None => written(&case, compared.map_err(refused)?),
+        }
     })
 }

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import pathlib
 import pickle
+import signal
 import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -127,6 +129,27 @@ def test_a_comparison_is_that_of_the_command(program: str, case: fre.Case, tmp_p
     for arguments in ({}, {"measured": csv, "fea": True}):
         with pytest.raises(ValueError, match="either a file of measurements or fea=True"):
             fre.compare(case, **arguments)  # type: ignore[arg-type]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the program in CalculiX' place is a shell script")
+def test_an_interrupt_ends_calculix(case: fre.Case, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ccx = tmp_path / "bin" / "ccx"
+    ccx.parent.mkdir()
+    ccx.write_text("#!/bin/sh\nexec /bin/sleep 600\n")
+    ccx.chmod(0o755)
+    monkeypatch.setenv("PATH", str(ccx.parent))
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 1.0)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            fre.compare(case, fea=True, folder=tmp_path / "files")
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    # A CalculiX that was still there would hold the folder.
+    ccx.write_text("#!/bin/sh\nexit 3\n")
+    with pytest.raises(OSError, match="reached no place"):
+        fre.compare(case, fea=True, folder=tmp_path / "files")
 
 
 def frame(path: pathlib.Path) -> Any:

@@ -125,7 +125,7 @@ fn one(design: &Design) -> Result<String> {
         let mut case = fine.document(&report.x, object).context("the best design")?.case()?;
         case.path.places = design.confirmed_deg.to_vec();
         let folder = tempfile::tempdir()?;
-        match with_elements(&case, &Options::default(), 1, folder.path(), |_| {}) {
+        match with_elements(&case, &Options::default(), 1, folder.path()) {
             Ok(comparison) => {
                 let _ = write!(text, "{}", comparison.text(&case));
             }

@@ -1,24 +1,26 @@
 //! `fre outline` with the feature of its name.
 
 use std::fmt::Write as _;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
 use model_core::object::Motion;
-use rayon::prelude::*;
 
 use crate::exit::{bad_input, tell};
 use crate::output::{ForceArgs, put_out, reads_case};
+use crate::progress::ProgressLine;
 use crate::standard;
 use fre::case::{Case, MAX_ANGLE, MAX_DISTANCE};
 use fre::draw;
 use fre::files::{FileError, Files, Output};
+use fre::fit::outline::boards::{self, Board};
 use fre::fit::outline::camera::Camera;
 use fre::fit::outline::marks::{self, Mark};
 use fre::fit::outline::photo::{Colour, Photo};
 use fre::fit::outline::plane::{Agreement, Plane};
-use fre::fit::outline::{Options, Outline, OutlineError, checkerboard, dots, extract, overlay, zhang};
+use fre::fit::outline::{Options, Outline, OutlineError, camera_file, dots, extract, overlay};
 
 /// Take the front beam's shape from a photograph, for `fre compare --measured`
 ///
@@ -276,30 +278,22 @@ fn options(args: &Args, default: Options, length: f64) -> Result<Options, Outlin
 
 fn camera(args: &Args, save: Option<Output>, size: [u32; 2]) -> Result<Option<Camera>, OutlineError> {
     if let Some(file) = &args.camera {
-        let name = file.display().to_string();
-        let text = std::fs::read_to_string(file)
-            .map_err(|error| OutlineError::Unreadable { file: name.clone(), reason: error.to_string() })?;
-        return toml::from_str(&text).map(Some).map_err(|error| OutlineError::toml(&name, &text, &error));
+        return camera_file::read(file).map(Some);
     }
     let Some(squares) = args.squares.filter(|_| !args.checkerboard.is_empty()) else { return Ok(None) };
-    let boards = args
-        .checkerboard
-        .par_iter()
-        .map(|file| {
-            let board = Photo::read(file)?;
-            if board.size() != size {
-                return Err(OutlineError::OtherSize { camera: board.size(), photo: size });
-            }
-            checkerboard::corners(&board.grey(), squares)
-                .map_err(|reason| OutlineError::Board { file: board.name.clone(), reason })
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let found = zhang::calibrate(&boards, size, args.square_mm)?;
+    let mut line = ProgressLine::new(false);
+    let board = Board { squares, square_mm: args.square_mm };
+    let found = boards::calibrate(&args.checkerboard, board, size, |progress| {
+        line.show(false, || format!("corners: {} of {} pictures", progress.done, progress.total));
+        ControlFlow::Continue(())
+    });
+    line.wipe();
+    let found = found?;
     let Camera { focal_px, centre_px, radial, tangential, .. } = found.camera;
     tell!(
         "camera       {} pictures, residual {:.3} px rms; focal length {:.1} ± {:.1}, {:.1} px, centre {:.1}, {:.1} px, \
          k1 {:.4}, k2 {:.4}, p1 {:.5}, p2 {:.5}",
-        boards.len(),
+        args.checkerboard.len(),
         found.rms_px,
         focal_px[0],
         found.focal_deviation_px,
@@ -320,18 +314,11 @@ fn camera(args: &Args, save: Option<Output>, size: [u32; 2]) -> Result<Option<Ca
         }
     }
     if let Some(file) = save {
-        let list = |values: &[f64]| values.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
         let text = format!(
-            "# A camera from {} pictures of a checkerboard, residual {:.3} px rms: for this zoom and focus.\n\
-             size_px = [{}, {}]\nfocal_px = [{}]\ncentre_px = [{}]\nradial = [{}]\ntangential = [{}]\n",
-            boards.len(),
+            "# A camera from {} pictures of a checkerboard, residual {:.3} px rms: for this zoom and focus.\n{}",
+            args.checkerboard.len(),
             found.rms_px,
-            size[0],
-            size[1],
-            list(&focal_px),
-            list(&centre_px),
-            list(&radial),
-            list(&tangential)
+            camera_file::text(&found.camera)
         );
         write(file, text.as_bytes())?;
     }

@@ -1,5 +1,6 @@
 //! A case against finite elements.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::comparison::{Comparison, Elements, Reference, Row};
@@ -7,13 +8,12 @@ use super::error::CompareError;
 use super::notes::differences;
 use super::pictures::overlay;
 use crate::case::Case;
-use crate::fea::{Analysis, Plan, Pose};
+use crate::fea::{Analysis, FeaError, Plan, Pose, Progress};
 use crate::study::model::Options;
 use crate::study::run;
 
 /// Compares a case with finite elements: meshes the finger, presses it on the object with CalculiX in a folder, and compares at
-/// every place of the case's motion. `refinement` makes every element so many by so many; `begins` is called with the plan before
-/// CalculiX starts.
+/// every place of the case's motion. `refinement` makes every element so many by so many.
 ///
 /// # Errors
 /// The case cannot be meshed or discretised, or CalculiX fails.
@@ -22,27 +22,43 @@ pub fn with_elements(
     options: &Options,
     refinement: usize,
     folder: &Path,
-    begins: impl FnOnce(&Plan),
+) -> Result<Comparison, CompareError> {
+    with_elements_watched(case, options, refinement, folder, |_| ControlFlow::Continue(()))
+}
+
+/// As [`with_elements`], calling `watch` before CalculiX starts and many times a second; it stops the work by
+/// [`ControlFlow::Break`].
+///
+/// # Errors
+/// As those of [`with_elements`], or the work was stopped.
+pub fn with_elements_watched(
+    case: &Case,
+    options: &Options,
+    refinement: usize,
+    folder: &Path,
+    watch: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Comparison, CompareError> {
     let plan = Plan::of(case, refinement).map_err(CompareError::Mesh)?;
     let run = run::solve(case, options)?;
     let model_seconds = run.seconds();
-    begins(&plan);
-    let analysis = plan.run(case, folder).map_err(CompareError::Fea)?;
+    let analysis = plan.run(case, folder, watch).map_err(|error| match error {
+        FeaError::Stopped => CompareError::Stopped,
+        error => CompareError::Fea(error),
+    })?;
     let rows = run.places.iter().zip(&analysis.poses).map(|(place, pose)| {
         let front = pose.as_ref().map_or(&[][..], |pose| &pose.front);
         Row::new(place, pose.as_ref().map(Pose::magnitude), front)
     });
     let rows: Vec<Row> = rows.collect();
-    let Analysis { elements, nodes, progress, seconds, unread, doubts, .. } = analysis;
+    let Analysis { elements, nodes, effort, seconds, unread, doubts, .. } = analysis;
     let figures = Elements {
         seconds,
         speed_ratio: seconds / model_seconds.max(1e-9),
         elements,
         nodes,
-        increments: progress.increments,
-        failed_attempts: progress.failed_attempts,
-        iterations: progress.iterations,
+        increments: effort.increments,
+        failed_attempts: effort.failed_attempts,
+        iterations: effort.iterations,
         folder: folder.display().to_string(),
     };
     let both = run.places.iter().zip(&analysis.poses).rev();

@@ -12,7 +12,7 @@ mod pictures;
 mod words;
 
 pub use comparison::{Comparison, Elements, OutlyingPoint, Reading, Reference, Row};
-pub use elements::with_elements;
+pub use elements::{with_elements, with_elements_watched};
 pub use error::CompareError;
 pub use measurements::{with_measurements, with_measurements_watched};
 pub use order::Order;

@@ -1,13 +1,14 @@
 //! An analysis: CalculiX run on a plan, and what it found at each place.
 
 use std::collections::{BTreeMap, HashMap};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use model_core::design::Design;
 use model_core::object::{Object as _, Shape};
 
-use super::ccx::{self, Printed, Progress, parse_dat, parse_sta};
+use super::ccx::{self, Effort, Printed, parse_dat, parse_sta};
 use super::deck::{self, deck};
 use super::error::FeaError;
 use super::frd::parse_frd;
@@ -60,6 +61,17 @@ impl Pose {
     }
 }
 
+/// How far CalculiX is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Elements of the finger.
+    pub elements: usize,
+    /// Steps of the path that are done.
+    pub done: usize,
+    /// All steps.
+    pub total: usize,
+}
+
 /// A finished analysis.
 #[derive(Debug)]
 pub struct Analysis {
@@ -74,7 +86,7 @@ pub struct Analysis {
     /// Nodes of the finger.
     pub nodes: usize,
     /// Increments and iterations.
-    pub progress: Progress,
+    pub effort: Effort,
     /// CalculiX's time, s.
     pub seconds: f64,
 }
@@ -85,11 +97,22 @@ impl Plan {
         deck(&case.finger.name, &case.finger.design, self)
     }
 
-    /// Runs CalculiX in a folder, which is made and keeps all its files.
+    /// Runs CalculiX in a folder, which is made and keeps all its files. `watch` is called before it starts and many times a second;
+    /// it stops CalculiX by [`ControlFlow::Break`].
     ///
     /// # Errors
-    /// If CalculiX is missing, or reached no place.
-    pub fn run(&self, case: &Case, folder: &Path) -> Result<Analysis, FeaError> {
+    /// If CalculiX is missing, reached no place, or was stopped.
+    pub fn run(
+        &self,
+        case: &Case,
+        folder: &Path,
+        mut watch: impl FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<Analysis, FeaError> {
+        let (elements, total) = (self.mesh.elements.len(), self.path.len());
+        let mut watch = |done| watch(Progress { elements, done, total });
+        if watch(0).is_break() {
+            return Err(FeaError::Stopped);
+        }
         std::fs::create_dir_all(folder)
             .map_err(|source| FeaError::Io { file: folder.display().to_string(), source })?;
         let file = |ending: &str| -> PathBuf { folder.join(format!("{JOB}.{ending}")) };
@@ -103,7 +126,7 @@ impl Plan {
         std::fs::write(&deck, self.deck(case))
             .map_err(|source| FeaError::Io { file: deck.display().to_string(), source })?;
         let began = Instant::now();
-        let status = ccx::run(folder, JOB, &lock)?;
+        let status = ccx::run(folder, JOB, &lock, &mut watch)?;
         let ended = status.to_string();
         let seconds = began.elapsed().as_secs_f64();
         let printed = parse_dat(&std::fs::read_to_string(file("dat")).unwrap_or_default())?;
@@ -111,7 +134,7 @@ impl Plan {
             Ok(deformed) => (deformed, None),
             Err(error) => (BTreeMap::new(), Some(error)),
         };
-        let progress = parse_sta(&std::fs::read_to_string(file("sta")).unwrap_or_default());
+        let effort = parse_sta(&std::fs::read_to_string(file("sta")).unwrap_or_default());
         let pose = |(&place, step): (&f64, &usize)| self.pose(place, *step, &printed, deformed.get(step));
         let reached: Vec<Option<Pose>> = case.path.places.iter().zip(&self.stops).map(pose).collect();
         let complaint = ccx::complaint(folder, JOB);
@@ -133,8 +156,7 @@ impl Plan {
                 sound.then(|| pose.without_noise(&case.finger.design))
             })
             .collect();
-        let (elements, nodes) = (self.mesh.elements.len(), self.mesh.nodes.len());
-        Ok(Analysis { poses, unread, doubts, elements, nodes, progress, seconds })
+        Ok(Analysis { poses, unread, doubts, elements, nodes: self.mesh.nodes.len(), effort, seconds })
     }
 
     /// What CalculiX reports of a place; none if it did not get there.

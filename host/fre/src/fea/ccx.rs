@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::{Command, ExitStatus};
+use std::time::Duration;
 
 use super::error::FeaError;
 use super::region::Point;
@@ -21,9 +23,14 @@ pub struct Printed {
     pub forces: BTreeMap<usize, Point>,
 }
 
+/// How often the files of a running program are looked at.
+const LOOK: Duration = Duration::from_millis(100);
+
 /// What a `.sta` file says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Progress {
+pub struct Effort {
+    /// Steps of the path that have ended.
+    pub steps: usize,
     /// Increments that converged.
     pub increments: usize,
     /// Attempts that failed and were repeated with a smaller increment.
@@ -49,26 +56,47 @@ pub fn lock(folder: &Path, job: &str) -> Result<File, FeaError> {
 
 /// Runs the deck `job.inp` in a folder and returns how the program ended. The program gets the lock's empty file as its standard input:
 /// should it outlive us, the folder stays locked until it ends. A run that ends early is not an error: what it reached is
-/// in its files.
+/// in its files. `watch` is called many times a second with the steps of the path that have ended; it ends the program by
+/// [`ControlFlow::Break`].
 ///
 /// # Errors
-/// If the program is missing or cannot be started.
-pub fn run(folder: &Path, job: &str, lock: &File) -> Result<ExitStatus, FeaError> {
+/// If the program is missing or cannot be started, or was stopped.
+pub fn run(
+    folder: &Path,
+    job: &str,
+    lock: &File,
+    watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+) -> Result<ExitStatus, FeaError> {
     let io = |source| FeaError::Io { file: folder.display().to_string(), source };
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let log = File::create(folder.join(format!("{job}.log"))).map_err(io)?;
-    let status = Command::new(PROGRAM)
+    let child = Command::new(PROGRAM)
         .arg(job)
         .current_dir(folder)
         .env("OMP_NUM_THREADS", threads.to_string())
         .stdin(lock.try_clone().map_err(io)?)
         .stdout(log.try_clone().map_err(io)?)
         .stderr(log)
-        .status();
-    match status {
-        Ok(status) => Ok(status),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Err(FeaError::NoCalculix),
-        Err(source) => Err(FeaError::Io { file: PROGRAM.to_owned(), source }),
+        .spawn();
+    let failed = |source| FeaError::Io { file: PROGRAM.to_owned(), source };
+    let mut child = match child {
+        Ok(child) => child,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Err(FeaError::NoCalculix),
+        Err(source) => return Err(failed(source)),
+    };
+    let sta = folder.join(format!("{job}.sta"));
+    loop {
+        if let Some(status) = child.try_wait().map_err(failed)? {
+            return Ok(status);
+        }
+        let steps = fs::read_to_string(&sta).map_or(0, |text| parse_sta(&text).steps);
+        if watch(steps).is_break() {
+            // It may have ended by itself meanwhile.
+            let _ = child.kill();
+            child.wait().map_err(failed)?;
+            return Err(FeaError::Stopped);
+        }
+        std::thread::sleep(LOOK);
     }
 }
 
@@ -133,8 +161,8 @@ pub fn parse_dat(text: &str) -> Result<Printed, FeaError> {
 }
 
 /// Reads a `.sta` file: step, increment, attempt (followed by U if it failed), iterations, times.
-pub fn parse_sta(text: &str) -> Progress {
-    let mut progress = Progress::default();
+pub fn parse_sta(text: &str) -> Effort {
+    let mut effort = Effort::default();
     for line in text.lines() {
         let fields: Vec<&str> = line.split_whitespace().collect();
         if fields.len() < 4 || fields[0].parse::<usize>().is_err() {
@@ -143,12 +171,15 @@ pub fn parse_sta(text: &str) -> Progress {
         // The mark stands behind the attempt's number, with or without a blank.
         let failed = fields[2].ends_with('U') || fields[3] == "U";
         let iterations = if fields[3] == "U" { fields.get(4) } else { fields.get(3) };
-        progress.iterations += iterations.and_then(|text| text.parse::<usize>().ok()).unwrap_or(0);
+        effort.iterations += iterations.and_then(|text| text.parse::<usize>().ok()).unwrap_or(0);
         if failed {
-            progress.failed_attempts += 1;
+            effort.failed_attempts += 1;
         } else {
-            progress.increments += 1;
+            effort.increments += 1;
+            // The time since the beginning is the third number from the end. Every step takes one unit of it.
+            let time = fields.iter().rev().nth(2).and_then(|text| text.parse::<f64>().ok());
+            effort.steps = time.map_or(effort.steps, |time| (time + 1e-6) as usize);
         }
     }
-    progress
+    effort
 }

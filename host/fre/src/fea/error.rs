@@ -66,6 +66,9 @@ pub enum FeaError {
         /// The folder.
         folder: String,
     },
+    /// The watcher stopped it.
+    #[error("stopped")]
+    Stopped,
     /// CalculiX reached no place at all.
     #[error("CalculiX reached no place ({ended}); its files are in {folder}{}", .complaint.as_ref().map(|words| format!("; it says: {words}")).unwrap_or_default())]
     NothingReached {

@@ -17,8 +17,8 @@ mod region;
 mod start;
 mod surface;
 
-pub use analysis::{Analysis, DECK, Pose};
-pub use ccx::{Printed, Progress, parse_dat, parse_sta};
+pub use analysis::{Analysis, DECK, Pose, Progress};
+pub use ccx::{Effort, Printed, parse_dat, parse_sta};
 pub use deck::deck;
 pub use error::{FeaError, MAX_REFINEMENT};
 pub use frd::parse_frd;

@@ -97,6 +97,9 @@ pub enum OutlineError {
     /// The checkerboards determine no camera.
     #[error(transparent)]
     Camera(#[from] NoCamera),
+    /// The watcher stopped it.
+    #[error("stopped")]
+    Stopped,
     /// The finger's base lies outside the picture.
     #[error("the marks put the finger's base at pixel {:.0},{:.0}, outside the picture: check their millimetres and --frame", .at[0], .at[1])]
     FingerOutside {

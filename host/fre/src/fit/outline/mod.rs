@@ -6,7 +6,9 @@
 //! itself: nothing is warped before edges are looked for.
 
 pub mod beam;
+pub mod boards;
 pub mod camera;
+pub mod camera_file;
 pub mod checkerboard;
 pub mod dots;
 pub mod edge;
