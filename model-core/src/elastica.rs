@@ -6,7 +6,7 @@ use std::vec::Vec;
 use nalgebra::{DMatrix, DVector};
 
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::size::Paper;
 
 /// Tip (w/L, u/L) and tip angle of the front beam of a finger without lamellae, alone, under P L²/EI = `load`, by dense
@@ -21,9 +21,9 @@ fn cantilever(scheme: Scheme, elements: u16, load: f64) -> [f64; 3] {
         softness: Softness::Fixed(0.0),
         physics: Physics::Paper,
     };
-    let mut ladder: Box<Ladder<f64, Paper>> = Box::new(Ladder::EMPTY);
-    discretise(&design, &how, &mut ladder).expect("a valid design");
-    let nodes = ladder.members()[0].nodes();
+    let mut model: Box<Model<f64, Paper>> = Box::new(Model::EMPTY);
+    discretise(&design, &how, &mut model).expect("a valid design");
+    let nodes = model.members()[0].nodes();
     let (length, stiffness) = (80.0, 49.5 * 20.0 * 8.0 / 12.0);
     let full = load * stiffness / (length * length);
     let n = nodes.len() - 1;
@@ -34,7 +34,7 @@ fn cantilever(scheme: Scheme, elements: u16, load: f64) -> [f64; 3] {
             let mut gradient = DVector::<f64>::zeros(n);
             let mut hessian = DMatrix::<f64>::zeros(n, n);
             for i in 0..n {
-                for (ahead, &k) in ladder.coupling[nodes.start + i].iter().enumerate() {
+                for (ahead, &k) in model.coupling[nodes.start + i].iter().enumerate() {
                     let j = i + ahead + 1;
                     if j > n || k == 0.0 {
                         continue;
@@ -52,7 +52,7 @@ fn cantilever(scheme: Scheme, elements: u16, load: f64) -> [f64; 3] {
             }
             // The load acts along −x on a beam along y: potential +P x, x = Σ l cos(90° + θ) = −Σ l sin θ.
             for i in 1..=n {
-                let weight = ladder.weight[nodes.start + i];
+                let weight = model.weight[nodes.start + i];
                 gradient[i - 1] -= force * weight * libm::cos(theta[i]);
                 hessian[(i - 1, i - 1)] += force * weight * libm::sin(theta[i]);
             }
@@ -65,7 +65,7 @@ fn cantilever(scheme: Scheme, elements: u16, load: f64) -> [f64; 3] {
             }
         }
     }
-    let sum = |f: &dyn Fn(f64) -> f64| -> f64 { (0..=n).map(|i| ladder.weight[nodes.start + i] * f(theta[i])).sum() };
+    let sum = |f: &dyn Fn(f64) -> f64| -> f64 { (0..=n).map(|i| model.weight[nodes.start + i] * f(theta[i])).sum() };
     [sum(&libm::sin) / length, 1.0 - sum(&libm::cos) / length, theta[n]]
 }
 

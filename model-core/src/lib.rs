@@ -73,8 +73,8 @@
 //! 3. [`object`], [`units`]: shapes to grasp and their motion; the finger's own units.
 //! 4. [`contact`]: samples, rows of the contact border and the law that decides on them.
 //! 5. `topology`: members, joints and closures as data. `element`: what a force does to a member, in two implementations.
-//! 6. [`ladder`]: all that does not change while a motion is followed. `state`: what does.
-//! 7. [`discretise`]: from the design to the ladder.
+//! 6. [`model`]: all that does not change while a motion is followed. `state`: what does.
+//! 7. [`discretise`]: from the design to the model.
 //! 8. [`newton`]: one step, stage by stage.
 //! 9. [`equilibrium`]: continuation, stability, folds; what can be read off.
 //! 10. [`sensitivity`], [`uncertainty`], [`drive`], [`estimator`], [`grasp`], [`identify`]: users of the follower.
@@ -104,8 +104,8 @@ pub mod equilibrium;
 pub mod estimator;
 pub mod grasp;
 pub mod identify;
-pub mod ladder;
 mod linear;
+pub mod model;
 pub mod newton;
 pub mod object;
 mod places;

@@ -2,13 +2,13 @@
 //!
 //! A pin lies between two samples, or slips through. An object of small radius is therefore looked for at more places: every way from
 //! one sample to the next is divided evenly, and of those places so many count that the normals of neighbours differ by no more than
-//! [`FINEST`]: on a flat side none but the samples, at a sharp corner beside it all of them ([`Ladder::stride`]). The places are fixed
+//! [`FINEST`]: on a flat side none but the samples, at a sharp corner beside it all of them ([`Model::stride`]). The places are fixed
 //! on the beam whatever its state, as a closest point that moves finds no rest where the beam conforms, and their rows are those of
 //! samples.
 
 use crate::access::Access;
 use crate::contact::Sample;
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::object::Gap;
 use crate::real::Real;
 use crate::size::Size;
@@ -30,7 +30,7 @@ pub(crate) fn hermite_weights<T: Real>(xi: T, h: T) -> [T; 3] {
     [chord * T::of(1.0 / 6.0) + h * h10, chord * T::of(4.0 / 6.0), chord * T::of(1.0 / 6.0) + h * h11]
 }
 
-impl<T: Real, S: Size> Ladder<T, S> {
+impl<T: Real, S: Size> Model<T, S> {
     /// The place of an index: `fineness` times its sample's, the sample itself being the last of them.
     #[inline]
     pub(crate) fn place(&self, index: u16) -> Sample<T> {

@@ -156,14 +156,14 @@ mod tests {
     use crate::design::tests::set_heights;
     use crate::design::{HingeKind, ladder_80};
     use crate::discretise::{Discretisation, DiscretiseError, Physics, discretise};
-    use crate::ladder::Ladder;
+    use crate::model::Model;
     use crate::newton::Workspace;
     use crate::state::State;
     use core::mem::size_of;
 
     /// Three states and the workspace, and the model's constants, bytes.
     fn ram<S: Size>() -> (usize, usize) {
-        (3 * size_of::<State<f32, S>>() + size_of::<Workspace<f32, S>>(), size_of::<Ladder<f32, S>>())
+        (3 * size_of::<State<f32, S>>() + size_of::<Workspace<f32, S>>(), size_of::<Model<f32, S>>())
     }
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
     /// Sixteen rungs of every kind find room, a seventeenth does not.
     #[test]
     fn ribs_has_room_for_sixteen_rungs() {
-        let mut model: std::boxed::Box<Ladder<f32, Ribs>> = std::boxed::Box::new(Ladder::EMPTY);
+        let mut model: std::boxed::Box<Model<f32, Ribs>> = std::boxed::Box::new(Model::EMPTY);
         for kind in [HingeKind::Flexible, HingeKind::Pinned, HingeKind::Welded] {
             let mut design = ladder_80();
             design.hinge.kind = kind;

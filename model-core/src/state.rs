@@ -1,7 +1,7 @@
 //! The state of a discretised finger: what changes from solve to solve.
 
 use crate::access::Access;
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
 
@@ -36,10 +36,10 @@ impl<T: Real, S: Size> State<T, S> {
         touching_count: 0,
     };
 
-    /// Makes room for a ladder; false if there is none.
-    pub(crate) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
-        self.angle.fit(ladder.node_count)
-            && self.lambda.fit(ladder.cells())
+    /// Makes room for a model; false if there is none.
+    pub(crate) fn fit(&mut self, model: &Model<T, S>) -> bool {
+        self.angle.fit(model.node_count)
+            && self.lambda.fit(model.cells())
             && self.touching.fit(S::CONTACTS)
             && self.multiplier.fit(S::CONTACTS)
             && self.normal.fit(S::CONTACTS)
@@ -59,8 +59,8 @@ impl<T: Real, S: Size> State<T, S> {
         touching.fold([T::ZERO; 2], |sum, (&force, normal)| [sum[0] + force * normal[0], sum[1] + force * normal[1]])
     }
 
-    /// Takes another state of the same ladder.
-    pub(crate) fn copy(&mut self, from: &Self, ladder: &Ladder<T, S>) {
+    /// Takes another state of the same model.
+    pub(crate) fn copy(&mut self, from: &Self, model: &Model<T, S>) {
         fn copy<X: Blank>(into: &mut [X], from: &[X], count: usize) {
             for (into, &from) in into.iter_mut().zip(from).take(count) {
                 *into = from;
@@ -68,8 +68,8 @@ impl<T: Real, S: Size> State<T, S> {
         }
         // By name, here and in [`Self::predict`]: a field that is added is a compiler's error until both know it.
         let Self { angle, lambda, load, load_cell, touching, multiplier, normal, touching_count } = self;
-        copy(angle.as_mut(), from.angle.as_ref(), ladder.node_count);
-        copy(lambda.as_mut(), from.lambda.as_ref(), ladder.cells());
+        copy(angle.as_mut(), from.angle.as_ref(), model.node_count);
+        copy(lambda.as_mut(), from.lambda.as_ref(), model.cells());
         let count = from.touching_count;
         copy(touching.as_mut(), from.touching.as_ref(), count);
         copy(multiplier.as_mut(), from.multiplier.as_ref(), count);
@@ -79,14 +79,14 @@ impl<T: Real, S: Size> State<T, S> {
     }
 
     /// Goes on from another state to this one and `part` as far beyond. A contact that is new keeps its multiplier.
-    pub(crate) fn predict(&mut self, from: &Self, part: T, ladder: &Ladder<T, S>) {
+    pub(crate) fn predict(&mut self, from: &Self, part: T, model: &Model<T, S>) {
         // A load and where it acts are given, not found.
         let Self { angle, lambda, load: _, load_cell: _, touching, multiplier, normal, touching_count } = self;
         let beyond = |now: &mut T, then: T| *now += part * (*now - then);
-        for (now, &then) in angle.as_mut().iter_mut().zip(from.angle.as_ref()).take(ladder.node_count) {
+        for (now, &then) in angle.as_mut().iter_mut().zip(from.angle.as_ref()).take(model.node_count) {
             beyond(now, then);
         }
-        for (now, then) in lambda.as_mut().iter_mut().zip(from.lambda.as_ref()).take(ladder.cells()) {
+        for (now, then) in lambda.as_mut().iter_mut().zip(from.lambda.as_ref()).take(model.cells()) {
             beyond(&mut now[0], then[0]);
             beyond(&mut now[1], then[1]);
         }
@@ -118,10 +118,10 @@ impl<T: Real, S: Size> State<T, S> {
     }
 
     /// Elastic energy of bending, N·mm.
-    pub(crate) fn bending_energy(&self, ladder: &Ladder<T, S>) -> T {
-        let (angle, coupling) = (self.angle.as_ref(), ladder.coupling.as_ref());
+    pub(crate) fn bending_energy(&self, model: &Model<T, S>) -> T {
+        let (angle, coupling) = (self.angle.as_ref(), model.coupling.as_ref());
         let mut twice = T::ZERO;
-        for member in ladder.members() {
+        for member in model.members() {
             let angle = angle.run(member.nodes());
             for (node, (&[next, after], &from)) in coupling.run(member.nodes()).iter().zip(angle).enumerate() {
                 for (ahead, entry) in [(1, next), (2, after)] {

@@ -30,7 +30,7 @@ pub(crate) enum Direction {
 /// A row of the contact border: a place that touches or is about to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Row<T> {
-    /// Index of the place (see `Ladder::place`).
+    /// Index of the place (see `Model::place`).
     pub sample: u16,
     pub direction: Direction,
     /// Of the present state; what a law makes of it is its own.

@@ -12,7 +12,7 @@ use crate::size::Blank;
 pub struct Sample<T> {
     /// Cell whose front span carries the sample.
     pub cell: u16,
-    /// First node with a weight of its own (index into the ladder's nodes).
+    /// First node with a weight of its own (index into the model's nodes).
     pub node: u16,
     /// Weights of that node and the next two, mm.
     pub weights: [T; 3],

@@ -1,4 +1,4 @@
-//! From a design to members and joints, by scheme, resolution and physics (design description → [`Ladder`]).
+//! From a design to members and joints, by scheme, resolution and physics (design description → [`Model`]).
 //!
 //! All lengths and stiffnesses are computed in `f64` and rounded once, so the single-precision model has the best
 //! constants it can have, and the same ones on every machine.
@@ -12,7 +12,7 @@ mod section;
 use crate::access::Access as _;
 use crate::design::junction::flexible_ends;
 use crate::design::{Design, DesignError, HingeFrom, PlaneStrain};
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::Size;
 use crate::topology::{CLAMPED, Role, Rung};
@@ -247,17 +247,17 @@ fn spread(total: u16, lengths: &[f64], counts: &mut [u16]) -> Result<(), Discret
     Ok(())
 }
 
-/// Discretises a design into a ladder, in place.
+/// Discretises a design into a model, in place.
 ///
 /// # Errors
-/// A [`DesignError`] for a description that is refused, otherwise what does not fit; the ladder must then be
+/// A [`DesignError`] for a description that is refused, otherwise what does not fit; the model must then be
 /// discretised again before use.
 pub fn discretise<T: Real, S: Size>(
     design: &Design,
     how: &Discretisation,
-    ladder: &mut Ladder<T, S>,
+    model: &mut Model<T, S>,
 ) -> Result<(), DiscretiseError> {
-    discretise_in(design, how, None, ladder)
+    discretise_in(design, how, None, model)
 }
 
 /// As [`discretise`], but in the units given: those of a finger that differs a little.
@@ -265,7 +265,7 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     design: &Design,
     how: &Discretisation,
     units: Option<Units<f64>>,
-    ladder: &mut Ladder<T, S>,
+    model: &mut Model<T, S>,
 ) -> Result<(), DiscretiseError> {
     let mut design = design.clone();
     if how.physics == Physics::Paper {
@@ -289,16 +289,16 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     }
     let lamellae = design.lamella_count();
     let cells = lamellae + 1;
-    ladder.reset(cells).then_some(()).ok_or(DiscretiseError::Capacity)?;
-    ladder.units = Units { length: T::of(units.length), force: T::of(units.force) };
+    model.reset(cells).then_some(()).ok_or(DiscretiseError::Capacity)?;
+    model.units = Units { length: T::of(units.length), force: T::of(units.force) };
     let widest = design.width.knots.iter().fold(0.0_f64, |most, knot| most.max(knot[1]));
     let local = 1.0 / (design.material.youngs_modulus * design.front.stiffness_factor * widest);
-    ladder.softness = match how.softness {
+    model.softness = match how.softness {
         Softness::Local => [T::of(local); 2],
         Softness::Fixed(softness) => [T::of(softness * units.force / units.length), T::of(local)],
     };
-    ladder.softness_is_own = how.softness == Softness::Local;
-    ladder.quadratic = how.scheme == Scheme::Simpson;
+    model.softness_is_own = how.softness == Softness::Local;
+    model.quadratic = how.scheme == Scheme::Simpson;
 
     let ends = flexible_ends(design);
     let beams = [&design.front, &design.back];
@@ -312,7 +312,7 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     let e_modulus = design.material.youngs_modulus;
 
     let mut node = 0;
-    let mut closure = ladder.topology.add_closure();
+    let mut closure = model.topology.add_closure();
     // Where the spans of front and back begin.
     let mut starts = [CLAMPED; 2];
     for cell in 0..cells {
@@ -323,9 +323,9 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
             with_parts(design, how, cell, hinge_elements, &mut |parts| count = Rung::joints(parts));
         }
         let joints_used = joints.get_mut(..count).ok_or(DiscretiseError::Capacity)?;
-        joints_used.fill_with(|| ladder.topology.add_joint());
+        joints_used.fill_with(|| model.topology.add_joint());
         let ends_at = [joints.at(0), joints.at(count - 1)];
-        let above = if cell < lamellae { ladder.topology.add_closure() } else { closure };
+        let above = if cell < lamellae { model.topology.add_closure() } else { closure };
 
         for side in 0..2 {
             let beam = beams[side];
@@ -352,37 +352,37 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
                 compliance,
                 stiffening: 3.0 * design.material.law.second_order() * compliance[0],
             };
-            let mut member = write_rod(ladder, how.scheme, node, &rod)?;
+            let mut member = write_rod(model, how.scheme, node, &rod)?;
             node = member.nodes().end;
             if cell == lamellae {
                 member.rigid_end = rigid_tip(design, side, ends).map(T::of);
             }
             let (role, sign) = if side == 0 { (Role::Front(cell as u8), 1.0) } else { (Role::Back(cell as u8), -1.0) };
             (member.role, member.start, member.end) = (role, starts[side], ends_at[side]);
-            let added = ladder.topology.add_member(member, &[(closure, sign)]);
+            let added = model.topology.add_member(member, &[(closure, sign)]);
             let index = added.ok_or(DiscretiseError::Capacity)?;
-            ladder.topology.add_scale(index, bending(0.5) / (to - from), to - from);
+            model.topology.add_scale(index, bending(0.5) / (to - from), to - from);
         }
         if cell < lamellae {
             let slot = Slot { lamella: cell, joints, closures: [closure, above], node };
             let mut written = Err(DiscretiseError::Capacity);
             with_parts(design, how, cell, hinge_elements, &mut |parts| {
-                written = write_rung(ladder, how, &slot, parts);
+                written = write_rung(model, how, &slot, parts);
             });
             node = written?;
         }
         (closure, starts) = (above, ends_at);
     }
-    if !ladder.topology.fits_the_band() {
+    if !model.topology.fits_the_band() {
         return Err(DiscretiseError::Capacity);
     }
-    ladder.node_count = node;
-    write_samples(ladder, design, how, counts.run(0..cells))?;
+    model.node_count = node;
+    write_samples(model, design, how, counts.run(0..cells))?;
     let (f, b) = (design.front.base, design.back.base);
-    ladder.base_rung = [T::of(b[0] - f[0]), T::of(b[1] - f[1])];
-    ladder.base = f.map(T::of);
-    ladder.complete_stiffness();
-    ladder.close_at_rest();
+    model.base_rung = [T::of(b[0] - f[0]), T::of(b[1] - f[1])];
+    model.base = f.map(T::of);
+    model.complete_stiffness();
+    model.close_at_rest();
     Ok(())
 }
 

@@ -30,7 +30,7 @@ fn stiffness(design: &Design, beam: &Beam) -> f64 {
 /// The units of a valid finger: the unit length from its longer beam, the unit force from its stiffer one.
 ///
 /// What a hinge or a thick part of a taper is stiffer than the beams does not go into the units but into the allowance for rounding of
-/// the members concerned (`Ladder::complete_stiffness`): it raises the rounding of their own moments and nothing else.
+/// the members concerned (`Model::complete_stiffness`): it raises the rounding of their own moments and nothing else.
 pub(super) fn units(design: &Design) -> Units<f64> {
     let beams = [&design.front, &design.back];
     let length = beams.iter().fold(0.0_f64, |most, beam| most.max(beam.length()));

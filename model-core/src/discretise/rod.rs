@@ -2,7 +2,7 @@
 
 use super::{DiscretiseError, Scheme};
 use crate::access::Access as _;
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::real::{Real, vec2};
 use crate::size::{Blank, Size};
 use crate::topology::{Kind, Member};
@@ -25,7 +25,7 @@ pub(super) struct Rod<'a> {
 
 /// Writes a member's nodes; what it belongs to and its joints are the caller's.
 pub(super) fn write_rod<T: Real, S: Size>(
-    ladder: &mut Ladder<T, S>,
+    model: &mut Model<T, S>,
     scheme: Scheme,
     first: usize,
     rod: &Rod<'_>,
@@ -38,11 +38,11 @@ pub(super) fn write_rod<T: Real, S: Size>(
         Scheme::Simpson => 2 * n - 1,
     };
     let count = interior + 2;
-    if first + count > usize::from(u16::MAX) || !ladder.fit_nodes(first + count) {
+    if first + count > usize::from(u16::MAX) || !model.fit_nodes(first + count) {
         return Err(DiscretiseError::Capacity);
     }
     let end = first + count;
-    for (node, slot) in ladder.direction.as_mut().run_mut(first..end).iter_mut().enumerate() {
+    for (node, slot) in model.direction.as_mut().run_mut(first..end).iter_mut().enumerate() {
         // A link lies about its middle; the joints' own nodes stand for the ends.
         let last = count - 1;
         let position = match scheme {
@@ -55,8 +55,8 @@ pub(super) fn write_rod<T: Real, S: Size>(
         *slot = [direction.x, direction.y];
     }
     let mut weight = |node: usize, value: f64| {
-        let sum = ladder.weight.as_ref().at(first + node).to_f64() + value;
-        ladder.weight.as_mut().put(first + node, T::of(sum));
+        let sum = model.weight.as_ref().at(first + node).to_f64() + value;
+        model.weight.as_mut().put(first + node, T::of(sum));
     };
     let bending = |element: f64| (rod.bending)(element / n as f64);
     let fibre = |element: f64, length: f64| T::of(0.5 * (rod.thickness)(element / n as f64) / length);
@@ -64,8 +64,8 @@ pub(super) fn write_rod<T: Real, S: Size>(
         Scheme::Paper => {
             for element in 0..n {
                 weight(element + 1, h);
-                ladder.coupling.as_mut().put(first + element, [T::of(-bending(element as f64) / h), T::ZERO]);
-                ladder.fibre.as_mut().put(first + element, fibre(element as f64, h));
+                model.coupling.as_mut().put(first + element, [T::of(-bending(element as f64) / h), T::ZERO]);
+                model.fibre.as_mut().put(first + element, fibre(element as f64, h));
             }
         }
         Scheme::Trapezoid => {
@@ -74,8 +74,8 @@ pub(super) fn write_rod<T: Real, S: Size>(
             }
             for spring in 0..=n {
                 let length = if spring == 0 || spring == n { 0.5 * h } else { h };
-                ladder.coupling.as_mut().put(first + spring, [T::of(-bending(spring as f64) / length), T::ZERO]);
-                ladder.fibre.as_mut().put(first + spring, fibre(spring as f64, length));
+                model.coupling.as_mut().put(first + spring, [T::of(-bending(spring as f64) / length), T::ZERO]);
+                model.fibre.as_mut().put(first + spring, fibre(spring as f64, length));
             }
         }
         Scheme::Simpson => {
@@ -84,12 +84,12 @@ pub(super) fn write_rod<T: Real, S: Size>(
                 let c = bending(element as f64 + 0.5) / (3.0 * h);
                 let node = first + 2 * element;
                 let shared = if element > 0 { h / 6.0 } else { 0.0 };
-                ladder.weight.as_mut().put(node, T::of(shared + h / 6.0));
-                ladder.weight.as_mut().put(node + 1, T::of(4.0 * h / 6.0));
-                ladder.weight.as_mut().put(node + 2, T::of(h / 6.0));
-                ladder.coupling.as_mut().put(node, [T::of(-8.0 * c), T::of(c)]);
-                ladder.coupling.as_mut().put(node + 1, [T::of(-8.0 * c), T::ZERO]);
-                ladder.fibre.as_mut().run_mut(node..node + 2).fill(fibre(element as f64 + 0.5, h));
+                model.weight.as_mut().put(node, T::of(shared + h / 6.0));
+                model.weight.as_mut().put(node + 1, T::of(4.0 * h / 6.0));
+                model.weight.as_mut().put(node + 2, T::of(h / 6.0));
+                model.coupling.as_mut().put(node, [T::of(-8.0 * c), T::of(c)]);
+                model.coupling.as_mut().put(node + 1, [T::of(-8.0 * c), T::ZERO]);
+                model.fibre.as_mut().run_mut(node..node + 2).fill(fibre(element as f64 + 0.5, h));
             }
         }
     }
@@ -113,13 +113,13 @@ pub(super) fn kind(scheme: Scheme) -> Kind {
 
 /// Writes the node pair of a member that is rigid altogether.
 pub(super) fn write_point<T: Real, S: Size>(
-    ladder: &mut Ladder<T, S>,
+    model: &mut Model<T, S>,
     scheme: Scheme,
     first: usize,
 ) -> Result<Member<T>, DiscretiseError> {
-    if !ladder.fit_nodes(first + 2) {
+    if !model.fit_nodes(first + 2) {
         return Err(DiscretiseError::Capacity);
     }
-    ladder.direction.as_mut().run_mut(first..first + 2).fill([T::one(), T::ZERO]);
+    model.direction.as_mut().run_mut(first..first + 2).fill([T::one(), T::ZERO]);
     Ok(Member { first: first as u16, kind: kind(scheme), ..Member::BLANK })
 }

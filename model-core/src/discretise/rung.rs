@@ -6,7 +6,7 @@ use super::{Discretisation, DiscretiseError};
 use crate::access::Access as _;
 use crate::design::junction::{BAR_ROOT, BEAM_ROOT, face_distances};
 use crate::design::{Design, HingeFrom, HingeKind};
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::Size;
 use crate::topology::{Part, Role, Rung};
@@ -80,7 +80,7 @@ pub(super) fn with_parts(
 
 /// Writes a rung's members; returns the next free node.
 pub(super) fn write_rung<T: Real, S: Size>(
-    ladder: &mut Ladder<T, S>,
+    model: &mut Model<T, S>,
     how: &Discretisation,
     slot: &Slot,
     parts: &[Part<&Rod<'_>>],
@@ -91,8 +91,8 @@ pub(super) fn write_rung<T: Real, S: Size>(
             return;
         }
         let made = match part.rod {
-            Some(rod) => write_rod(ladder, how.scheme, node, rod),
-            None => write_point(ladder, how.scheme, node),
+            Some(rod) => write_rod(model, how.scheme, node, rod),
+            None => write_point(model, how.scheme, node),
         };
         written = made.and_then(|mut member| {
             let [start, end] = part.joints.map(|joint| slot.joints.as_slice().at(joint));
@@ -101,9 +101,9 @@ pub(super) fn write_rung<T: Real, S: Size>(
             (node, number) = (member.nodes().end, number + 1);
             // It leads from front to back: with the cell below, against the one above.
             let entered = [(slot.closures[0], 1.0), (slot.closures[1], -1.0)];
-            let index = ladder.topology.add_member(member, &entered).ok_or(DiscretiseError::Capacity)?;
+            let index = model.topology.add_member(member, &entered).ok_or(DiscretiseError::Capacity)?;
             if let Some(rod) = part.rod {
-                ladder.topology.add_scale(index, (rod.bending)(0.5) / rod.length, rod.length);
+                model.topology.add_scale(index, (rod.bending)(0.5) / rod.length, rod.length);
             }
             Ok(())
         });

@@ -5,14 +5,14 @@ use crate::access::Access as _;
 use crate::contact::Sample;
 use crate::design::Design;
 use crate::design::junction::flexible_ends;
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::places::hermite_weights;
 use crate::real::Real;
 use crate::size::{Size, Storage};
 
 /// Places the contact samples along the front beam, base to tip, and on the face of the rigid wedge.
 pub(super) fn write_samples<T: Real, S: Size>(
-    ladder: &mut Ladder<T, S>,
+    model: &mut Model<T, S>,
     design: &Design,
     how: &Discretisation,
     counts: &[u16],
@@ -20,12 +20,12 @@ pub(super) fn write_samples<T: Real, S: Size>(
     let ends = flexible_ends(design);
     let beam = &design.front;
     let mut total = 0;
-    let mut push = |ladder: &mut Ladder<T, S>, sample: Sample<T>| {
+    let mut push = |model: &mut Model<T, S>, sample: Sample<T>| {
         total += 1;
-        let fits = ladder.samples.fit(total);
+        let fits = model.samples.fit(total);
         if fits {
-            ladder.samples.as_mut().put(total - 1, sample);
-            ladder.sample_count = total;
+            model.samples.as_mut().put(total - 1, sample);
+            model.sample_count = total;
         }
         fits.then_some(()).ok_or(DiscretiseError::Capacity)
     };
@@ -38,7 +38,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
     for (cell, &count) in counts.iter().enumerate() {
         let to = if cell + 1 == cells { ends[0] } else { design.attachment_arcs(cell)[0] };
         let h = (to - from) / f64::from(count);
-        let first = usize::from(ladder.topology.members.as_ref().at(cell).first);
+        let first = usize::from(model.topology.members.as_ref().at(cell).first);
         for element in 0..usize::from(count) {
             for k in 1..=per_element {
                 let xi = k as f64 / per_element as f64;
@@ -52,7 +52,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
                     }
                 };
                 push(
-                    ladder,
+                    model,
                     Sample {
                         cell: cell as u16,
                         node: node as u16,
@@ -66,19 +66,19 @@ pub(super) fn write_samples<T: Real, S: Size>(
         }
         from = to;
     }
-    (ladder.flexible_samples, ladder.per_element, ladder.fineness) = (ladder.sample_count, per_element, 1);
+    (model.flexible_samples, model.per_element, model.fineness) = (model.sample_count, per_element, 1);
     let wedge = beam.length() - ends[0];
     if design.rigid_above.is_some() && wedge > 1e-9 {
         // The wedge is sampled about as densely as the elements below it.
         let h = (ends[0] - if cells > 1 { design.attachment_arcs(cells - 2)[0] } else { 0.0 })
             / f64::from(counts.at(cells - 1));
         let pieces = libm::ceil(wedge / h) as usize * per_element;
-        let last = ladder.topology.members.as_ref().at(cells - 1);
+        let last = model.topology.members.as_ref().at(cells - 1);
         for k in 1..=pieces {
             let part = k as f64 / pieces as f64;
             let arc = ends[0] + part * wedge;
             push(
-                ladder,
+                model,
                 Sample {
                     cell: (cells - 1) as u16,
                     node: last.first + last.interior + 2,

@@ -15,7 +15,7 @@ pub(crate) struct Node<T> {
     /// Of the element or spring that begins at the node: t ∂(½q)/∂θ of its start, at a quadratic element's middle that of its
     /// end, mm; and the shortening η that the node carries (see [`super`]).
     pub bent: [T; 2],
-    /// Second derivatives towards the next node and the one after it, N·mm: the ladder's, or as the stretch has made them.
+    /// Second derivatives towards the next node and the one after it, N·mm: the model's, or as the stretch has made them.
     pub coupling: [T; 2],
     /// Gradient of the Lagrangian, N·mm.
     pub gradient: T,

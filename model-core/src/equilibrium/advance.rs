@@ -47,7 +47,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if left == 0 && outcome.steps > 0 {
             return Some(Status::MaxIterations);
         }
-        self.timeline.predict(target, &self.ladder);
+        self.timeline.predict(target, &self.model);
         let settings = NewtonSettings::<T>::of_precision();
         let tolerance = if reaches { settings.tolerance } else { settings.on_the_way };
         let allowed = self.patience((target - self.timeline.at()).abs(), reaches);
@@ -71,7 +71,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.step = (size + size).min(self.max_step());
             return (reaches && self.phase == Phase::Following).then(|| self.standing());
         }
-        self.timeline.reject(&self.ladder);
+        self.timeline.reject(&self.model);
         if left == 0 && attempt.status == Status::MaxIterations {
             // Nothing was tried, so that nothing is known of the step.
             return Some(Status::MaxIterations);
@@ -121,7 +121,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.snapped = false;
             (self.drift, self.fall) = (T::ZERO, Fall::NONE);
             let object = self.seen(at);
-            (_, self.sweep) = step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, T::ZERO);
+            (_, self.sweep) = step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, T::ZERO);
             if self.sweep.nearest < -T::TOLERANCE.length || self.rests_behind(&self.sweep) {
                 self.phase = Phase::Lost;
             }
@@ -131,6 +131,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     pub(super) fn keep(&mut self, at: T) {
         self.bar(at);
-        self.timeline.accept(at, &self.ladder);
+        self.timeline.accept(at, &self.model);
     }
 }

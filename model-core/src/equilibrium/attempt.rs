@@ -64,7 +64,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let max_iterations = max_iterations.min(budget);
         let settings = NewtonSettings::<T>::of_precision();
         let object = self.seen(coordinate);
-        let margin = T::of(self.settings.margin) / self.ladder.units.length;
+        let margin = T::of(self.settings.margin) / self.model.units.length;
         let mut attempt = Attempt {
             status: Status::MaxIterations,
             iterations: 0,
@@ -80,11 +80,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let mut may_keep = false;
         loop {
             let (residual, sweep) = if may_keep {
-                step::residuals(&self.ladder, &self.timeline.present, &mut self.work, &object, margin)
+                step::residuals(&self.model, &self.timeline.present, &mut self.work, &object, margin)
             } else {
-                step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin)
+                step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, margin)
             };
-            if attempt.iterations == 0 && small && self.ladder.fineness <= 1 {
+            if attempt.iterations == 0 && small && self.model.fineness <= 1 {
                 gaps::thin(&mut self.work, MANY);
             }
             attempt.residual = residual;
@@ -105,9 +105,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 if judges {
                     // The last factorisation was made at another state: judge the solution itself.
                     if self.work.shape.lacks_tangent {
-                        step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin);
+                        step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, margin);
                     }
-                    let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
+                    let inertia = step::solve(&self.model, &mut self.work, Hessian::Newton, T::ZERO);
                     (attempt.inertia, attempt.drift) = (Some(inertia), T::ZERO);
                     attempt.iterations += 1;
                     attempt.unstable |= inertia.is_unstable();
@@ -137,14 +137,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             // What the stiffness is kept for would have to be judged at the end.
             let keeps = may_keep && size <= last * settings.chord && attempt.drift <= near;
             last = size;
-            let inertia = if keeps && lagged::align(&self.ladder, &mut self.work) {
-                lagged::solve(&self.ladder, &mut self.work)
+            let inertia = if keeps && lagged::align(&self.model, &mut self.work) {
+                lagged::solve(&self.model, &mut self.work)
             } else {
                 if may_keep {
-                    step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin);
+                    step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, margin);
                 }
                 attempt.drift = T::ZERO;
-                step::solve(&self.ladder, &mut self.work, self.settings.hessian, T::ZERO)
+                step::solve(&self.model, &mut self.work, self.settings.hessian, T::ZERO)
             };
             attempt.inertia = Some(inertia);
             attempt.unstable |= inertia.is_unstable();
@@ -152,7 +152,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let part = step::clip(&self.work);
             attempt.drift += part * self.work.largest_turn;
             attempt.least_turn = attempt.least_turn.min(self.work.largest_turn);
-            step::apply(&self.ladder, &mut self.timeline.present, &self.work, part);
+            step::apply(&self.model, &mut self.timeline.present, &self.work, part);
             may_keep = settings.keeps_factors() && part == T::one() && self.settings.hessian == Hessian::Newton;
         }
     }

@@ -17,13 +17,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Returns false, and leaves the follower lost, if there is none.
     pub fn start(&mut self, first: f64) -> bool {
         self.phase = Phase::Lost;
-        if self.ladder.cells() == 0 || !first.is_finite() {
+        if self.model.cells() == 0 || !first.is_finite() {
             return false;
         }
         let (step, reach) = match self.motion {
             Motion::Rotating { .. } => (self.settings.max_angle_step, core::f64::consts::PI),
             Motion::Translating { .. } => {
-                let unit = self.ladder.units.length.to_f64();
+                let unit = self.model.units.length.to_f64();
                 (self.settings.max_distance_step * unit, 500.0 * unit)
             }
         };
@@ -37,7 +37,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn begin(&mut self, coordinate: f64) -> bool {
         self.rest();
         self.phase = Phase::Lost;
-        let clear = self.ladder.cells() > 0 && self.is_clear(T::of(coordinate));
+        let clear = self.model.cells() > 0 && self.is_clear(T::of(coordinate));
         if clear {
             self.timeline.stand(T::of(coordinate));
             self.phase = Phase::Following;
@@ -49,14 +49,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(super) fn is_clear(&mut self, coordinate: T) -> bool {
         self.timeline.present.rest();
         let object = self.seen(coordinate);
-        let (_, sweep) = step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, T::ZERO);
+        let (_, sweep) = step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, T::ZERO);
         sweep.nearest >= T::ZERO && !self.rests_behind(&sweep)
     }
 
     /// Looks for contacts as densely as the object asks.
     #[inline(never)]
     pub(super) fn refine(&mut self) {
-        self.ladder.refine(Seen::new(self.object, &self.ladder.units).sharpest());
+        self.model.refine(Seen::new(self.object, &self.model.units).sharpest());
     }
 
     /// Largest step of the coordinate.
@@ -75,29 +75,29 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let (allowed, unit) = match self.motion {
             Motion::Rotating { .. } => (T::of(self.settings.max_angle_step), T::one()),
             Motion::Translating { .. } => {
-                let unit = self.ladder.units.length;
+                let unit = self.model.units.length;
                 (T::of(self.settings.max_distance_step) * unit, unit)
             }
         };
-        if self.ladder.fineness <= 1 {
+        if self.model.fineness <= 1 {
             return allowed;
         }
         let arm = match self.motion {
             Motion::Rotating { axis } => {
-                let [x, y] = axis.map(|place| T::of(place) / self.ladder.units.length);
-                let [u, v] = self.ladder.base;
-                let length = self.ladder.samples.as_ref().at(self.ladder.sample_count.saturating_sub(1)).arc;
+                let [x, y] = axis.map(|place| T::of(place) / self.model.units.length);
+                let [u, v] = self.model.base;
+                let length = self.model.samples.as_ref().at(self.model.sample_count.saturating_sub(1)).arc;
                 ((x - u) * (x - u) + (y - v) * (y - v)).sqrt() + length
             }
             Motion::Translating { .. } => T::one(),
         };
-        allowed.min(T::of(0.5) * self.ladder.sharpest / arm * unit)
+        allowed.min(T::of(0.5) * self.model.sharpest / arm * unit)
     }
 
     /// The object as the solver sees it at a coordinate: in the finger's frame and units.
     // Every shape's displacement: one copy of it in the flash.
     #[inline(never)]
     pub(super) fn seen(&self, coordinate: T) -> Seen<T, O> {
-        Seen::new(self.object.displaced(&self.motion.world_to_finger(coordinate)), &self.ladder.units)
+        Seen::new(self.object.displaced(&self.motion.world_to_finger(coordinate)), &self.model.units)
     }
 }

@@ -49,7 +49,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Remembers the accepted equilibrium, to which [`Self::go_back`] returns without an iteration, until [`Self::unmark`].
     pub(crate) fn mark(&mut self) -> Mark<T, O> {
-        self.timeline.mark(&self.ladder);
+        self.timeline.mark(&self.model);
         Mark {
             is_good: self.has_equilibrium(),
             object: self.object,
@@ -67,7 +67,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if !self.timeline.is_marked() || !mark.is_good {
             return;
         }
-        self.timeline.go_back(&self.ladder);
+        self.timeline.go_back(&self.model);
         (self.object, self.motion, self.snapped, self.barred) = (mark.object, mark.motion, mark.snapped, mark.barred);
         self.drift = mark.drift;
         self.phase = Phase::Following;

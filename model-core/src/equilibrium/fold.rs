@@ -41,7 +41,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let (mut used, mut polishes, mut slow) = (0, 6, false);
         loop {
             let (residual, sweep) =
-                step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, margin);
+                step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, margin);
             self.sweep = sweep;
             self.note(&residual, outcome);
             let settled = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
@@ -57,7 +57,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             spent += 1;
             outcome.iterations += 1;
             if settled {
-                let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
+                let inertia = step::solve(&self.model, &mut self.work, Hessian::Newton, T::ZERO);
                 if inertia.is_stable() {
                     if self.largest_move() > T::of(SAME_BRANCH)
                         || change(self.timeline.present.force(), self.timeline.accepted.force()) > T::of(SAME_FORCE)
@@ -93,7 +93,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 outcome.iterations += attempt.iterations;
                 continue;
             }
-            let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, shift);
+            let inertia = step::solve(&self.model, &mut self.work, Hessian::Newton, shift);
             if !inertia.is_stable() {
                 shift = (shift * T::of(4.0)).max(T::of(1e-4));
                 if shift > T::of(1e6) {
@@ -102,7 +102,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 continue;
             }
             let turn = self.work.largest_turn;
-            step::apply(&self.ladder, &mut self.timeline.present, &self.work, (T::of(FASTEST) / turn).min(T::one()));
+            step::apply(&self.model, &mut self.timeline.present, &self.work, (T::of(FASTEST) / turn).min(T::one()));
             slow = turn < T::of(SLOW);
             if turn > T::of(FASTEST) {
                 shift *= T::of(2.0);
@@ -114,7 +114,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Goes back to the end of the branch, to try further beyond it or to leave it at that.
     fn give_up(&mut self, target: T) {
-        self.timeline.reject(&self.ladder);
+        self.timeline.reject(&self.model);
         let further = (target - self.timeline.at()) * T::of(4.0);
         self.phase = if further.abs() <= self.max_step() {
             Phase::Folding { target: self.timeline.at() + further, shift: T::of(FOLD_SHIFT), spent: 0 }
@@ -126,16 +126,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Largest difference of an angle between the present and the accepted state, rad.
     pub(super) fn largest_move(&self) -> T {
-        let now = self.timeline.present.angle.as_ref().iter().take(self.ladder.node_count);
+        let now = self.timeline.present.angle.as_ref().iter().take(self.model.node_count);
         now.zip(self.timeline.accepted.angle.as_ref()).fold(T::ZERO, |most, (&a, &b)| most.max((a - b).abs()))
     }
 
     /// A small deterministic disturbance of the interior angles, to leave a saddle.
     fn nudge(&mut self) {
-        for (node, angle) in self.timeline.present.angle.as_mut().iter_mut().enumerate().take(self.ladder.node_count) {
+        for (node, angle) in self.timeline.present.angle.as_mut().iter_mut().enumerate().take(self.model.node_count) {
             let sign = if node % 3 == 0 { T::of(1e-3) } else { T::of(-5e-4) };
             *angle += sign;
         }
-        step::share_joints(&self.ladder, &mut self.timeline.present);
+        step::share_joints(&self.model, &mut self.timeline.present);
     }
 }

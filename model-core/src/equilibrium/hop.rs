@@ -42,7 +42,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     fn window(&self) -> T {
         match self.motion {
             Motion::Rotating { .. } => T::of(WAY * Settings::DEFAULT.max_angle_step),
-            Motion::Translating { .. } => T::of(WAY * Settings::DEFAULT.max_distance_step) * self.ladder.units.length,
+            Motion::Translating { .. } => T::of(WAY * Settings::DEFAULT.max_distance_step) * self.model.units.length,
         }
     }
 

@@ -33,7 +33,7 @@ pub use track::Tracking;
 use crate::bounds::OutOfBounds;
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::newton::gaps::Sweep;
 use crate::newton::residual::{self, Residual};
 use crate::newton::{Hessian, Workspace, step};
@@ -78,7 +78,7 @@ pub const START_CHECKS: u32 = 8192;
 ///
 /// `O` is the object's type: one of the built-in shapes unless it is named.
 pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
-    ladder: Ladder<T, S>,
+    model: Model<T, S>,
     timeline: Timeline<T, S>,
     work: Workspace<T, S>,
     settings: Settings,
@@ -105,7 +105,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// A follower before [`Self::configure`]: every [`Self::follow`] returns `out-of-range`.
     pub const EMPTY: Self = Self {
-        ladder: Ladder::EMPTY,
+        model: Model::EMPTY,
         timeline: Timeline::EMPTY,
         work: Workspace::EMPTY,
         // All zeros, as everything here: [`Self::configure`] puts the defaults in.
@@ -140,10 +140,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.settings == Settings::UNSET {
             self.settings = Settings::DEFAULT;
         }
-        let made = discretise(design, how, &mut self.ladder);
-        let fits = made.is_ok() && self.timeline.fit(&self.ladder) && self.work.fit(&self.ladder);
+        let made = discretise(design, how, &mut self.model);
+        let fits = made.is_ok() && self.timeline.fit(&self.model) && self.work.fit(&self.model);
         if !fits {
-            self.ladder.reset(0);
+            self.model.reset(0);
             return made.and(Err(DiscretiseError::Capacity));
         }
         self.motion = Motion::Rotating { axis: design.motor_axis };
@@ -182,7 +182,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The undeformed finger, as if the object were far away.
     #[inline(never)]
     pub fn rest(&mut self) {
-        if self.ladder.cells() == 0 {
+        if self.model.cells() == 0 {
             return;
         }
         self.timeline.rest();
@@ -192,7 +192,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.barred = Barred::NONE;
         self.allow_steps();
         self.work.contacts.row_count = 0;
-        residual::potential(&self.ladder, &self.timeline.present, &mut self.work);
+        residual::potential(&self.model, &self.timeline.present, &mut self.work);
     }
 
     /// Puts a dead load (finger frame, N) on the front beam where lamella `lamella` is joined (from 0; any larger number
@@ -200,16 +200,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     ///
     /// For tests of the model and for stiffness figures; increase it in steps, as the load itself is not followed.
     pub fn set_dead_load(&mut self, lamella: usize, load: [f64; 2]) {
-        let unit = self.ladder.units.force;
+        let unit = self.model.units.force;
         self.timeline.present.load = load.map(|force| T::of(force) / unit);
-        self.timeline.present.load_cell = lamella.min(self.ladder.cells().saturating_sub(1));
+        self.timeline.present.load_cell = lamella.min(self.model.cells().saturating_sub(1));
         (self.timeline.accepted.load, self.timeline.accepted.load_cell) =
             (self.timeline.present.load, self.timeline.present.load_cell);
     }
 
     /// Reports residuals in N·mm and mm.
     fn note(&self, residual: &Residual<T>, outcome: &mut Outcome) {
-        let units = &self.ladder.units;
+        let units = &self.model.units;
         outcome.gradient = (residual.gradient * units.moment()).to_f64();
         outcome.length = (residual.length * units.length).to_f64();
     }
@@ -222,9 +222,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Brings the workspace, which results are read from, back to the accepted state.
     #[inline(never)]
     pub(crate) fn show_accepted(&mut self) {
-        self.timeline.reject(&self.ladder);
+        self.timeline.reject(&self.model);
         let object = self.seen(self.timeline.at());
-        (_, self.sweep) = step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, T::ZERO);
+        (_, self.sweep) = step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, T::ZERO);
     }
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.

@@ -3,7 +3,7 @@
 use super::Follower;
 use crate::access::Access;
 use crate::contact::Sample;
-use crate::ladder::vec2_of;
+use crate::model::vec2_of;
 use crate::newton::gaps::Sweep;
 use crate::object::Object;
 use crate::real::Real;
@@ -30,7 +30,7 @@ impl<T: Real> Barred<T> {
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// From the undeformed finger's nearest sample the object lies on the front beam's inner side.
     pub(super) fn rests_behind(&self, sweep: &Sweep<T>) -> bool {
-        let [x, y] = self.ladder.direction.as_ref().at(0);
+        let [x, y] = self.model.direction.as_ref().at(0);
         sweep.normal[0] * y - sweep.normal[1] * x > T::of(INWARDS)
     }
 
@@ -38,8 +38,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(super) fn presses_from_behind(&self) -> bool {
         let touching = self.timeline.present.touching.as_ref().iter().zip(self.timeline.present.normal.as_ref());
         touching.take(self.timeline.present.touching_count).any(|(&index, normal)| {
-            let [x, y] = self.along(&self.ladder.place(index));
-            let is_tip = usize::from(index) + 1 == self.ladder.place_count();
+            let [x, y] = self.along(&self.model.place(index));
+            let is_tip = usize::from(index) + 1 == self.model.place_count();
             let limit = T::of(if is_tip { ROUND_THE_TIP } else { INWARDS });
             // Squared: a root for every sample that touches is worth the trouble on the microcontroller.
             let outwards = normal[0] * y - normal[1] * x;
@@ -85,9 +85,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// which the beam beside it does has a force that means nothing.
     pub(super) fn base_is_free(&self, at: T) -> bool {
         // In the world and in mm, where the object is as it was given: one point is moved instead of a whole outline.
-        let length = self.ladder.units.length;
-        let base = self.motion.world_to_finger(at).point_back(vec2_of(self.ladder.base) * length);
-        let half_thickness = self.ladder.samples.as_ref().first().map_or(T::ZERO, |sample| sample.half_thickness);
+        let length = self.model.units.length;
+        let base = self.motion.world_to_finger(at).point_back(vec2_of(self.model.base) * length);
+        let half_thickness = self.model.samples.as_ref().first().map_or(T::ZERO, |sample| sample.half_thickness);
         self.object.gap(base).distance >= (half_thickness - T::TOLERANCE.length) * length
     }
 }

@@ -35,7 +35,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             gradient: 0.0,
             length: 0.0,
         };
-        if self.ladder.cells() == 0 || !to.is_finite() {
+        if self.model.cells() == 0 || !to.is_finite() {
             return outcome;
         }
         let to = T::of(to);
@@ -66,7 +66,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     }
                     folds += u32::from(spent == 0);
                     if folds > FOLDS {
-                        self.timeline.reject(&self.ladder);
+                        self.timeline.reject(&self.model);
                         self.phase = Phase::Ended { forward: target > self.timeline.at() };
                         continue;
                     }

@@ -6,7 +6,7 @@ use super::{Follower, Phase};
 use crate::access::Access;
 use crate::contact::Contact;
 use crate::element;
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::newton::{Effort, Workspace, gaps, kinematics};
 use crate::object::{Displacement, Motion, Object};
 use crate::real::{Real, Vec2, cross, vec2};
@@ -17,7 +17,7 @@ use crate::units::Units;
 
 /// The follower's parts that a derivative needs.
 pub(crate) struct Parts<'a, T: Real, S: Size> {
-    pub(crate) ladder: &'a Ladder<T, S>,
+    pub(crate) model: &'a Model<T, S>,
     pub(crate) work: &'a mut Workspace<T, S>,
 }
 
@@ -35,11 +35,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Number of angles of the model.
     pub fn unknowns(&self) -> usize {
-        self.ladder.angles()
+        self.model.angles()
     }
 
     pub(crate) fn has_equilibrium(&self) -> bool {
-        self.ladder.cells() > 0 && self.phase == Phase::Following
+        self.model.cells() > 0 && self.phase == Phase::Following
     }
 
     pub(crate) fn has_snapped(&self) -> bool {
@@ -51,20 +51,20 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(crate) fn parts(&mut self) -> Parts<'_, T, S> {
-        Parts { ladder: &self.ladder, work: &mut self.work }
+        Parts { model: &self.model, work: &mut self.work }
     }
 
     /// The accepted state, which the workspace shows, beside the parts.
     pub(crate) fn state_and_parts(&mut self) -> (&State<T, S>, Parts<'_, T, S>) {
-        (&self.timeline.present, Parts { ladder: &self.ladder, work: &mut self.work })
+        (&self.timeline.present, Parts { model: &self.model, work: &mut self.work })
     }
 
-    /// Another ladder has the same unknowns and samples.
-    pub(crate) fn is_like(&self, other: &Ladder<T, S>) -> bool {
-        self.ladder.cells() == other.cells()
-            && self.ladder.unknowns() == other.unknowns()
-            && self.ladder.node_count == other.node_count
-            && self.ladder.sample_count == other.sample_count
+    /// Another model has the same unknowns and samples.
+    pub(crate) fn is_like(&self, other: &Model<T, S>) -> bool {
+        self.model.cells() == other.cells()
+            && self.model.unknowns() == other.unknowns()
+            && self.model.node_count == other.node_count
+            && self.model.sample_count == other.sample_count
     }
 
     /// Number of samples that touch.
@@ -74,7 +74,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Smallest distance to the object over all samples, mm; slightly negative in contact (softness).
     pub fn distance(&self) -> T {
-        self.sweep.nearest * self.ladder.units.length
+        self.sweep.nearest * self.model.units.length
     }
 
     pub(crate) fn displacement(&self) -> Displacement<T> {
@@ -128,8 +128,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn base_reactions(&self) -> [([T; 2], T); 2] {
         [0, 1].map(|side| {
             let role = if side == 0 { Role::Front(0) } else { Role::Back(0) };
-            let index = self.ladder.topology.find(role).unwrap_or(usize::MAX);
-            let (Some(member), Some(work)) = (self.ladder.member(index), self.work.shape.members.as_ref().get(index))
+            let index = self.model.topology.find(role).unwrap_or(usize::MAX);
+            let (Some(member), Some(work)) = (self.model.member(index), self.work.shape.members.as_ref().get(index))
             else {
                 return ([T::ZERO; 2], T::ZERO);
             };
@@ -144,14 +144,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     }
                 }
             }
-            (self.ladder.units.newtons(force), moment * self.ladder.units.moment())
+            (self.model.units.newtons(force), moment * self.model.units.moment())
         })
     }
 
     /// Elastic energy V (without the contact term), N·mm.
     pub fn energy(&self) -> T {
-        let energy = self.timeline.present.bending_energy(&self.ladder) + kinematics::energy(&self.ladder, &self.work);
-        energy * self.ladder.units.moment()
+        let energy = self.timeline.present.bending_energy(&self.model) + kinematics::energy(&self.model, &self.work);
+        energy * self.model.units.moment()
     }
 
     /// Elastic energy with the contact's softness, V + ½ ε_c Σ μ², N·mm: what torque and force are derivatives of.
@@ -162,13 +162,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Contact softness ε_c in use, mm/N: a touching place is pressed into the object by ε_c times its force.
     pub fn softness(&self) -> T {
-        let Units { length, force } = self.ladder.units;
-        self.ladder.contact_softness() * length / force
+        let Units { length, force } = self.model.units;
+        self.model.contact_softness() * length / force
     }
 
     /// Deformed tip of the front beam, finger frame, mm.
     pub fn tip(&self) -> [T; 2] {
-        self.ladder.units.millimetres(self.work.tip(&self.ladder))
+        self.model.units.millimetres(self.work.tip(&self.model))
     }
 
     /// Touching samples, base to tip, finger frame.
@@ -176,8 +176,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let rows = self.work.contacts.rows.as_ref().iter().take(self.work.contacts.row_count);
         rows.filter(|row| row.touches()).map(|row| {
             let sample = &row.place;
-            let centre = gaps::sample_position(&self.ladder, &self.work, sample);
-            let units = &self.ladder.units;
+            let centre = gaps::sample_position(&self.model, &self.work, sample);
+            let units = &self.model.units;
             Contact {
                 arc: sample.arc * units.length,
                 position: units.millimetres([
@@ -192,9 +192,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Arc lengths of all contact samples, touching or not, mm, base to tip.
     pub fn sample_arcs(&self) -> impl Iterator<Item = T> + '_ {
-        self.ladder.samples.as_ref()[..self.ladder.sample_count]
-            .iter()
-            .map(|sample| sample.arc * self.ladder.units.length)
+        self.model.samples.as_ref()[..self.model.sample_count].iter().map(|sample| sample.arc * self.model.units.length)
     }
 
     /// Deformed centreline of the front beam, finger frame, mm, base to tip: the ends of its links, or the ends and
@@ -209,17 +207,17 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     fn centreline(&self, side: usize) -> impl Iterator<Item = [T; 2]> + '_ {
-        let mut base = self.ladder.base;
+        let mut base = self.model.base;
         if side == 1 {
-            base[0] += self.ladder.base_rung[0];
-            base[1] += self.ladder.base_rung[1];
+            base[0] += self.model.base_rung[0];
+            base[1] += self.model.base_rung[1];
         }
         let mut end = base;
-        let spans = (0..self.ladder.cells()).flat_map(move |cell| {
+        let spans = (0..self.model.cells()).flat_map(move |cell| {
             let role = if side == 0 { Role::Front(cell as u8) } else { Role::Back(cell as u8) };
-            let index = self.ladder.topology.find(role).unwrap_or(0);
+            let index = self.model.topology.find(role).unwrap_or(0);
             let work = self.work.shape.members.as_ref().at(index);
-            let nodes = self.ladder.topology.members.as_ref().at(index).nodes();
+            let nodes = self.model.topology.members.as_ref().at(index).nodes();
             let start = end;
             let d = work.end_to_end();
             end = [start[0] + d[0], start[1] + d[1]];
@@ -228,15 +226,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let links = (nodes.start + 1..nodes.end).filter_map(move |node| self.link(index, node, &mut at));
             links.chain(rigid.then_some(end))
         });
-        core::iter::once(base).chain(spans).map(|point| self.ladder.units.millimetres(point))
+        core::iter::once(base).chain(spans).map(|point| self.model.units.millimetres(point))
     }
 
     /// The point of a member's centreline that belongs to a node after the first; `at` is the last link's or element's
     /// end and moves on.
     fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
-        let (e, weight) = (|node: usize| self.work.shape.nodes.as_ref().at(node).strained, self.ladder.weight.as_ref());
-        let nodes = self.ladder.topology.members.as_ref().at(index).nodes();
-        if !self.ladder.quadratic || nodes.len() < 3 {
+        let (e, weight) = (|node: usize| self.work.shape.nodes.as_ref().at(node).strained, self.model.weight.as_ref());
+        let nodes = self.model.topology.members.as_ref().at(index).nodes();
+        if !self.model.quadratic || nodes.len() < 3 {
             let w = weight.at(node);
             *at = [at[0] + w * e(node)[0], at[1] + w * e(node)[1]];
             return (w > T::ZERO).then_some(*at);
@@ -258,10 +256,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Ends of the rigid lamellae (front, back), finger frame, mm, base to tip.
     pub fn lamellae(&self) -> impl Iterator<Item = [[T; 2]; 2]> + '_ {
-        (0..self.ladder.cells().saturating_sub(1)).map(move |cell| {
+        (0..self.model.cells().saturating_sub(1)).map(move |cell| {
             let start = self.work.shape.start.as_ref().at(cell + 1);
             let part = |k: u8| {
-                let index = self.ladder.topology.find(Role::Rung(cell as u8, k))?;
+                let index = self.model.topology.find(Role::Rung(cell as u8, k))?;
                 self.work.shape.members.as_ref().get(index)
             };
             let onwards = |from: [T; 2], d: [T; 2]| [from[0] + d[0], from[1] + d[1]];
@@ -271,7 +269,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 Some(back) => [onwards(start, d), onwards(onwards(start, d), back.rigid_start)],
                 None => [start, onwards(start, d)],
             };
-            ends.map(|end| self.ladder.units.millimetres(end))
+            ends.map(|end| self.model.units.millimetres(end))
         })
     }
 

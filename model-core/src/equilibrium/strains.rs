@@ -48,11 +48,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// ends of the quadratic elements (between which the bend is linear). Pins and welds have none.
     pub fn strains(&self) -> impl Iterator<Item = Strain<T>> + '_ {
         let mut beam_arc = [T::ZERO; 2];
-        let ladder = &self.ladder;
-        ladder.topology.in_cells().flat_map(move |index| {
-            let member = ladder.topology.members.as_ref()[index];
+        let model = &self.model;
+        model.topology.in_cells().flat_map(move |index| {
+            let member = model.topology.members.as_ref()[index];
             let nodes = member.nodes();
-            let length = ladder.weight.as_ref()[nodes.clone()].iter().fold(T::ZERO, |sum, &weight| sum + weight);
+            let length = model.weight.as_ref()[nodes.clone()].iter().fold(T::ZERO, |sum, &weight| sum + weight);
             let mut along = |side: usize| {
                 let start = beam_arc[side];
                 beam_arc[side] += length;
@@ -69,12 +69,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             (0..if flexible { elements } else { 0 }).map(move |element| {
                 let node = nodes.start + element;
                 let (arc, stretch, bend) =
-                    if ladder.quadratic { self.end(node, element) } else { self.spring(node, nodes.start) };
+                    if model.quadratic { self.end(node, element) } else { self.spring(node, nodes.start) };
                 Strain {
                     place,
-                    arc: ladder.units.length * (start + arc),
+                    arc: model.units.length * (start + arc),
                     stretch,
-                    bending: ladder.fibre.as_ref()[node] * bend,
+                    bending: model.fibre.as_ref()[node] * bend,
                 }
             })
         })
@@ -90,7 +90,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let (a, b) = (angle[first + 1] - angle[first], angle[first + 2] - angle[first + 1]);
         let three = T::of(3.0);
         // Simpson's weight of the middle is 4h/6.
-        let h = T::of(1.5) * self.ladder.weight.as_ref()[first + 1];
+        let h = T::of(1.5) * self.model.weight.as_ref()[first + 1];
         let arc = T::of(end.div_ceil(2) as f64) * h;
         if end.is_multiple_of(2) {
             (arc, self.stretch(first), three * a - b)
@@ -102,7 +102,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The same at the spring between a node and the next.
     fn spring(&self, node: usize, first: usize) -> (T, T, T) {
         let angle = self.timeline.present.angle.as_ref();
-        let arc = T::of((node - first) as f64) * self.ladder.weight.as_ref()[first + 1];
+        let arc = T::of((node - first) as f64) * self.model.weight.as_ref()[first + 1];
         let stretch = T::of(0.5) * (self.stretch(node) + self.stretch(node + 1));
         (arc, stretch, angle[node + 1] - angle[node])
     }

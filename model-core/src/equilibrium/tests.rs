@@ -21,7 +21,7 @@ type Solver<T> = Follower<T, Paper>;
 /// The inertia of the accepted state itself has nothing against it; the workspace shows it again afterwards.
 fn is_stable<T: Real>(follower: &mut Solver<T>) -> bool {
     follower.show_accepted();
-    let inertia = step::solve(&follower.ladder, &mut follower.work, Hessian::Newton, T::ZERO);
+    let inertia = step::solve(&follower.model, &mut follower.work, Hessian::Newton, T::ZERO);
     follower.show_accepted();
     inertia.settled && !inertia.is_unstable()
 }

@@ -3,7 +3,7 @@
 //! A step begins at the accepted instant, predicted along the line through the last two where both are of one motion (40). It ends with
 //! [`Timeline::accept`] or [`Timeline::reject`]; nothing else copies a state.
 
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::Size;
 use crate::state::State;
@@ -35,9 +35,9 @@ impl<T: Real, S: Size> Timeline<T, S> {
         is_marked: false,
     };
 
-    /// Makes room for a ladder; false if there is none.
-    pub(super) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
-        self.present.fit(ladder) && self.accepted.fit(ladder) && self.previous.fit(ladder)
+    /// Makes room for a model; false if there is none.
+    pub(super) fn fit(&mut self, model: &Model<T, S>) -> bool {
+        self.present.fit(model) && self.accepted.fit(model) && self.previous.fit(model)
     }
 
     /// The undeformed finger, present and accepted.
@@ -76,32 +76,32 @@ impl<T: Real, S: Size> Timeline<T, S> {
     }
 
     /// Moves the present instant on to a coordinate, along the line through the last two accepted ones.
-    pub(super) fn predict(&mut self, to: T, ladder: &Ladder<T, S>) {
+    pub(super) fn predict(&mut self, to: T, model: &Model<T, S>) {
         if let Some(part) = self.ahead(to).filter(|part| part.abs() <= T::of(FARTHEST)) {
-            self.present.predict(&self.previous, part, ladder);
+            self.present.predict(&self.previous, part, model);
         }
     }
 
     /// Accepts the present instant as that of a coordinate.
-    pub(super) fn accept(&mut self, at: T, ladder: &Ladder<T, S>) {
+    pub(super) fn accept(&mut self, at: T, model: &Model<T, S>) {
         // A coordinate that has come again tells nothing of the motion.
         if at != self.at && !self.is_marked {
-            self.previous.copy(&self.accepted, ladder);
+            self.previous.copy(&self.accepted, model);
             self.before = self.at;
         }
-        self.accepted.copy(&self.present, ladder);
+        self.accepted.copy(&self.present, model);
         self.at = at;
         self.predicts = !self.is_marked && self.accepted.touching_count > 0 && self.previous.touching_count > 0;
     }
 
     /// Back to the accepted instant.
-    pub(super) fn reject(&mut self, ladder: &Ladder<T, S>) {
-        self.present.copy(&self.accepted, ladder);
+    pub(super) fn reject(&mut self, model: &Model<T, S>) {
+        self.present.copy(&self.accepted, model);
     }
 
     /// Keeps the accepted instant, for [`Self::go_back`], until [`Self::unmark`].
-    pub(super) fn mark(&mut self, ladder: &Ladder<T, S>) {
-        self.previous.copy(&self.accepted, ladder);
+    pub(super) fn mark(&mut self, model: &Model<T, S>) {
+        self.previous.copy(&self.accepted, model);
         (self.predicts, self.is_marked) = (false, true);
     }
 
@@ -111,8 +111,8 @@ impl<T: Real, S: Size> Timeline<T, S> {
     }
 
     /// The accepted instant is the marked one again.
-    pub(super) fn go_back(&mut self, ladder: &Ladder<T, S>) {
-        self.accepted.copy(&self.previous, ladder);
+    pub(super) fn go_back(&mut self, model: &Model<T, S>) {
+        self.accepted.copy(&self.previous, model);
     }
 
     pub(super) fn unmark(&mut self) {

@@ -45,7 +45,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn track(&mut self, to: f64, within: Tracking, budget: u32) -> Outcome {
         let far = self.max_step() * T::of(0.25);
         let remaining = T::of(to) - self.timeline.at();
-        let ready = self.ladder.cells() > 0 && to.is_finite() && self.phase == Phase::Following && budget > 0;
+        let ready = self.model.cells() > 0 && to.is_finite() && self.phase == Phase::Following && budget > 0;
         let is_short = budget <= MOST;
         // With time for the whole method only what it would not do better.
         let begins = if is_short {
@@ -64,7 +64,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if !reaches && !is_short {
             return self.follow_within(to, budget);
         }
-        self.timeline.predict(target, &self.ladder);
+        self.timeline.predict(target, &self.model);
         let object = self.seen(target);
         let mut outcome = Outcome {
             status: Status::MaxIterations,
@@ -79,8 +79,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let mut trusted;
         loop {
             let (residual, sweep) =
-                step::evaluate(&self.ladder, &self.timeline.present, &mut self.work, &object, T::of(NEAR));
-            if outcome.iterations == 0 && self.ladder.fineness <= 1 {
+                step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, T::of(NEAR));
+            if outcome.iterations == 0 && self.model.fineness <= 1 {
                 gaps::thin(&mut self.work, MANY);
             }
             self.sweep = sweep;
@@ -102,9 +102,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 let bound = |bound: f64| T::of(times * bound);
                 residual.gradient <= bound(within.gradient) && residual.length <= bound(within.length)
             };
-            let inertia = step::solve(&self.ladder, &mut self.work, Hessian::Newton, T::ZERO);
+            let inertia = step::solve(&self.model, &mut self.work, Hessian::Newton, T::ZERO);
             moved = self.work.largest_turn;
-            step::apply(&self.ladder, &mut self.timeline.present, &self.work, T::one());
+            step::apply(&self.model, &mut self.timeline.present, &self.work, T::one());
             outcome.iterations += 1;
             let finite =
                 self.timeline.present.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
@@ -145,7 +145,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Goes back to the accepted state, and on from there with what a step of this size has left of the budget.
     fn pursue(&mut self, to: f64, budget: u32, so_far: Outcome, size: T) -> Outcome {
-        self.timeline.reject(&self.ladder);
+        self.timeline.reject(&self.model);
         let left = budget.saturating_sub(so_far.iterations);
         if left == 0 {
             self.step = size * T::of(0.5);

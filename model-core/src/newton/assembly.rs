@@ -6,22 +6,22 @@
 use super::Workspace;
 use super::condensed::{Condensed, Corrections};
 use crate::access::Access;
-use crate::ladder::Ladder;
 use crate::linear::banded::BAND;
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::Size;
 use crate::topology::{CLAMPED, Member};
 
 /// Begins the matrix, and the residual of the closures; on entry `rhs` holds the joints' gradients.
-pub(crate) fn begin<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
-    work.factorisation.band.as_mut().run_mut(0..ladder.unknowns()).fill([T::ZERO; BAND + 1]);
-    put_closures(ladder, work);
+pub(crate) fn begin<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) {
+    work.factorisation.band.as_mut().run_mut(0..model.unknowns()).fill([T::ZERO; BAND + 1]);
+    put_closures(model, work);
 }
 
 /// Puts the closures' errors into the residual.
-pub(crate) fn put_closures<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
+pub(crate) fn put_closures<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) {
     let rhs = work.rhs.as_mut();
-    for (closure, &error) in ladder.topology.closures().iter().zip(work.shape.closure.as_ref()) {
+    for (closure, &error) in model.topology.closures().iter().zip(work.shape.closure.as_ref()) {
         for (at, error) in (usize::from(closure.unknown)..).zip(error) {
             rhs.put(at, error);
         }

@@ -6,9 +6,9 @@ use super::condensed::Own;
 use super::kinematics::{cell_of, sample_lever};
 use crate::access::Access;
 use crate::contact::Sample;
-use crate::ladder::Ladder;
 use crate::linear::banded;
 use crate::linear::symmetric::product;
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size};
 use crate::topology::{CLAMPED, Kind};
@@ -26,7 +26,7 @@ fn compliance_along<T: Real>(e: [T; 2], compliance: [T; 2], n: [T; 2], m: [T; 2]
 }
 
 /// Fills columns Q, the right-hand sides of the rows and −Z, all condensed.
-pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
+pub(crate) fn assemble<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) {
     let mut span_start = 0;
     let mut cell = usize::MAX;
     for j in 0..work.contacts.row_count {
@@ -34,15 +34,15 @@ pub(crate) fn assemble<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
         if cell != usize::from(place.cell) {
             (cell, span_start) = (usize::from(place.cell), j);
         }
-        if let Some((ends, residual)) = own_span(ladder, work, j, span_start, &place) {
-            spans_below(ladder, work, j, span_start, cell, ends, residual);
+        if let Some((ends, residual)) = own_span(model, work, j, span_start, &place) {
+            spans_below(model, work, j, span_start, cell, ends, residual);
         }
     }
 }
 
 /// A row's own span, condensed: its entries with the start joint and the end joint, and what its residual gets.
 fn own_span<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     j: usize,
     span_start: usize,
@@ -50,21 +50,21 @@ fn own_span<T: Real, S: Size>(
 ) -> Option<([T; 2], T)> {
     let index = usize::from(sample.cell);
     let normal = work.contacts.rows.as_ref().at(j).normal;
-    let (member, m) = (ladder.member(index)?, work.shape.members.as_ref().get(index)?);
+    let (member, m) = (model.member(index)?, work.shape.members.as_ref().get(index)?);
     let nodes = member.nodes();
     let interior = usize::from(member.interior);
-    let mut own = Own { lever: sample_lever(ladder, work, index, sample), ..Own::BLANK };
+    let mut own = Own { lever: sample_lever(model, work, index, sample), ..Own::BLANK };
     // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
     let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
     let (start, end, before_end) = if work.factorisation.curved {
         let coupling = |node: usize| work.shape.nodes.as_ref().at(nodes.start + node).coupling;
         (coupling(0), coupling(interior), coupling(interior.saturating_sub(1)))
     } else {
-        let coupling = |node: usize| ladder.coupling.as_ref().at(nodes.start + node);
+        let coupling = |node: usize| model.coupling.as_ref().at(nodes.start + node);
         (coupling(0), coupling(interior), coupling(interior.saturating_sub(1)))
     };
     let list = work.shape.nodes.as_mut().get_mut(nodes.clone())?;
-    let weight = ladder.weight.as_ref().get(nodes.clone())?;
+    let weight = model.weight.as_ref().get(nodes.clone())?;
     let mut tensor = [T::ZERO; 3];
     let mut weigh = |w: T, e: [T; 2]| {
         tensor = [tensor[0] + w * e[0] * e[0], tensor[1] + w * e[0] * e[1], tensor[2] + w];
@@ -146,7 +146,7 @@ fn own_span<T: Real, S: Size>(
 
 /// A row's column, its entries with the rows on lower spans, and its right-hand side.
 fn spans_below<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     j: usize,
     span_start: usize,
@@ -154,7 +154,7 @@ fn spans_below<T: Real, S: Size>(
     ends: [T; 2],
     mut residual: T,
 ) {
-    let n = ladder.unknowns();
+    let n = model.unknowns();
     let row = work.contacts.rows.as_ref().at(j);
     let normal = row.normal;
     let (Some(column), Some(entries)) = (
@@ -165,7 +165,7 @@ fn spans_below<T: Real, S: Size>(
     };
     column.fill(T::ZERO);
     let (Some(fronts), Some(members)) =
-        (work.factorisation.fronts.as_ref().get(..cell), ladder.topology.fronts().get(..cell))
+        (work.factorisation.fronts.as_ref().get(..cell), model.topology.fronts().get(..cell))
     else {
         return;
     };
@@ -195,7 +195,7 @@ fn spans_below<T: Real, S: Size>(
         column.add(member.force_unknown() + 1, -xn[1]);
         residual -= dot(c.corrections.rx, normal);
     }
-    if let Some(member) = ladder.member(cell) {
+    if let Some(member) = model.member(cell) {
         let own = work.border.own.as_ref().at(j);
         if member.start != CLAMPED {
             column.add(usize::from(member.start), ends[0]);
@@ -214,8 +214,8 @@ fn spans_below<T: Real, S: Size>(
 
 /// Forward-substitutes the columns and completes D and the right-hand sides:
 /// D = −Z + Qᵀ KKT⁻¹ Q, b = r_μ − Qᵀ KKT⁻¹ r with `rhs` = −r already forward-substituted.
-pub(crate) fn complete<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
-    let n = ladder.unknowns();
+pub(crate) fn complete<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) {
+    let n = model.unknowns();
     if n == 0 {
         return;
     }
@@ -251,8 +251,8 @@ pub(crate) fn complete<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Works
 }
 
 /// Completes the right-hand sides alone: the columns are those of the last factorisation.
-pub(crate) fn complete_residuals<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
-    let n = ladder.unknowns();
+pub(crate) fn complete_residuals<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) {
+    let n = model.unknowns();
     let (band, rhs, scaled) = (
         work.factorisation.band.as_ref().run(0..n),
         work.rhs.as_ref().run(0..n),

@@ -9,8 +9,8 @@ use super::Workspace;
 use super::condensed::{Condensed, Corrections};
 use crate::access::Access;
 use crate::element::Node;
-use crate::ladder::Ladder;
 use crate::linear::pivot::{bounded, pivot_bound};
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size};
 use crate::topology::Kind;
@@ -52,26 +52,26 @@ impl<T: Real> Sums<T> {
 
 /// Condenses one member; with it the number of negative pivots.
 pub(crate) fn condense<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
     diagonal: Diagonal<T>,
 ) -> (Condensed<T>, usize) {
-    if ladder.member(index).is_some_and(|member| member.kind == Kind::Quadratic) {
-        condense_band::<T, S, true>(ladder, work, index, diagonal)
+    if model.member(index).is_some_and(|member| member.kind == Kind::Quadratic) {
+        condense_band::<T, S, true>(model, work, index, diagonal)
     } else {
-        condense_band::<T, S, false>(ladder, work, index, diagonal)
+        condense_band::<T, S, false>(model, work, index, diagonal)
     }
 }
 
 /// As [`condense`], the interior's bandwidth being 2 (`WIDE`) or 1.
 fn condense_band<T: Real, S: Size, const WIDE: bool>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
     diagonal: Diagonal<T>,
 ) -> (Condensed<T>, usize) {
-    let (Some(member), Some(out)) = (ladder.member(index), work.shape.members.as_ref().get(index)) else {
+    let (Some(member), Some(out)) = (model.member(index), work.shape.members.as_ref().get(index)) else {
         return (Condensed::BLANK, 0);
     };
     let nodes = member.nodes();
@@ -79,8 +79,8 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
     let stiffening = T::one() + diagonal.shift;
     // All of one length, which the indices below stay within.
     let (Some(at_rest), Some(constant), Some(list)) = (
-        ladder.diagonal.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
-        ladder.coupling.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
+        model.diagonal.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
+        model.coupling.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
         work.shape.nodes.as_mut().get_mut(nodes).and_then(|all| all.get_mut(..count)),
     ) else {
         return (Condensed::BLANK, 0);

@@ -6,7 +6,7 @@ use super::workspace::{Contacts, Shape};
 use crate::access::Access;
 use crate::contact::{ContactState, Direction, Row, Sample, sample_gap};
 use crate::element::Depth;
-use crate::ladder::{Ladder, vec2_of};
+use crate::model::{Model, vec2_of};
 use crate::object::{Gap, Object};
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size};
@@ -29,14 +29,14 @@ pub(crate) struct Sweep<T> {
 
 /// Makes rows of the places that touch, with the normals of the state: what strains the front beam, and so says where the gaps
 /// are. That the normals there are the same is one more thing that must hold at an equilibrium.
-pub(crate) fn recall<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
+pub(crate) fn recall<T: Real, S: Size>(model: &Model<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
     work.contacts.row_count = state.touching_count;
     work.contacts.turning = None;
     let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
     let rows = work.contacts.rows.as_mut().iter_mut().zip(touching).take(state.touching_count);
     for (row, ((&sample, &multiplier), &normal)) in rows {
         *row =
-            Row { sample, state: ContactState::Closed, place: ladder.place(sample), normal, multiplier, ..Row::BLANK };
+            Row { sample, state: ContactState::Closed, place: model.place(sample), normal, multiplier, ..Row::BLANK };
     }
 }
 
@@ -149,28 +149,28 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
 ///
 /// A place that is only near gives way when there is no room; one that touches or penetrates never does silently.
 pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
     object: &O,
     margin: T,
 ) -> Sweep<T> {
-    let samples = ladder.samples.as_ref().iter().take(ladder.sample_count);
+    let samples = model.samples.as_ref().iter().take(model.sample_count);
     let Workspace { shape: Shape { nodes, start, members, .. }, contacts: Contacts { rows, .. }, .. } = work;
-    let (nodes, weight) = (nodes.as_ref(), ladder.weight.as_ref());
+    let (nodes, weight) = (nodes.as_ref(), model.weight.as_ref());
     let far = T::of(1e9);
     let mut gathering = Gathering {
         state,
         rows: rows.as_mut(),
         count: 0,
-        softness: ladder.contact_softness(),
+        softness: model.contact_softness(),
         margin,
         touched: 0,
         next: state.touching.as_ref().run(0..state.touching_count).first().map(|&place| usize::from(place)),
         run: None,
         found: Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, near_overflow: false },
     };
-    let is_fine = ladder.fineness > 1;
+    let is_fine = model.fineness > 1;
     let mut cell = usize::MAX;
     let mut node = 0;
     let mut prefix = Vec2::new(T::ZERO, T::ZERO);
@@ -181,13 +181,13 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
     for (at, sample) in samples.enumerate() {
         if cell != usize::from(sample.cell) {
             cell = usize::from(sample.cell);
-            node = ladder.member(cell).map_or(0, |front| usize::from(front.first));
+            node = model.member(cell).map_or(0, |front| usize::from(front.first));
             prefix = vec2_of(start.as_ref().at(cell));
             rigid_end = members.as_ref().get(cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
         }
         let below = prefix;
         let mut position = prefix;
-        if ladder.quadratic {
+        if model.quadratic {
             while node < usize::from(sample.node)
                 && let (Some(on), Some(&weight)) = (nodes.get(node), weight.get(node))
             {
@@ -214,23 +214,23 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
         } else {
             position += rigid_end * sample.rigid;
         }
-        if is_fine && ladder.is_fine(at) {
+        if is_fine && model.is_fine(at) {
             let near = {
-                let reach = sample.half_thickness + margin + longest * ladder.way_to(at);
+                let reach = sample.half_thickness + margin + longest * model.way_to(at);
                 !object.clears(position, reach) && object.gap(position).distance <= reach
             };
-            let index = ladder.index_of(at);
-            let first = index + 1 - ladder.fineness;
+            let index = model.index_of(at);
+            let first = index + 1 - model.fineness;
             if near || gathering.next.is_some_and(|next| next < index) {
                 for index in first..index {
                     let is_touching = gathering.next == Some(index);
                     if !near && !is_touching {
                         continue;
                     }
-                    let place = ladder.place(index as u16);
+                    let place = model.place(index as u16);
                     // The nodes below the place's are in the prefix; of links, those below the link.
-                    let from = if ladder.quadratic { prefix } else { below };
-                    let skipped = usize::from(!ladder.quadratic);
+                    let from = if model.quadratic { prefix } else { below };
+                    let skipped = usize::from(!model.quadratic);
                     let mut position = from + rigid_end * place.rigid;
                     let on = nodes.get(usize::from(place.node)..).unwrap_or(&[]).iter().zip(&place.weights);
                     for (on, &w) in on.skip(skipped).filter(|(_, w)| **w != T::ZERO) {
@@ -242,7 +242,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
                         gathering.touching(index, &place, &gap);
                         continue;
                     }
-                    let stride = ladder.stride(at, &gap);
+                    let stride = model.stride(at, &gap);
                     if (index + 1 - first).is_multiple_of(stride) {
                         gathering.nearest(&gap);
                         gathering.between(index, &place, &gap, usize::from(REACH) * stride);
@@ -250,25 +250,25 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
                 }
             }
         }
-        let index = if is_fine { ladder.index_of(at) } else { at };
+        let index = if is_fine { model.index_of(at) } else { at };
         let touched = gathering.next == Some(index);
         // While something touches, where the others are does not matter.
         let matters = touched || state.touching_count == 0;
         if !matters && seen - longest * sample.arc > sample.half_thickness + margin {
             continue;
         }
-        if !matters && ladder.quadratic && object.clears(position, sample.half_thickness + margin) {
+        if !matters && model.quadratic && object.clears(position, sample.half_thickness + margin) {
             continue;
         }
         let gap = sample_gap(object, sample, position);
-        if !ladder.quadratic {
+        if !model.quadratic {
             seen = gap.distance + sample.half_thickness + longest * sample.arc;
         }
         gathering.nearest(&gap);
         if touched {
             gathering.touching(index, sample, &gap);
-        } else if is_fine && ladder.stride(at, &gap) < ladder.fineness {
-            gathering.between(index, sample, &gap, usize::from(REACH) * ladder.stride(at, &gap));
+        } else if is_fine && model.stride(at, &gap) < model.fineness {
+            gathering.between(index, sample, &gap, usize::from(REACH) * model.stride(at, &gap));
         } else {
             gathering.run = None;
             gathering.free(index, sample, &gap);
@@ -283,7 +283,7 @@ pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
 ///
 /// What the normals are then still behind is of second order in what they were behind before.
 pub(crate) fn reposition<T: Real, S: Size, O: Object<T>, D: Depth>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
     object: &O,
@@ -292,10 +292,10 @@ pub(crate) fn reposition<T: Real, S: Size, O: Object<T>, D: Depth>(
     for row in work.contacts.rows.as_mut().iter_mut().take(count).filter(|row| row.touches()) {
         row.normal = turned_by(row.normal, row.tilt);
     }
-    place_front::<T, S, D>(ladder, state, work);
+    place_front::<T, S, D>(model, state, work);
     for j in 0..count {
         let mut row = work.contacts.rows.as_ref().at(j);
-        let gap = sample_gap(object, &row.place, sample_position(ladder, work, &row.place));
+        let gap = sample_gap(object, &row.place, sample_position(model, work, &row.place));
         row.gap = gap.distance;
         row.curvature = gap.curvature;
         if row.touches() {
@@ -354,13 +354,13 @@ pub(crate) fn thin<T: Real, S: Size>(work: &mut Workspace<T, S>, many: usize) {
 
 /// Position of a sample, finger frame, mm.
 pub(crate) fn sample_position<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &Workspace<T, S>,
     sample: &Sample<T>,
 ) -> Vec2<T> {
     let cell = usize::from(sample.cell);
-    let (nodes, weight) = (work.shape.nodes.as_ref(), ladder.weight.as_ref());
-    let (first, node) = (ladder.member(cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
+    let (nodes, weight) = (work.shape.nodes.as_ref(), model.weight.as_ref());
+    let (first, node) = (model.member(cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
     let mut position = vec2_of(work.shape.start.as_ref().at(cell));
     for (on, &weight) in nodes.run(first..node).iter().zip(weight.run(first..node)) {
         position += vec2_of(on.strained) * weight;

@@ -12,8 +12,8 @@ use super::step::{self, Inertia};
 use super::{Workspace, assembly, border, kinematics};
 use crate::access::Access;
 use crate::contact::{ContactState, Direction, Row};
-use crate::ladder::Ladder;
 use crate::linear::banded;
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size};
 use crate::topology::Kind;
@@ -38,7 +38,7 @@ pub(crate) fn note<T: Real, S: Size>(work: &mut Workspace<T, S>, excess: isize) 
 
 /// Brings the rows of the last evaluation to the places they have in the factorisation; false if it lacks one of them. Those that
 /// it has besides are as good as gone.
-pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> bool {
+pub(crate) fn align<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) -> bool {
     let (count, kept_count) = (work.contacts.row_count, work.factorisation.kept_count);
     let turning = work.factorisation.kept_turning.map(|(index, softness)| (usize::from(index), softness));
     let is_turning = |j: usize| turning.is_some_and(|(index, _)| index == j);
@@ -64,9 +64,9 @@ pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
             }
             _ => Row {
                 sample,
-                place: ladder.place(sample),
+                place: model.place(sample),
                 gap: T::of(ABSENT),
-                softness: ladder.contact_softness(),
+                softness: model.contact_softness(),
                 ..Row::BLANK
             },
         };
@@ -92,16 +92,16 @@ pub(crate) fn align<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
 }
 
 /// Finds the increments at the evaluated state with the last factorisation; the rows are aligned.
-pub(crate) fn solve<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Inertia {
+pub(crate) fn solve<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) -> Inertia {
     work.effort.solves();
-    let n = ladder.unknowns();
-    assembly::put_closures(ladder, work);
+    let n = model.unknowns();
+    assembly::put_closures(model, work);
     let (mut below, mut from) = ([T::ZERO; 2], 0);
-    for index in 0..ladder.topology.member_count() {
-        let (Some(corrections), Some(member)) = (condense(ladder, work, index), ladder.member(index)) else { continue };
+    for index in 0..model.topology.member_count() {
+        let (Some(corrections), Some(member)) = (condense(model, work, index), model.member(index)) else { continue };
         assembly::add_corrections(work.rhs.as_mut(), member, &corrections);
-        if index < ladder.cells() {
-            from = border_rows(ladder, work, index, from, below);
+        if index < model.cells() {
+            from = border_rows(model, work, index, from, below);
             below = [below[0] + corrections.rx[0], below[1] + corrections.rx[1]];
         }
     }
@@ -109,21 +109,17 @@ pub(crate) fn solve<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
         *value = -*value;
     }
     banded::forward(work.factorisation.band.as_ref().run(0..n), work.rhs.as_mut().run_mut(0..n));
-    border::complete_residuals(ladder, work);
+    border::complete_residuals(model, work);
     let settled = step::settle(work);
-    step::increments(ladder, work);
+    step::increments(model, work);
     step::inertia(work, settled)
 }
 
 /// Condenses a member's gradient alone; what its interior takes from it stays in the nodes' `delta`.
-fn condense<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
-    work: &mut Workspace<T, S>,
-    index: usize,
-) -> Option<Corrections<T>> {
-    let member = ladder.member(index)?;
+fn condense<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>, index: usize) -> Option<Corrections<T>> {
+    let member = model.member(index)?;
     let nodes = member.nodes();
-    let constant = ladder.coupling.as_ref().get(nodes.clone())?;
+    let constant = model.coupling.as_ref().get(nodes.clone())?;
     let list = work.shape.nodes.as_mut().get_mut(nodes)?;
     solve_interior(list, [T::ZERO; 2], T::ZERO, member.kind == Kind::Quadratic, |node| node.gradient);
     let curved = work.factorisation.curved;
@@ -150,14 +146,14 @@ fn condense<T: Real, S: Size>(
 /// Right-hand sides of the rows on a front span, but for what the joints and closures take; returns the first row beyond it.
 /// `below` is the sum of what the spans below have found for their forces.
 fn border_rows<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
     from: usize,
     below: [T; 2],
 ) -> usize {
     let own = kinematics::own_rows(work.contacts.rows.as_ref().run(0..work.contacts.row_count), index, from);
-    let Some(nodes) = ladder.member(index).map(|member| member.nodes()) else { return own.end };
+    let Some(nodes) = model.member(index).map(|member| member.nodes()) else { return own.end };
     let Some([_, inner @ .., _]) = work.shape.nodes.as_ref().get(nodes.clone()) else { return own.end };
     let (mut at, mut swept) = (0, [T::ZERO; 2]);
     let rows = work.contacts.rows.as_ref().run(own.clone()).iter().zip(work.border.own.as_ref().run(own.clone()));

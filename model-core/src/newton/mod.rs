@@ -1,4 +1,4 @@
-//! One Newton step for the ladder in contact, cost linear in elements and lamellae:
+//! One Newton step for a finger in contact, cost linear in elements and lamellae:
 //! `kinematics` and `gaps` → `residual` → `condense` each member onto its joints and force → `assembly` of the banded KKT in joints and λ →
 //! `border` by the contact rows → contact law (`contact::frictionless`) on the dense border → increments. What a member's elements do is
 //! asked of `element`; `lagged` are the steps that keep an earlier factorisation.

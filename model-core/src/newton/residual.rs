@@ -1,12 +1,12 @@
 //! The gradient of the Lagrangian
-//! L = V(θ) + Σ λ_k·h_k(θ, λ, μ) − Σ μ_j g_j − ½ ε_c Σ μ_j², stretch and shear eliminated (see [`crate::ladder`]).
+//! L = V(θ) + Σ λ_k·h_k(θ, λ, μ) − Σ μ_j g_j − ½ ε_c Σ μ_j², stretch and shear eliminated (see [`crate::model`]).
 
 use super::Workspace;
 use super::gaps::Sweep;
 use super::kinematics::{bend, directions, energy, forces, own_rows, starts, strain};
 use crate::access::Access;
 use crate::element::{Depth, Tangents};
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::Size;
 use crate::state::State;
@@ -24,19 +24,19 @@ pub(crate) struct Residual<T> {
 /// Strains the members but the front spans, which are strained already, and returns the largest residuals of gradient, closures
 /// and gaps.
 pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
     sweep: &Sweep<T>,
 ) -> Residual<T> {
     let mut worst = Residual { gradient: T::ZERO, length: T::ZERO };
-    work.rhs.as_mut().run_mut(0..ladder.unknowns()).fill(T::ZERO);
-    work.shape.closure.as_mut().run_mut(0..ladder.cells()).fill([T::ZERO; 2]);
-    for (index, member) in ladder.members().iter().enumerate() {
-        if index >= ladder.cells() {
-            strain::<T, S, D>(ladder, state, work, index, 0..0);
+    work.rhs.as_mut().run_mut(0..model.unknowns()).fill(T::ZERO);
+    work.shape.closure.as_mut().run_mut(0..model.cells()).fill([T::ZERO; 2]);
+    for (index, member) in model.members().iter().enumerate() {
+        if index >= model.cells() {
+            strain::<T, S, D>(model, state, work, index, 0..0);
         }
-        bend(ladder, state, work, index, member);
+        bend(model, state, work, index, member);
         let (Some([first, .., last]), Some(out)) =
             (work.shape.nodes.as_ref().get(member.nodes()), work.shape.members.as_ref().get(index))
         else {
@@ -44,22 +44,22 @@ pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
         };
         worst.gradient = worst.gradient.max(out.steepest - member.rounding);
         let joints = work.rhs.as_mut();
-        ladder.topology.enter(work.shape.closure.as_mut(), member, out.end_to_end());
+        model.topology.enter(work.shape.closure.as_mut(), member, out.end_to_end());
         let turn = |f: [T; 2], rigid: [T; 2]| f[1] * rigid[0] - f[0] * rigid[1];
         if member.start != CLAMPED {
             joints.add(usize::from(member.start), first.gradient + turn(out.force, out.rigid_start));
         }
         joints.add(usize::from(member.end), last.gradient + turn(out.end_force, out.rigid_end));
     }
-    ladder.topology.finish_closures(work.shape.closure.as_mut());
+    model.topology.finish_closures(work.shape.closure.as_mut());
     // NaN anywhere reaches a closure or a joint; the comparisons alone would drop it.
     let mut total = T::ZERO;
-    for error in work.shape.closure.as_ref().run(0..ladder.cells()).iter().flatten() {
+    for error in work.shape.closure.as_ref().run(0..model.cells()).iter().flatten() {
         total += *error;
         worst.length = worst.length.max(error.abs());
     }
     // The closures' places are still zero.
-    let joints = work.rhs.as_ref().run(0..ladder.unknowns()).iter().zip(ladder.topology.rounding.as_ref());
+    let joints = work.rhs.as_ref().run(0..model.unknowns()).iter().zip(model.topology.rounding.as_ref());
     for (slope, &rounding) in joints {
         total += *slope;
         worst.gradient = worst.gradient.max(slope.abs() - rounding);
@@ -67,10 +67,10 @@ pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
     let rows = work.contacts.rows.as_ref().run(0..work.contacts.row_count);
     for row in rows {
         if row.touches() {
-            worst.length = worst.length.max((row.gap + ladder.contact_softness() * row.multiplier).abs());
+            worst.length = worst.length.max((row.gap + model.contact_softness() * row.multiplier).abs());
         }
     }
-    let misdirected = misdirected(ladder, work);
+    let misdirected = misdirected(model, work);
     worst.gradient = worst.gradient.max(misdirected);
     total += misdirected;
     if !total.is_finite() {
@@ -83,11 +83,11 @@ pub(crate) fn gradient<T: Real, S: Size, D: Depth>(
 /// By how much the gradient is off for normals that are not the object's where the samples are, N·mm. A node's gradient takes the forces
 /// above it times its weight, so what counts is the largest sum of misdirected force from the tip down: opposite tilts further apart do
 /// not make up for each other. NaN stays NaN.
-pub(crate) fn misdirected<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>) -> T {
+pub(crate) fn misdirected<T: Real, S: Size>(model: &Model<T, S>, work: &Workspace<T, S>) -> T {
     let (mut most, mut arm, mut above) = (T::ZERO, T::ZERO, [T::ZERO; 2]);
     for row in work.contacts.rows.as_ref().run(0..work.contacts.row_count).iter().rev() {
         if row.touches() {
-            arm = ladder.weight.as_ref().get(usize::from(row.place.node) + 1).map_or(arm, |&weight| arm.max(weight));
+            arm = model.weight.as_ref().get(usize::from(row.place.node) + 1).map_or(arm, |&weight| arm.max(weight));
             let across = row.multiplier * row.tilt;
             above = [above[0] - across * row.normal[1], above[1] + across * row.normal[0]];
             let size = above[0] * above[0] + above[1] * above[1];
@@ -98,15 +98,15 @@ pub(crate) fn misdirected<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Worksp
 }
 
 /// Elastic energy at a state whose rows are those of the last evaluation, N·mm; leaves positions behind.
-pub(crate) fn potential<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) -> T {
-    directions(ladder, state, work);
-    forces(ladder, state, work);
+pub(crate) fn potential<T: Real, S: Size>(model: &Model<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) -> T {
+    directions(model, state, work);
+    forces(model, state, work);
     let mut from = 0;
-    for index in 0..ladder.topology.member_count() {
+    for index in 0..model.topology.member_count() {
         let own = own_rows(work.contacts.rows.as_ref().run(0..work.contacts.row_count), index, from);
         from = own.end;
-        strain::<T, S, Tangents>(ladder, state, work, index, own);
+        strain::<T, S, Tangents>(model, state, work, index, own);
     }
-    starts(ladder, work);
-    state.bending_energy(ladder) + energy(ladder, work)
+    starts(model, work);
+    state.bending_energy(model) + energy(model, work)
 }

@@ -11,8 +11,8 @@ use crate::access::Access;
 use crate::contact::ContactState;
 use crate::contact::frictionless::{self, Problem, Settled};
 use crate::element::{Depth, Node, Places, Residuals, Tangents};
-use crate::ladder::Ladder;
 use crate::linear::banded;
+use crate::model::Model;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
@@ -51,79 +51,79 @@ const NOTHING_TO_REPOSITION: f64 = 1e-6;
 
 /// Kinematics, gaps, forces, gradient and second derivatives at the present state.
 pub(crate) fn evaluate<T: Real, S: Size, O: Object<T>>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
-    kinematics::directions(ladder, state, work);
-    evaluate_to::<T, S, O, Tangents>(ladder, state, work, object, margin)
+    kinematics::directions(model, state, work);
+    evaluate_to::<T, S, O, Tangents>(model, state, work, object, margin)
 }
 
 /// As [`evaluate`] after a whole step, but without the second derivatives: they stay those of an earlier state where that spares
 /// something.
 pub(crate) fn residuals<T: Real, S: Size, O: Object<T>>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
     if work.largest_turn <= T::of(kinematics::SMALL) {
-        kinematics::turn(ladder, work);
+        kinematics::turn(model, work);
     } else {
-        kinematics::directions(ladder, state, work);
+        kinematics::directions(model, state, work);
     }
-    evaluate_to::<T, S, O, Residuals>(ladder, state, work, object, margin)
+    evaluate_to::<T, S, O, Residuals>(model, state, work, object, margin)
 }
 
 fn evaluate_to<T: Real, S: Size, O: Object<T>, D: Depth>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     state: &State<T, S>,
     work: &mut Workspace<T, S>,
     object: &O,
     margin: T,
 ) -> (Residual<T>, Sweep<T>) {
     work.effort.evaluates();
-    work.shape.lacks_tangent = !D::TANGENT && !ladder.quadratic;
-    gaps::recall(ladder, state, work);
+    work.shape.lacks_tangent = !D::TANGENT && !model.quadratic;
+    gaps::recall(model, state, work);
     // After a small step the normals are those of the object up to second order: nothing is left to replace, as a rule.
     let NewtonSettings { repositions, tolerance, .. } = NewtonSettings::<T>::of_precision();
     let at_once = !repositions || !D::TANGENT && work.largest_turn <= T::of(NOTHING_TO_REPOSITION);
     if at_once {
-        kinematics::place_front::<T, S, D>(ladder, state, work);
+        kinematics::place_front::<T, S, D>(model, state, work);
     } else {
-        kinematics::place_front::<T, S, Places>(ladder, state, work);
+        kinematics::place_front::<T, S, Places>(model, state, work);
     }
-    let mut sweep = gaps::sweep(ladder, state, work, object, margin);
+    let mut sweep = gaps::sweep(model, state, work, object, margin);
     // Too many near samples: only those that penetrate need rows.
     if sweep.near_overflow {
-        sweep = gaps::sweep(ladder, state, work, object, T::ZERO);
+        sweep = gaps::sweep(model, state, work, object, T::ZERO);
     }
-    if repositions && !(at_once && residual::misdirected(ladder, work) <= T::of(0.01) * tolerance.gradient) {
-        gaps::reposition::<T, S, O, D>(ladder, state, work, object);
+    if repositions && !(at_once && residual::misdirected(model, work) <= T::of(0.01) * tolerance.gradient) {
+        gaps::reposition::<T, S, O, D>(model, state, work, object);
     }
-    (residual::gradient::<T, S, D>(ladder, state, work, &sweep), sweep)
+    (residual::gradient::<T, S, D>(model, state, work, &sweep), sweep)
 }
 
 /// Condenses, factorises and borders at the evaluated state; returns the number of negative pivots.
 pub(crate) fn factorise<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     diagonal: Diagonal<T>,
 ) -> usize {
-    let n = ladder.unknowns();
+    let n = model.unknowns();
     let mut negative = 0;
     work.factorisation.curved = diagonal.curvature != T::ZERO;
-    assembly::begin(ladder, work);
-    for index in 0..ladder.topology.member_count() {
-        let (condensed, below_zero) = condense::condense(ladder, work, index, diagonal);
+    assembly::begin(model, work);
+    for index in 0..model.topology.member_count() {
+        let (condensed, below_zero) = condense::condense(model, work, index, diagonal);
         negative += below_zero;
-        let Some(member) = ladder.member(index) else { continue };
+        let Some(member) = model.member(index) else { continue };
         assembly::add_corrections(work.rhs.as_mut(), member, &condensed.corrections);
         assembly::add_member(work.factorisation.band.as_mut(), member, &condensed);
-        if index < ladder.cells() {
+        if index < model.cells() {
             work.factorisation.fronts.as_mut().put(index, condensed);
         }
     }
@@ -131,16 +131,16 @@ pub(crate) fn factorise<T: Real, S: Size>(
     for value in work.rhs.as_mut().run_mut(0..n) {
         *value = -*value;
     }
-    border::assemble(ladder, work);
-    negative += banded::factorise(work.factorisation.band.as_mut().run_mut(0..n), ladder.topology.scale.as_ref());
+    border::assemble(model, work);
+    negative += banded::factorise(work.factorisation.band.as_mut().run_mut(0..n), model.topology.scale.as_ref());
     banded::forward(work.factorisation.band.as_ref().run(0..n), work.rhs.as_mut().run_mut(0..n));
-    border::complete(ladder, work);
+    border::complete(model, work);
     negative
 }
 
 /// Factorises at the evaluated state, settles the active set and finds the increments (kept in the workspace).
 pub(crate) fn solve<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     hessian: Hessian,
     shift: T,
@@ -150,10 +150,10 @@ pub(crate) fn solve<T: Real, S: Size>(
     if hessian == Hessian::Newton {
         turning::add(work, S::CONTACTS);
     }
-    let negative = factorise(ladder, work, Diagonal { curvature, shift });
-    lagged::note(work, negative as isize - 2 * ladder.cells() as isize);
+    let negative = factorise(model, work, Diagonal { curvature, shift });
+    lagged::note(work, negative as isize - 2 * model.cells() as isize);
     let settled = settle(work);
-    increments(ladder, work);
+    increments(model, work);
     inertia(work, settled)
 }
 
@@ -192,8 +192,8 @@ pub(crate) fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>) -> Settled {
 }
 
 /// Increments of all unknowns from those of the contact rows.
-pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
-    let n = ladder.unknowns();
+pub(crate) fn increments<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) {
+    let n = model.unknowns();
     let rhs = work.rhs.as_mut().run_mut(0..n);
     let columns = work.border.columns.as_ref().chunks_exact(n.max(1));
     for (&delta, column) in work.solution.row_delta.as_ref().iter().zip(columns).take(work.contacts.row_count) {
@@ -204,18 +204,18 @@ pub(crate) fn increments<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Wor
         }
     }
     banded::backward(work.factorisation.band.as_ref().run(0..n), rhs);
-    recover(ladder, work);
+    recover(model, work);
 }
 
 /// Increments of the stretches and of all interior angles from those of joints, λ and μ.
-fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) {
+fn recover<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) {
     let mut above = [T::ZERO; 2];
     work.largest_turn = T::ZERO;
     let mut end = work.contacts.row_count;
-    for index in ladder.cells()..ladder.topology.member_count() {
-        recover_member(ladder, work, index, [T::ZERO; 2], 0..0);
+    for index in model.cells()..model.topology.member_count() {
+        recover_member(model, work, index, [T::ZERO; 2], 0..0);
     }
-    for cell in (0..ladder.cells()).rev() {
+    for cell in (0..model.cells()).rev() {
         let rows = work.contacts.rows.as_ref().run(0..end);
         let own = rows.iter().rev().take_while(|row| kinematics::cell_of(row) == cell).count();
         let rows = end - own..end;
@@ -227,19 +227,19 @@ fn recover<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) 
                 own_force[i] += delta * row.normal[i];
             }
         }
-        recover_member(ladder, work, cell, above, rows);
+        recover_member(model, work, cell, above, rows);
         above = [above[0] + own_force[0], above[1] + own_force[1]];
     }
 }
 
 fn recover_member<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     index: usize,
     above: [T; 2],
     rows: core::ops::Range<usize>,
 ) {
-    let Some(member) = ladder.member(index) else { return };
+    let Some(member) = model.member(index) else { return };
     let nodes = member.nodes();
     let joints = work.rhs.as_ref();
     let da = if member.start == CLAMPED { T::ZERO } else { joints.at(usize::from(member.start)) };
@@ -252,7 +252,7 @@ fn recover_member<T: Real, S: Size>(
     let from_start = if work.factorisation.curved {
         work.shape.nodes.as_ref().at(nodes.start).coupling
     } else {
-        ladder.coupling.as_ref().at(nodes.start)
+        model.coupling.as_ref().at(nodes.start)
     };
     let Some(list) = work.shape.nodes.as_mut().get_mut(nodes.clone()) else { return };
     let pulled = |node: &Node<T>, [x, y]: [T; 2]| -node.gradient - (x * node.lever[0] + y * node.lever[1]);
@@ -302,13 +302,13 @@ pub(crate) fn clip<T: Real, S: Size>(work: &Workspace<T, S>) -> T {
 }
 
 /// Adds `part` of the increments to the state; multipliers that fall to zero leave the touching samples.
-pub(crate) fn apply<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
-    let angles = state.angle.as_mut().run_mut(0..ladder.node_count).iter_mut();
-    for (angle, node) in angles.zip(work.shape.nodes.as_ref().run(0..ladder.node_count)) {
+pub(crate) fn apply<T: Real, S: Size>(model: &Model<T, S>, state: &mut State<T, S>, work: &Workspace<T, S>, part: T) {
+    let angles = state.angle.as_mut().run_mut(0..model.node_count).iter_mut();
+    for (angle, node) in angles.zip(work.shape.nodes.as_ref().run(0..model.node_count)) {
         *angle += part * node.delta;
     }
     let steps = work.rhs.as_ref();
-    for (lambda, closure) in state.lambda.as_mut().iter_mut().zip(ladder.topology.closures()) {
+    for (lambda, closure) in state.lambda.as_mut().iter_mut().zip(model.topology.closures()) {
         let x = usize::from(closure.unknown);
         *lambda = [lambda[0] + part * steps.at(x), lambda[1] + part * steps.at(x + 1)];
     }
@@ -347,11 +347,11 @@ pub(crate) fn settle_rows<T: Real, S: Size>(state: &State<T, S>, work: &mut Work
 }
 
 /// Makes the joint angles that members repeat agree again: that of the member which ends at the joint counts.
-pub(crate) fn share_joints<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut State<T, S>) {
+pub(crate) fn share_joints<T: Real, S: Size>(model: &Model<T, S>, state: &mut State<T, S>) {
     let angle = state.angle.as_mut();
-    for owner in ladder.members() {
+    for owner in model.members() {
         let (joint, value) = (owner.end, angle.at(owner.nodes().end - 1));
-        for member in ladder.members() {
+        for member in model.members() {
             if member.start == joint {
                 angle.put(usize::from(member.first), value);
             }
@@ -360,7 +360,7 @@ pub(crate) fn share_joints<T: Real, S: Size>(ladder: &Ladder<T, S>, state: &mut 
             }
         }
     }
-    for member in ladder.members().iter().filter(|member| member.start == CLAMPED) {
+    for member in model.members().iter().filter(|member| member.start == CLAMPED) {
         angle.put(usize::from(member.first), T::ZERO);
     }
 }

@@ -10,18 +10,18 @@ use crate::contact::{ContactState, Direction, Row, Sample};
 use crate::design::{HingeFrom, HingeKind};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
 use crate::element::Tangents;
-use crate::ladder::Ladder;
 use crate::linear::symmetric;
+use crate::model::Model;
 use crate::random_designs::Random;
 use crate::size::{Blank, Paper, Size};
 use crate::state::State;
 use crate::topology::{CLAMPED, Role};
 use nalgebra::{DMatrix, DVector};
 
-type Model = (Box<Ladder<f64, Paper>>, Box<State<f64, Paper>>, Box<Workspace<f64, Paper>>);
+type Case = (Box<Model<f64, Paper>>, Box<State<f64, Paper>>, Box<Workspace<f64, Paper>>);
 
 /// A random model in a random state with random contact rows.
-fn random_model(random: &mut Random) -> Model {
+fn random_model(random: &mut Random) -> Case {
     let mut design = crate::design::ladder_80();
     let lamellae = 4.0 * (1.0 + random.signed());
     crate::design::tests::set_heights(&mut design, lamellae as usize);
@@ -44,17 +44,17 @@ fn random_model(random: &mut Random) -> Model {
         softness: Softness::Fixed(1e-3),
         physics,
     };
-    let (mut ladder, mut state, mut work): Model =
-        (Box::new(Ladder::EMPTY), Box::new(State::EMPTY), Box::new(Workspace::EMPTY));
-    discretise(&design, &how, &mut ladder).expect("a valid design");
-    assert!(state.fit(&ladder) && work.fit(&ladder));
-    for angle in &mut state.angle[..ladder.node_count] {
+    let (mut model, mut state, mut work): Case =
+        (Box::new(Model::EMPTY), Box::new(State::EMPTY), Box::new(Workspace::EMPTY));
+    discretise(&design, &how, &mut model).expect("a valid design");
+    assert!(state.fit(&model) && work.fit(&model));
+    for angle in &mut state.angle[..model.node_count] {
         *angle = 0.2 * random.signed();
     }
-    step::share_joints(&ladder, &mut state);
+    step::share_joints(&model, &mut state);
     if physics == Physics::Extended {
         // Softer than any real finger, so that stretch and shear are seen.
-        for member in &mut ladder.topology.members[..] {
+        for member in &mut model.topology.members[..] {
             member.compliance = [3e-4 * (1.1 + random.signed()), 1e-3 * (1.1 + random.signed())];
             // A pin or weld has no bending to stiffen.
             member.stiffening = if member.interior > 0 { 1e-3 * random.signed() } else { 0.0 };
@@ -62,34 +62,34 @@ fn random_model(random: &mut Random) -> Model {
     }
     // Strong forces: many states then have indefinite members.
     let strength = 10.0_f64.powf(1.0 + 1.5 * random.signed());
-    for lambda in &mut state.lambda[..ladder.cells()] {
+    for lambda in &mut state.lambda[..model.cells()] {
         *lambda = [strength * random.signed(), strength * random.signed()];
     }
     state.load = [10.0 * random.signed(), 10.0 * random.signed()];
-    state.load_cell = (ladder.cells() as f64 * 0.5 * (1.0 + random.signed())) as usize;
+    state.load_cell = (model.cells() as f64 * 0.5 * (1.0 + random.signed())) as usize;
     let mut count = 0;
     // At samples, or at places between them.
-    ladder.fineness = 1 + (1.5 * (1.0 + random.signed())) as usize;
-    for sample in 0..ladder.place_count() {
-        if random.signed() > 1.0 - 0.4 / ladder.fineness as f64 && count < 8 {
+    model.fineness = 1 + (1.5 * (1.0 + random.signed())) as usize;
+    for sample in 0..model.place_count() {
+        if random.signed() > 1.0 - 0.4 / model.fineness as f64 && count < 8 {
             let turn = random.signed();
             work.contacts.rows[count] = Row {
                 sample: sample as u16,
                 direction: Direction::Normal,
                 state: ContactState::Closed,
-                place: ladder.place(sample as u16),
+                place: model.place(sample as u16),
                 gap: 0.1 * random.signed(),
                 tilt: 0.0,
                 normal: [-libm::cos(turn), libm::sin(turn)],
                 curvature: 0.0,
-                softness: ladder.contact_softness(),
+                softness: model.contact_softness(),
                 multiplier: 0.3 * strength * (1.01 + random.signed()),
             };
             count += 1;
         }
     }
     work.contacts.row_count = count;
-    (ladder, state, work)
+    (model, state, work)
 }
 
 /// Where each unknown lives: interior angles, joint angles, λ, μ.
@@ -101,10 +101,10 @@ enum Place {
     Row(usize),
 }
 
-fn places(ladder: &Ladder<f64, Paper>, rows: usize) -> Vec<Place> {
+fn places(model: &Model<f64, Paper>, rows: usize) -> Vec<Place> {
     let mut places = Vec::new();
     let mut joints = Vec::new();
-    for member in ladder.members() {
+    for member in model.members() {
         let nodes = member.nodes();
         places.extend((nodes.start + 1..nodes.end - 1).map(Place::Node));
         if !joints.contains(&member.end) {
@@ -112,13 +112,13 @@ fn places(ladder: &Ladder<f64, Paper>, rows: usize) -> Vec<Place> {
         }
     }
     places.extend(joints.into_iter().map(Place::Joint));
-    places.extend((0..ladder.cells()).flat_map(|cell| [Place::Lambda(cell, 0), Place::Lambda(cell, 1)]));
+    places.extend((0..model.cells()).flat_map(|cell| [Place::Lambda(cell, 0), Place::Lambda(cell, 1)]));
     places.extend((0..rows).map(Place::Row));
     places
 }
 
 fn add(
-    ladder: &Ladder<f64, Paper>,
+    model: &Model<f64, Paper>,
     state: &mut State<f64, Paper>,
     work: &mut Workspace<f64, Paper>,
     place: Place,
@@ -127,7 +127,7 @@ fn add(
     match place {
         Place::Node(node) => state.angle[node] += by,
         Place::Joint(joint) => {
-            for member in ladder.members() {
+            for member in model.members() {
                 if member.start == joint {
                     state.angle[usize::from(member.first)] += by;
                 }
@@ -152,7 +152,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 /// L written as a sum over links: with f the force per weight at a node, each adds l (f·e − ½ ((f·e)²/EA + (f·e′)²/κGA)),
 /// less t/2 f·e times the bending energies that it carries, each rigid part f·r; the closures' and gaps' constants complete it. Normals, g₀ and P₀ are frozen.
 fn lagrangian(
-    ladder: &Ladder<f64, Paper>,
+    model: &Model<f64, Paper>,
     state: &State<f64, Paper>,
     work: &Workspace<f64, Paper>,
     frozen: &[[f64; 2]],
@@ -162,7 +162,7 @@ fn lagrangian(
         &row.place
     }
     let mut value = 0.0;
-    for (index, member) in ladder.members().iter().enumerate() {
+    for (index, member) in model.members().iter().enumerate() {
         let mut force = [0.0; 2];
         for term in member.terms() {
             let [x, y] = state.lambda[usize::from(term.closure)];
@@ -180,21 +180,21 @@ fn lagrangian(
         let nodes = member.nodes();
         for i in nodes.clone() {
             for j in i + 1..(i + 3).min(nodes.end) {
-                value -= 0.5 * ladder.coupling[i][j - i - 1] * (state.angle[j] - state.angle[i]).powi(2);
+                value -= 0.5 * model.coupling[i][j - i - 1] * (state.angle[j] - state.angle[i]).powi(2);
             }
-            let l = ladder.weight[i];
+            let l = model.weight[i];
             // Bending energies that the force at this node softens: the element around it, or the springs it carries.
             let spring = |i: usize| {
                 let theta = &state.angle;
-                let mut q = -ladder.coupling[i][0] * (theta[i + 1] - theta[i]).powi(2);
-                if ladder.quadratic {
-                    q -= ladder.coupling[i + 1][0] * (theta[i + 2] - theta[i + 1]).powi(2);
-                    q -= ladder.coupling[i][1] * (theta[i + 2] - theta[i]).powi(2);
+                let mut q = -model.coupling[i][0] * (theta[i + 1] - theta[i]).powi(2);
+                if model.quadratic {
+                    q -= model.coupling[i + 1][0] * (theta[i + 2] - theta[i + 1]).powi(2);
+                    q -= model.coupling[i][1] * (theta[i + 2] - theta[i]).powi(2);
                 }
                 q
             };
             let mut carried = 0.0;
-            if ladder.quadratic {
+            if model.quadratic {
                 if (i - nodes.start) % 2 == 1 {
                     carried += spring(i - 1);
                 }
@@ -202,7 +202,7 @@ fn lagrangian(
                 if l != 0.0 && i > nodes.start {
                     carried += spring(i - 1);
                 }
-                if i + 1 < nodes.end && ladder.weight[i + 1] == 0.0 {
+                if i + 1 < nodes.end && model.weight[i + 1] == 0.0 {
                     carried += spring(i);
                 }
             }
@@ -217,7 +217,7 @@ fn lagrangian(
                     f[k] -= row.multiplier * row.normal[k] * w / l;
                 }
             }
-            let e = rotated(ladder.direction[i], state.angle[i]);
+            let e = rotated(model.direction[i], state.angle[i]);
             let (along, across) = (dot(f, e), dot(f, [-e[1], e[0]]));
             let [stretch, shear] = member.compliance;
             value -= 0.5 * member.stiffening * carried * along;
@@ -230,36 +230,36 @@ fn lagrangian(
             value -= sample(row).rigid * row.multiplier * dot(row.normal, end);
         }
     }
-    for (lambda, closure) in state.lambda.iter().zip(ladder.topology.closures()) {
+    for (lambda, closure) in state.lambda.iter().zip(model.topology.closures()) {
         value -= dot(*lambda, closure.rest);
     }
     for (row, at) in rows.iter().zip(frozen) {
-        let gap = row.gap + dot(row.normal, [ladder.base[0] - at[0], ladder.base[1] - at[1]]);
-        value -= row.multiplier * gap + 0.5 * ladder.contact_softness() * row.multiplier.powi(2);
+        let gap = row.gap + dot(row.normal, [model.base[0] - at[0], model.base[1] - at[1]]);
+        value -= row.multiplier * gap + 0.5 * model.contact_softness() * row.multiplier.powi(2);
     }
-    value - dot(state.load, ladder.base)
+    value - dot(state.load, model.base)
 }
 
 /// Gradient of the frozen Lagrangian as the product computes it.
 fn gradient(
-    ladder: &Ladder<f64, Paper>,
+    model: &Model<f64, Paper>,
     state: &State<f64, Paper>,
     work: &mut Workspace<f64, Paper>,
     frozen: &[[f64; 2]],
     places: &[Place],
 ) -> Vec<f64> {
-    residual::potential(ladder, state, work);
+    residual::potential(model, state, work);
     let sweep = Sweep { nearest: 0.0, normal: [0.0; 2], nearest_free: 0.0, overflow: false, near_overflow: false };
-    residual::gradient::<_, _, Tangents>(ladder, state, work, &sweep);
+    residual::gradient::<_, _, Tangents>(model, state, work, &sweep);
     let value = |place: &Place| match *place {
         Place::Node(node) => work.shape.nodes[node].gradient,
         Place::Joint(joint) => work.rhs[usize::from(joint)],
         Place::Lambda(cell, i) => work.shape.closure[cell][i],
         Place::Row(j) => {
             let row = &work.contacts.rows[j];
-            let p = gaps::sample_position(ladder, work, &row.place);
+            let p = gaps::sample_position(model, work, &row.place);
             let moved = row.normal[0] * (p.x - frozen[j][0]) + row.normal[1] * (p.y - frozen[j][1]);
-            -(row.gap + moved) - ladder.contact_softness() * row.multiplier
+            -(row.gap + moved) - model.contact_softness() * row.multiplier
         }
     };
     places.iter().map(value).collect()
@@ -274,17 +274,17 @@ fn frozen_points(work: &Workspace<f64, Paper>) -> Vec<[f64; 2]> {
 fn the_gradient_is_the_lagrangians_derivative() {
     let mut random = Random::new(11);
     for _ in 0..40 {
-        let (ladder, mut state, mut work) = random_model(&mut random);
-        let places = places(&ladder, work.contacts.row_count);
+        let (model, mut state, mut work) = random_model(&mut random);
+        let places = places(&model, work.contacts.row_count);
         let frozen = frozen_points(&work);
-        let exact = gradient(&ladder, &state, &mut work, &frozen, &places);
+        let exact = gradient(&model, &state, &mut work, &frozen, &places);
         let size = exact.iter().fold(1.0_f64, |m, g| m.max(g.abs()));
         for (place, exact) in places.iter().zip(exact) {
             let h = 1e-5;
             let mut at = |by: f64| {
-                add(&ladder, &mut state, &mut work, *place, by);
-                let value = lagrangian(&ladder, &state, &work, &frozen);
-                add(&ladder, &mut state, &mut work, *place, -by);
+                add(&model, &mut state, &mut work, *place, by);
+                let value = lagrangian(&model, &state, &work, &frozen);
+                add(&model, &mut state, &mut work, *place, -by);
                 value
             };
             // Fourth-order central difference.
@@ -296,7 +296,7 @@ fn the_gradient_is_the_lagrangians_derivative() {
 
 /// Dense KKT matrix by differences of the gradient (already checked).
 fn dense(
-    ladder: &Ladder<f64, Paper>,
+    model: &Model<f64, Paper>,
     state: &mut State<f64, Paper>,
     work: &mut Workspace<f64, Paper>,
     frozen: &[[f64; 2]],
@@ -307,9 +307,9 @@ fn dense(
     let h = 1e-4;
     for (k, place) in places.iter().enumerate() {
         let mut at = |by: f64| {
-            add(ladder, state, work, *place, by);
-            let value = gradient(ladder, state, work, frozen, places);
-            add(ladder, state, work, *place, -by);
+            add(model, state, work, *place, by);
+            let value = gradient(model, state, work, frozen, places);
+            add(model, state, work, *place, -by);
             value
         };
         let (a, b, c, d) = (at(h), at(-h), at(2.0 * h), at(-2.0 * h));
@@ -325,10 +325,10 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
     let mut random = Random::new(12);
     let (mut compared, mut indefinite, mut steps, mut worst) = (0, 0, 0, 0.0_f64);
     while compared < 1000 {
-        let (ladder, mut state, mut work) = random_model(&mut random);
-        let places = places(&ladder, work.contacts.row_count);
+        let (model, mut state, mut work) = random_model(&mut random);
+        let places = places(&model, work.contacts.row_count);
         let frozen = frozen_points(&work);
-        let matrix = dense(&ladder, &mut state, &mut work, &frozen, &places);
+        let matrix = dense(&model, &mut state, &mut work, &frozen, &places);
         let eigenvalues = matrix.clone().symmetric_eigenvalues();
         // A state within rounding of a singular matrix has no inertia to agree on.
         if eigenvalues.iter().any(|v| v.abs() < 1e-5) {
@@ -337,25 +337,25 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         compared += 1;
         let dense_negative = eigenvalues.iter().filter(|v| **v < 0.0).count();
 
-        let g = gradient(&ladder, &state, &mut work, &frozen, &places);
+        let g = gradient(&model, &state, &mut work, &frozen, &places);
         // What the sweep would have found.
         for (j, value) in g[places.len() - work.contacts.row_count..].iter().enumerate() {
-            work.contacts.rows[j].gap = -value - ladder.contact_softness() * work.contacts.rows[j].multiplier;
+            work.contacts.rows[j].gap = -value - model.contact_softness() * work.contacts.rows[j].multiplier;
         }
-        let negative = step::factorise(&ladder, &mut work, Diagonal { curvature: 1.0, shift: 0.0 });
+        let negative = step::factorise(&model, &mut work, Diagonal { curvature: 1.0, shift: 0.0 });
         let rows = work.contacts.row_count;
         let mut d: Vec<f64> = work.border.flexibility.to_vec();
         let mut order = vec![0; rows];
         let border = symmetric::factorise(&mut d, rows, Paper::CONTACTS, &mut order);
         assert_eq!(negative + rows - border, dense_negative, "negative eigenvalues of the whole KKT");
-        indefinite += usize::from(dense_negative != 2 * ladder.cells() + rows);
+        indefinite += usize::from(dense_negative != 2 * model.cells() + rows);
 
         // The whole step with every row active.
         let mut row_delta: Vec<f64> = work.border.row_rhs[..rows].to_vec();
         let mut scratch = vec![0.0; rows];
         symmetric::solve(&d, rows, Paper::CONTACTS, &order, &mut row_delta, &mut scratch);
         work.solution.row_delta[..rows].copy_from_slice(&row_delta);
-        step::increments(&ladder, &mut work);
+        step::increments(&model, &mut work);
         let Some(exact) = matrix.clone().lu().solve(&-DVector::from_vec(g)) else { continue };
         let size = exact.amax();
         let condition = eigenvalues.amax() / eigenvalues.iter().fold(f64::MAX, |m, v| m.min(v.abs()));
@@ -367,7 +367,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
             let found = match *place {
                 Place::Node(node) => work.shape.nodes[node].delta,
                 Place::Joint(joint) => work.rhs[usize::from(joint)],
-                Place::Lambda(cell, i) => work.rhs[usize::from(ladder.topology.closures()[cell].unknown) + i],
+                Place::Lambda(cell, i) => work.rhs[usize::from(model.topology.closures()[cell].unknown) + i],
                 Place::Row(row) => work.solution.row_delta[row],
             };
             worst = worst.max((found - exact).abs() / size);
@@ -395,13 +395,13 @@ fn every_stage_has_the_inertia_of_its_block() {
     let mut random = Random::new(21);
     let (mut compared, mut met) = (0, [0; 3]);
     while compared < 300 {
-        let (ladder, mut state, mut work) = random_model(&mut random);
+        let (model, mut state, mut work) = random_model(&mut random);
         if work.contacts.row_count == 0 {
             continue;
         }
-        let places = places(&ladder, work.contacts.row_count);
+        let places = places(&model, work.contacts.row_count);
         let frozen = frozen_points(&work);
-        let matrix = dense(&ladder, &mut state, &mut work, &frozen, &places);
+        let matrix = dense(&model, &mut state, &mut work, &frozen, &places);
         let interior = places.iter().filter(|place| matches!(place, Place::Node(_))).count();
         let condensed = places.len() - work.contacts.row_count - interior;
         let (members, left) = eliminate(&matrix, interior);
@@ -414,21 +414,21 @@ fn every_stage_has_the_inertia_of_its_block() {
         compared += 1;
         let negative = |values: &DVector<f64>| values.iter().filter(|value| **value < 0.0).count();
 
-        gradient(&ladder, &state, &mut work, &frozen, &places);
+        gradient(&model, &state, &mut work, &frozen, &places);
         let diagonal = Diagonal { curvature: 1.0, shift: 0.0 };
         work.factorisation.curved = true;
         let found =
-            (0..ladder.topology.member_count()).map(|index| condense(&ladder, &mut work, index, diagonal).1).sum();
+            (0..model.topology.member_count()).map(|index| condense(&model, &mut work, index, diagonal).1).sum();
         assert_eq!(negative(&members), found, "members");
-        gradient(&ladder, &state, &mut work, &frozen, &places);
-        assert_eq!(negative(&banded), step::factorise(&ladder, &mut work, diagonal) - found, "banded system");
+        gradient(&model, &state, &mut work, &frozen, &places);
+        assert_eq!(negative(&banded), step::factorise(&model, &mut work, diagonal) - found, "banded system");
         let rows = work.contacts.row_count;
         let mut order = vec![0; rows];
         let flexibility =
             symmetric::factorise(&mut work.border.flexibility.to_vec(), rows, Paper::CONTACTS, &mut order);
         // D is the block with its sign changed.
         assert_eq!(negative(&border), rows - flexibility, "border");
-        let odd = [found > 0, negative(&banded) != 2 * ladder.cells(), flexibility > 0];
+        let odd = [found > 0, negative(&banded) != 2 * model.cells(), flexibility > 0];
         met.iter_mut().zip(odd).for_each(|(met, odd)| *met += usize::from(odd));
     }
     std::println!("{compared} states, of an unusual inertia: {met:?}");
@@ -439,9 +439,9 @@ fn every_stage_has_the_inertia_of_its_block() {
 fn members_share_their_joints() {
     let mut random = Random::new(13);
     for _ in 0..20 {
-        let (ladder, state, _) = random_model(&mut random);
-        for a in ladder.members() {
-            for b in ladder.members() {
+        let (model, state, _) = random_model(&mut random);
+        for a in model.members() {
+            for b in model.members() {
                 if b.start == a.end {
                     assert_eq!(state.angle[usize::from(b.first)], state.angle[a.nodes().end - 1]);
                 }
@@ -459,16 +459,16 @@ fn directions_turned_by_the_increments_are_those_of_the_angles() {
     let mut random = Random::new(12);
     let mut worst = 0.0_f64;
     for _ in 0..40 {
-        let (ladder, mut state, mut work) = random_model(&mut random);
-        kinematics::directions(&ladder, &state, &mut work);
-        for node in 0..ladder.node_count {
+        let (model, mut state, mut work) = random_model(&mut random);
+        kinematics::directions(&model, &state, &mut work);
+        for node in 0..model.node_count {
             let delta = kinematics::SMALL * random.signed();
             work.shape.nodes[node].delta = delta;
             state.angle[node] += delta;
         }
-        kinematics::turn(&ladder, &mut work);
-        let turned: Vec<[f64; 2]> = work.shape.nodes[..ladder.node_count].iter().map(|node| node.e).collect();
-        kinematics::directions(&ladder, &state, &mut work);
+        kinematics::turn(&model, &mut work);
+        let turned: Vec<[f64; 2]> = work.shape.nodes[..model.node_count].iter().map(|node| node.e).collect();
+        kinematics::directions(&model, &state, &mut work);
         for (node, turned) in work.shape.nodes.iter().zip(&turned) {
             worst = worst.max((node.e[0] - turned[0]).abs()).max((node.e[1] - turned[1]).abs());
         }
@@ -480,8 +480,8 @@ fn directions_turned_by_the_increments_are_those_of_the_angles() {
 /// the sum of both does not show.
 #[test]
 fn opposite_tilts_of_two_contacts_do_not_make_up_for_each_other() {
-    let (ladder, _, mut work) = random_model(&mut Random::new(3));
-    let last = ladder.sample_count as u16 - 1;
+    let (model, _, mut work) = random_model(&mut Random::new(3));
+    let last = model.sample_count as u16 - 1;
     let row = |sample, tilt| Row {
         sample,
         state: ContactState::Closed,
@@ -493,7 +493,7 @@ fn opposite_tilts_of_two_contacts_do_not_make_up_for_each_other() {
     let mut misdirected = |rows: &[Row<f64>]| {
         work.contacts.rows[..rows.len()].copy_from_slice(rows);
         work.contacts.row_count = rows.len();
-        residual::misdirected(&ladder, &work)
+        residual::misdirected(&model, &work)
     };
     let [low, high] = [last / 4, 3 * (last / 4)];
     let alone = misdirected(&[row(high, -1e-3)]);

@@ -4,8 +4,8 @@ use super::Effort;
 use super::condensed::{Condensed, Own};
 use crate::contact::{ContactState, Row};
 use crate::element::{Node, Strain};
-use crate::ladder::Ladder;
 use crate::linear::banded::BAND;
+use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
 
@@ -33,7 +33,7 @@ pub(crate) struct Contacts<T: Real, S: Size> {
 
 /// Condensed members and the banded KKT, factorised. It may be kept for the residuals of later states.
 pub(crate) struct Factorisation<T: Real, S: Size> {
-    /// It has the second derivatives of the force's part: it takes the nodes' coupling, not the ladder's.
+    /// It has the second derivatives of the force's part: it takes the nodes' coupling, not the model's.
     pub curved: bool,
     /// Condensed front spans: what the contact rows on the spans above pull at.
     pub fronts: S::Cells<Condensed<T>>,
@@ -135,11 +135,11 @@ impl<T: Real, S: Size> Workspace<T, S> {
         largest_turn: T::ZERO,
     };
 
-    /// Makes room for a ladder; false if there is none.
-    pub(crate) fn fit(&mut self, ladder: &Ladder<T, S>) -> bool {
-        let (nodes, members, cells) = (ladder.node_count, ladder.topology.member_count(), ladder.cells());
-        let (unknowns, rows) = (ladder.unknowns(), S::CONTACTS);
-        // What no element ends up writing must not be left from another ladder.
+    /// Makes room for a model; false if there is none.
+    pub(crate) fn fit(&mut self, model: &Model<T, S>) -> bool {
+        let (nodes, members, cells) = (model.node_count, model.topology.member_count(), model.cells());
+        let (unknowns, rows) = (model.unknowns(), S::CONTACTS);
+        // What no element ends up writing must not be left from another model.
         self.shape.nodes.as_mut().fill(Node::BLANK);
         self.shape.nodes.fit(nodes)
             && self.shape.members.fit(members)
@@ -166,9 +166,9 @@ impl<T: Real, S: Size> Workspace<T, S> {
     }
 
     /// Position of the front tip (deformed), finger frame, mm; needs the kinematics.
-    pub(crate) fn tip(&self, ladder: &Ladder<T, S>) -> [T; 2] {
-        let mut tip = ladder.base;
-        for front in self.shape.members.as_ref().iter().take(ladder.cells()) {
+    pub(crate) fn tip(&self, model: &Model<T, S>) -> [T; 2] {
+        let mut tip = model.base;
+        for front in self.shape.members.as_ref().iter().take(model.cells()) {
             let d = front.end_to_end();
             tip = [tip[0] + d[0], tip[1] + d[1]];
         }

@@ -13,8 +13,8 @@ use core::ops::Range;
 use super::quarter;
 use crate::access::Access;
 use crate::contact::{Direction, Row};
-use crate::ladder::Ladder;
 use crate::linear::symmetric;
+use crate::model::Model;
 use crate::newton::condense::Diagonal;
 use crate::newton::{Workspace, gaps, step};
 use crate::real::Real;
@@ -133,7 +133,7 @@ impl Layout {
 
 /// Gives the touching samples their turning rows and notes where the samples are; `None` if there is no room. [`narrow`] undoes
 /// it.
-pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>) -> Option<Layout> {
+pub(super) fn widen<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) -> Option<Layout> {
     let touching = work.contacts.rows.as_ref().iter().take(work.contacts.row_count).filter(|row| row.touches()).count();
     let layout = Layout::new(touching, S::CONTACTS)?;
     let mut kept = 0;
@@ -146,7 +146,7 @@ pub(super) fn widen<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspac
     }
     if layout.notes_positions::<S>() {
         for j in 0..touching {
-            let position = position(ladder, work, &work.contacts.rows.as_ref().at(j));
+            let position = position(model, work, &work.contacts.rows.as_ref().at(j));
             work.solution.scratch.as_mut().put(2 * j, position[0]);
             work.solution.scratch.as_mut().put(2 * j + 1, position[1]);
         }
@@ -190,8 +190,8 @@ fn turning<T: Real>(leader: Row<T>, force: T, curvature: T) -> Row<T> {
 }
 
 /// Where a row's sample is, finger frame, mm.
-fn position<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &Workspace<T, S>, row: &Row<T>) -> [T; 2] {
-    let position = gaps::sample_position(ladder, work, &row.place);
+fn position<T: Real, S: Size>(model: &Model<T, S>, work: &Workspace<T, S>, row: &Row<T>) -> [T; 2] {
+    let position = gaps::sample_position(model, work, &row.place);
     [position.x, position.y]
 }
 
@@ -205,8 +205,8 @@ pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layou
 }
 
 /// Factorises the KKT at the equilibrium and the dense border on all rows.
-pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Workspace<T, S>, layout: Layout) {
-    step::factorise(ladder, work, Diagonal { curvature: T::one(), shift: T::ZERO });
+pub(super) fn factorise<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>, layout: Layout) {
+    step::factorise(model, work, Diagonal { curvature: T::one(), shift: T::ZERO });
     work.solution.factorised = 0;
     // The turning rows first: their block is the identity's with a sign and a little more, and what they leave of the gap rows'
     // is no worse than it was. The other way round the gap rows of neighbouring samples, which are almost the same, would spoil
@@ -231,14 +231,14 @@ pub(super) fn factorise<T: Real, S: Size>(ladder: &Ladder<T, S>, work: &mut Work
 /// Solves for the contacts' answer; `axis` is what the moment is taken about, `thickening` how much a sample's distance from the
 /// beam's surface grows (in units of length, unlike `cause` and `axis`).
 pub(super) fn respond<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     layout: Layout,
     cause: &Cause<T>,
     thickening: impl Fn(u16) -> T,
     axis: [T; 2],
 ) -> Response<T> {
-    let units = ladder.units;
+    let units = model.units;
     let inverse = T::one() / units.length;
     let scaled = |v: [T; 2]| v.map(|x| x * inverse);
     let cause = Cause {
@@ -248,7 +248,7 @@ pub(super) fn respond<T: Real, S: Size>(
         softening: cause.softening * units.force * inverse,
         ..*cause
     };
-    let response = respond_scaled(ladder, work, layout, &cause, thickening, scaled(axis));
+    let response = respond_scaled(model, work, layout, &cause, thickening, scaled(axis));
     Response {
         turn: response.turn,
         force_change: units.newtons(response.force_change),
@@ -261,7 +261,7 @@ pub(super) fn respond<T: Real, S: Size>(
 /// As [`respond`], all in the finger's units.
 #[inline(never)]
 fn respond_scaled<T: Real, S: Size>(
-    ladder: &Ladder<T, S>,
+    model: &Model<T, S>,
     work: &mut Workspace<T, S>,
     layout: Layout,
     cause: &Cause<T>,
@@ -273,7 +273,7 @@ fn respond_scaled<T: Real, S: Size>(
         let noted = noted.then(|| {
             [work.solution.scratch.as_ref().at(2 * sample), work.solution.scratch.as_ref().at(2 * sample + 1)]
         });
-        noted.unwrap_or_else(|| position(ladder, work, row))
+        noted.unwrap_or_else(|| position(model, work, row))
     };
     let grown = |row: &Row<T>| cause.growth + thickening(row.sample) - cause.softening * row.multiplier;
     for run in 0..layout.runs {
@@ -316,7 +316,7 @@ fn respond_scaled<T: Real, S: Size>(
             let change = work.solution.row_delta.as_ref().at(j);
             let v = cause.velocity(p);
             let along = (tilt - cause.turn) / turning.curvature + dot(t, v);
-            let out = dot(n, v) + grown(&row) - ladder.contact_softness() * change;
+            let out = dot(n, v) + grown(&row) - model.contact_softness() * change;
             let across = row.multiplier * tilt;
             let push = [change * n[0] + across * t[0], change * n[1] + across * t[1]];
             let moved = [out * n[0] + along * t[0], out * n[1] + along * t[1]];

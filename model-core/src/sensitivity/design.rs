@@ -1,8 +1,8 @@
 //! Derivatives with respect to the finger's dimensions.
 //!
-//! A dimension p changes the ladder's constants, and with them every residual at the equilibrium's angles and multipliers:
+//! A dimension p changes the model's constants, and with them every residual at the equilibrium's angles and multipliers:
 //! dz/dp = −KKT⁻¹ ∂r/∂p. The residuals' derivative is a central difference between the ladders of p ± δ, the contact forces
-//! kept as vectors; no equilibrium is sought anew. It needs a second ladder and workspace, a [`Probe`], so it belongs to a
+//! kept as vectors; no equilibrium is sought anew. It needs a second model and workspace, a [`Probe`], so it belongs to a
 //! machine that has the room; the control loop does without.
 
 use super::Derivative;
@@ -12,7 +12,7 @@ use crate::design::{Design, HingeKind, Profile};
 use crate::discretise::{Discretisation, discretise_in};
 use crate::element::Tangents;
 use crate::equilibrium::{Follower, Parts};
-use crate::ladder::Ladder;
+use crate::model::Model;
 use crate::newton::gaps::{Sweep, sample_position};
 use crate::newton::{Workspace, kinematics, residual};
 use crate::object::Object;
@@ -73,9 +73,9 @@ impl DesignParameter {
     }
 }
 
-/// Room for a second ladder.
+/// Room for a second model.
 pub struct Probe<T: Real, S: Size> {
-    ladder: Ladder<T, S>,
+    model: Model<T, S>,
     work: Workspace<T, S>,
     /// Growth of the samples' half thickness. (A wedge's root goes with the thickness, and samples beside it along a taper.)
     thickening: S::Samples<T>,
@@ -84,11 +84,11 @@ pub struct Probe<T: Real, S: Size> {
 impl<T: Real, S: Size> Probe<T, S> {
     /// Before its first use.
     pub const EMPTY: Self =
-        Self { ladder: Ladder::EMPTY, work: Workspace::EMPTY, thickening: <S::Samples<T> as Storage<T>>::EMPTY };
+        Self { model: Model::EMPTY, work: Workspace::EMPTY, thickening: <S::Samples<T> as Storage<T>>::EMPTY };
 
-    /// Growth of the half thickness at a place, which lies between two samples as [`Ladder::place`] has it.
+    /// Growth of the half thickness at a place, which lies between two samples as [`Model::place`] has it.
     fn thickened(&self, place: u16) -> T {
-        let fineness = self.ladder.fineness.max(1);
+        let fineness = self.model.fineness.max(1);
         let (at, step) = (usize::from(place) / fineness, usize::from(place) % fineness + 1);
         let own = self.thickening.as_ref().at(at);
         let below = at.checked_sub(1).map_or(own, |below| self.thickening.as_ref().at(below));
@@ -148,15 +148,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.complete_tangent();
         let frame = self.frame();
         let layout = {
-            let Parts { ladder, work } = self.parts();
-            border::widen(ladder, work)?
+            let Parts { model, work } = self.parts();
+            border::widen(model, work)?
         };
         let differed = self.differ(probe, layout, designs, how, step);
         let answer = differed.map(|softening| {
-            let Parts { ladder, work } = self.parts();
-            border::factorise(ladder, work, layout);
+            let Parts { model, work } = self.parts();
+            border::factorise(model, work, layout);
             let cause = Cause { residuals: true, softening, ..Cause::NONE };
-            frame.derivative(&border::respond(ladder, work, layout, &cause, |place| probe.thickened(place), frame.axis))
+            frame.derivative(&border::respond(model, work, layout, &cause, |place| probe.thickened(place), frame.axis))
         });
         let Parts { work, .. } = self.parts();
         border::narrow(work, layout);
@@ -165,7 +165,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Puts the derivative of the residuals into the workspace in place of the residuals; gives that of the contact softness, mm/N,
-    /// or `None` if a ladder was refused.
+    /// or `None` if a model was refused.
     fn differ(
         &mut self,
         probe: &mut Probe<T, S>,
@@ -174,55 +174,55 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         how: &Discretisation,
         step: f64,
     ) -> Option<T> {
-        let Units { length, force } = self.parts().ladder.units;
+        let Units { length, force } = self.parts().model.units;
         let units = Units { length: length.to_f64(), force: force.to_f64() };
         let mut softening = T::ZERO;
         for (sign, part, other) in [(1.0, 0.5 / step, above), (-1.0, -0.5 / step, below)] {
             // Not its own units, which may be others.
-            let same = discretise_in(other, how, Some(units), &mut probe.ladder).is_ok()
-                && self.is_like(&probe.ladder)
-                && probe.work.fit(&probe.ladder)
-                && probe.thickening.fit(probe.ladder.sample_count);
+            let same = discretise_in(other, how, Some(units), &mut probe.model).is_ok()
+                && self.is_like(&probe.model)
+                && probe.work.fit(&probe.model)
+                && probe.thickening.fit(probe.model.sample_count);
             if !same {
                 return None;
             }
-            let (state, Parts { ladder, work }) = self.state_and_parts();
-            probe.ladder.fineness = ladder.fineness;
+            let (state, Parts { model, work }) = self.state_and_parts();
+            probe.model.fineness = model.fineness;
             let rows = work.contacts.row_count;
             // The gap rows with their normals and multipliers as they are.
             probe.work.contacts.row_count = layout.touching;
             for (into, j) in probe.work.contacts.rows.as_mut().iter_mut().zip(layout.all_gaps()) {
                 *into = work.contacts.rows.as_ref()[j];
-                into.place = probe.ladder.place(into.sample);
+                into.place = probe.model.place(into.sample);
             }
-            kinematics::directions(&probe.ladder, state, &mut probe.work);
-            kinematics::place_front::<T, S, Tangents>(&probe.ladder, state, &mut probe.work);
+            kinematics::directions(&probe.model, state, &mut probe.work);
+            kinematics::place_front::<T, S, Tangents>(&probe.model, state, &mut probe.work);
             let (zero, far) = ([T::ZERO; 2], T::of(1e9));
             let clear = Sweep { nearest: far, normal: zero, nearest_free: far, overflow: false, near_overflow: false };
-            residual::gradient::<T, S, Tangents>(&probe.ladder, state, &mut probe.work, &clear);
+            residual::gradient::<T, S, Tangents>(&probe.model, state, &mut probe.work, &clear);
 
             let part = T::of(part);
-            softening += part * probe.ladder.contact_softness() * ladder.units.length / ladder.units.force;
+            softening += part * probe.model.contact_softness() * model.units.length / model.units.force;
             let gather = |into: &mut [T], from: &[T]| {
                 for (into, &from) in into.iter_mut().zip(from) {
                     *into = if sign > 0.0 { part * from } else { *into + part * from };
                 }
             };
             for (into, from) in
-                work.shape.nodes.as_mut()[..ladder.node_count].iter_mut().zip(probe.work.shape.nodes.as_ref())
+                work.shape.nodes.as_mut()[..model.node_count].iter_mut().zip(probe.work.shape.nodes.as_ref())
             {
                 gather(core::slice::from_mut(&mut into.gradient), &[from.gradient]);
             }
-            for (into, sample) in probe.thickening.as_mut().iter_mut().zip(probe.ladder.samples.as_ref()) {
+            for (into, sample) in probe.thickening.as_mut().iter_mut().zip(probe.model.samples.as_ref()) {
                 gather(core::slice::from_mut(into), &[sample.half_thickness]);
             }
-            gather(&mut work.rhs.as_mut()[..ladder.unknowns()], probe.work.rhs.as_ref());
-            for cell in 0..ladder.cells() {
+            gather(&mut work.rhs.as_mut()[..model.unknowns()], probe.work.rhs.as_ref());
+            for cell in 0..model.cells() {
                 gather(&mut work.shape.closure.as_mut()[cell], &probe.work.shape.closure.as_ref()[cell]);
             }
             for j in 0..rows {
                 let row = work.contacts.rows.as_ref()[j];
-                let position = sample_position(&probe.ladder, &probe.work, &probe.ladder.place(row.sample));
+                let position = sample_position(&probe.model, &probe.work, &probe.model.place(row.sample));
                 let along = part * (row.normal[0] * position.x + row.normal[1] * position.y);
                 // A row's right-hand side is −gap − softness · multiplier.
                 let gap = if sign > 0.0 { along - row.softness * row.multiplier } else { row.gap + along };

@@ -84,12 +84,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.complete_tangent();
         let frame = self.frame();
         let motion = self.motion;
-        let Parts { ladder, work } = self.parts();
-        let layout = border::widen(ladder, work)?;
+        let Parts { model, work } = self.parts();
+        let layout = border::widen(model, work)?;
         work.effort.solves();
-        border::factorise(ladder, work, layout);
+        border::factorise(model, work, layout);
         let mut derivative =
-            |cause: Cause<T>| frame.derivative(&border::respond(ladder, work, layout, &cause, |_| T::ZERO, frame.axis));
+            |cause: Cause<T>| frame.derivative(&border::respond(model, work, layout, &cause, |_| T::ZERO, frame.axis));
 
         let (one, zero) = (T::one(), [T::ZERO; 2]);
         for (i, unit) in [Vec2::new(one, T::ZERO), Vec2::new(T::ZERO, one)].into_iter().enumerate() {
@@ -116,8 +116,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         // The force is E·f(E ε_c), the shape depends on E ε_c only; the beam's own softness goes with 1/E.
         let inverse = one / frame.youngs_modulus;
-        let softness = ladder.contact_softness() * ladder.units.length / ladder.units.force;
-        if !ladder.softness_follows() {
+        let softness = model.contact_softness() * model.units.length / model.units.force;
+        if !model.softness_follows() {
             result.youngs_modulus.add(inverse * softness, &derivative(Cause { softening: one, ..Cause::NONE }));
         }
         result
@@ -145,17 +145,17 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let frame = self.frame();
         let pivot = frame.displacement.point(Vec2::new(point[0], point[1]));
         let pivot = [pivot.x, pivot.y];
-        let Parts { ladder, work } = self.parts();
-        let layout = border::widen(ladder, work)?;
+        let Parts { model, work } = self.parts();
+        let layout = border::widen(model, work)?;
         work.effort.solves();
-        border::factorise(ladder, work, layout);
+        border::factorise(model, work, layout);
         let (one, zero) = (T::one(), T::ZERO);
         for (k, unit) in [Vec2::new(one, zero), Vec2::new(zero, one), Vec2::new(zero, zero)].into_iter().enumerate() {
             let shift = frame.displacement.vector(unit);
             let shift = [shift.x, shift.y];
             let turn = if k == 2 { one } else { zero };
             let cause = Cause { shift, turn, pivot, ..Cause::NONE };
-            let response = border::respond(ladder, work, layout, &cause, |_| T::ZERO, pivot);
+            let response = border::respond(model, work, layout, &cause, |_| T::ZERO, pivot);
             let [x, y] = frame.to_world(response.force_change);
             // The point goes with the object: the moment about it changes by that of the force at its old place.
             let [fx, fy] = frame.force_finger;

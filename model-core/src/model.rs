@@ -14,7 +14,7 @@ use crate::topology::{CLAMPED, Member, Topology};
 use crate::units::Units;
 
 /// The discretised finger: constants only.
-pub struct Ladder<T: Real, S: Size> {
+pub struct Model<T: Real, S: Size> {
     pub(crate) topology: Topology<T, S>,
     pub(crate) node_count: usize,
     pub(crate) sample_count: usize,
@@ -53,8 +53,8 @@ pub struct Ladder<T: Real, S: Size> {
     pub(crate) base_rung: [T; 2],
 }
 
-impl<T: Real, S: Size> Ladder<T, S> {
-    /// A ladder to be discretised into.
+impl<T: Real, S: Size> Model<T, S> {
+    /// A model to be discretised into.
     pub const EMPTY: Self = Self {
         topology: Topology::EMPTY,
         node_count: 0,
