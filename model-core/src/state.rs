@@ -4,6 +4,7 @@ use crate::access::Access;
 use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
+use crate::topology::CLAMPED;
 
 /// Angles, multipliers and the touching samples.
 pub struct State<T: Real, S: Size> {
@@ -114,6 +115,31 @@ impl<T: Real, S: Size> State<T, S> {
         if whole > T::ZERO && found > T::ZERO {
             let scale = whole / found;
             multipliers.iter_mut().for_each(|multiplier| *multiplier *= scale);
+        }
+    }
+
+    /// Largest difference of an angle to another state, rad.
+    pub(crate) fn largest_move(&self, from: &Self, model: &Model<T, S>) -> T {
+        let angles = self.angle.as_ref().iter().take(model.node_count).zip(from.angle.as_ref());
+        angles.fold(T::ZERO, |most, (&now, &then)| most.max((now - then).abs()))
+    }
+
+    /// Makes the joint angles that members repeat agree again: that of the member which ends at the joint counts.
+    pub(crate) fn share_joints(&mut self, model: &Model<T, S>) {
+        let angle = self.angle.as_mut();
+        for owner in model.members() {
+            let (joint, value) = (owner.end, angle.at(owner.nodes().end - 1));
+            for member in model.members() {
+                if member.start == joint {
+                    angle.put(usize::from(member.first), value);
+                }
+                if member.end == joint {
+                    angle.put(member.nodes().end - 1, value);
+                }
+            }
+        }
+        for member in model.members().iter().filter(|member| member.start == CLAMPED) {
+            angle.put(usize::from(member.first), T::ZERO);
         }
     }
 

@@ -21,10 +21,6 @@ pub(crate) struct Node<T> {
     pub gradient: T,
     /// Geometric softening, N·mm: what the force takes from the diagonal of K.
     pub curvature: T,
-    /// Factorised interior: inverse pivot and the two multipliers towards the next nodes.
-    pub factor: [T; 3],
-    /// Interior solution: contact columns while the border is built, then the step's increment Δθ, rad.
-    pub delta: T,
 }
 
 impl<T: Real> Blank for Node<T> {
@@ -36,8 +32,6 @@ impl<T: Real> Blank for Node<T> {
         coupling: [T::ZERO; 2],
         gradient: T::ZERO,
         curvature: T::ZERO,
-        factor: [T::ZERO; 3],
-        delta: T::ZERO,
     };
 }
 

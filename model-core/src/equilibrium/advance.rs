@@ -4,8 +4,8 @@ use super::fold::{FOLD_SHIFT, FOLD_STEP};
 use super::hop::Fall;
 use super::phase::Phase;
 use super::{Follower, Outcome};
+use crate::newton::Hessian;
 use crate::newton::settings::NewtonSettings;
-use crate::newton::{Hessian, step};
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
@@ -121,7 +121,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.snapped = false;
             (self.drift, self.fall) = (T::ZERO, Fall::NONE);
             let object = self.seen(at);
-            (_, self.sweep) = step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, T::ZERO);
+            (_, self.sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::ZERO);
             if self.sweep.nearest < -T::TOLERANCE.length || self.rests_behind(&self.sweep) {
                 self.phase = Phase::Lost;
             }

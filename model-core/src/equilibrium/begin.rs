@@ -3,7 +3,6 @@
 use super::phase::Phase;
 use super::{Follower, START_CHECKS};
 use crate::access::Access;
-use crate::newton::step;
 use crate::object::{Motion, Object};
 use crate::real::Real;
 use crate::size::Size;
@@ -49,7 +48,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(super) fn is_clear(&mut self, coordinate: T) -> bool {
         self.timeline.present.rest();
         let object = self.seen(coordinate);
-        let (_, sweep) = step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, T::ZERO);
+        let (_, sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::ZERO);
         sweep.nearest >= T::ZERO && !self.rests_behind(&sweep)
     }
 

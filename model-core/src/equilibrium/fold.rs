@@ -2,7 +2,7 @@
 
 use super::hop::change;
 use super::{Follower, Outcome, Phase};
-use crate::newton::{Hessian, step};
+use crate::newton::Hessian;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
@@ -40,8 +40,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let (mut shift, mut spent) = (shift, spent);
         let (mut used, mut polishes, mut slow) = (0, 6, false);
         loop {
-            let (residual, sweep) =
-                step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, margin);
+            let (residual, sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, margin);
             self.sweep = sweep;
             self.note(&residual, outcome);
             let settled = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
@@ -57,9 +56,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             spent += 1;
             outcome.iterations += 1;
             if settled {
-                let inertia = step::solve(&self.model, &mut self.work, Hessian::Newton, T::ZERO);
+                let inertia = self.work.solve(&self.model, Hessian::Newton, T::ZERO);
                 if inertia.is_stable() {
-                    if self.largest_move() > T::of(SAME_BRANCH)
+                    if self.timeline.moved(&self.model) > T::of(SAME_BRANCH)
                         || change(self.timeline.present.force(), self.timeline.accepted.force()) > T::of(SAME_FORCE)
                     {
                         self.snapped = true;
@@ -93,7 +92,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 outcome.iterations += attempt.iterations;
                 continue;
             }
-            let inertia = step::solve(&self.model, &mut self.work, Hessian::Newton, shift);
+            let inertia = self.work.solve(&self.model, Hessian::Newton, shift);
             if !inertia.is_stable() {
                 shift = (shift * T::of(4.0)).max(T::of(1e-4));
                 if shift > T::of(1e6) {
@@ -101,8 +100,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 }
                 continue;
             }
-            let turn = self.work.largest_turn;
-            step::apply(&self.model, &mut self.timeline.present, &self.work, (T::of(FASTEST) / turn).min(T::one()));
+            let turn = self.work.increment.largest;
+            self.work.apply(&self.model, &mut self.timeline.present, (T::of(FASTEST) / turn).min(T::one()));
             slow = turn < T::of(SLOW);
             if turn > T::of(FASTEST) {
                 shift *= T::of(2.0);
@@ -124,18 +123,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         };
     }
 
-    /// Largest difference of an angle between the present and the accepted state, rad.
-    pub(super) fn largest_move(&self) -> T {
-        let now = self.timeline.present.angle.as_ref().iter().take(self.model.node_count);
-        now.zip(self.timeline.accepted.angle.as_ref()).fold(T::ZERO, |most, (&a, &b)| most.max((a - b).abs()))
-    }
-
     /// A small deterministic disturbance of the interior angles, to leave a saddle.
     fn nudge(&mut self) {
         for (node, angle) in self.timeline.present.angle.as_mut().iter_mut().enumerate().take(self.model.node_count) {
             let sign = if node % 3 == 0 { T::of(1e-3) } else { T::of(-5e-4) };
             *angle += sign;
         }
-        step::share_joints(&self.model, &mut self.timeline.present);
+        self.timeline.present.share_joints(&self.model);
     }
 }

@@ -34,15 +34,15 @@ use crate::bounds::OutOfBounds;
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
 use crate::model::Model;
+pub use crate::newton::attempt::NEAR_ENOUGH;
 use crate::newton::gaps::Sweep;
-use crate::newton::residual::{self, Residual};
-use crate::newton::{Hessian, Workspace, step};
+use crate::newton::residual::Largest;
+use crate::newton::{Hessian, Workspace};
 use crate::object::{Motion, Object, Shape};
 use crate::real::Real;
 use crate::size::Size;
 use crate::state::State;
 use crate::status::Status;
-pub use attempt::NEAR_ENOUGH;
 pub(crate) use carry::Mark;
 use hop::Fall;
 use passing::Barred;
@@ -122,13 +122,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         failed: Status::Converged,
         fall: Fall::NONE,
         barred: Barred::NONE,
-        sweep: Sweep {
-            nearest: T::ZERO,
-            normal: [T::ZERO; 2],
-            nearest_free: T::ZERO,
-            overflow: false,
-            near_overflow: false,
-        },
+        sweep: Sweep::NONE,
     };
 
     /// Takes a finger; the motion becomes the rotation about its motor axis, the finger is at rest.
@@ -191,8 +185,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         (self.drift, self.fall) = (T::ZERO, Fall::NONE);
         self.barred = Barred::NONE;
         self.allow_steps();
-        self.work.contacts.row_count = 0;
-        residual::potential(&self.model, &self.timeline.present, &mut self.work);
+        self.work.contacts.count = 0;
+        self.work.kinematics.place_all(&self.model, &self.timeline.present, &[]);
     }
 
     /// Puts a dead load (finger frame, N) on the front beam where lamella `lamella` is joined (from 0; any larger number
@@ -208,7 +202,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Reports residuals in N·mm and mm.
-    fn note(&self, residual: &Residual<T>, outcome: &mut Outcome) {
+    fn note(&self, residual: &Largest<T>, outcome: &mut Outcome) {
         let units = &self.model.units;
         outcome.gradient = (residual.gradient * units.moment()).to_f64();
         outcome.length = (residual.length * units.length).to_f64();
@@ -224,12 +218,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(crate) fn show_accepted(&mut self) {
         self.timeline.reject(&self.model);
         let object = self.seen(self.timeline.at());
-        (_, self.sweep) = step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, T::ZERO);
+        (_, self.sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::ZERO);
     }
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.
     pub(crate) fn complete_tangent(&mut self) {
-        if self.work.shape.lacks_tangent {
+        if self.work.kinematics.lacks_tangent {
             self.show_accepted();
         }
     }

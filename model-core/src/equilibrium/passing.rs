@@ -50,7 +50,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Where the deformed front beam leads at a sample, of any length.
     fn along(&self, sample: &Sample<T>) -> [T; 2] {
         if sample.rigid != T::ZERO
-            && let Some(front) = self.work.shape.members.as_ref().get(usize::from(sample.cell))
+            && let Some(front) = self.work.kinematics.members.as_ref().get(usize::from(sample.cell))
         {
             return front.rigid_end;
         }
@@ -58,7 +58,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let [first, middle, last] = sample.weights.map(T::abs);
         let heaviest = if middle >= first && middle >= last { 1 } else { 2 * usize::from(last > first) };
         self.work
-            .shape
+            .kinematics
             .nodes
             .as_ref()
             .get(usize::from(sample.node) + heaviest)

@@ -7,7 +7,7 @@ use crate::access::Access;
 use crate::contact::Contact;
 use crate::element;
 use crate::model::Model;
-use crate::newton::{Effort, Workspace, gaps, kinematics};
+use crate::newton::{Effort, Workspace};
 use crate::object::{Displacement, Motion, Object};
 use crate::real::{Real, Vec2, cross, vec2};
 use crate::size::Size;
@@ -129,16 +129,22 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         [0, 1].map(|side| {
             let role = if side == 0 { Role::Front(0) } else { Role::Back(0) };
             let index = self.model.topology.find(role).unwrap_or(usize::MAX);
-            let (Some(member), Some(work)) = (self.model.member(index), self.work.shape.members.as_ref().get(index))
+            let (Some(member), Some(work)) =
+                (self.model.member(index), self.work.kinematics.members.as_ref().get(index))
             else {
                 return ([T::ZERO; 2], T::ZERO);
             };
-            let moment =
-                self.work.shape.nodes.as_ref().get(usize::from(member.first)).map_or(T::ZERO, |node| node.gradient);
+            let moment = self
+                .work
+                .kinematics
+                .nodes
+                .as_ref()
+                .get(usize::from(member.first))
+                .map_or(T::ZERO, |node| node.gradient);
             let mut force = work.force;
             if side == 0 {
                 // A member's force is the one at its end: contacts on the span itself come on top.
-                for row in self.work.contacts.rows.as_ref().iter().take(self.work.contacts.row_count) {
+                for row in self.work.contacts.rows().iter() {
                     if row.place.cell == 0 {
                         force = [0, 1].map(|i| force[i] - row.multiplier * row.normal[i]);
                     }
@@ -150,7 +156,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Elastic energy V (without the contact term), N·mm.
     pub fn energy(&self) -> T {
-        let energy = self.timeline.present.bending_energy(&self.model) + kinematics::energy(&self.model, &self.work);
+        let energy = self.timeline.present.bending_energy(&self.model)
+            + self.work.kinematics.energy(&self.model, self.work.contacts.rows());
         energy * self.model.units.moment()
     }
 
@@ -168,15 +175,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Deformed tip of the front beam, finger frame, mm.
     pub fn tip(&self) -> [T; 2] {
-        self.model.units.millimetres(self.work.tip(&self.model))
+        self.model.units.millimetres(self.work.kinematics.tip(&self.model))
     }
 
     /// Touching samples, base to tip, finger frame.
     pub fn contacts(&self) -> impl Iterator<Item = Contact<T>> + '_ {
-        let rows = self.work.contacts.rows.as_ref().iter().take(self.work.contacts.row_count);
+        let rows = self.work.contacts.rows().iter();
         rows.filter(|row| row.touches()).map(|row| {
             let sample = &row.place;
-            let centre = gaps::sample_position(&self.model, &self.work, sample);
+            let centre = self.work.kinematics.position(&self.model, sample);
             let units = &self.model.units;
             Contact {
                 arc: sample.arc * units.length,
@@ -216,7 +223,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let spans = (0..self.model.cells()).flat_map(move |cell| {
             let role = if side == 0 { Role::Front(cell as u8) } else { Role::Back(cell as u8) };
             let index = self.model.topology.find(role).unwrap_or(0);
-            let work = self.work.shape.members.as_ref().at(index);
+            let work = self.work.kinematics.members.as_ref().at(index);
             let nodes = self.model.topology.members.as_ref().at(index).nodes();
             let start = end;
             let d = work.end_to_end();
@@ -232,7 +239,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The point of a member's centreline that belongs to a node after the first; `at` is the last link's or element's
     /// end and moves on.
     fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
-        let (e, weight) = (|node: usize| self.work.shape.nodes.as_ref().at(node).strained, self.model.weight.as_ref());
+        let (e, weight) =
+            (|node: usize| self.work.kinematics.nodes.as_ref().at(node).strained, self.model.weight.as_ref());
         let nodes = self.model.topology.members.as_ref().at(index).nodes();
         if !self.model.quadratic || nodes.len() < 3 {
             let w = weight.at(node);
@@ -257,10 +265,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Ends of the rigid lamellae (front, back), finger frame, mm, base to tip.
     pub fn lamellae(&self) -> impl Iterator<Item = [[T; 2]; 2]> + '_ {
         (0..self.model.cells().saturating_sub(1)).map(move |cell| {
-            let start = self.work.shape.start.as_ref().at(cell + 1);
+            let start = self.work.kinematics.start.as_ref().at(cell + 1);
             let part = |k: u8| {
                 let index = self.model.topology.find(Role::Rung(cell as u8, k))?;
-                self.work.shape.members.as_ref().get(index)
+                self.work.kinematics.members.as_ref().get(index)
             };
             let onwards = |from: [T; 2], d: [T; 2]| [from[0] + d[0], from[1] + d[1]];
             let d = part(0).map_or([T::ZERO; 2], element::Strain::end_to_end);

@@ -108,7 +108,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     fn stretch(&self, node: usize) -> T {
-        let on = self.work.shape.nodes.as_ref().at(node);
+        let on = self.work.kinematics.nodes.as_ref().at(node);
         let (e, d) = (on.e, on.strained);
         (d[0] - e[0]) * e[0] + (d[1] - e[1]) * e[1]
     }

@@ -2,26 +2,22 @@
 
 use std::boxed::Box;
 
-use super::attempt::Attempt;
 use super::{Follower, NEAR_ENOUGH, Settings};
 use crate::design::Profile;
 use crate::design::ladder_80;
 use crate::discretise::{Discretisation, Physics};
-use crate::newton::residual::Residual;
-use crate::newton::step::Inertia;
-use crate::newton::{Hessian, step};
+use crate::newton::Hessian;
 use crate::object::{Motion, ObjectDesign};
 use crate::random_designs::{Random, Round, first_contact, random_case};
 use crate::real::Real;
 use crate::size::Paper;
-use crate::status::Status;
 
 type Solver<T> = Follower<T, Paper>;
 
 /// The inertia of the accepted state itself has nothing against it; the workspace shows it again afterwards.
 fn is_stable<T: Real>(follower: &mut Solver<T>) -> bool {
     follower.show_accepted();
-    let inertia = step::solve(&follower.model, &mut follower.work, Hessian::Newton, T::ZERO);
+    let inertia = follower.work.solve(&follower.model, Hessian::Newton, T::ZERO);
     follower.show_accepted();
     inertia.settled && !inertia.is_unstable()
 }
@@ -115,20 +111,4 @@ fn accepted_states_are_stable_by_their_own_inertia() {
     std::println!("{states} states, {snaps} snap-throughs, unstable: {wrong:?}");
     assert!(wrong.is_empty(), "{wrong:?}");
     assert!(states > 10_000 && snaps > 3, "{states} {snaps}");
-}
-
-/// What is reported where a step fails and nothing is found beyond.
-#[test]
-fn only_an_unstable_state_is_a_fold() {
-    let stable = Inertia { excess: 1, border: 1, settled: true };
-    let failed = |inertia: Option<Inertia>, unstable, least_turn| {
-        let residual = Residual { gradient: 1.0, length: 1.0 };
-        let status = Status::MaxIterations;
-        Attempt::<f32> { status, iterations: 25, inertia, drift: 0.0, unstable, least_turn, residual }.cause()
-    };
-    assert_eq!(failed(Some(stable), true, 0.1), Status::Folded);
-    assert_eq!(failed(Some(Inertia { settled: false, ..stable }), false, 0.1), Status::Unsettled);
-    assert_eq!(failed(Some(stable), false, 1e-5), Status::Precision);
-    assert_eq!(failed(Some(stable), false, 0.1), Status::Stagnated);
-    assert_eq!(failed(None, false, 0.1), Status::Stagnated);
 }

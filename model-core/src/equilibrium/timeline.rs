@@ -47,6 +47,17 @@ impl<T: Real, S: Size> Timeline<T, S> {
         self.predicts = false;
     }
 
+    /// The instant that a step is looking for, and the accepted one.
+    #[inline(always)]
+    pub(super) fn present_and_accepted(&mut self) -> (&mut State<T, S>, &State<T, S>) {
+        (&mut self.present, &self.accepted)
+    }
+
+    /// Largest difference of an angle between the present and the accepted instant, rad.
+    pub(super) fn moved(&self, model: &Model<T, S>) -> T {
+        self.present.largest_move(&self.accepted, model)
+    }
+
     /// Coordinate of the accepted instant.
     #[inline]
     pub(crate) fn at(&self) -> T {

@@ -4,10 +4,10 @@
 //! was found before it, so that residual says how far the result may be trusted; where it is too large, or anything else about
 //! the step is out of the ordinary, the tick goes on with Newton's method to convergence.
 
-use super::attempt::{MANY, NEAR_ENOUGH};
 use super::{Follower, Outcome, Phase};
-use crate::newton::gaps;
-use crate::newton::{Hessian, step};
+use crate::newton::Hessian;
+use crate::newton::attempt::{MANY, NEAR_ENOUGH};
+use crate::newton::increment::CLIP;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
@@ -78,10 +78,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let (near, mut moved) = (T::of(NEAR_ENOUGH), T::ZERO);
         let mut trusted;
         loop {
-            let (residual, sweep) =
-                step::evaluate(&self.model, &self.timeline.present, &mut self.work, &object, T::of(NEAR));
+            let (residual, sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::of(NEAR));
             if outcome.iterations == 0 && self.model.fineness <= 1 {
-                gaps::thin(&mut self.work, MANY);
+                self.work.contacts.thin(MANY);
             }
             self.sweep = sweep;
             self.note(&residual, &mut outcome);
@@ -89,7 +88,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let converged = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
             if converged && reaches {
                 // As where the motor stands: the factorisation that judged the last step has judged this state.
-                let drift = if outcome.iterations == 0 { self.drift + self.largest_move() } else { moved };
+                let drift = if outcome.iterations == 0 { self.drift + self.timeline.moved(&self.model) } else { moved };
                 let forces = self.forces();
                 if drift <= near && !self.passes_a_fall(target, forces) {
                     self.drift = drift;
@@ -102,15 +101,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 let bound = |bound: f64| T::of(times * bound);
                 residual.gradient <= bound(within.gradient) && residual.length <= bound(within.length)
             };
-            let inertia = step::solve(&self.model, &mut self.work, Hessian::Newton, T::ZERO);
-            moved = self.work.largest_turn;
-            step::apply(&self.model, &mut self.timeline.present, &self.work, T::one());
+            let inertia = self.work.solve(&self.model, Hessian::Newton, T::ZERO);
+            moved = self.work.increment.largest;
+            self.work.apply(&self.model, &mut self.timeline.present, T::one());
             outcome.iterations += 1;
             let finite =
                 self.timeline.present.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
             // Without a stable factorisation, or with a step that wants clipping, the whole method decides.
             let odd = self.timeline.present.touching_count == 0 || self.presses_from_behind();
-            if !inertia.is_stable() || !finite || moved > T::of(step::CLIP) || odd {
+            if !inertia.is_stable() || !finite || moved > T::of(CLIP) || odd {
                 return self.pursue(to, budget, outcome, size);
             }
             trusted = is_within(1.0) && !sweep.overflow && moved <= near;
@@ -128,7 +127,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.passes_a_fall(target, forces) {
             return self.pursue(to, budget, outcome, size);
         }
-        step::settle_rows(&self.timeline.present, &mut self.work);
+        self.work.contacts.settle(&self.timeline.present);
         self.drift = moved;
         outcome.hops += u32::from(self.hops(target, forces));
         self.accept(target);

@@ -3,8 +3,8 @@
 //! The multipliers of a closure come before the angles they bind, where their pivots are the members' flexibility:
 //! [`crate::linear::banded`] needs no interchanges.
 
-use super::Workspace;
 use super::condensed::{Condensed, Corrections};
+use super::residual::Residual;
 use crate::access::Access;
 use crate::linear::banded::BAND;
 use crate::model::Model;
@@ -12,25 +12,18 @@ use crate::real::Real;
 use crate::size::Size;
 use crate::topology::{CLAMPED, Member};
 
-/// Begins the matrix, and the residual of the closures; on entry `rhs` holds the joints' gradients.
-pub(crate) fn begin<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) {
-    work.factorisation.band.as_mut().run_mut(0..model.unknowns()).fill([T::ZERO; BAND + 1]);
-    put_closures(model, work);
-}
-
 /// Puts the closures' errors into the residual.
-pub(crate) fn put_closures<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) {
-    let rhs = work.rhs.as_mut();
-    for (closure, &error) in model.topology.closures().iter().zip(work.shape.closure.as_ref()) {
+pub(super) fn put_closures<T: Real, S: Size>(model: &Model<T, S>, residual: &Residual<T, S>, right: &mut [T]) {
+    for (closure, &error) in model.topology.closures().iter().zip(residual.closure.as_ref()) {
         for (at, error) in (usize::from(closure.unknown)..).zip(error) {
-            rhs.put(at, error);
+            right.put(at, error);
         }
     }
 }
 
 /// Adds a condensed member to the matrix: its joints, and the closures that its force enters.
 #[inline(always)]
-pub(crate) fn add_member<T: Real>(band: &mut [[T; BAND + 1]], member: &Member<T>, c: &Condensed<T>) {
+pub(super) fn add_member<T: Real>(band: &mut [[T; BAND + 1]], member: &Member<T>, c: &Condensed<T>) {
     // Row by row, the diagonal last; nothing lies further from it than the band.
     let band = band.as_flattened_mut();
     let place = |row: usize, column: usize| BAND * row + BAND + column;
@@ -90,14 +83,14 @@ pub(crate) fn add_member<T: Real>(band: &mut [[T; BAND + 1]], member: &Member<T>
 }
 
 /// Adds what a member's interior takes from the residual.
-pub(crate) fn add_corrections<T: Real>(rhs: &mut [T], member: &Member<T>, c: &Corrections<T>) {
-    rhs.add(usize::from(member.end), c.rb);
+pub(super) fn add_corrections<T: Real>(right: &mut [T], member: &Member<T>, c: &Corrections<T>) {
+    right.add(usize::from(member.end), c.rb);
     for term in member.terms() {
         let x = usize::from(term.unknown);
-        rhs.add(x, term.sign * c.rx[0]);
-        rhs.add(x + 1, term.sign * c.rx[1]);
+        right.add(x, term.sign * c.rx[0]);
+        right.add(x + 1, term.sign * c.rx[1]);
     }
     if member.start != CLAMPED {
-        rhs.add(usize::from(member.start), c.ra);
+        right.add(usize::from(member.start), c.ra);
     }
 }

@@ -5,15 +5,13 @@
 //! between lamellae): its pivots are bounded away from zero, which perturbs the step and not the solution, and its negative pivots
 //! are counted for the stability test.
 
-use super::Workspace;
 use super::condensed::{Condensed, Corrections};
 use crate::access::Access;
-use crate::element::Node;
+use crate::element::{Node, Strain};
 use crate::linear::pivot::{bounded, pivot_bound};
-use crate::model::Model;
 use crate::real::Real;
-use crate::size::{Blank, Size};
-use crate::topology::Kind;
+use crate::size::Blank;
+use crate::topology::{Kind, Member};
 
 /// How a member's diagonal is made: curvature (true) or not (Gauss–Newton), and a shift relative to the diagonal at rest.
 #[derive(Clone, Copy, Debug)]
@@ -50,42 +48,47 @@ impl<T: Real> Sums<T> {
     }
 }
 
-/// Condenses one member; with it the number of negative pivots.
-pub(crate) fn condense<T: Real, S: Size>(
-    model: &Model<T, S>,
-    work: &mut Workspace<T, S>,
-    index: usize,
+/// A member at the evaluated state: runs of one length, an entry per node.
+#[derive(Clone, Copy)]
+pub(super) struct Interior<'a, T> {
+    pub member: &'a Member<T>,
+    pub out: &'a Strain<T>,
+    /// Diagonal of the energy matrix K, and its entries towards the next node and the one after, N·mm.
+    pub at_rest: &'a [T],
+    pub constant: &'a [[T; 2]],
+    pub nodes: &'a [Node<T>],
+    /// The nodes' coupling counts, not the constant one.
+    pub curved: bool,
+}
+
+/// Condenses a member, whose interior's factors it leaves; with it the number of negative pivots.
+pub(super) fn condense<T: Real>(
+    of: Interior<'_, T>,
+    factors: &mut [[T; 3]],
     diagonal: Diagonal<T>,
 ) -> (Condensed<T>, usize) {
-    if model.member(index).is_some_and(|member| member.kind == Kind::Quadratic) {
-        condense_band::<T, S, true>(model, work, index, diagonal)
+    if of.member.kind == Kind::Quadratic {
+        condense_band::<T, true>(of, factors, diagonal)
     } else {
-        condense_band::<T, S, false>(model, work, index, diagonal)
+        condense_band::<T, false>(of, factors, diagonal)
     }
 }
 
 /// As [`condense`], the interior's bandwidth being 2 (`WIDE`) or 1.
-fn condense_band<T: Real, S: Size, const WIDE: bool>(
-    model: &Model<T, S>,
-    work: &mut Workspace<T, S>,
-    index: usize,
+fn condense_band<T: Real, const WIDE: bool>(
+    of: Interior<'_, T>,
+    factors: &mut [[T; 3]],
     diagonal: Diagonal<T>,
 ) -> (Condensed<T>, usize) {
-    let (Some(member), Some(out)) = (model.member(index), work.shape.members.as_ref().get(index)) else {
-        return (Condensed::BLANK, 0);
-    };
-    let nodes = member.nodes();
+    let Interior { member, out, curved, .. } = of;
     let count = usize::from(member.interior) + 2;
     let stiffening = T::one() + diagonal.shift;
     // All of one length, which the indices below stay within.
-    let (Some(at_rest), Some(constant), Some(list)) = (
-        model.diagonal.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
-        model.coupling.as_ref().get(nodes.clone()).and_then(|all| all.get(..count)),
-        work.shape.nodes.as_mut().get_mut(nodes).and_then(|all| all.get_mut(..count)),
-    ) else {
+    let (Some(at_rest), Some(constant), Some(list), Some(factors)) =
+        (of.at_rest.get(..count), of.constant.get(..count), of.nodes.get(..count), factors.get_mut(..count))
+    else {
         return (Condensed::BLANK, 0);
     };
-    let curved = work.factorisation.curved;
     let coupling = |i: usize, node: &Node<T>| if curved { node.coupling } else { constant.at(i) };
     let bound = pivot_bound::<T>();
     let zero = T::ZERO;
@@ -93,16 +96,16 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
     let own = |rest: T, node: &Node<T>| rest * stiffening - diagonal.curvature * node.curvature;
     let raw = |node: &Node<T>, a: T| [a, node.lever[0], node.lever[1], node.gradient];
     let mut negative = 0;
-    let &mut [start, first, ..] = &mut *list else { return (Condensed::BLANK, 0) };
-    let from_start = coupling(0, &start);
+    let [start, first, ..] = list else { return (Condensed::BLANK, 0) };
+    let from_start = coupling(0, start);
     let [xx, xy, yy] = out.compliance;
-    let mut sums = Sums { start: [own(at_rest.at(0), &start), zero, zero, zero], force: [xx, xy, yy, zero, zero] };
+    let mut sums = Sums { start: [own(at_rest.at(0), start), zero, zero, zero], force: [xx, xy, yy, zero, zero] };
 
     let (mut pivot, mut column);
     if WIDE {
-        pivot = own(at_rest.at(1), &first);
-        column = raw(&first, from_start[0]);
-        let mut coupled = coupling(1, &first);
+        pivot = own(at_rest.at(1), first);
+        column = raw(first, from_start[0]);
+        let mut coupled = coupling(1, first);
         let mut near = coupled[0];
         let mut next_pivot = zero;
         let mut next_column = [zero; 4];
@@ -117,7 +120,7 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
             let inverse = T::one() / p;
             let far = coupled[1];
             let (l1, l2) = (near * inverse, far * inverse);
-            list[i].factor = [inverse, l1, l2];
+            factors[i] = [inverse, l1, l2];
             let c = column;
             sums.take(c, inverse);
             for k in [A, X, Y, R] {
@@ -138,20 +141,21 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
             }
         }
     } else {
-        let ([_, inner @ .., end], [_, rests @ .., rest_end], [_, constants @ .., _]) = (&mut *list, at_rest, constant)
+        let ([_, inner @ .., end], [_, rests @ .., rest_end], [_, constants @ .., _], [_, factors @ .., _]) =
+            (list, at_rest, constant, factors)
         else {
             return (Condensed::BLANK, 0);
         };
         // What the node before takes.
         let (mut less, mut taken) = (zero, [-from_start[0], zero, zero, zero]);
-        for ((node, &rest), &[constant, _]) in inner.iter_mut().zip(rests).zip(constants) {
+        for (((node, factor), &rest), &[constant, _]) in inner.iter().zip(factors).zip(rests).zip(constants) {
             let c = [-taken[A], node.lever[0] - taken[X], node.lever[1] - taken[Y], node.gradient - taken[R]];
             let (p, is_negative) = bounded(own(rest, node) - less, bound * rest);
             negative += usize::from(is_negative);
             let inverse = T::one() / p;
             let near = if curved { node.coupling[0] } else { constant };
             let l = near * inverse;
-            node.factor = [inverse, l, zero];
+            *factor = [inverse, l, zero];
             sums.take(c, inverse);
             less = l * near;
             taken = c.map(|c| l * c);
@@ -160,7 +164,7 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
         column = [-taken[A], end.lever[0] - taken[X], end.lever[1] - taken[Y], end.gradient - taken[R]];
     }
     let Sums { start: [aa, ax, ay, ar], force: [xx, xy, yy, xr, yr] } = sums;
-    let start = raw(&start, zero);
+    let start = raw(start, zero);
     // Now `pivot` and `column` are the end joint's. The joints' own entries:
     let (f, g) = (out.force, out.end_force);
     let (ra, rb) = (out.rigid_start, out.rigid_end);
@@ -179,51 +183,52 @@ fn condense_band<T: Real, S: Size, const WIDE: bool>(
     (condensed, negative)
 }
 
-/// Solves H z = r on a member's interior, `right` giving r at a node; z becomes the nodes' `delta`. `before` is what the start joint's
-/// value takes from the first two nodes' r, `after` the value of the end joint; the interior's bandwidth is 2 if `wide`, else 1.
-/// Returns the largest magnitude in z, the end joint's included.
+/// Solves H z = r on a member's interior with its factors; z comes into `into`. `right` gives r at a node, whose place in `into` may hold it.
+/// `before` is what the start joint's value takes from the first two nodes' r, `after` the value of the end joint; the interior's
+/// bandwidth is 2 if `wide`, else 1. Returns the largest magnitude in z, the end joint's included.
 #[inline]
-pub(crate) fn solve_interior<T: Real>(
-    nodes: &mut [Node<T>],
+pub(super) fn solve_interior<T: Real>(
+    (nodes, factors, into): (&[Node<T>], &[[T; 3]], &mut [T]),
     before: [T; 2],
     after: T,
     wide: bool,
-    right: impl Fn(&Node<T>) -> T,
+    right: impl Fn(&Node<T>, T) -> T,
 ) -> T {
     if wide {
-        solve_band::<T, true>(nodes, before, after, right)
+        solve_band::<T, true>((nodes, factors, into), before, after, right)
     } else {
-        solve_band::<T, false>(nodes, before, after, right)
+        solve_band::<T, false>((nodes, factors, into), before, after, right)
     }
 }
 
 #[inline]
 fn solve_band<T: Real, const WIDE: bool>(
-    nodes: &mut [Node<T>],
+    (nodes, factors, into): (&[Node<T>], &[[T; 3]], &mut [T]),
     before: [T; 2],
     after: T,
-    right: impl Fn(&Node<T>) -> T,
+    right: impl Fn(&Node<T>, T) -> T,
 ) -> T {
     let mut largest = after.abs();
-    let [_, inner @ .., end] = nodes else { return largest };
+    let ([_, nodes @ .., _], [_, factors @ .., _], [_, into @ .., end]) = (nodes, factors, into) else {
+        return largest;
+    };
     // What the nodes before take: the nearest one, the one before it, and that from the next node.
     let ([mut near_before, mut far_next], mut far_before) = (before, T::ZERO);
-    for node in &mut *inner {
-        let [_, near, far] = node.factor;
-        let v = if WIDE { right(node) - near_before - far_before } else { right(node) - near_before };
-        node.delta = v;
+    for ((node, &[_, near, far]), value) in nodes.iter().zip(factors).zip(&mut *into) {
+        let own = right(node, *value);
+        let v = if WIDE { own - near_before - far_before } else { own - near_before };
+        *value = v;
         near_before = near * v;
         if WIDE {
             (far_before, far_next) = (far_next, far * v);
         }
     }
-    end.delta = after;
+    *end = after;
     let (mut above, mut over) = (after, T::ZERO);
-    for node in inner.iter_mut().rev() {
-        let [inverse, near, far] = node.factor;
-        let v = node.delta * inverse - near * above;
+    for (value, &[inverse, near, far]) in into.iter_mut().zip(factors).rev() {
+        let v = *value * inverse - near * above;
         let v = if WIDE { v - far * over } else { v };
-        node.delta = v;
+        *value = v;
         largest = v.abs().max(largest);
         (over, above) = (above, v);
     }

@@ -40,6 +40,30 @@ impl<T: Real> Blank for Condensed<T> {
     };
 }
 
+/// What a front span's condensed entries are to the contact rows on the spans above it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Front<T> {
+    /// Entries of its joints and of its force with the force.
+    pub ax: [T; 2],
+    pub bx: [T; 2],
+    pub xx: T,
+    pub xy: T,
+    pub yy: T,
+    /// Correction of its end-to-end vector.
+    pub rx: [T; 2],
+}
+
+impl<T: Real> Blank for Front<T> {
+    const BLANK: Self =
+        Self { ax: [T::ZERO; 2], bx: [T::ZERO; 2], xx: T::ZERO, xy: T::ZERO, yy: T::ZERO, rx: [T::ZERO; 2] };
+}
+
+impl<T: Real> Condensed<T> {
+    pub fn front(&self) -> Front<T> {
+        Front { ax: self.ax, bx: self.bx, xx: self.xx, xy: self.xy, yy: self.yy, rx: self.corrections.rx }
+    }
+}
+
 /// A row's entries with its own span, after condensation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Own<T> {

@@ -1,15 +1,12 @@
 //! Gaps of the contact samples, and the rows they make.
 
-use super::Workspace;
-use super::kinematics::place_front;
-use super::workspace::{Contacts, Shape};
+use super::kinematics::Kinematics;
 use crate::access::Access;
 use crate::contact::{ContactState, Direction, Row, Sample, sample_gap};
-use crate::element::Depth;
 use crate::model::{Model, vec2_of};
 use crate::object::{Gap, Object};
 use crate::real::{Real, Vec2};
-use crate::size::{Blank, Size};
+use crate::size::{Blank, Size, Storage};
 use crate::state::State;
 
 /// What a sweep over the samples found.
@@ -27,17 +24,31 @@ pub(crate) struct Sweep<T> {
     pub near_overflow: bool,
 }
 
-/// Makes rows of the places that touch, with the normals of the state: what strains the front beam, and so says where the gaps
-/// are. That the normals there are the same is one more thing that must hold at an equilibrium.
-pub(crate) fn recall<T: Real, S: Size>(model: &Model<T, S>, state: &State<T, S>, work: &mut Workspace<T, S>) {
-    work.contacts.row_count = state.touching_count;
-    work.contacts.turning = None;
-    let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
-    let rows = work.contacts.rows.as_mut().iter_mut().zip(touching).take(state.touching_count);
-    for (row, ((&sample, &multiplier), &normal)) in rows {
-        *row =
-            Row { sample, state: ContactState::Closed, place: model.place(sample), normal, multiplier, ..Row::BLANK };
-    }
+impl<T: Real> Sweep<T> {
+    /// Before any: all zeros.
+    pub const NONE: Self =
+        Self { nearest: T::ZERO, normal: [T::ZERO; 2], nearest_free: T::ZERO, overflow: false, near_overflow: false };
+}
+
+/// Contact rows: touching samples and those near the object, in order along the beam.
+pub(crate) struct Contacts<T: Real, S: Size> {
+    pub rows: S::Contacts<Row<T>>,
+    pub count: usize,
+    /// The row among them that is not a gap but the turning of the contact force (see [`super::turning`]).
+    pub turning: Option<u16>,
+}
+
+/// Cell whose front span a row touches.
+#[inline]
+pub(crate) fn cell_of<T: Real>(row: &Row<T>) -> usize {
+    usize::from(row.place.cell)
+}
+
+/// The rows that touch a member, in order: none but for the front spans; `from` is where to begin to look.
+#[inline]
+pub(crate) fn own_rows<T: Real>(rows: &[Row<T>], index: usize, from: usize) -> core::ops::Range<usize> {
+    let above = rows.get(from..).unwrap_or(&[]);
+    from..from + above.iter().take_while(|row| cell_of(row) == index).count()
 }
 
 /// A sweep under way: the rows made so far, and what is known of the places still to come.
@@ -144,166 +155,229 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
     }
 }
 
-/// Finds the gaps of all samples, and near a sharp object of the places between them, and makes the contact rows: places that touched
-/// before and those nearer than `margin`.
-///
-/// A place that is only near gives way when there is no room; one that touches or penetrates never does silently.
-pub(crate) fn sweep<T: Real, S: Size, O: Object<T>>(
-    model: &Model<T, S>,
-    state: &State<T, S>,
-    work: &mut Workspace<T, S>,
-    object: &O,
-    margin: T,
-) -> Sweep<T> {
-    let samples = model.samples.as_ref().iter().take(model.sample_count);
-    let Workspace { shape: Shape { nodes, start, members, .. }, contacts: Contacts { rows, .. }, .. } = work;
-    let (nodes, weight) = (nodes.as_ref(), model.weight.as_ref());
-    let far = T::of(1e9);
-    let mut gathering = Gathering {
-        state,
-        rows: rows.as_mut(),
-        count: 0,
-        softness: model.contact_softness(),
-        margin,
-        touched: 0,
-        next: state.touching.as_ref().run(0..state.touching_count).first().map(|&place| usize::from(place)),
-        run: None,
-        found: Sweep { nearest: far, normal: [T::ZERO; 2], nearest_free: far, overflow: false, near_overflow: false },
-    };
-    let is_fine = model.fineness > 1;
-    let mut cell = usize::MAX;
-    let mut node = 0;
-    let mut prefix = Vec2::new(T::ZERO, T::ZERO);
-    let mut rigid_end = prefix;
-    // No beam is stretched by a quarter, so that a sample far off clears those that are nearer to it along the beam. Where there are
-    // few samples to an element, a cheap test of each does as well.
-    let (longest, mut seen) = (T::of(1.25), -far);
-    for (at, sample) in samples.enumerate() {
-        if cell != usize::from(sample.cell) {
-            cell = usize::from(sample.cell);
-            node = model.member(cell).map_or(0, |front| usize::from(front.first));
-            prefix = vec2_of(start.as_ref().at(cell));
-            rigid_end = members.as_ref().get(cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
+impl<T: Real, S: Size> Contacts<T, S> {
+    pub const EMPTY: Self = Self { rows: <S::Contacts<Row<T>> as Storage<Row<T>>>::EMPTY, count: 0, turning: None };
+
+    /// Makes room; false if there is none.
+    pub fn fit(&mut self) -> bool {
+        self.rows.fit(S::CONTACTS)
+    }
+
+    /// The rows.
+    #[inline(always)]
+    pub fn rows(&self) -> &[Row<T>] {
+        self.rows.as_ref().run(0..self.count)
+    }
+
+    #[inline(always)]
+    pub fn rows_mut(&mut self) -> &mut [Row<T>] {
+        self.rows.as_mut().run_mut(0..self.count)
+    }
+
+    /// Makes rows of the places that touch, with the normals of the state: what strains the front beam, and so says where the gaps
+    /// are. That the normals there are the same is one more thing that must hold at an equilibrium.
+    pub fn recall(&mut self, model: &Model<T, S>, state: &State<T, S>) {
+        (self.count, self.turning) = (state.touching_count, None);
+        let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
+        for (row, ((&sample, &multiplier), &normal)) in self.rows.as_mut().iter_mut().zip(touching).take(self.count) {
+            let place = model.place(sample);
+            *row = Row { sample, state: ContactState::Closed, place, normal, multiplier, ..Row::BLANK };
         }
-        let below = prefix;
-        let mut position = prefix;
-        if model.quadratic {
-            while node < usize::from(sample.node)
-                && let (Some(on), Some(&weight)) = (nodes.get(node), weight.get(node))
-            {
-                prefix += vec2_of(on.strained) * weight;
-                node += 1;
+    }
+
+    /// Finds the gaps of all samples, and near a sharp object of the places between them, and makes the contact rows: places that touched
+    /// before and those nearer than `margin`.
+    ///
+    /// A place that is only near gives way when there is no room; one that touches or penetrates never does silently.
+    pub fn sweep<O: Object<T>>(
+        &mut self,
+        model: &Model<T, S>,
+        state: &State<T, S>,
+        kinematics: &Kinematics<T, S>,
+        object: &O,
+        margin: T,
+    ) -> Sweep<T> {
+        let samples = model.samples.as_ref().iter().take(model.sample_count);
+        let Kinematics { nodes, start, members, .. } = kinematics;
+        let (nodes, weight) = (nodes.as_ref(), model.weight.as_ref());
+        let far = T::of(1e9);
+        let mut gathering = Gathering {
+            state,
+            rows: self.rows.as_mut(),
+            count: 0,
+            softness: model.contact_softness(),
+            margin,
+            touched: 0,
+            next: state.touching.as_ref().run(0..state.touching_count).first().map(|&place| usize::from(place)),
+            run: None,
+            found: Sweep {
+                nearest: far,
+                normal: [T::ZERO; 2],
+                nearest_free: far,
+                overflow: false,
+                near_overflow: false,
+            },
+        };
+        let is_fine = model.fineness > 1;
+        let mut cell = usize::MAX;
+        let mut node = 0;
+        let mut prefix = Vec2::new(T::ZERO, T::ZERO);
+        let mut rigid_end = prefix;
+        // No beam is stretched by a quarter, so that a sample far off clears those that are nearer to it along the beam. Where there are
+        // few samples to an element, a cheap test of each does as well.
+        let (longest, mut seen) = (T::of(1.25), -far);
+        for (at, sample) in samples.enumerate() {
+            if cell != usize::from(sample.cell) {
+                cell = usize::from(sample.cell);
+                node = model.member(cell).map_or(0, |front| usize::from(front.first));
+                prefix = vec2_of(start.as_ref().at(cell));
+                rigid_end = members.as_ref().get(cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
             }
-            position = prefix;
-            // A node without a weight may be another member's, and not yet strained.
-            let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
-            for (on, &w) in from.iter().zip(&sample.weights) {
-                if w != T::ZERO {
-                    position += vec2_of(on.strained) * w;
+            let below = prefix;
+            let mut position = prefix;
+            if model.quadratic {
+                while node < usize::from(sample.node)
+                    && let (Some(on), Some(&weight)) = (nodes.get(node), weight.get(node))
+                {
+                    prefix += vec2_of(on.strained) * weight;
+                    node += 1;
                 }
-            }
-            if sample.rigid != T::ZERO {
-                position += rigid_end * sample.rigid;
-            }
-        } else if sample.weights[0] != T::ZERO
-            && let Some(on) = nodes.get(usize::from(sample.node))
-        {
-            // A sample at each link's end.
-            position += vec2_of(on.strained) * sample.weights[0];
-            prefix = position;
-        } else {
-            position += rigid_end * sample.rigid;
-        }
-        if is_fine && model.is_fine(at) {
-            let near = {
-                let reach = sample.half_thickness + margin + longest * model.way_to(at);
-                !object.clears(position, reach) && object.gap(position).distance <= reach
-            };
-            let index = model.index_of(at);
-            let first = index + 1 - model.fineness;
-            if near || gathering.next.is_some_and(|next| next < index) {
-                for index in first..index {
-                    let is_touching = gathering.next == Some(index);
-                    if !near && !is_touching {
-                        continue;
-                    }
-                    let place = model.place(index as u16);
-                    // The nodes below the place's are in the prefix; of links, those below the link.
-                    let from = if model.quadratic { prefix } else { below };
-                    let skipped = usize::from(!model.quadratic);
-                    let mut position = from + rigid_end * place.rigid;
-                    let on = nodes.get(usize::from(place.node)..).unwrap_or(&[]).iter().zip(&place.weights);
-                    for (on, &w) in on.skip(skipped).filter(|(_, w)| **w != T::ZERO) {
+                position = prefix;
+                // A node without a weight may be another member's, and not yet strained.
+                let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
+                for (on, &w) in from.iter().zip(&sample.weights) {
+                    if w != T::ZERO {
                         position += vec2_of(on.strained) * w;
                     }
-                    let gap = sample_gap(object, &place, position);
-                    if is_touching {
-                        gathering.nearest(&gap);
-                        gathering.touching(index, &place, &gap);
-                        continue;
-                    }
-                    let stride = model.stride(at, &gap);
-                    if (index + 1 - first).is_multiple_of(stride) {
-                        gathering.nearest(&gap);
-                        gathering.between(index, &place, &gap, usize::from(REACH) * stride);
+                }
+                if sample.rigid != T::ZERO {
+                    position += rigid_end * sample.rigid;
+                }
+            } else if sample.weights[0] != T::ZERO
+                && let Some(on) = nodes.get(usize::from(sample.node))
+            {
+                // A sample at each link's end.
+                position += vec2_of(on.strained) * sample.weights[0];
+                prefix = position;
+            } else {
+                position += rigid_end * sample.rigid;
+            }
+            if is_fine && model.is_fine(at) {
+                let near = {
+                    let reach = sample.half_thickness + margin + longest * model.way_to(at);
+                    !object.clears(position, reach) && object.gap(position).distance <= reach
+                };
+                let index = model.index_of(at);
+                let first = index + 1 - model.fineness;
+                if near || gathering.next.is_some_and(|next| next < index) {
+                    for index in first..index {
+                        let is_touching = gathering.next == Some(index);
+                        if !near && !is_touching {
+                            continue;
+                        }
+                        let place = model.place(index as u16);
+                        // The nodes below the place's are in the prefix; of links, those below the link.
+                        let from = if model.quadratic { prefix } else { below };
+                        let skipped = usize::from(!model.quadratic);
+                        let mut position = from + rigid_end * place.rigid;
+                        let on = nodes.get(usize::from(place.node)..).unwrap_or(&[]).iter().zip(&place.weights);
+                        for (on, &w) in on.skip(skipped).filter(|(_, w)| **w != T::ZERO) {
+                            position += vec2_of(on.strained) * w;
+                        }
+                        let gap = sample_gap(object, &place, position);
+                        if is_touching {
+                            gathering.nearest(&gap);
+                            gathering.touching(index, &place, &gap);
+                            continue;
+                        }
+                        let stride = model.stride(at, &gap);
+                        if (index + 1 - first).is_multiple_of(stride) {
+                            gathering.nearest(&gap);
+                            gathering.between(index, &place, &gap, usize::from(REACH) * stride);
+                        }
                     }
                 }
             }
+            let index = if is_fine { model.index_of(at) } else { at };
+            let touched = gathering.next == Some(index);
+            // While something touches, where the others are does not matter.
+            let matters = touched || state.touching_count == 0;
+            if !matters && seen - longest * sample.arc > sample.half_thickness + margin {
+                continue;
+            }
+            if !matters && model.quadratic && object.clears(position, sample.half_thickness + margin) {
+                continue;
+            }
+            let gap = sample_gap(object, sample, position);
+            if !model.quadratic {
+                seen = gap.distance + sample.half_thickness + longest * sample.arc;
+            }
+            gathering.nearest(&gap);
+            if touched {
+                gathering.touching(index, sample, &gap);
+            } else if is_fine && model.stride(at, &gap) < model.fineness {
+                gathering.between(index, sample, &gap, usize::from(REACH) * model.stride(at, &gap));
+            } else {
+                gathering.run = None;
+                gathering.free(index, sample, &gap);
+            }
         }
-        let index = if is_fine { model.index_of(at) } else { at };
-        let touched = gathering.next == Some(index);
-        // While something touches, where the others are does not matter.
-        let matters = touched || state.touching_count == 0;
-        if !matters && seen - longest * sample.arc > sample.half_thickness + margin {
-            continue;
-        }
-        if !matters && model.quadratic && object.clears(position, sample.half_thickness + margin) {
-            continue;
-        }
-        let gap = sample_gap(object, sample, position);
-        if !model.quadratic {
-            seen = gap.distance + sample.half_thickness + longest * sample.arc;
-        }
-        gathering.nearest(&gap);
-        if touched {
-            gathering.touching(index, sample, &gap);
-        } else if is_fine && model.stride(at, &gap) < model.fineness {
-            gathering.between(index, sample, &gap, usize::from(REACH) * model.stride(at, &gap));
-        } else {
-            gathering.run = None;
-            gathering.free(index, sample, &gap);
-        }
+        let Gathering { count, found, .. } = gathering;
+        self.count = count;
+        found
     }
-    let Gathering { count, found, .. } = gathering;
-    work.contacts.row_count = count;
-    found
-}
 
-/// Strains the front beam anew with the normals that the sweep found where its samples touch, and measures those gaps again.
-///
-/// What the normals are then still behind is of second order in what they were behind before.
-pub(crate) fn reposition<T: Real, S: Size, O: Object<T>, D: Depth>(
-    model: &Model<T, S>,
-    state: &State<T, S>,
-    work: &mut Workspace<T, S>,
-    object: &O,
-) {
-    let count = work.contacts.row_count;
-    for row in work.contacts.rows.as_mut().iter_mut().take(count).filter(|row| row.touches()) {
-        row.normal = turned_by(row.normal, row.tilt);
-    }
-    place_front::<T, S, D>(model, state, work);
-    for j in 0..count {
-        let mut row = work.contacts.rows.as_ref().at(j);
-        let gap = sample_gap(object, &row.place, sample_position(model, work, &row.place));
-        row.gap = gap.distance;
-        row.curvature = gap.curvature;
-        if row.touches() {
-            row.tilt = row.normal[0] * gap.normal.y - row.normal[1] * gap.normal.x;
-        } else {
-            row.normal = [gap.normal.x, gap.normal.y];
+    /// Gives the rows that touch the object's normals as the last sweep has found them: what strains the front beam from here on.
+    ///
+    /// What they are then still behind, once the gaps are measured again, is of second order in what they were behind before.
+    pub fn redirect(&mut self) {
+        for row in self.rows_mut().iter_mut().filter(|row| row.touches()) {
+            row.normal = turned_by(row.normal, row.tilt);
         }
-        work.contacts.rows.as_mut().put(j, row);
+    }
+
+    /// Measures the gaps of the rows again.
+    pub fn measure<O: Object<T>>(&mut self, model: &Model<T, S>, kinematics: &Kinematics<T, S>, object: &O) {
+        for row in self.rows_mut() {
+            let gap = sample_gap(object, &row.place, kinematics.position(model, &row.place));
+            (row.gap, row.curvature) = (gap.distance, gap.curvature);
+            if row.touches() {
+                row.tilt = row.normal[0] * gap.normal.y - row.normal[1] * gap.normal.x;
+            } else {
+                row.normal = [gap.normal.x, gap.normal.y];
+            }
+        }
+    }
+
+    /// By how much the gradient is off for normals that are not the object's where the samples are, N·mm. A node's gradient takes the
+    /// forces above it times its weight, so what counts is the largest sum of misdirected force from the tip down: opposite tilts further
+    /// apart do not make up for each other. NaN stays NaN.
+    pub fn misdirected(&self, model: &Model<T, S>) -> T {
+        let (mut most, mut arm, mut above) = (T::ZERO, T::ZERO, [T::ZERO; 2]);
+        for row in self.rows().iter().rev() {
+            if row.touches() {
+                arm = model.weight.as_ref().get(usize::from(row.place.node) + 1).map_or(arm, |&weight| arm.max(weight));
+                let across = row.multiplier * row.tilt;
+                above = [above[0] - across * row.normal[1], above[1] + across * row.normal[0]];
+                let size = above[0] * above[0] + above[1] * above[1];
+                most = if size <= most { most } else { size };
+            }
+        }
+        most.sqrt() * arm
+    }
+
+    /// Gives the rows the multipliers and normals that the last whole step has given the state, so that the contacts can be read
+    /// without another evaluation.
+    pub fn settle(&mut self, state: &State<T, S>) {
+        let touching = state.touching.as_ref().iter().take(state.touching_count);
+        let forces = state.multiplier.as_ref().iter().zip(state.normal.as_ref());
+        let mut settled = touching.zip(forces).peekable();
+        for row in self.rows_mut().iter_mut().filter(|row| row.only_pushes()) {
+            (row.multiplier, row.state) = (T::ZERO, ContactState::Open);
+            if let Some((_, (&multiplier, &normal))) = settled.next_if(|(sample, _)| **sample == row.sample) {
+                (row.multiplier, row.normal, row.state) = (multiplier, normal, ContactState::Closed);
+            }
+        }
     }
 }
 
@@ -314,103 +388,11 @@ pub(crate) fn turned_by<T: Real>([x, y]: [T; 2], angle: T) -> [T; 2] {
 }
 
 /// Samples, or strides of places, beyond a touching one that stay among the rows when they are thinned.
-const REACH: u16 = 2;
-
-/// Thins the rows of samples that only penetrate if there are more than `many`: those near a touching sample stay, and of the
-/// others those that penetrate deepest among their neighbours.
-///
-/// Where the motion has a kink, the extrapolated beam penetrates with many samples that will not touch, and a step costs the
-/// square of its rows. What is left out and still penetrates after the step is a row of the next iteration.
-pub(crate) fn thin<T: Real, S: Size>(work: &mut Workspace<T, S>, many: usize) {
-    let rows = work.contacts.rows.as_mut().run_mut(0..work.contacts.row_count);
-    let touches = |row: &Row<T>| row.touches();
-    let new = rows.iter().filter(|row| !touches(row)).count();
-    if new <= many || new == rows.len() {
-        return;
-    }
-    let mut count = 0;
-    let mut below: Option<Row<T>> = None;
-    let mut touching_below: Option<u16> = None;
-    for j in 0..rows.len() {
-        let row = rows.at(j);
-        let above = rows.get(j + 1..).unwrap_or(&[]);
-        let keeps = touches(&row) || {
-            let near_below = touching_below.is_some_and(|k| row.sample - k <= REACH);
-            let near_above = above.iter().take_while(|r| r.sample - row.sample <= REACH).any(touches);
-            let deeper = |other: &Row<T>| other.sample.abs_diff(row.sample) > 1 || row.gap < other.gap;
-            near_below || near_above || (below.as_ref().is_none_or(deeper) && above.first().is_none_or(deeper))
-        };
-        if touches(&row) {
-            touching_below = Some(row.sample);
-        }
-        below = Some(row);
-        if keeps {
-            rows.put(count, row);
-            count += 1;
-        }
-    }
-    work.contacts.row_count = count;
-}
-
-/// Position of a sample, finger frame, mm.
-pub(crate) fn sample_position<T: Real, S: Size>(
-    model: &Model<T, S>,
-    work: &Workspace<T, S>,
-    sample: &Sample<T>,
-) -> Vec2<T> {
-    let cell = usize::from(sample.cell);
-    let (nodes, weight) = (work.shape.nodes.as_ref(), model.weight.as_ref());
-    let (first, node) = (model.member(cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
-    let mut position = vec2_of(work.shape.start.as_ref().at(cell));
-    for (on, &weight) in nodes.run(first..node).iter().zip(weight.run(first..node)) {
-        position += vec2_of(on.strained) * weight;
-    }
-    for (k, &w) in sample.weights.iter().enumerate() {
-        if w != T::ZERO {
-            position += vec2_of(nodes.at(node + k).strained) * w;
-        }
-    }
-    let rigid_end = work.shape.members.as_ref().get(cell).map_or([T::ZERO; 2], |front| front.rigid_end);
-    position + vec2_of(rigid_end) * sample.rigid
-}
+pub(super) const REACH: u16 = 2;
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::size::Paper;
-    use std::boxed::Box;
-    use std::vec::Vec;
-
-    /// Samples that are left of rows with these gaps, from sample 10 on, of which some touch.
-    fn thinned(gaps: &[f64], touching: &[u16], many: usize) -> Vec<u16> {
-        let mut work: Box<Workspace<f64, Paper>> = Box::new(Workspace::EMPTY);
-        for (j, &gap) in gaps.iter().enumerate() {
-            let sample = 10 + j as u16;
-            let touches = touching.contains(&sample);
-            let (state, multiplier) = if touches { (ContactState::Closed, 1.0) } else { (ContactState::Open, 0.0) };
-            work.contacts.rows[j] = Row { sample, state, gap, multiplier, ..Row::BLANK };
-        }
-        work.contacts.row_count = gaps.len();
-        thin(&mut work, many);
-        work.contacts.rows[..work.contacts.row_count].iter().map(|row| row.sample).collect()
-    }
-
-    const GAPS: [f64; 12] = [-0.1, 0.0, -0.1, -0.2, -0.3, -0.4, -0.3, -0.2, -0.3, -0.5, -0.6, -0.2];
-
-    #[test]
-    fn of_many_new_rows_the_deepest_and_those_beside_a_touching_one_stay() {
-        // 11 touches: 10, 12 and 13 are near it; 15 and 20 are deeper than their neighbours.
-        assert_eq!(thinned(&GAPS, &[11], 5), [10, 11, 12, 13, 15, 20]);
-        // The last one touches as well.
-        assert_eq!(thinned(&GAPS, &[11, 21], 5), [10, 11, 12, 13, 15, 19, 20, 21]);
-    }
-
-    #[test]
-    fn few_new_rows_and_those_of_a_first_contact_all_stay() {
-        let all: Vec<u16> = (10..22).collect();
-        assert_eq!(thinned(&GAPS, &[11], 11), all);
-        assert_eq!(thinned(&GAPS, &[], 5), all);
-    }
 
     #[test]
     fn a_turned_normal_keeps_its_length_to_third_order() {

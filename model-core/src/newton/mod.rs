@@ -1,23 +1,30 @@
-//! One Newton step for a finger in contact, cost linear in elements and lamellae:
-//! `kinematics` and `gaps` → `residual` → `condense` each member onto its joints and force → `assembly` of the banded KKT in joints and λ →
-//! `border` by the contact rows → contact law (`contact::frictionless`) on the dense border → increments. What a member's elements do is
-//! asked of `element`; `lagged` are the steps that keep an earlier factorisation.
+//! One Newton step for a finger in contact, cost linear in elements and lamellae, and the loop over it.
+//!
+//! Each stage is a type with a file of its own, made from those before it: [`kinematics`] and [`gaps`] → [`residual`] → [`factorisation`]
+//! (members are condensed onto their joints and force by `condense`, the banded KKT in joints and λ is assembled by `assembly`) →
+//! [`border`] by the contact rows → [`solution`] of the contact law → [`increment`]. `step` puts them in a row. What a member's elements do
+//! is asked of `element`.
 //!
 //! Here mm, N and N·mm stand for the finger's own units of length, force and moment ([`crate::units`]).
 
-pub(crate) mod assembly;
+mod assembly;
+pub(crate) mod attempt;
 pub(crate) mod border;
 pub(crate) mod condense;
 pub(crate) mod condensed;
+pub(crate) mod factorisation;
 pub(crate) mod gaps;
+pub(crate) mod increment;
+pub(crate) mod inertia;
 pub(crate) mod kinematics;
-pub(crate) mod lagged;
 pub(crate) mod residual;
 pub(crate) mod settings;
-pub(crate) mod step;
+pub(crate) mod solution;
+mod step;
 #[cfg(test)]
 mod tests;
-pub(crate) mod turning;
+mod thin;
+mod turning;
 mod workspace;
 
 pub use workspace::Workspace;

@@ -3,9 +3,10 @@
 use std::boxed::Box;
 use std::vec::Vec;
 
-use super::condense::{Diagonal, condense};
-use super::gaps::{self, Sweep};
-use super::{Workspace, kinematics, residual, step};
+use super::condense::Diagonal;
+use super::gaps::{Contacts, Sweep};
+use super::workspace::Evaluated;
+use super::{Hessian, Workspace, kinematics};
 use crate::contact::{ContactState, Direction, Row, Sample};
 use crate::design::{HingeFrom, HingeKind};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
@@ -51,7 +52,7 @@ fn random_model(random: &mut Random) -> Case {
     for angle in &mut state.angle[..model.node_count] {
         *angle = 0.2 * random.signed();
     }
-    step::share_joints(&model, &mut state);
+    state.share_joints(&model);
     if physics == Physics::Extended {
         // Softer than any real finger, so that stretch and shear are seen.
         for member in &mut model.topology.members[..] {
@@ -88,7 +89,7 @@ fn random_model(random: &mut Random) -> Case {
             count += 1;
         }
     }
-    work.contacts.row_count = count;
+    work.contacts.count = count;
     (model, state, work)
 }
 
@@ -157,7 +158,7 @@ fn lagrangian(
     work: &Workspace<f64, Paper>,
     frozen: &[[f64; 2]],
 ) -> f64 {
-    let rows = &work.contacts.rows[..work.contacts.row_count];
+    let rows = &work.contacts.rows[..work.contacts.count];
     fn sample(row: &Row<f64>) -> &Sample<f64> {
         &row.place
     }
@@ -248,16 +249,18 @@ fn gradient(
     frozen: &[[f64; 2]],
     places: &[Place],
 ) -> Vec<f64> {
-    residual::potential(model, state, work);
-    let sweep = Sweep { nearest: 0.0, normal: [0.0; 2], nearest_free: 0.0, overflow: false, near_overflow: false };
-    residual::gradient::<_, _, Tangents>(model, state, work, &sweep);
+    let Workspace { kinematics, contacts, residual, .. } = work;
+    kinematics.direct(model, state);
+    kinematics.place_front::<Tangents>(model, state, contacts.rows());
+    kinematics.complete::<Tangents>(model, state);
+    residual.gather(model, kinematics, contacts, &Sweep::NONE);
     let value = |place: &Place| match *place {
-        Place::Node(node) => work.shape.nodes[node].gradient,
-        Place::Joint(joint) => work.rhs[usize::from(joint)],
-        Place::Lambda(cell, i) => work.shape.closure[cell][i],
+        Place::Node(node) => work.kinematics.nodes[node].gradient,
+        Place::Joint(joint) => work.residual.joints[usize::from(joint)],
+        Place::Lambda(cell, i) => work.residual.closure[cell][i],
         Place::Row(j) => {
             let row = &work.contacts.rows[j];
-            let p = gaps::sample_position(model, work, &row.place);
+            let p = work.kinematics.position(model, &row.place);
             let moved = row.normal[0] * (p.x - frozen[j][0]) + row.normal[1] * (p.y - frozen[j][1]);
             -(row.gap + moved) - model.contact_softness() * row.multiplier
         }
@@ -267,7 +270,7 @@ fn gradient(
 
 /// Where the gaps are measured from: any point does, the rows' constants being random.
 fn frozen_points(work: &Workspace<f64, Paper>) -> Vec<[f64; 2]> {
-    (0..work.contacts.row_count).map(|j| [-3.0 - j as f64, 20.0 + 5.0 * j as f64]).collect()
+    (0..work.contacts.count).map(|j| [-3.0 - j as f64, 20.0 + 5.0 * j as f64]).collect()
 }
 
 #[test]
@@ -275,7 +278,7 @@ fn the_gradient_is_the_lagrangians_derivative() {
     let mut random = Random::new(11);
     for _ in 0..40 {
         let (model, mut state, mut work) = random_model(&mut random);
-        let places = places(&model, work.contacts.row_count);
+        let places = places(&model, work.contacts.count);
         let frozen = frozen_points(&work);
         let exact = gradient(&model, &state, &mut work, &frozen, &places);
         let size = exact.iter().fold(1.0_f64, |m, g| m.max(g.abs()));
@@ -326,7 +329,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
     let (mut compared, mut indefinite, mut steps, mut worst) = (0, 0, 0, 0.0_f64);
     while compared < 1000 {
         let (model, mut state, mut work) = random_model(&mut random);
-        let places = places(&model, work.contacts.row_count);
+        let places = places(&model, work.contacts.count);
         let frozen = frozen_points(&work);
         let matrix = dense(&model, &mut state, &mut work, &frozen, &places);
         let eigenvalues = matrix.clone().symmetric_eigenvalues();
@@ -339,11 +342,11 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
 
         let g = gradient(&model, &state, &mut work, &frozen, &places);
         // What the sweep would have found.
-        for (j, value) in g[places.len() - work.contacts.row_count..].iter().enumerate() {
+        for (j, value) in g[places.len() - work.contacts.count..].iter().enumerate() {
             work.contacts.rows[j].gap = -value - model.contact_softness() * work.contacts.rows[j].multiplier;
         }
-        let negative = step::factorise(&model, &mut work, Diagonal { curvature: 1.0, shift: 0.0 });
-        let rows = work.contacts.row_count;
+        let negative = work.factorise(&model, Diagonal::of(Hessian::Newton, 0.0));
+        let rows = work.contacts.count;
         let mut d: Vec<f64> = work.border.flexibility.to_vec();
         let mut order = vec![0; rows];
         let border = symmetric::factorise(&mut d, rows, Paper::CONTACTS, &mut order);
@@ -351,11 +354,13 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         indefinite += usize::from(dense_negative != 2 * model.cells() + rows);
 
         // The whole step with every row active.
-        let mut row_delta: Vec<f64> = work.border.row_rhs[..rows].to_vec();
+        let mut row_delta: Vec<f64> = work.right.rows[..rows].to_vec();
         let mut scratch = vec![0.0; rows];
         symmetric::solve(&d, rows, Paper::CONTACTS, &order, &mut row_delta, &mut scratch);
-        work.solution.row_delta[..rows].copy_from_slice(&row_delta);
-        step::increments(&model, &mut work);
+        work.solution.delta[..rows].copy_from_slice(&row_delta);
+        let Workspace { kinematics, contacts, factorisation, border, right, solution, increment, .. } = &mut *work;
+        let at = Evaluated { model: &model, kinematics, contacts };
+        increment.find(at, factorisation, border, right, &solution.delta);
         let Some(exact) = matrix.clone().lu().solve(&-DVector::from_vec(g)) else { continue };
         let size = exact.amax();
         let condition = eigenvalues.amax() / eigenvalues.iter().fold(f64::MAX, |m, v| m.min(v.abs()));
@@ -365,10 +370,12 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         steps += 1;
         for (place, exact) in places.iter().zip(exact.iter()) {
             let found = match *place {
-                Place::Node(node) => work.shape.nodes[node].delta,
-                Place::Joint(joint) => work.rhs[usize::from(joint)],
-                Place::Lambda(cell, i) => work.rhs[usize::from(model.topology.closures()[cell].unknown) + i],
-                Place::Row(row) => work.solution.row_delta[row],
+                Place::Node(node) => work.increment.angle[node],
+                Place::Joint(joint) => work.increment.joints[usize::from(joint)],
+                Place::Lambda(cell, i) => {
+                    work.increment.joints[usize::from(model.topology.closures()[cell].unknown) + i]
+                }
+                Place::Row(row) => work.solution.delta[row],
             };
             worst = worst.max((found - exact).abs() / size);
             assert!((found - exact).abs() < 1e-4 * size, "{place:?}: {found} against {exact}");
@@ -396,14 +403,14 @@ fn every_stage_has_the_inertia_of_its_block() {
     let (mut compared, mut met) = (0, [0; 3]);
     while compared < 300 {
         let (model, mut state, mut work) = random_model(&mut random);
-        if work.contacts.row_count == 0 {
+        if work.contacts.count == 0 {
             continue;
         }
-        let places = places(&model, work.contacts.row_count);
+        let places = places(&model, work.contacts.count);
         let frozen = frozen_points(&work);
         let matrix = dense(&model, &mut state, &mut work, &frozen, &places);
         let interior = places.iter().filter(|place| matches!(place, Place::Node(_))).count();
-        let condensed = places.len() - work.contacts.row_count - interior;
+        let condensed = places.len() - work.contacts.count - interior;
         let (members, left) = eliminate(&matrix, interior);
         let (banded, border) = eliminate(&left, condensed);
         // A block within rounding of a singular one has no inertia to agree on.
@@ -415,14 +422,14 @@ fn every_stage_has_the_inertia_of_its_block() {
         let negative = |values: &DVector<f64>| values.iter().filter(|value| **value < 0.0).count();
 
         gradient(&model, &state, &mut work, &frozen, &places);
-        let diagonal = Diagonal { curvature: 1.0, shift: 0.0 };
-        work.factorisation.curved = true;
-        let found =
-            (0..model.topology.member_count()).map(|index| condense(&model, &mut work, index, diagonal).1).sum();
+        let diagonal = Diagonal::of(Hessian::Newton, 0.0);
+        let Workspace { kinematics, factorisation, .. } = &mut *work;
+        factorisation.curved = true;
+        let mut condense = |index| factorisation.condense(&model, kinematics, index, diagonal).1;
+        let found = (0..model.topology.member_count()).map(&mut condense).sum();
         assert_eq!(negative(&members), found, "members");
-        gradient(&model, &state, &mut work, &frozen, &places);
-        assert_eq!(negative(&banded), step::factorise(&model, &mut work, diagonal) - found, "banded system");
-        let rows = work.contacts.row_count;
+        assert_eq!(negative(&banded), work.factorise(&model, diagonal) - found, "banded system");
+        let rows = work.contacts.count;
         let mut order = vec![0; rows];
         let flexibility =
             symmetric::factorise(&mut work.border.flexibility.to_vec(), rows, Paper::CONTACTS, &mut order);
@@ -460,16 +467,16 @@ fn directions_turned_by_the_increments_are_those_of_the_angles() {
     let mut worst = 0.0_f64;
     for _ in 0..40 {
         let (model, mut state, mut work) = random_model(&mut random);
-        kinematics::directions(&model, &state, &mut work);
-        for node in 0..model.node_count {
-            let delta = kinematics::SMALL * random.signed();
-            work.shape.nodes[node].delta = delta;
-            state.angle[node] += delta;
+        let found = &mut work.kinematics;
+        found.direct(&model, &state);
+        let increments: Vec<f64> = (0..model.node_count).map(|_| kinematics::SMALL * random.signed()).collect();
+        for (angle, delta) in state.angle.iter_mut().zip(&increments) {
+            *angle += delta;
         }
-        kinematics::turn(&model, &mut work);
-        let turned: Vec<[f64; 2]> = work.shape.nodes[..model.node_count].iter().map(|node| node.e).collect();
-        kinematics::directions(&model, &state, &mut work);
-        for (node, turned) in work.shape.nodes.iter().zip(&turned) {
+        found.turn(&model, &increments);
+        let turned: Vec<[f64; 2]> = found.nodes[..model.node_count].iter().map(|node| node.e).collect();
+        found.direct(&model, &state);
+        for (node, turned) in found.nodes.iter().zip(&turned) {
             worst = worst.max((node.e[0] - turned[0]).abs()).max((node.e[1] - turned[1]).abs());
         }
     }
@@ -491,9 +498,10 @@ fn opposite_tilts_of_two_contacts_do_not_make_up_for_each_other() {
         ..Row::BLANK
     };
     let mut misdirected = |rows: &[Row<f64>]| {
-        work.contacts.rows[..rows.len()].copy_from_slice(rows);
-        work.contacts.row_count = rows.len();
-        residual::misdirected(&model, &work)
+        let contacts: &mut Contacts<f64, Paper> = &mut work.contacts;
+        contacts.rows[..rows.len()].copy_from_slice(rows);
+        contacts.count = rows.len();
+        contacts.misdirected(&model)
     };
     let [low, high] = [last / 4, 3 * (last / 4)];
     let alone = misdirected(&[row(high, -1e-3)]);

@@ -16,7 +16,7 @@ use crate::contact::{Direction, Row};
 use crate::linear::symmetric;
 use crate::model::Model;
 use crate::newton::condense::Diagonal;
-use crate::newton::{Workspace, gaps, step};
+use crate::newton::{Hessian, Workspace};
 use crate::real::Real;
 use crate::size::Size;
 
@@ -134,10 +134,10 @@ impl Layout {
 /// Gives the touching samples their turning rows and notes where the samples are; `None` if there is no room. [`narrow`] undoes
 /// it.
 pub(super) fn widen<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) -> Option<Layout> {
-    let touching = work.contacts.rows.as_ref().iter().take(work.contacts.row_count).filter(|row| row.touches()).count();
+    let touching = work.contacts.rows().iter().filter(|row| row.touches()).count();
     let layout = Layout::new(touching, S::CONTACTS)?;
     let mut kept = 0;
-    for j in 0..work.contacts.row_count {
+    for j in 0..work.contacts.count {
         let row = work.contacts.rows.as_ref().at(j);
         if row.touches() {
             work.contacts.rows.as_mut().put(kept, row);
@@ -167,7 +167,7 @@ pub(super) fn widen<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<
             }
         }
     }
-    work.contacts.row_count = layout.rows();
+    work.contacts.count = layout.rows();
     Some(layout)
 }
 
@@ -191,7 +191,7 @@ fn turning<T: Real>(leader: Row<T>, force: T, curvature: T) -> Row<T> {
 
 /// Where a row's sample is, finger frame, mm.
 fn position<T: Real, S: Size>(model: &Model<T, S>, work: &Workspace<T, S>, row: &Row<T>) -> [T; 2] {
-    let position = gaps::sample_position(model, work, &row.place);
+    let position = work.kinematics.position(model, &row.place);
     [position.x, position.y]
 }
 
@@ -201,13 +201,12 @@ pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layou
         let row = work.contacts.rows.as_ref().at(place);
         work.contacts.rows.as_mut().put(j, row);
     }
-    work.contacts.row_count = layout.touching;
+    work.contacts.count = layout.touching;
 }
 
 /// Factorises the KKT at the equilibrium and the dense border on all rows.
 pub(super) fn factorise<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>, layout: Layout) {
-    step::factorise(model, work, Diagonal { curvature: T::one(), shift: T::ZERO });
-    work.solution.factorised = 0;
+    work.factorise(model, Diagonal::of(Hessian::Newton, T::ZERO));
     // The turning rows first: their block is the identity's with a sign and a little more, and what they leave of the gap rows'
     // is no worse than it was. The other way round the gap rows of neighbouring samples, which are almost the same, would spoil
     // the turning ones.
@@ -215,8 +214,7 @@ pub(super) fn factorise<T: Real, S: Size>(model: &Model<T, S>, work: &mut Worksp
     for (place, row) in work.solution.listed.as_mut().iter_mut().zip(turnings.chain(layout.all_gaps())) {
         *place = row as u16;
     }
-    let (from, rows, listed) =
-        (work.border.flexibility.as_ref(), work.contacts.row_count, work.solution.listed.as_ref());
+    let (from, rows, listed) = (work.border.flexibility.as_ref(), work.contacts.count, work.solution.listed.as_ref());
     let place = |i: usize| usize::from(listed.at(i));
     symmetric::factorise_from(
         from,
@@ -282,18 +280,18 @@ fn respond_scaled<T: Real, S: Size>(
         for (sample, j) in layout.run(run).zip(layout.gaps(run)) {
             let row = work.contacts.rows.as_ref().at(j);
             let v = cause.velocity(place(work, sample, &row));
-            let own = |j: usize| if cause.residuals { work.border.row_rhs.as_ref().at(j) } else { T::ZERO };
+            let own = |j: usize| if cause.residuals { work.right.rows.as_ref().at(j) } else { T::ZERO };
             let (own, own_turning) = (own(j), own(at));
-            work.solution.row_delta.as_mut().put(j, own + dot(row.normal, v) + grown(&row));
+            work.solution.delta.as_mut().put(j, own + dot(row.normal, v) + grown(&row));
             if sample == leader {
                 let scale = dot(turning.normal, quarter(row.normal));
                 // The normals turn with the object: v at the centre of curvature.
                 let turned = own_turning + dot(turning.normal, v) - scale * cause.turn / turning.curvature;
-                work.solution.row_delta.as_mut().put(at, turned);
+                work.solution.delta.as_mut().put(at, turned);
             }
         }
     }
-    let (x, y) = (work.solution.row_delta.as_mut(), work.solution.spare.as_mut());
+    let (x, y) = (work.solution.delta.as_mut(), work.solution.spare.as_mut());
     symmetric::solve(work.solution.factored.as_ref(), layout.rows(), S::CONTACTS, work.solution.order.as_ref(), x, y);
 
     let zero = [T::ZERO; 2];
@@ -306,14 +304,14 @@ fn respond_scaled<T: Real, S: Size>(
         let whole = layout.gaps(run).fold(T::ZERO, |sum, j| sum + work.contacts.rows.as_ref().at(j).multiplier);
         // Of the normals, per unit; the force across them changes by μ times that.
         let tilt = dot(turning.normal, quarter(work.contacts.rows.as_ref().at(at - 1).normal))
-            * work.solution.row_delta.as_ref().at(at)
+            * work.solution.delta.as_ref().at(at)
             / whole;
         for (sample, j) in layout.run(run).zip(layout.gaps(run)) {
             let row = work.contacts.rows.as_ref().at(j);
             let half = row.place.half_thickness;
             let p = place(work, sample, &row);
             let (n, t) = (row.normal, quarter(row.normal));
-            let change = work.solution.row_delta.as_ref().at(j);
+            let change = work.solution.delta.as_ref().at(j);
             let v = cause.velocity(p);
             let along = (tilt - cause.turn) / turning.curvature + dot(t, v);
             let out = dot(n, v) + grown(&row) - model.contact_softness() * change;

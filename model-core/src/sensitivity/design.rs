@@ -13,8 +13,8 @@ use crate::discretise::{Discretisation, discretise_in};
 use crate::element::Tangents;
 use crate::equilibrium::{Follower, Parts};
 use crate::model::Model;
-use crate::newton::gaps::{Sweep, sample_position};
-use crate::newton::{Workspace, kinematics, residual};
+use crate::newton::Workspace;
+use crate::newton::gaps::Sweep;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::{Size, Storage};
@@ -188,18 +188,18 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             let (state, Parts { model, work }) = self.state_and_parts();
             probe.model.fineness = model.fineness;
-            let rows = work.contacts.row_count;
+            let rows = work.contacts.count;
             // The gap rows with their normals and multipliers as they are.
-            probe.work.contacts.row_count = layout.touching;
+            probe.work.contacts.count = layout.touching;
             for (into, j) in probe.work.contacts.rows.as_mut().iter_mut().zip(layout.all_gaps()) {
                 *into = work.contacts.rows.as_ref()[j];
                 into.place = probe.model.place(into.sample);
             }
-            kinematics::directions(&probe.model, state, &mut probe.work);
-            kinematics::place_front::<T, S, Tangents>(&probe.model, state, &mut probe.work);
-            let (zero, far) = ([T::ZERO; 2], T::of(1e9));
-            let clear = Sweep { nearest: far, normal: zero, nearest_free: far, overflow: false, near_overflow: false };
-            residual::gradient::<T, S, Tangents>(&probe.model, state, &mut probe.work, &clear);
+            let Workspace { kinematics, contacts, residual, .. } = &mut probe.work;
+            kinematics.direct(&probe.model, state);
+            kinematics.place_front::<Tangents>(&probe.model, state, contacts.rows());
+            kinematics.complete::<Tangents>(&probe.model, state);
+            residual.gather(&probe.model, kinematics, contacts, &Sweep::NONE);
 
             let part = T::of(part);
             softening += part * probe.model.contact_softness() * model.units.length / model.units.force;
@@ -209,20 +209,20 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 }
             };
             for (into, from) in
-                work.shape.nodes.as_mut()[..model.node_count].iter_mut().zip(probe.work.shape.nodes.as_ref())
+                work.kinematics.nodes.as_mut()[..model.node_count].iter_mut().zip(probe.work.kinematics.nodes.as_ref())
             {
                 gather(core::slice::from_mut(&mut into.gradient), &[from.gradient]);
             }
             for (into, sample) in probe.thickening.as_mut().iter_mut().zip(probe.model.samples.as_ref()) {
                 gather(core::slice::from_mut(into), &[sample.half_thickness]);
             }
-            gather(&mut work.rhs.as_mut()[..model.unknowns()], probe.work.rhs.as_ref());
+            gather(&mut work.residual.joints.as_mut()[..model.unknowns()], probe.work.residual.joints.as_ref());
             for cell in 0..model.cells() {
-                gather(&mut work.shape.closure.as_mut()[cell], &probe.work.shape.closure.as_ref()[cell]);
+                gather(&mut work.residual.closure.as_mut()[cell], &probe.work.residual.closure.as_ref()[cell]);
             }
             for j in 0..rows {
                 let row = work.contacts.rows.as_ref()[j];
-                let position = sample_position(&probe.model, &probe.work, &probe.model.place(row.sample));
+                let position = probe.work.kinematics.position(&probe.model, &probe.model.place(row.sample));
                 let along = part * (row.normal[0] * position.x + row.normal[1] * position.y);
                 // A row's right-hand side is −gap − softness · multiplier.
                 let gap = if sign > 0.0 { along - row.softness * row.multiplier } else { row.gap + along };

@@ -1,0 +1,78 @@
+//! What the contact law makes of the border: the rows' states and multipliers.
+
+use super::border::{Border, Right};
+use super::gaps::Contacts;
+use crate::contact::ContactState;
+use crate::contact::frictionless::{self, Problem, Settled};
+use crate::real::Real;
+use crate::size::{Size, Storage};
+
+/// What the contact law makes of the border, and the room that it needs.
+pub(crate) struct ContactSolution<T: Real, S: Size> {
+    /// The rows' step Δμ, N.
+    pub delta: S::Contacts<T>,
+    /// States that the contact law has found.
+    pub states: S::Contacts<ContactState>,
+    /// Factor of D on the active set.
+    pub factored: S::Pairs<T>,
+    pub order: S::Contacts<u16>,
+    /// The active rows in the order in which they are factorised.
+    pub listed: S::Contacts<u16>,
+    /// How many of them have their factors: a settling with the same D needs no other.
+    factorised: usize,
+    pub scratch: S::Contacts<T>,
+    pub spare: S::Contacts<T>,
+}
+
+impl<T: Real, S: Size> ContactSolution<T, S> {
+    pub const EMPTY: Self = Self {
+        delta: <S::Contacts<T> as Storage<T>>::EMPTY,
+        states: <S::Contacts<ContactState> as Storage<ContactState>>::EMPTY,
+        factored: <S::Pairs<T> as Storage<T>>::EMPTY,
+        order: <S::Contacts<u16> as Storage<u16>>::EMPTY,
+        listed: <S::Contacts<u16> as Storage<u16>>::EMPTY,
+        factorised: 0,
+        scratch: <S::Contacts<T> as Storage<T>>::EMPTY,
+        spare: <S::Contacts<T> as Storage<T>>::EMPTY,
+    };
+
+    /// Makes room; false if there is none.
+    pub fn fit(&mut self) -> bool {
+        self.delta.fit(S::CONTACTS)
+            && self.states.fit(S::CONTACTS)
+            && self.factored.fit(S::CONTACTS * S::CONTACTS)
+            && self.order.fit(S::CONTACTS)
+            && self.listed.fit(S::CONTACTS)
+            && self.scratch.fit(S::CONTACTS)
+            && self.spare.fit(S::CONTACTS)
+    }
+
+    /// D is another one: no factor of it is known.
+    pub fn forget(&mut self) {
+        self.factorised = 0;
+    }
+
+    /// Settles the active set, from the rows that touch, and finds the rows' step (32), (33).
+    pub fn settle(&mut self, border: &Border<T, S>, right: &Right<T, S>, contacts: &Contacts<T, S>) -> Settled {
+        let settled = frictionless::settle(
+            &mut Problem {
+                flexibility: border.flexibility.as_ref(),
+                stride: S::CONTACTS,
+                rhs: right.rows.as_ref(),
+                rows: contacts.rows.as_ref(),
+                tolerance: T::TOLERANCE.length * T::of(0.1),
+                factored: self.factored.as_mut(),
+                order: self.order.as_mut(),
+                listed: self.listed.as_mut(),
+                factorised: self.factorised,
+                scratch: self.scratch.as_mut(),
+                spare: self.spare.as_mut(),
+            },
+            contacts.count,
+            self.states.as_mut(),
+            self.delta.as_mut(),
+        );
+        self.factorised = settled.factorised;
+        settled
+    }
+}

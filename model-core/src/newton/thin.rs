@@ -1,0 +1,85 @@
+//! Thinning of the rows that a kink of the motion makes.
+
+use super::gaps::{Contacts, REACH};
+use crate::access::Access;
+use crate::contact::Row;
+use crate::real::Real;
+use crate::size::Size;
+
+impl<T: Real, S: Size> Contacts<T, S> {
+    /// Thins the rows of samples that only penetrate if there are more than `many`: those near a touching sample stay, and of the
+    /// others those that penetrate deepest among their neighbours.
+    ///
+    /// Where the motion has a kink, the extrapolated beam penetrates with many samples that will not touch, and a step costs the
+    /// square of its rows. What is left out and still penetrates after the step is a row of the next iteration.
+    pub fn thin(&mut self, many: usize) {
+        let rows = self.rows_mut();
+        let touches = |row: &Row<T>| row.touches();
+        let new = rows.iter().filter(|row| !touches(row)).count();
+        if new <= many || new == rows.len() {
+            return;
+        }
+        let mut count = 0;
+        let mut below: Option<Row<T>> = None;
+        let mut touching_below: Option<u16> = None;
+        for j in 0..rows.len() {
+            let row = rows.at(j);
+            let above = rows.get(j + 1..).unwrap_or(&[]);
+            let keeps = touches(&row) || {
+                let near_below = touching_below.is_some_and(|k| row.sample - k <= REACH);
+                let near_above = above.iter().take_while(|r| r.sample - row.sample <= REACH).any(touches);
+                let deeper = |other: &Row<T>| other.sample.abs_diff(row.sample) > 1 || row.gap < other.gap;
+                near_below || near_above || (below.as_ref().is_none_or(deeper) && above.first().is_none_or(deeper))
+            };
+            if touches(&row) {
+                touching_below = Some(row.sample);
+            }
+            below = Some(row);
+            if keeps {
+                rows.put(count, row);
+                count += 1;
+            }
+        }
+        self.count = count;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::ContactState;
+    use crate::size::{Blank, Paper};
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    /// Samples that are left of rows with these gaps, from sample 10 on, of which some touch.
+    fn thinned(gaps: &[f64], touching: &[u16], many: usize) -> Vec<u16> {
+        let mut contacts: Box<Contacts<f64, Paper>> = Box::new(Contacts::EMPTY);
+        for (j, &gap) in gaps.iter().enumerate() {
+            let sample = 10 + j as u16;
+            let touches = touching.contains(&sample);
+            let (state, multiplier) = if touches { (ContactState::Closed, 1.0) } else { (ContactState::Open, 0.0) };
+            contacts.rows[j] = Row { sample, state, gap, multiplier, ..Row::BLANK };
+        }
+        contacts.count = gaps.len();
+        contacts.thin(many);
+        contacts.rows().iter().map(|row| row.sample).collect()
+    }
+
+    const GAPS: [f64; 12] = [-0.1, 0.0, -0.1, -0.2, -0.3, -0.4, -0.3, -0.2, -0.3, -0.5, -0.6, -0.2];
+
+    #[test]
+    fn of_many_new_rows_the_deepest_and_those_beside_a_touching_one_stay() {
+        // 11 touches: 10, 12 and 13 are near it; 15 and 20 are deeper than their neighbours.
+        assert_eq!(thinned(&GAPS, &[11], 5), [10, 11, 12, 13, 15, 20]);
+        // The last one touches as well.
+        assert_eq!(thinned(&GAPS, &[11, 21], 5), [10, 11, 12, 13, 15, 19, 20, 21]);
+    }
+
+    #[test]
+    fn few_new_rows_and_those_of_a_first_contact_all_stay() {
+        let all: Vec<u16> = (10..22).collect();
+        assert_eq!(thinned(&GAPS, &[11], 11), all);
+        assert_eq!(thinned(&GAPS, &[], 5), all);
+    }
+}
