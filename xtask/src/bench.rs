@@ -2,6 +2,7 @@
 
 use crate::command::{headline, run as run_command};
 use crate::cross::Cross;
+use crate::pc::{FEATURES, cargo};
 use crate::{cycles, firmware, paths, setup};
 use anyhow::{Context, Result};
 use std::env;
@@ -13,6 +14,9 @@ const IMAGES: [&str; 3] = ["bench-reduced", "bench-paper", "bench-empty"];
 
 /// Hands the arguments on, with the images and the Python that the wanted parts need.
 pub fn run(arguments: &[&str]) -> Result<()> {
+    if arguments == ["ros2"] {
+        return ros2();
+    }
     // Refused, or answered (`--help`), before anything is built for the target.
     run_command(bench().arg("--check").args(arguments))?;
     if arguments.iter().any(|argument| ["--help", "-h"].contains(argument)) {
@@ -40,6 +44,15 @@ pub fn run(arguments: &[&str]) -> Result<()> {
         command.arg("--images").arg(folder).args(["--opt-level", &opt_level, "--rustc", &cross.rustc_version()?]);
     }
     run_command(command.args(arguments))
+}
+
+/// A minute of forces at 500 Hz to Eclipse Cyclone DDS: what is lost when it is reliable (nothing may be), and when it is not. It is the
+/// tests' program, for longer: the bench itself needs no DDS.
+fn ros2() -> Result<()> {
+    setup::run(setup::Parts::Everything)?;
+    let mut test = cargo("test");
+    test.args(["--quiet", "--workspace"]).args(FEATURES).args(["--test", "cyclone", "--", "--nocapture", "topics"]);
+    run_command(test.env("FRE_ROS2_SECONDS", "60"))
 }
 
 /// The parts among the arguments: all words but options and their values.

@@ -40,6 +40,7 @@ usage: cargo xtask COMMAND
                          the firmware in QEMU beside the full-resolution model: live lines, a table, target/demo/report.html
   bench [--json FILE] [PART ...]
                          every figure that the README and the book quote, or these parts of them (`bench --help` lists them)
+  bench ros2             a minute of forces at 500 Hz to another implementation of DDS: what is lost
   docs [--check]         make what the program makes of the book's pages and pictures, and the book in target/book; --check
                          compares instead
   release [--suite] [FOLDER]

@@ -8,8 +8,9 @@ use crate::{paths, setup};
 /// Features of the tests on this PC, the same in every part: so that nothing is built a second time with others.
 pub const FEATURES: [&str; 2] = [
     "--features",
-    "fre-cli/outline,fre-cli/parquet,fre-cli/probe,fre-cli/python,fre-cli/qemu,fre-cli/record,fre-cli/web,fre-gripper/python,\
-     system-tests/browser,system-tests/python,system-tests/qemu",
+    "fre-cli/outline,fre-cli/parquet,fre-cli/probe,fre-cli/python,fre-cli/qemu,fre-cli/record,fre-cli/ros2,fre-cli/web,\
+     fre-gripper/python,fre-ros2/dds,fre-ros2/python,system-tests/browser,system-tests/python,system-tests/qemu,\
+     system-tests/ros2",
 ];
 
 /// The feature of CalculiX's tests.

@@ -33,6 +33,8 @@ mod output;
 mod progress;
 #[cfg(feature = "gripper")]
 mod replay;
+#[cfg(feature = "gripper")]
+mod ros2;
 mod schema;
 #[cfg(feature = "gripper")]
 mod send;

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Subcommand;
 
-use super::{demo, flash, gripper, log, monitor, replay, servo};
+use super::{demo, flash, gripper, log, monitor, replay, ros2, servo};
 
 /// The commands of a gripper and its servos.
 #[derive(Debug, Subcommand)]
@@ -15,6 +15,7 @@ pub enum Hardware {
     Log(log::Args),
     Monitor(monitor::Args),
     Replay(replay::Args),
+    Ros2(ros2::Args),
     Servo(servo::Args),
 }
 
@@ -28,6 +29,7 @@ impl Hardware {
             Self::Log(args) => log::run(&args),
             Self::Monitor(args) => monitor::run(&args),
             Self::Replay(args) => replay::run(&args),
+            Self::Ros2(args) => ros2::run(&args),
             Self::Servo(args) => servo::run(&args),
         }
     }

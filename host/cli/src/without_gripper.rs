@@ -24,6 +24,8 @@ pub enum Hardware {
     Monitor(Rest),
     /// Show a recording, or estimate on it once more (needs a build with `--features record`)
     Replay(Rest),
+    /// Be a node of ROS 2 (needs a build with `--features ros2`)
+    Ros2(Rest),
     /// Simulate Dynamixel servos on a bus (needs a build with `--features gripper`)
     Servo(Rest),
 }
@@ -45,6 +47,7 @@ impl Hardware {
             Self::Log(rest) => ("log", rest, "probe"),
             Self::Monitor(rest) => ("monitor", rest, "gripper"),
             Self::Replay(rest) => ("replay", rest, "record"),
+            Self::Ros2(rest) => ("ros2", rest, "ros2"),
             Self::Servo(rest) => ("servo", rest, "gripper"),
         };
         let words = [vec![command.to_owned()], rest.words].concat().join(" ");

@@ -12,7 +12,12 @@ fn main() -> ExitCode {
         Feature { name: "probe", on: cfg!(feature = "probe"), needs: "the library for debug probes" },
         Feature { name: "web", on: cfg!(feature = "web"), needs: "the libraries of the live page" },
         Feature { name: "record", on: cfg!(feature = "record"), needs: "the library for recordings" },
-        Feature { name: "python", on: cfg!(feature = "python"), needs: "the MCAP reader for Python" },
+        Feature { name: "ros2", on: cfg!(feature = "ros2"), needs: "the library for DDS" },
+        Feature {
+            name: "python",
+            on: cfg!(feature = "python"),
+            needs: "the MCAP reader and Eclipse Cyclone DDS for Python",
+        },
         Feature { name: "qemu", on: cfg!(feature = "qemu"), needs: "QEMU and the firmware's image" },
         Feature { name: "fea", on: cfg!(feature = "fea"), needs: "CalculiX" },
     ];

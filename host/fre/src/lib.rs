@@ -12,6 +12,7 @@
 //! - [`case`] – case files
 //! - [`files`], [`lock`], [`delimited`], [`visible`] – files that are read and written, locks, lines of CSV, pieces of files in
 //!   messages
+//! - [`urdf`] – a gripper as robots' programs describe it
 //! - [`table`] – tables of typed columns; `parquet` (feature) – as Parquet files
 //! - [`drive`], [`metrics`], [`shape`], [`heap`] – how a motor moves its finger, distances and errors, the deformed finger, the model's
 //!   size on a PC
@@ -33,4 +34,5 @@ pub mod parquet;
 pub mod shape;
 pub mod study;
 pub mod table;
+pub mod urdf;
 pub mod visible;

@@ -7,8 +7,8 @@ use anyhow::{Result, ensure};
 use std::path::PathBuf;
 
 /// The packages of a release, each after those that it uses.
-const PACKAGES: [&str; 8] =
-    ["model-core", "dynamixel", "messages", "fre", "fre-log", "fre-qemu", "fre-gripper", "fre-cli"];
+const PACKAGES: [&str; 9] =
+    ["model-core", "dynamixel", "messages", "fre", "fre-log", "fre-qemu", "fre-gripper", "fre-ros2", "fre-cli"];
 
 /// Makes the packages; gives their files. They are not compiled: the suite has compiled the same sources.
 pub fn make() -> Result<Vec<PathBuf>> {

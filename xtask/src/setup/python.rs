@@ -17,10 +17,16 @@ pub struct Environment {
     requirements: &'static [&'static str],
 }
 
-/// The references of the tests: ROBOTIS' own Dynamixel SDK, and the MCAP reader and the message types of Foxglove.
+/// The references of the tests: ROBOTIS' own Dynamixel SDK, the MCAP reader and the message types of Foxglove, and Eclipse Cyclone DDS.
 pub const TESTS: Environment = Environment {
     name: "python",
-    requirements: &["dynamixel-sdk==4.1.0", "pyserial==3.5", "mcap==1.6.0", "foxglove-schemas-protobuf==0.4.0"],
+    requirements: &[
+        "dynamixel-sdk==4.1.0",
+        "pyserial==3.5",
+        "mcap==1.6.0",
+        "foxglove-schemas-protobuf==0.4.0",
+        "cyclonedds==11.0.1",
+    ],
 };
 
 /// The peer of the bench.

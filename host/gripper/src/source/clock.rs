@@ -30,7 +30,7 @@ impl Clock {
     pub fn ns(&mut self, time_us: u64) -> u64 {
         let now = i128::from(now_ns());
         let anchor = match self.anchor {
-            // Behind what was told last by a while: the source has started anew. Far ahead: its clock was set.
+            // Well behind the newest time: the source has started anew. Far ahead: its clock was set.
             Some(anchor)
                 if time_us + LEAP_US >= anchor.last_us && anchor.at(time_us) <= now + i128::from(LEAP_US) * 1000 =>
             {
@@ -51,7 +51,7 @@ impl Clock {
 
 /// Now, ns since 1970.
 pub fn now_ns() -> u64 {
-    // A clock before 1970 or after 2554 is no clock.
+    // A clock before 1970 or after 2554 is not set.
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| u64::try_from(since.as_nanos()).unwrap_or(0))
 }
 
@@ -71,7 +71,7 @@ mod tests {
         // It has started anew: not 5 s before the first one.
         let anew = clock.ns(1000);
         assert!(anew >= first && now_ns().abs_diff(anew) < 1_000_000_000);
-        // An hour ahead is no time.
+        // An hour ahead cannot be.
         assert!(clock.ns(3_600_000_000).abs_diff(now_ns()) < 1_000_000_000);
     }
 }

@@ -1,0 +1,161 @@
+//! `fre ros2`, heard by Eclipse Cyclone DDS on this machine.
+
+#[path = "../../gripper/tests/servo_case/mod.rs"]
+mod servo_case;
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use fre::case::preset;
+use fre_gripper::record::Recorder;
+use fre_gripper::servo::{Config, Gains, Hub, Servo};
+use fre_gripper::source::{Modelled, Origin, Setup, Told};
+use messages::{Finger, Mount, PROTOCOL_VERSION, Phase, Report, Settings};
+use model_core::discretise::{Discretisation, Physics};
+use model_core::estimator::Estimate;
+use model_core::status::Status;
+use serde_json::Value;
+use servo_case::load;
+
+/// As `ROS_DOMAIN_ID` has it; a process is known by its number.
+fn domain() -> String {
+    (1 + std::process::id() % 100).to_string()
+}
+
+/// A namespace of this test's own.
+fn namespace(test: &str) -> String {
+    format!("/command{}/{test}", std::process::id())
+}
+
+fn fre(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    command.arg("ros2").args(args).env("ROS_DOMAIN_ID", domain()).env("ROS_LOCALHOST_ONLY", "1");
+    command
+}
+
+fn subscriber(namespace: &str, qos: &str, reports: usize) -> Child {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ros2/tests/cyclone.py");
+    Command::new(test_bus::python_with("cyclonedds"))
+        .arg(script)
+        .args(["subscribe", &format!("{namespace}/fre"), "1", qos, &reports.to_string()])
+        .env("ROS_DOMAIN_ID", domain())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// The forces that were heard: seconds, and x in N, as Cyclone has them.
+fn forces(output: Output) -> Vec<(f64, Value)> {
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let wrench = lines.filter(|line| line["topic"] == "wrench 0");
+    let force = |line: Value| {
+        let stamp = &line["fields"]["header"]["stamp"];
+        let seconds = stamp["sec"].as_f64().unwrap() + 1e-9 * stamp["nanosec"].as_f64().unwrap();
+        (seconds, line["fields"]["wrench"]["force"]["x"].clone())
+    };
+    wrench.map(force).collect()
+}
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ros2-command-{name}"))
+}
+
+/// A recording of so many forces 2 ms apart: 0 N, 1 N and so on.
+fn recording(name: &str, count: u32) -> PathBuf {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let how = Discretisation::estimator(Physics::Extended);
+    let setup = Setup {
+        origin: Origin::Gripper,
+        place: "a test".to_owned(),
+        board: "bench".to_owned(),
+        firmware: "1.2.3".to_owned(),
+        protocol: PROTOCOL_VERSION,
+        cost_hz: 1_000_000,
+        settings: Settings::of(Mount::DEFAULT),
+        models: vec![Modelled { finger: Some(Finger { design, how }), object: None, uncertainty: None }],
+    };
+    let path = file(name);
+    let mut recorder = Recorder::create(&path, Some(setup)).unwrap();
+    for sequence in 0..count {
+        let estimate = Estimate { force: [sequence as f32, 0.0], ..Estimate::blank(Status::Converged) };
+        let report = Report {
+            phase: Phase::Moving,
+            sequence,
+            time_us: 2000 * u64::from(sequence),
+            estimate,
+            ..Report::blank(0)
+        };
+        recorder.take(&Told::Report(report)).unwrap();
+    }
+    recorder.finish().unwrap();
+    path
+}
+
+#[test]
+fn a_recording_is_told_with_its_own_times() {
+    let path = recording("times.mcap", 500);
+    let namespace = namespace("recording");
+    let mut node = fre(&[path.to_str().unwrap(), "--namespace", &namespace, "--qos", "reliable"]);
+    node.args(["--wait-for-subscribers", "--linger", "60", "--speed", "4"]).stdout(Stdio::piped());
+    let node = node.spawn().unwrap();
+    let heard = forces(subscriber(&namespace, "reliable", 500).wait_with_output().unwrap());
+    let said = node.wait_with_output().unwrap();
+    let text = String::from_utf8(said.stdout).unwrap();
+    assert!(said.status.success() && text.contains(&format!("node {namespace}/fre in domain")), "{text}");
+    assert!(text.contains("this machine only: ") && text.trim_end().ends_with("messages"), "{text}");
+    assert_eq!(heard.len(), 500);
+    for (at, (seconds, force)) in heard.iter().enumerate() {
+        assert_eq!(force.as_f64(), Some(at as f64));
+        // Of when it was recorded, not of the faster play. (A double of this many seconds has 0.2 µs.)
+        assert!((seconds - heard[0].0 - 0.002 * at as f64).abs() < 1e-6, "{at}");
+    }
+}
+
+#[test]
+fn servos_on_a_bus_tell_their_forces() {
+    let servo = Config {
+        start_deg: Some(10.0),
+        load: load([41.0, 45.0], 13.0),
+        baud_rate: 1_000_000,
+        gains: Gains::GREATEST,
+        ..Config::default()
+    };
+    let mut hub = Hub::new();
+    hub.servo(Servo::new(servo).unwrap());
+    let port = hub.pty().unwrap();
+    let _bus = hub.spawn().unwrap();
+    let case = file("bus.toml");
+    let object = "[object]\nshape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 45.0]\n";
+    let motion = "[motion]\nmotor_angles_deg = [10.0]\n";
+    std::fs::write(&case, format!("finger = \"preset:ladder-80\"\n{object}{motion}")).unwrap();
+    let namespace = namespace("bus");
+    let port = format!("{}@1000000", port.display());
+    let mut node = fre(&["--bus", &port, "--case", case.to_str().unwrap(), "--set", "rate_hz=100"]);
+    let mut node = node.args(["--namespace", &namespace]).stdout(Stdio::null()).spawn().unwrap();
+    let heard = forces(subscriber(&namespace, "best-effort", 50).wait_with_output().unwrap());
+    node.kill().unwrap();
+    node.wait().unwrap();
+    let known: Vec<f64> = heard.iter().filter_map(|(_, force)| force.as_f64()).collect();
+    assert!(heard.len() >= 50 && known.iter().any(|force| *force > 1.0), "{heard:?}");
+}
+
+#[test]
+fn what_makes_no_node_is_named() {
+    let refused = |args: &[&str]| {
+        let output = fre(args).output().unwrap();
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{args:?}: {words}");
+        words
+    };
+    assert!(refused(&[]).contains("needed is --link LINK (a gripper) or --bus PORT"));
+    assert!(refused(&["nowhere.mcap"]).contains("nowhere.mcap: No such file"));
+    let path = recording("one.mcap", 1);
+    let path = path.to_str().unwrap();
+    assert!(refused(&[path, "--domain", "233"]).contains("the domain is 233; allowed is 0 to 232"));
+    assert!(refused(&[path, "--name", "left-arm"]).contains("`/left-arm` is not a name that ROS 2 allows"));
+    assert!(refused(&[path, "--speed", "0"]).contains("--speed is 0; allowed is above 0"));
+    assert!(refused(&[path, "--linger=-1"]).contains("--linger is -1"));
+    assert!(refused(&[path, "--link", "unix:nowhere"]).contains("cannot be used with"));
+}

@@ -1,0 +1,16 @@
+//! Names of a finger's links and its joint.
+
+/// The link that stands still: the finger's world frame.
+pub fn base(number: u8) -> String {
+    format!("finger_{number}_base")
+}
+
+/// The link that the motor moves: the finger frame.
+pub fn finger(number: u8) -> String {
+    format!("finger_{number}")
+}
+
+/// The joint between them.
+pub fn joint(number: u8) -> String {
+    format!("finger_{number}_joint")
+}
