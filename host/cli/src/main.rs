@@ -30,6 +30,8 @@ mod optimise;
 mod options;
 mod outline;
 mod output;
+#[cfg(feature = "gripper")]
+mod positions;
 mod progress;
 #[cfg(feature = "gripper")]
 mod replay;

@@ -4,13 +4,16 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use model_core::discretise::Elements;
+use model_core::discretise::{Discretisation, Elements, Physics};
 
 use crate::exit::bad_input;
 use crate::options::PhysicsWord;
-use crate::output::ForceArgs;
+use crate::output::{ForceArgs, put_out, reads_case};
+use crate::positions;
 use crate::view::ViewArgs;
+use fre::case::Case;
 use fre::study::choice::elements;
+use fre::study::model::Precision;
 
 /// What a program without recordings says.
 #[cfg(not(feature = "record"))]
@@ -20,13 +23,18 @@ pub const NOT_BUILT: &str = "this `fre` was built without recordings; build it w
 /// Play a recording, write it as a table, or run the estimator on it once more.
 ///
 /// Without options the recording is shown as `fre monitor` showed it, at its own speed. With --again the forces are estimated
-/// again from the recorded positions, with the changes that the other options name, and compared with the recorded ones. Needs a `fre` built with recordings:
+/// again from the recorded positions, with the changes that the other options name, and compared with the recorded ones.
+///
+/// A plain CSV file of times (time_s) and motor positions (angle_deg, angle_rad or position_counts), from whatever has recorded them, gets the
+/// forces that belong to them: replay positions.csv --again --case CASE.toml --csv forces.csv
+///
+/// Recordings need a `fre` built with them:
 /// cargo run --release -p fre-cli --features record --bin fre -- replay FILE
 #[derive(Debug, clap::Args)]
 #[cfg_attr(not(feature = "record"), allow(dead_code))]
 pub struct Args {
-    /// The recording
-    #[arg(value_name = "FILE.mcap")]
+    /// The recording, or a table of positions
+    #[arg(value_name = "FILE.mcap|FILE.csv")]
     file: PathBuf,
     /// Writes every report to a CSV file instead of showing it
     #[arg(long, value_name = "FILE")]
@@ -84,15 +92,50 @@ enum PrecisionWord {
     F32,
 }
 
-/// Runs the command.
-#[cfg(not(feature = "record"))]
-pub fn run(_: &Args) -> ExitCode {
-    bad_input(&NOT_BUILT)
+impl PrecisionWord {
+    fn precision(self) -> Precision {
+        match self {
+            Self::F64 => Precision::F64,
+            Self::F32 => Precision::F32,
+        }
+    }
 }
 
 /// Runs the command.
-#[cfg(feature = "record")]
 pub fn run(args: &Args) -> ExitCode {
+    if !positions::is_table(&args.file) {
+        return recording(args);
+    }
+    match label(args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => bad_input(&error),
+    }
+}
+
+/// Gives a table of positions its forces.
+fn label(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
+    let needed = "a table of positions has no forces: --again --case CASE.toml --csv FILE estimates them";
+    let (Some(out), [case]) = (&args.csv, &args.case[..]) else { return Err(needed.into()) };
+    if args.show || args.parquet.is_some() || args.youngs_modulus_pa.is_some() {
+        return Err("a table of positions is written with --csv only; Young's modulus is that of the case".into());
+    }
+    let mut files = args.force.files();
+    reads_case(&mut files, case)?;
+    let mut how = Discretisation::fine(args.physics.map_or(Physics::Extended, |word| word.physics()));
+    how.elements = args.elements.unwrap_or(how.elements);
+    let (case, precision) = (Case::read(case)?, args.precision.precision());
+    let model = positions::Model { case, how, precision, settings: args.set.clone() };
+    let words = positions::label(&args.file, out, &model, &mut files)?;
+    Ok(put_out(&words)?)
+}
+
+#[cfg(not(feature = "record"))]
+fn recording(_: &Args) -> ExitCode {
+    bad_input(&NOT_BUILT)
+}
+
+#[cfg(feature = "record")]
+fn recording(args: &Args) -> ExitCode {
     let done = match &args.csv {
         Some(path) => run::table(args, Some(path)),
         None if (args.again && !args.show) || args.parquet.is_some() => run::table(args, None),
@@ -116,12 +159,11 @@ mod run {
     use model_core::discretise::{Discretisation, Physics};
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-    use super::{Args, PrecisionWord};
+    use super::Args;
     use crate::exit::{bad_input, tell};
     use crate::output::{put_out, reads_case};
     use fre::case::Case;
     use fre::files::Draft;
-    use fre::study::model::Precision;
     use fre_gripper::record::{Again, Changes, Csv, Difference, Playback, Recorded, Recording, Speed, beginning};
     use fre_gripper::source::{Modelled, Setup, Source, Told};
 
@@ -177,10 +219,7 @@ mod run {
             youngs_modulus: args.youngs_modulus_pa.map(|pa| pa * 1e-6),
             elements: args.elements,
             physics: args.physics.map(|word| word.physics()),
-            precision: match args.precision {
-                PrecisionWord::F64 => Precision::F64,
-                PrecisionWord::F32 => Precision::F32,
-            },
+            precision: args.precision.precision(),
         })
     }
 

@@ -1,0 +1,166 @@
+//! `fre replay FILE.csv`: a plain table of times and motor positions, which gets the forces that belong to them.
+
+use std::io::Write;
+use std::path::Path;
+
+use fre::case::Case;
+use fre::delimited;
+use fre::files::Files;
+use fre::study::model::Precision;
+use fre_gripper::estimator::{AnyEstimator, estimator};
+use fre_gripper::link::set;
+use messages::{Calibration, Mount, Settings};
+use model_core::discretise::Discretisation;
+use model_core::estimator::Estimate;
+use model_core::newton::Hessian;
+
+/// Columns that are added.
+const ADDED: [&str; 6] = ["force_x_n", "force_y_n", "force_n", "standard_deviation_n", "torque_nmm", "status"];
+/// Columns of which one says where the motor is.
+const POSITIONS: &str = "`angle_deg`, `angle_rad` or `position_counts`";
+/// Ticks at one position until its estimate is no longer on the way from the position before.
+const TICKS: usize = 400;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// How the forces are estimated.
+pub struct Model {
+    /// Finger and object.
+    pub case: Case,
+    /// How the finger is modelled.
+    pub how: Discretisation,
+    /// In which precision.
+    pub precision: Precision,
+    /// Settings of finger 0 as KEY=VALUE: zero, direction, gear ratio, play, drive.
+    pub settings: Vec<String>,
+}
+
+/// Whether a file is such a table.
+pub fn is_table(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+}
+
+/// Writes the table with its forces; a line for people about it.
+///
+/// # Errors
+/// A file, a line of the table, or what the estimator refuses.
+pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Result<String, Failure> {
+    let name = path.display();
+    files.input(path, "the table")?;
+    let mut out = files.output(out, "--csv")?.draft()?;
+    let mut settings = Settings::of(Mount::DEFAULT);
+    model.settings.iter().try_for_each(|words| set(&mut settings, words).map_err(|error| format!("--set {error}")))?;
+    let mount = settings.fingers[0].unwrap_or_default();
+    let calibration = Calibration::new(&mount);
+    let mut estimator = make(model, &mount, &calibration)?;
+
+    let mut reader = csv::Reader::from_path(path).map_err(|error| format!("{name}: {error}"))?;
+    let head = reader.headers().map_err(|error| format!("{name}: {error}"))?.clone();
+    let columns = Columns::find(&head).map_err(|why| format!("{name}:1: {why}"))?;
+    out.write_all(delimited::line(head.iter().chain(ADDED)).as_bytes())?;
+    let (mut rows, mut trusted, mut before) = (0_u64, 0_u64, f64::NEG_INFINITY);
+    for row in reader.records() {
+        let row = row.map_err(|error| format!("{name}: {error}"))?;
+        let line = row.position().map_or(0, csv::Position::line);
+        let at = |why: String| format!("{name}:{line}: {why}");
+        let (time, angle) = columns.read(&row, &calibration).map_err(at)?;
+        if time <= before {
+            return Err(at(format!("time_s is {time}; allowed is above {before}, that of the line before")).into());
+        }
+        before = time;
+        let estimate = settled(estimator.as_mut(), angle);
+        rows += 1;
+        trusted += u64::from(is_known(&estimate));
+        out.write_all(delimited::line(row.iter().map(str::to_owned).chain(cells(&estimate))).as_bytes())?;
+    }
+    out.finish()?;
+    Ok(format!("{name}: {rows} positions, {trusted} with a trustworthy force\n"))
+}
+
+fn make(model: &Model, mount: &Mount, calibration: &Calibration) -> Result<Box<dyn AnyEstimator>, Failure> {
+    let mut made = estimator(model.precision, Hessian::default());
+    made.configure(&model.case.finger.design, &model.how)?;
+    made.set_drive(mount.drive)?;
+    made.set_object(model.case.object)?;
+    made.set_uncertainty(calibration.uncertainty(None))?;
+    Ok(made)
+}
+
+/// The estimate at a position. Tables of slow loops leap: the estimator gets there in several of its own ticks.
+fn settled(estimator: &mut dyn AnyEstimator, angle: f64) -> Estimate {
+    let mut estimate = estimator.update(angle);
+    for _ in 1..TICKS {
+        if is_known(&estimate) {
+            break;
+        }
+        estimate = estimator.update(angle);
+    }
+    estimate
+}
+
+fn is_known(estimate: &Estimate) -> bool {
+    estimate.status.is_trustworthy() && estimate.age == 0
+}
+
+/// Cells of the added columns; a force that must not be used is an empty one.
+fn cells(estimate: &Estimate) -> [String; ADDED.len()] {
+    let cell = |number: f32| if is_known(estimate) { number.to_string() } else { String::new() };
+    let [x, y] = estimate.force;
+    let numbers = [x, y, estimate.force_magnitude(), estimate.standard_deviation, estimate.torque].map(cell);
+    let [x, y, size, deviation, torque] = numbers;
+    [x, y, size, deviation, torque, estimate.status.word().to_owned()]
+}
+
+/// Where the columns are.
+struct Columns {
+    time: usize,
+    position: usize,
+    unit: Unit,
+}
+
+#[derive(Clone, Copy)]
+enum Unit {
+    Degrees,
+    Radians,
+    Counts,
+}
+
+impl Columns {
+    fn find(head: &csv::StringRecord) -> Result<Self, String> {
+        let find = |name: &str| head.iter().position(|cell| cell.trim() == name);
+        let names: Vec<&str> = head.iter().collect();
+        let time = find("time_s").ok_or_else(|| format!("no column `time_s`; the columns are {}", names.join(", ")))?;
+        let units = [("angle_deg", Unit::Degrees), ("angle_rad", Unit::Radians), ("position_counts", Unit::Counts)];
+        let found: Vec<_> = units.into_iter().filter_map(|(name, unit)| Some((find(name)?, unit))).collect();
+        if let Some(there) = ADDED.iter().find(|added| find(added).is_some()) {
+            return Err(format!("there is a column `{there}` already"));
+        }
+        match found[..] {
+            [(position, unit)] => Ok(Self { time, position, unit }),
+            [] => Err(format!("no column {POSITIONS}; the columns are {}", names.join(", "))),
+            _ => Err(format!("several columns of positions; allowed is one of {POSITIONS}")),
+        }
+    }
+
+    /// Time, s, and the finger's motor angle, rad.
+    fn read(&self, row: &csv::StringRecord, calibration: &Calibration) -> Result<(f64, f64), String> {
+        let number = |column: usize, name: &str| {
+            let cell = row.get(column).unwrap_or_default().trim();
+            let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
+            number.ok_or_else(|| format!("{name} is `{cell}`; allowed is a number"))
+        };
+        let time = number(self.time, "time_s")?;
+        let angle = match self.unit {
+            Unit::Degrees => number(self.position, "angle_deg")?.to_radians(),
+            Unit::Radians => number(self.position, "angle_rad")?,
+            Unit::Counts => {
+                let counts = number(self.position, "position_counts")?;
+                if counts.fract() != 0.0 || counts.abs() > 1_044_479.0 {
+                    return Err(format!("position_counts is {counts}; allowed are whole numbers to ±1044479"));
+                }
+                calibration.finger_angle(counts as i32)
+            }
+        };
+        Ok((time, angle))
+    }
+}
