@@ -26,7 +26,8 @@ pub struct SourceArgs {
     /// Servos on this PC's own bus instead, read through a USB adapter
     ///
     /// A serial port (of a U2D2 or its like) as PORT or PORT@BAUD; without BAUD the usual rates are tried. Or unix:PATH, or
-    /// tcp:HOST:PORT. The estimator runs on this PC; nothing is written to a servo.
+    /// tcp:HOST:PORT. The estimator runs on this PC; nothing is written to a servo, unless somebody has `fre ros2`
+    /// relax it.
     #[arg(short, long, value_name = "PORT")]
     bus: Option<BusAddress>,
     /// With --bus: finger and object of a case file

@@ -3,6 +3,7 @@
 #[path = "../../gripper/tests/servo_case/mod.rs"]
 mod servo_case;
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
@@ -42,6 +43,26 @@ fn subscriber(namespace: &str, qos: &str, reports: usize) -> Child {
         .stdout(Stdio::piped())
         .spawn()
         .unwrap()
+}
+
+/// What services without parameters answer, one after the other.
+fn answers(namespace: &str, services: &[&str]) -> Vec<Value> {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ros2/tests/cyclone.py");
+    let mut caller = Command::new(test_bus::python_with("cyclonedds"))
+        .arg(script)
+        .args(["call", &format!("{namespace}/fre"), "enhanced"])
+        .env("ROS_DOMAIN_ID", domain())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = caller.stdin.take().unwrap();
+    services.iter().for_each(|service| writeln!(stdin, "{{\"service\": \"{service}\"}}").unwrap());
+    drop(stdin);
+    let output = caller.wait_with_output().unwrap();
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 /// The forces that were heard: seconds, and x in N, as Cyclone has them.
@@ -135,8 +156,13 @@ fn servos_on_a_bus_tell_their_forces() {
     let mut node = fre(&["--bus", &port, "--case", case.to_str().unwrap(), "--set", "rate_hz=100"]);
     let mut node = node.args(["--namespace", &namespace]).stdout(Stdio::null()).spawn().unwrap();
     let heard = forces(subscriber(&namespace, "best-effort", 50).wait_with_output().unwrap());
+    // What moves such servos is another program; to let go is the one thing that the node does to them.
+    let said = answers(&namespace, &["grip", "relax"]);
     node.kill().unwrap();
     node.wait().unwrap();
+    let words = said[0]["message"].as_str().unwrap();
+    assert!(said[0]["success"] == false && words.contains("only read"), "{words}");
+    assert_eq!((&said[1]["success"], &said[1]["message"]), (&Value::from(true), &Value::from("without torque")));
     let known: Vec<f64> = heard.iter().filter_map(|(_, force)| force.as_f64()).collect();
     assert!(heard.len() >= 50 && known.iter().any(|force| *force > 1.0), "{heard:?}");
 }

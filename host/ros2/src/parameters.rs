@@ -67,7 +67,7 @@ const OWN: [Own; 6] = [
     },
     Own {
         name: "finger",
-        description: "Which finger ~/grip, ~/release and ~/stop are for, from 0; -1: all.",
+        description: "Which finger ~/grip, ~/release, ~/stop and ~/relax are for, from 0; -1: all.",
         get: |own| ParameterValue::Integer(own.finger),
         set: Some(|own, value| {
             let fits = value.fract() == 0.0 && (-1.0..own.settings.count() as f64).contains(&value);

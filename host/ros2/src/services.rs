@@ -1,4 +1,4 @@
-//! What can be asked of the node: grip, release, stop, and its parameters. In a thread of its own.
+//! What can be asked of the node: grip, release, stop, relax, and its parameters. In a thread of its own.
 
 use std::io;
 use std::sync::Arc;
@@ -37,6 +37,7 @@ pub struct Services {
     stop: Trigger,
     release: Trigger,
     grip: Trigger,
+    relax: Trigger,
     get: Server<GetParametersRequest, GetParametersResponse>,
     types: Server<GetParameterTypesRequest, GetParameterTypesResponse>,
     set: Server<SetParametersRequest, SetParametersResponse>,
@@ -79,6 +80,7 @@ impl Services {
             stop: Server::new(node, mapping, &name("stop")?, &trigger)?,
             release: Server::new(node, mapping, &name("release")?, &trigger)?,
             grip: Server::new(node, mapping, &name("grip")?, &trigger)?,
+            relax: Server::new(node, mapping, &name("relax")?, &trigger)?,
             get: Server::new(node, mapping, &name("get_parameters")?, &of("GetParameters"))?,
             types: Server::new(node, mapping, &name("get_parameter_types")?, &of("GetParameterTypes"))?,
             set: Server::new(node, mapping, &name("set_parameters")?, &of("SetParameters"))?,
@@ -103,6 +105,7 @@ impl Services {
         self.stop.register(registry, token())?;
         self.release.register(registry, token())?;
         self.grip.register(registry, token())?;
+        self.relax.register(registry, token())?;
         self.get.register(registry, token())?;
         self.types.register(registry, token())?;
         self.set.register(registry, token())?;
@@ -132,6 +135,7 @@ impl Services {
     fn answer(&mut self) {
         let it = &mut self.answering;
         answer(&self.stop, |_| it.order("stopped", |parameters| Order::Hold(parameters.which())));
+        answer(&self.relax, |_| it.order("without torque", |parameters| Order::Relax(parameters.which())));
         answer(&self.release, |_| it.order("opens", |parameters| Order::Open(parameters.which())));
         answer(&self.grip, |_| it.order("grips", |parameters| Order::Grip(parameters.grip())));
         answer(&self.get, |asked| {

@@ -255,6 +255,7 @@ SERVICES = {
     "stop": TRIGGER,
     "release": TRIGGER,
     "grip": TRIGGER,
+    "relax": TRIGGER,
     "get_parameters": ("rcl_interfaces", "GetParameters", {"names": sequence[str]}, {"values": sequence[ParameterValue]}),
     "get_parameter_types": (
         "rcl_interfaces",

@@ -90,7 +90,7 @@ impl Source for Bus {
         let asked = Asked { order: order.clone(), outcome };
         let closed = || OrderError::Never("the bus is closed");
         self.orders.lock().unwrap_or_else(PoisonError::into_inner).send(asked).map_err(|_| closed())?;
-        Ok(answer.recv_timeout(PATIENCE).map_err(|_| closed())??)
+        answer.recv_timeout(PATIENCE).map_err(|_| closed())?
     }
 
     fn is_closed(&self) -> bool {

@@ -1,7 +1,7 @@
 //! Servos on a bus of this PC, by a USB adapter (U2D2, USB2Dynamixel) or a socket: the gripper's estimator runs here.
 //!
-//! The servos are read and nothing else: no torque is switched, no goal and no setting written, so that the bus may be shared
-//! in time with whatever leads them.
+//! The servos are only read: no goal and no setting is written, so that the bus may be shared in time with whatever moves them. The
+//! one exception is [`Order::Relax`](crate::source::Order::Relax), which switches their torque off.
 
 mod address;
 mod error;

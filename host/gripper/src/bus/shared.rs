@@ -4,14 +4,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use messages::Refusal;
-
-use crate::source::{Listeners, Order, Setup, Told};
+use crate::source::{Listeners, Order, OrderError, Setup, Told};
 
 /// An order and where its outcome goes.
 pub(super) struct Asked {
     pub(super) order: Order,
-    pub(super) outcome: Sender<Result<(), Refusal>>,
+    pub(super) outcome: Sender<Result<(), OrderError>>,
 }
 
 #[derive(Debug)]

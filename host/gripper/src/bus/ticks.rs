@@ -6,7 +6,9 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use dynamixel::{Master, SyncAnswer, xm430};
-use messages::{Event, FINGERS, Grasp, Notice, Outcome, PROTOCOL_VERSION, Refusal, Settings, SettingsField, Support};
+use messages::{
+    Event, FINGERS, Grasp, Notice, Outcome, PROTOCOL_VERSION, Refusal, Settings, SettingsField, Support, Which,
+};
 use model_core::object::ObjectDesign;
 
 use super::address::BusAddress;
@@ -18,7 +20,7 @@ use super::search::{AskError, Asker, latency_timer_ms, search, timing};
 use super::shared::{Asked, Shared};
 use crate::estimator::{AnyEstimator, estimator};
 use crate::link::Port;
-use crate::source::{Listeners, Modelled, Order, Origin, Setup, Told};
+use crate::source::{Listeners, Modelled, Order, OrderError, Origin, Setup, Told};
 
 /// What is allowed beyond the wire time: as at first, for a tick that is lost is reported.
 const LATENCY_US: u32 = 40_000;
@@ -27,6 +29,8 @@ const LATENCY_US: u32 = 40_000;
 const APART: u8 = 8;
 /// How often a servo that is lost is asked: each time costs the others a wait.
 const SEARCH: Duration = Duration::from_millis(500);
+/// How often a servo is asked to switch its torque off until it has done it.
+const RELAXING: u8 = 5;
 /// Costs are given in µs.
 const COST_HZ: u32 = 1_000_000;
 /// A rate below this share of what is wanted is reported.
@@ -311,7 +315,7 @@ impl Ticks {
     fn obey(&mut self, asked: &Receiver<Asked>) {
         if let Ok(Asked { order, outcome }) = asked.try_recv() {
             let done = self.execute(&order);
-            if done.is_ok() {
+            if done.is_ok() && !matches!(order, Order::Relax(_)) {
                 let setup = self.shared.setup().clone();
                 self.shared.tell(&Told::Setup(Box::new(setup)));
             }
@@ -320,8 +324,9 @@ impl Ticks {
         }
     }
 
-    fn execute(&mut self, order: &Order) -> Outcome {
+    fn execute(&mut self, order: &Order) -> Result<(), OrderError> {
         match order {
+            Order::Relax(which) => return self.relax(*which),
             Order::Object(number, object) => {
                 let index = self.finger(*number)?;
                 place(self.fingers[index].estimator.as_mut(), *object)?;
@@ -336,9 +341,8 @@ impl Ticks {
             Order::Settings(settings) => {
                 settings.validate(FINGERS)?;
                 if settings.support != Support::Fixed {
-                    return Err(Refusal::Object(Refusal::text(
-                        &"a free object: the gripper's firmware finds its place",
-                    )));
+                    let why = Refusal::text(&"a free object: the gripper's firmware finds its place");
+                    return Err(Refusal::Object(why).into());
                 }
                 // Fingers are not added while it runs.
                 let count = self.fingers.len() as f32;
@@ -350,9 +354,32 @@ impl Ticks {
                 self.shared.setup().settings = *settings;
             }
             // Refused before they come here.
-            Order::Open(_) | Order::Close(_) | Order::Grip(_) | Order::Hold(_) => return Err(Refusal::NoServo),
+            Order::Open(_) | Order::Close(_) | Order::Grip(_) | Order::Hold(_) => {
+                return Err(Refusal::NoServo.into());
+            }
         }
         Ok(())
+    }
+
+    /// Switches torque off, whatever becomes of other fingers. A servo that answers reads only is asked what became of the write.
+    fn relax(&mut self, which: Which) -> Result<(), OrderError> {
+        let numbers = match which {
+            Which::All => (0..).take(self.fingers.len()).collect(),
+            Which::One(number) => {
+                self.finger(number)?;
+                vec![number]
+            }
+        };
+        let silent: Vec<u8> = numbers.into_iter().filter(|number| !self.is_relaxed(usize::from(*number))).collect();
+        if silent.is_empty() { Ok(()) } else { Err(OrderError::Silent(silent)) }
+    }
+
+    fn is_relaxed(&mut self, number: usize) -> bool {
+        let id = self.fingers[number].id();
+        (0..RELAXING).any(|_| {
+            let _ = self.line.run(self.master.set(id, xm430::TORQUE_ENABLE, 0));
+            self.line.run(self.master.get(id, xm430::TORQUE_ENABLE)).is_ok_and(|answer| answer.value == 0)
+        })
     }
 
     fn finger(&self, number: u8) -> Result<usize, Refusal> {

@@ -376,6 +376,11 @@ impl Source for Link {
             Order::Close(to) => return Ok(self.close(to.fingers, to.angle, to.speed)?),
             Order::Grip(to) => return Ok(self.grip(to)?),
             Order::Hold(which) => return Ok(self.hold(*which)?),
+            Order::Relax(_) => {
+                return Err(OrderError::Never(
+                    "the gripper's firmware cannot switch its servos' torque off; `release` opens the fingers",
+                ));
+            }
         }
         let setup = Source::setup(self)?;
         self.heard.spread(&Told::Setup(Box::new(setup)));

@@ -55,6 +55,8 @@ pub enum Order {
     Grip(GripTo),
     /// Stay where it is.
     Hold(Which),
+    /// Switch the servos' torque off: whatever they hold is let go.
+    Relax(Which),
 }
 
 /// Why an order was not obeyed.
@@ -66,9 +68,17 @@ pub enum OrderError {
     /// The value is not allowed.
     #[error(transparent)]
     Refused(#[from] Refusal),
+    /// Some of the fingers have not obeyed; the others have.
+    #[error("no answer from the servo of finger {}; every other finger has done it", numbers(.0))]
+    Silent(Vec<u8>),
     /// This source cannot do that.
     #[error("{0}")]
     Never(&'static str),
+}
+
+fn numbers(fingers: &[u8]) -> String {
+    let words: Vec<String> = fingers.iter().map(u8::to_string).collect();
+    words.join(", ")
 }
 
 /// A source of estimates.
