@@ -125,6 +125,24 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         &[
             ("At its own speed", "fre replay forces.mcap"),
             ("With another modulus, compared", "fre replay forces.mcap --again --youngs-modulus-pa 5.2e7"),
+            (
+                "Forces for positions that another program recorded",
+                "fre replay positions.csv --again --case finger.toml --csv forces.csv",
+            ),
+        ],
+    ),
+    (
+        "ros2",
+        &[
+            ("A gripper", "fre ros2 --link /dev/ttyACM0"),
+            (
+                "Servos on a USB adapter, for this machine only",
+                "fre ros2 --bus /dev/ttyUSB0 --case finger.toml --localhost",
+            ),
+            (
+                "A recording, every message to every subscriber",
+                "fre ros2 forces.mcap --qos reliable --wait-for-subscribers",
+            ),
         ],
     ),
     ("servo", &[("On a pseudo-terminal, with a finger and its object", "fre servo finger.toml --pty")]),

@@ -20,13 +20,13 @@ use fre::study::model::Precision;
 pub const NOT_BUILT: &str = "this `fre` was built without recordings; build it with them: cargo run --release -p fre-cli --features \
                              record --bin fre -- …";
 
-/// Play a recording, write it as a table, or run the estimator on it once more.
+/// Play a recording, write it as a table, or run the estimator on it once more
 ///
 /// Without options the recording is shown as `fre monitor` showed it, at its own speed. With --again the forces are estimated
 /// again from the recorded positions, with the changes that the other options name, and compared with the recorded ones.
 ///
-/// A plain CSV file of times (time_s) and motor positions (angle_deg, angle_rad or position_counts), from whatever has recorded them, gets the
-/// forces that belong to them: replay positions.csv --again --case CASE.toml --csv forces.csv
+/// A plain CSV file of times (time_s) and motor positions (angle_deg, angle_rad or position_counts), whatever has recorded them, is
+/// copied with the forces that belong to the positions: --again, --case and --csv are needed then.
 ///
 /// Recordings need a `fre` built with them:
 /// cargo run --release -p fre-cli --features record --bin fre -- replay FILE

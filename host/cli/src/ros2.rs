@@ -8,13 +8,15 @@ use clap::ValueEnum;
 use crate::exit::bad_input;
 use crate::source::SourceArgs;
 
-/// Be a node of ROS 2, without a ROS installation: forces, joint states, diagnostics and pictures of a gripper (--link), of servos on
-/// this PC's bus (--bus) or of a recording, with its times.
+/// Publish forces as a node of ROS 2, without a ROS installation
+///
+/// The source is a gripper (--link), servos on this PC's bus (--bus) or a recording, whose messages have the times of the recording.
 ///
 /// Topics, below /fre: finger_N/wrench (the force of the finger on the object; NaN while it is untrustworthy), finger_N/force_state
-/// (its standard deviation and status), markers; /joint_states and /diagnostics. Services: grip, release, stop; parameters say how is
-/// gripped. docs/ros2.md describes them. Needs a `fre` built with ROS 2:
-/// cargo run --release -p fre-cli --features ros2 --bin fre -- ros2 --link PORT
+/// (its standard deviation and status) and markers; beside it /joint_states and /diagnostics. Services: grip, release, stop and relax.
+/// Parameters set the force and speed of a grip. docs/ros2.md describes them all.
+///
+/// Needs a `fre` built with ROS 2: cargo build --release -p fre-cli --features ros2
 #[derive(Debug, clap::Args)]
 #[cfg_attr(not(feature = "ros2"), allow(dead_code))]
 pub struct Args {
@@ -35,22 +37,26 @@ pub struct Args {
     /// DDS domain, 0 to 232 [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_name = "N")]
     domain: Option<u16>,
-    /// Sends nothing to other machines; so does ROS_LOCALHOST_ONLY=1 or ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
+    /// Sends nothing to other machines
+    ///
+    /// So does ROS_LOCALHOST_ONLY=1 or ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST in the environment.
     #[arg(long)]
     localhost: bool,
     /// Quality of service of forces and joint states
     #[arg(long, value_enum, default_value = "sensor")]
     qos: QosWord,
-    /// How services are mapped to DDS: as the other nodes' RMW does it
+    /// How services are mapped to DDS: as the RMW of the nodes that call
     #[arg(long, value_enum, value_name = "MAPPING", default_value = "enhanced")]
     services: MappingWord,
-    /// Begins when the force of every finger has a subscriber
+    /// Begins as soon as the force of every finger has a subscriber
     #[arg(long, requires = "file")]
     wait_for_subscribers: bool,
     /// Speed at which a recording is played; 2 is twice as fast
     #[arg(long, value_name = "TIMES", default_value_t = 1.0, requires = "file")]
     speed: f64,
-    /// Stays this long after a recording's end, as long as there are subscribers that may still fetch what they have missed
+    /// Stays this long after a recording's end, for subscribers that are late
+    ///
+    /// They may still fetch what they have missed; without subscribers it ends at once.
     #[arg(long, value_name = "S", default_value_t = 1.0, requires = "file")]
     linger: f64,
 }
@@ -77,7 +83,7 @@ enum MappingWord {
 #[cfg(not(feature = "ros2"))]
 pub fn run(_: &Args) -> ExitCode {
     bad_input(
-        &"this `fre` was built without ROS 2; build it with it: cargo run --release -p fre-cli --features ros2 --bin fre -- ros2 …",
+        &"this `fre` was built without ROS 2; build it with ROS 2: cargo run --release -p fre-cli --features ros2 --bin fre -- ros2 …",
     )
 }
 
@@ -107,7 +113,7 @@ mod run {
 
     type Failure = Box<dyn std::error::Error>;
 
-    /// Is a node until the end.
+    /// Runs the node until the end.
     pub(super) fn node(args: &Args) -> Result<(), Failure> {
         let options = options(args)?;
         let length = args.seconds.map(|seconds| time("--seconds", seconds)).transpose()?;

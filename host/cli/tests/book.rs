@@ -33,7 +33,9 @@ fn folder() -> tempfile::TempDir {
     fs::create_dir(&examples).unwrap();
     for entry in fs::read_dir(root().join("examples")).unwrap() {
         let file = entry.unwrap().path();
-        fs::copy(&file, examples.join(file.file_name().unwrap())).unwrap();
+        if file.is_file() {
+            fs::copy(&file, examples.join(file.file_name().unwrap())).unwrap();
+        }
     }
     folder
 }

@@ -83,7 +83,7 @@ fn fingers_are_relaxed_each_by_itself_and_whatever_becomes_of_others() {
     assert_eq!(written(&mut ear), BTreeSet::from([off(5)]), "nothing but Torque Enable was written");
 
     let unknown = bus.order(&Order::Relax(Which::One(2))).unwrap_err().to_string();
-    assert_eq!(unknown, "finger is 2; allowed is 0 to 1");
+    assert_eq!(unknown, "finger's number is 2; allowed is 0 to 1");
 
     // One that is gone does not keep the other from letting go.
     switch_on(&right);

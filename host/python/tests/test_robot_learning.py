@@ -110,6 +110,6 @@ def test_a_recording_that_cannot_be_labelled_says_why(
     with pytest.raises(RuntimeError, match="positions.csv:3: time_s is 0; allowed is above 0, that of the line before"):
         module.label(rows, str(case_file), fre=program)
     # Far beyond what the finger can do: the force is not known, and no number stands for it.
-    [free, wild] = module.label([rows[0], {"timestamp": "1", "observation.gripper.pos": "80"}], str(case_file), fre=program)
+    [free, wild] = module.label([rows[0], {"timestamp": "1", "observation.gripper.pos": "120"}], str(case_file), fre=program)
     assert (free["gripper.trusted"], wild["gripper.trusted"], wild["gripper.force_n"]) == ("1", "0", "")
-    assert wild["gripper.status"] in {"out-of-range", "folded", "max-iterations", "contact-capacity"}
+    assert wild["gripper.status"] == "out-of-range"

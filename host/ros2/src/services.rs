@@ -186,7 +186,7 @@ fn result(done: Result<(), String>) -> raw::SetParametersResult {
 }
 
 impl Answering {
-    /// Has the source do something.
+    /// Gives the source an order.
     fn order(&self, done: &str, order: impl Fn(&Parameters) -> Order) -> TriggerResponse {
         match self.lead(&order(&self.parameters)) {
             Ok(()) => TriggerResponse { success: true, message: done.to_owned() },

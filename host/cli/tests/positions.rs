@@ -1,0 +1,170 @@
+//! `fre replay` on a plain table of times and motor positions, whatever has recorded it.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const CASE: &str = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 45.0]\n\
+    [motion]\nmotor_angles_deg = [1, 3.5, 6, 8.25, 11]\n";
+/// The motor angles of the case, deg.
+const ANGLES: [f64; 5] = [1.0, 3.5, 6.0, 8.25, 11.0];
+const AGAIN: &str = "--again --case case.toml --csv forces.csv";
+
+/// A folder with the case, in which commands run.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        folder.write("case.toml", CASE);
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.path(name), text).unwrap();
+    }
+
+    fn fre(&self, words: &str) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        command.args(words.split_whitespace()).current_dir(self.0.path()).output().unwrap()
+    }
+
+    /// The table with its forces, as columns and rows; what the command printed.
+    fn label(&self, table: &str, options: &str) -> (Vec<String>, Vec<Vec<String>>, String) {
+        self.write("positions.csv", table);
+        let output = self.fre(&format!("replay positions.csv {AGAIN} --force {options}"));
+        assert!(output.status.success(), "{options}: {}", String::from_utf8_lossy(&output.stderr));
+        let mut reader = csv::Reader::from_path(self.path("forces.csv")).unwrap();
+        let head = reader.headers().unwrap().iter().map(str::to_owned).collect();
+        let rows = reader.records().map(|row| row.unwrap().iter().map(str::to_owned).collect()).collect();
+        (head, rows, String::from_utf8(output.stdout).unwrap())
+    }
+
+    /// The forces of a table, N.
+    fn forces(&self, table: &str, options: &str) -> Vec<f64> {
+        let (head, rows, _) = self.label(table, options);
+        let column = head.iter().position(|name| name == "force_n").unwrap();
+        rows.iter().map(|row| row[column].parse().unwrap()).collect()
+    }
+
+    /// Why a table gets no forces; no file is made.
+    fn refusal(&self, table: &str, options: &str) -> String {
+        self.write("positions.csv", table);
+        let output = self.fre(&format!("replay positions.csv {options}"));
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{options}: {words}");
+        assert!(!self.path("forces.csv").exists(), "{words}");
+        words
+    }
+}
+
+/// What `fre solve` finds at the same angles: magnitude, N, and torque, N·mm.
+fn solved(folder: &Folder) -> Vec<[f64; 2]> {
+    let output = folder.fre("solve case.toml --format json");
+    assert!(output.status.success());
+    let rows: Vec<Value> = serde_json::from_slice(&output.stdout).unwrap();
+    rows.iter().map(|row| ["force_magnitude_n", "motor_torque_nmm"].map(|key| row[key].as_f64().unwrap())).collect()
+}
+
+fn table(column: &str, of: impl Fn(f64) -> f64) -> String {
+    let rows = ANGLES.iter().enumerate().map(|(row, angle)| format!("{},{}\n", 0.1 * row as f64, of(*angle)));
+    format!("time_s,{column}\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn positions_get_the_forces_that_solve_finds_there() {
+    let folder = Folder::new();
+    let wanted = solved(&folder);
+    assert!(wanted[4][0] > 5.0, "a finger that presses: {wanted:?}");
+    let rows = ANGLES.iter().enumerate().map(|(row, angle)| format!("7,\"a, b\",{},{angle},x\n", 0.1 * row as f64));
+    let text = format!("episode,note,time_s,angle_deg,last\n{}", rows.collect::<String>());
+    let (head, rows, printed) = folder.label(&text, "");
+    let added = ["force_x_n", "force_y_n", "force_n", "standard_deviation_n", "torque_nmm", "status"];
+    assert_eq!(head, [&["episode", "note", "time_s", "angle_deg", "last"][..], &added].concat());
+    assert_eq!(printed, "positions.csv: 5 positions, 5 with a trustworthy force\n");
+    assert_eq!(rows.len(), ANGLES.len());
+    for (row, [force, torque]) in rows.iter().zip(&wanted) {
+        assert_eq!([&row[0], &row[1], &row[4]], ["7", "a, b", "x"]);
+        let number = |column: usize| row[column].parse::<f64>().unwrap();
+        // An estimate is single precision, whatever it was computed in.
+        assert!((number(7) - force).abs() < 1e-5 * force.max(1.0), "{row:?}: {force}");
+        assert!((number(5).hypot(number(6)) - force).abs() < 1e-5 * force.max(1.0), "{row:?}: {force}");
+        assert!((number(9) - torque).abs() < 1e-5 * torque.abs().max(100.0), "{row:?}: {torque}");
+        assert!(["converged", "no-contact"].contains(&row[10].as_str()), "{row:?}");
+    }
+    // Where the finger presses, an unknown zero makes the force uncertain.
+    assert!(rows[4][8].parse::<f64>().unwrap() > 0.01, "{:?}", rows[4]);
+}
+
+#[test]
+fn radians_and_counts_are_the_same_positions() {
+    let folder = Folder::new();
+    let degrees = folder.forces(&table("angle_deg", |angle| angle), "");
+    let radians = folder.forces(&table("angle_rad", f64::to_radians), "");
+    for (of_radians, of_degrees) in radians.iter().zip(&degrees) {
+        assert!((of_radians - of_degrees).abs() < 1e-5, "{of_radians} {of_degrees}");
+    }
+    // 4096 counts are a turn; the servo's zero is at 2000 of them, and it turns the other way.
+    let counts = |angle: f64| (2000.0 - angle / 360.0 * 4096.0).round();
+    let settings = "--set finger.0.zero_counts=2000 --set finger.0.reversed=true";
+    let of_counts = folder.forces(&table("position_counts", counts), settings);
+    let rounded = |angle: f64| (2000.0 - counts(angle)) * 360.0 / 4096.0;
+    let wanted = folder.forces(&table("angle_deg", rounded), "");
+    assert!(wanted[4] > 5.0);
+    for (of_counts, wanted) in of_counts.iter().zip(&wanted) {
+        assert!((of_counts - wanted).abs() < 1e-4, "{of_counts} {wanted}");
+    }
+}
+
+#[test]
+fn a_leap_is_followed_and_what_is_beyond_the_finger_has_no_force() {
+    let folder = Folder::new();
+    let text = "time_s,angle_deg\n0,0\n1,11\n2,120\n3,11\n";
+    let (_, rows, printed) = folder.label(text, "");
+    assert_eq!(printed, "positions.csv: 4 positions, 3 with a trustworthy force\n");
+    let wanted = solved(&folder)[4][0];
+    for row in [&rows[1], &rows[3]] {
+        assert!((row[4].parse::<f64>().unwrap() - wanted).abs() < 1e-4 * wanted, "{row:?}: {wanted}");
+    }
+    assert_eq!(rows[2][2..7], [""; 5]);
+    assert_eq!([&rows[2][7], &rows[3][7]], ["out-of-range", "converged"]);
+}
+
+#[test]
+fn a_table_that_gets_no_forces_says_why() {
+    let folder = Folder::new();
+    let good = table("angle_deg", |angle| angle);
+    let refused = |table: &str| folder.refusal(table, AGAIN);
+    assert!(
+        refused("t,angle_deg\n0,1\n").contains("positions.csv:1: no column `time_s`; the columns are t, angle_deg")
+    );
+    assert!(refused("time_s,angle\n0,1\n").contains("no column `angle_deg`, `angle_rad` or `position_counts`"));
+    assert!(refused("time_s,angle_deg,angle_rad\n0,1,1\n").contains("several columns of positions"));
+    assert!(refused("time_s,angle_deg,force_n\n0,1,1\n").contains("there is a column `force_n` already"));
+    assert!(
+        refused("time_s,angle_deg\n0,1\n0.1,wide\n")
+            .contains("positions.csv:3: angle_deg is `wide`; allowed is a number")
+    );
+    assert!(refused("time_s,angle_deg\n0,1\n0.1,nan\n").contains("positions.csv:3: angle_deg is `nan`"));
+    assert!(refused("time_s,angle_deg\n1,1\n1,2\n").contains("positions.csv:3: time_s is 1; allowed is above 1"));
+    assert!(refused("time_s,angle_deg\n0,1\n0.1\n").contains("positions.csv"), "a row without its position");
+    let half = refused("time_s,position_counts\n0,2048.5\n");
+    assert!(half.contains("position_counts is 2048.5; allowed are whole numbers"), "{half}");
+
+    let words = |options: &str| folder.refusal(&good, options);
+    assert!(words("").contains("a table of positions has no forces: --again --case CASE.toml --csv FILE"));
+    assert!(words("--again --case case.toml").contains("a table of positions has no forces"));
+    assert!(words("--again --csv forces.csv").contains("a table of positions has no forces"));
+    assert!(words(&format!("{AGAIN} --set finger.0.colour=red")).contains("--set `finger.0.colour` is not a key"));
+    assert!(words(&format!("{AGAIN} --youngs-modulus-pa 5e7")).contains("Young's modulus is that of the case"));
+    assert!(words("--again --case nowhere.toml --csv forces.csv").contains("nowhere.toml"));
+    assert!(words("--again --case case.toml --csv positions.csv --force").contains("positions.csv"));
+    assert_eq!(fs::read_to_string(folder.path("positions.csv")).unwrap(), good);
+}
