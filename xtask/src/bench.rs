@@ -29,7 +29,7 @@ pub fn run(arguments: &[&str]) -> Result<()> {
     let mut command = bench();
     if wanted("rates") {
         command.env("FRE_FIRMWARE_ELF", firmware::show(firmware::SIMULATED)?);
-        let boards = firmware::BOARDS.iter().map(|board| board.name);
+        let boards = fre_boards::ALL.iter().map(|board| board.name);
         cycles::provide(&mut command, &boards.filter(|board| *board != firmware::SIMULATED).collect::<Vec<_>>())?;
     }
     if wanted("peer") {

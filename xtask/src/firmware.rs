@@ -4,33 +4,14 @@ use crate::command::{headline, run as run_command};
 use crate::cross::{Cross, TRIPLE};
 use crate::{paths, setup};
 use anyhow::{Context, Result, bail};
+use fre_boards::Board;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 use std::path::PathBuf;
 
-/// A board: a package of `firmware/boards`, whose image is called `gripper-NAME`.
-#[derive(Debug)]
-pub struct Board {
-    /// Its name.
-    pub name: &'static str,
-    /// What its image may take of the flash, bytes.
-    flash: u64,
-    /// What its variables may take of the RAM, the stack not counted, bytes.
-    ram: u64,
-}
-
-const KB: u64 = 1024;
-
-/// The boards. A budget is below what the chip has: it is there to be noticed before the linker is.
-pub const BOARDS: &[Board] = &[
-    Board { name: SIMULATED, flash: 480 * KB, ram: 512 * KB },
-    Board { name: "opencr", flash: 512 * KB, ram: 192 * KB },
-    Board { name: "nucleo-h743zi", flash: 512 * KB, ram: 448 * KB },
-    Board { name: "nucleo-g474re", flash: 448 * KB, ram: 108 * KB },
-];
 /// The one that QEMU runs.
-pub const SIMULATED: &str = "mps2";
+pub const SIMULATED: &str = fre_boards::MPS2.name;
 /// The one whose cycles the tests measure.
-pub const MEASURED: &str = "opencr";
+pub const MEASURED: &str = fre_boards::OPENCR.name;
 
 /// Provides what is missing, builds and prints.
 pub fn run(board: &str) -> Result<()> {
@@ -62,10 +43,13 @@ pub fn image(board: &str) -> PathBuf {
 }
 
 fn check(board: &str) -> Result<&'static Board> {
-    BOARDS.iter().find(|known| known.name == board).with_context(|| {
-        let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
-        format!("`{board}` is not a board; the boards are: {}", names.join(", "))
-    })
+    fre_boards::named(board).with_context(|| format!("`{board}` is not a board; the boards are: {}", names()))
+}
+
+/// The boards' names, in a row.
+pub fn names() -> String {
+    let names: Vec<&str> = fre_boards::ALL.iter().map(|board| board.name).collect();
+    names.join(", ")
 }
 
 fn print_sections(board: &Board, image: &[u8]) -> Result<()> {
@@ -88,14 +72,14 @@ fn print_sections(board: &Board, image: &[u8]) -> Result<()> {
     if let (Some(start), Some(end)) = (symbol("_stack_start"), symbol("_stack_end")) {
         println!("{:<14} {:>8} bytes at {end:#010x}", "stack", start.saturating_sub(end));
     }
-    println!("flash {flash} of {} bytes, static RAM {ram} of {} bytes", board.flash, board.ram);
+    println!("flash {flash} of {} bytes, static RAM {ram} of {} bytes", board.flash_budget, board.ram_budget);
     within(board, flash, ram)
 }
 
 /// That an image keeps its budget.
 fn within(board: &Board, flash: u64, ram: u64) -> Result<()> {
-    for (what, used, allowed) in [("flash", flash, board.flash), ("static RAM", ram, board.ram)] {
-        if used > allowed {
+    for (what, used, allowed) in [("flash", flash, board.flash_budget), ("static RAM", ram, board.ram_budget)] {
+        if used > u64::from(allowed) {
             bail!("the image for {} takes {used} bytes of {what}; its budget is {allowed}", board.name);
         }
     }
@@ -109,13 +93,86 @@ mod tests {
     #[test]
     fn a_budget_is_kept_or_named() {
         let board = check("opencr").unwrap();
-        assert!(within(board, board.flash, board.ram).is_ok());
-        let error = within(board, board.flash + 1, 0).unwrap_err().to_string();
+        let [flash, ram] = [board.flash_budget, board.ram_budget].map(u64::from);
+        assert!(within(board, flash, ram).is_ok());
+        let error = within(board, flash + 1, 0).unwrap_err().to_string();
         assert!(
-            error.contains("opencr") && error.contains("of flash") && error.contains(&board.flash.to_string()),
+            error.contains("opencr") && error.contains("of flash") && error.contains(&flash.to_string()),
             "{error}"
         );
-        assert!(within(board, 0, board.ram + 1).unwrap_err().to_string().contains("static RAM"));
+        assert!(within(board, 0, ram + 1).unwrap_err().to_string().contains("static RAM"));
         assert!(check("uno").unwrap_err().to_string().contains("mps2, opencr, nucleo-h743zi, nucleo-g474re"));
+    }
+
+    /// `KEY : ORIGIN = a, LENGTH = b` of a memory map; bytes, with K and M, and differences.
+    fn region(map: &str, key: &str) -> [u64; 2] {
+        let line = map.lines().find(|line| line.trim().starts_with(key)).unwrap();
+        let (origin, length) = line.split_once("ORIGIN =").unwrap().1.split_once(", LENGTH =").unwrap();
+        let number = |text: &str| {
+            let text = text.trim();
+            let (digits, unit) = match text.as_bytes().last() {
+                Some(b'K') => (&text[..text.len() - 1], 1024),
+                Some(b'M') => (&text[..text.len() - 1], 1024 * 1024),
+                _ => (text, 1),
+            };
+            let hex = digits.strip_prefix("0x").map(|digits| u64::from_str_radix(digits, 16).unwrap());
+            unit * hex.unwrap_or_else(|| digits.parse().unwrap())
+        };
+        let (mut plus, minus): (Vec<&str>, Vec<&str>) = (origin.split('+').collect(), length.split(" - ").collect());
+        let origin = plus.drain(..).map(number).sum();
+        [origin, number(minus[0]) - minus[1..].iter().map(|text| number(text)).sum::<u64>()]
+    }
+
+    #[test]
+    fn the_list_has_the_memory_of_each_board_s_own_map() {
+        for board in fre_boards::ALL {
+            let map = std::fs::read_to_string(paths::boards().join(board.name).join("memory.x")).unwrap();
+            let [origin, length] = region(&map, "FLASH");
+            assert_eq!([origin, origin + length], board.flash.map(u64::from), "{}", board.name);
+            assert_eq!(region(&map, "RAM")[1], u64::from(board.ram), "{}", board.name);
+        }
+    }
+
+    #[test]
+    fn every_board_is_a_package_and_has_a_page_and_every_package_is_a_board() {
+        let manifest = std::fs::read_to_string(paths::boards().join("Cargo.toml")).unwrap();
+        for board in fre_boards::ALL {
+            assert!(manifest.contains(&format!("\"{}\"", board.name)), "{} is not a member", board.name);
+            // The virtual one has nothing to wire.
+            assert!(
+                board.probe.is_none() || paths::boards().join(board.name).join("README.md").exists(),
+                "{}",
+                board.name
+            );
+        }
+        for entry in paths::boards().read_dir().unwrap() {
+            let folder = entry.unwrap().path();
+            let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+            let board = folder.join("memory.x").exists();
+            assert!(!board || fre_boards::named(&name).is_some(), "{name} is not in firmware/board-list");
+        }
+    }
+
+    #[test]
+    fn the_page_of_the_boards_has_the_list() {
+        let page = std::fs::read_to_string(paths::boards().join("README.md")).unwrap();
+        for board in fre_boards::ALL {
+            let Some(probe) = board.probe else { continue };
+            let row = format!(
+                "| [{}]({}/README.md) | `{}` | {}, {} | {} MHz | {} | {} of {} KB | {} of {} KB |",
+                board.title,
+                board.name,
+                board.name,
+                probe.chip,
+                board.processor,
+                board.clock_hz / 1_000_000,
+                board.fingers,
+                board.flash_budget / 1024,
+                (board.flash[1] - board.flash[0]) / 1024,
+                board.ram_budget / 1024,
+                board.ram / 1024,
+            );
+            assert!(page.contains(&row), "firmware/boards/README.md lacks the row\n{row}");
+        }
     }
 }

@@ -32,8 +32,7 @@ usage: cargo xtask COMMAND
   setup [--fea]          install or build what is missing: QEMU, cross target, Python packages for the tests
   test [PART ...]        every check and test, or these parts of it: format, clippy, pc, python, target
                          (in QEMU), system, boards, release
-  firmware BOARD         build one board's image and print its sections (boards: mps2, opencr,
-                         nucleo-h743zi, nucleo-g474re)
+  firmware BOARD         build one board's image and print its sections (boards: BOARDS)
   qemu-run ELF           run an image in QEMU: its tests if it holds any, else the program with its log
   decode ELF             turn an image's log, on standard input, into text
   demo [--seconds N] [--physics paper|extended] [--live]
@@ -48,6 +47,11 @@ usage: cargo xtask COMMAND
                          their checksums; --suite uses what the tests have built
   fuzz [--seconds N] [TARGET ...]
                          every fuzz target, or these, for N seconds each (60); failing inputs are shown and kept in target/fuzz/crashes";
+
+/// [`USAGE`] with the boards' names.
+fn usage() -> String {
+    USAGE.replace("BOARDS", &firmware::names())
+}
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -64,7 +68,7 @@ fn main() -> ExitCode {
 fn dispatch(arguments: &[&str]) -> Result<()> {
     match arguments {
         [] | ["help" | "--help" | "-h"] => {
-            println!("{USAGE}");
+            println!("{}", usage());
             Ok(())
         }
         ["setup"] => setup::run(setup::Parts::Everything),
@@ -79,7 +83,7 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
         ["docs"] => docs::run(docs::Way::Write),
         ["docs", "--check"] => docs::run(docs::Way::Check),
         ["release", rest @ ..] => release(rest),
-        _ => bail!("`{}` is not a command\n\n{USAGE}", arguments.join(" ")),
+        _ => bail!("`{}` is not a command\n\n{}", arguments.join(" "), usage()),
     }
 }
 
@@ -92,7 +96,7 @@ fn release(words: &[&str]) -> Result<()> {
     match words {
         [] => release::run(parts, &paths::target().join(concat!("release-", env!("CARGO_PKG_VERSION")))),
         [folder] if !folder.starts_with('-') => release::run(parts, &std::path::absolute(folder)?),
-        _ => bail!("`release {}` is not understood\n\n{USAGE}", words.join(" ")),
+        _ => bail!("`release {}` is not understood\n\n{}", words.join(" "), usage()),
     }
 }
 

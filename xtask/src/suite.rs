@@ -25,10 +25,6 @@ const PARTS: &[Part] = &[
     ("release", |_| release::run(release::Parts::Suite, &paths::target().join("release-suite"))),
 ];
 
-/// The board that clippy looks at, and the crate of all of them with it: the one with the most code of its own. The others are built
-/// only: clippy would have the chip library checked for each of them once more.
-const LINTED: &str = "opencr";
-
 /// Runs the parts named, or all. A part that fails stops at its first failing step; the others run all the same, so that one run names
 /// every part at fault.
 pub fn run(names: &[&str]) -> Result<()> {
@@ -116,12 +112,10 @@ fn system(_: &Cross) -> Result<()> {
 fn boards(cross: &Cross) -> Result<()> {
     portable::check()?;
     // The chip library is built once per chip and way, which takes minutes the first time.
-    for board in firmware::BOARDS.iter().filter(|board| board.name != firmware::SIMULATED) {
+    for board in fre_boards::ALL.iter().filter(|board| board.name != firmware::SIMULATED) {
         firmware::show(board.name)?;
-        if board.name == LINTED {
-            let package = ["--quiet", "--release", "--package", board.name, "--bins"];
-            run_command(cross.cargo("clippy").args(package).args(["--", "-D", "warnings"]))?;
-        }
+        let package = ["--quiet", "--release", "--package", board.name, "--bins"];
+        run_command(cross.cargo("clippy").args(package).args(["--", "-D", "warnings"]))?;
     }
     Ok(())
 }

@@ -12,8 +12,7 @@ use fre_gripper::probe::{Board, Image, ProbeError};
 /// --features probe --bin fre -- flash BOARD
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// opencr, nucleo-h743zi or nucleo-g474re
-    #[arg(value_name = "BOARD", value_parser = Board::named)]
+    #[arg(value_name = "BOARD", help = Board::names(), value_parser = Board::named)]
     board: Board,
     /// The image [default: where `cargo xtask firmware` puts it]
     #[arg(long, value_name = "ELF")]

@@ -15,8 +15,7 @@ use fre_gripper::probe::{Board, ProbeError, emulated};
 /// -p fre-cli --features probe --bin fre -- log BOARD; --qemu boots the image for QEMU and needs no probe.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// opencr, nucleo-h743zi or nucleo-g474re
-    #[arg(value_name = "BOARD", value_parser = Board::named, required_unless_present = "qemu", conflicts_with = "qemu")]
+    #[arg(value_name = "BOARD", help = Board::names(), value_parser = Board::named, required_unless_present = "qemu", conflicts_with = "qemu")]
     board: Option<Board>,
     /// Boots the gripper in QEMU (mps2-an500) with nothing on its bus
     #[arg(long)]

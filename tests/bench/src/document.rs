@@ -126,6 +126,8 @@ fn time(time: &Time) -> Value {
 enum Kind {
     Text,
     OneOf(&'static [&'static str]),
+    /// A board's name.
+    Board,
     Positive,
     NotNegative,
     /// `mean` and `max`.
@@ -163,7 +165,7 @@ const PC: &[(&str, Kind)] = &[
 ];
 
 const WORST_TICK: &[(&str, Kind)] = &[
-    ("board", Kind::OneOf(&["opencr", "nucleo-h743zi", "nucleo-g474re"])),
+    ("board", Kind::Board),
     ("layout", Kind::Text),
     ("fingers", Kind::Positive),
     ("samples", Kind::Positive),
@@ -195,6 +197,7 @@ fn holds(value: &Value, kind: Kind) -> bool {
     match kind {
         Kind::Text => value.as_str().is_some_and(|text| !text.is_empty()),
         Kind::OneOf(words) => value.as_str().is_some_and(|text| words.contains(&text)),
+        Kind::Board => value.as_str().is_some_and(|text| fre_boards::named(text).is_some()),
         Kind::Positive => number(value).is_some_and(|number| number > 0.0),
         Kind::NotNegative => number(value).is_some_and(|number| number >= 0.0),
         Kind::Bounds => matches!(

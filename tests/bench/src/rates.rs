@@ -27,9 +27,6 @@ const ROUNDS: u32 = 3;
 const ESTIMATES: u32 = 260;
 /// Newton iterations of a tick at most.
 const ITERATIONS: u16 = 8;
-/// Boards: for how many fingers they have room, and the rate that is wanted of one finger, Hz.
-const BOARDS: [(&str, usize, f64); 3] =
-    [("opencr", 2, 500.0), ("nucleo-h743zi", 4, 1000.0), ("nucleo-g474re", 1, 500.0)];
 const BAUDS: [u32; 4] = [57_600, 1_000_000, 2_000_000, 4_000_000];
 /// The bus of the wanted rate.
 const WANTED_BAUD: u32 = 1_000_000;
@@ -235,13 +232,12 @@ impl Rates {
         for (samples, campaign) in campaigns {
             let [mean, max] = campaign.instructions();
             for (index, chip) in campaign.chips.iter().enumerate() {
-                let Some(&(board, _, wanted)) = BOARDS.iter().find(|(board, ..)| *board == chip.board) else {
-                    continue;
-                };
+                let Some(board) = fre_boards::named(&chip.board) else { continue };
+                let wanted = f64::from(board.wanted_hz);
                 let [low, high] = campaign.most_cycles(index);
                 let bounds = [high, low].map(|cycles| rate(cycles, chip.clock_hz, 1, WANTED_BAUD).floor());
                 rows.push(json!({
-                    "board": board,
+                    "board": board.name,
                     "layout": chip.layout,
                     "fingers": 1,
                     "samples": samples,
@@ -295,10 +291,10 @@ impl fmt::Display for Rates {
         }
         writeln!(f, "\n| board | fingers | samples | 57,600 baud | 1 Mbaud | 2 Mbaud | 4 Mbaud |")?;
         writeln!(f, "|---|---|---|---|---|---|---|")?;
-        for (board, room, _) in BOARDS {
+        for board in fre_boards::ALL {
             // The first layout of a board is the one that its image has.
-            let Some(index) = first.chips.iter().position(|chip| chip.board == board) else { continue };
-            for fingers in 1..=room {
+            let Some(index) = first.chips.iter().position(|chip| chip.board == board.name) else { continue };
+            for fingers in 1..=board.fingers {
                 for (samples, campaign) in campaigns {
                     let clock = campaign.chips.get(index).map_or(1.0, |chip| chip.clock_hz);
                     let [low, high] = campaign.most_cycles(index);
@@ -308,7 +304,7 @@ impl fmt::Display for Rates {
                             [high, low, mean].map(|cycles| rate(cycles, clock, fingers, baud).floor());
                         format!("{high} to {low} ({mean})")
                     });
-                    writeln!(f, "| {board} | {fingers} | {samples} | {} |", rates.join(" | "))?;
+                    writeln!(f, "| {} | {fingers} | {samples} | {} |", board.name, rates.join(" | "))?;
                 }
             }
         }

@@ -10,6 +10,8 @@
 //! The sections are cited from memory: check them before a figure is relied upon. Not published, and bracketed: the cycles that the bus matrix and the bridges add to a miss, whether a line's first word reaches the
 //! processor before its last, and what a written line costs that makes room.
 
+use fre_boards::{NUCLEO_G474RE, NUCLEO_H743ZI, OPENCR};
+
 use crate::Range;
 use crate::memory::{CodePath, DataPath, Region};
 use crate::pipeline::Processor;
@@ -56,9 +58,9 @@ pub fn all() -> Vec<Chip> {
         ]
     };
     let f746 = Chip {
-        board: "opencr",
+        board: OPENCR.name,
         layout: "flash over AXI, caches",
-        clock_hz: 216e6,
+        clock_hz: f64::from(OPENCR.clock_hz),
         processor: Processor::CortexM7 { data_cache_bytes: 4 * KB },
         code: CodePath::Cached { bytes: 4 * KB, ways: 2, miss: F746_FLASH },
         data: f746_data(DataPath::Cached(F746_FLASH)),
@@ -79,9 +81,9 @@ pub fn all() -> Vec<Chip> {
         ]
     };
     let h743 = Chip {
-        board: "nucleo-h743zi",
+        board: NUCLEO_H743ZI.name,
         layout: "flash over AXI, caches",
-        clock_hz: 480e6,
+        clock_hz: f64::from(NUCLEO_H743ZI.clock_hz),
         processor: Processor::CortexM7 { data_cache_bytes: 16 * KB },
         code: CodePath::Cached { bytes: 16 * KB, ways: 2, miss: H743_FLASH },
         data: h743_tail(DataPath::Cached(H743_SRAM)),
@@ -93,9 +95,9 @@ pub fn all() -> Vec<Chip> {
         ..h743.clone()
     };
     let g474 = Chip {
-        board: "nucleo-g474re",
+        board: NUCLEO_G474RE.name,
         layout: "flash, ART",
-        clock_hz: 170e6,
+        clock_hz: f64::from(NUCLEO_G474RE.clock_hz),
         processor: Processor::CortexM4,
         code: CodePath::Accelerated { lines: 32, word: 8, line: 32, miss: Range::exactly(4), prefetch: false },
         data: vec![

@@ -7,7 +7,7 @@ mod packages;
 mod versions;
 
 use crate::command::{capture, headline, output, run as run_command};
-use crate::firmware::{self, BOARDS};
+use crate::firmware;
 use crate::pc::cargo;
 use crate::{paths, python};
 use anyhow::{Context, Result, bail, ensure};
@@ -94,7 +94,7 @@ fn wheel(parts: Parts) -> Result<Option<PathBuf>> {
 /// The images of all boards; with [`Parts::Suite`] those that are there.
 fn images(parts: Parts) -> Result<Vec<PathBuf>> {
     let mut images = Vec::new();
-    for board in BOARDS {
+    for board in fre_boards::ALL {
         match parts {
             Parts::Built => images.push(firmware::show(board.name)?),
             Parts::Suite => images.extend(Some(firmware::image(board.name)).filter(|image| image.exists())),

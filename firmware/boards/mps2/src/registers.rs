@@ -90,7 +90,7 @@ pub(crate) mod fpga {
 }
 
 /// The clock of processor and peripherals.
-pub(crate) const CLOCK_HZ: u32 = 25_000_000;
+pub(crate) const CLOCK_HZ: u32 = fre_boards::MPS2.clock_hz;
 
 /// Interrupt numbers.
 pub(crate) mod interrupt {

@@ -6,9 +6,6 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 
-/// The processor's clock.
-pub const HZ: u32 = 170_000_000;
-
 /// 24 MHz / 6 · 85 = 340 MHz, / 2 for processor and buses. Above 150 MHz the core needs the boosted voltage.
 pub fn config() -> Config {
     let mut config = Config::default();

@@ -8,6 +8,7 @@ mod clocks;
 use embassy_executor::Spawner;
 use embassy_stm32::flash::Flash;
 use embassy_stm32::{pac, peripherals::IWDG};
+use fre_boards::NUCLEO_G474RE;
 use gripper::{Board, ResetCause};
 use stm32::port::{Receiver, Sender, halves};
 use stm32::usart::{Direction, Wired};
@@ -34,10 +35,10 @@ impl Board for Nucleo {
     type Bus = Bus;
     type Flash = Store;
     type Watchdog = Dog<IWDG>;
-    const NAME: &'static str = "nucleo-g474re";
-    const FINGERS: usize = 1;
+    const NAME: &'static str = NUCLEO_G474RE.name;
+    const FINGERS: usize = NUCLEO_G474RE.fingers;
     const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
-    const COST_HZ: u32 = clocks::HZ;
+    const COST_HZ: u32 = NUCLEO_G474RE.clock_hz;
     // Much longer than a page of 2 KB takes to erase.
     const WATCHDOG_MS: u32 = 2_000;
 

@@ -6,9 +6,6 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 
-/// The processor's clock.
-pub const HZ: u32 = 480_000_000;
-
 /// 8 MHz / 2 · 240 = 960 MHz, / 2 for the processor. Buses 240 MHz, APBs (USART 2 and 3) 120 MHz.
 pub fn config() -> Config {
     let mut config = Config::default();

@@ -8,6 +8,7 @@ mod clocks;
 use embassy_executor::Spawner;
 use embassy_stm32::flash::Flash;
 use embassy_stm32::{pac, peripherals::IWDG1};
+use fre_boards::NUCLEO_H743ZI;
 use gripper::{Board, ResetCause};
 use stm32::port::{Receiver, Sender, halves};
 use stm32::usart::{Direction, Wired};
@@ -37,10 +38,10 @@ impl Board for Nucleo {
     type Bus = Bus;
     type Flash = Store;
     type Watchdog = Dog<IWDG1>;
-    const NAME: &'static str = "nucleo-h743zi";
-    const FINGERS: usize = gripper::FINGERS;
+    const NAME: &'static str = NUCLEO_H743ZI.name;
+    const FINGERS: usize = NUCLEO_H743ZI.fingers;
     const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
-    const COST_HZ: u32 = clocks::HZ;
+    const COST_HZ: u32 = NUCLEO_H743ZI.clock_hz;
     // Longer than a sector of 128 KB takes to erase, which holds the link, not the control task.
     const WATCHDOG_MS: u32 = 4_000;
 

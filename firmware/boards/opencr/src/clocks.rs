@@ -6,9 +6,6 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 
-/// The processor's clock.
-pub const HZ: u32 = 216_000_000;
-
 /// 25 MHz / 25 · 432 = 432 MHz: / 2 for the processor, / 9 = 48 MHz for USB. APB1 54 MHz, APB2 (USART6) 108 MHz.
 pub fn config() -> Config {
     let mut config = Config::default();

@@ -12,6 +12,7 @@ use embassy_executor::Spawner;
 use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::{bind_interrupts, pac, peripherals, usb};
+use fre_boards::OPENCR;
 use gripper::{Board, ResetCause};
 use stm32::usart::{self, Direction, Wired};
 use stm32::{Care, Line, Settings, critical, cycles, reset};
@@ -34,11 +35,10 @@ impl Board for OpenCr {
     type Bus = Bus;
     type Flash = Store;
     type Watchdog = Timer;
-    const NAME: &'static str = "opencr";
-    // At 216 MHz more than two are hardly served in time.
-    const FINGERS: usize = 2;
+    const NAME: &'static str = OPENCR.name;
+    const FINGERS: usize = OPENCR.fingers;
     const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
-    const COST_HZ: u32 = clocks::HZ;
+    const COST_HZ: u32 = OPENCR.clock_hz;
     const WATCHDOG_MS: u32 = watchdog::MS;
 
     fn cost_ticks() -> u32 {

@@ -14,7 +14,7 @@ pub const MS: u32 = 3_000;
 /// Ticks of the timer per ms.
 const PER_MS: u32 = 10;
 /// Timers of APB1 run at twice its clock.
-const TIMER_HZ: u32 = crate::clocks::HZ / 2;
+const TIMER_HZ: u32 = fre_boards::OPENCR.clock_hz / 2;
 
 /// The watchdog.
 pub struct Timer(IndependentWatchdog<'static, IWDG>);

@@ -6,17 +6,24 @@ use embassy_stm32::interrupt::typelevel::Interrupt;
 use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::usart::Usart as Registers;
 use embassy_stm32::rcc;
-use embassy_stm32::usart::{DePin, Instance, RxPin, TxPin};
+#[cfg(not(feature = "one-data-register"))]
+use embassy_stm32::usart::DePin;
+use embassy_stm32::usart::{Instance, RxPin, TxPin};
 
 use crate::critical::UNMASKED;
 use crate::line::{Status, Until, Usart};
+
+#[cfg_attr(feature = "one-data-register", path = "usart/one_data_register.rs")]
+#[cfg_attr(not(feature = "one-data-register"), path = "usart/two_data_registers.rs")]
+mod registers;
 
 /// Who turns the direction round.
 #[derive(Clone, Copy)]
 pub enum Direction {
     /// Nobody: a wire for each direction.
     None,
-    /// The USART: its driver-enable output frames what it sends, to a fraction of a bit.
+    /// The USART: its driver-enable output frames what it sends, to a fraction of a bit. Older USARTs have none.
+    #[cfg(not(feature = "one-data-register"))]
     DriverEnable,
     /// The line's interrupt, by a pin that is high while the line is driven.
     Pin(Gpio, usize),
@@ -38,10 +45,6 @@ pub struct Running {
     raise: fn(),
 }
 
-/// Sixteenths of a bit by which the driver is enabled before the first start bit.
-const ENABLE_AHEAD: u8 = 8;
-/// Sixteenths of a bit by which it stays enabled after the last stop bit.
-const ENABLE_AFTER: u8 = 1;
 /// What the divider allows.
 const DIVIDERS: core::ops::RangeInclusive<u32> = 16..=0xffff;
 
@@ -80,6 +83,7 @@ impl Wired {
     }
 
     /// As [`Self::start`], with the USART's driver-enable output.
+    #[cfg(not(feature = "one-data-register"))]
     pub fn start_with_driver_enable<T: Instance>(
         self,
         usart: Peri<'static, T>,
@@ -122,14 +126,11 @@ impl Running {
     pub fn set_baud(&mut self, baud: u32) -> u32 {
         let divider = ((self.kernel_hz + baud / 2) / baud.max(1)).clamp(*DIVIDERS.start(), *DIVIDERS.end());
         (self.mask)();
-        let Wired { registers, direction } = self.wired;
-        registers.cr1().write(|_| ());
-        registers.brr().write(|w| w.set_brr(divider as u16));
-        let driver_enable = matches!(direction, Direction::DriverEnable);
-        registers.cr3().write(|w| w.set_dem(driver_enable));
-        registers.cr1().write(|w| {
-            w.set_deat(ENABLE_AHEAD);
-            w.set_dedt(ENABLE_AFTER);
+        let Wired { registers: usart, direction } = self.wired;
+        usart.cr1().write(|_| ());
+        usart.brr().write(|w| w.set_brr(divider as u16));
+        registers::frame(usart, direction);
+        usart.cr1().modify(|w| {
             w.set_te(true);
             w.set_re(true);
             w.set_rxneie(true);
@@ -145,32 +146,19 @@ impl Running {
 
 impl Usart for Wired {
     fn status(&self) -> Status {
-        let flags = self.registers.isr().read();
-        Status {
-            received: flags.rxne(),
-            idle: flags.idle(),
-            damaged: flags.ore() || flags.fe() || flags.ne(),
-            ready: flags.txe(),
-            complete: flags.tc(),
-        }
+        registers::status(self.registers)
     }
 
     fn take(&self) -> u8 {
-        self.registers.rdr().read().dr() as u8
+        registers::take(self.registers)
     }
 
     fn clear(&self) {
-        self.registers.icr().write(|w| {
-            w.set_idle(true);
-            w.set_ore(true);
-            w.set_fe(true);
-            w.set_ne(true);
-        });
+        registers::clear(self.registers);
     }
 
     fn give(&self, byte: u8) {
-        self.registers.icr().write(|w| w.set_tc(true));
-        self.registers.tdr().write(|w| w.set_dr(u16::from(byte)));
+        registers::give(self.registers, byte);
     }
 
     fn interrupt(&self, until: Until) {

@@ -9,44 +9,34 @@ pub struct Board {
     pub name: &'static str,
     /// Its chip, as probe-rs calls it.
     pub chip: &'static str,
-    /// The chip's flash, by addresses: where the image may lie.
+    /// Addresses that an image may take: the first, and the one behind the last.
     pub flash: (u64, u64),
     /// What has to be connected.
     pub probe: &'static str,
 }
 
-/// All of them. An OpenCR's flash begins behind its boot loader, which is never overwritten.
-pub const BOARDS: &[Board] = &[
-    Board {
-        name: "opencr",
-        chip: "STM32F746ZG",
-        flash: (0x0804_0000, 0x0810_0000),
-        probe: "a debug probe (ST-LINK, CMSIS-DAP, J-Link) at the board's JTAG/SWD connector",
-    },
-    Board {
-        name: "nucleo-h743zi",
-        chip: "STM32H743ZI",
-        flash: (0x0800_0000, 0x0820_0000),
-        probe: "the board's own ST-LINK, by its USB connector",
-    },
-    Board {
-        name: "nucleo-g474re",
-        chip: "STM32G474RE",
-        flash: (0x0800_0000, 0x0808_0000),
-        probe: "the board's own ST-LINK, by its USB connector",
-    },
-];
-
 impl Board {
+    /// Those that a debug probe reaches.
+    pub fn all() -> impl Iterator<Item = Self> {
+        fre_boards::ALL.iter().filter_map(|board| {
+            let probe = board.probe?;
+            let [first, end] = board.flash.map(u64::from);
+            Some(Self { name: board.name, chip: probe.chip, flash: (first, end), probe: probe.connection })
+        })
+    }
+
     /// The board of this name.
     ///
     /// # Errors
     /// There is none; names those that are.
     pub fn named(name: &str) -> Result<Self, String> {
-        BOARDS.iter().find(|board| board.name == name).copied().ok_or_else(|| {
-            let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
-            format!("allowed are {}", names.join(", "))
-        })
+        Self::all().find(|board| board.name == name).ok_or_else(|| format!("allowed are {}", Self::names()))
+    }
+
+    /// All names, in a row.
+    pub fn names() -> String {
+        let names: Vec<&str> = Self::all().map(|board| board.name).collect();
+        names.join(", ")
     }
 
     /// Where `cargo xtask firmware` puts its image, from the repository's root.

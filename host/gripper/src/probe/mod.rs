@@ -8,6 +8,6 @@ mod image;
 #[cfg(feature = "probe")]
 pub mod session;
 
-pub use board::{BOARDS, Board};
+pub use board::Board;
 pub use error::ProbeError;
 pub use image::{Image, Piece};

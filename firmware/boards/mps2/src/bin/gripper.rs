@@ -19,11 +19,11 @@ impl Board for Mps2 {
     type Bus = Bus;
     type Flash = Flash;
     type Watchdog = Watchdog;
-    const NAME: &'static str = "mps2";
-    const FINGERS: usize = gripper::FINGERS;
+    const NAME: &'static str = MPS2.name;
+    const FINGERS: usize = MPS2.fingers;
     // The servo is a program on the PC, which is given the processor when it suits the PC.
     const BUS_LATENCY_US: u32 = 100_000;
-    const COST_HZ: u32 = cycles::HZ;
+    const COST_HZ: u32 = MPS2.clock_hz;
     const WATCHDOG_MS: u32 = mps2::WATCHDOG_MS;
 
     fn cost_ticks() -> u32 {

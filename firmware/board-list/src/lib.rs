@@ -1,0 +1,152 @@
+//! The boards that the gripper's firmware is made for: the one list that the images themselves, the build, the PC's tools and the
+//! documentation read.
+//!
+//! What only an image needs (pins, clock tree, interrupts) is in its own folder of `firmware/boards`.
+#![no_std]
+
+/// A board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Board {
+    /// The package's name in `firmware/boards`; its image is `gripper-NAME`.
+    pub name: &'static str,
+    /// What its maker calls it.
+    pub title: &'static str,
+    /// The chip's processor.
+    pub processor: &'static str,
+    /// The processor's clock, Hz. The ticks in which the firmware reports its costs are counted by it.
+    pub clock_hz: u32,
+    /// For how many fingers the firmware has room.
+    pub fingers: usize,
+    /// Ticks per second that are wanted of one finger.
+    pub wanted_hz: u32,
+    /// Addresses that an image may take: the first, and the one behind the last.
+    pub flash: [u32; 2],
+    /// What an image may take of the flash, bytes: below what the chip has, so that it is noticed before the linker notices.
+    pub flash_budget: u32,
+    /// The memory for variables, the stack not counted, bytes.
+    pub ram: u32,
+    /// What the variables may take of it, bytes.
+    pub ram_budget: u32,
+    /// How it is reached with a debug probe; a virtual board has none.
+    pub probe: Option<Probe>,
+}
+
+/// How a debug probe reaches a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Probe {
+    /// The chip, as probe-rs calls it.
+    pub chip: &'static str,
+    /// What has to be connected.
+    pub connection: &'static str,
+}
+
+const KB: u32 = 1024;
+const ST_LINK: &str = "the board's own ST-LINK, by its USB connector";
+
+/// QEMU's mps2-an500, which the tests run.
+pub const MPS2: Board = Board {
+    name: "mps2",
+    title: "QEMU mps2-an500",
+    processor: "Cortex-M7",
+    clock_hz: 25_000_000,
+    fingers: 4,
+    wanted_hz: 500,
+    flash: [0, 4096 * KB],
+    flash_budget: 480 * KB,
+    ram: 3584 * KB,
+    ram_budget: 512 * KB,
+    probe: None,
+};
+
+/// ROBOTIS' OpenCR 1.0. Its flash begins behind the boot loader, which is never overwritten. More than two fingers are hardly served
+/// in time.
+pub const OPENCR: Board = Board {
+    name: "opencr",
+    title: "ROBOTIS OpenCR 1.0",
+    processor: "Cortex-M7",
+    clock_hz: 216_000_000,
+    fingers: 2,
+    wanted_hz: 500,
+    flash: [0x0804_0000, 0x0810_0000],
+    flash_budget: 512 * KB,
+    ram: 288 * KB - 256,
+    ram_budget: 192 * KB,
+    probe: Some(Probe {
+        chip: "STM32F746ZG",
+        connection: "a debug probe (ST-LINK, CMSIS-DAP, J-Link) at the board's JTAG/SWD connector",
+    }),
+};
+
+/// ST's NUCLEO-H743ZI2. The settings lie in the last two sectors of the second bank.
+pub const NUCLEO_H743ZI: Board = Board {
+    name: "nucleo-h743zi",
+    title: "ST NUCLEO-H743ZI2",
+    processor: "Cortex-M7",
+    clock_hz: 480_000_000,
+    fingers: 4,
+    wanted_hz: 1000,
+    flash: [0x0800_0000, 0x0810_0000],
+    flash_budget: 512 * KB,
+    ram: 512 * KB,
+    ram_budget: 448 * KB,
+    probe: Some(Probe { chip: "STM32H743ZI", connection: ST_LINK }),
+};
+
+/// ST's NUCLEO-G474RE. The settings lie in the last 16 KB.
+pub const NUCLEO_G474RE: Board = Board {
+    name: "nucleo-g474re",
+    title: "ST NUCLEO-G474RE",
+    processor: "Cortex-M4",
+    clock_hz: 170_000_000,
+    fingers: 1,
+    wanted_hz: 500,
+    flash: [0x0800_0000, 0x0807_c000],
+    flash_budget: 448 * KB,
+    ram: 112 * KB - 256,
+    ram_budget: 108 * KB,
+    probe: Some(Probe { chip: "STM32G474RE", connection: ST_LINK }),
+};
+
+/// ST's NUCLEO-F429ZI. The settings lie in the first sectors of the second bank.
+pub const NUCLEO_F429ZI: Board = Board {
+    name: "nucleo-f429zi",
+    title: "ST NUCLEO-F429ZI",
+    processor: "Cortex-M4",
+    clock_hz: 168_000_000,
+    fingers: 1,
+    wanted_hz: 500,
+    flash: [0x0800_0000, 0x0810_0000],
+    flash_budget: 512 * KB,
+    ram: 192 * KB - 256,
+    ram_budget: 160 * KB,
+    probe: Some(Probe { chip: "STM32F429ZI", connection: ST_LINK }),
+};
+
+/// All of them.
+pub const ALL: &[Board] = &[MPS2, OPENCR, NUCLEO_H743ZI, NUCLEO_G474RE, NUCLEO_F429ZI];
+
+/// The board of this name.
+pub fn named(name: &str) -> Option<&'static Board> {
+    ALL.iter().find(|board| board.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_budgets_are_within_the_chip() {
+        for (index, board) in ALL.iter().enumerate() {
+            assert_eq!(ALL.iter().position(|other| other.name == board.name), Some(index), "{}", board.name);
+            assert_eq!(named(board.name), Some(board));
+            let [first, end] = board.flash;
+            assert!(
+                first < end && board.flash_budget <= end - first && board.ram_budget <= board.ram,
+                "{}",
+                board.name
+            );
+            assert!(board.fingers > 0 && board.clock_hz > 0 && board.wanted_hz > 0, "{}", board.name);
+        }
+        assert_eq!(named("uno"), None);
+    }
+}
