@@ -106,17 +106,32 @@ pub trait Size: 'static {
     type Pairs<X: Blank>: Storage<X>;
     /// Per contact row and unknown.
     type Rows<X: Blank>: Storage<X>;
-    /// Number of contact rows.
+    /// Number of contact rows; with friction a sample takes two.
     const CONTACTS: usize;
+    /// There is room for what friction remembers.
+    const RUBS: bool;
+    /// Per node, if there is friction.
+    type SlipNodes<X: Blank>: Storage<X>;
+    /// Per cell, if there is friction.
+    type SlipCells<X: Blank>: Storage<X>;
+    /// Per contact row, if there is friction.
+    type SlipContacts<X: Blank>: Storage<X>;
 }
 
 /// Defines a size of your own: `fixed_size!(/// …
 /// Long, cells 13, nodes 206, samples 146, contacts 24);` for up to 12 lamellae. Cells are one more than the lamellae; nodes are
 /// what the scheme has (`simpson`: 2N+1 per member of N elements, `trapezoid` N+2, `paper` N+1); a model that finds no room is
-/// refused when it is discretised.
+/// refused when it is discretised. With `friction` at the end there is room for what friction remembers, and a sample that touches takes
+/// two of the contacts.
 #[macro_export]
 macro_rules! fixed_size {
     ($(#[$doc:meta])* $name:ident, cells $cells:literal, nodes $nodes:literal, samples $samples:literal, contacts $contacts:literal) => {
+        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, false, 0, 0, 0);
+    };
+    ($(#[$doc:meta])* $name:ident, cells $cells:literal, nodes $nodes:literal, samples $samples:literal, contacts $contacts:literal, friction) => {
+        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, true, $nodes, $cells, $contacts);
+    };
+    (@ $(#[$doc:meta])* $name:ident, $cells:literal, $nodes:literal, $samples:literal, $contacts:literal, $rubs:literal, $slip_nodes:literal, $slip_cells:literal, $slip_contacts:literal) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name;
@@ -130,6 +145,10 @@ macro_rules! fixed_size {
             type Pairs<X: $crate::size::Blank> = [X; $contacts * $contacts];
             type Rows<X: $crate::size::Blank> = [X; $contacts * (5 * $cells - 2)];
             const CONTACTS: usize = $contacts;
+            const RUBS: bool = $rubs;
+            type SlipNodes<X: $crate::size::Blank> = [X; $slip_nodes];
+            type SlipCells<X: $crate::size::Blank> = [X; $slip_cells];
+            type SlipContacts<X: $crate::size::Blank> = [X; $slip_contacts];
         }
     };
 }
@@ -138,6 +157,10 @@ fixed_size!(
     /// The microcontroller's: `simpson`, 2 elements per span, 3 in the tip span, 1 per hinge, up to 7 lamellae and
     /// 5 samples per element.
     Reduced, cells 8, nodes 126, samples 96, contacts 22
+);
+fixed_size!(
+    /// As [`Reduced`], with friction: up to 14 samples that touch or are about to.
+    Rubbing, cells 8, nodes 126, samples 96, contacts 29, friction
 );
 fixed_size!(
     /// Up to 16 rungs of any kind on a microcontroller with the memory: `simpson`, 2 elements per span and rib, 3 in the tip span, 1 per

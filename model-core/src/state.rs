@@ -1,6 +1,7 @@
 //! The state of a discretised finger: what changes from solve to solve.
 
 use crate::access::Access;
+use crate::contact::ContactState;
 use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
@@ -21,6 +22,9 @@ pub struct State<T: Real, S: Size> {
     pub(crate) multiplier: S::Contacts<T>,
     /// Their normals when they were last evaluated: what strains the front beam before the gaps are known.
     pub(crate) normal: S::Contacts<[T; 2]>,
+    /// With friction: their tangential forces τ towards the tip, N, and how they slip.
+    pub(crate) tangential: S::SlipContacts<T>,
+    pub(crate) slips: S::SlipContacts<ContactState>,
     pub(crate) touching_count: usize,
 }
 
@@ -34,6 +38,8 @@ impl<T: Real, S: Size> State<T, S> {
         touching: <S::Contacts<u16> as Storage<u16>>::EMPTY,
         multiplier: <S::Contacts<T> as Storage<T>>::EMPTY,
         normal: <S::Contacts<[T; 2]> as Storage<[T; 2]>>::EMPTY,
+        tangential: <S::SlipContacts<T> as Storage<T>>::EMPTY,
+        slips: <S::SlipContacts<ContactState> as Storage<ContactState>>::EMPTY,
         touching_count: 0,
     };
 
@@ -44,6 +50,7 @@ impl<T: Real, S: Size> State<T, S> {
             && self.touching.fit(S::CONTACTS)
             && self.multiplier.fit(S::CONTACTS)
             && self.normal.fit(S::CONTACTS)
+            && (!S::RUBS || self.tangential.fit(S::CONTACTS) && self.slips.fit(S::CONTACTS))
     }
 
     /// Back to the undeformed, untouched finger.
@@ -54,7 +61,7 @@ impl<T: Real, S: Size> State<T, S> {
         self.touching_count = 0;
     }
 
-    /// Σ μ n over the touching samples, N: the contact force with its sign changed.
+    /// Σ μ n over the touching samples, N: the contact force with its sign changed, but for friction, whose part may turn round at once.
     pub(crate) fn force(&self) -> [T; 2] {
         let touching = self.multiplier.as_ref().iter().zip(self.normal.as_ref()).take(self.touching_count);
         touching.fold([T::ZERO; 2], |sum, (&force, normal)| [sum[0] + force * normal[0], sum[1] + force * normal[1]])
@@ -68,21 +75,35 @@ impl<T: Real, S: Size> State<T, S> {
             }
         }
         // By name, here and in [`Self::predict`]: a field that is added is a compiler's error until both know it.
-        let Self { angle, lambda, load, load_cell, touching, multiplier, normal, touching_count } = self;
+        let Self { angle, lambda, load, load_cell, touching, multiplier, normal, tangential, slips, touching_count } =
+            self;
         copy(angle.as_mut(), from.angle.as_ref(), model.node_count);
         copy(lambda.as_mut(), from.lambda.as_ref(), model.cells());
         let count = from.touching_count;
         copy(touching.as_mut(), from.touching.as_ref(), count);
         copy(multiplier.as_mut(), from.multiplier.as_ref(), count);
         copy(normal.as_mut(), from.normal.as_ref(), count);
+        copy(tangential.as_mut(), from.tangential.as_ref(), count);
+        copy(slips.as_mut(), from.slips.as_ref(), count);
         *touching_count = count;
         (*load, *load_cell) = (from.load, from.load_cell);
     }
 
     /// Goes on from another state to this one and `part` as far beyond. A contact that is new keeps its multiplier.
     pub(crate) fn predict(&mut self, from: &Self, part: T, model: &Model<T, S>) {
-        // A load and where it acts are given, not found.
-        let Self { angle, lambda, load: _, load_cell: _, touching, multiplier, normal, touching_count } = self;
+        // A load and where it acts are given, not found; the force of what slips follows from μ, that of what sticks from the slip.
+        let Self {
+            angle,
+            lambda,
+            load: _,
+            load_cell: _,
+            touching,
+            multiplier,
+            normal,
+            tangential: _,
+            slips: _,
+            touching_count,
+        } = self;
         let beyond = |now: &mut T, then: T| *now += part * (*now - then);
         for (now, &then) in angle.as_mut().iter_mut().zip(from.angle.as_ref()).take(model.node_count) {
             beyond(now, then);

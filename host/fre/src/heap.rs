@@ -46,6 +46,10 @@ macro_rules! size {
             type Pairs<X: Blank> = Heap<X>;
             type Rows<X: Blank> = Heap<X>;
             const CONTACTS: usize = $contacts;
+            const RUBS: bool = true;
+            type SlipNodes<X: Blank> = Heap<X>;
+            type SlipCells<X: Blank> = Heap<X>;
+            type SlipContacts<X: Blank> = Heap<X>;
         }
     };
 }

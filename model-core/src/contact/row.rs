@@ -4,7 +4,7 @@ use super::sample::Sample;
 use crate::real::Real;
 use crate::size::Blank;
 
-/// Whether a row is an equation g + ε_c μ = 0.
+/// Whether a row is an equation g + ε_c μ = 0, and what a tangent is instead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum ContactState {
     /// It is not: its multiplier is zero. First, so that a blank row is all zeros.
@@ -12,6 +12,12 @@ pub(crate) enum ContactState {
     Open,
     /// It is.
     Closed,
+    /// It is, as a tangent: the place moves with the object, but for what its softness gives way.
+    Stick,
+    /// It is not: the place slips, with the tangential force m μ towards the tip.
+    SlipUp,
+    /// It is not: the place slips, with the tangential force m μ towards the base.
+    SlipDown,
 }
 
 impl Blank for ContactState {
@@ -23,6 +29,8 @@ impl Blank for ContactState {
 pub(crate) enum Direction {
     /// The object's normal: the multiplier pushes only, μ ≥ 0.
     Normal,
+    /// Its tangent, towards the finger's tip: the slip of the beam's surface, and the force of friction (see `newton::tangent`).
+    Tangent,
     /// Its tangent, for the turning of the contact force (see `newton::turning`): the multiplier has no bounds.
     Turning,
 }

@@ -47,7 +47,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if left == 0 && outcome.steps > 0 {
             return Some(Status::MaxIterations);
         }
-        self.timeline.predict(target, &self.model);
+        self.timeline.predict(target, self.work.slip.rubs(), &self.model);
         let settings = NewtonSettings::<T>::of_precision();
         let tolerance = if reaches { settings.tolerance } else { settings.on_the_way };
         let allowed = self.patience((target - self.timeline.at()).abs(), reaches);
@@ -131,6 +131,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     pub(super) fn keep(&mut self, at: T) {
         self.bar(at);
+        if self.rubs() {
+            self.remember_slip();
+        }
         self.timeline.accept(at, &self.model);
     }
 }

@@ -19,6 +19,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         budget: u32,
         tolerance: Tolerance<T>,
     ) -> Attempt<T> {
+        self.aim(coordinate);
         let object = self.seen(coordinate);
         let is_short = (coordinate - self.timeline.at()).abs() <= T::of(SHORT) * self.max_step();
         let limits = Limits {
@@ -27,7 +28,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             tolerance,
             hessian: self.settings.hessian,
             margin: T::of(self.settings.margin) / self.model.units.length,
-            thins: is_short && self.model.fineness <= 1,
+            thins: is_short && self.model.fineness <= 1 && !self.rubs(),
         };
         let (present, accepted) = self.timeline.present_and_accepted();
         let judged = Judged { state: accepted, drift: self.drift };

@@ -8,6 +8,9 @@ use crate::real::Real;
 use crate::size::Size;
 use crate::units::Seen;
 
+/// Part of the largest step that is allowed with friction.
+const RUBBING: f64 = 0.25;
+
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Puts the undeformed finger where the following of a motion to `first` can begin: at the largest coordinate not
     /// above `first` at which the object lies clear in front of the finger, searched back over a half turn (or 500 units of
@@ -78,6 +81,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 (T::of(self.settings.max_distance_step) * unit, unit)
             }
         };
+        // Where slip turns round, the force depends on how far the motion goes in one step.
+        let allowed = if self.rubs() { allowed * T::of(RUBBING) } else { allowed };
         if self.model.fineness <= 1 {
             return allowed;
         }

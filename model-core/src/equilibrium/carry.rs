@@ -73,6 +73,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.phase = Phase::Following;
         self.begin_path(mark.at);
         self.show_accepted();
+        if self.rubs() {
+            self.remember_slip();
+        }
     }
 
     pub(crate) fn unmark(&mut self) {
@@ -140,6 +143,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         for contact in self.contacts() {
             let arm = [contact.position[0] - pivot.x, contact.position[1] - pivot.y];
             moment -= contact.force * (arm[0] * contact.normal[1] - arm[1] * contact.normal[0]);
+            moment += contact.tangential * (arm[0] * contact.normal[0] + arm[1] * contact.normal[1]);
         }
         let [x, y] = self.force_world();
         [x, y, moment]

@@ -34,6 +34,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// implicit step in time of a finger in a viscous bath, 1/`shift` long, which goes downhill in energy as long as the
     /// shifted problem is stable. The time step follows the motion: short while it is fast, long while it is slow.
     pub(super) fn fold(&mut self, target: T, shift: T, spent: u32, budget: u32, outcome: &mut Outcome) {
+        self.aim(target);
         let object = self.seen(target);
         let margin = T::of(FOLD_MARGIN);
         let tolerance = T::TOLERANCE;

@@ -20,6 +20,10 @@ mod hop;
 mod passing;
 mod phase;
 mod settings;
+#[cfg(test)]
+mod slip_elastica;
+#[cfg(test)]
+mod slip_stability;
 mod solution;
 mod strains;
 #[cfg(test)]
@@ -30,7 +34,7 @@ mod track;
 pub use settings::Settings;
 pub use track::Tracking;
 
-use crate::bounds::OutOfBounds;
+use crate::bounds::{OutOfBounds, check};
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
 use crate::model::Model;
@@ -72,6 +76,8 @@ pub struct Outcome {
 
 /// Newton iterations of one call of [`Follower::follow`]: a motion over many snaps takes a few thousand.
 pub const FOLLOW_ITERATIONS: u32 = 20_000;
+/// Smallest and largest coefficient of friction.
+pub const FRICTIONS: [f64; 2] = [0.0, 3.0];
 /// Places at which [`Follower::start`] looks for an open finger, each one evaluation of the gaps.
 pub const START_CHECKS: u32 = 8192;
 /// Follows a finger's equilibrium on an object: model, state and workspace.
@@ -187,6 +193,41 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.allow_steps();
         self.work.contacts.count = 0;
         self.work.kinematics.place_all(&self.model, &self.timeline.present, &[]);
+        if self.rubs() {
+            self.work.slip.begin(&self.model, &self.timeline.present, &self.work.kinematics);
+        }
+    }
+
+    /// Takes a coefficient of friction between finger and object; the finger is at rest again. Zero, the default, leaves friction out.
+    ///
+    /// With friction the force depends on the path: on where the hand was open last and how it has moved since.
+    ///
+    /// # Errors
+    /// A coefficient that is not within [`FRICTIONS`], and any but zero where [`Size::RUBS`] is false.
+    pub fn set_friction(&mut self, coefficient: f64) -> Result<(), OutOfBounds> {
+        check("friction", coefficient, if S::RUBS { FRICTIONS } else { [0.0; 2] })?;
+        self.work.slip.coefficient = T::of(coefficient);
+        self.timeline.unmark();
+        self.rest();
+        Ok(())
+    }
+
+    /// Says where the object goes in the finger's frame on the way from the accepted state to a coordinate, which friction needs.
+    fn aim(&mut self, coordinate: T) {
+        if self.rubs() {
+            let way = coordinate - self.timeline.at();
+            let turned = match self.motion {
+                Motion::Rotating { .. } => way,
+                Motion::Translating { .. } => T::ZERO,
+            };
+            self.work.slip.aim(&self.motion.world_to_finger(way), turned, self.model.units.length);
+        }
+    }
+
+    /// The workspace shows the accepted state: friction goes on from there.
+    fn remember_slip(&mut self) {
+        let Workspace { kinematics, contacts, slip, .. } = &mut self.work;
+        slip.accept(&self.model, &self.timeline.present, kinematics, contacts.rows());
     }
 
     /// Puts a dead load (finger frame, N) on the front beam where lamella `lamella` is joined (from 0; any larger number
@@ -217,6 +258,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     #[inline(never)]
     pub(crate) fn show_accepted(&mut self) {
         self.timeline.reject(&self.model);
+        self.aim(self.timeline.at());
         let object = self.seen(self.timeline.at());
         (_, self.sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::ZERO);
     }

@@ -4,9 +4,9 @@
 
 use super::{Follower, Phase};
 use crate::access::Access;
-use crate::contact::Contact;
+use crate::contact::{Contact, ContactState, Direction, SlipState};
 use crate::element;
-use crate::model::Model;
+use crate::model::{Model, vec2_of};
 use crate::newton::{Effort, Workspace};
 use crate::object::{Displacement, Motion, Object};
 use crate::real::{Real, Vec2, cross, vec2};
@@ -85,8 +85,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn force_finger(&self) -> [T; 2] {
         let mut force = [T::ZERO; 2];
         for contact in self.contacts() {
-            force[0] -= contact.force * contact.normal[0];
-            force[1] -= contact.force * contact.normal[1];
+            let [x, y] = contact.on_object();
+            force = [force[0] + x, force[1] + y];
         }
         force
     }
@@ -107,8 +107,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 let mut torque = T::ZERO;
                 for contact in self.contacts() {
                     let arm = Vec2::new(contact.position[0], contact.position[1]) - m;
-                    let force = Vec2::new(-contact.force * contact.normal[0], -contact.force * contact.normal[1]);
-                    torque -= cross(arm, force);
+                    torque -= cross(arm, vec2_of(contact.on_object()));
                 }
                 torque
             }
@@ -161,10 +160,32 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         energy * self.model.units.moment()
     }
 
-    /// Elastic energy with the contact's softness, V + ½ ε_c Σ μ², N·mm: what torque and force are derivatives of.
+    /// Elastic energy with the contact's softness, V + ½ ε_c Σ μ² + ½ Σ ε_t τ², N·mm: without friction what torque and force are derivatives of.
     pub fn potential(&self) -> T {
         let half = T::of(0.5) * self.softness();
-        self.contacts().fold(self.energy(), |sum, contact| sum + half * contact.force * contact.force)
+        let stored = self.contacts().fold(self.energy(), |sum, contact| sum + half * contact.force * contact.force);
+        if !self.rubs() {
+            return stored;
+        }
+        let unit = T::of(0.5) * self.model.units.moment();
+        let along = self.work.contacts.rows().iter().filter(|row| row.direction == Direction::Tangent);
+        along.fold(stored, |sum, row| sum + unit * row.softness * row.multiplier * row.multiplier)
+    }
+
+    /// There is friction.
+    #[inline(always)]
+    pub(crate) fn rubs(&self) -> bool {
+        self.work.slip.rubs()
+    }
+
+    /// Coefficient of friction.
+    pub fn friction(&self) -> T {
+        self.work.slip.coefficient
+    }
+
+    /// Energy that friction has dissipated since the hand was open, N·mm: with the potential it is the work that closing has taken.
+    pub fn dissipated(&self) -> T {
+        self.work.slip.dissipated * self.model.units.moment()
     }
 
     /// Contact softness ε_c in use, mm/N: a touching place is pressed into the object by ε_c times its force.
@@ -180,8 +201,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Touching samples, base to tip, finger frame.
     pub fn contacts(&self) -> impl Iterator<Item = Contact<T>> + '_ {
-        let rows = self.work.contacts.rows().iter();
-        rows.filter(|row| row.touches()).map(|row| {
+        let rows = self.work.contacts.rows();
+        rows.iter().enumerate().filter(|(_, row)| row.touches()).map(|(j, row)| {
+            let tangent = j.checked_sub(1).filter(|_| S::RUBS).and_then(|before| rows.get(before));
+            let tangent = tangent.filter(|row| row.direction == Direction::Tangent);
             let sample = &row.place;
             let centre = self.work.kinematics.position(&self.model, sample);
             let units = &self.model.units;
@@ -193,6 +216,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 ]),
                 normal: row.normal,
                 force: row.multiplier * units.force,
+                tangential: tangent.map_or(T::ZERO, |row| row.multiplier * units.force),
+                slip: tangent.and_then(|row| match row.state {
+                    ContactState::Stick => Some(SlipState::Stick),
+                    ContactState::SlipUp => Some(SlipState::Up),
+                    ContactState::SlipDown => Some(SlipState::Down),
+                    ContactState::Open | ContactState::Closed => None,
+                }),
             }
         })
     }

@@ -87,8 +87,10 @@ impl<T: Real, S: Size> Timeline<T, S> {
     }
 
     /// Moves the present instant on to a coordinate, along the line through the last two accepted ones.
-    pub(super) fn predict(&mut self, to: T, model: &Model<T, S>) {
-        if let Some(part) = self.ahead(to).filter(|part| part.abs() <= T::of(FARTHEST)) {
+    /// With friction a motion that turns round goes another way: nothing is predicted backwards.
+    pub(super) fn predict(&mut self, to: T, rubs: bool, model: &Model<T, S>) {
+        let follows = |part: &T| part.abs() <= T::of(FARTHEST) && !(rubs && *part < T::ZERO);
+        if let Some(part) = self.ahead(to).filter(follows) {
             self.present.predict(&self.previous, part, model);
         }
     }

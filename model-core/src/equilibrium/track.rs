@@ -54,7 +54,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.timeline.predicts() && remaining.abs() <= far
         };
         let smallest = self.max_step() * T::of(self.settings.min_step);
-        if !ready || !begins || self.step <= smallest || self.settings.hessian != Hessian::Newton {
+        if !ready || !begins || self.step <= smallest || self.settings.hessian != Hessian::Newton || self.rubs() {
             return self.follow_within(to, budget);
         }
         let size = self.step.min(far);
@@ -64,7 +64,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if !reaches && !is_short {
             return self.follow_within(to, budget);
         }
-        self.timeline.predict(target, &self.model);
+        self.timeline.predict(target, self.work.slip.rubs(), &self.model);
         let object = self.seen(target);
         let mut outcome = Outcome {
             status: Status::MaxIterations,

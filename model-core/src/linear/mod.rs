@@ -2,5 +2,6 @@
 
 pub(crate) mod banded;
 pub(crate) mod cholesky;
+pub(crate) mod lu;
 pub(crate) mod pivot;
 pub(crate) mod symmetric;

@@ -6,8 +6,10 @@ use super::condensed::{Corrections, Own};
 use super::factorisation::{Factorisation, begin_right};
 use super::gaps::{cell_of, own_rows};
 use super::residual::Residual;
+use super::slip;
 use super::workspace::Evaluated;
 use crate::access::Access;
+use crate::contact::Direction;
 use crate::linear::banded;
 use crate::linear::symmetric::product;
 use crate::model::Model;
@@ -142,6 +144,12 @@ impl<T: Real, S: Size> Border<T, S> {
             *value = -dot(normal, *lever);
             weigh(w, node.e);
         }
+        if S::RUBS && row.direction == Direction::Tangent {
+            let (node, arms) = slip::arms(model, row);
+            for (value, arm) in column.get_mut(node.saturating_sub(nodes.start)..)?.iter_mut().zip(arms) {
+                *value -= arm;
+            }
+        }
         let ([stretch, shear], [xx, xy, all]) = (member.compliance, tensor);
         let (k, yy) = (stretch - shear, all - xx);
         own.strain = [
@@ -200,6 +208,14 @@ impl<T: Real, S: Size> Border<T, S> {
                     sum += w
                         * (part / weight - T::one())
                         * compliance_along(on.e, member.compliance, normal, other.normal);
+                }
+            }
+            if S::RUBS && other.direction == Direction::Tangent {
+                let (node, arms) = slip::arms(model, other);
+                for (node, arm) in (node.saturating_sub(nodes.start)..).zip(arms) {
+                    if let Some(&z) = solved.get(node.wrapping_sub(1)) {
+                        sum -= arm * z;
+                    }
                 }
             }
             *entry = sum;

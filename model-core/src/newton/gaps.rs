@@ -57,6 +57,8 @@ struct Gathering<'a, T: Real, S: Size> {
     rows: &'a mut [Row<T>],
     count: usize,
     softness: T,
+    /// Places that find room among the rows.
+    room: usize,
     margin: T,
     /// How many of the places that touched before have been seen, and the next one.
     touched: usize,
@@ -99,7 +101,7 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
             return;
         }
         // Room is kept for the places that touch further up the beam.
-        if self.count + self.listed().len() - self.touched >= S::CONTACTS {
+        if self.count + self.listed().len() - self.touched >= self.room {
             self.found.overflow |= gap.distance < T::ZERO;
             self.found.near_overflow = true;
             return;
@@ -186,7 +188,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
     }
 
     /// Finds the gaps of all samples, and near a sharp object of the places between them, and makes the contact rows: places that touched
-    /// before and those nearer than `margin`.
+    /// before and those nearer than `margin`, `room` of them.
     ///
     /// A place that is only near gives way when there is no room; one that touches or penetrates never does silently.
     pub fn sweep<O: Object<T>>(
@@ -196,6 +198,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
         kinematics: &Kinematics<T, S>,
         object: &O,
         margin: T,
+        room: usize,
     ) -> Sweep<T> {
         let samples = model.samples.as_ref().iter().take(model.sample_count);
         let Kinematics { nodes, start, members, .. } = kinematics;
@@ -206,6 +209,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
             rows: self.rows.as_mut(),
             count: 0,
             softness: model.contact_softness(),
+            room,
             margin,
             touched: 0,
             next: state.touching.as_ref().run(0..state.touching_count).first().map(|&place| usize::from(place)),
@@ -338,7 +342,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
 
     /// Measures the gaps of the rows again.
     pub fn measure<O: Object<T>>(&mut self, model: &Model<T, S>, kinematics: &Kinematics<T, S>, object: &O) {
-        for row in self.rows_mut() {
+        for row in self.rows_mut().iter_mut().filter(|row| row.only_pushes()) {
             let gap = sample_gap(object, &row.place, kinematics.position(model, &row.place));
             (row.gap, row.curvature) = (gap.distance, gap.curvature);
             if row.touches() {

@@ -4,10 +4,11 @@ use super::border::{Border, Right};
 use super::condense::solve_interior;
 use super::factorisation::Factorisation;
 use super::gaps::{Contacts, cell_of, turned_by};
+use super::slip;
 use super::solution::ContactSolution;
 use super::workspace::Evaluated;
 use crate::access::Access;
-use crate::contact::ContactState;
+use crate::contact::{ContactState, Direction};
 use crate::element::Node;
 use crate::linear::banded;
 use crate::model::Model;
@@ -150,6 +151,13 @@ impl<T: Real, S: Size> Increment<T, S> {
                 if delta == T::ZERO {
                     continue;
                 }
+                if S::RUBS && row.direction == Direction::Tangent {
+                    let (node, arms) = slip::arms(model, row);
+                    let values = angle.get_mut(node.saturating_sub(nodes.start)..).unwrap_or(&mut []);
+                    for (value, arm) in values.iter_mut().zip(arms) {
+                        *value += delta * arm;
+                    }
+                }
                 let first = usize::from(row.place.node).wrapping_sub(nodes.start);
                 for (k, &[x, y]) in own.lever.iter().enumerate() {
                     if let Some(value) = angle.get_mut(first.wrapping_add(k)) {
@@ -196,8 +204,14 @@ impl<T: Real, S: Size> State<T, S> {
         let mut touching = self.touching.as_mut().iter_mut().zip(self.multiplier.as_mut()).zip(self.normal.as_mut());
         let found = solution.delta.as_ref().iter().zip(solution.states.as_ref());
         self.touching_count = 0;
+        let (mut tangential, mut slips) = (T::ZERO, ContactState::Open);
         for (row, (&delta, &found)) in contacts.rows().iter().zip(found) {
             let multiplier = row.multiplier + part * delta;
+            if S::RUBS && row.direction == Direction::Tangent {
+                // It comes before its normal.
+                tangential = multiplier;
+                slips = if part == T::one() { found } else { slip::on_the_way(row.state, multiplier) };
+            }
             let keeps = part != T::one() || found == ContactState::Closed;
             if row.only_pushes()
                 && keeps
@@ -206,6 +220,10 @@ impl<T: Real, S: Size> State<T, S> {
             {
                 (*sample, *slot) = (row.sample, multiplier);
                 *normal = turned_by(row.normal, part * (row.tilt + slide * row.curvature));
+                if S::RUBS {
+                    self.tangential.as_mut().put(self.touching_count, tangential);
+                    self.slips.as_mut().put(self.touching_count, slips);
+                }
                 self.touching_count += 1;
             }
         }

@@ -19,10 +19,11 @@ pub(crate) mod inertia;
 pub(crate) mod kinematics;
 pub(crate) mod residual;
 pub(crate) mod settings;
+pub(crate) mod slip;
 pub(crate) mod solution;
 mod step;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod thin;
 mod turning;
 mod workspace;

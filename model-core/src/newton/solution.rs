@@ -2,8 +2,9 @@
 
 use super::border::{Border, Right};
 use super::gaps::Contacts;
-use crate::contact::ContactState;
+use super::slip::Slip;
 use crate::contact::frictionless::{self, Problem, Settled};
+use crate::contact::{ContactState, coulomb};
 use crate::real::Real;
 use crate::size::{Size, Storage};
 
@@ -53,25 +54,32 @@ impl<T: Real, S: Size> ContactSolution<T, S> {
     }
 
     /// Settles the active set, from the rows that touch, and finds the rows' step (32), (33).
-    pub fn settle(&mut self, border: &Border<T, S>, right: &Right<T, S>, contacts: &Contacts<T, S>) -> Settled {
-        let settled = frictionless::settle(
-            &mut Problem {
-                flexibility: border.flexibility.as_ref(),
-                stride: S::CONTACTS,
-                rhs: right.rows.as_ref(),
-                rows: contacts.rows.as_ref(),
-                tolerance: T::TOLERANCE.length * T::of(0.1),
-                factored: self.factored.as_mut(),
-                order: self.order.as_mut(),
-                listed: self.listed.as_mut(),
-                factorised: self.factorised,
-                scratch: self.scratch.as_mut(),
-                spare: self.spare.as_mut(),
-            },
-            contacts.count,
-            self.states.as_mut(),
-            self.delta.as_mut(),
-        );
+    pub fn settle(
+        &mut self,
+        border: &Border<T, S>,
+        right: &Right<T, S>,
+        contacts: &Contacts<T, S>,
+        slip: &Slip<T, S>,
+    ) -> Settled {
+        let mut problem = Problem {
+            flexibility: border.flexibility.as_ref(),
+            stride: S::CONTACTS,
+            rhs: right.rows.as_ref(),
+            rows: contacts.rows.as_ref(),
+            tolerance: T::TOLERANCE.length * T::of(0.1),
+            factored: self.factored.as_mut(),
+            order: self.order.as_mut(),
+            listed: self.listed.as_mut(),
+            factorised: self.factorised,
+            scratch: self.scratch.as_mut(),
+            spare: self.spare.as_mut(),
+        };
+        let (states, delta) = (self.states.as_mut(), self.delta.as_mut());
+        let settled = if slip.rubs() {
+            coulomb::settle(&mut problem, slip.coefficient, contacts.count, states, delta)
+        } else {
+            frictionless::settle(&mut problem, contacts.count, states, delta)
+        };
         self.factorised = settled.factorised;
         settled
     }

@@ -7,7 +7,7 @@ use super::kinematics::SMALL;
 use super::residual::Largest;
 use super::settings::NewtonSettings;
 use super::workspace::Evaluated;
-use super::{Hessian, Workspace};
+use super::{Hessian, Workspace, slip};
 use crate::element::{Depth, Places, Residuals, Tangents};
 use crate::model::Model;
 use crate::object::Object;
@@ -58,10 +58,14 @@ impl<T: Real, S: Size> Workspace<T, S> {
         margin: T,
     ) -> (Largest<T>, Sweep<T>) {
         let NewtonSettings { repositions, tolerance, .. } = NewtonSettings::<T>::of_precision();
-        let Self { effort, kinematics, contacts, residual, increment, .. } = self;
+        let Self { effort, kinematics, contacts, residual, increment, slip, .. } = self;
+        let rubs = slip.rubs();
         effort.evaluates();
         kinematics.lacks_tangent = !D::TANGENT && !model.quadratic;
         contacts.recall(model, state);
+        if rubs {
+            slip.pair(model, state, contacts);
+        }
         // After a small step the normals are those of the object up to second order: nothing is left to replace, as a rule.
         let at_once = !repositions || !D::TANGENT && increment.largest <= T::of(NOTHING_TO_REPOSITION);
         if at_once {
@@ -69,18 +73,32 @@ impl<T: Real, S: Size> Workspace<T, S> {
         } else {
             kinematics.place_front::<Places>(model, state, contacts.rows());
         }
-        let mut sweep = contacts.sweep(model, state, kinematics, object, margin);
+        let mut sweep = contacts.sweep(model, state, kinematics, object, margin, slip.room());
         // Too many near samples: only those that penetrate need rows.
         if sweep.near_overflow {
-            sweep = contacts.sweep(model, state, kinematics, object, T::ZERO);
+            sweep = contacts.sweep(model, state, kinematics, object, T::ZERO, slip.room());
+        }
+        if rubs {
+            slip.pair(model, state, contacts);
         }
         if repositions && !(at_once && contacts.misdirected(model) <= T::of(MISDIRECTED) * tolerance.gradient) {
             contacts.redirect();
+            if rubs {
+                slip::redirect(contacts.rows_mut());
+            }
             kinematics.place_front::<D>(model, state, contacts.rows());
             contacts.measure(model, kinematics, object);
         }
+        if rubs {
+            slip.measure(model, state, kinematics, contacts);
+            slip::turn(model, kinematics, contacts.rows());
+        }
         kinematics.complete::<D>(model, state);
-        (residual.gather(model, kinematics, contacts, &sweep), sweep)
+        let mut worst = residual.gather(model, kinematics, contacts, &sweep);
+        if rubs {
+            worst.length = worst.length.max(slip.missed(model, contacts.rows()));
+        }
+        (worst, sweep)
     }
 
     /// Factorises at the evaluated state and borders the factorisation by the rows; returns the number of negative pivots.
@@ -123,8 +141,8 @@ impl<T: Real, S: Size> Workspace<T, S> {
 
     /// Settles the contacts on the bordered factorisation and finds the increments.
     fn settle(&mut self, model: &Model<T, S>) -> Inertia {
-        let Self { kinematics, contacts, factorisation, border, right, solution, increment, .. } = self;
-        let settled = solution.settle(border, right, contacts);
+        let Self { kinematics, contacts, factorisation, border, right, solution, increment, slip, .. } = self;
+        let settled = solution.settle(border, right, contacts, slip);
         let at = Evaluated { model, kinematics, contacts };
         increment.find(at, factorisation, border, right, solution.delta.as_ref());
         Inertia::of(factorisation.excess, settled, contacts)

@@ -6,7 +6,7 @@ use std::vec::Vec;
 use super::condense::Diagonal;
 use super::gaps::{Contacts, Sweep};
 use super::workspace::Evaluated;
-use super::{Hessian, Workspace, kinematics};
+use super::{Hessian, Workspace, kinematics, slip};
 use crate::contact::{ContactState, Direction, Row, Sample};
 use crate::design::{HingeFrom, HingeKind};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
@@ -14,12 +14,17 @@ use crate::element::Tangents;
 use crate::linear::symmetric;
 use crate::model::Model;
 use crate::random_designs::Random;
-use crate::size::{Blank, Paper, Size};
+use crate::size::{Blank, Size};
 use crate::state::State;
 use crate::topology::{CLAMPED, Role};
 use nalgebra::{DMatrix, DVector};
 
-type Case = (Box<Model<f64, Paper>>, Box<State<f64, Paper>>, Box<Workspace<f64, Paper>>);
+crate::fixed_size!(
+    /// Room for any of the models here, with friction.
+    Rubbing, cells 13, nodes 704, samples 184, contacts 40, friction
+);
+
+type Case = (Box<Model<f64, Rubbing>>, Box<State<f64, Rubbing>>, Box<Workspace<f64, Rubbing>>);
 
 /// A random model in a random state with random contact rows.
 fn random_model(random: &mut Random) -> Case {
@@ -90,19 +95,37 @@ fn random_model(random: &mut Random) -> Case {
         }
     }
     work.contacts.count = count;
+    if random.signed() > 0.0 {
+        // With friction.
+        work.slip.coefficient = 0.5;
+        work.slip.pair(&model, &state, &mut work.contacts);
+        for [tangent, _] in work.contacts.rows_mut().as_chunks_mut::<2>().0 {
+            (tangent.state, tangent.multiplier) = (ContactState::Stick, 0.3 * strength * random.signed());
+            tangent.gap = 0.1 * random.signed();
+        }
+    }
     (model, state, work)
+}
+
+/// What the angles of a row's section add to its slip, mm; none to a gap.
+fn turned(model: &Model<f64, Rubbing>, state: &State<f64, Rubbing>, row: &Row<f64>) -> f64 {
+    if row.direction != Direction::Tangent {
+        return 0.0;
+    }
+    let (node, arms) = slip::arms(model, row);
+    arms.iter().zip(node..).filter(|(arm, _)| **arm != 0.0).map(|(arm, node)| arm * state.angle[node]).sum()
 }
 
 /// Where each unknown lives: interior angles, joint angles, λ, μ.
 #[derive(Clone, Copy, Debug)]
-enum Place {
+pub(crate) enum Place {
     Node(usize),
     Joint(u16),
     Lambda(usize, usize),
     Row(usize),
 }
 
-fn places(model: &Model<f64, Paper>, rows: usize) -> Vec<Place> {
+pub(crate) fn places(model: &Model<f64, Rubbing>, rows: usize) -> Vec<Place> {
     let mut places = Vec::new();
     let mut joints = Vec::new();
     for member in model.members() {
@@ -119,9 +142,9 @@ fn places(model: &Model<f64, Paper>, rows: usize) -> Vec<Place> {
 }
 
 fn add(
-    model: &Model<f64, Paper>,
-    state: &mut State<f64, Paper>,
-    work: &mut Workspace<f64, Paper>,
+    model: &Model<f64, Rubbing>,
+    state: &mut State<f64, Rubbing>,
+    work: &mut Workspace<f64, Rubbing>,
     place: Place,
     by: f64,
 ) {
@@ -153,9 +176,9 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 /// L written as a sum over links: with f the force per weight at a node, each adds l (f·e − ½ ((f·e)²/EA + (f·e′)²/κGA)),
 /// less t/2 f·e times the bending energies that it carries, each rigid part f·r; the closures' and gaps' constants complete it. Normals, g₀ and P₀ are frozen.
 fn lagrangian(
-    model: &Model<f64, Paper>,
-    state: &State<f64, Paper>,
-    work: &Workspace<f64, Paper>,
+    model: &Model<f64, Rubbing>,
+    state: &State<f64, Rubbing>,
+    work: &Workspace<f64, Rubbing>,
     frozen: &[[f64; 2]],
 ) -> f64 {
     let rows = &work.contacts.rows[..work.contacts.count];
@@ -236,22 +259,24 @@ fn lagrangian(
     }
     for (row, at) in rows.iter().zip(frozen) {
         let gap = row.gap + dot(row.normal, [model.base[0] - at[0], model.base[1] - at[1]]);
-        value -= row.multiplier * gap + 0.5 * model.contact_softness() * row.multiplier.powi(2);
+        let gap = gap + turned(model, state, row);
+        value -= row.multiplier * gap + 0.5 * row.softness * row.multiplier.powi(2);
     }
     value - dot(state.load, model.base)
 }
 
 /// Gradient of the frozen Lagrangian as the product computes it.
 fn gradient(
-    model: &Model<f64, Paper>,
-    state: &State<f64, Paper>,
-    work: &mut Workspace<f64, Paper>,
+    model: &Model<f64, Rubbing>,
+    state: &State<f64, Rubbing>,
+    work: &mut Workspace<f64, Rubbing>,
     frozen: &[[f64; 2]],
     places: &[Place],
 ) -> Vec<f64> {
     let Workspace { kinematics, contacts, residual, .. } = work;
     kinematics.direct(model, state);
     kinematics.place_front::<Tangents>(model, state, contacts.rows());
+    slip::turn(model, kinematics, contacts.rows());
     kinematics.complete::<Tangents>(model, state);
     residual.gather(model, kinematics, contacts, &Sweep::NONE);
     let value = |place: &Place| match *place {
@@ -262,14 +287,14 @@ fn gradient(
             let row = &work.contacts.rows[j];
             let p = work.kinematics.position(model, &row.place);
             let moved = row.normal[0] * (p.x - frozen[j][0]) + row.normal[1] * (p.y - frozen[j][1]);
-            -(row.gap + moved) - model.contact_softness() * row.multiplier
+            -(row.gap + moved + turned(model, state, row)) - row.softness * row.multiplier
         }
     };
     places.iter().map(value).collect()
 }
 
 /// Where the gaps are measured from: any point does, the rows' constants being random.
-fn frozen_points(work: &Workspace<f64, Paper>) -> Vec<[f64; 2]> {
+pub(crate) fn frozen_points(work: &Workspace<f64, Rubbing>) -> Vec<[f64; 2]> {
     (0..work.contacts.count).map(|j| [-3.0 - j as f64, 20.0 + 5.0 * j as f64]).collect()
 }
 
@@ -298,10 +323,10 @@ fn the_gradient_is_the_lagrangians_derivative() {
 }
 
 /// Dense KKT matrix by differences of the gradient (already checked).
-fn dense(
-    model: &Model<f64, Paper>,
-    state: &mut State<f64, Paper>,
-    work: &mut Workspace<f64, Paper>,
+pub(crate) fn dense(
+    model: &Model<f64, Rubbing>,
+    state: &mut State<f64, Rubbing>,
+    work: &mut Workspace<f64, Rubbing>,
     frozen: &[[f64; 2]],
     places: &[Place],
 ) -> DMatrix<f64> {
@@ -343,20 +368,20 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         let g = gradient(&model, &state, &mut work, &frozen, &places);
         // What the sweep would have found.
         for (j, value) in g[places.len() - work.contacts.count..].iter().enumerate() {
-            work.contacts.rows[j].gap = -value - model.contact_softness() * work.contacts.rows[j].multiplier;
+            work.contacts.rows[j].gap = -value - work.contacts.rows[j].softness * work.contacts.rows[j].multiplier;
         }
         let negative = work.factorise(&model, Diagonal::of(Hessian::Newton, 0.0));
         let rows = work.contacts.count;
         let mut d: Vec<f64> = work.border.flexibility.to_vec();
         let mut order = vec![0; rows];
-        let border = symmetric::factorise(&mut d, rows, Paper::CONTACTS, &mut order);
+        let border = symmetric::factorise(&mut d, rows, Rubbing::CONTACTS, &mut order);
         assert_eq!(negative + rows - border, dense_negative, "negative eigenvalues of the whole KKT");
         indefinite += usize::from(dense_negative != 2 * model.cells() + rows);
 
         // The whole step with every row active.
         let mut row_delta: Vec<f64> = work.right.rows[..rows].to_vec();
         let mut scratch = vec![0.0; rows];
-        symmetric::solve(&d, rows, Paper::CONTACTS, &order, &mut row_delta, &mut scratch);
+        symmetric::solve(&d, rows, Rubbing::CONTACTS, &order, &mut row_delta, &mut scratch);
         work.solution.delta[..rows].copy_from_slice(&row_delta);
         let Workspace { kinematics, contacts, factorisation, border, right, solution, increment, .. } = &mut *work;
         let at = Evaluated { model: &model, kinematics, contacts };
@@ -432,7 +457,7 @@ fn every_stage_has_the_inertia_of_its_block() {
         let rows = work.contacts.count;
         let mut order = vec![0; rows];
         let flexibility =
-            symmetric::factorise(&mut work.border.flexibility.to_vec(), rows, Paper::CONTACTS, &mut order);
+            symmetric::factorise(&mut work.border.flexibility.to_vec(), rows, Rubbing::CONTACTS, &mut order);
         // D is the block with its sign changed.
         assert_eq!(negative(&border), rows - flexibility, "border");
         let odd = [found > 0, negative(&banded) != 2 * model.cells(), flexibility > 0];
@@ -498,7 +523,7 @@ fn opposite_tilts_of_two_contacts_do_not_make_up_for_each_other() {
         ..Row::BLANK
     };
     let mut misdirected = |rows: &[Row<f64>]| {
-        let contacts: &mut Contacts<f64, Paper> = &mut work.contacts;
+        let contacts: &mut Contacts<f64, Rubbing> = &mut work.contacts;
         contacts.rows[..rows.len()].copy_from_slice(rows);
         contacts.count = rows.len();
         contacts.misdirected(&model)

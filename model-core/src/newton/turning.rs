@@ -21,10 +21,11 @@ impl<T: Real, S: Size> Contacts<T, S> {
         let count = self.count;
         self.turning = None;
         let Some(rows) = self.rows.as_mut().get_mut(..count).filter(|_| count < capacity) else { return };
-        let total = rows.iter().fold(T::ZERO, |sum, row| sum + row.multiplier);
+        let pushes = |row: &Row<T>| if row.only_pushes() { row.multiplier } else { T::ZERO };
+        let total = rows.iter().fold(T::ZERO, |sum, row| sum + pushes(row));
         let mut below = T::ZERO;
         let middle = rows.iter().position(|row| {
-            below += row.multiplier;
+            below += pushes(row);
             below + below >= total
         });
         let Some(middle) = middle.filter(|_| total > T::ZERO) else { return };

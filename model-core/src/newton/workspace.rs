@@ -7,6 +7,7 @@ use super::gaps::Contacts;
 use super::increment::Increment;
 use super::kinematics::Kinematics;
 use super::residual::Residual;
+use super::slip::Slip;
 use super::solution::ContactSolution;
 use crate::model::Model;
 use crate::real::Real;
@@ -23,6 +24,8 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) right: Right<T, S>,
     pub(crate) solution: ContactSolution<T, S>,
     pub(crate) increment: Increment<T, S>,
+    /// Friction: what outlives a step.
+    pub(crate) slip: Slip<T, S>,
 }
 
 /// A model at an evaluated state: what the later stages begin with.
@@ -53,6 +56,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         right: Right::EMPTY,
         solution: ContactSolution::EMPTY,
         increment: Increment::EMPTY,
+        slip: Slip::EMPTY,
     };
 
     /// Makes room for a model; false if there is none.
@@ -65,5 +69,6 @@ impl<T: Real, S: Size> Workspace<T, S> {
             && self.right.fit(model)
             && self.solution.fit()
             && self.increment.fit(model)
+            && self.slip.fit(model)
     }
 }

@@ -112,6 +112,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.has_equilibrium() && !parameter.applies(design) {
             return Some(Derivative::ZERO);
         }
+        if self.rubs() {
+            return None;
+        }
         // Truncation against rounding, of a central difference.
         let step = libm::cbrt(T::EPSILON.to_f64()) * parameter.size(design);
         let shifted = |by: f64| {

@@ -72,7 +72,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Derivatives at the last accepted equilibrium, by one factorisation with two contact rows per touching sample: within 1e-5 in
     /// `f64`. Where there is room for fewer rows ([`Size::CONTACTS`]), neighbours share the second one: within 3 % of the force's.
     ///
-    /// `None` if there is no room for a single one of those, or no equilibrium; zero without contact.
+    /// `None` if there is no room for a single one of those, with friction, or without an equilibrium; zero without contact.
     pub fn sensitivity(&mut self) -> Option<Sensitivity<T>> {
         if !self.has_equilibrium() {
             return None;
@@ -80,6 +80,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let mut result = Sensitivity::ZERO;
         if self.touching() == 0 {
             return Some(result);
+        }
+        if self.rubs() {
+            return None;
         }
         self.complete_tangent();
         let frame = self.frame();
@@ -140,6 +143,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let mut stiffness = [[T::ZERO; 3]; 3];
         if self.touching() == 0 {
             return Some(stiffness);
+        }
+        if self.rubs() {
+            return None;
         }
         self.complete_tangent();
         let frame = self.frame();

@@ -3,6 +3,8 @@
 #![no_std]
 
 #[cfg(not(target_os = "none"))]
+pub mod friction;
+#[cfg(not(target_os = "none"))]
 pub mod random;
 #[cfg(not(target_os = "none"))]
 pub mod twins;

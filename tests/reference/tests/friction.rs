@@ -1,0 +1,137 @@
+//! Coulomb friction against finite elements (`friction.csv`), closing and opening, and the work that a loop takes.
+//!
+//! The finite elements' forces are reduced by 0.95 %, which is what halving their mesh does. Opening begins with a reversal in which a part
+//! of the patch sticks; there the force turns round within a degree, and a difference of angles or of the softness along the object shows as
+//! one of the force's direction.
+
+use model_core::design::Design;
+use model_core::discretise::{Discretisation, Physics};
+use model_core::equilibrium::Follower;
+use model_core::object::{Motion, ObjectDesign};
+use model_core::real::Real;
+use model_core::size::{Rubbing, Size};
+use model_core::status::Status;
+use reference_tests::fea_80;
+use reference_tests::friction::friction_rows;
+
+model_core::fixed_size!(
+    /// The resolution `fine`, with friction.
+    Fine, cells 13, nodes 704, samples 184, contacts 81, friction
+);
+
+/// A halved mesh is softer by this part.
+const MESH: f64 = 0.9905;
+
+fn closing<T: Real, S: Size>(
+    design: &Design,
+    how: &Discretisation,
+    object: ObjectDesign,
+    coefficient: f64,
+) -> Box<Follower<T, S>> {
+    let mut follower: Box<Follower<T, S>> = Box::new(Follower::EMPTY);
+    follower.configure(design, how).expect("a valid design");
+    follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+    follower.set_friction(coefficient).expect("a coefficient in range");
+    assert!(follower.start(0.0));
+    follower
+}
+
+/// Σ|τ| over m Σμ; 0 without friction.
+fn mobilised<T: Real, S: Size>(follower: &Follower<T, S>, coefficient: f64) -> f64 {
+    let (push, along) = follower.contacts().fold((0.0, 0.0), |(push, along), contact| {
+        (push + contact.force.to_f64(), along + contact.tangential.to_f64().abs())
+    });
+    if coefficient * push > 0.0 { along / (coefficient * push) } else { 0.0 }
+}
+
+/// Differences are counted for at least this force and torque, N and N·mm: below them rounding of the file and first contact decide.
+const LEAST: [f64; 2] = [0.3, 10.0];
+
+/// `share_within`: of the mobilised share where a part sticks, which a coarse row of samples resolves badly.
+fn compare<T: Real, S: Size>(how: &Discretisation, share_within: f64) {
+    let design = fea_80();
+    let mut follower: Box<Follower<T, S>> = Box::new(Follower::EMPTY);
+    let (mut series, mut partly, mut rows) = (("", -1.0), 0, 0);
+    for row in friction_rows() {
+        if series != (row.case, row.coefficient) {
+            series = (row.case, row.coefficient);
+            follower = closing(&design, how, row.object(), row.coefficient);
+        }
+        let outcome = follower.follow(row.degrees.to_radians());
+        let [x, y] = follower.force_world().map(Real::to_f64);
+        let [fx, fy] = row.force.map(|part| MESH * part);
+        let size = MESH * row.magnitude;
+        let (force, vector) = (x.hypot(y) / size - 1.0, (x - fx).hypot(y - fy));
+        let torque = follower.motor_torque().to_f64() / (MESH * row.torque) - 1.0;
+        let share = mobilised(&follower, row.coefficient);
+        let way = if row.opens { "opening" } else { "closing" };
+        println!(
+            "{} m {} {way} {:5}° {:10} {} its, |F| {:+5.2} %, vector {:5.3} N, torque {:+5.2} %, mobilised {:.3} for {:.3}",
+            row.case,
+            row.coefficient,
+            row.degrees,
+            outcome.status.word(),
+            outcome.iterations,
+            100.0 * force,
+            vector,
+            100.0 * torque,
+            share,
+            row.mobilised
+        );
+        assert!(matches!(outcome.status, Status::Converged | Status::NoContact), "{row:?}: {outcome:?}");
+        if size < LEAST[0] || row.torque < LEAST[1] {
+            continue;
+        }
+        rows += 1;
+        let sticks = row.coefficient > 0.0 && row.sticking > 0.0;
+        if sticks {
+            partly += 1;
+            assert!(vector < (0.04 * size).max(0.1), "{row:?}: {x} {y}");
+            assert!((share - row.mobilised).abs() < share_within, "{row:?}: {share}");
+        } else {
+            assert!(force.abs() < if row.opens { 0.025 } else { 0.015 }, "{row:?}: {x} {y}");
+            assert!(row.coefficient == 0.0 || (share - row.mobilised).abs() < 0.5 * share_within, "{row:?}: {share}");
+        }
+        assert!(torque.abs() < 0.03, "{row:?}: {}", follower.motor_torque().to_f64());
+    }
+    assert!(rows > 240 && partly > 8, "{rows} rows, {partly} of them partly stick");
+}
+
+#[test]
+fn fine_f64_agrees_with_finite_elements() {
+    compare::<f64, Fine>(&Discretisation::fine(Physics::Extended), 0.1);
+}
+
+#[test]
+fn reduced_f32_agrees_with_finite_elements() {
+    compare::<f32, Rubbing>(&Discretisation::estimator(Physics::Extended), 0.25);
+}
+
+/// ∮ τ dα = ΔV + dissipation: closing and opening, the torque with the true points of action.
+#[test]
+fn a_loops_work_is_what_friction_dissipates() {
+    for (coefficient, height) in [(0.3, 45.0), (0.6, 30.0), (1.0, 45.0)] {
+        let object = ObjectDesign::Circle { centre: [41.0, height], radius: 40.0 };
+        let mut follower =
+            closing::<f64, Fine>(&fea_80(), &Discretisation::fine(Physics::Extended), object, coefficient);
+        let (mut work, mut before, mut at) = (0.0, 0.0, 0.0);
+        let steps = 4000;
+        for step in (0..=steps).chain((0..steps).rev()) {
+            let outcome = follower.follow((8.0 * f64::from(step) / f64::from(steps)).to_radians());
+            assert!(outcome.status.is_trustworthy(), "{outcome:?}");
+            let torque = follower.motor_torque();
+            work += 0.5 * (torque + before) * (follower.coordinate() - at);
+            (before, at) = (torque, follower.coordinate());
+            if step == steps {
+                // Half-way: what was not dissipated is stored.
+                let stored = follower.potential();
+                let missing = work - stored - follower.dissipated();
+                println!("m {coefficient}: half-way {work:.5} N·mm, stored {stored:.5}, missing {missing:.6}");
+                assert!(missing.abs() < 1e-4 * work, "{missing}");
+            }
+        }
+        let missing = work - follower.potential() - follower.dissipated();
+        println!("m {coefficient}: loop {work:.5} N·mm, dissipated {:.5}", follower.dissipated());
+        assert!(work > 1.0 && missing.abs() < 1e-4 * work, "{work} {missing}");
+    }
+}
