@@ -201,7 +201,9 @@ fn load(args: &Args) -> Result<Load, String> {
     let Some(file) = &args.case else {
         return Ok(Load::none());
     };
-    let case = standard::case(file).map_err(|error| error.to_string())?;
+    let case = standard::case(file)
+        .and_then(|case| case.frictionless("the simulated servo"))
+        .map_err(|error| error.to_string())?;
     let drive = &args.drive;
     agrees(&case.path.motion, drive).map_err(|error| format!("{}: {error}", file.display()))?;
     let highest = match (args.highest_deg, drive) {

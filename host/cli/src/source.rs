@@ -110,7 +110,11 @@ impl SourceArgs {
         }
         let options = self.model.options();
         let left = self.uncertainty.iter().map(|path| uncertainty(path)).collect::<Result<Vec<_>, _>>()?;
-        let cases = self.case.iter().map(|path| standard::case(path)).collect::<Result<Vec<_>, _>>()?;
+        let cases = self
+            .case
+            .iter()
+            .map(|path| standard::case(path)?.frictionless("an estimate"))
+            .collect::<Result<Vec<_>, _>>()?;
         // The last of either stands for those behind it.
         let model = |number: usize| {
             let case = cases.get(number).or(cases.last())?;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use fre::shape::{Contact, Slip};
 use fre::study::json::Row;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -124,6 +125,61 @@ fn json_has_the_contract_s_keys_in_its_order() {
     }
 }
 
+/// Friction closes with more force than it opens with, is noted once, and leaves the case without it as it is.
+#[test]
+fn friction_makes_the_force_depend_on_the_path() {
+    let folder = Folder::new();
+    let case = |friction: &str| {
+        folder.file(&format!(
+            "finger = \"preset:fea-80\"\nobject = {{ shape = \"circle\", radius_mm = 40, centre_mm = [41, 45]{friction} }}\n\
+             motion.motor_angles_deg = [2, 6, 8, 7, 6, 0]\n"
+        ))
+    };
+    let smooth = solutions(&case(""), "");
+    assert_eq!(
+        smooth,
+        solutions(&case(", friction = 0"), "")
+            .iter()
+            .zip(&smooth)
+            .map(|(a, b)| Row { elapsed_us: b.elapsed_us, ..a.clone() })
+            .collect::<Vec<_>>()
+    );
+    assert!(
+        smooth.iter().all(|row| row.friction.is_none() && row.contacts.iter().all(|contact| contact.state.is_none()))
+    );
+    let rough = solutions(&case(", friction = 0.6"), "");
+    for (row, frictionless) in rough.iter().zip(&smooth) {
+        assert_eq!(row.warnings.iter().filter(|warning| warning.contains("object.friction")).count(), 1);
+        assert!(row.sensitivity.is_none() || row.contacts.is_empty());
+        let found = row.friction.unwrap();
+        let sum = |of: &dyn Fn(&Contact) -> f64| row.contacts.iter().map(of).sum::<f64>();
+        assert!((sum(&|contact| contact.force) - found.normal_n).abs() < 1e-9);
+        assert!((sum(&|contact| contact.tangential.unwrap()) - found.tangential_n).abs() < 1e-9);
+        for contact in &row.contacts {
+            let [along, cone] = [contact.tangential.unwrap(), 0.6 * contact.force];
+            match contact.state.unwrap() {
+                Slip::Stick => assert!(along.abs() <= cone + 1e-7),
+                Slip::Up => assert!((along - cone).abs() < 1e-7),
+                Slip::Down => assert!((along + cone).abs() < 1e-7),
+            }
+        }
+        assert_eq!(row.motor_angle_deg, frictionless.motor_angle_deg);
+    }
+    let force = |rows: &[Row], place: usize| rows[place].force_magnitude_n.unwrap();
+    // The same angle, closing and opening.
+    assert!(force(&rough, 1) > 1.2 * force(&smooth, 1) && force(&rough, 1) > 1.2 * force(&rough, 4));
+    assert!((force(&smooth, 1) - force(&smooth, 4)).abs() < 1e-6);
+    let dissipated: Vec<f64> = rough.iter().map(|row| row.friction.unwrap().dissipated_nmm).collect();
+    assert!(dissipated.windows(2).all(|pair| pair[1] >= pair[0] - 1e-9) && dissipated[4] > 1.0, "{dissipated:?}");
+
+    let path = case(", friction = 0.6");
+    let text = words(&fre(&path, "").stdout);
+    assert!(text.contains("friction 0.6:") && text.contains("dissipated"), "{text}");
+    let refused = Command::new(env!("CARGO_BIN_EXE_fre")).args(["compare", "--fea"]).arg(&path).output().unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(words(&refused.stderr).contains("object.friction = 0.6"), "{}", words(&refused.stderr));
+}
+
 #[test]
 fn csv_and_text_say_the_same() {
     let folder = Folder::new();
@@ -136,7 +192,8 @@ fn csv_and_text_say_the_same() {
         elements_per_hinge,unknowns,physics,precision,max_strain_front,max_strain_back,max_strain_hinge,\
         force_x_per_deg_n,force_y_per_deg_n,gap_mm,force_x_per_centre_x_mm_n,force_y_per_centre_x_mm_n,\
         force_x_per_centre_y_mm_n,force_y_per_centre_y_mm_n,max_pressure_n_per_mm2,beyond_max_strain,branch,\
-        first_branch_max_force_n,first_branch_max_force_at_deg,snap_after_deg,snap_before_deg,overlap_mm,force_magnitude_n";
+        first_branch_max_force_n,first_branch_max_force_at_deg,snap_after_deg,snap_before_deg,overlap_mm,force_magnitude_n,\
+        friction_normal_n,friction_tangential_n,friction_mobilised,friction_dissipated_nmm";
     assert_eq!(header, expected.split(',').collect::<Vec<_>>(), "the header is stable: add at its end only");
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert!(rows.len() == 2 && rows.iter().all(|row| row.len() == header.len()), "{csv}");

@@ -1,5 +1,6 @@
 //! The deformed finger as plain numbers, as results, pictures and recordings carry it.
 
+use model_core::contact::SlipState;
 use model_core::design::{Design, HingeFrom, HingeKind};
 use model_core::equilibrium::Follower;
 use model_core::real::Real;
@@ -19,6 +20,37 @@ pub struct Contact {
     /// Magnitude, N: the object pushes the finger along the normal, the finger the object against it.
     #[serde(rename = "force_n")]
     pub force: f64,
+    /// With friction: the tangential force that the object exerts on the finger, N, positive towards the finger's tip. The other is
+    /// then the normal force.
+    #[serde(rename = "tangential_n", default, skip_serializing_if = "Option::is_none")]
+    pub tangential: Option<f64>,
+    /// With friction: how the sample moves along the object.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<Slip>,
+}
+
+/// How a touching sample moves along the object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Slip {
+    /// It does not.
+    #[serde(rename = "stick")]
+    Stick,
+    /// It slips, and the object pulls the finger towards its tip.
+    #[serde(rename = "slip+")]
+    Up,
+    /// It slips, and the object pulls the finger towards its base.
+    #[serde(rename = "slip-")]
+    Down,
+}
+
+impl From<SlipState> for Slip {
+    fn from(state: SlipState) -> Self {
+        match state {
+            SlipState::Stick => Self::Stick,
+            SlipState::Up => Self::Up,
+            SlipState::Down => Self::Down,
+        }
+    }
 }
 
 /// A deformed finger in its own frame, mm.
@@ -43,6 +75,8 @@ impl Shape {
             position: point(c.position),
             normal: point(c.normal),
             force: c.force.to_f64(),
+            tangential: c.slip.map(|_| c.tangential.to_f64()),
+            state: c.slip.map(Slip::from),
         };
         Self {
             front: follower.front().map(point).collect(),

@@ -39,7 +39,6 @@ motor_angles_deg = [6.0, 8]
 /// A table, a line that is added to it, and whether it is today's behaviour.
 const ADDED: &[(&str, &str, bool)] = &[
     ("object", "friction = 0", true),
-    ("object", "friction = 0.6", false),
     ("finger.front", "clamp_mm = 0.0", true),
     ("finger.back", "clamp_mm = 40", false),
     ("finger.back", "centreline_mm = [[-28, 0], [-20, 40], [0, 80]]", false),
@@ -83,9 +82,12 @@ fn keys_without_their_physics_are_refused_by_name_and_their_defaults_taken() {
         }
     }
     let message = |table, line| Case::parse("case.toml", &with(table, line)).unwrap_err().to_string();
+    assert_eq!(message("object", "friction = -0.1"), "case.toml:24: object.friction = -0.1: allowed is 0 to 3");
+    let rough = Case::parse("case.toml", &with("object", "friction = 0.6")).unwrap();
+    assert_eq!(rough.friction, 0.6);
     assert_eq!(
-        message("object", "friction = 0.6"),
-        "case.toml:24: object.friction = 0.6: known key, not yet computed; allowed is 0"
+        rough.frictionless("a gripper").unwrap_err().to_string(),
+        "object.friction = 0.6: a gripper computes without friction; allowed is 0"
     );
     assert_eq!(
         message("finger.lamellae", "kind = \"rib\""),

@@ -11,7 +11,14 @@ fn finger(title: &str, motion: Motion, coordinate: f64, force: f64) -> Scene {
     let design = preset("ladder-80").unwrap().unwrap().design;
     let mut shape = Shape::undeformed(&design);
     if force > 0.0 {
-        shape.contacts = vec![Contact { arc: 45.0, position: [1.0, 45.0], normal: [-1.0, 0.0], force }];
+        shape.contacts = vec![Contact {
+            arc: 45.0,
+            position: [1.0, 45.0],
+            normal: [-1.0, 0.0],
+            force,
+            tangential: None,
+            state: None,
+        }];
     }
     let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
     FingerPicture {
@@ -387,7 +394,8 @@ fn forces_and_their_words_stay_in_the_picture_and_off_the_others() {
         circle([12.0, 20.0], 11.0),
     ];
     let mut shape = Shape::undeformed(&design);
-    let contact = |y: f64| Contact { arc: y, position: [1.0, y], normal: [-1.0, 0.0], force: 1.5 };
+    let contact =
+        |y: f64| Contact { arc: y, position: [1.0, y], normal: [-1.0, 0.0], force: 1.5, tangential: None, state: None };
     shape.contacts = vec![contact(45.0), contact(80.0)];
     for object in objects {
         for motion in [TURNING, Motion::Translating { direction: [0.0, 1.0] }] {

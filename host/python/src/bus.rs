@@ -7,7 +7,7 @@ use messages::{Finger, Settings};
 use pyo3::prelude::*;
 
 use crate::case::Case;
-use crate::error::{case_error, system, value};
+use crate::error::{case_error, of_case, system, value};
 use crate::options::Words;
 use crate::report::Heard;
 
@@ -37,6 +37,9 @@ impl Bus {
         let mut all = Settings::DEFAULT;
         for (key, text) in &settings {
             set(&mut all, &format!("{key}={text}")).map_err(|error| case_error(error.to_string(), Some(key), None))?;
+        }
+        for case in &cases {
+            case.case.refuse_friction("an estimate").map_err(|error| of_case(&error, false))?;
         }
         let model = |case: &PyRef<'_, Case>| Modelled {
             finger: Some(Finger { design: case.case.finger.design.clone(), how: options.discretisation }),

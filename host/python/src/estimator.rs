@@ -7,7 +7,7 @@ use model_core::size::Reduced;
 use pyo3::prelude::*;
 
 use crate::case::Case;
-use crate::error::{case_error, of_discretise, value};
+use crate::error::{case_error, of_case, of_discretise, value};
 use crate::options::word;
 
 /// The status's word; motor angle, force (x, y, magnitude), contact centre (x, y), extent, torque, distance, residual, derivative of
@@ -24,6 +24,7 @@ impl Estimator {
     fn new(case: &Case, physics: &str) -> PyResult<Self> {
         let physics = word("physics", physics, &[("paper", Physics::Paper), ("extended", Physics::Extended)])?;
         let case = &case.case;
+        case.refuse_friction("an estimator").map_err(|error| of_case(&error, false))?;
         if matches!(case.path.motion, Motion::Translating { .. }) {
             let reason = "motion.direction: an estimator needs a motor; allowed is motion.motor_angles_deg";
             return Err(case_error(reason, Some("motion.direction"), None));

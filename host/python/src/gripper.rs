@@ -7,7 +7,7 @@ use model_core::discretise::{Discretisation, Physics};
 use pyo3::prelude::*;
 
 use crate::case::Case;
-use crate::error::{system, value};
+use crate::error::{of_case, system, value};
 use crate::options::word;
 use crate::report::Heard;
 
@@ -69,6 +69,7 @@ impl Gripper {
     /// Gives a finger the design and the object of a case.
     fn set_case(&self, py: Python<'_>, case: &Case, finger: u8, physics: &str) -> PyResult<()> {
         let physics = word("physics", physics, &[("paper", Physics::Paper), ("extended", Physics::Extended)])?;
+        case.case.refuse_friction("a gripper").map_err(|error| of_case(&error, false))?;
         let (design, object) = (case.case.finger.design.clone(), case.case.object);
         py.detach(|| {
             let design = Finger { design, how: Discretisation::estimator(physics) };

@@ -433,7 +433,7 @@ mod tests {
             assert!(message.contains(&format!("\"{key}\"")) && message.contains(near), "{message}");
         }
         assert!(document.need("finger.name").is_err() && document.need("motion.motor_angles_deg.0").is_err());
-        for key in ["object.friction", "finger.front.clamp_mm", "finger.lamellae.fillet_mm", "motion.speed_deg_per_s"] {
+        for key in ["finger.front.clamp_mm", "finger.lamellae.fillet_mm", "motion.speed_deg_per_s"] {
             assert_eq!(document.need(key), Err(KeyError::NotComputed { key: key.to_owned() }));
         }
     }

@@ -76,6 +76,14 @@ pub enum CaseError {
         /// What it should hold.
         expected: String,
     },
+    /// The case has friction, and what it is for computes without.
+    #[error("object.friction = {friction}: {who} computes without friction; allowed is 0")]
+    Friction {
+        /// What it is for.
+        who: &'static str,
+        /// The coefficient.
+        friction: String,
+    },
     /// A value of the right type that cannot be accepted.
     #[error("{place}: {reason}")]
     Refused {
@@ -156,7 +164,7 @@ impl CaseError {
     /// Line of the file, from 1, where there is one.
     pub fn line(&self) -> Option<usize> {
         match self {
-            Self::Unreadable { .. } | Self::TooLarge { .. } => None,
+            Self::Unreadable { .. } | Self::TooLarge { .. } | Self::Friction { .. } => None,
             Self::NotText { line, .. } | Self::Syntax { line, .. } => Some(*line),
             Self::UnknownKey { place, .. }
             | Self::Missing { place, .. }
@@ -169,6 +177,7 @@ impl CaseError {
     pub fn key(&self) -> Option<&str> {
         match self {
             Self::Unreadable { .. } | Self::TooLarge { .. } | Self::NotText { .. } | Self::Syntax { .. } => None,
+            Self::Friction { .. } => Some("object.friction"),
             Self::UnknownKey { place, .. }
             | Self::Missing { place, .. }
             | Self::WrongType { place, .. }

@@ -7,7 +7,7 @@ use super::error::CaseError;
 use super::keys::{self, ObjectTable};
 use super::source::{Source, Table};
 
-/// Reads an object from a text that has the keys of `[object]` at its top; `name` stands for the text in messages.
+/// Reads an object for an estimate from a text that has the keys of `[object]` at its top; `name` stands for the text in messages.
 ///
 /// # Errors
 /// The first thing in it that cannot be used.
@@ -16,7 +16,11 @@ pub fn read_object(name: &str, text: &str) -> Result<ObjectDesign, CaseError> {
     let tree = source.parse()?;
     let root = Table::root(&source, tree.get_ref());
     check::table(&root, keys::object_schema())?;
-    build(&root.read()?, &root)
+    let keys: ObjectTable = root.read()?;
+    if keys.friction() != 0.0 {
+        return Err(root.refuse("friction", "the estimate is without friction; allowed is 0"));
+    }
+    build(&keys, &root)
 }
 
 impl From<&ObjectDesign> for ObjectTable {

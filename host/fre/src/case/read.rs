@@ -20,6 +20,8 @@ pub struct Case {
     pub finger: Finger,
     /// The object, world frame.
     pub object: ObjectDesign,
+    /// Coulomb's coefficient of friction between finger and object.
+    pub friction: f64,
     /// The motion and the places along it that are asked for.
     pub path: MotionPath,
 }
@@ -51,6 +53,26 @@ impl Case {
         Self::from_source(&Source { name: name.to_owned(), text: text.to_owned() }, None)
     }
 
+    /// The case, for a command that computes without friction.
+    ///
+    /// # Errors
+    /// The case has friction.
+    pub fn frictionless(self, who: &'static str) -> Result<Self, CaseError> {
+        self.refuse_friction(who).map(|()| self)
+    }
+
+    /// The same for a case that is only looked at.
+    ///
+    /// # Errors
+    /// As [`Self::frictionless`].
+    pub fn refuse_friction(&self, who: &'static str) -> Result<(), CaseError> {
+        if self.friction == 0.0 {
+            Ok(())
+        } else {
+            Err(CaseError::Friction { who, friction: self.friction.to_string() })
+        }
+    }
+
     fn from_source(source: &Source, folder: Option<&Path>) -> Result<Self, CaseError> {
         let tree = source.parse()?;
         let root = Table::root(source, tree.get_ref());
@@ -63,7 +85,7 @@ impl Case {
         };
         let object = object::build(&keys.object, &below("object"))?;
         let path = motion::build(&keys.motion, &below("motion"), &finger)?;
-        Ok(Self { finger, object, path })
+        Ok(Self { finger, object, friction: keys.object.friction(), path })
     }
 }
 

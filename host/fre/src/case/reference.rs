@@ -220,7 +220,7 @@ mod tests {
             "| `stiffness_factor` | number |  | `1` | 0.001 to 1000 |",
             "| `youngs_modulus_pa` | number | Pa | needed | 1e3 to 1e12 |",
             "| `width_mm` | number or `[[height_mm, width_mm], …]` | mm | needed | 0.1 to 5000; up to 64 entries |",
-            "| `friction` | number |  | `0` | only 0 |",
+            "| `friction` | number |  | `0` | 0 to 3 |",
             "## `[object] shape = \"ellipse\"`",
             "`rib`: Ribs that bend, joined to the beams as `ends` says. *Not yet computed.*",
             "![Picture: hinge](case/hinge.svg)",

@@ -38,6 +38,7 @@ pub fn with_elements_watched(
     folder: &Path,
     watch: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Comparison, CompareError> {
+    case.refuse_friction("a comparison with finite elements").map_err(CompareError::Friction)?;
     let plan = Plan::of(case, refinement).map_err(CompareError::Mesh)?;
     let run = run::solve(case, options)?;
     let model_seconds = run.seconds();

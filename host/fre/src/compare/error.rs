@@ -2,6 +2,7 @@
 
 use model_core::discretise::DiscretiseError;
 
+use crate::case::CaseError;
 use crate::fea::FeaError;
 use crate::study::run::Unsolved;
 
@@ -20,6 +21,9 @@ pub enum CompareError {
     /// CalculiX did not give a result.
     #[error(transparent)]
     Fea(FeaError),
+    /// The case has friction.
+    #[error(transparent)]
+    Friction(CaseError),
     /// The measurements have another motion than the case.
     #[error("{file}: has {found}; the case's motion needs {needed}")]
     Coordinate {

@@ -12,6 +12,10 @@ use super::measure::Measure;
 use crate::case::{Case, CaseError, Document, KeyError};
 use crate::study::model::Options;
 
+/// What a case with friction is refused by.
+const OPTIMISE: &str = "a search";
+/// The key of the coefficient.
+const FRICTION: &str = "object.friction";
 /// What stands for a goal that has no number: the search turns back there. For a margin, with a minus sign.
 const UNREACHED: f64 = 1e3;
 /// Step of differences between solved cases, as a share of a variable's range.
@@ -84,14 +88,19 @@ impl Problem {
         }
         for variable in &variables {
             document.need(&variable.key)?;
+            if variable.key == FRICTION {
+                // A search needs derivatives, which there are none of.
+                return Err(KeyError::NotComputed { key: variable.key.clone() }.into());
+            }
         }
+        document.case()?.frictionless(OPTIMISE)?;
         let mut documents = vec![document];
         for numbers in objects {
             let mut other = documents[0].clone();
             for (key, number) in numbers {
                 other.set(key, *number)?;
             }
-            other.case()?;
+            other.case()?.frictionless(OPTIMISE)?;
             documents.push(other);
         }
         let mut problem =

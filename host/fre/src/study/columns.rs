@@ -1,6 +1,7 @@
 //! The columns of a run's results: name, kind, heading, decimals and value of each, defined once for CSV and text.
 
 use crate::case::Coordinate;
+use crate::study::friction::Friction;
 use crate::study::model::{physics_word, scheme_word};
 use crate::study::number::fixed;
 use crate::study::place::{MaxStrain, Place, State};
@@ -139,6 +140,11 @@ fn of(place: &Place, value: impl FnOnce(&State) -> f64) -> Cell {
     place.state.as_ref().map(value).into()
 }
 
+/// A number of the friction, if there is any.
+fn rubbing(place: &Place, value: impl FnOnce(&Friction) -> f64) -> Cell {
+    place.state.as_ref().and_then(|state| state.friction.as_ref()).map(value).into()
+}
+
 /// A component of a derivative.
 fn derivative(place: &Place, axis: usize, of: impl FnOnce(&Sensitivity) -> Option<[f64; 2]>) -> Cell {
     place.state.as_ref().and_then(|state| state.sensitivity.as_ref()).and_then(of).map(|vector| vector[axis]).into()
@@ -224,8 +230,18 @@ pub(super) const STIFFNESS_YY: Column =
     Column::new("force_y_per_centre_y_mm_n", |_, place| derivative(place, 1, |d| Some(d.force_per_centre_mm_n[1])))
         .shown(|_| ["dFy/dy", "N/mm"], 3);
 
+pub(super) const NORMAL: Column =
+    Column::new("friction_normal_n", |_, place| rubbing(place, |f| f.normal_n)).shown(|_| ["normal", "N"], 4);
+pub(super) const TANGENTIAL: Column =
+    Column::new("friction_tangential_n", |_, place| rubbing(place, |f| f.tangential_n)).shown(|_| ["tangent", "N"], 4);
+pub(super) const MOBILISED: Column =
+    Column::new("friction_mobilised", |_, place| rubbing(place, |f| f.mobilised)).shown(|_| ["mobilised", ""], 3);
+pub(super) const DISSIPATED: Column =
+    Column::new("friction_dissipated_nmm", |_, place| rubbing(place, |f| f.dissipated_nmm))
+        .shown(|_| ["dissipated", "N·mm"], 3);
+
 /// Columns of CSV files. New ones are added at the end only: files that were written before are read on.
-pub(super) const CSV: [Column; 40] = [
+pub(super) const CSV: [Column; 44] = [
     STATUS,
     PLACE,
     FORCE_X,
@@ -273,6 +289,10 @@ pub(super) const CSV: [Column; 40] = [
     Column::new("overlap_mm", |_, place| place.overlap_mm.into()),
     // What `force_n` is, by the name that it has in JSON, where `force_n` has two components.
     Column::new("force_magnitude_n", |_, place| place.force_magnitude_n().into()),
+    NORMAL,
+    TANGENTIAL,
+    MOBILISED,
+    DISSIPATED,
 ];
 
 /// One of the places between which the finger snaps through.
@@ -283,6 +303,9 @@ fn snap(run: &Run, end: usize) -> Cell {
 /// Results for everybody.
 pub(super) const RESULTS: [Column; 14] =
     [PLACE, STATUS, FORCE, FORCE_X, FORCE_Y, TORQUE, ENERGY, TIP_X, TIP_Y, STRAIN, GAP, CONTACTS, ITERATIONS, TIME];
+
+/// Friction.
+pub(super) const RUBBING: [Column; 5] = [PLACE, NORMAL, TANGENTIAL, MOBILISED, DISSIPATED];
 
 /// Results for a finger's designer.
 pub(super) const DESIGN: [Column; 10] = [

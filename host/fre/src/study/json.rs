@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::case::Coordinate;
 use crate::shape::Contact;
 use crate::study::branch::FirstBranch;
+use crate::study::friction::Friction;
 use crate::study::model::{self, Precision, physics_word, scheme_word};
 use crate::study::place::{MaxStrain, Place};
 use crate::study::pressure::Pressure;
@@ -35,6 +36,8 @@ pub struct Row {
     pub back_mm: Vec<[f64; 2]>,
     pub lamellae_mm: Vec<[[f64; 2]; 2]>,
     pub contacts: Vec<Contact>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<Friction>,
     pub max_strain: Option<MaxStrain>,
     pub sensitivity: Option<Sensitivity>,
     pub iterations: u32,
@@ -115,6 +118,7 @@ impl Row {
             back_mm: shape.back,
             lamellae_mm: shape.lamellae,
             contacts: shape.contacts,
+            friction: state.and_then(|state| state.friction),
             max_strain: state.map(|state| state.max_strain),
             sensitivity: state.and_then(|state| state.sensitivity),
             iterations: place.effort.iterations,

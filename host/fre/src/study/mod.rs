@@ -5,6 +5,7 @@ pub mod choice;
 mod columns;
 pub mod csv;
 pub mod follow;
+pub mod friction;
 pub mod headline;
 pub mod json;
 pub mod model;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::Coordinate;
 use crate::shape::Shape;
+use crate::study::friction::Friction;
 use crate::study::number::short;
 use crate::study::pressure::Pressure;
 use crate::study::sensitivity::Sensitivity;
@@ -110,7 +111,9 @@ pub struct State {
     pub strains: Strains,
     /// What is strained beyond the material's limit, or beyond 30 % if that is not known, the worst first.
     pub beyond_max_strain: Vec<Beyond>,
-    /// Derivatives; `None` if more samples touch than the solver has room for.
+    /// Friction; `None` without.
+    pub friction: Option<Friction>,
+    /// Derivatives; `None` if more samples touch than the solver has room for, and with friction.
     pub sensitivity: Option<Sensitivity>,
 }
 

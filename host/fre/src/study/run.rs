@@ -16,6 +16,7 @@ use crate::heap::{Host, Wide};
 use crate::shape::Shape;
 use crate::study::branch::{self, FirstBranch, Found};
 use crate::study::follow::follower;
+use crate::study::friction::Friction;
 use crate::study::model::{Model, Options, Precision};
 use crate::study::overlap;
 use crate::study::place::{At, Effort, MaxStrain, Place, State};
@@ -126,8 +127,10 @@ type Watch<'w, B> = &'w mut dyn FnMut(Progress<'_>) -> ControlFlow<B>;
 fn solve_with_room<T: Real, B>(case: &Case, options: &Options, watch: Watch<'_, B>) -> Result<Run, Unsolved<B>> {
     let run = solve_in::<T, Host, B>(case, options, watch)?;
     let crowded = |place: &Place| {
-        let full =
-            |state: &State| state.sensitivity.is_none() || 2 * state.shape.contacts.len() > <Host as Size>::CONTACTS;
+        let full = |state: &State| {
+            (state.sensitivity.is_none() && case.friction == 0.0)
+                || 2 * state.shape.contacts.len() > <Host as Size>::CONTACTS
+        };
         place.status == Status::ContactCapacity || place.state.as_ref().is_some_and(full)
     };
     if run.places.iter().any(crowded) { solve_in::<T, Wide, B>(case, options, watch) } else { Ok(run) }
@@ -136,6 +139,8 @@ fn solve_with_room<T: Real, B>(case: &Case, options: &Options, watch: Watch<'_, 
 /// A follower at the beginning of the path, without contact.
 fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T, S>, DiscretiseError> {
     let mut follower = follower(&case.finger.design, case.object, case.path.motion, options)?;
+    // A case's coefficient is within the range, and the sizes on a heap have room.
+    let _ = follower.set_friction(case.friction);
     if let Some(&first) = case.path.places.first() {
         // A start that is not free of contact shows in the status of every place.
         follower.start(case.path.coordinate(first));
@@ -249,6 +254,7 @@ fn state<T: Real, S: Size>(
         max_strain: MaxStrain { front, back, hinge },
         beyond_max_strain: strains.beyond(Limit::of(case.finger.max_strain)),
         strains,
+        friction: (case.friction > 0.0).then(|| Friction::of(follower)),
         sensitivity: sensitivity(follower, probe, case, options),
     }
 }

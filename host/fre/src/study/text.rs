@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::case::{Case, Coordinate};
-use crate::study::columns::{Column, DESIGN, GAINS, RESULTS};
+use crate::study::columns::{Column, DESIGN, GAINS, RESULTS, RUBBING};
 use crate::study::headline::headline;
 use crate::study::number::short;
 use crate::study::place::Place;
@@ -18,6 +18,15 @@ pub fn text(case: &Case, run: &Run) -> String {
     let _ = writeln!(out, "{}, {} unknowns", run.model.words(), run.model.unknowns);
     out.push('\n');
     table(&mut out, &RESULTS, along, run, |_| true);
+    if case.friction > 0.0 {
+        let _ = writeln!(
+            out,
+            "\nfriction {}: sums over the contacts, + where the object pulls the finger towards its tip; the mobilised share is 1 where\n\
+             everything slips",
+            case.friction
+        );
+        table(&mut out, &RUBBING, along, run, |place| place.state.is_some());
+    }
     let touches = |place: &Place| {
         place.state.as_ref().is_some_and(|state| state.sensitivity.is_some() && state.force_magnitude_n() > 0.0)
     };

@@ -18,6 +18,8 @@ const BEYOND: f64 = 0.01;
 /// A warning; its words are a sentence for people.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Warning {
+    /// With friction the force depends on the path.
+    Friction,
     /// Welded lamellae are rigid in the model.
     RigidLamellae,
     /// A taper ends where the finger does not.
@@ -75,7 +77,7 @@ impl Warning {
     /// The place that it speaks of; `None` if it is about the finger itself.
     pub fn at(&self) -> Option<At> {
         match self {
-            Self::RigidLamellae | Self::Taper(_) => None,
+            Self::Friction | Self::RigidLamellae | Self::Taper(_) => None,
             Self::Lost { at, .. } | Self::Strained { at, .. } => Some(*at),
             Self::Reached(overlap) => Some(overlap.at),
         }
@@ -85,6 +87,10 @@ impl Warning {
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Friction => f.write_str(
+                "object.friction: the force depends on the path, which is from an open hand through the places in their order; \
+                 derivatives are left out",
+            ),
             Self::RigidLamellae => f.write_str(
                 "finger.hinge.kind = \"welded\": the model's lamellae are rigid, real ones bend with the beams; the force is too \
                  large (by 22 % for fea-80 with lamellae of 3 mm; `fre compare --fea` measures it for this case)",
@@ -124,8 +130,10 @@ impl fmt::Display for Warning {
 
 /// Warnings about a case and its results, those about the finger first; without places those about the case alone.
 pub fn warnings(case: &Case, places: &[Place]) -> Vec<Warning> {
-    left_out(case)
+    (case.friction > 0.0)
+        .then_some(Warning::Friction)
         .into_iter()
+        .chain(left_out(case))
         .chain(tapers(case))
         .chain(lost(case, places))
         .chain(overlap::worst(case, places).into_iter().map(Warning::Reached))

@@ -66,6 +66,8 @@ fn shape_of(told: &messages::Shape) -> Shape {
             position: double(&contact.position),
             normal: [-x / length, -y / length],
             force,
+            tangential: None,
+            state: None,
         }
     };
     let contacts = told.contacts.iter().map(contact).collect();

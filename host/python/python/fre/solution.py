@@ -76,9 +76,12 @@ class Place:
     front_mm = _Field(_points(0, 2), "Front centreline, base to tip, finger frame, mm.")
     back_mm = _Field(_points(0, 2), "Back centreline, base to tip, finger frame, mm.")
     lamellae_mm = _Field(_points(0, 2, 2), "Ends of the lamellae (front, back), base to tip, finger frame, mm.")
-    contacts: _Field[tuple[Record, ...]] = _Field((), "Touching samples: arc_mm, position_mm, normal, force_n.")
+    contacts: _Field[tuple[Record, ...]] = _Field((), "Touching samples: arc_mm, position_mm, normal, force_n; with friction tangential_n and state.")
+    friction: _Field[Record | None] = _Field(
+        None, "Friction: coefficient, normal_n, tangential_n, mobilised, dissipated_nmm; None without."
+    )
     max_strain: _Field[Record | None] = _Field(None, "Largest strains: front, back, hinge.")
-    sensitivity: _Field[Record | None] = _Field(None, "Derivatives by name, such as force_per_deg_n.")
+    sensitivity: _Field[Record | None] = _Field(None, "Derivatives by name, such as force_per_deg_n; None with friction.")
     iterations = _Field(0, "Newton iterations since the place before.")
     steps = _Field(0, "Steps of the coordinate since the place before.")
     elapsed_us = _Field(_NAN, "Time since the place before, µs.")

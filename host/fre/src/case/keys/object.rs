@@ -1,5 +1,6 @@
 //! Keys of `[object]`.
 
+use model_core::equilibrium::FRICTIONS;
 use model_core::object::{BORES, MAX_CORNERS, PLACES, RADII};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ pub enum ObjectTable {
         centre_mm: [f64; 2],
         /// Coulomb's coefficient of friction between finger and object.
         #[serde(default)]
-        #[schemars(extend("x-computed" = [0.0]))]
+        #[schemars(extend("x-range" = FRICTIONS))]
         friction: f64,
     },
     /// An elliptic cylinder.
@@ -35,7 +36,7 @@ pub enum ObjectTable {
         angle_deg: f64,
         /// Coulomb's coefficient of friction between finger and object.
         #[serde(default)]
-        #[schemars(extend("x-computed" = [0.0]))]
+        #[schemars(extend("x-range" = FRICTIONS))]
         friction: f64,
     },
     /// A convex prism with rounded edges: all points within `rounding_mm` of a polygon.
@@ -51,7 +52,7 @@ pub enum ObjectTable {
         rounding_mm: f64,
         /// Coulomb's coefficient of friction between finger and object.
         #[serde(default)]
-        #[schemars(extend("x-computed" = [0.0]))]
+        #[schemars(extend("x-range" = FRICTIONS))]
         friction: f64,
     },
     /// A wall or a floor.
@@ -66,7 +67,7 @@ pub enum ObjectTable {
         normal: [f64; 2],
         /// Coulomb's coefficient of friction between finger and object.
         #[serde(default)]
-        #[schemars(extend("x-computed" = [0.0]))]
+        #[schemars(extend("x-range" = FRICTIONS))]
         friction: f64,
     },
     /// A cylindrical hole, the finger being in it.
@@ -81,7 +82,20 @@ pub enum ObjectTable {
         centre_mm: [f64; 2],
         /// Coulomb's coefficient of friction between finger and object.
         #[serde(default)]
-        #[schemars(extend("x-computed" = [0.0]))]
+        #[schemars(extend("x-range" = FRICTIONS))]
         friction: f64,
     },
+}
+
+impl ObjectTable {
+    /// The coefficient of friction.
+    pub fn friction(&self) -> f64 {
+        match self {
+            Self::Circle { friction, .. }
+            | Self::Ellipse { friction, .. }
+            | Self::Polygon { friction, .. }
+            | Self::HalfPlane { friction, .. }
+            | Self::Bore { friction, .. } => *friction,
+        }
+    }
 }

@@ -71,6 +71,6 @@ impl Series {
         let mut places = vec![touch_deg - CLEARANCE_DEG];
         places.extend(self.angles_deg);
         let path = MotionPath::rotating(&finger, places);
-        Ok(Case { finger, object: ObjectDesign::Circle { centre, radius }, path })
+        Ok(Case { finger, object: ObjectDesign::Circle { centre, radius }, friction: 0.0, path })
     }
 }
