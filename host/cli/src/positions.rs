@@ -54,15 +54,15 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
     let calibration = Calibration::new(&mount);
     let mut estimator = make(model, &mount, &calibration)?;
 
-    let mut reader = csv::Reader::from_path(path).map_err(|error| format!("{name}: {error}"))?;
+    let text = std::fs::read(path).map_err(|error| format!("{name}: {error}"))?;
+    let mut reader = csv::Reader::from_reader(&text[..]);
     let head = reader.headers().map_err(|error| format!("{name}: {error}"))?.clone();
     let columns = Columns::find(&head).map_err(|why| format!("{name}:1: {why}"))?;
     out.write_all(delimited::line(head.iter().chain(ADDED)).as_bytes())?;
     let (mut rows, mut trusted, mut before) = (0_u64, 0_u64, f64::NEG_INFINITY);
     for row in reader.records() {
         let row = row.map_err(|error| format!("{name}: {error}"))?;
-        let line = row.position().map_or(0, csv::Position::line);
-        let at = |why: String| format!("{name}:{line}: {why}");
+        let at = |why: String| format!("{name}:{}: {why}", line(&text, row.position()));
         let (time, angle) = columns.read(&row, &calibration).map_err(at)?;
         if time <= before {
             return Err(at(format!("time_s is {time}; allowed is above {before}, that of the line before")).into());
@@ -84,6 +84,13 @@ fn make(model: &Model, mount: &Mount, calibration: &Calibration) -> Result<Box<d
     made.set_object(model.case.object)?;
     made.set_uncertainty(calibration.uncertainty(None))?;
     Ok(made)
+}
+
+/// The line of a record. The library counts a record from the line feed on that ends the one before, if that ends with CR LF.
+fn line(text: &[u8], position: Option<&csv::Position>) -> usize {
+    let start = position.map_or(0, |position| usize::try_from(position.byte()).unwrap_or(usize::MAX).min(text.len()));
+    let ends = text[start..].iter().take_while(|byte| b"\r\n".contains(byte)).count();
+    1 + text[..start + ends].iter().filter(|byte| **byte == b'\n').count()
 }
 
 /// The estimate at a position. Tables of slow loops leap: the estimator gets there in several of its own ticks.

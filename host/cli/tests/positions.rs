@@ -154,6 +154,8 @@ fn a_table_that_gets_no_forces_says_why() {
     );
     assert!(refused("time_s,angle_deg\n0,1\n0.1,nan\n").contains("positions.csv:3: angle_deg is `nan`"));
     assert!(refused("time_s,angle_deg\n1,1\n1,2\n").contains("positions.csv:3: time_s is 1; allowed is above 1"));
+    // As spreadsheets and Python end their lines.
+    assert!(refused("time_s,angle_deg\r\n1,1\r\n1,2\r\n").contains("positions.csv:3: time_s is 1; allowed is above 1"));
     assert!(refused("time_s,angle_deg\n0,1\n0.1\n").contains("positions.csv"), "a row without its position");
     let half = refused("time_s,position_counts\n0,2048.5\n");
     assert!(half.contains("position_counts is 2048.5; allowed are whole numbers"), "{half}");
