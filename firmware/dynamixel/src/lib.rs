@@ -32,6 +32,7 @@ mod fast;
 mod item;
 mod line;
 mod master;
+mod models;
 mod packet;
 mod request;
 mod tap;
@@ -43,6 +44,7 @@ pub use device::{BROADCAST_PING_SLOT_US, ControlTable, Device, Reply, ResetScope
 pub use encode::{EncodeError, Encoder, encode};
 pub use item::{Access, Area, Item, Part, Register, Value, check_read, find, writes};
 pub use master::{Answer, Error, Found, Identity, Master, SyncAnswer};
+pub use models::{Effort, Layout, MODELS, Model};
 pub use packet::{
     HEADER, Id, Instruction, Packet, Status, StatusError, StatusReturn, longest_packet_length, packet_length,
     status_length,

@@ -53,7 +53,7 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
     loop {
         core.begin().await;
         watchdog.feed();
-        if core.settings.role != Role::Master {
+        if !matches!(core.settings.role, Role::Master | Role::Idle) {
             listening::listen(&mut core, servos.port_mut(), &mut ears).await;
             baud = None;
             continue;
@@ -61,6 +61,11 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
         ears = None;
         if core::mem::take(&mut core.scan) {
             scan(&mut core, &mut servos, &rates, baud, &mut watchdog).await;
+            continue;
+        }
+        if core.settings.role == Role::Idle {
+            baud = None;
+            core.finish();
             continue;
         }
         if let Some((finger, id)) = core.sought() {
@@ -72,12 +77,15 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
                 Some(rate) if !elsewhere || (baud.is_some() && wanted.is_none()) => rate,
                 _ => other,
             };
-            let found = core.patiently(servos.bring_up(finger, id, Rates { look, wanted, bus: baud })).await;
+            let commissioned = core.settings.finger(finger as u8).and_then(|mount| mount.servo);
+            let rates = Rates { look, wanted, bus: baud };
+            let found = core.patiently(servos.bring_up(finger, id, rates, commissioned)).await;
             if !core.is_any_present() {
                 // Found once, the servos are looked for at their rate first, then at the others.
                 baud = None;
             }
             match found {
+                Ok(found) if found.difference.is_some() => core.differs(finger, &found),
                 Ok(found) => {
                     baud = Some(found.baud);
                     core.found(finger, id, &found);
@@ -330,7 +338,7 @@ impl<'a, B: Board> Core<'a, B> {
     /// An estimate is ready: the grip goes by it, and it is reported.
     pub(crate) fn conclude(&mut self, finger: usize, reading: &Reading, estimate: Estimate, cost: u32) {
         let seconds = self.seconds();
-        let on_fault = self.on_fault();
+        let settings = Settings { on_fault: self.on_fault(), ..self.settings };
         let Some(unit) = self.units.get_mut(finger) else {
             return;
         };
@@ -340,7 +348,7 @@ impl<'a, B: Board> Core<'a, B> {
         let (position, current) = (reading.position, reading.current);
         unit.last = Report { time_us, position, current, cost, estimate: Estimate { age, ..estimate }, ..unit.last };
         if self.settings.role == Role::Master {
-            unit.feel(reading, seconds, on_fault);
+            unit.feel(reading, seconds, &settings);
             let told = unit.witness(reading, seconds);
             if let Some(angle) = told.touched {
                 self.shared.tell(Event::Touched { finger: finger as u8, angle: angle as f32 });
@@ -440,13 +448,26 @@ impl<'a, B: Board> Core<'a, B> {
     }
 
     fn found(&mut self, finger: usize, id: Id, found: &Found) {
-        let Found { model, firmware, baud, goal } = *found;
+        let Found { setup, firmware, baud, goal, .. } = *found;
+        let model = setup.model;
+        self.shared.set_servo(finger as u8, Some(setup));
         // Meanwhile the settings may have named another servo: that one is looked for next.
         let unit = self.units.get_mut(finger).filter(|unit| unit.id() == Some(id));
         if let Some(unit) = unit {
             unit.health = Health::READY;
+            unit.difference = None;
             unit.grip.found(unit.calibration.angle(goal));
             self.shared.tell(Event::ServoReady { finger: finger as u8, model, firmware, baud });
+        }
+    }
+
+    /// A servo that is not what it should be: told once.
+    fn differs(&mut self, finger: usize, found: &Found) {
+        self.shared.set_servo(finger as u8, Some(found.setup));
+        if let (Some(unit), Some(difference)) = (self.units.get_mut(finger), found.difference)
+            && unit.difference.replace(difference) != Some(difference)
+        {
+            self.shared.tell(Event::ServoDiffers { finger: finger as u8, difference });
         }
     }
 

@@ -9,7 +9,7 @@
 //! than what is missing. Where the servo's next count would be too much, the finger stays below. Without an answer the goal
 //! does not move, so nothing winds up. Angles in rad, forces in N.
 
-use messages::{GripTo, Mount, Phase, Reaction, Why};
+use messages::{GripTo, Mount, Phase, Reaction, Settings, Why};
 
 use crate::lag::Lag;
 use crate::motion::Motion;
@@ -38,7 +38,9 @@ pub struct Touch {
     pub force: Option<f64>,
     /// Slope of the force over the motor angle, N/rad, if the model knows it.
     pub slope: Option<f64>,
-    /// Current, mA, without sign.
+    /// Whether there is a finger and an object to estimate a force from.
+    pub has_model: bool,
+    /// Current, mA; positive drives towards closing.
     pub current: f32,
     /// The servo has a hardware error.
     pub alert: bool,
@@ -56,6 +58,8 @@ pub struct Grip {
     slope: Slope,
     lag: Lag,
     stall: Stall,
+    /// For how long it has closed without a trustworthy estimate, s.
+    untrusted: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,6 +79,7 @@ impl Grip {
         slope: Slope::NONE,
         lag: Lag::NONE,
         stall: Stall::NONE,
+        untrusted: 0.0,
     };
 
     /// The servo was found, with this goal. It keeps that whatever was asked before: nobody knows what has happened meanwhile.
@@ -150,7 +155,8 @@ impl Grip {
     }
 
     /// An answer came. `count` is one count of the servo as an angle.
-    pub fn feel(&mut self, touch: &Touch, count: f64, seconds: f64, mount: &Mount, reaction: Reaction) {
+    pub fn feel(&mut self, touch: &Touch, count: f64, seconds: f64, mount: &Mount, settings: &Settings) {
+        let reaction = settings.on_fault;
         let closing = self.asked.is_some() || self.motion.heading() > touch.angle;
         let ahead = self.lag.ahead(self.goal(), touch.angle, count, seconds);
         if touch.alert && (closing || self.phase == Phase::Moving) {
@@ -163,12 +169,21 @@ impl Grip {
             let reaction = if closing { reaction } else { Reaction::Hold };
             return self.stop(Why::Stall, mount, reaction);
         }
-        if closing && touch.current > mount.current_limit {
+        // What drives against the motion is no reason to stop it: a finger that opens has held something before.
+        let driving = if closing { touch.current } else { -touch.current };
+        if (closing || self.motion.is_moving()) && driving > mount.current_limit {
             return self.stop(Why::Current, mount, Reaction::Hold);
         }
         let Some(force) = touch.force else {
+            self.untrusted += seconds;
+            // Without finger and object there is nothing to trust: the current's limit stands alone.
+            let is_blind = touch.has_model && self.untrusted > 1e-3 * f64::from(settings.untrusted_ms);
+            if is_blind && closing && self.asked.is_none() && self.motion.is_moving() {
+                return self.stop(Why::Estimate, mount, Reaction::Hold);
+            }
             return self.wrong(Why::Estimate, mount, reaction);
         };
+        self.untrusted = 0.0;
         self.slope.see(touch.angle, force, count);
         // The model's is of some ticks ago and the force is mostly convex, so that secants may be steeper; they alone see
         // how the estimate ripples.
@@ -345,8 +360,9 @@ mod tests {
             let force = Self::force(angle);
             let slope = (self.knows_slope && force > 0.0).then(|| Self::slope(angle));
             let force_told = self.sound.then_some(force);
-            let touch = Touch { angle, force: force_told, slope, current: self.current, alert: false };
-            self.grip.feel(&touch, COUNT, TICK, &self.mount, self.reaction);
+            let touch = Touch { angle, force: force_told, slope, has_model: true, current: self.current, alert: false };
+            let settings = Settings { on_fault: self.reaction, ..Settings::DEFAULT };
+            self.grip.feel(&touch, COUNT, TICK, &self.mount, &settings);
             self.greatest = self.greatest.max(force);
             force
         }
@@ -539,8 +555,8 @@ mod tests {
         let mut bench = Bench::new(0);
         bench.grip.grip(&Bench::to(5.0), &MOUNT);
         bench.run(50);
-        let touch = Touch { angle: 0.03, force: Some(0.0), slope: None, current: 0.0, alert: true };
-        bench.grip.feel(&touch, COUNT, TICK, &MOUNT, Reaction::Hold);
+        let touch = Touch { angle: 0.03, force: Some(0.0), slope: None, has_model: true, current: 0.0, alert: true };
+        bench.grip.feel(&touch, COUNT, TICK, &MOUNT, &Settings::DEFAULT);
         assert_eq!(bench.grip.phase(), Phase::Held(Why::Alert));
     }
 }

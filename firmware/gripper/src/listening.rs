@@ -106,7 +106,7 @@ impl Ears {
                 let table = DeviceTable::new(&bus, FIRMWARE, settings.count());
                 Some(Voice { device: Device::new(timing(latency_us)), table })
             }
-            Role::Master | Role::Tap => None,
+            Role::Idle | Role::Master | Role::Tap => None,
         };
         Self { tap: Tap::new(timing(latency_us + busy_us)), voice, role: settings.role, baud }
     }

@@ -1,7 +1,9 @@
-//! The servos on their bus: found, set up, controlled and read.
+//! The servos on their bus: controlled and read.
+
+mod bring_up;
 
 use dynamixel::xm430;
-use dynamixel::{Answer, Id, Identity, Master, StatusError, StatusReturn, SyncAnswer, Timing};
+use dynamixel::{Answer, Id, Master, StatusError, StatusReturn, SyncAnswer, Timing};
 use embassy_time::Delay;
 use heapless::Vec;
 use messages::{BAUDS, FINGERS};
@@ -10,6 +12,8 @@ use crate::board::BusPort;
 use crate::rate;
 use crate::shared::now_us;
 
+pub(crate) use bring_up::{Found, Rates};
+
 /// First of the registers read in every tick: Present Current, Velocity, Position.
 const PRESENT: u16 = xm430::PRESENT_CURRENT.address();
 /// Bytes of those registers.
@@ -17,17 +21,6 @@ const PRESENT_BYTES: usize = 10;
 
 /// Why the bus gave nothing.
 pub(crate) type BusError<U> = dynamixel::Error<<U as embedded_io_async::ErrorType>::Error>;
-
-/// A servo that was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Found {
-    pub(crate) model: u16,
-    pub(crate) firmware: u8,
-    /// Bits per second.
-    pub(crate) baud: u32,
-    /// Where it is moved, counts.
-    pub(crate) goal: i32,
-}
 
 /// What a tick reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,17 +37,6 @@ pub(crate) struct Reading {
     pub(crate) alert: bool,
     /// The goal that it did not take.
     pub(crate) refused: Option<(i32, StatusError)>,
-}
-
-/// Rates of the bus, bits per second.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rates {
-    /// At which a servo is looked for.
-    pub(crate) look: u32,
-    /// To which one without torque is set.
-    pub(crate) wanted: Option<u32>,
-    /// At which others are controlled.
-    pub(crate) bus: Option<u32>,
 }
 
 /// One finger's part of a tick.
@@ -88,6 +70,8 @@ pub(crate) struct Servos<U: BusPort> {
     written: [Option<i32>; FINGERS],
     /// Which servos can be read together in one packet.
     fast: [bool; FINGERS],
+    /// mA of one unit of each servo's current.
+    milliamperes: [f32; FINGERS],
     apart: u8,
 }
 
@@ -100,94 +84,27 @@ impl<U: BusPort> Servos<U> {
             delay: 0,
             written: [None; FINGERS],
             fast: [false; FINGERS],
+            milliamperes: [xm430::MILLIAMPERES_PER_UNIT; FINGERS],
             apart: 0,
         }
     }
 
-    /// Looks for a finger's servo at one rate, makes it answer at once and hold its position.
-    ///
-    /// A servo that already has torque keeps it, its settings and its goal: it may be holding something, and under its control by the
-    /// error it holds with what its goal is ahead of its position.
-    pub(crate) async fn bring_up(&mut self, finger: usize, id: Id, rates: Rates) -> Result<Found, BusError<U>> {
-        self.wrote(finger, None);
-        let others = self.delay;
-        let mut found = self.look_for(id, rates).await;
-        self.delay = self.delay.max(others);
-        let mut rate = self.master.timing().baud_rate;
-        if let Some(bus) = rates.bus.filter(|bus| *bus != rate) {
-            // The other servos are led at theirs.
-            rate = bus;
-            self.master.port_mut().set_baud(bus);
-            // It cannot be led with them: for this bus it is silent.
-            found = found.and(Err(dynamixel::Error::Timeout { id, waited_us: 0 }));
+    fn shows(&mut self, finger: usize, milliamperes: Option<f32>) {
+        if let (Some(known), Some(milliamperes)) = (self.milliamperes.get_mut(finger), milliamperes) {
+            *known = milliamperes;
         }
-        self.listen_at(rate, u32::from(self.delay));
-        if let Ok(found) = &found {
-            self.wrote(finger, Some(found.goal));
-            self.reads_fast(finger, Identity { model: found.model, firmware: found.firmware }.reads_fast());
-        }
-        found
+    }
+
+    /// A servo's answer as a reading.
+    fn reading(&self, finger: usize, answer: Answer<[u8; PRESENT_BYTES]>) -> Reading {
+        let milliamperes = self.milliamperes.get(finger).copied().unwrap_or(xm430::MILLIAMPERES_PER_UNIT);
+        reading(answer, milliamperes)
     }
 
     fn reads_fast(&mut self, finger: usize, fast: bool) {
         if let Some(known) = self.fast.get_mut(finger) {
             *known = fast;
         }
-    }
-
-    async fn look_for(&mut self, id: Id, rates: Rates) -> Result<Found, BusError<U>> {
-        let baud_rate = self.master.port_mut().set_baud(rates.look);
-        self.listen_at(baud_rate, xm430::RETURN_DELAY_TIME.item.max as u32);
-        let identity = self.master.ping(id).await?.value;
-        let code = self.master.get(id, xm430::BAUD_RATE).await?.value;
-        // The servo knows its rate better than the board's divider.
-        let mut baud = xm430::bits_per_second(code).unwrap_or(baud_rate);
-        let torque = self.master.get(id, xm430::TORQUE_ENABLE).await?.value != 0;
-        if !torque {
-            self.master.set(id, xm430::STATUS_RETURN_LEVEL, 2).await?;
-            self.ensure(id, xm430::RETURN_DELAY_TIME, 0).await?;
-            self.ensure(id, xm430::OPERATING_MODE, xm430::POSITION_CONTROL).await?;
-            if let Some(wanted) = rates.wanted.filter(|wanted| *wanted != baud)
-                && let Some(code) = xm430::baud_code(wanted)
-                && self.reaches(wanted, rates.look)
-            {
-                // It answers at the old rate.
-                self.master.set(id, xm430::BAUD_RATE, code).await?;
-                self.master.port_mut().set_baud(wanted);
-                self.listen_at(wanted, xm430::RETURN_DELAY_TIME.item.max as u32);
-                self.master.ping(id).await?;
-                baud = wanted;
-            }
-        }
-        self.delay = self.master.get(id, xm430::RETURN_DELAY_TIME).await?.value;
-        self.listen_at(baud, u32::from(self.delay));
-        let goal =
-            if torque { self.keep_goal(id).await? } else { self.master.get(id, xm430::PRESENT_POSITION).await?.value };
-        if !torque {
-            self.master.set(id, xm430::GOAL_POSITION, goal).await?;
-            match self.master.set(id, xm430::TORQUE_ENABLE, 1).await {
-                // After a shutdown the servo can be read, not led, until it is restarted; its alert tells.
-                Ok(_) | Err(dynamixel::Error::Refused { alert: true, .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(Found { model: identity.model, firmware: identity.firmware, baud, goal })
-    }
-
-    /// The goal of a servo with torque. One that its profile is still moving stops where the profile is, with the torque that it has there.
-    /// One that is further from its goal than its torque can grow is held where it is.
-    async fn keep_goal(&mut self, id: Id) -> Result<i32, BusError<U>> {
-        let goal = self.master.get(id, xm430::GOAL_POSITION).await?.value;
-        let trajectory = self.master.get(id, xm430::POSITION_TRAJECTORY).await?.value;
-        let position = self.master.get(id, xm430::PRESENT_POSITION).await?.value;
-        let gain = self.master.get(id, xm430::POSITION_P_GAIN).await?.value;
-        // Beyond it the output is the whole voltage. (Without a gain no torque depends on the goal.)
-        let reach = (128 * u32::from(xm430::PWM_LIMIT.item.max as u16)).checked_div(u32::from(gain)).unwrap_or(0);
-        let kept = if trajectory.abs_diff(position) <= reach { trajectory } else { position };
-        if kept != goal {
-            self.master.set(id, xm430::GOAL_POSITION, kept).await?;
-        }
-        Ok(kept)
     }
 
     /// The rates of servos that the port has.
@@ -225,14 +142,6 @@ impl<U: BusPort> Servos<U> {
     fn listen_at(&mut self, baud_rate: u32, delay_units: u32) {
         let latency_us = self.latency_us + delay_units * xm430::RETURN_DELAY_US_PER_UNIT;
         self.master.set_timing(Timing { baud_rate, latency_us, status_return: StatusReturn::All });
-    }
-
-    /// Writes a byte that outlives power only if it is another one: the EEPROM wears.
-    async fn ensure(&mut self, id: Id, register: dynamixel::Register<u8>, value: u8) -> Result<(), BusError<U>> {
-        if self.master.get(id, register).await?.value != value {
-            self.master.set(id, register, value).await?;
-        }
-        Ok(())
     }
 
     /// Forgets the servos' return delays: none is there.
@@ -290,7 +199,7 @@ impl<U: BusPort> Servos<U> {
         let mut bytes = [0; PRESENT_BYTES];
         let alert = self.master.read(turn.id, PRESENT, &mut bytes).await?.alert;
         let heard_ticks = self.master.port_mut().heard_ticks();
-        Ok(Reading { refused, heard_ticks, ..reading(Answer { value: bytes, alert }) })
+        Ok(Reading { refused, heard_ticks, ..self.reading(turn.finger, Answer { value: bytes, alert }) })
     }
 
     /// All of them with one question. (Nobody answers a common write, so that a goal that is refused shows in the position
@@ -329,7 +238,7 @@ impl<U: BusPort> Servos<U> {
                 let heard_ticks = self.master.port_mut().heard_ticks();
                 for (turn, answer) in turns.iter_mut().zip(&mut answers) {
                     if let Some(result) = answer.result.take() {
-                        turn.result = result.map(|answer| Reading { heard_ticks, ..reading(answer) });
+                        turn.result = result.map(|answer| Reading { heard_ticks, ..self.reading(turn.finger, answer) });
                     }
                 }
             }
@@ -347,13 +256,13 @@ impl<U: BusPort> Servos<U> {
     }
 }
 
-fn reading(answer: Answer<[u8; PRESENT_BYTES]>) -> Reading {
+fn reading(answer: Answer<[u8; PRESENT_BYTES]>, milliamperes: f32) -> Reading {
     let [c0, c1, _, _, _, _, p0, p1, p2, p3] = answer.value;
     Reading {
         at_us: now_us(),
         heard_ticks: None,
         position: i32::from_le_bytes([p0, p1, p2, p3]),
-        current: f32::from(i16::from_le_bytes([c0, c1])) * xm430::MILLIAMPERES_PER_UNIT,
+        current: f32::from(i16::from_le_bytes([c0, c1])) * milliamperes,
         alert: answer.alert,
         refused: None,
     }
@@ -484,7 +393,7 @@ mod tests {
         for finger in [0, 1] {
             let id = Id::new(finger as u8 + 1).unwrap();
             let rates = Rates { look: 1_000_000, wanted: None, bus: None };
-            wait_for(servos.bring_up(finger, id, rates)).unwrap();
+            wait_for(servos.bring_up(finger, id, rates, None)).unwrap();
         }
         servos
     }
@@ -527,14 +436,14 @@ mod tests {
         let mut servos = Servos::new(wire, 2_000);
         let [one, two] = [1, 2].map(|id| Id::new(id).unwrap());
         let at = |look, wanted, bus| Rates { look, wanted, bus };
-        wait_for(servos.bring_up(0, one, at(1_000_000, Some(1_000_000), None))).unwrap();
+        wait_for(servos.bring_up(0, one, at(1_000_000, Some(1_000_000), None), None)).unwrap();
         // Not there at the others' rate, found at its own, led at the others'.
-        assert!(wait_for(servos.bring_up(1, two, at(1_000_000, Some(1_000_000), Some(1_000_000)))).is_err());
+        assert!(wait_for(servos.bring_up(1, two, at(1_000_000, Some(1_000_000), Some(1_000_000)), None)).is_err());
         // Where no rate is set it stays as it is, and the bus goes on at the others' rate.
-        assert!(wait_for(servos.bring_up(1, two, at(57_600, None, Some(1_000_000)))).is_err());
+        assert!(wait_for(servos.bring_up(1, two, at(57_600, None, Some(1_000_000)), None)).is_err());
         assert_eq!(servos.port_mut().baud, 1_000_000);
         servos.port_mut().servos[1].1.memory[64] = 0;
-        let found = wait_for(servos.bring_up(1, two, at(57_600, Some(1_000_000), Some(1_000_000)))).unwrap();
+        let found = wait_for(servos.bring_up(1, two, at(57_600, Some(1_000_000), Some(1_000_000)), None)).unwrap();
         assert_eq!(
             (found.baud, servos.port_mut().servos[1].1.memory[8], servos.port_mut().servos[1].1.memory[9]),
             (1_000_000, 3, 0)
@@ -570,7 +479,7 @@ mod tests {
     fn a_rate_that_the_board_does_not_have_is_left_alone() {
         let mut servos = Servos::new(Wire::new([45, 45], true), 2_000);
         let rates = Rates { look: 1_000_000, wanted: Some(4_000_000), bus: None };
-        let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates)).unwrap();
+        let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, None)).unwrap();
         assert_eq!((found.baud, servos.port_mut().servos[0].1.memory[8]), (1_000_000, 3));
     }
 }

@@ -9,8 +9,8 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use heapless::Vec;
 use messages::{
-    CloseTo, Counters, Event, FINGERS, Finger, FingerFor, Grasp, GripTo, Notice, ObjectFor, Outcome, Report, Settings,
-    Shape, UncertaintyFor, Which, frame,
+    CloseTo, Counters, Event, FINGERS, Finger, FingerFor, Grasp, GripTo, Notice, ObjectFor, Outcome, Report,
+    ServoSetup, Settings, Shape, UncertaintyFor, Which, frame,
 };
 use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
@@ -61,6 +61,8 @@ pub(crate) struct Setup {
     pub(crate) fingers: [Option<Finger>; FINGERS],
     pub(crate) objects: [Option<ObjectDesign>; FINGERS],
     pub(crate) uncertainties: [Option<Uncertainty>; FINGERS],
+    /// How the servos were found set; not kept.
+    pub(crate) servos: [Option<ServoSetup>; FINGERS],
 }
 
 impl Setup {
@@ -70,6 +72,7 @@ impl Setup {
         fingers: [const { None }; FINGERS],
         objects: [None; FINGERS],
         uncertainties: [None; FINGERS],
+        servos: [None; FINGERS],
     };
 }
 
@@ -224,6 +227,15 @@ impl Shared {
         self.set(|setup| {
             if let Some(place) = setup.uncertainties.get_mut(usize::from(finger)) {
                 *place = uncertainty;
+            }
+        });
+    }
+
+    /// Remembers how a finger's servo was found set.
+    pub(crate) fn set_servo(&self, finger: u8, servo: Option<ServoSetup>) {
+        self.set(|setup| {
+            if let Some(place) = setup.servos.get_mut(usize::from(finger)) {
+                *place = servo;
             }
         });
     }

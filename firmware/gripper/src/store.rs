@@ -22,9 +22,9 @@ use serde::de::DeserializeOwned;
 use crate::shared::Setup;
 
 /// Version of the records' layout. A change of [`Settings`], [`Finger`], [`ObjectDesign`] or [`Uncertainty`] needs another.
-const VERSION: u8 = 4;
-/// The version before, which is read as well: its settings and fingers have another layout, its other records the same.
-const EARLIER: u8 = 3;
+const VERSION: u8 = 5;
+/// The first version that is read as well: settings and fingers had another layout, other records the same.
+const EARLIEST: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).
 const RECORD: usize = 1088;
 
@@ -86,8 +86,8 @@ impl<F: NorFlash> Store<F> {
         }
         for finger in 0..FINGERS as u8 {
             let design = self.read::<Option<Finger>>(Key::Finger(finger), earlier::finger, &mut found).await;
-            let object = self.read::<Option<ObjectDesign>>(Key::Object(finger), same, &mut found).await;
-            let uncertainty = self.read::<Option<Uncertainty>>(Key::Uncertainty(finger), same, &mut found).await;
+            let object = self.read::<Option<ObjectDesign>>(Key::Object(finger), unchanged, &mut found).await;
+            let uncertainty = self.read::<Option<Uncertainty>>(Key::Uncertainty(finger), unchanged, &mut found).await;
             if let (Some(place), Some(uncertainty)) = (setup.uncertainties.get_mut(usize::from(finger)), uncertainty) {
                 *place = uncertainty;
             }
@@ -139,11 +139,11 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Reads a record; `earlier` reads one of the version before.
+    /// Reads a record; `earlier` reads one of an earlier version.
     async fn read<T: DeserializeOwned>(
         &mut self,
         key: Key,
-        earlier: fn(&[u8]) -> Option<T>,
+        earlier: fn(u8, &[u8]) -> Option<T>,
         found: &mut Found,
     ) -> Option<T> {
         let record = match self.map.as_mut()?.fetch_item::<&[u8]>(&mut self.buffer, &key.number()).await {
@@ -156,7 +156,7 @@ impl<F: NorFlash> Store<F> {
         };
         let value = match record.split_first() {
             Some((&VERSION, rest)) => same(rest),
-            Some((&EARLIER, rest)) => earlier(rest),
+            Some((&version @ EARLIEST..VERSION, rest)) => earlier(version, rest),
             _ => None,
         };
         if value.is_some() {
@@ -171,6 +171,11 @@ impl<F: NorFlash> Store<F> {
 /// A value of this version's layout.
 fn same<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     postcard::from_bytes(bytes).ok()
+}
+
+/// A value whose layout no version has changed.
+fn unchanged<T: DeserializeOwned>(_: u8, bytes: &[u8]) -> Option<T> {
+    same(bytes)
 }
 
 /// Encodes one record; gives its length.
@@ -486,7 +491,7 @@ mod tests {
         let setup = with(3.0, 5);
         for key in [Key::Object(1), Key::Uncertainty(2)] {
             let length = encode(key, &setup, &mut store.record).unwrap();
-            store.record[0] = EARLIER;
+            store.record[0] = 4;
             block_on(store.write(key, length)).unwrap();
         }
         let (back, found) = restore(&mut flash);

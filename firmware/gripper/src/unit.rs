@@ -1,7 +1,7 @@
 //! One finger within the control task: its mount, its model, its grip, its last report.
 
 use dynamixel::Id;
-use messages::{Calibration, Direction, Mount, Reaction, Report};
+use messages::{Calibration, Difference, Direction, Mount, Report, Settings};
 use model_core::estimator::Estimate;
 use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
@@ -38,6 +38,8 @@ pub(crate) struct Unit<'a> {
     pub(crate) heard_us: Option<u64>,
     /// The hardware errors last heard of.
     pub(crate) hardware_error: u8,
+    /// How its servo is not what it should be, as it was last told.
+    pub(crate) difference: Option<Difference>,
     /// Whether this tick's report is made.
     pub(crate) is_reported: bool,
 }
@@ -64,6 +66,7 @@ impl<'a> Unit<'a> {
             uncertainty: None,
             heard_us: None,
             hardware_error: 0,
+            difference: None,
             is_reported: false,
         }
     }
@@ -127,6 +130,7 @@ impl<'a> Unit<'a> {
         if self.id() != id {
             self.health = Health::Absent;
         }
+        self.difference = None;
     }
 
     /// Somebody else leads the servo from now on, or does so no more.
@@ -134,6 +138,7 @@ impl<'a> Unit<'a> {
         self.health = Health::Absent;
         self.heard_us = None;
         self.hardware_error = 0;
+        self.difference = None;
         self.grip.renamed(self.grip.goal());
     }
 
@@ -161,7 +166,7 @@ impl<'a> Unit<'a> {
     }
 
     /// Leads by what the servo and the model say.
-    pub(crate) fn feel(&mut self, reading: &Reading, seconds: f64, reaction: Reaction) {
+    pub(crate) fn feel(&mut self, reading: &Reading, seconds: f64, settings: &Settings) {
         let Some(mount) = &self.mount else {
             return;
         };
@@ -171,10 +176,14 @@ impl<'a> Unit<'a> {
             angle: self.calibration.angle(reading.position),
             force: trust.then(|| f64::from(estimate.force_magnitude())),
             slope: force_slope(estimate),
-            current: reading.current.abs(),
+            has_model: self.has_design && self.has_object,
+            current: match mount.direction {
+                Direction::Same => reading.current,
+                Direction::Reversed => -reading.current,
+            },
             alert: reading.alert,
         };
-        self.grip.feel(&touch, self.calibration.count(), seconds, mount, reaction);
+        self.grip.feel(&touch, self.calibration.count(), seconds, mount, settings);
     }
 }
 

@@ -19,6 +19,7 @@ pub mod frame;
 mod grasp;
 mod request;
 mod role;
+mod servo;
 mod shape;
 mod support;
 mod topic;
@@ -30,6 +31,7 @@ pub use request::{
     ResetCause, SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,
 };
 pub use role::{BAUDS, Role};
+pub use servo::{Difference, ServoField, ServoSetup};
 pub use support::Support;
 pub use topic::{CONTACTS, Contact, Event, FreeObject, Grasp, LAMELLAE, Notice, POINTS, Phase, Report, Shape, Why};
 
@@ -38,7 +40,7 @@ use model_core::uncertainty::Uncertainty;
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// Version of what messages mean. (Their layout is distinguished by the keys.)
-pub const PROTOCOL_VERSION: u16 = 4;
+pub const PROTOCOL_VERSION: u16 = 5;
 
 /// Most fingers of a gripper.
 pub const FINGERS: usize = 4;
@@ -50,6 +52,9 @@ pub type MaybeFinger = Option<Finger>;
 
 /// What a calibration has left uncertain of a finger; none: [`Uncertainty::DEFAULT`] counts.
 pub type MaybeUncertainty = Option<Uncertainty>;
+
+/// How a servo was found set, if it was found.
+pub type MaybeServo = Option<ServoSetup>;
 
 /// An object for a finger, in that finger's world frame.
 pub type ObjectFor = For<ObjectDesign>;
@@ -71,6 +76,7 @@ endpoints! {
     | GetUncertainty | u8             | MaybeUncertainty | "uncertainty/get" |
     | SetUncertainty | UncertaintyFor | Outcome          | "uncertainty/set" |
     | GetSettings    | ()             | Settings         | "settings/get"    |
+    | GetServo       | u8             | MaybeServo       | "servo/get"       |
     | SetSettings    | Settings       | Outcome          | "settings/set"    |
     | Open           | Which          | Outcome          | "open"            |
     | Close          | CloseTo        | Outcome          | "close"           |

@@ -9,6 +9,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::role::{BAUDS, Role};
+use crate::servo::ServoSetup;
 use crate::{FINGERS, Support};
 
 /// Longest [`Text`], bytes.
@@ -144,10 +145,13 @@ pub struct Mount {
     /// How the motor moves the finger's base: it turns it, or it moves it along a line (parallel jaws). Everything above is of the
     /// motor's angle either way.
     pub drive: Drive,
+    /// How its servo was set when it was commissioned. A servo that is set otherwise is not led. `None`: it was not commissioned; a
+    /// known model is set up as it is found.
+    pub servo: Option<ServoSetup>,
 }
 
 impl Mount {
-    /// Servo 1, angle 0 in the middle of its revolution, no play, ±60°, 20°/s, at most 100 N and 2 A, turning the finger.
+    /// Servo 1, angle 0 in the middle of its revolution, no play, ±60°, 20°/s, at most 15 N and 0.5 A, turning the finger.
     pub const DEFAULT: Self = Self {
         servo_id: 1,
         zero: 2048.0,
@@ -158,9 +162,10 @@ impl Mount {
         range: [-core::f32::consts::FRAC_PI_3, core::f32::consts::FRAC_PI_3],
         open_angle: 0.0,
         speed: core::f32::consts::PI / 9.0,
-        force_limit: 100.0,
-        current_limit: 2000.0,
+        force_limit: 15.0,
+        current_limit: 500.0,
         drive: Drive::Rotating,
+        servo: None,
     };
 
     fn validate(&self) -> Outcome {
@@ -214,6 +219,8 @@ pub struct Settings {
     pub shape_every: u16,
     /// What a gripping finger does when something is wrong.
     pub on_fault: Reaction,
+    /// How long a finger closes on while its estimate is untrustworthy, ms, 0 to 10,000. (A gripping one waits at once.)
+    pub untrusted_ms: u16,
     /// What holds the object besides the fingers.
     pub support: Support,
     /// How the gripper takes part in the bus.
@@ -227,16 +234,18 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// One finger as [`Mount::DEFAULT`], 500 Hz, 20 shapes a second, hold when something is wrong, master of its servo.
-    pub const DEFAULT: Self = Self::of(Mount::DEFAULT);
+    /// One finger as [`Mount::DEFAULT`], 500 Hz, 20 shapes a second, hold when something is wrong, and idle: nothing is led before
+    /// somebody says so.
+    pub const DEFAULT: Self = Self { role: Role::Idle, ..Self::of(Mount::DEFAULT) };
 
-    /// Of a gripper with one finger; the rest as in [`Self::DEFAULT`].
+    /// Of a gripper with one finger that leads its servo; the rest as in [`Self::DEFAULT`].
     pub const fn of(mount: Mount) -> Self {
         let fingers = [Some(mount), None, None, None];
         Self {
             rate_hz: 500,
             shape_every: 25,
             on_fault: Reaction::Hold,
+            untrusted_ms: 50,
             support: Support::Fixed,
             role: Role::Master,
             baud: None,
@@ -260,6 +269,7 @@ impl Settings {
     /// The first value that is not allowed.
     pub fn validate(&self, room: usize) -> Outcome {
         SettingsField::Rate.check(f32::from(self.rate_hz), 1.0, 1000.0)?;
+        SettingsField::Untrusted.check(f32::from(self.untrusted_ms), 0.0, 10_000.0)?;
         let used = self.fingers.iter().take_while(|mount| mount.is_some()).count();
         // A gap counts as one finger too many.
         let count = if used == self.count() { used } else { FINGERS + 1 };
@@ -370,6 +380,8 @@ pub enum SettingsField {
     Load,
     /// The moment on a free object, N·mm.
     Moment,
+    /// How long a finger closes on without a trustworthy estimate, ms.
+    Untrusted,
 }
 
 impl SettingsField {
@@ -396,6 +408,7 @@ impl SettingsField {
             Self::ReturnDelay => "gripper's return delay in 2 µs",
             Self::Load => "load on the free object in N",
             Self::Moment => "moment on the free object in N·mm",
+            Self::Untrusted => "time of closing without a trustworthy estimate in ms",
         }
     }
 
@@ -448,6 +461,8 @@ pub enum Refusal {
     },
     /// Another master leads the servos.
     NotMaster,
+    /// Nobody has said which servos the gripper leads.
+    Idle,
     /// The force cannot be controlled without finger and object.
     NoModel,
     /// No servo answers on the bus.
@@ -485,6 +500,9 @@ impl fmt::Display for Refusal {
             Self::OwnAddress { id } => write!(f, "id {id} would be the gripper's own and a servo's"),
             Self::Baud { baud } => write!(f, "baud is {baud}; allowed are {BAUDS:?}"),
             Self::NotMaster => f.write_str("another master leads the servos: the gripper's role is to listen"),
+            Self::Idle => {
+                f.write_str("the gripper is idle: `fre gripper commission` finds its servos and makes it their master")
+            }
             Self::NoModel => f.write_str("the force cannot be controlled before finger and object are set"),
             Self::NoServo => f.write_str("no servo answers on the bus"),
             Self::Gripping => f.write_str("a finger grips: the bus is not searched meanwhile"),

@@ -13,8 +13,10 @@ pub const BAUDS: [u32; 7] = [1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Role {
-    /// The gripper leads them: it asks and they answer.
+    /// Nobody: the gripper writes nothing on the bus, and leads no servo, until a person has said which ones.
     #[default]
+    Idle,
+    /// The gripper leads them: it asks and they answer.
     Master,
     /// Another master leads them. The gripper listens to what it reads of them, and never transmits.
     Tap,
@@ -35,7 +37,7 @@ impl Role {
     pub fn id(self) -> Option<u8> {
         match self {
             Self::Device { id, .. } => Some(id),
-            Self::Master | Self::Tap => None,
+            Self::Idle | Self::Master | Self::Tap => None,
         }
     }
 

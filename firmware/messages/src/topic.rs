@@ -7,7 +7,7 @@ use model_core::status::Status;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::ResetCause;
+use crate::{Difference, ResetCause};
 
 /// Most points of a beam in a [`Shape`].
 pub const POINTS: usize = 64;
@@ -212,6 +212,13 @@ pub enum Event {
         firmware: u8,
         /// Bits per second on the bus.
         baud: u32,
+    },
+    /// A servo is not what it should be: it is not led, and nothing is written to it.
+    ServoDiffers {
+        /// Whose.
+        finger: u8,
+        /// In what.
+        difference: Difference,
     },
     /// A search of the bus has found a servo, or another device.
     DeviceFound {

@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Display};
 
-use crate::{Event, Phase, ResetCause, Why};
+use crate::{Difference, Event, Phase, ResetCause, ServoField, Why};
 
 impl Why {
     /// The reason, for use after a comma.
@@ -67,6 +67,19 @@ impl ResetCause {
     }
 }
 
+impl Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { field, found, expected } = self;
+        match field {
+            ServoField::Model if *expected == 0 => {
+                write!(f, "its servo is of model {found}, which the gripper cannot control")
+            }
+            ServoField::BusWatchdog => f.write_str("its servo's Bus Watchdog had tripped; it is cleared"),
+            _ => write!(f, "its servo's {} is {found}, and {expected} was commissioned", field.name()),
+        }
+    }
+}
+
 impl Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -78,6 +91,7 @@ impl Display for Event {
             Self::ServoReady { finger, model, firmware, baud } => {
                 write!(f, "finger {finger}: the servo (model {model}, firmware {firmware}) answers at {baud} baud")
             }
+            Self::ServoDiffers { finger, difference } => write!(f, "finger {finger} is not controlled: {difference}"),
             Self::DeviceFound { id, model, firmware, baud, alert } => {
                 let error = if alert { ", with a hardware error" } else { "" };
                 write!(f, "id {id}: model {model}, firmware {firmware}, answers at {baud} baud{error}")

@@ -12,7 +12,7 @@ use model_core::discretise::Discretisation;
 use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
 
-use super::identify;
+use super::{commission, identify};
 use crate::exit::{bad_input, trusted};
 use crate::options::PhysicsWord;
 use crate::output::put_out;
@@ -71,6 +71,7 @@ enum Action {
         wait: Option<f64>,
     },
     Identify(identify::Args),
+    Commission(commission::Args),
     /// Open
     Release(Fingers),
     /// Stop, and stay there
@@ -143,6 +144,7 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
             }
         }
         Action::Identify(args) => return identify::run(&link, args),
+        Action::Commission(args) => return commission::run(&link, args),
         Action::Release(which) => link.open_fingers(which.which())?,
         Action::Hold(which) => link.hold(which.which())?,
         Action::Scan => return scan(&link),

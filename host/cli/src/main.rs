@@ -6,6 +6,8 @@
 #[cfg(all(test, feature = "gripper"))]
 mod book;
 mod calibrate;
+#[cfg(feature = "gripper")]
+mod commission;
 mod compare;
 mod completions;
 #[cfg(feature = "gripper")]

@@ -59,6 +59,11 @@ pub struct Args {
     /// They are separated by commas and have the same settings.
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1")]
     id: Vec<u8>,
+    /// What Model Number reads
+    ///
+    /// The registers and the motor stay those of the XM430-W350.
+    #[arg(long, value_name = "N", default_value_t = xm430::MODEL)]
+    model_number: u16,
     /// Version of the servo's firmware
     ///
     /// Versions below 45 do not support Fast Sync Read.
@@ -148,6 +153,7 @@ fn serve(args: &Args) -> Result<(), String> {
     let load = Arc::new(load(args)?);
     let config = Config {
         id: 0,
+        model: args.model_number,
         firmware: args.firmware,
         baud_rate: args.baud,
         return_delay_us: args.return_delay_us,

@@ -66,7 +66,23 @@ impl Gripper {
         board.until("connection to the bus", PATIENCE, || hub.connect_unix(&sockets.bus())).unwrap();
         hub.servo(Servo::new(servo).unwrap());
         let bus = hub.spawn().unwrap();
-        Self { _board: board, sockets, _bus: bus, _turn: turn }
+        let gripper = Self { _board: board, sockets, _bus: bus, _turn: turn };
+        // Idle at first.
+        let (code, _, errors) = gripper.fre(&["gripper", "hold"]);
+        assert!(code == Some(1) && errors.contains("fre gripper commission"), "{code:?} {errors}");
+        let (code, out, errors) = gripper.fre(&["gripper", "commission"]);
+        assert!(code == Some(1) && errors.contains("--yes"), "nobody was asked: {code:?} {out} {errors}");
+        let (code, _, errors) = gripper.fre(&["gripper", "commission", "--yes", "--servo", "9"]);
+        assert!(code == Some(1) && errors.contains("no such servo answers"), "{code:?} {errors}");
+        let commissioned = gripper.done(&["gripper", "commission", "--yes"]);
+        for words in [
+            "id 1: XM430-W350 (model 1020, firmware 45) at 1000000 baud",
+            "finger 0 commissioned: model 1020, Operating Mode 3",
+        ] {
+            assert!(commissioned.contains(words), "no {words}: {commissioned}");
+        }
+        gripper.done(&["gripper", "set", "finger.0.current_limit_ma=2000"]);
+        gripper
     }
 
     /// `fre …` on its link: exit status, output, errors.

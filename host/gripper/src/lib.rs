@@ -3,6 +3,7 @@
 
 pub mod bus;
 pub mod calibrated;
+pub mod commission;
 pub mod datasheet;
 pub mod demo;
 pub mod estimator;

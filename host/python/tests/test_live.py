@@ -140,7 +140,7 @@ def gripper(program: str, case_file: pathlib.Path, folder: pathlib.Path) -> Iter
 
 def test_a_gripper_grips_and_releases(gripper: fre.Gripper, case: fre.Case) -> None:
     assert gripper.info.version["board"] == "mps2"
-    gripper.set({"finger.0.zero_counts": 2048, "on_fault": "hold"})
+    gripper.set({"role": "master", "finger.0.zero_counts": 2048, "on_fault": "hold"})
     assert gripper.settings["finger.0.zero_counts"] == "2048"
     gripper.set_case(case)
     with pytest.raises(fre.CaseError) as error:

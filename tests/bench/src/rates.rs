@@ -18,7 +18,8 @@ use serde_json::{Value, json};
 use system_tests::{Cycles, Machine, OBJECT, Watch, finger};
 
 const DEGREE: f32 = std::f32::consts::PI / 180.0;
-const MOUNT: Mount = Mount { open_angle: -DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
+const MOUNT: Mount =
+    Mount { open_angle: -DEGREE, range: [-0.05, 0.3], force_limit: 100.0, current_limit: 2000.0, ..Mount::DEFAULT };
 /// The other object, which is set and taken away while the finger is on it: the model begins anew.
 const OTHER: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 56.0], radius: 40.0 };
 /// Rounds of closing, gripping and opening.

@@ -20,8 +20,14 @@ const ROUNDS: u32 = 360;
 const LOSSES: u32 = 5;
 
 /// The mount of [`geared_servo`]: its play is known.
-pub const GEARED_MOUNT: Mount =
-    Mount { open_angle: -DEGREE, backlash: BACKLASH_DEG as f32 * DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
+pub const GEARED_MOUNT: Mount = Mount {
+    open_angle: -DEGREE,
+    backlash: BACKLASH_DEG as f32 * DEGREE,
+    range: [-0.05, 0.3],
+    force_limit: 100.0,
+    current_limit: 2000.0,
+    ..Mount::DEFAULT
+};
 
 /// A servo with play at 1 Mbaud, on [`OBJECT`], which starts at −1°.
 pub fn geared_servo() -> Config {

@@ -21,7 +21,13 @@ fn what_was_fitted_is_sent_and_read_back() {
     let mut watch = Watch::new(&link);
     // Its angle is called 10° although it is open, so that it stands in the object without moving.
     let counts = 4096.0 / 360.0;
-    let mount = Mount { zero: 2048.0 - 10.0 * counts, gear_ratio: 1.0, ..Mount::DEFAULT };
+    let mount = Mount {
+        zero: 2048.0 - 10.0 * counts,
+        gear_ratio: 1.0,
+        force_limit: 100.0,
+        current_limit: 2000.0,
+        ..Mount::DEFAULT
+    };
     // Slow, for a busy PC.
     let settings = |mount| Settings { rate_hz: 50, ..Settings::of(mount) };
     link.set_settings(&settings(mount)).unwrap();

@@ -10,7 +10,14 @@ const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const SECOND: u64 = 1_000_000;
 /// A period at 500 Hz, µs.
 const TICK: u64 = 2_000;
-const MOUNT: Mount = Mount { open_angle: -DEGREE, backlash: 0.25 * DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
+const MOUNT: Mount = Mount {
+    open_angle: -DEGREE,
+    backlash: 0.25 * DEGREE,
+    range: [-0.05, 0.3],
+    force_limit: 100.0,
+    current_limit: 2000.0,
+    ..Mount::DEFAULT
+};
 /// The rise of the torque that is a contact, N·mm, with four standard deviations of the noise on top.
 const RISE: f64 = 45.0 + 4.0 * 5.0 * 1.79;
 /// Ticks for which it has to last, and two on the way: the servo's answer and the link.

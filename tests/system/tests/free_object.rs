@@ -30,10 +30,10 @@ fn circle(radius: f64) -> [ObjectDesign; 2] {
 }
 
 fn settings(support: Support) -> Settings {
-    let mount = Mount { open_angle: -DEGREE, ..Mount::DEFAULT };
+    let mount = Mount { open_angle: -DEGREE, force_limit: 100.0, current_limit: 2000.0, ..Mount::DEFAULT };
     let right = Mount { servo_id: 2, side: Side::Right, ..mount };
     let fingers = [Some(mount), Some(right), None, None];
-    Settings { rate_hz: 50, shape_every: 0, support, fingers, ..Settings::DEFAULT }
+    Settings { rate_hz: 50, shape_every: 0, support, fingers, ..Settings::of(mount) }
 }
 
 /// The same fingers in f64, closed on the object where it is held, and the object let go.

@@ -17,8 +17,14 @@ const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const COUNT: f64 = std::f64::consts::TAU / 4096.0;
 /// ROBOTIS' figure for this family.
 const BACKLASH_DEG: f64 = 0.25;
-const MOUNT: Mount =
-    Mount { open_angle: -DEGREE, backlash: BACKLASH_DEG as f32 * DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
+const MOUNT: Mount = Mount {
+    open_angle: -DEGREE,
+    backlash: BACKLASH_DEG as f32 * DEGREE,
+    range: [-0.05, 0.3],
+    force_limit: 100.0,
+    current_limit: 2000.0,
+    ..Mount::DEFAULT
+};
 
 fn circle(radius: f64, x: f64, y: f64) -> ObjectDesign {
     ObjectDesign::Circle { centre: [x, y], radius }

@@ -21,7 +21,8 @@ const CLOSED: f32 = 11.0 * std::f32::consts::PI / 180.0;
 /// 20°/s.
 const SPEED: f32 = 0.35;
 /// The object touches the finger at 0 just so: open is at −1°.
-const MOUNT: Mount = Mount { open_angle: -std::f32::consts::PI / 180.0, ..Mount::DEFAULT };
+const MOUNT: Mount =
+    Mount { open_angle: -std::f32::consts::PI / 180.0, force_limit: 100.0, current_limit: 2000.0, ..Mount::DEFAULT };
 const SETTINGS: Settings = Settings::of(MOUNT);
 
 /// A gripper that knows finger and object and whose servo holds.
@@ -144,7 +145,9 @@ fn finger_object_and_settings_are_kept() {
     assert_eq!((version.protocol, version.board.as_str()), (messages::PROTOCOL_VERSION, "mps2"));
     assert_eq!(link.object(0).unwrap(), None);
     assert_eq!(link.finger(0).unwrap(), None);
-    // The servo is read, but nothing is claimed about a finger that nobody has described.
+    // The servo is read once somebody has said so, but nothing is claimed about a finger that nobody has described.
+    assert_eq!(link.settings().unwrap(), Settings::DEFAULT);
+    link.set_settings(&SETTINGS).unwrap();
     let mut watch = Watch::new(&link);
     watch.until_report("position without a finger", SECONDS(20), is_fresh);
     let report = watch.reports.last().unwrap();
@@ -377,13 +380,13 @@ fn a_slow_bus_lowers_the_rate() {
     let machine = Machine::boot(Config { baud_rate: 57_600, ..Machine::servo() });
     let (link, mut watch) = ready(&machine);
     // Asked for anew, so that the event comes while somebody listens.
-    link.set_settings(&Settings { rate_hz: 400, ..Settings::DEFAULT }).unwrap();
+    link.set_settings(&Settings { rate_hz: 400, ..SETTINGS }).unwrap();
     watch.until_event(
         "rate",
         SECONDS(10),
         |event| matches!(event, Event::Rate { hz, wanted_hz } if *wanted_hz == 400.0 && (*hz - 84.0).abs() < 1.0),
     );
-    let settings = Settings { rate_hz: 50, ..Settings::DEFAULT };
+    let settings = Settings { rate_hz: 50, ..SETTINGS };
     link.set_settings(&settings).unwrap();
     watch.until_event("rate", SECONDS(10), |event| *event == Event::Rate { hz: 50.0, wanted_hz: 50.0 });
 }

@@ -27,7 +27,8 @@ fn a_jaw_grips_with_the_force_asked_for() {
     let link = machine.link();
     let mut watch = Watch::new(&link);
     // As a person sets it.
-    let mount = Mount { open_angle: 0.0, range: [-0.2, 1.0], ..Mount::DEFAULT };
+    let mount =
+        Mount { open_angle: 0.0, range: [-0.2, 1.0], force_limit: 100.0, current_limit: 2000.0, ..Mount::DEFAULT };
     let mut settings = Settings { rate_hz: 100, ..Settings::of(mount) };
     set(&mut settings, "finger.0.drive=linear 1,0 12").unwrap();
     link.set_settings(&settings).unwrap();

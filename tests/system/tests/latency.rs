@@ -15,7 +15,13 @@ fn the_report_follows_the_answer() {
     let link = machine.link();
     let mut watch = Watch::new(&link);
     let open = -std::f32::consts::PI / 180.0;
-    link.set_settings(&Settings::of(Mount { open_angle: open, ..Mount::DEFAULT })).unwrap();
+    link.set_settings(&Settings::of(Mount {
+        open_angle: open,
+        force_limit: 100.0,
+        current_limit: 2000.0,
+        ..Mount::DEFAULT
+    }))
+    .unwrap();
     link.set_finger(0, &finger()).unwrap();
     link.set_object(0, OBJECT).unwrap();
     watch.until_report("trustworthy estimate", SECONDS(60), |report| report.estimate.age == 0);

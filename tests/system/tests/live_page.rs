@@ -16,7 +16,8 @@ use serde_json::json;
 use system_tests::{Browser, Machine, OBJECT, Watch, finger, load_on};
 
 /// The object touches the finger at 0 just so: open is at −1°.
-const MOUNT: Mount = Mount { open_angle: -std::f32::consts::PI / 180.0, ..Mount::DEFAULT };
+const MOUNT: Mount =
+    Mount { open_angle: -std::f32::consts::PI / 180.0, force_limit: 100.0, current_limit: 2000.0, ..Mount::DEFAULT };
 /// Between the bases of two fingers, mm, and where a free object between them is set: off the middle.
 const APART: f64 = 56.0;
 const FREE_X: f64 = 28.3;
@@ -256,7 +257,14 @@ fn a_jaw_is_drawn_where_it_has_moved() {
     let drive = Drive::linear([1.0, 0.0], 12.0);
     let object = ObjectDesign::Circle { centre: [43.3, 45.0], radius: 40.0 };
     let servo = Config { load: load_on(&drive, object, 60.0), ..Machine::servo() };
-    let mount = Mount { open_angle: 0.0, range: [-0.2, 1.0], drive: Drive::linear([1.0, 0.0], 10.0), ..Mount::DEFAULT };
+    let mount = Mount {
+        open_angle: 0.0,
+        range: [-0.2, 1.0],
+        drive: Drive::linear([1.0, 0.0], 10.0),
+        force_limit: 100.0,
+        current_limit: 2000.0,
+        ..Mount::DEFAULT
+    };
     let settings = Settings { rate_hz: 100, ..Settings::of(mount) };
     on_page(vec![servo], &settings, &[object], |page, url, _, link| {
         page.open(url, DESK, false);

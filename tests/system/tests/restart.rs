@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use fre_gripper::link::{Link, LinkError};
-use messages::{Provocation, ResetCause, Settings};
+use messages::{Mount, Provocation, ResetCause, Settings};
 use model_core::uncertainty::Uncertainty;
 use system_tests::{Machine, OBJECT, Watch, finger};
 
@@ -37,7 +37,7 @@ fn every_end_is_a_beginning() {
     let machine = Machine::boot(Machine::servo());
     let mut link = machine.link();
     assert_eq!(link.boot().unwrap().cause, ResetCause::PowerOn);
-    let settings = Settings { rate_hz: 100, ..Settings::DEFAULT };
+    let settings = Settings { rate_hz: 100, ..Settings::of(Mount::DEFAULT) };
     link.set_settings(&settings).unwrap();
     link.set_finger(0, &finger()).unwrap();
     link.set_object(0, OBJECT).unwrap();

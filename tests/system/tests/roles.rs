@@ -21,7 +21,7 @@ fn listening(machine: &Machine, role: Role) -> (Link, Watch) {
     let link = machine.link();
     let mut watch = Watch::new(&link);
     link.set_finger(0, &finger()).unwrap();
-    let mount = Mount { servo_id: SERVO, ..Mount::DEFAULT };
+    let mount = Mount { servo_id: SERVO, force_limit: 100.0, current_limit: 2000.0, ..Mount::DEFAULT };
     // No faster than a busy PC lets QEMU go.
     let settings = Settings { role, baud: Some(1_000_000), rate_hz: 100, shape_every: 0, ..Settings::of(mount) };
     link.set_settings(&settings).unwrap();
@@ -99,7 +99,7 @@ fn a_tap_hears_another_masters_reads_and_says_nothing() {
     assert!(matches!(link.open_fingers(Which::All), Err(LinkError::Refused(Refusal::NotMaster))));
     assert_eq!(bus.said() - before, 0, "bytes were sent");
     // As a master again it finds its servo.
-    link.set_settings(&Settings { baud: Some(1_000_000), ..Settings::DEFAULT }).unwrap();
+    link.set_settings(&Settings { baud: Some(1_000_000), ..Settings::of(Mount::DEFAULT) }).unwrap();
     watch.until_event("servo", SECONDS(20), |event| matches!(event, Event::ServoReady { .. }));
     assert!(bus.said() > before);
 }

@@ -24,7 +24,12 @@ fn everybody_on_the_bus_is_told_of() {
     machine.servos[2].fail(0x04);
     let link = machine.link();
     let mut watch = Watch::new(&link);
-    let mount = Mount { open_angle: -std::f32::consts::PI / 180.0, ..Mount::DEFAULT };
+    let mount = Mount {
+        open_angle: -std::f32::consts::PI / 180.0,
+        force_limit: 100.0,
+        current_limit: 2000.0,
+        ..Mount::DEFAULT
+    };
     link.set_settings(&Settings { rate_hz: 100, shape_every: 0, ..Settings::of(mount) }).unwrap();
     link.set_finger(0, &finger()).unwrap();
     link.set_object(0, OBJECT).unwrap();

@@ -85,7 +85,7 @@ impl<'a, B: Board> Core<'a, B> {
                 |unit, mount| unit.grip.head(f64::from(angle), f64::from(speed.unwrap_or(mount.speed))),
             ),
             Command::Scan => {
-                if self.settings.role != Role::Master {
+                if !matches!(self.settings.role, Role::Master | Role::Idle) {
                     return Err(Refusal::NotMaster);
                 }
                 if self.units.iter().any(|unit| unit.grip.is_gripping()) {
@@ -120,8 +120,10 @@ impl<'a, B: Board> Core<'a, B> {
         check: impl Fn(&Unit<'a>, &messages::Mount) -> Outcome,
         lead: impl Fn(&mut Unit<'a>, &messages::Mount),
     ) -> Outcome {
-        if self.settings.role != Role::Master {
-            return Err(Refusal::NotMaster);
+        match self.settings.role {
+            Role::Master => {}
+            Role::Idle => return Err(Refusal::Idle),
+            Role::Tap | Role::Device { .. } => return Err(Refusal::NotMaster),
         }
         if let Which::One(finger) = which {
             SettingsField::Finger.check(f32::from(finger), 0.0, self.settings.count().saturating_sub(1) as f32)?;

@@ -7,9 +7,9 @@ use embedded_storage::nor_flash::NorFlash;
 use heapless::String;
 use messages::{
     BootReport, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger, GetObject,
-    GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, MaybeUncertainty, ObjectFor,
-    Open, Outcome, PROTOCOL_VERSION, Provocation, Provoke, Refusal, Scan, SetFinger, SetObject, SetSettings,
-    SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT, UncertaintyFor, Version, Which, frame,
+    GetServo, GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, MaybeServo,
+    MaybeUncertainty, ObjectFor, Open, Outcome, PROTOCOL_VERSION, Provocation, Provoke, Refusal, Scan, SetFinger,
+    SetObject, SetSettings, SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT, UncertaintyFor, Version, Which, frame,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarKeyKind};
@@ -170,6 +170,10 @@ async fn set_uncertainty(context: &mut Context, _: VarHeader, uncertainty: Uncer
     context.order_and_keep(Command::Uncertainty(uncertainty), key).await
 }
 
+fn get_servo(context: &mut Context, _: VarHeader, finger: u8) -> MaybeServo {
+    context.shared.setup(|setup| setup.servos.get(usize::from(finger)).copied().flatten())
+}
+
 fn get_settings(context: &mut Context, _: VarHeader, (): ()) -> Settings {
     context.shared.setup(|setup| setup.settings)
 }
@@ -248,6 +252,7 @@ define_dispatch! {
         | GetUncertainty | blocking | get_uncertainty |
         | SetUncertainty | async    | set_uncertainty |
         | GetSettings    | blocking | get_settings    |
+        | GetServo       | blocking | get_servo       |
         | SetSettings    | async    | set_settings    |
         | Open           | async    | open            |
         | Close          | async    | close           |

@@ -1,5 +1,7 @@
-//! Records as version 3 of their layout has them: mounts without a drive, as every finger was turned by its motor, and models whose
-//! contact softness is a number.
+//! Records as earlier versions of their layout have them.
+//!
+//! Version 4: no role that leads nobody, mounts that do not say how their servo was set, and no time of closing without an estimate.
+//! Version 3: besides, mounts without a drive, as every finger was turned by its motor, and models whose contact softness is a number.
 
 use messages::{Direction, FINGERS, Finger, Mount, Reaction, Role, Settings, Side, Support};
 use model_core::design::Design;
@@ -26,14 +28,29 @@ struct Mount3 {
 
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(serde::Serialize))]
-struct Settings3 {
+struct Mount4 {
+    before: Mount3,
+    drive: Drive,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
+enum Role4 {
+    Master,
+    Tap,
+    Device { id: u8, return_delay: u8 },
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
+struct Settings4<Mount> {
     rate_hz: u16,
     shape_every: u16,
     on_fault: Reaction,
     support: Support,
-    role: Role,
+    role: Role4,
     baud: Option<u32>,
-    fingers: [Option<Mount3>; FINGERS],
+    fingers: [Option<Mount>; FINGERS],
 }
 
 #[derive(Deserialize)]
@@ -47,9 +64,12 @@ struct Finger3 {
     physics: Physics,
 }
 
-/// A finger, if there was one, from the bytes of a record of version 3. The softness that every model had by default becomes the
-/// beam's own.
-pub(super) fn finger(bytes: &[u8]) -> Option<Option<Finger>> {
+/// A finger, if there was one, from the bytes of a record of that version. The softness that every model of version 3 had by default
+/// becomes the beam's own.
+pub(super) fn finger(version: u8, bytes: &[u8]) -> Option<Option<Finger>> {
+    if version == 4 {
+        return super::same(bytes);
+    }
     let kept: Option<Finger3> = postcard::from_bytes(bytes).ok()?;
     Some(kept.map(|Finger3 { design, scheme, elements, sampling, softness, physics }| {
         let softness = if softness == 1e-3 { Softness::Local } else { Softness::Fixed(softness) };
@@ -57,28 +77,52 @@ pub(super) fn finger(bytes: &[u8]) -> Option<Option<Finger>> {
     }))
 }
 
-/// Settings from the bytes of a record of version 3, if they are sound.
-pub(super) fn settings(bytes: &[u8]) -> Option<Settings> {
-    let Settings3 { rate_hz, shape_every, on_fault, support, role, baud, fingers } =
-        postcard::from_bytes(bytes).ok()?;
-    let fingers = fingers.map(|mount| mount.map(turning));
-    Some(Settings { rate_hz, shape_every, on_fault, support, role, baud, fingers })
+/// Settings from the bytes of a record of that version, if they are sound. What was the servos' master stays it.
+pub(super) fn settings(version: u8, bytes: &[u8]) -> Option<Settings> {
+    if version == 4 {
+        let kept: Settings4<Mount4> = postcard::from_bytes(bytes).ok()?;
+        return Some(kept.now(|Mount4 { before, drive }| Mount { drive, ..before.now() }));
+    }
+    let kept: Settings4<Mount3> = postcard::from_bytes(bytes).ok()?;
+    Some(kept.now(|mount| mount.now()))
 }
 
-fn turning(mount: Mount3) -> Mount {
-    Mount {
-        servo_id: mount.servo_id,
-        zero: mount.zero,
-        direction: mount.direction,
-        gear_ratio: mount.gear_ratio,
-        backlash: mount.backlash,
-        side: mount.side,
-        range: mount.range,
-        open_angle: mount.open_angle,
-        speed: mount.speed,
-        force_limit: mount.force_limit,
-        current_limit: mount.current_limit,
-        drive: Drive::Rotating,
+impl<M> Settings4<M> {
+    fn now(self, mount: impl Fn(M) -> Mount) -> Settings {
+        Settings {
+            rate_hz: self.rate_hz,
+            shape_every: self.shape_every,
+            on_fault: self.on_fault,
+            support: self.support,
+            role: match self.role {
+                Role4::Master => Role::Master,
+                Role4::Tap => Role::Tap,
+                Role4::Device { id, return_delay } => Role::Device { id, return_delay },
+            },
+            baud: self.baud,
+            fingers: self.fingers.map(|kept| kept.map(&mount)),
+            ..Settings::DEFAULT
+        }
+    }
+}
+
+impl Mount3 {
+    fn now(self) -> Mount {
+        Mount {
+            servo_id: self.servo_id,
+            zero: self.zero,
+            direction: self.direction,
+            gear_ratio: self.gear_ratio,
+            backlash: self.backlash,
+            side: self.side,
+            range: self.range,
+            open_angle: self.open_angle,
+            speed: self.speed,
+            force_limit: self.force_limit,
+            current_limit: self.current_limit,
+            drive: Drive::Rotating,
+            servo: None,
+        }
     }
 }
 
@@ -86,19 +130,8 @@ fn turning(mount: Mount3) -> Mount {
 mod tests {
     use super::*;
 
-    #[test]
-    fn settings_of_version_3_come_back_as_they_were() {
-        let mount = Mount { servo_id: 7, zero: -3.5, side: Side::Right, backlash: 0.004, ..Mount::DEFAULT };
-        let expected = Settings {
-            rate_hz: 250,
-            on_fault: Reaction::Release,
-            support: Support::Free { load: [0.5, -1.0], moment: 2.0 },
-            role: Role::DEVICE,
-            baud: Some(2_000_000),
-            fingers: [Some(Mount::DEFAULT), Some(mount), None, None],
-            ..Settings::DEFAULT
-        };
-        let before = |mount: Mount| Mount3 {
+    fn before(mount: Mount) -> Mount3 {
+        Mount3 {
             servo_id: mount.servo_id,
             zero: mount.zero,
             direction: mount.direction,
@@ -110,15 +143,55 @@ mod tests {
             speed: mount.speed,
             force_limit: mount.force_limit,
             current_limit: mount.current_limit,
-        };
-        let Settings { rate_hz, shape_every, on_fault, support, role, baud, fingers } = expected;
-        let fingers = fingers.map(|mount| mount.map(before));
-        let written = Settings3 { rate_hz, shape_every, on_fault, support, role, baud, fingers };
+        }
+    }
+
+    fn written<M>(settings: Settings, role: Role4, mount: impl Fn(Mount) -> M) -> Settings4<M> {
+        let Settings { rate_hz, shape_every, on_fault, support, baud, fingers, .. } = settings;
+        Settings4 { rate_hz, shape_every, on_fault, support, role, baud, fingers: fingers.map(|kept| kept.map(&mount)) }
+    }
+
+    fn expected() -> Settings {
+        let mount = Mount { servo_id: 7, zero: -3.5, side: Side::Right, backlash: 0.004, ..Mount::DEFAULT };
+        Settings {
+            rate_hz: 250,
+            on_fault: Reaction::Release,
+            support: Support::Free { load: [0.5, -1.0], moment: 2.0 },
+            role: Role::DEVICE,
+            baud: Some(2_000_000),
+            fingers: [Some(Mount::DEFAULT), Some(mount), None, None],
+            ..Settings::DEFAULT
+        }
+    }
+
+    #[test]
+    fn settings_of_version_3_come_back_as_they_were() {
+        let device = Role4::Device { id: 100, return_delay: 0 };
         let mut bytes = [0; 512];
-        let used = postcard::to_slice(&written, &mut bytes).unwrap();
-        assert_eq!(settings(used), Some(expected));
+        let used = postcard::to_slice(&written(expected(), device, before), &mut bytes).unwrap();
+        assert_eq!(settings(3, used), Some(expected()));
         let length = used.len();
-        assert_eq!(settings(&bytes[..length - 1]), None, "cut short");
+        assert_eq!(settings(3, &bytes[..length - 1]), None, "cut short");
+    }
+
+    #[test]
+    fn settings_of_version_4_come_back_as_they_were() {
+        let drive = Drive::linear([0.6, 0.8], 12.5);
+        let roles = [
+            (Role4::Master, Role::Master),
+            (Role4::Tap, Role::Tap),
+            (Role4::Device { id: 100, return_delay: 0 }, Role::DEVICE),
+        ];
+        for (kept, role) in roles {
+            let mut expected = Settings { role, ..expected() };
+            expected.fingers[1].as_mut().unwrap().drive = drive;
+            let mount = |mount: Mount| Mount4 { before: before(mount), drive: mount.drive };
+            let mut bytes = [0; 512];
+            let used = postcard::to_slice(&written(expected, kept, mount), &mut bytes).unwrap();
+            assert_eq!(settings(4, used), Some(expected));
+            let length = used.len();
+            assert_eq!(settings(4, &bytes[..length - 1]), None, "cut short");
+        }
     }
 
     #[test]
@@ -130,9 +203,12 @@ mod tests {
             let kept = Some(Finger3 { design: design.clone(), scheme, elements, sampling, softness, physics });
             let used = postcard::to_slice(&kept, &mut bytes).unwrap();
             let how = Discretisation { scheme, elements, sampling, softness: expected, physics };
-            assert_eq!(finger(used), Some(Some(Finger { design: design.clone(), how })));
+            let expected = Some(Some(Finger { design: design.clone(), how }));
+            assert_eq!(finger(3, used), expected);
+            let now = postcard::to_slice(&expected.flatten(), &mut bytes).unwrap();
+            assert_eq!(finger(4, now).flatten().map(|finger| finger.how), Some(how));
         }
         let none = postcard::to_slice(&None::<Finger3>, &mut bytes).unwrap();
-        assert_eq!(finger(none), Some(None));
+        assert_eq!(finger(3, none), Some(None));
     }
 }

@@ -63,7 +63,9 @@ pub(super) fn boot(
     let mut heard = Heard::of(link.listen());
     let version = link.version().map_err(|error| machine.blame(error))?;
     let finger = messages::Finger { design: design.clone(), how: Discretisation::estimator(physics) };
-    let mount = Mount { open_angle: OPEN_DEG.to_radians() as f32, ..Mount::DEFAULT };
+    // The demonstration goes further than a gripper does by default.
+    let mount =
+        Mount { open_angle: OPEN_DEG.to_radians() as f32, force_limit: 40.0, current_limit: 2000.0, ..Mount::DEFAULT };
     let settings = Settings { shape_every, ..Settings::of(mount) };
     let told = link
         .set_finger(0, &finger)

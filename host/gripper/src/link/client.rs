@@ -11,8 +11,9 @@ use std::time::{Duration, Instant};
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{
     BootReport, Close, CloseTo, Counters, EstimateTopic, EventTopic, Finger, For, GetBoot, GetCounters, GetFinger,
-    GetObject, GetSettings, GetUncertainty, GetVersion, GraspTopic, Grip, GripTo, Hold, Open, Provocation, Provoke,
-    Report, Scan, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, ShapeTopic, Version, Which,
+    GetObject, GetServo, GetSettings, GetUncertainty, GetVersion, GraspTopic, Grip, GripTo, Hold, Open, Provocation,
+    Provoke, Report, Scan, ServoSetup, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, ShapeTopic,
+    Version, Which,
 };
 use model_core::object::ObjectDesign;
 use model_core::size::Lists;
@@ -256,6 +257,14 @@ impl Link {
     /// As [`Link::ask`], and the first value that is not allowed.
     pub fn set_uncertainty(&self, finger: u8, uncertainty: Option<Uncertainty>) -> Result<(), LinkError> {
         Ok(self.ask::<SetUncertainty>(&For { finger, what: uncertainty })??)
+    }
+
+    /// How a finger's servo was found set, if one was found since the start.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn servo(&self, finger: u8) -> Result<Option<ServoSetup>, LinkError> {
+        self.ask::<GetServo>(&finger)
     }
 
     /// Its settings.

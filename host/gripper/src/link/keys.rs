@@ -99,7 +99,7 @@ const KEYS: [Key; 13] = [
 
 /// Every key.
 fn all() -> Vec<String> {
-    let own = ["rate_hz", "shape_every", "on_fault", "object", "load_n", "moment_nmm"];
+    let own = ["rate_hz", "shape_every", "on_fault", "untrusted_ms", "object", "load_n", "moment_nmm"];
     let bus = ["role", "device_id", "return_delay_us", "baud"];
     let own = own.into_iter().chain(bus).map(str::to_owned);
     own.chain(KEYS.iter().map(|key| format!("finger.N.{}", key.name))).collect()
@@ -112,6 +112,7 @@ pub fn pairs(settings: &Settings) -> Vec<(String, String)> {
         ("rate_hz".to_owned(), settings.rate_hz.to_string()),
         ("shape_every".to_owned(), settings.shape_every.to_string()),
         ("on_fault".to_owned(), on_fault.to_owned()),
+        ("untrusted_ms".to_owned(), settings.untrusted_ms.to_string()),
     ];
     match settings.support {
         Support::Fixed => pairs.push(("object".to_owned(), "fixed".to_owned())),
@@ -122,6 +123,7 @@ pub fn pairs(settings: &Settings) -> Vec<(String, String)> {
         }
     }
     let role = match settings.role {
+        Role::Idle => "idle",
         Role::Master => "master",
         Role::Tap => "tap",
         Role::Device { .. } => "device",
@@ -150,6 +152,7 @@ pub fn set(settings: &mut Settings, words: &str) -> Result<(), KeyError> {
     match key {
         "rate_hz" => return number(value, &mut settings.rate_hz).map_err(wrong),
         "shape_every" => return number(value, &mut settings.shape_every).map_err(wrong),
+        "untrusted_ms" => return number(value, &mut settings.untrusted_ms).map_err(wrong),
         "on_fault" => {
             settings.on_fault = match value {
                 "hold" => Reaction::Hold,
@@ -180,11 +183,12 @@ pub fn set(settings: &mut Settings, words: &str) -> Result<(), KeyError> {
         }
         "role" => {
             settings.role = match (value, settings.role) {
+                ("idle", _) => Role::Idle,
                 ("master", _) => Role::Master,
                 ("tap", _) => Role::Tap,
                 ("device", known @ Role::Device { .. }) => known,
                 ("device", _) => Role::DEVICE,
-                _ => return Err(wrong("master, tap or device")),
+                _ => return Err(wrong("idle, master, tap or device")),
             };
             return Ok(());
         }

@@ -25,6 +25,8 @@ pub enum Clock {
 pub struct Config {
     /// Address on the bus.
     pub id: u8,
+    /// What Model Number reads; default 1020, the XM430-W350. The registers and the motor are that one's, whatever it says.
+    pub model: u16,
     /// Version of its firmware; default 45, the first that knows Fast Sync Read.
     pub firmware: u8,
     /// Bits per second: one of [`xm430::BAUD_RATES`]; factory 57,600.
@@ -57,6 +59,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             id: 1,
+            model: xm430::MODEL,
             firmware: xm430::FAST_READ_FIRMWARE,
             baud_rate: 57_600,
             return_delay_us: 500,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dynamixel::{Device, Reply, StatusReturn, Timing, xm430};
+use dynamixel::{ControlTable, Device, Register, Reply, StatusReturn, Timing, Value, xm430};
 use model_core::status::Status;
 
 use super::config::{Clock, Config, ConfigError};
@@ -192,6 +192,17 @@ impl Servo {
         self.table.fail(bits);
     }
 
+    /// Writes a register as another master would, at once; what the servo refuses stays as it is.
+    pub fn write<T: Value>(&mut self, register: Register<T>, value: T) {
+        let bytes = value.to_bytes();
+        let _ = self.table.write(register.address(), &bytes[..usize::from(T::LENGTH)]);
+    }
+
+    /// A register as it was last refreshed.
+    pub fn read<T: Value>(&self, register: Register<T>) -> T {
+        self.table.get(register)
+    }
+
     /// Changes what is around it: the supply, V, and the temperature inside, °C, from which it cools or warms on.
     pub fn surround(&mut self, volts: Option<f64>, temperature: Option<f64>) {
         let surroundings = &mut self.table.surroundings;
@@ -203,6 +214,6 @@ impl Servo {
     pub fn reset(&mut self) {
         self.device = Device::new(PATIENCE);
         // Never refused: only a bus can be told that a device does not know the instruction.
-        let _ = dynamixel::ControlTable::reboot(&mut self.table);
+        let _ = self.table.reboot();
     }
 }

@@ -104,6 +104,7 @@ impl Xm430 {
         }
         table.put(xm430::ID, config.id);
         table.put(xm430::FIRMWARE_VERSION, config.firmware);
+        table.put(xm430::MODEL_NUMBER, config.model);
         table.put(xm430::BAUD_RATE, xm430::baud_code(config.baud_rate).unwrap_or(1));
         table.put(xm430::RETURN_DELAY_TIME, (config.return_delay_us / xm430::RETURN_DELAY_US_PER_UNIT) as u8);
         table.power_on();
@@ -507,11 +508,12 @@ impl ControlTable for Xm430 {
 
     fn factory_reset(&mut self, scope: ResetScope) -> Result<(), StatusError> {
         let (id, baud_rate) = (self.get(xm430::ID), self.get(xm430::BAUD_RATE));
-        let firmware = self.get(xm430::FIRMWARE_VERSION);
+        let (firmware, model) = (self.get(xm430::FIRMWARE_VERSION), self.get(xm430::MODEL_NUMBER));
         for item in xm430::ITEMS.iter().filter(|item| item.area == dynamixel::Area::Eeprom) {
             self.restore(item);
         }
         self.put(xm430::FIRMWARE_VERSION, firmware);
+        self.put(xm430::MODEL_NUMBER, model);
         if scope != ResetScope::All {
             self.put(xm430::ID, id);
         }

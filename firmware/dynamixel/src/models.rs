@@ -1,0 +1,84 @@
+//! Servos of Protocol 2.0 as data: what tells them apart for who leads them.
+//!
+//! Numbers, units and addresses are those of ROBOTIS' [e-Manual](https://emanual.robotis.com/docs/en/dxl/). The X series shares its
+//! addresses, so that [`crate::xm430`]'s registers are those of all of them; what address 126 shows differs.
+
+/// What a servo shows of the effort of its motor, at the address after Present PWM.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Effort {
+    /// Present Current, so many mA per unit.
+    Current(f32),
+    /// Present Load: an estimate from the control's output, 0.1 % per unit. There is no Goal Current either.
+    Load,
+}
+
+/// Which control table a servo has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// That of the X series: [`crate::xm430`].
+    X,
+    /// That of the P series: torque and goals from 512 on.
+    P,
+}
+
+/// A servo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    /// What Model Number reads.
+    pub number: u16,
+    /// What it is called.
+    pub name: &'static str,
+    /// Its control table.
+    pub layout: Layout,
+    /// Position counts of one revolution.
+    pub counts: u32,
+    /// Its motor's effort.
+    pub effort: Effort,
+}
+
+const fn x(number: u16, name: &'static str, effort: Effort) -> Model {
+    Model { number, name, layout: Layout::X, counts: 4096, effort }
+}
+
+/// Every model that is known.
+pub static MODELS: [Model; 8] = [
+    x(1020, "XM430-W350", Effort::Current(2.69)),
+    x(1030, "XM430-W210", Effort::Current(2.69)),
+    x(1060, "XL430-W250", Effort::Load),
+    x(1120, "XM540-W270", Effort::Current(2.69)),
+    x(1200, "XL330-M288", Effort::Current(1.0)),
+    x(1220, "XC330-T288", Effort::Current(1.0)),
+    x(1240, "XC330-M288", Effort::Current(1.0)),
+    Model { number: 2100, name: "PM42-010-S260-R", layout: Layout::P, counts: 526_374, effort: Effort::Current(1.0) },
+];
+
+impl Model {
+    /// The model of this number, if it is known.
+    pub fn of(number: u16) -> Option<&'static Self> {
+        MODELS.iter().find(|model| model.number == number)
+    }
+
+    /// mA of one unit of current, if a finger can be led with this servo: positions of the X series, and a current that shows its effort.
+    pub fn leads(&self) -> Option<f32> {
+        match *self {
+            Self { layout: Layout::X, counts: 4096, effort: Effort::Current(milliamperes), .. } => Some(milliamperes),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_in_order_and_the_registers_are_this_crates() {
+        assert!(MODELS.windows(2).all(|pair| pair[0].number < pair[1].number));
+        let ours = Model::of(crate::xm430::MODEL).unwrap();
+        assert_eq!(ours.leads(), Some(crate::xm430::MILLIAMPERES_PER_UNIT));
+        assert_eq!(ours.counts, u32::from(crate::xm430::COUNTS_PER_REVOLUTION));
+        assert_eq!(Model::of(1060).and_then(Model::leads), None, "it shows no current");
+        assert_eq!(Model::of(2100).and_then(Model::leads), None, "other addresses");
+        assert_eq!(Model::of(12), None);
+    }
+}

@@ -1,0 +1,205 @@
+//! How a servo is found and taken over: what is read of it, what may be written to it, and when it is left alone.
+
+use dynamixel::xm430;
+use dynamixel::{Id, Identity, Model, Register, StatusReturn, Timing, Value};
+use messages::{Difference, ServoField, ServoSetup};
+
+use super::{BusError, Servos};
+use crate::board::BusPort;
+
+/// What outlives the servo's power, from Baud Rate to Startup Configuration, read at once.
+const KEPT: u16 = xm430::BAUD_RATE.address();
+const KEPT_BYTES: usize = (xm430::STARTUP_CONFIGURATION.address() + 1 - KEPT) as usize;
+/// What does not, from Torque Enable to Position Trajectory: all of one instant.
+const LIVE: u16 = xm430::TORQUE_ENABLE.address();
+const LIVE_BYTES: usize = (xm430::POSITION_TRAJECTORY.address() + 4 - LIVE) as usize;
+
+/// A servo that was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Found {
+    /// How it is set.
+    pub(crate) setup: ServoSetup,
+    pub(crate) firmware: u8,
+    /// Bits per second.
+    pub(crate) baud: u32,
+    /// Where it is led, counts.
+    pub(crate) goal: i32,
+    /// What is not as it should be: it is not led, and nothing was written to it.
+    pub(crate) difference: Option<Difference>,
+}
+
+/// Rates of the bus, bits per second.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rates {
+    /// At which a servo is looked for.
+    pub(crate) look: u32,
+    /// To which one without torque is set.
+    pub(crate) wanted: Option<u32>,
+    /// At which others are led.
+    pub(crate) bus: Option<u32>,
+}
+
+impl<U: BusPort> Servos<U> {
+    /// Looks for a finger's servo at one rate, makes it answer at once and hold its position.
+    ///
+    /// One that is not set as it was commissioned, or of a model that is not known, is left as it is. One that already has torque keeps
+    /// that, its settings and its goal: it may be holding something, and it holds with what its goal is ahead of its position.
+    pub(crate) async fn bring_up(
+        &mut self,
+        finger: usize,
+        id: Id,
+        rates: Rates,
+        commissioned: Option<ServoSetup>,
+    ) -> Result<Found, BusError<U>> {
+        self.wrote(finger, None);
+        let others = self.delay;
+        let mut found = self.look_for(id, rates, commissioned).await;
+        self.delay = self.delay.max(others);
+        let mut rate = self.master.timing().baud_rate;
+        if let Some(bus) = rates.bus.filter(|bus| *bus != rate) {
+            // The other servos are led at theirs.
+            rate = bus;
+            self.master.port_mut().set_baud(bus);
+            // It cannot be led with them: for this bus it is silent.
+            found = found.and(Err(dynamixel::Error::Timeout { id, waited_us: 0 }));
+        }
+        self.listen_at(rate, u32::from(self.delay));
+        if let Ok(found) = &found {
+            self.wrote(finger, Some(found.goal));
+            self.shows(finger, Model::of(found.setup.model).and_then(Model::leads));
+            self.reads_fast(finger, Identity { model: found.setup.model, firmware: found.firmware }.reads_fast());
+        }
+        found
+    }
+
+    async fn look_for(&mut self, id: Id, rates: Rates, commissioned: Option<ServoSetup>) -> Result<Found, BusError<U>> {
+        let baud_rate = self.master.port_mut().set_baud(rates.look);
+        self.listen_at(baud_rate, xm430::RETURN_DELAY_TIME.item.max as u32);
+        let Identity { model, firmware } = self.master.ping(id).await?.value;
+        if Model::of(model).and_then(Model::leads).is_none() {
+            // Its registers may mean something else.
+            let setup = ServoSetup { model, ..ServoSetup::UNREAD };
+            let difference = Some(Difference { field: ServoField::Model, found: i32::from(model), expected: 0 });
+            return Ok(Found { setup, firmware, baud: baud_rate, goal: 0, difference });
+        }
+        let mut live = [0; LIVE_BYTES];
+        let level = match self.master.read(id, LIVE, &mut live).await {
+            Ok(_) => of(xm430::STATUS_RETURN_LEVEL, LIVE, &live),
+            // It answers nothing but pings.
+            Err(dynamixel::Error::Timeout { .. }) => 0,
+            Err(error) => return Err(error),
+        };
+        if level != 2 {
+            // The servo forgets this with its power, and without it nothing could be verified.
+            self.tell(id, xm430::STATUS_RETURN_LEVEL, 2).await?;
+            self.master.read(id, LIVE, &mut live).await?;
+        }
+        let mut kept = [0; KEPT_BYTES];
+        self.master.read(id, KEPT, &mut kept).await?;
+        // The servo knows its rate better than the board's divider.
+        let mut baud = xm430::bits_per_second(of(xm430::BAUD_RATE, KEPT, &kept)).unwrap_or(baud_rate);
+        let torque = of(xm430::TORQUE_ENABLE, LIVE, &live) != 0;
+        let mut setup = setup(model, &kept);
+        let watchdog = of(xm430::BUS_WATCHDOG, LIVE, &live);
+        let difference = differs(&setup, commissioned, torque, watchdog);
+        if difference.is_some() {
+            if watchdog < 0 {
+                // It holds where it stopped; cleared, it takes goals again, and is found so the next time.
+                self.master.set(id, xm430::BUS_WATCHDOG, 0).await?;
+            }
+            return Ok(Found { setup, firmware, baud, goal: 0, difference });
+        }
+        self.delay = of(xm430::RETURN_DELAY_TIME, KEPT, &kept);
+        if !torque {
+            // Only what is otherwise is written: the EEPROM wears.
+            for (register, value) in [(xm430::RETURN_DELAY_TIME, 0), (xm430::OPERATING_MODE, xm430::POSITION_CONTROL)] {
+                if of(register, KEPT, &kept) != value {
+                    self.master.set(id, register, value).await?;
+                }
+            }
+            (self.delay, setup.operating_mode) = (0, xm430::POSITION_CONTROL);
+            if let Some(wanted) = rates.wanted.filter(|wanted| *wanted != baud)
+                && let Some(code) = xm430::baud_code(wanted)
+                && self.reaches(wanted, rates.look)
+            {
+                // It answers at the old rate.
+                self.master.set(id, xm430::BAUD_RATE, code).await?;
+                self.master.port_mut().set_baud(wanted);
+                self.listen_at(wanted, xm430::RETURN_DELAY_TIME.item.max as u32);
+                self.master.ping(id).await?;
+                baud = wanted;
+            }
+        }
+        self.listen_at(baud, u32::from(self.delay));
+        let goal = if torque { kept_goal(&live) } else { of(xm430::PRESENT_POSITION, LIVE, &live) };
+        if goal != of(xm430::GOAL_POSITION, LIVE, &live) {
+            self.master.set(id, xm430::GOAL_POSITION, goal).await?;
+        }
+        if !torque {
+            match self.master.set(id, xm430::TORQUE_ENABLE, 1).await {
+                // After a shutdown the servo can be read, not led, until it is restarted; its alert tells.
+                Ok(_) | Err(dynamixel::Error::Refused { alert: true, .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(Found { setup, firmware, baud, goal, difference: None })
+    }
+
+    /// Writes without waiting for an answer, which may not come.
+    async fn tell<T: Value>(&mut self, id: Id, register: Register<T>, value: T) -> Result<(), BusError<U>> {
+        let timing = self.master.timing();
+        self.master.set_timing(Timing { status_return: StatusReturn::Ping, ..timing });
+        let told = self.master.set(id, register, value).await;
+        self.master.set_timing(timing);
+        // An answer that came all the same is not the next one's.
+        let _ = self.master.ping(id).await;
+        told.map(|_| ())
+    }
+}
+
+/// A register's value within what was read from an address on.
+fn of<T: Value>(register: Register<T>, from: u16, bytes: &[u8]) -> T {
+    let from = usize::from(register.address().saturating_sub(from));
+    let mut value = [0; 4];
+    let read = bytes.get(from..from + usize::from(T::LENGTH)).unwrap_or_default();
+    value.iter_mut().zip(read).for_each(|(to, byte)| *to = *byte);
+    T::from_bytes(value)
+}
+
+/// How a servo is set.
+fn setup(model: u16, kept: &[u8; KEPT_BYTES]) -> ServoSetup {
+    let limits = [xm430::MIN_POSITION_LIMIT, xm430::MAX_POSITION_LIMIT].map(|register| of(register, KEPT, kept));
+    ServoSetup {
+        model,
+        operating_mode: of(xm430::OPERATING_MODE, KEPT, kept),
+        drive_mode: of(xm430::DRIVE_MODE, KEPT, kept),
+        homing_offset: of(xm430::HOMING_OFFSET, KEPT, kept),
+        position_limits: limits.map(|limit| i32::try_from(limit).unwrap_or(i32::MAX)),
+        startup: of(xm430::STARTUP_CONFIGURATION, KEPT, kept),
+    }
+}
+
+/// The goal of a servo with torque. One that its profile is still moving stops where the profile is, with the torque that it has there.
+/// One that is further from its goal than its torque can grow is held where it is.
+fn kept_goal(live: &[u8; LIVE_BYTES]) -> i32 {
+    let trajectory: i32 = of(xm430::POSITION_TRAJECTORY, LIVE, live);
+    let position = of(xm430::PRESENT_POSITION, LIVE, live);
+    let gain = of(xm430::POSITION_P_GAIN, LIVE, live);
+    // Beyond it the output is the whole voltage. (Without a gain no torque depends on the goal.)
+    let reach = (128 * u32::from(xm430::PWM_LIMIT.item.max as u16)).checked_div(u32::from(gain)).unwrap_or(0);
+    if trajectory.abs_diff(position) <= reach { trajectory } else { position }
+}
+
+/// Why a servo is not led, if it is not.
+fn differs(found: &ServoSetup, commissioned: Option<ServoSetup>, torque: bool, watchdog: i8) -> Option<Difference> {
+    let is = |field, found, expected| Some(Difference { field, found, expected });
+    let difference = match commissioned {
+        Some(commissioned) => commissioned.difference(found),
+        // One without torque is set to it.
+        None if torque && found.operating_mode != xm430::POSITION_CONTROL => {
+            is(ServoField::OperatingMode, i32::from(found.operating_mode), i32::from(xm430::POSITION_CONTROL))
+        }
+        None => None,
+    };
+    difference.or_else(|| if watchdog < 0 { is(ServoField::BusWatchdog, i32::from(watchdog), 0) } else { None })
+}

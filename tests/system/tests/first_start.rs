@@ -1,0 +1,187 @@
+//! What a gripper does that nobody has commissioned, and what it does when its servo is not the one it was commissioned with.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use dynamixel::xm430;
+use fre_gripper::servo::Config;
+use messages::{
+    Close, CloseTo, Event, For, GetServo, GetSettings, Grip, GripTo, Hold, Mount, Phase, Refusal, Role, Scan,
+    ServoField, ServoSetup, SetFinger, SetObject, SetSettings, Settings, Which, Why,
+};
+use model_core::object::ObjectDesign;
+use model_core::status::Status;
+use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, finger, geared_servo, is_sound, set_up};
+
+const SECOND: u64 = 1_000_000;
+/// Instructions of Protocol 2.0 that change nothing: Ping and the reading ones.
+const HARMLESS: [u8; 5] = [0x01, 0x02, 0x82, 0x92, 0x8A];
+
+/// Remembers the instructions that the gripper sends.
+fn overhear(bench: &mut Bench) -> Rc<RefCell<Vec<u8>>> {
+    let heard: Rc<RefCell<Vec<u8>>> = Rc::default();
+    let all = heard.clone();
+    bench.meddling = Box::new(move |to_servo, bytes| {
+        if let (true, Some(instruction)) = (to_servo, bytes.get(7)) {
+            all.borrow_mut().push(*instruction);
+        }
+        bytes
+    });
+    heard
+}
+
+#[test]
+fn a_fresh_gripper_writes_nothing_and_leads_nobody() {
+    let mut bench = Bench::new(Config { baud_rate: 57_600, ..geared_servo() }, &Flash::new());
+    let heard = overhear(&mut bench);
+    bench.run(3 * SECOND);
+    assert_eq!(bench.ask::<GetSettings>(&()).role, Role::Idle);
+    assert!(heard.borrow().is_empty(), "{:?}", heard.borrow());
+    assert_eq!(
+        bench.ask::<Grip>(&GripTo { fingers: Which::All, force: 1.0, speed: None, limit: None }),
+        Err(Refusal::Idle)
+    );
+    assert_eq!(bench.ask::<Hold>(&Which::All), Err(Refusal::Idle));
+    // It can look who is there.
+    bench.ask::<Scan>(&()).unwrap();
+    bench.run(8 * SECOND);
+    assert!(
+        bench.events.iter().any(|event| matches!(event, Event::DeviceFound { id: 1, model: 1020, .. })),
+        "{:?}",
+        bench.events
+    );
+    assert!(
+        !heard.borrow().is_empty() && heard.borrow().iter().all(|code| HARMLESS.contains(code)),
+        "{:?}",
+        heard.borrow()
+    );
+    assert_eq!(bench.servo.truth().count, 2037);
+}
+
+/// Sets the bench up as commissioned; gives what it found.
+fn commissioned(bench: &mut Bench) -> ServoSetup {
+    set_up(bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    let setup = bench.ask::<GetServo>(&0).expect("a servo that was found");
+    let mount = Mount { servo: Some(setup), ..GEARED_MOUNT };
+    bench.ask::<SetSettings>(&Settings::of(mount)).unwrap();
+    bench.until("sound estimate", 5 * SECOND, is_sound);
+    setup
+}
+
+#[test]
+fn a_servo_that_is_set_otherwise_is_not_led() {
+    let flash = Flash::new();
+    let mut bench = Bench::new(geared_servo(), &flash);
+    let setup = commissioned(&mut bench);
+    assert_eq!((setup.model, setup.operating_mode, setup.position_limits), (1020, 3, [0, 4095]));
+    drop(bench);
+    // Somebody changes it while the gripper is away; torque is on, as it would turn on and on.
+    let cases: [(ServoField, &dyn Fn(&mut Bench)); 5] = [
+        (ServoField::OperatingMode, &|bench| bench.servo.write(xm430::OPERATING_MODE, 1)),
+        (ServoField::DriveMode, &|bench| bench.servo.write(xm430::DRIVE_MODE, 1)),
+        (ServoField::HomingOffset, &|bench| bench.servo.write(xm430::HOMING_OFFSET, 100)),
+        (ServoField::GreatestPosition, &|bench| bench.servo.write(xm430::MAX_POSITION_LIMIT, 2100)),
+        (ServoField::StartupConfiguration, &|bench| bench.servo.write(xm430::STARTUP_CONFIGURATION, 1)),
+    ];
+    for (field, change) in cases {
+        let mut bench = Bench::new(geared_servo(), &flash);
+        change(&mut bench);
+        bench.servo.write(xm430::TORQUE_ENABLE, 1);
+        let heard = overhear(&mut bench);
+        bench.run(3 * SECOND);
+        let told: Vec<_> = bench.events.iter().filter(|event| matches!(event, Event::ServoDiffers { .. })).collect();
+        assert!(
+            matches!(told[..], [Event::ServoDiffers { finger: 0, difference }] if difference.field == field),
+            "{field:?}: {:?}",
+            bench.events
+        );
+        assert!(heard.borrow().iter().all(|code| HARMLESS.contains(code)), "{field:?}: {:?}", heard.borrow());
+        assert!(bench.reports.iter().all(|(report, _)| !is_sound(report)), "{field:?}");
+        assert_eq!(bench.ask::<Hold>(&Which::All), Err(Refusal::NoServo), "{field:?}");
+    }
+}
+
+/// A servo that turns on and on in velocity control is not one that holds, commissioned or not.
+#[test]
+fn a_servo_in_velocity_control_is_never_held() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    bench.servo.write(xm430::OPERATING_MODE, 1);
+    bench.servo.write(xm430::TORQUE_ENABLE, 1);
+    bench.ask::<SetSettings>(&Settings::of(GEARED_MOUNT)).unwrap();
+    bench.run(2 * SECOND);
+    let differs = |event: &Event| matches!(event, Event::ServoDiffers { difference, .. } if difference.field == ServoField::OperatingMode);
+    assert!(bench.events.iter().any(differs), "{:?}", bench.events);
+    assert!(!bench.events.iter().any(|event| matches!(event, Event::ServoReady { .. })), "{:?}", bench.events);
+}
+
+#[test]
+fn an_unknown_model_is_not_led() {
+    let mut bench = Bench::new(Config { model: 1060, ..geared_servo() }, &Flash::new());
+    bench.ask::<SetSettings>(&Settings::of(GEARED_MOUNT)).unwrap();
+    let heard = overhear(&mut bench);
+    bench.run(2 * SECOND);
+    let differs = |event: &Event| matches!(event, Event::ServoDiffers { difference, .. } if difference.field == ServoField::Model && difference.found == 1060);
+    assert!(bench.events.iter().any(differs), "{:?}", bench.events);
+    assert!(heard.borrow().iter().all(|code| HARMLESS.contains(code)), "{:?}", heard.borrow());
+}
+
+/// A servo that answers pings only, and one whose Bus Watchdog has tripped, are found all the same.
+#[test]
+fn ways_out_of_dead_ends() {
+    for level in [0, 1] {
+        let mut bench = Bench::new(geared_servo(), &Flash::new());
+        bench.servo.write(xm430::STATUS_RETURN_LEVEL, level);
+        set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    }
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    bench.servo.write(xm430::TORQUE_ENABLE, 1);
+    bench.servo.write(xm430::BUS_WATCHDOG, 1);
+    bench.run(SECOND);
+    assert_eq!(bench.servo.read(xm430::BUS_WATCHDOG), -1);
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    let tripped = |event: &Event| matches!(event, Event::ServoDiffers { difference, .. } if difference.field == ServoField::BusWatchdog);
+    assert!(bench.events.iter().any(tripped), "{:?}", bench.events);
+    bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.05, speed: None }).unwrap();
+    bench.run(SECOND);
+    assert!(bench.servo.truth().count > 2060, "{:?}", bench.servo.truth());
+}
+
+/// Closing goes on for 50 ms at most while the estimate is not to be trusted: here, an object that the finger stands in.
+#[test]
+fn closing_stops_when_the_estimate_is_lost() {
+    for ms in [50_u16, 500] {
+        let mut bench = Bench::new(geared_servo(), &Flash::new());
+        let settings = Settings { untrusted_ms: ms, ..Settings::of(GEARED_MOUNT) };
+        set_up(&mut bench, &settings, OBJECT);
+        bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.15, speed: Some(0.1) }).unwrap();
+        bench.run(SECOND / 4);
+        let ObjectDesign::Circle { radius, .. } = OBJECT else { panic!("a circle") };
+        let inside = ObjectDesign::Circle { centre: [0.0, 45.0], radius };
+        bench.ask::<SetObject>(&For { finger: 0, what: inside }).unwrap();
+        let began = bench.now_us();
+        bench.until("a stop", 2 * SECOND, |report| report.phase == Phase::Held(Why::Estimate));
+        let took_ms = (bench.now_us() - began) / 1000;
+        assert!((u64::from(ms) - 5..u64::from(ms) + 15).contains(&took_ms), "{took_ms} ms instead of {ms}");
+        let last = bench.reports.last().unwrap().0;
+        assert!(last.estimate.status != Status::Converged && last.goal < 0.1, "{last:?}");
+    }
+}
+
+/// The default limits: 15 N and half an ampere.
+#[test]
+fn the_default_limits_limit() {
+    let Mount { force_limit, current_limit, .. } = Mount::DEFAULT;
+    assert_eq!((force_limit, current_limit), (15.0, 500.0));
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    // No finger, no object: the current's limit is all there is, in both directions.
+    let mount = Mount { force_limit, current_limit, ..GEARED_MOUNT };
+    bench.ask::<SetSettings>(&Settings::of(mount)).unwrap();
+    bench.until("answer of the servo", 5 * SECOND, |report| report.estimate.status == Status::OutOfRange);
+    bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.25, speed: Some(0.2) }).unwrap();
+    bench.until("a stop", 5 * SECOND, |report| report.phase == Phase::Held(Why::Current));
+    bench.run(SECOND);
+    let [x, y] = bench.servo.truth().force;
+    assert!(x.hypot(y) < 20.0, "{x} {y}");
+    bench.ask::<messages::Open>(&Which::All).unwrap();
+    bench.until("an open finger", 5 * SECOND, |report| report.goal == GEARED_MOUNT.open_angle);
+}
