@@ -1,10 +1,11 @@
 //! What survives the loss of power: settings, designs, objects and what a calibration left uncertain, each a record of its own in flash.
 //!
 //! [`sequential_storage`] keeps several generations of every record, each with a CRC, and takes a write that was cut short
-//! for none: until the new record is whole, the old one counts. A record begins with the version of its layout; of another
-//! version, or damaged, it counts as absent, which is reported.
+//! for none: until the new record is whole, the old one counts. A record begins with the version of its layout. If one is of an unknown
+//! version, damaged, or not of the others' generation, none of them counts, which is reported: a gripper without settings is idle.
 
 mod earlier;
+mod seal;
 
 use core::future::Future;
 
@@ -20,6 +21,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::shared::Setup;
+use seal::Digests;
 
 /// Version of the records' layout. A change of [`Settings`], [`Finger`], [`ObjectDesign`] or [`Uncertainty`] needs another.
 const VERSION: u8 = 5;
@@ -27,6 +29,8 @@ const VERSION: u8 = 5;
 const EARLIEST: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).
 const RECORD: usize = 1088;
+/// Number of the seal in flash.
+const SEAL: u8 = 0x40;
 
 /// Which record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +42,12 @@ pub(crate) enum Key {
 }
 
 impl Key {
+    /// Every record; the settings, without which the gripper is idle, last.
+    fn all() -> impl Iterator<Item = Self> {
+        let of = |finger| [Self::Finger(finger), Self::Object(finger), Self::Uncertainty(finger)];
+        (0..FINGERS as u8).flat_map(of).chain([Self::Settings])
+    }
+
     /// Its number in flash.
     fn number(self) -> u8 {
         match self {
@@ -67,6 +77,12 @@ pub(crate) struct Store<F: NorFlash> {
     map: Option<Map<F>>,
     record: [u8; RECORD],
     buffer: [u8; RECORD],
+    /// Of what is in flash.
+    digests: Digests,
+    /// A record of this version was read.
+    is_current: bool,
+    /// What is in flash does not count: it is erased before anything is kept.
+    is_void: bool,
 }
 
 impl<F: NorFlash> Store<F> {
@@ -75,11 +91,43 @@ impl<F: NorFlash> Store<F> {
         let all = 0..u32::try_from(ReadNorFlash::capacity(&flash.0)).unwrap_or(0);
         let config = MapConfig::try_new(all).ok();
         let map = config.map(|config| MapStorage::new(flash, config, Cache::new_uncached()));
-        Self { map, record: [0; RECORD], buffer: [0; RECORD] }
+        Self {
+            map,
+            record: [0; RECORD],
+            buffer: [0; RECORD],
+            digests: Digests::default(),
+            is_current: false,
+            is_void: false,
+        }
     }
 
-    /// Reads everything; what is absent stays as it is.
+    /// Reads everything; what is absent stays as it is, and everything does if a part of it cannot be trusted.
     pub(crate) async fn restore(&mut self, setup: &mut Setup) -> Found {
+        let mut kept = setup.clone();
+        let mut found = self.read_all(&mut kept).await;
+        if found.damaged == 0 && !self.is_sealed().await {
+            found.damaged = 1;
+        }
+        self.is_void = found.damaged > 0;
+        if self.is_void {
+            found.records = 0;
+        } else {
+            *setup = kept;
+        }
+        found
+    }
+
+    /// Whether all records are of one generation. (Versions before the fifth had no seal.)
+    async fn is_sealed(&mut self) -> bool {
+        let Some(map) = self.map.as_mut() else { return true };
+        match map.fetch_item::<&[u8]>(&mut self.buffer, &SEAL).await {
+            Ok(Some(seal)) => self.digests.are_sealed_by(seal),
+            Ok(None) => !self.is_current,
+            Err(_) => false,
+        }
+    }
+
+    async fn read_all(&mut self, setup: &mut Setup) -> Found {
         let mut found = Found::default();
         if let Some(settings) = self.read::<Settings>(Key::Settings, earlier::settings, &mut found).await {
             setup.settings = settings;
@@ -104,7 +152,7 @@ impl<F: NorFlash> Store<F> {
     /// Keeps one record of what is set, unless it is kept already.
     pub(crate) async fn keep(&mut self, key: Key, setup: &Setup) -> Result<(), NotKept> {
         let length = encode(key, setup, &mut self.record)?;
-        if self.write(key, length).await.is_ok() {
+        if !self.is_void && self.write(key, length).await.is_ok() {
             return Ok(());
         }
         // The flash holds something that cannot be repaired: everything is written anew.
@@ -112,9 +160,8 @@ impl<F: NorFlash> Store<F> {
             return Err(NotKept);
         };
         map.erase_all().await.map_err(|_| NotKept)?;
-        let of = |finger| [Key::Finger(finger), Key::Object(finger), Key::Uncertainty(finger)];
-        let all = (0..FINGERS as u8).flat_map(of);
-        for key in all.chain([Key::Settings]) {
+        (self.digests, self.is_void) = (Digests::default(), false);
+        for key in Key::all() {
             let length = encode(key, setup, &mut self.record)?;
             self.write(key, length).await?;
         }
@@ -131,12 +178,27 @@ impl<F: NorFlash> Store<F> {
         {
             return Ok(());
         }
+        let next = self.digests.with(key, record);
+        let seal = self.digests.seal(&next);
+        map.store_item::<&[u8]>(&mut self.buffer, &SEAL, &&seal[..]).await.map_err(|_| NotKept)?;
         map.store_item::<&[u8]>(&mut self.buffer, &number, &record).await.map_err(|_| NotKept)?;
+        (self.digests, self.is_current) = (next, true);
         // A flash that is damaged where it should be erased takes a write and gives something else.
-        match map.fetch_item::<&[u8]>(&mut self.buffer, &number).await {
-            Ok(Some(kept)) if kept == record => Ok(()),
-            _ => Err(NotKept),
+        if self.reads_back().await { Ok(()) } else { Err(NotKept) }
+    }
+
+    /// Whether the flash gives what is taken to be in it, all of it and sealed: the next start finds it so.
+    async fn reads_back(&mut self) -> bool {
+        let mut digests = Digests::default();
+        for key in Key::all() {
+            let Some(map) = self.map.as_mut() else { return false };
+            match map.fetch_item::<&[u8]>(&mut self.buffer, &key.number()).await {
+                Ok(Some(record)) => digests = digests.with(key, record),
+                Ok(None) => {}
+                Err(_) => return false,
+            }
         }
+        digests == self.digests && self.is_sealed().await
     }
 
     /// Reads a record; `earlier` reads one of an earlier version.
@@ -154,6 +216,8 @@ impl<F: NorFlash> Store<F> {
                 return None;
             }
         };
+        self.digests = self.digests.with(key, record);
+        self.is_current |= record.first() == Some(&VERSION);
         let value = match record.split_first() {
             Some((&VERSION, rest)) => same(rest),
             Some((&version @ EARLIEST..VERSION, rest)) => earlier(version, rest),
@@ -339,7 +403,12 @@ mod tests {
     }
 
     fn keep<const WORD: usize>(flash: &mut Flash<WORD>, key: Key, setup: &Setup) -> Result<(), NotKept> {
-        block_on(Store::new(flash).keep(key, setup))
+        let mut store = Store::new(flash);
+        block_on(async {
+            // As the program does: what is there is read first.
+            store.restore(&mut Setup::DEFAULT.clone()).await;
+            store.keep(key, setup).await
+        })
     }
 
     fn restore<const WORD: usize>(flash: &mut Flash<WORD>) -> (Setup, Found) {
@@ -492,11 +561,39 @@ mod tests {
         for key in [Key::Object(1), Key::Uncertainty(2)] {
             let length = encode(key, &setup, &mut store.record).unwrap();
             store.record[0] = 4;
-            block_on(store.write(key, length)).unwrap();
+            // Without a seal, as that version had none.
+            let record = store.record[..length].to_vec();
+            let map = store.map.as_mut().unwrap();
+            block_on(map.store_item::<&[u8]>(&mut store.buffer, &key.number(), &record.as_slice())).unwrap();
         }
         let (back, found) = restore(&mut flash);
         assert_eq!(found, Found { records: 2, damaged: 0 });
         assert_eq!((back.objects[1], back.uncertainties[2]), (setup.objects[1], setup.uncertainties[2]));
+    }
+
+    /// A mount of one time and a finger of another: nothing comes back, and the next record is kept without them.
+    #[test]
+    fn records_of_different_generations_count_as_absent() {
+        let mut flash = Flash::<8>::new();
+        keep(&mut flash, Key::Settings, &with(3.0, 5)).unwrap();
+        keep(&mut flash, Key::Object(1), &with(3.0, 6)).unwrap();
+        keep(&mut flash, Key::Settings, &with(4.0, 6)).unwrap();
+        keep(&mut flash, Key::Object(1), &with(4.0, 7)).unwrap();
+        assert_eq!(restore(&mut flash).1, Found { records: 2, damaged: 0 });
+        // The settings are lost, those before them come to light; object and seal are as they were.
+        let mut store = Store::new(&mut flash);
+        let length = encode(Key::Settings, &with(3.0, 5), &mut store.record).unwrap();
+        let record = store.record[..length].to_vec();
+        let map = store.map.as_mut().unwrap();
+        block_on(map.store_item::<&[u8]>(&mut store.buffer, &Key::Settings.number(), &record.as_slice())).unwrap();
+        let (back, found) = restore(&mut flash);
+        assert_eq!(
+            (back.settings, back.objects[1], found),
+            (Settings::DEFAULT, None, Found { records: 0, damaged: 1 })
+        );
+        keep(&mut flash, Key::Settings, &Setup { settings: with(9.0, 0).settings, ..Setup::DEFAULT }).unwrap();
+        let (back, found) = restore(&mut flash);
+        assert_eq!((back.settings, back.objects[1], found.damaged), (with(9.0, 0).settings, None, 0));
     }
 
     #[test]

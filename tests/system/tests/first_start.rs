@@ -58,6 +58,49 @@ fn a_fresh_gripper_writes_nothing_and_leads_nobody() {
     assert_eq!(bench.servo.truth().count, 2037);
 }
 
+/// Whatever is damaged in the flash: the gripper is what it was, or idle. Never another role, and never with the finger of one
+/// time on the mount of another.
+#[test]
+fn a_damaged_flash_leads_to_idle() {
+    let settings = Settings { role: Role::DEVICE, ..Settings::of(GEARED_MOUNT) };
+    let (mut idle, mut whole) = (0, 0);
+    for round in 0..60_usize {
+        let flash = Flash::new();
+        let mut bench = Bench::new(geared_servo(), &flash);
+        bench.run(SECOND / 10);
+        // Two generations of each record.
+        for zero in [2048.0, 2050.0] {
+            let mount = Mount { zero, ..GEARED_MOUNT };
+            bench.ask::<SetSettings>(&Settings { fingers: [Some(mount), None, None, None], ..settings }).unwrap();
+            bench.ask::<SetFinger>(&For { finger: 0, what: finger() }).unwrap();
+            bench.ask::<SetObject>(&For { finger: 0, what: OBJECT }).unwrap();
+        }
+        let expected = bench.ask::<GetSettings>(&());
+        drop(bench);
+        flash.damage(round * 37 + 11, 0x5A);
+        let mut bench = Bench::new(geared_servo(), &flash);
+        let heard = overhear(&mut bench);
+        bench.run(SECOND / 5);
+        let found = bench.ask::<GetSettings>(&());
+        // The last generation, or the one before it if the last record is the damaged one: finger, object and mount of one time.
+        if found.role == expected.role {
+            assert_eq!(bench.ask::<messages::GetFinger>(&0), Some(finger()), "round {round}");
+            assert_eq!(bench.ask::<messages::GetObject>(&0), Some(OBJECT), "round {round}");
+            whole += 1;
+        } else {
+            idle += 1;
+            assert_eq!(found, Settings::DEFAULT, "round {round}");
+            assert_eq!(bench.ask::<messages::GetFinger>(&0), None, "round {round}");
+            assert_eq!(bench.ask::<messages::GetObject>(&0), None, "round {round}");
+            let told = |event: &Event| matches!(event, Event::Restored { damaged, .. } if *damaged > 0);
+            assert!(bench.events.iter().any(told), "round {round}: {:?}", bench.events);
+            assert!(heard.borrow().is_empty());
+        }
+    }
+    eprintln!("{whole} whole, {idle} idle");
+    assert!(whole > 10 && idle > 5, "{whole} whole, {idle} idle");
+}
+
 /// Sets the bench up as commissioned; gives what it found.
 fn commissioned(bench: &mut Bench) -> ServoSetup {
     set_up(bench, &Settings::of(GEARED_MOUNT), OBJECT);
