@@ -1,5 +1,7 @@
 //! Lists every servo on the bus: a broadcast ping at every rate.
 //!
+//! A simulated bus carries bytes at any rate, and its servos answer at all of them: each is reported at the rate that its register has.
+//!
 //! Devices answer one after the other by their addresses, which takes three quarters of a second a rate. The servos that are controlled
 //! are not read meanwhile: their estimates are stale, and a gripping finger is not left alone like that. In between the link is
 //! heard as ever.
@@ -39,6 +41,10 @@ pub(crate) async fn scan<B: Board>(
             core.count::<B::Bus>(&error);
         }
         for Found { id, identity, alert } in found.into_iter().flatten() {
+            let own = core.patiently(servos.rate_of(id)).await;
+            if own.is_some_and(|own| own != baud && rates.contains(&own)) {
+                continue;
+            }
             all = all.saturating_add(1);
             let (id, model, firmware) = (id.get(), identity.model, identity.firmware);
             core.shared.tell(Event::DeviceFound { id, model, firmware, baud, alert });

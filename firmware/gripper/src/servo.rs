@@ -124,6 +124,12 @@ impl<U: BusPort> Servos<U> {
         self.master.discover(found).await
     }
 
+    /// The rate to which a device is set, bits per second, if it says.
+    pub(crate) async fn rate_of(&mut self, id: Id) -> Option<u32> {
+        let code = self.master.get(id, xm430::BAUD_RATE).await.ok()?;
+        xm430::bits_per_second(code.value)
+    }
+
     /// The servos are controlled at this rate again.
     pub(crate) fn go_on_at(&mut self, bus: Option<u32>) {
         if let Some(baud) = bus {

@@ -206,6 +206,8 @@ fn whatever_keeps_a_bus_from_working_is_told() {
     assert!(nobody.contains("nobody answers on") && nobody.contains("everybody was asked at 57600 baud"), "{nobody}");
 
     let bus = Bus::new([gripping(1, 45, 2048, true), gripping(2, 45, 2048, true)]);
+    let wrong = error(&["--bus", &format!("{}@57600", bus.port())]);
+    assert!(wrong.contains("57600") && wrong.contains("1000000") && wrong.contains("1, 2"), "{wrong}");
     let missing = error(&["--bus", bus.port(), "--set", "finger.0.servo_id=2", "--set", "finger.1.servo_id=9"]);
     assert!(missing.contains("servo 9 does not answer") && missing.contains("those that do: 1, 2"), "{missing}");
     let value = error(&["--bus", bus.port(), "--set", "finger.0.gear_ratio=0"]);

@@ -9,8 +9,7 @@ use system_tests::{Machine, OBJECT, Watch, finger};
 
 const SECONDS: fn(u64) -> Duration = Duration::from_secs;
 
-/// QEMU's bus carries bytes at any rate: everybody is found at each that the board has. (That a rate finds those that have
-/// it: `everybody_is_discovered_at_his_own_rate` in the gripper's own tests.)
+/// QEMU's bus carries bytes at any rate: everybody answers at each that the board has, and is reported once.
 #[test]
 fn everybody_on_the_bus_is_told_of() {
     let stranger = |id: u8, firmware: u8| Config {
@@ -47,14 +46,11 @@ fn everybody_on_the_bus_is_told_of() {
     let grip = GripTo { fingers: Which::All, force: 3.0, speed: None, limit: None };
     assert!(matches!(link.grip(&grip), Err(LinkError::Refused(Refusal::Scanning))));
     watch.until_event("end of the search", SECONDS(60), |event| matches!(event, Event::ScanDone { .. }));
-    let rates = [1_000_000, 57_600, 115_200];
-    assert_eq!(watch.events.last(), Some(&Event::ScanDone { found: 9, rates: 3 }));
-    let found: Vec<&Event> = watch.events.iter().filter(|event| matches!(event, Event::DeviceFound { .. })).collect();
-    let everybody = [(1, 45, false), (7, 44, false), (252, 46, true)];
-    let expected = rates.into_iter().flat_map(|baud| {
-        everybody.map(|(id, firmware, alert)| Event::DeviceFound { id, model: 1020, firmware, baud, alert })
-    });
-    assert_eq!(found.into_iter().copied().collect::<Vec<_>>(), expected.collect::<Vec<_>>());
+    assert_eq!(watch.events.last(), Some(&Event::ScanDone { found: 3, rates: 3 }));
+    let found = watch.events.iter().filter(|event| matches!(event, Event::DeviceFound { .. })).copied();
+    let expected = [(1, 45, false, 1_000_000), (7, 44, false, 57_600), (252, 46, true, 57_600)]
+        .map(|(id, firmware, alert, baud)| Event::DeviceFound { id, model: 1020, firmware, baud, alert });
+    assert_eq!(found.collect::<Vec<_>>(), expected);
 
     // The loop goes on as before; the servo was not lost for it.
     good(&mut watch);

@@ -120,6 +120,17 @@ impl Servo {
         answers
     }
 
+    /// Something was on the bus at another rate: what was heard before it is no packet's beginning.
+    pub(super) fn noise(&mut self, now_us: u64) {
+        self.advance(now_us);
+        self.device.reset();
+    }
+
+    /// Bits per second on the bus.
+    pub(super) fn rate(&self) -> Option<u32> {
+        xm430::bits_per_second(self.table.get(xm430::BAUD_RATE))
+    }
+
     /// Gives the answer that is due although nothing was heard: a turn that somebody has let pass.
     pub fn poll(&mut self, now_us: u64) -> Option<Answer> {
         self.advance(now_us);
@@ -149,8 +160,7 @@ impl Servo {
         if !self.config.wire_time {
             return 0.0;
         }
-        let code = self.table.get(xm430::BAUD_RATE);
-        xm430::bits_per_second(code).map_or(0.0, |rate| 1e7 / f64::from(rate))
+        self.rate().map_or(0.0, |rate| 1e7 / f64::from(rate))
     }
 
     /// What is true now.

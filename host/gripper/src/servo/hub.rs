@@ -1,7 +1,7 @@
 //! A bus on which every party hears all others: pseudo-terminals, sockets and simulated servos.
 //!
 //! One thread waits for all ports at once. It never waits for one of them: what a party has no room for is lost, and
-//! counted.
+//! counted. Pseudo-terminals and servos have a baud rate, and those of different rates do not understand each other.
 
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::os::unix::net::UnixStream;
@@ -246,13 +246,27 @@ impl Hub {
     fn pass_on(&mut self, by: Speaker, bytes: &[u8], pending: &mut Vec<Pending>) {
         let now_us = self.now_us();
         let now = Instant::now();
+        let rate = match by {
+            Speaker::Port(number) => {
+                self.ports.iter().find(|(known, _)| *known == number).and_then(|(_, port)| port.rate())
+            }
+            Speaker::Servo(index) => self.servos.get(index).and_then(|servo| lock(servo).rate()),
+        };
         for (index, servo) in self.servos.iter().enumerate().filter(|&(index, _)| by != Speaker::Servo(index)) {
-            for answer in lock(servo).hear(now_us, bytes) {
+            let mut servo = lock(servo);
+            if !understand(rate, servo.rate()) {
+                servo.noise(now_us);
+                continue;
+            }
+            for answer in servo.hear(now_us, bytes) {
                 let due = now + Duration::from_micros(u64::from(answer.delay_us));
                 pending.push(Pending { due, by: index, bytes: answer.bytes });
             }
         }
         for (_, port) in self.ports.iter_mut().filter(|(number, _)| by != Speaker::Port(*number)) {
+            if !understand(rate, port.rate()) {
+                continue;
+            }
             let lost = port.send(bytes);
             self.lost.fetch_add(lost as u64, Ordering::Relaxed);
         }
@@ -261,6 +275,11 @@ impl Hub {
     fn now_us(&self) -> u64 {
         self.epoch.elapsed().as_micros() as u64
     }
+}
+
+/// Whether bytes sent at one rate are read at another: a receiver samples a byte's last bit at 95 % of its time.
+fn understand(sent: Option<u32>, read: Option<u32>) -> bool {
+    sent.zip(read).is_none_or(|(sent, read)| u64::from(sent.abs_diff(read)) * 20 <= u64::from(read))
 }
 
 impl Running {

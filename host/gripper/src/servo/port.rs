@@ -42,6 +42,9 @@ pub enum PortError {
     Start(#[source] io::Error),
 }
 
+/// Rate of a new pseudo-terminal, bits per second; no Dynamixel device has it.
+const NEW_PTY: u32 = 38_400;
+
 /// Someone on the bus.
 #[derive(Debug)]
 pub(super) enum Port {
@@ -83,6 +86,13 @@ impl Port {
         stream.set_nonblocking(true)?;
         stream.set_nodelay(true)?;
         Ok(Self::Tcp(stream))
+    }
+
+    /// Bits per second to which the other program has set its terminal; nothing for a socket, which carries bytes at any rate, and for a
+    /// terminal that nobody has set.
+    pub(super) fn rate(&self) -> Option<u32> {
+        let Self::Pty { peer, .. } = self else { return None };
+        tcgetattr(peer).ok().map(|settings| settings.output_speed()).filter(|rate| *rate != NEW_PTY)
     }
 
     /// What has arrived: nothing yet (`None`), or 0 bytes if the party has left.
