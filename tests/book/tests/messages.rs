@@ -163,6 +163,7 @@ fn the_page_of_messages_is_what_the_definitions_say() {
         endpoint::<GetUncertainty>(),
         endpoint::<SetUncertainty>(),
         endpoint::<GetSettings>(),
+        endpoint::<GetServo>(),
         endpoint::<SetSettings>(),
         endpoint::<Open>(),
         endpoint::<Close>(),

@@ -56,7 +56,8 @@ fn a_gripper_is_led_and_heard_by_another_implementation_of_dds() {
     let machine = Machine::boot(Machine::servo());
     let link = Arc::new(machine.link());
     let mut watch = Watch::new(&link);
-    let mount = Mount { open_angle: -DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };
+    let mount =
+        Mount { open_angle: -DEGREE, range: [-0.05, 0.3], force_limit: 100.0, current_limit: 2000.0, ..Mount::DEFAULT };
     // Slow enough that a busy PC makes few ticks stale.
     link.set_settings(&Settings { rate_hz: 100, ..Settings::of(mount) }).unwrap();
     link.set_finger(0, &finger()).unwrap();
