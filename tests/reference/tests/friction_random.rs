@@ -66,8 +66,7 @@ fn follow<T: Real>(follower: &mut Follower<T, Many>, rub: &Rub, step: f64) -> (E
 #[test]
 fn random_fingers_close_open_and_close_again() {
     let count = std::env::var("FRE_RANDOM_FINGERS").ok().and_then(|count| count.parse().ok()).unwrap_or(FINGERS);
-    let (mut double, mut single): (Box<Follower<f64, Many>>, Box<Follower<f32, Many>>) =
-        (Box::new(Follower::EMPTY), Box::new(Follower::EMPTY));
+    let (mut double, mut single) = (Box::new(Follower::<f64, Many>::EMPTY), Box::new(Follower::<f32, Many>::EMPTY));
     let (coarse, fine) = (0.5_f64.to_radians(), TAU / 4096.0);
     let (mut lost, mut compared, mut worst) = ([0; 4], 0, [0.0_f64; 2]);
     for (case, rub) in rubs(count).iter().enumerate() {
