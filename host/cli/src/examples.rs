@@ -36,6 +36,21 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             "fre completions bash > ~/.local/share/bash-completion/completions/fre",
         )],
     ),
+    (
+        "finger",
+        &[
+            ("A solid for a printer", "fre finger export finger.toml --output finger.stl"),
+            ("A case from a drawing", "fre finger import drawing.dxf --output finger.toml"),
+        ],
+    ),
+    (
+        "finger export",
+        &[
+            ("A solid for a printer", "fre finger export finger.toml --output finger.stl"),
+            ("A drawing on standard output", "fre finger export preset:fea-80 --format svg"),
+        ],
+    ),
+    ("finger import", &[("A case from a mesh", "fre finger import finger.stl --output finger.toml")]),
     ("man", &[("Where man looks for them", "fre man --out ~/.local/share/man/man1")]),
     ("new", &[("A case to edit", "fre new finger.toml"), ("Straight into the solver", "fre new | fre solve -")]),
     (

@@ -14,6 +14,7 @@ mod completions;
 mod demo;
 mod examples;
 mod exit;
+mod finger;
 #[cfg(feature = "gripper")]
 mod flash;
 #[cfg(feature = "gripper")]
@@ -100,6 +101,7 @@ enum Command {
     Calibrate(calibrate::Args),
     Compare(compare::Args),
     Completions(completions::Args),
+    Finger(finger::Args),
     Man(man::Args),
     New(new::Args),
     Optimise(optimise::Args),
@@ -132,6 +134,7 @@ fn main() -> ExitCode {
         Command::Calibrate(args) => calibrate::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Completions(args) => completions::run(&args, command()),
+        Command::Finger(args) => finger::run(&args),
         Command::Man(args) => man::run(&args, command()),
         Command::New(args) => new::run(&args),
         Command::Optimise(args) => optimise::run(&args),

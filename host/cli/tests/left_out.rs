@@ -7,6 +7,7 @@ use test_bus::{Feature, left_out};
 fn main() -> ExitCode {
     let features = [
         Feature { name: "gripper", on: cfg!(feature = "gripper"), needs: "the libraries of a gripper and its servos" },
+        Feature { name: "cad", on: cfg!(feature = "cad"), needs: "the libraries for drawings and solids" },
         Feature { name: "outline", on: cfg!(feature = "outline"), needs: "the libraries for photographs" },
         Feature { name: "parquet", on: cfg!(feature = "parquet"), needs: "the library for Parquet" },
         Feature { name: "probe", on: cfg!(feature = "probe"), needs: "the library for debug probes" },

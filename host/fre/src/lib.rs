@@ -9,6 +9,7 @@
 //! - [`fea`] – finite elements by CalculiX
 //! - [`study`] – a case solved: runs, sweeps, the paper's table; reports, warnings and pictures of them
 //! - [`draw`] – pictures
+//! - [`finger`] – a finger as a plane figure, and its outline; `cad` (feature) – outlines in files
 //! - [`case`] – case files
 //! - [`files`], [`lock`], [`delimited`], [`visible`] – files that are read and written, locks, lines of CSV, pieces of files in
 //!   messages
@@ -17,6 +18,8 @@
 //! - [`drive`], [`metrics`], [`shape`], [`heap`] – how a motor moves its finger, distances and errors, the deformed finger, the model's
 //!   size on a PC
 
+#[cfg(feature = "cad")]
+pub mod cad;
 pub mod case;
 pub mod compare;
 pub mod delimited;
@@ -24,6 +27,7 @@ pub mod draw;
 pub mod drive;
 pub mod fea;
 pub mod files;
+pub mod finger;
 pub mod fit;
 pub mod heap;
 pub mod lock;

@@ -5,10 +5,19 @@ use serde_json::Value as Json;
 use super::error::CaseError;
 use super::source::{Table, Value};
 
+/// What a file is read for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To be solved: what is known but not computed yet is refused.
+    Solve,
+    /// To be drawn or meshed: every known key may be there.
+    Describe,
+}
+
 /// Checks a table, with all that is below it.
-pub(super) fn table(table: &Table<'_>, schema: &'static Json) -> Result<(), CaseError> {
+pub(super) fn table(table: &Table<'_>, schema: &'static Json, purpose: Purpose) -> Result<(), CaseError> {
     let schema = match schema["oneOf"].as_array() {
-        Some(variants) => variant(table, variants)?,
+        Some(variants) => variant(table, variants, purpose)?,
         None => schema,
     };
     let properties = schema["properties"].as_object();
@@ -18,7 +27,7 @@ pub(super) fn table(table: &Table<'_>, schema: &'static Json) -> Result<(), Case
     table.only(&known, &allowed.map(|(key, _)| key.as_str()).collect::<Vec<_>>())?;
     for (key, property) in properties() {
         if let Some(found) = table.get(key) {
-            value(&found, property)?;
+            value(&found, property, purpose)?;
         }
     }
     for key in schema["required"].as_array().into_iter().flatten().filter_map(Json::as_str) {
@@ -30,7 +39,7 @@ pub(super) fn table(table: &Table<'_>, schema: &'static Json) -> Result<(), Case
 }
 
 /// The schema that the table's tag names.
-fn variant(table: &Table<'_>, variants: &'static [Json]) -> Result<&'static Json, CaseError> {
+fn variant(table: &Table<'_>, variants: &'static [Json], purpose: Purpose) -> Result<&'static Json, CaseError> {
     let tag = variants.first().and_then(|variant| {
         let mut properties = variant["properties"].as_object()?.iter();
         properties.find(|(_, property)| !property["const"].is_null()).map(|(key, _)| key.as_str())
@@ -41,22 +50,24 @@ fn variant(table: &Table<'_>, variants: &'static [Json]) -> Result<&'static Json
         .filter_map(|schema| Some(Word { word: schema["properties"][tag]["const"].as_str()?, schema }))
         .collect();
     match table.get(tag) {
-        Some(value) => choice(&value, &words),
+        Some(value) => choice(&value, &words, purpose),
         None => Err(table.missing(tag, &format!("one of {}", quoted(&words)))),
     }
 }
 
 /// Checks a value, with all that is below it.
-fn value(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
-    computed(found, schema)?;
+fn value(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(), CaseError> {
+    if purpose == Purpose::Solve {
+        computed(found, schema)?;
+    }
     if let Some(forms) = schema["anyOf"].as_array() {
         let Some(form) = form(found, forms) else { return Err(found.wrong(&needed(schema))) };
-        if !form["x-computed"].is_null() {
+        if purpose == Purpose::Solve && !form["x-computed"].is_null() {
             return Err(found.refuse(format!("known form, not yet computed; allowed is {}", needed(schema))));
         }
-        return value_of(found, form);
+        return value_of(found, form, purpose);
     }
-    value_of(found, schema)
+    value_of(found, schema, purpose)
 }
 
 /// The form that a value has, as far as types say: of two lists, the one whose entries are of the first entry's type.
@@ -71,15 +82,15 @@ fn form(found: &Value<'_>, forms: &'static [Json]) -> Option<&'static Json> {
 }
 
 /// Checks a value of one form.
-fn value_of(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
+fn value_of(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(), CaseError> {
     if let Some(words) = schema["oneOf"].as_array().and_then(|words| words_of(words)) {
-        return choice(found, &words).map(drop);
+        return choice(found, &words, purpose).map(drop);
     }
     match schema["type"].as_str() {
         Some("number") => number(found, schema),
         Some("string") => found.text(&needed(schema)).map(drop),
-        Some("array") => array(found, schema),
-        _ => table(&found.table(&needed(schema))?, schema),
+        Some("array") => array(found, schema, purpose),
+        _ => table(&found.table(&needed(schema))?, schema, purpose),
     }
 }
 
@@ -95,7 +106,7 @@ fn number(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
     }
 }
 
-fn array(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
+fn array(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(), CaseError> {
     let expected = needed(schema);
     let length = |key: &str| schema[key].as_u64().and_then(|length| usize::try_from(length).ok());
     let (least, most) = (length("minItems").unwrap_or(0), length("maxItems").unwrap_or(usize::MAX));
@@ -108,14 +119,14 @@ fn array(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
             Json::Array(items) => items.get(index).unwrap_or(&Json::Null),
             item => item,
         };
-        return entries.iter().enumerate().try_for_each(|(index, entry)| value(entry, each(index)));
+        return entries.iter().enumerate().try_for_each(|(index, entry)| value(entry, each(index), purpose));
     }
     let entries = found.entries(&expected, most)?;
     if entries.len() < least {
         let one = needed(&schema["items"]);
         return Err(found.refuse(format!("is empty; needed is at least one {}", one.trim_start_matches("a "))));
     }
-    entries.iter().try_for_each(|entry| value(entry, &schema["items"]))
+    entries.iter().try_for_each(|entry| value(entry, &schema["items"], purpose))
 }
 
 /// A word that a value may be, with the schema that goes with it.
@@ -135,10 +146,10 @@ fn quoted(words: &[Word]) -> String {
     allowed.map(|word| format!("\"{}\"", word.word)).collect::<Vec<_>>().join(", ")
 }
 
-fn choice(found: &Value<'_>, words: &[Word]) -> Result<&'static Json, CaseError> {
+fn choice(found: &Value<'_>, words: &[Word], purpose: Purpose) -> Result<&'static Json, CaseError> {
     let text = found.text(&format!("one of {}", quoted(words)))?;
     match words.iter().find(|word| word.word == text) {
-        Some(Word { schema, .. }) if !schema["x-computed"].is_null() => {
+        Some(Word { schema, .. }) if purpose == Purpose::Solve && !schema["x-computed"].is_null() => {
             Err(found.refuse(format!("known word, not yet computed; allowed is {}", quoted(words))))
         }
         Some(word) => Ok(word.schema),

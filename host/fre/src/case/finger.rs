@@ -4,11 +4,12 @@ use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
 };
 
+use super::check::{self, Purpose};
 use super::error::CaseError;
 use super::explain::explain;
+use super::fits;
 use super::keys::{self, Along, BeamTable, FingerTable, HingeTable, LamellaeTable, PerRib, RibThickness};
 use super::source::Table;
-use super::{check, fits};
 
 /// Pascal per megapascal (N/mm²), the solver's unit.
 pub(super) const PA_PER_MPA: f64 = 1e6;
@@ -26,9 +27,17 @@ pub struct Finger {
     pub max_strain: Option<f64>,
 }
 
+/// Reads the keys of a finger's table that is to be drawn or meshed: all that are known, whether they are computed yet or not.
+pub(super) fn describe(table: &Table<'_>, name: &str) -> Result<FingerTable, CaseError> {
+    check::table(table, keys::finger_schema(), Purpose::Describe)?;
+    let mut keys: FingerTable = table.read()?;
+    keys.name.get_or_insert_with(|| name.to_owned());
+    Ok(keys)
+}
+
 /// Reads and validates a finger's table; `name` stands in for a missing one.
 pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Finger, CaseError> {
-    check::table(table, keys::finger_schema())?;
+    check::table(table, keys::finger_schema(), Purpose::Solve)?;
     build(&table.read()?, table, name)
 }
 
@@ -56,8 +65,8 @@ pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result
                 keys::MaterialLaw::Linear => MaterialLaw::Linear,
             },
         },
-        front: beam(&keys.front),
-        back: beam(&keys.back),
+        front: beam(&keys.front, table.child("front"), table)?,
+        back: beam(&keys.back, table.child("back"), table)?,
         hinge: hinge(keys.hinge.as_ref(), table, !lamellae.attachments.is_empty())?,
         lamellae,
         rigid_above: keys.tip.as_ref().and_then(|tip| tip.rigid_above_mm),
@@ -74,14 +83,18 @@ pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result
     })
 }
 
-fn beam(keys: &BeamTable) -> Beam {
-    Beam {
-        base: keys.base_mm,
-        tip: keys.tip_mm,
+fn beam(keys: &BeamTable, table: Option<Table<'_>>, finger: &Table<'_>) -> Result<Beam, CaseError> {
+    let table = table.as_ref().unwrap_or(finger);
+    let end = |place: Option<[f64; 2]>, key: &str, which: &str| {
+        place.ok_or_else(|| table.missing(key, &format!("[x, y] in mm, the {which} of the centreline")))
+    };
+    Ok(Beam {
+        base: end(keys.base_mm, "base_mm", "start")?,
+        tip: end(keys.tip_mm, "tip_mm", "end")?,
         sagitta: keys.sagitta_mm,
         thickness: profile(&keys.thickness_mm),
         stiffness_factor: keys.stiffness_factor,
-    }
+    })
 }
 
 /// Lists are no longer than the schema allows, which is what the design holds.
@@ -206,8 +219,8 @@ impl From<&Profile> for Along {
 impl From<&Beam> for BeamTable {
     fn from(beam: &Beam) -> Self {
         Self {
-            base_mm: beam.base,
-            tip_mm: beam.tip,
+            base_mm: Some(beam.base),
+            tip_mm: Some(beam.tip),
             sagitta_mm: beam.sagitta,
             thickness_mm: (&beam.thickness).into(),
             stiffness_factor: beam.stiffness_factor,

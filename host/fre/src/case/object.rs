@@ -15,7 +15,7 @@ pub fn read_object(name: &str, text: &str) -> Result<ObjectDesign, CaseError> {
     let source = Source { name: name.to_owned(), text: text.to_owned() };
     let tree = source.parse()?;
     let root = Table::root(&source, tree.get_ref());
-    check::table(&root, keys::object_schema())?;
+    check::table(&root, keys::object_schema(), check::Purpose::Solve)?;
     let keys: ObjectTable = root.read()?;
     if keys.friction() != 0.0 {
         return Err(root.refuse("friction", "the estimate is without friction; allowed is 0"));

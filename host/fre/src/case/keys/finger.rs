@@ -120,17 +120,19 @@ pub enum MaterialLaw {
 #[serde(deny_unknown_fields)]
 pub struct BeamTable {
     /// Start of the centreline, clamped to the base.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend(
         "x-unit" = "mm", "x-range" = Field::FrontBase.range(), "x-picture" = "finger",
-        "x-needed" = "[x, y] in mm, the start of the centreline"
+        "x-default" = "needed, unless the centreline is given"
     ))]
-    pub base_mm: [f64; 2],
+    pub base_mm: Option<[f64; 2]>,
     /// End of the centreline, joined to the other beam.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend(
         "x-unit" = "mm", "x-range" = Field::FrontTip.range(), "x-picture" = "finger",
-        "x-needed" = "[x, y] in mm, the end of the centreline"
+        "x-default" = "needed, unless the centreline is given"
     ))]
-    pub tip_mm: [f64; 2],
+    pub tip_mm: Option<[f64; 2]>,
     /// Rise of the unloaded centreline's circular arc over its chord: positive bows towards the object, 0 is straight.
     #[serde(default)]
     #[schemars(extend("x-unit" = "mm", "x-limits" = "about ± a quarter of the chord", "x-picture" = "beam"))]

@@ -1,0 +1,91 @@
+//! `fre finger`: a preset goes out and comes back as a case; what cannot be solved yet is refused by its key.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn fre(folder: &Path, words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fre")).args(words).current_dir(folder).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn a_preset_goes_out_and_comes_back_as_a_case_that_can_be_solved() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for ending in ["dxf", "svg", "stl"] {
+        let file = format!("a.{ending}");
+        let out = fre(folder, &["finger", "export", "preset:fea-80", "--output", &file]);
+        assert!(out.status.success(), "{}", said(&out));
+        let back = fre(folder, &["finger", "import", &file, "--output", "a.toml", "--force"]);
+        assert!(back.status.success(), "{}", said(&back));
+        assert!(
+            said(&back).contains("6 rungs") && said(&back).contains("necks 0.80 mm thick, 2.50 and 2.50 mm long"),
+            "{}",
+            said(&back)
+        );
+        let text = fs::read_to_string(folder.join("a.toml")).unwrap();
+        assert!(text.contains("# TO DECIDE finger.back.clamp_mm") && text.contains("from = \"face\""), "{text}");
+        assert_eq!(text.contains("TO DECIDE: a drawing has no depth"), ending != "stl", "{text}");
+        let solved = fre(folder, &["solve", "a.toml", "--format", "csv"]);
+        assert!(solved.status.success(), "{ending}: {}\n{text}", said(&solved));
+        assert_eq!(String::from_utf8_lossy(&solved.stdout).matches("converged").count(), 5);
+    }
+    // Text formats go to standard output, and a file that exists is kept.
+    let svg = fre(folder, &["finger", "export", "preset:fea-80", "--format", "svg"]);
+    assert!(String::from_utf8_lossy(&svg.stdout).contains("fill-rule=\"evenodd\""));
+    let kept = fre(folder, &["finger", "export", "preset:fea-80", "--output", "a.svg"]);
+    assert!(kept.status.code() == Some(1) && said(&kept).contains("--force overwrites it"), "{}", said(&kept));
+}
+
+#[test]
+fn ribs_are_drawn_and_measured_and_refused_by_their_key_where_they_cannot_be_solved() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let finger = "width_mm = 20\nmaterial = { youngs_modulus_pa = 1e7, poissons_ratio = 0.4 }\n\
+        front = { base_mm = [0, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
+        back = { base_mm = [-28, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
+        lamellae = { kind = \"rib\", ends = \"welded\", heights_mm = [9, 18, 27, 36, 45, 54, 63], angle_deg = 20, thickness_mm = 1.2 }\n";
+    fs::write(folder.join("ribs.toml"), finger).unwrap();
+    let out = fre(folder, &["finger", "export", "ribs.toml", "--output", "ribs.stl"]);
+    assert!(out.status.success(), "{}", said(&out));
+    let back = fre(folder, &["finger", "import", "ribs.stl"]);
+    assert!(back.status.success(), "{}", said(&back));
+    let text = String::from_utf8(back.stdout).unwrap();
+    assert!(text.contains("kind = \"rib\"\nends = \"welded\"") && text.contains("angle_deg = 20.0"), "{text}");
+    fs::write(folder.join("again.toml"), &text).unwrap();
+    // A case with ribs can be drawn again; whether it can be solved, the solver says by the key.
+    assert!(fre(folder, &["finger", "export", "again.toml", "--output", "again.dxf"]).status.success());
+    let solved = fre(folder, &["solve", "again.toml"]);
+    if !solved.status.success() {
+        assert!(
+            said(&solved).contains("finger.lamellae.kind") && said(&solved).contains("not yet computed"),
+            "{}",
+            said(&solved)
+        );
+    }
+}
+
+#[test]
+fn bad_input_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("a.stl"), "solid nothing\nendsolid nothing\n").unwrap();
+    fs::write(folder.join("a.step"), "").unwrap();
+    for (words, message) in [
+        (&["import", "a.stl"][..], "a.stl: "),
+        (&["import", "a.step"], "allowed is .dxf, .svg and .stl"),
+        (&["import", "missing.dxf"], "missing.dxf: "),
+        (&["export", "preset:nothing", "--format", "dxf"], "there is no such preset"),
+        (&["export", "preset:fea-80"], "--format or --output is missing"),
+        (&["export", "preset:fea-80", "--format", "stl"], "needed is a file for the solid"),
+        (&["export", "preset:fea-80", "--format", "svg", "--base-mm=-1"], "allowed is 0 to 1000 mm"),
+    ] {
+        let output = fre(folder, &[&["finger"], words].concat());
+        assert_eq!((output.status.code(), output.stdout.is_empty()), (Some(1), true), "{words:?}");
+        assert!(said(&output).contains(message), "{words:?}: {}", said(&output));
+    }
+}

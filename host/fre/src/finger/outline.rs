@@ -1,0 +1,186 @@
+//! The closed outline of a finger as it is printed: one loop around it, and one around each window between the rungs.
+
+use super::{Body, BodyError, Point, Rung, RungEnds, Wall, along, cross, distance, dot, minus};
+
+/// A closed line; its last point is joined to its first. Around the finger it runs counter-clockwise, around a window clockwise.
+pub type Loop = Vec<Point>;
+
+/// Largest distance of a fillet's chords from its arc, mm.
+const CHORD: f64 = 2e-3;
+
+/// The outline, the loop around the finger first. Below both walls is a solid base that reaches `base` mm below their centrelines' starts
+/// (0: it ends there).
+///
+/// # Errors
+/// The finger is not one piece.
+pub fn outline(body: &Body, base: f64) -> Result<Vec<Loop>, BodyError> {
+    if body.rungs.iter().any(|rung| rung.joined == RungEnds::Pinned) {
+        let (what, allowed) = ("a pinned lamella", "\"flexible\" or \"welded\"");
+        return Err(BodyError::Unsupported { key: "hinge.kind", what, allowed });
+    }
+    let mut loops = vec![around(body, base)];
+    loops.extend((0..=body.rungs.len()).map(|k| window(body, k)));
+    Ok(loops)
+}
+
+fn around(body: &Body, base: f64) -> Loop {
+    let (front, back) = (&body.front, &body.back);
+    let mut points: Loop = front.knots(0.0, body.ends[0]).into_iter().map(|arc| front.outer(arc)).collect();
+    points.extend(&body.top[1..]);
+    points.extend(back.knots(0.0, body.ends[1]).into_iter().rev().skip(1).map(|arc| back.outer(arc)));
+    if base > 0.0 {
+        let bottom = front.centre(0.0)[1].min(back.centre(0.0)[1]) - base;
+        points.extend([[back.outer(0.0)[0], bottom], [front.outer(0.0)[0], bottom]]);
+    }
+    points.dedup_by(|b, a| distance(*a, *b) < 1e-9);
+    points
+}
+
+/// The window below rung k; above the last one for k = number of rungs.
+fn window(body: &Body, k: usize) -> Loop {
+    let (front, back) = (&body.front, &body.back);
+    let base = body.base();
+    let below = k.checked_sub(1).and_then(|k| body.rungs.get(k));
+    let above = body.rungs.get(k);
+    let roots = |rung: &Rung, end: usize| [true, false].map(|is_front| body.roots(rung, is_front)[end]);
+    let low = below.map_or(base, |rung| roots(rung, 1));
+    let high = match above {
+        Some(rung) => roots(rung, 0),
+        None => match body.solid_above {
+            Some(height) => [front, back]
+                .map(|wall| wall.crossing(Wall::inner, [0.0, height], [1.0, 0.0], wall.arc_at_height(height))),
+            None => body.merge,
+        },
+    };
+    // Counter-clockwise first, which keeps the order readable: down the back, across, up the front, back over the rung above.
+    let mut points: Loop = back.knots(low[1], high[1]).into_iter().rev().map(|arc| back.inner(arc)).collect();
+    let mut corners = Vec::new();
+    if let Some(rung) = below {
+        corners.push((points.len() - 1, fillet(rung)));
+        points.extend(edge(body, rung, 0.5).into_iter().rev());
+        corners.push((points.len(), fillet(rung)));
+    }
+    points.extend(front.knots(low[0], high[0]).into_iter().map(|arc| front.inner(arc)));
+    if let Some(rung) = above {
+        corners.push((points.len() - 1, fillet(rung)));
+        points.extend(edge(body, rung, -0.5));
+        corners.push((0, fillet(rung)));
+    }
+    let mut points = rounded(&points, &corners);
+    points.dedup_by(|b, a| distance(*a, *b) < 1e-9);
+    if points.len() > 1 && distance(points[0], points[points.len() - 1]) < 1e-9 {
+        points.pop();
+    }
+    points.reverse();
+    points
+}
+
+fn fillet(rung: &Rung) -> f64 {
+    match rung.joined {
+        RungEnds::Welded { fillet } => fillet,
+        RungEnds::Necked { .. } | RungEnds::Pinned => 0.0,
+    }
+}
+
+/// Corners of a rung's lower (−½) or upper (½) edge between the faces, front to back; none for a straight one.
+fn edge(body: &Body, rung: &Rung, side: f64) -> Vec<Point> {
+    let RungEnds::Necked { neck, insets } = rung.joined else { return Vec::new() };
+    let (first, last) = (insets[0], rung.length - insets[1]);
+    let _ = body;
+    let [front, back] = rung.thickness.map(|t| side * t.max(neck));
+    vec![rung.at(first, side * neck), rung.at(first, front), rung.at(last, back), rung.at(last, side * neck)]
+}
+
+/// A loop with arcs of given radii in place of some of its corners.
+fn rounded(points: &[Point], corners: &[(usize, f64)]) -> Loop {
+    let count = points.len();
+    let mut dropped = vec![false; count];
+    let mut arcs: Vec<(usize, Vec<Point>)> = Vec::new();
+    for &(corner, radius) in corners.iter().filter(|corner| corner.1 > 0.0) {
+        let at = points[corner];
+        let to = |step: usize| {
+            let d = minus(points[(corner + step) % count], at);
+            let size = d[0].hypot(d[1]).max(1e-12);
+            d.map(|x| x / size)
+        };
+        let (before, after) = (to(count - 1), to(1));
+        let half = 0.5 * dot(before, after).clamp(-1.0, 1.0).acos();
+        // A corner that is hardly one needs no arc.
+        if half > 1.5 || half < 1e-3 {
+            continue;
+        }
+        let reach = radius / half.tan();
+        for step in [count - 1, 1] {
+            let mut i = (corner + step) % count;
+            while i != corner && distance(points[i], at) < reach {
+                dropped[i] = true;
+                i = (i + step) % count;
+            }
+        }
+        let middle = [before[0] + after[0], before[1] + after[1]];
+        let size = middle[0].hypot(middle[1]);
+        let centre = along(at, middle.map(|x| x / size), radius / half.sin());
+        let spoke = minus(along(at, before, reach), centre);
+        let turn = std::f64::consts::PI - 2.0 * half;
+        let turn = turn * cross(spoke, minus(along(at, after, reach), centre)).signum();
+        let pieces = (turn.abs() / (8.0 * CHORD / radius).sqrt()).ceil().max(1.0) as usize;
+        let on_arc = |i: usize| {
+            let (sin, cos) = (turn * i as f64 / pieces as f64).sin_cos();
+            [centre[0] + cos * spoke[0] - sin * spoke[1], centre[1] + sin * spoke[0] + cos * spoke[1]]
+        };
+        arcs.push((corner, (0..=pieces).map(on_arc).collect()));
+    }
+    let mut out = Loop::new();
+    for (i, &point) in points.iter().enumerate() {
+        match arcs.iter().find(|arc| arc.0 == i) {
+            Some((_, arc)) => out.extend(arc),
+            None if dropped[i] => {}
+            None => out.push(point),
+        }
+    }
+    out
+}
+
+/// Twice the signed area of a closed line, positive counter-clockwise, mm².
+pub(crate) fn twice_area(points: &[Point]) -> f64 {
+    let next = points.iter().cycle().skip(1);
+    points.iter().zip(next).map(|(&a, &b)| cross(a, b)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case::describe_finger;
+
+    fn preset(name: &str) -> Body {
+        Body::of(&describe_finger(Path::new(&format!("preset:{name}"))).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn the_outline_of_a_finger_has_a_window_per_cell_and_the_area_of_its_parts() {
+        let body = preset("fea-80");
+        let loops = outline(&body, 0.0).unwrap();
+        assert_eq!(loops.len(), 8);
+        assert!(twice_area(&loops[0]) > 0.0 && loops[1..].iter().all(|hole| twice_area(hole) < 0.0));
+        let area: f64 = 0.5 * loops.iter().map(|points| twice_area(points)).sum::<f64>();
+        // The finite elements' mesh has the same figure, but for its base, which is open, and leaves nothing between the beams there.
+        let case = crate::case::Case::parse(
+            "case.toml",
+            "finger = \"preset:fea-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
+             motion.motor_angles_deg = [2]\n",
+        );
+        let mesh = crate::fea::Plan::of(&case.unwrap(), 1).unwrap().mesh;
+        assert!((area / mesh.area() - 1.0).abs() < 1e-3, "{area} {}", mesh.area());
+    }
+
+    #[test]
+    fn fillets_take_away_their_share_of_a_right_angle() {
+        let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
+        let sharp = 0.5 * twice_area(&square);
+        let round = 0.5 * twice_area(&rounded(&square, &[(0, 2.0), (1, 0.0), (2, 2.0)]));
+        let share = 4.0 * (1.0 - std::f64::consts::FRAC_PI_4);
+        assert!((sharp - round - 2.0 * share).abs() < 0.02, "{}", sharp - round);
+    }
+}
