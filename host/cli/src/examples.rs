@@ -48,6 +48,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         &[
             ("A solid for a printer", "fre finger export finger.toml --output finger.stl"),
             ("A drawing on standard output", "fre finger export preset:fea-80 --format svg"),
+            ("A gripper for rviz and simulators", "fre finger export finger.toml --output gripper.urdf"),
         ],
     ),
     ("finger import", &[("A case from a mesh", "fre finger import finger.stl --output finger.toml")]),

@@ -17,7 +17,7 @@ fn main() -> ExitCode {
         Feature {
             name: "python",
             on: cfg!(feature = "python"),
-            needs: "the MCAP reader and Eclipse Cyclone DDS for Python",
+            needs: "the MCAP reader, Eclipse Cyclone DDS, a URDF parser and trimesh for Python",
         },
         Feature { name: "qemu", on: cfg!(feature = "qemu"), needs: "QEMU and the firmware's image" },
         Feature { name: "fea", on: cfg!(feature = "fea"), needs: "CalculiX" },

@@ -17,7 +17,8 @@ pub struct Environment {
     requirements: &'static [&'static str],
 }
 
-/// The references of the tests: ROBOTIS' own Dynamixel SDK, the MCAP reader and the message types of Foxglove, and Eclipse Cyclone DDS.
+/// The references of the tests: ROBOTIS' own Dynamixel SDK, the MCAP reader and the message types of Foxglove, Eclipse Cyclone DDS, ROS'
+/// parser of URDF, and trimesh.
 pub const TESTS: Environment = Environment {
     name: "python",
     requirements: &[
@@ -26,6 +27,9 @@ pub const TESTS: Environment = Environment {
         "mcap==1.6.0",
         "foxglove-schemas-protobuf==0.4.0",
         "cyclonedds==11.0.1",
+        "urdf-parser-py==0.0.4",
+        "trimesh==5.2.0",
+        "numpy==2.4.6",
     ],
 };
 

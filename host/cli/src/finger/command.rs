@@ -8,6 +8,7 @@ use fre::case::describe_finger;
 use fre::finger::measure::{Front, Measured, case_text, measure};
 use fre::finger::{Body, outline};
 
+use super::urdf::{self, UrdfArgs};
 use crate::exit::{bad_input, tell};
 use crate::output::{ForceArgs, put_out};
 
@@ -32,7 +33,7 @@ enum Command {
 /// Write the closed outline of a finger as a drawing or a solid
 ///
 /// It has beams, rungs, fillets, solid tip and base, as they are printed. Keys of a finger that `fre solve` does not compute yet are
-/// drawn, too.
+/// drawn, too. As URDF, a finger or a whole gripper is described for rviz and simulators, with a solid beside it.
 #[derive(Debug, clap::Args)]
 struct ExportArgs {
     /// A case, a finger file or preset:NAME
@@ -47,8 +48,10 @@ struct ExportArgs {
     /// Height of the solid base below the starts of the beams, mm
     ///
     /// The default is 5, or 0 where both beams are held above their starts.
-    #[arg(long, value_name = "MM", value_parser = base)]
+    #[arg(long, value_name = "MM", value_parser = base, allow_negative_numbers = true)]
     base_mm: Option<f64>,
+    #[command(flatten)]
+    urdf: UrdfArgs,
     #[command(flatten)]
     force: ForceArgs,
 }
@@ -80,6 +83,8 @@ enum FormatWord {
     Svg,
     /// The extruded solid, mm
     Stl,
+    /// Links, joints and masses, with a solid beside them
+    Urdf,
 }
 
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -112,13 +117,20 @@ pub fn run(args: &Args) -> ExitCode {
 }
 
 fn export(args: &ExportArgs) -> Result<(), String> {
-    let format = match (args.format, &args.output) {
-        (Some(FormatWord::Dxf), _) => Format::Dxf,
-        (Some(FormatWord::Svg), _) => Format::Svg,
-        (Some(FormatWord::Stl), _) => Format::Stl,
-        (None, Some(file)) => Format::of(file).map_err(|error| error.to_string())?,
-        (None, None) => return Err("--format or --output is missing; needed is dxf, svg or stl".to_owned()),
+    let is_urdf = |file: &PathBuf| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"));
+    // A description has the solid of its finger.
+    let (format, described) = match (args.format, &args.output) {
+        (Some(FormatWord::Dxf), _) => (Format::Dxf, false),
+        (Some(FormatWord::Svg), _) => (Format::Svg, false),
+        (Some(FormatWord::Stl), _) => (Format::Stl, false),
+        (Some(FormatWord::Urdf), _) => (Format::Stl, true),
+        (None, Some(file)) if is_urdf(file) => (Format::Stl, true),
+        (None, Some(file)) => (Format::of(file).map_err(|error| format!("{error}, and .urdf"))?, false),
+        (None, None) => return Err("--format or --output is missing; needed is dxf, svg, stl or urdf".to_owned()),
     };
+    if let Some(option) = args.urdf.first().filter(|_| !described) {
+        return Err(format!("{option} is for URDF only: --format urdf"));
+    }
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", args.finger.display());
     let mut files = args.force.files();
     if !args.finger.to_string_lossy().starts_with("preset:") {
@@ -132,6 +144,10 @@ fn export(args: &ExportArgs) -> Result<(), String> {
     let bytes = cad::encode(&loops, body.width, format).map_err(|error| named(&error))?;
     if body.tapers_in_width && format == Format::Stl {
         tell!("fre: warning: the width changes along the finger; the solid has that of the base, {} mm", body.width);
+    }
+    if described {
+        let file = args.output.as_ref().ok_or("--output is missing; needed is a file for the description")?;
+        return urdf::write(&args.urdf, &args.finger, &keys, &loops, &bytes, file, &mut files);
     }
     match (&args.output, String::from_utf8(bytes)) {
         (Some(file), text) => {

@@ -6,6 +6,8 @@ use std::process::ExitCode;
 #[cfg(feature = "cad")]
 mod command;
 #[cfg(feature = "cad")]
+mod urdf;
+#[cfg(feature = "cad")]
 pub use command::{Args, run};
 
 /// Write a finger's outline as a drawing or a solid (needs a build with `--features cad`)

@@ -22,7 +22,7 @@ const SAME: f64 = 1e-3;
 
 /// Triangles of the solid from 0 to `width` in z.
 pub(super) fn encode(loops: &[Loop], width: f64) -> Result<Vec<u8>, CadError> {
-    let loops: Vec<Loop> = loops.iter().map(apart).collect();
+    let loops: Vec<Loop> = loops.iter().map(|points| apart(points)).collect();
     let (mut flat, mut holes): (Vec<Point>, Vec<usize>) = (Vec::new(), Vec::new());
     for (i, points) in loops.iter().enumerate() {
         if i > 0 {
@@ -69,7 +69,7 @@ pub(super) fn encode(loops: &[Loop], width: f64) -> Result<Vec<u8>, CadError> {
 }
 
 /// A loop without points that single precision or a triangulation would take for their neighbours.
-fn apart(points: &Loop) -> Loop {
+fn apart(points: &[Point]) -> Loop {
     let mut kept: Loop = Vec::with_capacity(points.len());
     for &point in points {
         if kept.last().is_none_or(|&last| distance(last, point) > SAME) {

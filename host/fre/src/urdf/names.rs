@@ -5,7 +5,8 @@ pub fn base(number: u8) -> String {
     format!("finger_{number}_base")
 }
 
-/// The link that the motor moves: the finger frame.
+/// The link that the motor moves: it turns with the finger frame. Its origin is the motor's axis, or for a finger that is moved along a
+/// line the origin of the finger frame.
 pub fn finger(number: u8) -> String {
     format!("finger_{number}")
 }
