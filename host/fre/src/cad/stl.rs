@@ -38,7 +38,7 @@ pub(super) fn encode(loops: &[Loop], width: f64) -> Result<Vec<u8>, CadError> {
     let vertex = |[x, y]: Point, z: f64| [x as f32, y as f32, z as f32];
     let mut triangles = Vec::new();
     let mut add = |corners: [[f32; 3]; 3]| {
-        let [a, b, c] = corners.map(|corner| nalgebra::Vector3::from(corner));
+        let [a, b, c] = corners.map(nalgebra::Vector3::from);
         let normal = (b - a).cross(&(c - a));
         let normal: [f32; 3] = normal.try_normalize(0.0).unwrap_or_default().into();
         triangles.push(Triangle { normal: Normal::new(normal), vertices: corners.map(Vertex::new) });

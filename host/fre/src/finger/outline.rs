@@ -106,7 +106,7 @@ fn rounded(points: &[Point], corners: &[(usize, f64)]) -> Loop {
         let (before, after) = (to(count - 1), to(1));
         let half = 0.5 * dot(before, after).clamp(-1.0, 1.0).acos();
         // A corner that is hardly one needs no arc.
-        if half > 1.5 || half < 1e-3 {
+        if !(1e-3..=1.5).contains(&half) {
             continue;
         }
         let reach = radius / half.tan();
