@@ -129,9 +129,13 @@ impl<T: Real, S: Size> Border<T, S> {
         let list = kinematics.nodes.as_ref().get(nodes.clone())?;
         let column = room.get_mut(nodes.clone())?;
         let weight = model.weight.as_ref().get(nodes.clone())?;
+        // A member without stretch and shear moves no sample by them.
+        let is_strained = member.compliance != [T::ZERO; 2];
         let mut tensor = [T::ZERO; 3];
         let mut weigh = |w: T, e: [T; 2]| {
-            tensor = [tensor[0] + w * e[0] * e[0], tensor[1] + w * e[0] * e[1], tensor[2] + w];
+            if is_strained {
+                tensor = [tensor[0] + w * e[0] * e[0], tensor[1] + w * e[0] * e[1], tensor[2] + w];
+            }
         };
         let (below, beyond) = column.split_at_mut_checked(first)?;
         for ((value, node), &w) in below.iter_mut().zip(list).zip(weight) {
@@ -150,13 +154,15 @@ impl<T: Real, S: Size> Border<T, S> {
                 *value -= arm;
             }
         }
-        let ([stretch, shear], [xx, xy, all]) = (member.compliance, tensor);
-        let (k, yy) = (stretch - shear, all - xx);
-        own.strain = [
-            k * (xx * normal[0] + xy * normal[1]) + shear * all * normal[0],
-            k * (xy * normal[0] + yy * normal[1]) + shear * all * normal[1],
-        ];
-        own.x = own.strain;
+        if is_strained {
+            let ([stretch, shear], [xx, xy, all]) = (member.compliance, tensor);
+            let (k, yy) = (stretch - shear, all - xx);
+            own.strain = [
+                k * (xx * normal[0] + xy * normal[1]) + shear * all * normal[0],
+                k * (xy * normal[0] + yy * normal[1]) + shear * all * normal[1],
+            ];
+            own.x = own.strain;
+        }
         let turn = |r: [T; 2]| normal[1] * r[0] - normal[0] * r[1];
         let &[first_entry, .., last_entry] = &*column else { return None };
         let mut ends = [first_entry - turn(m.rigid_start), last_entry - sample.rigid * turn(m.rigid_end)];
@@ -200,7 +206,8 @@ impl<T: Real, S: Size> Border<T, S> {
                     sum -= dot(other.normal, lever) * z;
                 }
                 // A node that this row's sample has in part only.
-                if w != T::ZERO
+                if is_strained
+                    && w != T::ZERO
                     && let (Some(part), Some(on), Some(&weight)) =
                         (node.checked_sub(first), list.get(node), weight.get(node))
                 {
