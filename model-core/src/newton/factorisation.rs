@@ -206,3 +206,46 @@ impl<T: Real> Diagonal<T> {
         Self { curvature: if hessian == Hessian::Newton { T::one() } else { T::ZERO }, shift }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::ladder_80;
+    use crate::discretise::{Discretisation, Physics, discretise};
+    use crate::size::Paper;
+    use std::boxed::Box;
+
+    /// Rows of these samples, which touch.
+    fn touching(samples: &[u16]) -> Box<Contacts<f64, Paper>> {
+        let mut contacts: Box<Contacts<f64, Paper>> = Box::new(Contacts::EMPTY);
+        for (row, &sample) in contacts.rows.iter_mut().zip(samples) {
+            let (state, normal) = (ContactState::Closed, [-0.8, 0.6]);
+            *row = Row { sample, state, normal, tilt: 1e-3, curvature: 0.02, multiplier: 2.0, ..Row::BLANK };
+        }
+        contacts.count = samples.len();
+        contacts
+    }
+
+    #[test]
+    fn present_rows_move_to_the_places_of_a_kept_factorisation() {
+        let mut model: Box<Model<f64, Paper>> = Box::new(Model::EMPTY);
+        discretise(&ladder_80(), &Discretisation::reduced(Physics::Paper), &mut model).expect("a valid finger");
+        let mut made = touching(&[3, 7, 9]);
+        made.add_turning(Paper::CONTACTS);
+        assert_eq!(made.turning, Some(2), "behind the middle one");
+        let mut kept: Box<Factorisation<f64, Paper>> = Box::new(Factorisation::EMPTY);
+        kept.note(&made);
+
+        let mut contacts = touching(&[7, 9]);
+        assert!(kept.takes(&model, &mut contacts));
+        assert_eq!(contacts.rows().iter().map(|row| row.sample).collect::<std::vec::Vec<_>>(), [3, 7, 7, 9]);
+        let [absent, middle, turning, last] = contacts.rows() else { panic!("four rows") };
+        assert!(!absent.touches() && absent.gap >= ABSENT, "nothing presses it shut");
+        assert!(middle.touches() && last.touches() && !turning.touches());
+        assert_eq!((turning.direction, turning.normal), (Direction::Turning, [-0.6, -0.8]));
+        assert!((turning.gap + turning.softness * 4e-3).abs() < 1e-15, "Σ μ tilt of the present rows");
+
+        assert!(!kept.takes(&model, &mut touching(&[3, 8])), "a row that it lacks");
+        assert!(!kept.takes(&model, &mut touching(&[3, 9])), "the turning's own row no longer touches");
+    }
+}

@@ -229,3 +229,43 @@ impl<T: Real, S: Size> State<T, S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Row;
+    use crate::size::{Blank, Paper};
+    use std::boxed::Box;
+
+    #[test]
+    fn a_step_that_turns_too_far_is_clipped() {
+        let mut increment: Box<Increment<f64, Paper>> = Box::new(Increment::EMPTY);
+        increment.largest = 0.5 * CLIP;
+        assert_eq!(increment.clip(), 1.0);
+        increment.largest = 2.0 * CLIP;
+        assert_eq!(increment.clip(), 0.5);
+    }
+
+    /// Rows that the law has opened leave the state by a whole step; a clipped one keeps them while they still push.
+    #[test]
+    fn the_state_keeps_the_rows_that_push() {
+        let model: Box<Model<f64, Paper>> = Box::new(Model::EMPTY);
+        let mut contacts: Box<Contacts<f64, Paper>> = Box::new(Contacts::EMPTY);
+        for (row, (sample, multiplier)) in contacts.rows.iter_mut().zip([(4, 1.0), (5, 2.0), (6, 0.0)]) {
+            *row = Row { sample, multiplier, normal: [-1.0, 0.0], ..Row::BLANK };
+        }
+        contacts.count = 3;
+        let mut solution: Box<ContactSolution<f64, Paper>> = Box::new(ContactSolution::EMPTY);
+        solution.delta[..3].copy_from_slice(&[-1.0, 0.5, 3.0]);
+        solution.states[1..3].fill(ContactState::Closed);
+        let increment: Box<Increment<f64, Paper>> = Box::new(Increment::EMPTY);
+        let after = |part| {
+            let mut state: Box<State<f64, Paper>> = Box::new(State::EMPTY);
+            state.add(&model, &contacts, &solution, &increment, part);
+            let count = state.touching_count;
+            (state.touching[..count].to_vec(), state.multiplier[..count].to_vec())
+        };
+        assert_eq!(after(1.0), ([5, 6].to_vec(), [2.5, 3.0].to_vec()));
+        assert_eq!(after(0.5), ([4, 5, 6].to_vec(), [0.5, 2.25, 1.5].to_vec()));
+    }
+}

@@ -9,6 +9,7 @@ mod design;
 mod ellipse;
 mod half_plane;
 mod motion;
+mod outline;
 mod placement;
 mod polygon;
 #[cfg(test)]
@@ -20,6 +21,7 @@ pub use design::{BORES, Corners, MAX_CORNERS, ObjectDesign, ObjectError, PLACES,
 pub use ellipse::Ellipse;
 pub use half_plane::HalfPlane;
 pub use motion::{Displacement, Motion};
+pub use outline::Piece;
 pub use placement::Placement;
 pub use polygon::Polygon;
 

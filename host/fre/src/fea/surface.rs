@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use model_core::object::{Displacement, ObjectDesign};
+use model_core::object::{Displacement, ObjectDesign, Piece};
 
 use super::region::{Point, dot, minus};
 
@@ -40,70 +40,36 @@ impl Surface {
         let edge = EDGE / refinement as f64;
         let steps = |length: f64, turn: f64| 2 * (length / edge).max(turn / TURN).ceil().max(1.0) as usize;
         let mut sharpest = f64::INFINITY;
-        match object {
-            ObjectDesign::Circle { centre, radius } => {
-                add(&mut arc(*centre, *radius, 0.0, TAU, steps(TAU * radius, TAU)));
-                sharpest = *radius;
-            }
-            ObjectDesign::Ellipse { centre, semi_axes: [a, b], angle } => {
-                let (sin, cos) = angle.sin_cos();
-                let turned = |[x, y]: Point| [cos * x - sin * y, sin * x + cos * y];
-                let at = |t: f64| {
-                    let (s, c) = t.sin_cos();
-                    let [x, y] = turned([a * c, b * s]);
-                    let size = (b * c).hypot(a * s);
-                    ([centre[0] + x, centre[1] + y], turned([b * c / size, a * s / size]))
-                };
-                // Per radian of the parameter: length, and turn of the normal.
-                let density = |t: f64| {
-                    let speed = (a * t.sin()).hypot(b * t.cos());
-                    (speed / edge).max(a * b / (speed * speed) / TURN)
-                };
-                add(&mut spread(density).into_iter().map(at));
-                sharpest = (b * b / a).min(a * a / b);
-            }
-            ObjectDesign::Polygon { corners, rounding } => {
-                let twice_area = |k: usize| {
-                    let (p, q) = (corners[k], corners[(k + 1) % corners.len()]);
-                    p[0] * q[1] - p[1] * q[0]
-                };
-                let mut corners = corners.to_vec();
-                if (0..corners.len()).map(twice_area).sum::<f64>() < 0.0 {
-                    corners.reverse();
+        for piece in object.outline(middle, reach) {
+            sharpest = piece.sharpest().unwrap_or(f64::INFINITY).min(sharpest);
+            match piece {
+                Piece::Line { from, to } => {
+                    let along = minus(to, from);
+                    let size = along[0].hypot(along[1]);
+                    add(&mut line(from, to, [along[1] / size, -along[0] / size]));
                 }
-                let count = corners.len();
-                // Direction of the outward normal of the side between two corners: the object lies on its left.
-                let normal = |from: Point, to: Point| (from[0] - to[0]).atan2(to[1] - from[1]);
-                for (k, &corner) in corners.iter().enumerate() {
-                    let (before, after) = (corners[(k + count - 1) % count], corners[(k + 1) % count]);
-                    let (from, to) =
-                        if count == 1 { (0.0, TAU) } else { (normal(before, corner), normal(corner, after)) };
-                    let turn = if count == 1 { TAU } else { (to - from).rem_euclid(TAU) };
-                    add(&mut arc(corner, *rounding, from, turn, steps(rounding * turn, turn)));
-                    if count > 1 {
-                        let n = [to.cos(), to.sin()];
-                        let off = |p: Point| [p[0] + rounding * n[0], p[1] + rounding * n[1]];
-                        add(&mut line(off(corner), off(after), n));
-                    }
+                Piece::Arc { centre, semi_axes: [a, b], from, turn, .. } if a == b => {
+                    let size = turn.abs();
+                    // Of a hollow wall the normals point to the centre.
+                    let outwards = |(p, n): OnSurface| (p, if turn < 0.0 { [-n[0], -n[1]] } else { n });
+                    add(&mut arc(centre, a, from, turn, steps(a * size, size)).map(outwards));
                 }
-                sharpest = *rounding;
-            }
-            ObjectDesign::HalfPlane { point, normal } => {
-                let size = normal[0].hypot(normal[1]);
-                let n = normal.map(|x| x / size);
-                let below = dot(minus(middle, *point), n);
-                let foot = [middle[0] - below * n[0], middle[1] - below * n[1]];
-                // Counter-clockwise: with the object on the left.
-                let at = |along: f64| [foot[0] - along * n[1], foot[1] + along * n[0]];
-                add(&mut line(at(-reach), at(reach), n));
-            }
-            ObjectDesign::Bore { centre, radius } => {
-                let [x, y] = minus(middle, *centre);
-                let half = (reach / radius).min(0.5 * TAU);
-                let steps = steps(2.0 * half * radius, 2.0 * half);
-                // The object on the left, as everywhere: clockwise about the centre, which the normals point to.
-                let wall = arc(*centre, *radius, y.atan2(x) + half, -2.0 * half, steps);
-                add(&mut wall.map(|(p, [nx, ny])| (p, [-nx, -ny])));
+                Piece::Arc { centre, semi_axes: [a, b], angle, .. } => {
+                    let (sin, cos) = angle.sin_cos();
+                    let turned = |[x, y]: Point| [cos * x - sin * y, sin * x + cos * y];
+                    let at = |t: f64| {
+                        let (s, c) = t.sin_cos();
+                        let [x, y] = turned([a * c, b * s]);
+                        let size = (b * c).hypot(a * s);
+                        ([centre[0] + x, centre[1] + y], turned([b * c / size, a * s / size]))
+                    };
+                    // Per radian of the parameter: length, and turn of the normal.
+                    let density = |t: f64| {
+                        let speed = (a * t.sin()).hypot(b * t.cos());
+                        (speed / edge).max(a * b / (speed * speed) / TURN)
+                    };
+                    add(&mut spread(density).into_iter().map(at));
+                }
             }
         }
         Self { points, depth: DEPTH.min(0.5 * sharpest) }

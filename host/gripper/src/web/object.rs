@@ -2,6 +2,7 @@
 
 use fre::case::keys::ObjectTable;
 use fre::case::read_object;
+use fre::draw::object_contour;
 use model_core::object::ObjectDesign;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -55,45 +56,7 @@ fn quoted(word: &str) -> String {
 
 /// The object's contour as a closed polyline, world frame, mm; a wall, also a bore's, is as large as any picture.
 pub fn contour(object: &ObjectDesign) -> Vec<[f64; 2]> {
-    let round = |to: &dyn Fn(f64, f64) -> [f64; 2]| {
-        (0..180).map(|i| f64::from(2 * i).to_radians().sin_cos()).map(|(sin, cos)| to(cos, sin)).collect()
-    };
-    match *object {
-        ObjectDesign::Circle { centre: [x, y], radius } => round(&|cos, sin| [x + radius * cos, y + radius * sin]),
-        ObjectDesign::Ellipse { centre: [x, y], semi_axes: [a, b], angle } => {
-            let (s, c) = angle.sin_cos();
-            round(&|cos, sin| [x + a * cos * c - b * sin * s, y + a * cos * s + b * sin * c])
-        }
-        ObjectDesign::Polygon { corners, rounding } => {
-            // The farthest corner in every direction, moved out by the rounding.
-            let directions = (0..360).map(|i| f64::from(i).to_radians().sin_cos());
-            let far = |sin: f64, cos: f64| {
-                let along = |p: &[f64; 2]| p[0] * cos + p[1] * sin;
-                corners.iter().copied().max_by(|p, q| along(p).total_cmp(&along(q)))
-            };
-            directions
-                .filter_map(|(sin, cos)| far(sin, cos).map(|[x, y]| [x + rounding * cos, y + rounding * sin]))
-                .collect()
-        }
-        ObjectDesign::HalfPlane { point: [x, y], normal: [nx, ny] } => {
-            let size = nx.hypot(ny).max(f64::MIN_POSITIVE);
-            let (nx, ny, far) = (nx / size, ny / size, 1000.0);
-            [(far, 0.0), (far, far), (-far, far), (-far, 0.0)]
-                .map(|(along, deep)| [x - along * ny - deep * nx, y + along * nx - deep * ny])
-                .to_vec()
-        }
-        ObjectDesign::Bore { centre: [x, y], radius } => {
-            // The wall's part about the finger's base, there and back at a larger radius.
-            let (far, ahead) = (1000.0, (-y).atan2(-x));
-            let half = (far / radius).min(std::f64::consts::PI);
-            let on = |r: f64, part: f64| {
-                let (sin, cos) = (ahead + half * part).sin_cos();
-                [x + r * cos, y + r * sin]
-            };
-            let parts = || (-180..=180).map(|i| f64::from(i) / 180.0);
-            parts().map(|part| on(radius, part)).chain(parts().rev().map(|part| on(radius + far, part))).collect()
-        }
-    }
+    object_contour(object, [0.0; 2], 1000.0)
 }
 
 #[cfg(test)]

@@ -57,7 +57,7 @@ impl FingerPicture<'_> {
     /// Where the words of the object and of the net force are: off each other, and off all lines where there is room.
     pub(super) fn labels(&self, view: &View, fonts: &Fonts, ghost: &Shape, net: Option<NetForce>) -> Labels {
         let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
-        if let Some((centre, _)) = object::bounds(&self.object) {
+        if let Some((centre, _)) = self.object.bounds() {
             let [x, y] = view.at(centre);
             lines.extend([vec![[x - CROSS, y], [x + CROSS, y]], vec![[x, y - CROSS], [x, y + CROSS]]]);
         }
@@ -106,8 +106,8 @@ impl FingerPicture<'_> {
                 places.extend([y + down, y - down + 0.7 * TEXT].into_iter().filter(inside).map(|y| [x, y]));
             }
         }
-        if let Some((middle, radius)) = object::bounds(&self.object).filter(|(_, radius)| *radius <= self.whole()) {
-            let [x, y] = view.at(object::lowest(&self.object));
+        if let Some((middle, radius)) = self.object.bounds().filter(|(_, radius)| *radius <= self.whole()) {
+            let [x, y] = view.at(self.object.lowest());
             let within =
                 |[x, y]: [f64; 2]| [x.min(right).max(left), y.min(area.bottom - 0.5 * TEXT).max(area.top + 1.5 * TEXT)];
             let ([mx, my], reach) = (view.at(middle), view.scale * radius + 10.0);

@@ -98,7 +98,7 @@ impl FingerPicture<'_> {
         let middle = view.world([0.5 * (view.area.left + view.area.right), 0.5 * (view.area.top + view.area.bottom)]);
         let contour = object::contour(&self.object, middle, reach).mapped(|p| view.at(p));
         scene.area(contour, Ink::Object, 1.0, Stroke::new(Ink::ObjectEdge, 1.4));
-        let bounds = object::bounds(&self.object);
+        let bounds = self.object.bounds();
         if let Some((centre, _)) = bounds {
             let [x, y] = view.at(centre);
             for [dx, dy] in [[CROSS, 0.0], [0.0, CROSS]] {

@@ -51,11 +51,11 @@ impl FingerPicture<'_> {
                 include(self.below_base(), 0.0, arrow.with(box_of(fonts, &self.motion_text([0.0; 2]))));
             }
         }
-        match object::bounds(&self.object) {
+        match self.object.bounds() {
             Some((middle, radius)) if radius <= self.whole() => {
                 include(middle, radius + 0.75 * room, bare);
                 // Its name may stand below it.
-                let [x, y] = object::lowest(&self.object);
+                let [x, y] = self.object.lowest();
                 if !matches!(self.object, ObjectDesign::Circle { radius, .. } if radius > 3.0 * room) {
                     include([x, y - 2.0 * room], 0.0, bare);
                 }

@@ -2,7 +2,7 @@
 
 use model_core::design::Design;
 use model_core::drive::{Drive, Knots, Travel};
-use model_core::object::ObjectDesign;
+use model_core::object::{ObjectDesign, Placement};
 use model_core::sensitivity::DesignParameter;
 
 use super::parameter::Parameter;
@@ -71,17 +71,13 @@ impl Trial {
     /// An object with these values.
     pub fn object(&self, object: ObjectDesign, design: &Design) -> ObjectDesign {
         let shift = [self.change(Parameter::ObjectX, design), self.change(Parameter::ObjectY, design)];
-        let go = |p: [f64; 2]| [p[0] + shift[0], p[1] + shift[1]];
-        match object {
+        let moved = Placement { translation: shift.map(|by| -by), ..Placement::HERE }.object_back(&object);
+        match moved {
             ObjectDesign::Circle { centre, radius } => {
-                ObjectDesign::Circle { centre: go(centre), radius: radius + self.change(Parameter::Radius, design) }
+                ObjectDesign::Circle { centre, radius: radius + self.change(Parameter::Radius, design) }
             }
-            ObjectDesign::Ellipse { centre, semi_axes, angle } => {
-                ObjectDesign::Ellipse { centre: go(centre), semi_axes, angle }
-            }
-            ObjectDesign::Polygon { corners, rounding } => ObjectDesign::Polygon { corners: corners.map(go), rounding },
-            ObjectDesign::HalfPlane { point, normal } => ObjectDesign::HalfPlane { point: go(point), normal },
-            ObjectDesign::Bore { centre, radius } => ObjectDesign::Bore { centre: go(centre), radius },
+            // No other shape has a radius that is fitted.
+            other => other,
         }
     }
 }
