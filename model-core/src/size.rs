@@ -17,7 +17,7 @@ pub struct Lists {
 }
 
 impl Lists {
-    /// A microcontroller's.
+    /// A microcontroller's. 12 lamellae are what [`Paper`] has room for; a board of the size [`Ribs`] raises them to 16.
     pub const TARGET: Self = Self { lamellae: 12, knots: 8, corners: 8 };
     /// Those of a machine with an operating system.
     pub const HOSTED: Self = Self { lamellae: 64, knots: 64, corners: 64 };

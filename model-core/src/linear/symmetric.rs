@@ -85,8 +85,12 @@ pub(crate) fn factorise_in_order<T: Real>(
 #[inline(always)]
 pub(crate) fn product<T: Real>(a: &[T], b: &[T]) -> T {
     let count = a.len().min(b.len());
-    let ((a, a_left), (b, b_left)) = (a.run(0..count).as_chunks::<2>(), b.run(0..count).as_chunks::<2>());
+    let ((a, a_left), (b, b_left)) = (a.run(0..count).as_chunks::<4>(), b.run(0..count).as_chunks::<4>());
     let mut sums = [T::ZERO; 2];
+    for (a, b) in a.iter().zip(b) {
+        sums = [sums[0] + a[0] * b[0] + a[2] * b[2], sums[1] + a[1] * b[1] + a[3] * b[3]];
+    }
+    let ((a, a_left), (b, b_left)) = (a_left.as_chunks::<2>(), b_left.as_chunks::<2>());
     for (a, b) in a.iter().zip(b) {
         sums = [sums[0] + a[0] * b[0], sums[1] + a[1] * b[1]];
     }

@@ -9,7 +9,8 @@ use super::residual::Residual;
 use super::slip;
 use super::workspace::Evaluated;
 use crate::access::Access;
-use crate::contact::Direction;
+use crate::contact::{Direction, Row};
+use crate::element::Node;
 use crate::linear::banded;
 use crate::linear::symmetric::product;
 use crate::model::Model;
@@ -131,23 +132,11 @@ impl<T: Real, S: Size> Border<T, S> {
         let weight = model.weight.as_ref().get(nodes.clone())?;
         // A member without stretch and shear moves no sample by them.
         let is_strained = member.compliance != [T::ZERO; 2];
-        let mut tensor = [T::ZERO; 3];
-        let mut weigh = |w: T, e: [T; 2]| {
-            if is_strained {
-                tensor = [tensor[0] + w * e[0] * e[0], tensor[1] + w * e[0] * e[1], tensor[2] + w];
-            }
+        let tensor = if is_strained {
+            raw_entries::<T, true>(column, list, weight, first, &own.lever, row)?
+        } else {
+            raw_entries::<T, false>(column, list, weight, first, &own.lever, row)?
         };
-        let (below, beyond) = column.split_at_mut_checked(first)?;
-        for ((value, node), &w) in below.iter_mut().zip(list).zip(weight) {
-            *value = -dot(normal, node.lever);
-            weigh(w, node.e);
-        }
-        beyond.fill(T::ZERO);
-        let element = list.get(first..)?.iter().zip(&own.lever).zip(&sample.weights);
-        for (value, ((node, lever), &w)) in beyond.iter_mut().zip(element) {
-            *value = -dot(normal, *lever);
-            weigh(w, node.e);
-        }
         if S::RUBS && row.direction == Direction::Tangent {
             let (node, arms) = slip::arms(model, row);
             for (value, arm) in column.get_mut(node.saturating_sub(nodes.start)..)?.iter_mut().zip(arms) {
@@ -405,6 +394,37 @@ impl<T: Real, S: Size> Border<T, S> {
         }
         own.end
     }
+}
+
+/// Entries of a row with the angles of its own span, from its node `first` on those of its element, before condensation; with them Σ w of
+/// eₓ², eₓ e_y and 1, if the span is `STRAINED`.
+#[inline(always)]
+fn raw_entries<T: Real, const STRAINED: bool>(
+    column: &mut [T],
+    list: &[Node<T>],
+    weight: &[T],
+    first: usize,
+    lever: &[[T; 2]; 3],
+    row: &Row<T>,
+) -> Option<[T; 3]> {
+    let mut tensor = [T::ZERO; 3];
+    let mut weigh = |w: T, [x, y]: [T; 2]| {
+        if STRAINED {
+            tensor = [tensor[0] + w * x * x, tensor[1] + w * x * y, tensor[2] + w];
+        }
+    };
+    let (below, beyond) = column.split_at_mut_checked(first)?;
+    for ((value, node), &w) in below.iter_mut().zip(list).zip(weight) {
+        *value = -dot(row.normal, node.lever);
+        weigh(w, node.e);
+    }
+    beyond.fill(T::ZERO);
+    let element = list.get(first..)?.iter().zip(lever).zip(&row.place.weights);
+    for (value, ((node, lever), &w)) in beyond.iter_mut().zip(element) {
+        *value = -dot(row.normal, *lever);
+        weigh(w, node.e);
+    }
+    Some(tensor)
 }
 
 /// Condenses a member's gradient alone; its solution on the interior stays in `room`.

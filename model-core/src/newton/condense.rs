@@ -155,7 +155,7 @@ fn condense_band<T: Real, const WIDE: bool>(
             let inverse = T::one() / p;
             let near = if curved { node.coupling[0] } else { constant };
             let l = near * inverse;
-            *factor = [inverse, l, zero];
+            (factor[0], factor[1]) = (inverse, l);
             sums.take(c, inverse);
             less = l * near;
             taken = c.map(|c| l * c);
