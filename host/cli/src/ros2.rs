@@ -25,7 +25,7 @@ pub struct Args {
     file: Option<PathBuf>,
     #[command(flatten)]
     source: SourceArgs,
-    /// Stops after this time [default: when the link closes or the recording is over]
+    /// Stops after this time [default: when the source ends]
     #[arg(long, value_name = "S", conflicts_with = "file")]
     seconds: Option<f64>,
     /// The node's name
