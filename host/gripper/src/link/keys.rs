@@ -269,7 +269,7 @@ mod tests {
         assert!(error("finger.0.colour=red").contains("finger.N.servo_id"));
         assert!(error("finger.7.side=left").contains("is not a key"));
         assert_eq!(error("finger.0.side=up"), "finger.0.side: `up` is not left or right");
-        assert_eq!(error("role=slave"), "role: `slave` is not master, tap or device");
+        assert_eq!(error("role=slave"), "role: `slave` is not idle, master, tap or device");
         assert_eq!(error("device_id=7"), "device_id: `7` is not for this role: set role=device first");
         assert_eq!(error("load_n=0,-1"), "load_n: `0,-1` is not for an object that is fixed: set object=free first");
         let mut free = Settings { support: Support::Free { load: [1.0, 2.0], moment: 0.0 }, ..Settings::DEFAULT };
