@@ -25,10 +25,25 @@ use crate::real::Real;
 /// Sets that are remembered: one that comes again ends the changes of all places at once.
 const REMEMBERED: usize = 24;
 
-/// Finds the rows' new states, from the present ones on, and the steps Δμ, Δτ of all rows, with the coefficient of friction m.
+/// What the contacts obey.
+#[derive(Clone, Copy)]
+pub(crate) struct Law<T> {
+    /// Coefficient of friction m.
+    pub coefficient: T,
+    /// How everything that touches slips, whatever it did before; [`ContactState::Open`] if it is free.
+    pub forced: ContactState,
+}
+
+impl<T> Law<T> {
+    fn is_forced(&self) -> bool {
+        self.forced != ContactState::Open
+    }
+}
+
+/// Finds the rows' new states, from the present ones on, and the steps Δμ, Δτ of all rows.
 pub(crate) fn settle<T: Real>(
     problem: &mut Problem<'_, T>,
-    coefficient: T,
+    law: Law<T>,
     count: usize,
     states: &mut [ContactState],
     delta: &mut [T],
@@ -36,8 +51,10 @@ pub(crate) fn settle<T: Real>(
     let mut outcome = Settled { settled: false, negative: 0, factorised: 0 };
     let (Some(states), Some(delta)) = (states.get_mut(..count), delta.get_mut(..count)) else { return outcome };
     for (state, row) in states.iter_mut().zip(problem.rows) {
-        *state = row.state;
+        let touches = row.direction == Direction::Tangent && row.state != ContactState::Open;
+        *state = if law.is_forced() && touches { law.forced } else { row.state };
     }
+    let coefficient = law.coefficient;
     let (mut seen, mut one_by_one) = ([0_u32; REMEMBERED], false);
     for pass in 0..4 * count + REMEMBERED {
         let mark = fingerprint(states);
@@ -49,7 +66,7 @@ pub(crate) fn settle<T: Real>(
         let mut worst: Option<(usize, Change, T)> = None;
         let mut changed = false;
         for tangent in (0..count).filter(|&j| is_tangent(problem.rows, j)) {
-            let Some((change, size)) = wanted(problem, coefficient, tangent, states, delta) else { continue };
+            let Some((change, size)) = wanted(problem, law, tangent, states, delta) else { continue };
             if one_by_one {
                 if worst.is_none_or(|(_, _, most)| size > most) {
                     worst = Some((tangent, change, size));
@@ -100,12 +117,12 @@ fn slip<T: Real>(towards: T) -> ContactState {
 /// What a place wants to become, and by how much its present state is violated, as a length.
 fn wanted<T: Real>(
     problem: &Problem<'_, T>,
-    coefficient: T,
+    law: Law<T>,
     tangent: usize,
     states: &[ContactState],
     delta: &[T],
 ) -> Option<(Change, T)> {
-    let stride = problem.stride;
+    let (stride, coefficient) = (problem.stride, law.coefficient);
     let normal = tangent + 1;
     let residual = |row: usize| {
         let run = problem.flexibility.get(row * stride..).unwrap_or(&[]);
@@ -123,13 +140,17 @@ fn wanted<T: Real>(
             if push < T::ZERO {
                 return Some((Change(ContactState::Open, ContactState::Open), -push * own(normal)));
             }
+            if law.is_forced() {
+                return None;
+            }
             let slid = residual(tangent);
             let wrong = if states.at(tangent) == ContactState::SlipUp { slid } else { -slid };
             (wrong > problem.tolerance).then_some((Change(ContactState::Stick, ContactState::Closed), wrong))
         }
         ContactState::Open | ContactState::Closed => {
             let depth = -residual(normal);
-            (depth > problem.tolerance).then(|| (Change(slip(-residual(tangent)), ContactState::Closed), depth))
+            let closes = || if law.is_forced() { law.forced } else { slip(-residual(tangent)) };
+            (depth > problem.tolerance).then(|| (Change(closes(), ContactState::Closed), depth))
         }
     }
 }
@@ -263,7 +284,7 @@ mod tests {
             scratch: &mut vec![0.0; n],
             spare: &mut vec![0.0; n],
         };
-        let settled = settle(&mut problem, coefficient, n, &mut states, &mut delta);
+        let settled = settle(&mut problem, Law { coefficient, forced: ContactState::Open }, n, &mut states, &mut delta);
         (settled, states, delta)
     }
 

@@ -35,6 +35,7 @@ pub use settings::Settings;
 pub use track::Tracking;
 
 use crate::bounds::{OutOfBounds, check};
+use crate::contact::ContactState;
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
 use crate::model::Model;
@@ -76,6 +77,15 @@ pub struct Outcome {
 
 /// Newton iterations of one call of [`Follower::follow`]: a motion over many snaps takes a few thousand.
 pub const FOLLOW_ITERATIONS: u32 = 20_000;
+/// A way in which everything slips.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlipWay {
+    /// As after a long closing: the object pulls the finger towards its tip.
+    Closing,
+    /// As after a long opening.
+    Opening,
+}
+
 /// Smallest and largest coefficient of friction.
 pub const FRICTIONS: [f64; 2] = [0.0, 3.0];
 /// Places at which [`Follower::start`] looks for an open finger, each one evaluation of the gaps.
@@ -210,6 +220,19 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.timeline.unmark();
         self.rest();
         Ok(())
+    }
+
+    /// Lets everything that touches slip one way, whatever the past; the finger is at rest again. `None`, the default, lets the past decide.
+    ///
+    /// Where the past is unknown, the finger is between the two: normal force and torque lie between those of both ways.
+    pub fn force_slip(&mut self, way: Option<SlipWay>) {
+        self.work.slip.forced = match way {
+            None => ContactState::Open,
+            Some(SlipWay::Closing) => ContactState::SlipUp,
+            Some(SlipWay::Opening) => ContactState::SlipDown,
+        };
+        self.timeline.unmark();
+        self.rest();
     }
 
     /// Says where the object goes in the finger's frame on the way from the accepted state to a coordinate, which friction needs.

@@ -12,6 +12,7 @@
 use super::gaps::{Contacts, own_rows};
 use super::kinematics::Kinematics;
 use crate::access::Access;
+use crate::contact::coulomb::Law;
 use crate::contact::{ContactState, Direction, Row, Sample};
 use crate::model::{Model, vec2_of};
 use crate::object::Displacement;
@@ -24,6 +25,8 @@ use crate::topology::Kind;
 pub(crate) struct Slip<T: Real, S: Size> {
     /// Coefficient of friction m; 0 for none.
     pub coefficient: T,
+    /// How everything that touches slips, whatever the past; [`ContactState::Open`] if the past decides.
+    pub forced: ContactState,
     /// Angles, strained directions, starts and rigid ends of the front spans.
     angle: S::SlipNodes<T>,
     strained: S::SlipNodes<[T; 2]>,
@@ -44,6 +47,7 @@ pub(crate) struct Slip<T: Real, S: Size> {
 impl<T: Real, S: Size> Slip<T, S> {
     pub(crate) const EMPTY: Self = Self {
         coefficient: T::ZERO,
+        forced: ContactState::Open,
         angle: <S::SlipNodes<T> as Storage<T>>::EMPTY,
         strained: <S::SlipNodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         start: <S::SlipCells<[T; 2]> as Storage<[T; 2]>>::EMPTY,
@@ -66,6 +70,16 @@ impl<T: Real, S: Size> Slip<T, S> {
                 && self.rigid_end.fit(model.cells())
                 && self.touching.fit(S::CONTACTS)
                 && self.tangential.fit(S::CONTACTS)
+    }
+
+    /// What the contacts obey.
+    pub(crate) fn law(&self) -> Law<T> {
+        Law { coefficient: self.coefficient, forced: self.forced }
+    }
+
+    /// Everything that touches slips one way.
+    fn is_forced(&self) -> bool {
+        self.forced != ContactState::Open
     }
 
     /// There is friction.
@@ -162,7 +176,7 @@ impl<T: Real, S: Size> Slip<T, S> {
             let (mut slips, mut multiplier) = (ContactState::Open, T::ZERO);
             if row.touches() {
                 touching -= 1;
-                slips = state.slips.as_ref().at(touching);
+                slips = if self.is_forced() { self.forced } else { state.slips.as_ref().at(touching) };
                 multiplier = match slips {
                     ContactState::SlipUp => self.coefficient * row.multiplier,
                     ContactState::SlipDown => -(self.coefficient * row.multiplier),
@@ -215,6 +229,7 @@ impl<T: Real, S: Size> Slip<T, S> {
         pairs.fold(T::ZERO, |most, [tangent, normal]| {
             let slip = tangent.gap + tangent.softness * tangent.multiplier;
             most.max(match tangent.state {
+                ContactState::SlipUp | ContactState::SlipDown if self.is_forced() => T::ZERO,
                 ContactState::SlipUp => slip,
                 ContactState::SlipDown => -slip,
                 ContactState::Stick => {

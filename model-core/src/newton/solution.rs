@@ -76,7 +76,7 @@ impl<T: Real, S: Size> ContactSolution<T, S> {
         };
         let (states, delta) = (self.states.as_mut(), self.delta.as_mut());
         let settled = if slip.rubs() {
-            coulomb::settle(&mut problem, slip.coefficient, contacts.count, states, delta)
+            coulomb::settle(&mut problem, slip.law(), contacts.count, states, delta)
         } else {
             frictionless::settle(&mut problem, contacts.count, states, delta)
         };

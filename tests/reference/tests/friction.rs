@@ -6,8 +6,9 @@
 
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics};
-use model_core::equilibrium::Follower;
+use model_core::equilibrium::{Follower, SlipWay};
 use model_core::object::{Motion, ObjectDesign};
+use model_core::random_designs::Random;
 use model_core::real::Real;
 use model_core::size::{Rubbing, Size};
 use model_core::status::Status;
@@ -105,6 +106,53 @@ fn fine_f64_agrees_with_finite_elements() {
 #[test]
 fn reduced_f32_agrees_with_finite_elements() {
     compare::<f32, Rubbing>(&Discretisation::estimator(Physics::Extended), 0.25);
+}
+
+/// Where the past is unknown, normal force and torque lie between those of closing slip and of opening slip.
+#[test]
+fn random_pasts_lie_between_closing_slip_and_opening_slip() {
+    let how = Discretisation::fine(Physics::Extended);
+    let mut random = Random::new(19);
+    let (mut inside, mut sticking) = (0, 0);
+    for (coefficient, height) in [(0.3, 45.0), (0.6, 45.0), (0.3, 30.0), (0.6, 30.0)] {
+        let object = ObjectDesign::Circle { centre: [41.0, height], radius: 40.0 };
+        let found = |follower: &Follower<f64, Fine>| {
+            [follower.contacts().map(|contact| contact.force).sum::<f64>(), follower.motor_torque()]
+        };
+        let mut follower = closing::<f64, Fine>(&fea_80(), &how, object, coefficient);
+        let bounds = [SlipWay::Closing, SlipWay::Opening].map(|way| {
+            follower.force_slip(Some(way));
+            assert!(follower.start(0.0));
+            assert_eq!(follower.follow(8.0_f64.to_radians()).status, Status::Converged);
+            assert!((mobilised(&follower, coefficient) - 1.0).abs() < 1e-9);
+            found(&follower)
+        });
+        follower.force_slip(None);
+        for _ in 0..25 {
+            assert!(follower.start(0.0));
+            // Back and forth between 4 and 10°, and by less and less around 8°.
+            let mut wide = 2.0 + 2.0 * random.unit();
+            for turn in 0..6 {
+                let side = if turn % 2 == 0 { wide.min(2.0) } else { -wide };
+                assert!(follower.follow((8.0 + side * random.unit()).to_radians()).status.is_trustworthy());
+                wide *= 0.3 + 0.6 * random.unit();
+            }
+            assert_eq!(follower.follow(8.0_f64.to_radians()).status, Status::Converged);
+            sticking += u32::from(mobilised(&follower, coefficient) < 0.99);
+            for (k, value) in found(&follower).into_iter().enumerate() {
+                let [low, high] = [bounds[0][k].min(bounds[1][k]), bounds[0][k].max(bounds[1][k])];
+                let slack = 0.01 * high;
+                assert!(
+                    (low - slack..=high + slack).contains(&value),
+                    "m {coefficient}: {value} outside of {low} to {high}"
+                );
+                inside += 1;
+            }
+        }
+        println!("m {coefficient}, {height} mm: closing slip {:.3?}, opening slip {:.3?}", bounds[0], bounds[1]);
+    }
+    println!("{inside} inside, {sticking} of 100 pasts partly stick");
+    assert!(sticking > 25, "{sticking}");
 }
 
 /// ∮ τ dα = ΔV + dissipation: closing and opening, the torque with the true points of action.
