@@ -164,6 +164,10 @@ fn friction_makes_the_force_depend_on_the_path() {
             }
         }
         assert_eq!(row.motor_angle_deg, frictionless.motor_angle_deg);
+        let interval = row.force_interval_n.unwrap();
+        let within = |[low, high]: [f64; 2], value: f64| (low - 0.01 * high..=1.01 * high + 1e-9).contains(&value);
+        assert!(within(interval.normal, found.normal_n) && within(interval.torque_nmm, row.motor_torque_nmm.unwrap()));
+        assert!(within(interval.magnitude, row.force_magnitude_n.unwrap()), "{row:?}");
     }
     let force = |rows: &[Row], place: usize| rows[place].force_magnitude_n.unwrap();
     // The same angle, closing and opening.

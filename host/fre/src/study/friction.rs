@@ -1,6 +1,6 @@
 //! Friction at a place: what of the contact's force is along the object, and what that has cost.
 
-use model_core::equilibrium::Follower;
+use model_core::equilibrium::{Follower, SlipWay};
 use model_core::real::Real;
 use model_core::size::Size;
 use serde::{Deserialize, Serialize};
@@ -34,5 +34,45 @@ impl Friction {
         let cone = coefficient * normal_n;
         let mobilised = if cone > 0.0 { magnitude / cone } else { 0.0 };
         Self { coefficient, normal_n, tangential_n, mobilised, dissipated_nmm: follower.dissipated().to_f64() + 0.0 }
+    }
+}
+
+/// Between which values the forces of a place lie if it is unknown how the finger came there: those of closing slip and of opening slip.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForceInterval {
+    /// Sum of the normal forces, N.
+    pub normal: [f64; 2],
+    /// Magnitude of the force, N. The smallest is that of the normal forces alone.
+    pub magnitude: [f64; 2],
+    /// Torque that the contact demands of the motor, N·mm; of a translated base a force, N.
+    pub torque_nmm: [f64; 2],
+}
+
+impl ForceInterval {
+    /// The ways of slip between which a past lies.
+    pub const WAYS: [SlipWay; 2] = [SlipWay::Closing, SlipWay::Opening];
+
+    /// What lies between two followers at the same place.
+    pub fn between<T: Real, S: Size>(followers: &[Box<Follower<T, S>>; 2]) -> Self {
+        let mut found = Self { normal: [0.0; 2], magnitude: [0.0; 2], torque_nmm: [0.0; 2] };
+        for (index, follower) in followers.iter().enumerate() {
+            let (mut sum, mut push) = (0.0, [0.0; 2]);
+            for contact in follower.contacts() {
+                let force = contact.force.to_f64();
+                sum += force;
+                push = [0, 1].map(|i| push[i] + force * contact.normal[i].to_f64());
+            }
+            let [x, y] = follower.force_world().map(T::to_f64);
+            let (whole, normal) = (x.hypot(y), push[0].hypot(push[1]));
+            let torque = follower.motor_torque().to_f64() + 0.0;
+            for (range, [low, high]) in [
+                (&mut found.normal, [sum; 2]),
+                (&mut found.magnitude, [whole.min(normal), whole]),
+                (&mut found.torque_nmm, [torque; 2]),
+            ] {
+                *range = if index == 0 { [low, high] } else { [range[0].min(low), range[1].max(high)] };
+            }
+        }
+        found
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::case::Coordinate;
 use crate::shape::Contact;
 use crate::study::branch::FirstBranch;
-use crate::study::friction::Friction;
+use crate::study::friction::{ForceInterval, Friction};
 use crate::study::model::{self, Precision, physics_word, scheme_word};
 use crate::study::place::{MaxStrain, Place};
 use crate::study::pressure::Pressure;
@@ -38,6 +38,8 @@ pub struct Row {
     pub contacts: Vec<Contact>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_interval_n: Option<ForceInterval>,
     pub max_strain: Option<MaxStrain>,
     pub sensitivity: Option<Sensitivity>,
     pub iterations: u32,
@@ -119,6 +121,7 @@ impl Row {
             lamellae_mm: shape.lamellae,
             contacts: shape.contacts,
             friction: state.and_then(|state| state.friction),
+            force_interval_n: state.and_then(|state| state.force_interval),
             max_strain: state.map(|state| state.max_strain),
             sensitivity: state.and_then(|state| state.sensitivity),
             iterations: place.effort.iterations,

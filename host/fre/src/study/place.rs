@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::Coordinate;
 use crate::shape::Shape;
-use crate::study::friction::Friction;
+use crate::study::friction::{ForceInterval, Friction};
 use crate::study::number::short;
 use crate::study::pressure::Pressure;
 use crate::study::sensitivity::Sensitivity;
@@ -113,6 +113,8 @@ pub struct State {
     pub beyond_max_strain: Vec<Beyond>,
     /// Friction; `None` without.
     pub friction: Option<Friction>,
+    /// Between which values the forces lie if the path is unknown; `None` without friction, and where one of both has no trustworthy status.
+    pub force_interval: Option<ForceInterval>,
     /// Derivatives; `None` if more samples touch than the solver has room for, and with friction.
     pub sensitivity: Option<Sensitivity>,
 }

@@ -16,7 +16,7 @@ use crate::heap::{Host, Wide};
 use crate::shape::Shape;
 use crate::study::branch::{self, FirstBranch, Found};
 use crate::study::follow::follower;
-use crate::study::friction::Friction;
+use crate::study::friction::{ForceInterval, Friction};
 use crate::study::model::{Model, Options, Precision};
 use crate::study::overlap;
 use crate::study::place::{At, Effort, MaxStrain, Place, State};
@@ -153,6 +153,8 @@ pub struct Walk<T: Real, S: Size> {
     case: Case,
     options: Options,
     follower: Follower<T, S>,
+    /// With friction: followers on which everything slips as while closing, and as while opening.
+    bounds: Option<[Box<Follower<T, S>>; 2]>,
     probe: Probe<T, S>,
     samples: Vec<f64>,
     model: Model,
@@ -167,7 +169,8 @@ impl<T: Real, S: Size> Walk<T, S> {
         let follower = begin::<T, S>(case, options)?;
         let samples = follower.sample_arcs().map(T::to_f64).collect();
         let model = Model::of(case, options, follower.unknowns());
-        Ok(Self { case: case.clone(), options: *options, follower, probe: Probe::EMPTY, samples, model })
+        let bounds = (case.friction > 0.0).then(|| bounds(case, options)).transpose()?;
+        Ok(Self { case: case.clone(), options: *options, follower, bounds, probe: Probe::EMPTY, samples, model })
     }
 
     /// The model.
@@ -182,7 +185,12 @@ impl<T: Real, S: Size> Walk<T, S> {
         let outcome = self.follower.follow_within(self.case.path.coordinate(value), MOST_ITERATIONS);
         let elapsed_us = begin.elapsed().as_secs_f64() * 1e6;
         let known = outcome.status.is_trustworthy();
-        let state = known.then(|| state(&mut self.follower, &mut self.probe, &self.case, &self.options, &self.samples));
+        let mut state =
+            known.then(|| state(&mut self.follower, &mut self.probe, &self.case, &self.options, &self.samples));
+        let interval = self.interval(value);
+        if let Some(state) = &mut state {
+            state.force_interval = interval;
+        }
         let place = Place {
             at: At::new(self.case.path.along(), value),
             status: outcome.status,
@@ -197,6 +205,30 @@ impl<T: Real, S: Size> Walk<T, S> {
         };
         (place, outcome.snaps)
     }
+}
+
+impl<T: Real, S: Size> Walk<T, S> {
+    /// What the forces at a place lie between if the path is unknown.
+    fn interval(&mut self, value: f64) -> Option<ForceInterval> {
+        let bounds = self.bounds.as_mut()?;
+        let coordinate = self.case.path.coordinate(value);
+        let known = bounds.each_mut().map(|follower| follower.follow_within(coordinate, MOST_ITERATIONS).status);
+        known.iter().all(|status| status.is_trustworthy()).then(|| ForceInterval::between(bounds))
+    }
+}
+
+/// Followers at the beginning of the path on which everything slips one way.
+fn bounds<T: Real, S: Size>(case: &Case, options: &Options) -> Result<[Box<Follower<T, S>>; 2], DiscretiseError> {
+    let one = |way| -> Result<_, DiscretiseError> {
+        let mut follower = Box::new(begin::<T, S>(case, options)?);
+        follower.force_slip(Some(way));
+        if let Some(&first) = case.path.places.first() {
+            follower.start(case.path.coordinate(first));
+        }
+        Ok(follower)
+    };
+    let [closing, opening] = ForceInterval::WAYS.map(one);
+    Ok([closing?, opening?])
 }
 
 fn solve_in<T: Real, S: Size, B>(case: &Case, options: &Options, watch: Watch<'_, B>) -> Result<Run, Unsolved<B>> {
@@ -255,6 +287,7 @@ fn state<T: Real, S: Size>(
         beyond_max_strain: strains.beyond(Limit::of(case.finger.max_strain)),
         strains,
         friction: (case.friction > 0.0).then(|| Friction::of(follower)),
+        force_interval: None,
         sensitivity: sensitivity(follower, probe, case, options),
     }
 }

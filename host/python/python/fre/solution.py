@@ -80,6 +80,9 @@ class Place:
     friction: _Field[Record | None] = _Field(
         None, "Friction: coefficient, normal_n, tangential_n, mobilised, dissipated_nmm; None without."
     )
+    force_interval_n: _Field[Record | None] = _Field(
+        None, "Between which values the forces lie if the path is unknown: normal, magnitude, torque_nmm; None without friction."
+    )
     max_strain: _Field[Record | None] = _Field(None, "Largest strains: front, back, hinge.")
     sensitivity: _Field[Record | None] = _Field(None, "Derivatives by name, such as force_per_deg_n; None with friction.")
     iterations = _Field(0, "Newton iterations since the place before.")
