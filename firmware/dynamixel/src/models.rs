@@ -1,4 +1,4 @@
-//! Servos of Protocol 2.0 as data: what tells them apart for who leads them.
+//! Servos of Protocol 2.0 as data: what distinguishes them for whoever controls them.
 //!
 //! Numbers, units and addresses are those of ROBOTIS' [e-Manual](https://emanual.robotis.com/docs/en/dxl/). The X series shares its
 //! addresses, so that [`crate::xm430`]'s registers are those of all of them; what address 126 shows differs.
@@ -58,7 +58,7 @@ impl Model {
         MODELS.iter().find(|model| model.number == number)
     }
 
-    /// mA of one unit of current, if a finger can be led with this servo: positions of the X series, and a current that shows its effort.
+    /// mA of one unit of current, if this servo can move a finger: positions of the X series, and a current that shows its effort.
     pub fn leads(&self) -> Option<f32> {
         match *self {
             Self { layout: Layout::X, counts: 4096, effort: Effort::Current(milliamperes), .. } => Some(milliamperes),

@@ -461,7 +461,7 @@ impl<'a, B: Board> Core<'a, B> {
         }
     }
 
-    /// A servo that is not what it should be: told once.
+    /// A servo that is not what it should be: reported once.
     fn differs(&mut self, finger: usize, found: &Found) {
         self.shared.set_servo(finger as u8, Some(found.setup));
         if let (Some(unit), Some(difference)) = (self.units.get_mut(finger), found.difference)

@@ -38,7 +38,7 @@ pub(crate) struct Unit<'a> {
     pub(crate) heard_us: Option<u64>,
     /// The hardware errors last heard of.
     pub(crate) hardware_error: u8,
-    /// How its servo is not what it should be, as it was last told.
+    /// How its servo is not what it should be, as it was last reported.
     pub(crate) difference: Option<Difference>,
     /// Whether this tick's report is made.
     pub(crate) is_reported: bool,

@@ -145,7 +145,7 @@ pub struct Mount {
     /// How the motor moves the finger's base: it turns it, or it moves it along a line (parallel jaws). Everything above is of the
     /// motor's angle either way.
     pub drive: Drive,
-    /// How its servo was set when it was commissioned. A servo that is set otherwise is not led. `None`: it was not commissioned; a
+    /// How its servo was set when it was commissioned. A servo that is set otherwise is not controlled. `None`: it was not commissioned; a
     /// known model is set up as it is found.
     pub servo: Option<ServoSetup>,
 }
@@ -234,7 +234,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// One finger as [`Mount::DEFAULT`], 500 Hz, 20 shapes a second, hold when something is wrong, and idle: nothing is led before
+    /// One finger as [`Mount::DEFAULT`], 500 Hz, 20 shapes a second, hold when something is wrong, and idle: nothing is controlled before
     /// somebody says so.
     pub const DEFAULT: Self = Self { role: Role::Idle, ..Self::of(Mount::DEFAULT) };
 

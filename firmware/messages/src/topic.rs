@@ -213,7 +213,7 @@ pub enum Event {
         /// Bits per second on the bus.
         baud: u32,
     },
-    /// A servo is not what it should be: it is not led, and nothing is written to it.
+    /// A servo is not what it should be: it is not controlled, and nothing is written to it.
     ServoDiffers {
         /// Whose.
         finger: u8,

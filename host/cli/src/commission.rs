@@ -9,13 +9,13 @@ use fre_gripper::link::Link;
 
 use crate::output::put_out;
 
-/// Finds the servos on the bus, makes the gripper their master, and stores their settings
+/// Find the servos on the bus, make the gripper their master, and store their settings
 ///
 /// Before, a gripper is idle: it writes nothing to any servo. Afterwards it controls the servos named, and refuses to control one whose
 /// settings have changed. Servos without torque are set to position control and to answer without delay, and then hold their position.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Servo of the first finger, of the second one, … [default: all that are found and can be controlled, by address]
+    /// Servos of the fingers in turn [default: all that can be controlled]
     #[arg(long = "servo", value_name = "ID", value_delimiter = ',')]
     servos: Vec<u8>,
     /// Writes without asking
@@ -89,7 +89,7 @@ fn words(device: &Device) -> String {
 fn agreed(question: &str) -> Result<bool, Box<dyn std::error::Error>> {
     let input = std::io::stdin();
     if !input.is_terminal() {
-        return Err(format!("{question}\nstandard input is no terminal: confirm with --yes").into());
+        return Err(format!("{question}\nstandard input cannot answer: confirm with --yes").into());
     }
     let mut error = std::io::stderr().lock();
     write!(error, "{question}\nGo on? (yes/no) ")?;

@@ -126,6 +126,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     ),
     ("gripper release", &[("All fingers", "fre gripper release --link /dev/ttyACM0")]),
     ("gripper hold", &[("Finger 0 only", "fre gripper hold --finger 0 --link /dev/ttyACM0")]),
+    ("gripper commission", &[("Servo 1 moves finger 0", "fre gripper commission --servo 1 --link /dev/ttyACM0")]),
     ("gripper scan", &[("Every servo at every rate", "fre gripper scan --link /dev/ttyACM0")]),
     ("log", &[("A board on a probe", "fre log opencr"), ("The image in QEMU", "fre log --qemu --seconds 5")]),
     (

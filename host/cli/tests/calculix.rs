@@ -1,7 +1,14 @@
 //! CalculiX on meshes of cases: it agrees with the model, and reproduces the reference's rows. `cargo xtask setup --fea` installs it.
 
+use std::ops::ControlFlow;
+
 use fre::case::Case;
-use fre::fea::Plan;
+use fre::fea::{Plan, Progress};
+
+/// A watcher that lets CalculiX end.
+fn on(_: Progress) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
 
 /// Case of a series of the reference data: circle tangent to the undeformed finger at α = 0.
 fn case(finger: &str, radius: f64, height: f64, angles: &[f64]) -> Case {
@@ -25,7 +32,7 @@ fn other_case(change: impl FnOnce(&mut model_core::design::Design), object: &str
 /// Runs CalculiX on a case and compares force (%) and shape (mm) with the model.
 fn agrees(name: &str, case: &Case, force: f64, shape: f64) {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let analysis = Plan::of(case, 1).unwrap().run(case, &folder).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let analysis = Plan::of(case, 1).unwrap().run(case, &folder, on).unwrap_or_else(|error| panic!("{name}: {error}"));
     let run = fre::study::run::solve(case, &Default::default()).unwrap();
     for (place, pose) in run.places.iter().zip(&analysis.poses) {
         let pose = pose.as_ref().unwrap_or_else(|| panic!("{name}: CalculiX did not reach {}", place.at));
@@ -78,7 +85,7 @@ fn calculix_agrees_on_an_object_that_the_finger_had_passed() {
     let small = "shape = \"circle\"\nradius_mm = 5.0\ncentre_mm = [6.0, 45.0]";
     let case = other_case(|_| (), small, "motor_angles_deg = [6.0]");
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("passed");
-    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap();
+    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder, on).unwrap();
     let force = analysis.poses[0].as_ref().expect("a force").magnitude();
     let model = fre::study::run::solve(&case, &Default::default()).unwrap().places[0].force_magnitude_n().unwrap();
     // Not the direction: the model's contact is at fixed samples, and on so small a circle their spacing turns it by a degree.
@@ -92,7 +99,7 @@ fn calculix_finds_contact_on_the_tip_s_end() {
     let wall = "shape = \"half-plane\"\npoint_mm = [0.0, 80.5]\nnormal = [0.0, -1.0]";
     let case = other_case(|_| (), wall, "direction = [0.0, 1.0]\ndistances_mm = [3.0]");
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("end");
-    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap();
+    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder, on).unwrap();
     let force = analysis.poses[0].as_ref().expect("a force").force;
     println!("a wall over the tip: {force:?} N");
     // Frictionless: straight up.
@@ -151,7 +158,7 @@ fn reproduce(series: &str, radius: f64, height: f64, angle: f64) {
 
     let case = case("fea-80", radius, height, &[angle]);
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{series}-{angle}"));
-    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder).unwrap_or_else(|error| panic!("{error}"));
+    let analysis = Plan::of(&case, 1).unwrap().run(&case, &folder, on).unwrap_or_else(|error| panic!("{error}"));
     let pose = analysis.poses[0].as_ref().expect("CalculiX reached the angle");
     let error = fre::metrics::force_error(pose.magnitude(), reference).percent.unwrap();
     let shape = fre::metrics::deviation(&pose.front, &front).unwrap();

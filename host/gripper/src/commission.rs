@@ -40,7 +40,7 @@ pub enum CommissionError {
     /// The search did not end.
     #[error("the search of the bus has not ended after {} s", SEARCH.as_secs())]
     Search,
-    /// A servo is not one that can be led.
+    /// A servo is not one that can be controlled.
     #[error("finger {finger}: {difference}")]
     Differs {
         /// Whose.
@@ -86,7 +86,7 @@ pub fn devices(link: &Link) -> Result<Vec<Device>, CommissionError> {
 /// and to answer at once, and hold where they are. Mounts that there are stay but for their servo.
 ///
 /// # Errors
-/// A servo that is not there or cannot be led: the gripper is idle then.
+/// A servo that is not there or cannot be controlled: the gripper is idle then.
 pub fn commission(link: &Link, servos: &[u8]) -> Result<Vec<ServoSetup>, CommissionError> {
     if !(1..=FINGERS).contains(&servos.len()) {
         return Err(CommissionError::Count { count: servos.len() });

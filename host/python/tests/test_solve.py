@@ -61,8 +61,9 @@ def test_options_are_those_of_the_command(
     assert without_times(fre.solve(case, options).json()) == without_times(run.stdout)
 
 
-def test_every_name_of_the_json_is_an_attribute(case: fre.Case) -> None:
-    solution = fre.solve(case)
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_every_name_of_the_json_is_an_attribute(case: fre.Case, friction: float) -> None:
+    solution = fre.solve(case.with_values({"object.friction": friction}))
     for place in solution:
         for name, value in place.to_dict().items():
             found = getattr(place, name)
@@ -71,7 +72,7 @@ def test_every_name_of_the_json_is_an_attribute(case: fre.Case) -> None:
         # Beside what may come later, the names that a type checker sees are those of the JSON.
         seen = {name for name in vars(fre.Place) if not name.startswith("_")} - {"to_dict"}
         seen -= {"status"}
-        optional = {"distance_mm", "time_s"}
+        optional = {"distance_mm", "time_s"} | (set() if friction else {"friction", "force_interval_n"})
         assert seen - optional <= set(place.to_dict()), seen - set(place.to_dict())
 
 

@@ -1,8 +1,8 @@
 //! One Newton step for a finger in contact, cost linear in elements and lamellae, and the loop over it.
 //!
-//! Each stage is a type with a file of its own, made from those before it: [`kinematics`] and [`gaps`] → [`residual`] → [`factorisation`]
+//! Each stage is a type with a file of its own, made from those before it: `kinematics` and `gaps` → `residual` → `factorisation`
 //! (members are condensed onto their joints and force by `condense`, the banded KKT in joints and λ is assembled by `assembly`) →
-//! [`border`] by the contact rows → [`solution`] of the contact law → [`increment`]. `step` puts them in a row. What a member's elements do
+//! `border` by the contact rows → `solution` of the contact law → `increment`. `step` puts them in a row. What a member's elements do
 //! is asked of `element`.
 //!
 //! Here mm, N and N·mm stand for the finger's own units of length, force and moment ([`crate::units`]).

@@ -39,7 +39,8 @@ impl Repository {
         }
         let source =
             |file: &str| fs::read_to_string(root().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"));
-        let parts = ["xtask/src/suite.rs", "xtask/src/firmware.rs", "xtask/src/bench.rs", "tests/bench/src/main.rs"];
+        let parts =
+            ["xtask/src/suite.rs", "firmware/board-list/src/lib.rs", "xtask/src/bench.rs", "tests/bench/src/main.rs"];
         let parts = parts.map(source).concat();
         Self { packages, repository_commands: source("xtask/src/main.rs"), parts }
     }

@@ -119,7 +119,8 @@ fn a_servo_that_is_set_otherwise_is_not_led() {
     assert_eq!((setup.model, setup.operating_mode, setup.position_limits), (1020, 3, [0, 4095]));
     drop(bench);
     // Somebody changes it while the gripper is away; torque is on, as it would turn on and on.
-    let cases: [(ServoField, &dyn Fn(&mut Bench)); 5] = [
+    type Change<'c> = &'c dyn Fn(&mut Bench);
+    let cases: [(ServoField, Change<'_>); 5] = [
         (ServoField::OperatingMode, &|bench| bench.servo.write(xm430::OPERATING_MODE, 1)),
         (ServoField::DriveMode, &|bench| bench.servo.write(xm430::DRIVE_MODE, 1)),
         (ServoField::HomingOffset, &|bench| bench.servo.write(xm430::HOMING_OFFSET, 100)),

@@ -401,6 +401,7 @@ fn a_grip_that_cannot_be_is_refused() {
     let machine = Machine::boot(Machine::servo());
     let link = machine.link();
     let mut watch = Watch::new(&link);
+    link.set_settings(&Settings::of(Mount::DEFAULT)).unwrap();
     watch.until_report("position", SECONDS(20), |report| report.estimate.status != Status::Stale);
     let refused = |result: Result<(), LinkError>| match result {
         Err(LinkError::Refused(refusal)) => refusal,
@@ -417,10 +418,10 @@ fn a_grip_that_cannot_be_is_refused() {
     assert_eq!(field(refused(link.grip(&GripTo { speed: Some(0.0), ..grip(5.0) }))), SettingsField::Speed);
     assert_eq!(field(refused(link.hold(Which::One(1)))), SettingsField::Finger);
     assert_eq!(field(refused(link.set_object(9, OBJECT))), SettingsField::Finger);
-    let mut twins = Settings::DEFAULT;
+    let mut twins = Settings::of(Mount::DEFAULT);
     twins.fingers[1] = twins.fingers[0];
     assert_eq!(refused(link.set_settings(&twins)), Refusal::SameServo { servo_id: 1 });
-    let mut gap = Settings::DEFAULT;
+    let mut gap = Settings::of(Mount::DEFAULT);
     (gap.fingers[1], gap.fingers[0]) = (gap.fingers[0], None);
     assert_eq!(field(refused(link.set_settings(&gap))), SettingsField::Fingers);
 }

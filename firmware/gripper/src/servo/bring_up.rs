@@ -22,9 +22,9 @@ pub(crate) struct Found {
     pub(crate) firmware: u8,
     /// Bits per second.
     pub(crate) baud: u32,
-    /// Where it is led, counts.
+    /// Where it is taken to, counts.
     pub(crate) goal: i32,
-    /// What is not as it should be: it is not led, and nothing was written to it.
+    /// What is not as it should be: it is not controlled, and nothing was written to it.
     pub(crate) difference: Option<Difference>,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct Rates {
     pub(crate) look: u32,
     /// To which one without torque is set.
     pub(crate) wanted: Option<u32>,
-    /// At which others are led.
+    /// At which others are controlled.
     pub(crate) bus: Option<u32>,
 }
 
@@ -190,7 +190,7 @@ fn kept_goal(live: &[u8; LIVE_BYTES]) -> i32 {
     if trajectory.abs_diff(position) <= reach { trajectory } else { position }
 }
 
-/// Why a servo is not led, if it is not.
+/// Why a servo is not controlled, if it is not.
 fn differs(found: &ServoSetup, commissioned: Option<ServoSetup>, torque: bool, watchdog: i8) -> Option<Difference> {
     let is = |field, found, expected| Some(Difference { field, found, expected });
     let difference = match commissioned {

@@ -165,14 +165,14 @@ mod tests {
         assert_eq!(loops.len(), 8);
         assert!(twice_area(&loops[0]) > 0.0 && loops[1..].iter().all(|hole| twice_area(hole) < 0.0));
         let area: f64 = 0.5 * loops.iter().map(|points| twice_area(points)).sum::<f64>();
-        // The finite elements' mesh has the same figure, but for its base, which is open, and leaves nothing between the beams there.
+        // The mesh of the finite elements has nearly the same figure: the corners of its windows and its base are others.
         let case = crate::case::Case::parse(
             "case.toml",
             "finger = \"preset:fea-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
              motion.motor_angles_deg = [2]\n",
         );
         let mesh = crate::fea::Plan::of(&case.unwrap(), 1).unwrap().mesh;
-        assert!((area / mesh.area() - 1.0).abs() < 1e-3, "{area} {}", mesh.area());
+        assert!((area / mesh.area() - 1.0).abs() < 0.025, "{area} {}", mesh.area());
     }
 
     #[test]

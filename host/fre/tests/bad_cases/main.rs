@@ -98,7 +98,7 @@ fn messages_read_well() {
     );
     assert_eq!(
         message("radius_mm = 40.0", "radius = 40.0"),
-        "case.toml:43: object.radius = 40.0: unknown key (did you mean radius_mm?); allowed here: shape, radius_mm, centre_mm"
+        "case.toml:43: object.radius = 40.0: unknown key (did you mean radius_mm?); allowed here: shape, radius_mm, centre_mm, friction"
     );
     assert_eq!(
         message("  27,", "  81,"),

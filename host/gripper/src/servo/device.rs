@@ -120,7 +120,7 @@ impl Servo {
         answers
     }
 
-    /// Something was on the bus at another rate: what was heard before it is no packet's beginning.
+    /// Something was on the bus at another rate: what was heard before it begins no packet.
     pub(super) fn noise(&mut self, now_us: u64) {
         self.advance(now_us);
         self.device.reset();

@@ -7,6 +7,7 @@ use core::convert::Infallible;
 
 use embassy_executor::Spawner;
 use embedded_io_async::{ErrorType, Read, Write};
+use fre_boards::MPS2;
 use gripper::{Board, BusPort};
 use mps2::{Flash, Uart, UartRx, UartTx, Watchdog, cycles};
 

@@ -10,7 +10,7 @@ const ENABLE_AHEAD: u8 = 8;
 /// Sixteenths of a bit by which it stays enabled after the last stop bit.
 const ENABLE_AFTER: u8 = 1;
 
-/// Has the USART turn the direction where it is the one to do so, while it is off.
+/// Switches the driver-enable output on for [`Direction::DriverEnable`], and off otherwise. The USART must not run meanwhile.
 pub(super) fn frame(usart: Usart, direction: Direction) {
     usart.cr3().write(|w| w.set_dem(matches!(direction, Direction::DriverEnable)));
     usart.cr1().modify(|w| {
