@@ -50,6 +50,14 @@ pub enum BodyError {
         /// What is needed.
         needed: &'static str,
     },
+    /// The lowest window would cut through the base.
+    #[error("the solid base is {base} mm high; more than {needed:.2} mm is needed below the lowest window")]
+    LowBase {
+        /// Its height, mm.
+        base: f64,
+        /// Height that the window reaches down to, mm.
+        needed: f64,
+    },
     /// A part has no room.
     #[error("lamella {}: {what} is {value:.3} mm; more than {ROOM} mm is needed", .rung + 1)]
     NoRoom {

@@ -12,7 +12,7 @@ const CHORD: f64 = 2e-3;
 /// (0: it ends there).
 ///
 /// # Errors
-/// The finger is not one piece.
+/// The finger is not one piece, or the base is too low to lie below the lowest window.
 pub fn outline(body: &Body, base: f64) -> Result<Vec<Loop>, BodyError> {
     if body.rungs.iter().any(|rung| rung.joined == RungEnds::Pinned) {
         let (what, allowed) = ("a pinned lamella", "\"flexible\" or \"welded\"");
@@ -20,7 +20,22 @@ pub fn outline(body: &Body, base: f64) -> Result<Vec<Loop>, BodyError> {
     }
     let mut loops = vec![around(body, base)];
     loops.extend((0..=body.rungs.len()).map(|k| window(body, k)));
+    // The floor of the lowest window is as oblique as the walls' ends: a low base would let it through.
+    let starts = [body.front.outer(0.0), body.back.outer(0.0)];
+    let level = |x: f64| match base > 0.0 {
+        true => bottom(body, base),
+        false => starts[0][1] + (x - starts[0][0]) / (starts[1][0] - starts[0][0]) * (starts[1][1] - starts[0][1]),
+    };
+    if loops[1].iter().any(|point| point[1] < level(point[0])) {
+        let lowest = loops[1].iter().map(|point| point[1]).fold(f64::INFINITY, f64::min);
+        return Err(BodyError::LowBase { base, needed: bottom(body, 0.0) - lowest });
+    }
     Ok(loops)
+}
+
+/// Height of the lower edge of a solid base that reaches so far below the centrelines' starts.
+fn bottom(body: &Body, base: f64) -> f64 {
+    body.front.centre(0.0)[1].min(body.back.centre(0.0)[1]) - base
 }
 
 fn around(body: &Body, base: f64) -> Loop {
@@ -29,7 +44,7 @@ fn around(body: &Body, base: f64) -> Loop {
     points.extend(&body.top[1..]);
     points.extend(back.knots(0.0, body.ends[1]).into_iter().rev().skip(1).map(|arc| back.outer(arc)));
     if base > 0.0 {
-        let bottom = front.centre(0.0)[1].min(back.centre(0.0)[1]) - base;
+        let bottom = bottom(body, base);
         points.extend([[back.outer(0.0)[0], bottom], [front.outer(0.0)[0], bottom]]);
     }
     points.dedup_by(|b, a| distance(*a, *b) < 1e-9);
@@ -57,13 +72,13 @@ fn window(body: &Body, k: usize) -> Loop {
     let mut corners = Vec::new();
     if let Some(rung) = below {
         corners.push((points.len() - 1, fillet(rung)));
-        points.extend(edge(body, rung, 0.5).into_iter().rev());
+        points.extend(edge(rung, 0.5).into_iter().rev());
         corners.push((points.len(), fillet(rung)));
     }
     points.extend(front.knots(low[0], high[0]).into_iter().map(|arc| front.inner(arc)));
     if let Some(rung) = above {
         corners.push((points.len() - 1, fillet(rung)));
-        points.extend(edge(body, rung, -0.5));
+        points.extend(edge(rung, -0.5));
         corners.push((0, fillet(rung)));
     }
     let mut points = rounded(&points, &corners);
@@ -83,10 +98,9 @@ fn fillet(rung: &Rung) -> f64 {
 }
 
 /// Corners of a rung's lower (−½) or upper (½) edge between the faces, front to back; none for a straight one.
-fn edge(body: &Body, rung: &Rung, side: f64) -> Vec<Point> {
+fn edge(rung: &Rung, side: f64) -> Vec<Point> {
     let RungEnds::Necked { neck, insets } = rung.joined else { return Vec::new() };
     let (first, last) = (insets[0], rung.length - insets[1]);
-    let _ = body;
     let [front, back] = rung.thickness.map(|t| side * t.max(neck));
     vec![rung.at(first, side * neck), rung.at(first, front), rung.at(last, back), rung.at(last, side * neck)]
 }
@@ -161,18 +175,33 @@ mod tests {
     #[test]
     fn the_outline_of_a_finger_has_a_window_per_cell_and_the_area_of_its_parts() {
         let body = preset("fea-80");
-        let loops = outline(&body, 0.0).unwrap();
+        let loops = outline(&body, 5.0).unwrap();
         assert_eq!(loops.len(), 8);
         assert!(twice_area(&loops[0]) > 0.0 && loops[1..].iter().all(|hole| twice_area(hole) < 0.0));
         let area: f64 = 0.5 * loops.iter().map(|points| twice_area(points)).sum::<f64>();
-        // The mesh of the finite elements has nearly the same figure: the corners of its windows and its base are others.
+        // The finite elements' mesh is the same figure without the base, which ends where the clamped ends of the walls begin.
         let case = crate::case::Case::parse(
             "case.toml",
             "finger = \"preset:fea-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
              motion.motor_angles_deg = [2]\n",
         );
         let mesh = crate::fea::Plan::of(&case.unwrap(), 1).unwrap().mesh;
-        assert!((area / mesh.area() - 1.0).abs() < 0.025, "{area} {}", mesh.area());
+        let (front, back) = (&body.front, &body.back);
+        let ends = [front.outer(0.0), front.inner(0.0), back.inner(0.0), back.outer(0.0)];
+        let slab = [ends[0], ends[1], ends[2], ends[3], [ends[3][0], -5.0], [ends[0][0], -5.0]];
+        let walls_and_rungs = area - 0.5 * twice_area(&slab);
+        assert!((walls_and_rungs / mesh.area() - 1.0).abs() < 1e-3, "{walls_and_rungs} {}", mesh.area());
+    }
+
+    #[test]
+    fn a_base_that_the_lowest_window_would_cut_through_is_refused() {
+        // The back wall leans by 19°: its inner face begins 1 mm · sin 19° = 0.33 mm below its centreline.
+        let body = preset("fea-80");
+        for base in [0.0, 0.3] {
+            let error = outline(&body, base).unwrap_err();
+            assert!(matches!(error, BodyError::LowBase { needed, .. } if (0.3..0.35).contains(&needed)), "{error}");
+        }
+        assert!(outline(&body, 0.4).is_ok());
     }
 
     #[test]
