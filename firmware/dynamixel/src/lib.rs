@@ -37,17 +37,19 @@ mod packet;
 mod request;
 mod tap;
 mod timing;
+mod upkeep;
 pub mod xm430;
 
 pub use decode::{DecodeError, Decoder};
-pub use device::{BROADCAST_PING_SLOT_US, ControlTable, Device, Reply, ResetScope};
+pub use device::{ControlTable, Device, Reply};
 pub use encode::{EncodeError, Encoder, encode};
 pub use item::{Access, Area, Item, Part, Register, Value, check_read, find, writes};
-pub use master::{Answer, Error, Found, Identity, Master, SyncAnswer};
+pub use master::{Answer, BulkAnswer, BulkWrite, Error, Found, Identity, Master, SyncAnswer};
 pub use models::{Effort, Layout, MODELS, Model};
 pub use packet::{
     HEADER, Id, Instruction, Packet, Status, StatusError, StatusReturn, longest_packet_length, packet_length,
     status_length,
 };
 pub use tap::{Heard, Seen, Tap, Watched};
-pub use timing::Timing;
+pub use timing::{BROADCAST_PING_SLOT_US, Timing};
+pub use upkeep::{Backup, ResetScope};

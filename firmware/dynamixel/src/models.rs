@@ -3,6 +3,8 @@
 //! Numbers, units and addresses are those of ROBOTIS' [e-Manual](https://emanual.robotis.com/docs/en/dxl/). The X series shares its
 //! addresses, so that [`crate::xm430`]'s registers are those of all of them; what address 126 shows differs.
 
+use crate::xm430;
+
 /// What a servo shows of the effort of its motor, at the address after Present PWM.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Effort {
@@ -52,6 +54,24 @@ pub static MODELS: [Model; 8] = [
     Model { number: 2100, name: "PM42-010-S260-R", layout: Layout::P, counts: 526_374, effort: Effort::Current(1.0) },
 ];
 
+impl crate::master::Identity {
+    /// Whether this servo is known to understand Fast Sync Read, Fast Bulk Read and Control Table Backup: the X430 and X540 series
+    /// from firmware 45 on, the X330 series from 46 on, the P series from 12 on (ROBOTIS e-Manual, Protocol 2.0).
+    pub const fn reads_fast(&self) -> bool {
+        match self.model {
+            // XH430, XM430, XL430, XC430 and XH540, XM540, XW540; the double servos 2XL430 (1090) and 2XC430 (1160) do not.
+            1000 | 1010 | 1020 | 1030 | 1040 | 1050 | 1060 | 1070 | 1080 => self.firmware >= xm430::FAST_READ_FIRMWARE,
+            1100 | 1110 | 1120 | 1130 | 1140 | 1150 | 1170 | 1180 => self.firmware >= xm430::FAST_READ_FIRMWARE,
+            1270 | 1280 => self.firmware >= xm430::FAST_READ_FIRMWARE,
+            // XL330 and XC330.
+            1190 | 1200 | 1210 | 1220 | 1230 | 1240 => self.firmware >= 46,
+            // PM42, PH42, PM54, PH54.
+            2000 | 2010 | 2020 | 2100 | 2110 | 2120 => self.firmware >= 12,
+            _ => false,
+        }
+    }
+}
+
 impl Model {
     /// The model of this number, if it is known.
     pub fn of(number: u16) -> Option<&'static Self> {
@@ -74,9 +94,9 @@ mod tests {
     #[test]
     fn numbers_are_in_order_and_the_registers_are_this_crates() {
         assert!(MODELS.windows(2).all(|pair| pair[0].number < pair[1].number));
-        let ours = Model::of(crate::xm430::MODEL).unwrap();
-        assert_eq!(ours.leads(), Some(crate::xm430::MILLIAMPERES_PER_UNIT));
-        assert_eq!(ours.counts, u32::from(crate::xm430::COUNTS_PER_REVOLUTION));
+        let ours = Model::of(xm430::MODEL).unwrap();
+        assert_eq!(ours.leads(), Some(xm430::MILLIAMPERES_PER_UNIT));
+        assert_eq!(ours.counts, u32::from(xm430::COUNTS_PER_REVOLUTION));
         assert_eq!(Model::of(1060).and_then(Model::leads), None, "it shows no current");
         assert_eq!(Model::of(2100).and_then(Model::leads), None, "other addresses");
         assert_eq!(Model::of(12), None);

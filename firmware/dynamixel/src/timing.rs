@@ -2,6 +2,11 @@
 
 use crate::packet::StatusReturn;
 
+/// Microseconds by which a device's answer to a broadcast Ping is delayed for each address below its own.
+///
+/// So the answers come in the order of the addresses. ROBOTIS' SDK waits 3 ms per address.
+pub const BROADCAST_PING_SLOT_US: u32 = 3_000;
+
 /// How long bytes take, and how long others are waited for.
 ///
 /// An answer is waited for as long as the bytes of question and answer take on the wire, plus `latency_us`.

@@ -130,7 +130,11 @@ fn refusals() {
     assert_eq!(ask(Action, &[]), said(Some(StatusError::Instruction), &[]));
     assert_eq!(ask(FactoryReset, &[3]), said(Some(StatusError::DataRange), &[]));
     assert_eq!(ask(Clear, &[1, 2, 3, 4, 5]), said(Some(StatusError::DataRange), &[]));
-    for undefined in [SyncRead, FastSyncRead, ControlTableBackup] {
+    assert_eq!(ask(ControlTableBackup, &[1]), said(Some(StatusError::DataLength), &[]));
+    assert_eq!(ask(ControlTableBackup, &[1, 2, 3, 4, 5]), said(Some(StatusError::DataRange), &[]));
+    assert_eq!(ask(ControlTableBackup, b"\x03CTRL"), said(Some(StatusError::DataRange), &[]));
+    assert_eq!(ask(ControlTableBackup, b"\x01CTRL"), said(None, &[]));
+    for undefined in [SyncRead, FastSyncRead] {
         assert_eq!(ask(undefined, &[]), said(Some(StatusError::Instruction), &[]));
     }
     let unknown = Encoder::with_code(&mut [0; 32], Id::new(1).unwrap(), 0x77).finish().unwrap().to_vec();

@@ -3,7 +3,7 @@
 mod table;
 mod turn;
 
-pub use table::{ControlTable, ResetScope};
+pub use table::ControlTable;
 
 use turn::{Call, Turn};
 
@@ -13,12 +13,8 @@ use crate::fast::{Block, FastAnswer};
 use crate::line::{Line, Spoken};
 use crate::packet::{Id, Instruction, Packet, StatusError, StatusReturn, status_length};
 use crate::request::Entry;
-use crate::timing::Timing;
-
-/// Microseconds by which a device's answer to a broadcast Ping is delayed for each address below its own.
-///
-/// So the answers come in the order of the addresses. ROBOTIS' SDK waits 3 ms per address.
-pub const BROADCAST_PING_SLOT_US: u32 = 3_000;
+use crate::timing::{BROADCAST_PING_SLOT_US, Timing};
+use crate::upkeep::{BACKUP_KEY, Backup, CLEAR_KEY, ResetScope};
 
 /// An answer to be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -270,34 +266,19 @@ impl<const N: usize> State<N> {
                 let (address, bytes) = addressed(parameters)?;
                 table.write(address, bytes).map(|()| 0)
             }
-            Instruction::RegWrite => {
-                let (address, bytes) = addressed(parameters)?;
-                table.check(address, bytes)?;
-                let place = self.registered.bytes.get_mut(..bytes.len()).ok_or(StatusError::DataLength)?;
-                place.copy_from_slice(bytes);
-                self.registered.address = address;
-                self.registered.length = bytes.len();
-                table.registered(true);
-                Ok(0)
-            }
+            Instruction::RegWrite => self.register(parameters, table).map(|()| 0),
             Instruction::Action => self.action(table).map(|()| 0),
             Instruction::Reboot => table.reboot().map(|()| 0),
-            Instruction::FactoryReset => {
-                let scope = match parameters {
-                    [0xFF] => ResetScope::All,
-                    [0x01] => ResetScope::ExceptId,
-                    [0x02] => ResetScope::ExceptIdAndBaudRate,
-                    [_] => return Err(StatusError::DataRange),
-                    _ => return Err(StatusError::DataLength),
-                };
-                table.factory_reset(scope).map(|()| 0)
-            }
-            Instruction::Clear => match parameters {
-                // The constant spells "DXL" and a quotation mark.
-                [0x01, 0x44, 0x58, 0x4C, 0x22] => table.clear_turns().map(|()| 0),
-                [_, _, _, _, _] => Err(StatusError::DataRange),
-                _ => Err(StatusError::DataLength),
+            Instruction::FactoryReset => table.factory_reset(scope(parameters)?).map(|()| 0),
+            Instruction::Clear => match keyed(parameters, CLEAR_KEY)? {
+                1 => table.clear_turns().map(|()| 0),
+                _ => Err(StatusError::DataRange),
             },
+            Instruction::ControlTableBackup => {
+                let what = keyed(parameters, BACKUP_KEY)?;
+                let what = [Backup::Store, Backup::Restore].into_iter().find(|known| known.code() == what);
+                table.backup(what.ok_or(StatusError::DataRange)?).map(|()| 0)
+            }
             _ => Err(StatusError::Instruction),
         }
     }
@@ -317,6 +298,15 @@ impl<const N: usize> State<N> {
             }
             Some(Instruction::Reboot) => {
                 let _ = table.reboot();
+            }
+            Some(Instruction::RegWrite) => {
+                let _ = self.register(parameters, table);
+            }
+            // Everything of every device at once would leave all of them with one address.
+            Some(Instruction::FactoryReset) => {
+                if let Ok(scope @ (ResetScope::ExceptId | ResetScope::ExceptIdAndBaudRate)) = scope(parameters) {
+                    let _ = table.factory_reset(scope);
+                }
             }
             Some(Instruction::SyncWrite) => {
                 let &[a, b, c, d, ref entries @ ..] = parameters else {
@@ -392,6 +382,17 @@ impl<const N: usize> State<N> {
         table.read(address, data).map(|()| length)
     }
 
+    fn register(&mut self, parameters: &[u8], table: &mut impl ControlTable) -> Result<(), StatusError> {
+        let (address, bytes) = addressed(parameters)?;
+        table.check(address, bytes)?;
+        let place = self.registered.bytes.get_mut(..bytes.len()).ok_or(StatusError::DataLength)?;
+        place.copy_from_slice(bytes);
+        self.registered.address = address;
+        self.registered.length = bytes.len();
+        table.registered(true);
+        Ok(())
+    }
+
     fn action(&mut self, table: &mut impl ControlTable) -> Result<(), StatusError> {
         let length = core::mem::take(&mut self.registered.length);
         let bytes = self.registered.bytes.get(..length).unwrap_or_default();
@@ -418,6 +419,22 @@ impl<const N: usize> State<N> {
         let data = self.data.get(..result.unwrap_or(0)).unwrap_or_default();
         let bytes = Encoder::status(&mut self.reply, me, alert, result.err()).bytes(data).finish().ok()?;
         Some((return_delay_us.saturating_add(slot_us), bytes.len()))
+    }
+}
+
+/// What a Factory Reset is to return.
+fn scope(parameters: &[u8]) -> Result<ResetScope, StatusError> {
+    let &[code] = parameters else { return Err(StatusError::DataLength) };
+    let scopes = [ResetScope::All, ResetScope::ExceptId, ResetScope::ExceptIdAndBaudRate];
+    scopes.into_iter().find(|scope| scope.code() == code).ok_or(StatusError::DataRange)
+}
+
+/// What is asked for by an instruction that is valid with a key only.
+fn keyed(parameters: &[u8], key: [u8; 4]) -> Result<u8, StatusError> {
+    match parameters {
+        [what, rest @ ..] if *rest == key => Ok(*what),
+        [_, _, _, _, _] => Err(StatusError::DataRange),
+        _ => Err(StatusError::DataLength),
     }
 }
 

@@ -1,18 +1,7 @@
 //! What a device holds: the side of a device that differs from one to the next.
 
 use crate::packet::{Id, StatusError, StatusReturn};
-
-/// How much a Factory Reset returns to the factory's values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ResetScope {
-    /// Everything (0xFF). Never asked for by broadcast.
-    All,
-    /// Everything but the address (0x01).
-    ExceptId,
-    /// Everything but address and baud rate (0x02).
-    ExceptIdAndBaudRate,
-}
+use crate::upkeep::{Backup, ResetScope};
 
 /// What a device holds, and what becomes of a write.
 ///
@@ -69,6 +58,13 @@ pub trait ControlTable {
     }
     /// Forgets the number of turns.
     fn clear_turns(&mut self) -> Result<(), StatusError> {
+        Err(StatusError::Instruction)
+    }
+    /// Stores the control table, or restores it and restarts the device.
+    ///
+    /// Errors: [`StatusError::ResultFail`] with torque on, and where nothing was stored.
+    fn backup(&mut self, what: Backup) -> Result<(), StatusError> {
+        let _ = what;
         Err(StatusError::Instruction)
     }
 }

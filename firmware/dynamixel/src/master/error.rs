@@ -69,6 +69,11 @@ pub enum Error<E> {
     TooLong(EncodeError),
     /// This instruction cannot be asked of every device at once.
     Broadcast,
+    /// A device is named twice in an instruction that may name it once.
+    Twice {
+        /// Which one.
+        id: Id,
+    },
 }
 
 impl<E: fmt::Debug> fmt::Display for Error<E> {
@@ -93,6 +98,7 @@ impl<E: fmt::Debug> fmt::Display for Error<E> {
             Error::Refused { id, error, .. } => write!(f, "{id} refused: {error}"),
             Error::Babble { bytes } => write!(f, "{bytes} bytes on the bus that are not an answer"),
             Error::TooLong(error) => write!(f, "{error}"),
+            Error::Twice { id } => write!(f, "{id} is named twice; each device may be named once"),
             Error::Broadcast => f.write_str("not to be asked of every device at once"),
         }
     }

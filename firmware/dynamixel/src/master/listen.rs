@@ -82,15 +82,21 @@ impl<E> Listening<E> {
     }
 }
 
-/// The answer's parameters, if it is one and has the right length; gives the alert.
-pub(super) fn copy<E>(status: &Status<'_>, into: &mut [u8]) -> Result<bool, Error<E>> {
+/// The answer's parameters and its alert, if it is one and has this many.
+pub(super) fn checked<'s, E>(status: &Status<'s>, length: usize) -> Result<(&'s [u8], bool), Error<E>> {
     let Status { id, alert, error, parameters } = *status;
     if let Some(error) = error {
         return Err(Error::Refused { id, error, alert });
     }
-    if parameters.len() != into.len() {
-        return Err(Error::Length { id, expected: into.len(), received: parameters.len() });
+    if parameters.len() != length {
+        return Err(Error::Length { id, expected: length, received: parameters.len() });
     }
+    Ok((parameters, alert))
+}
+
+/// As [`checked`]; the parameters go to `into`.
+pub(super) fn copy<E>(status: &Status<'_>, into: &mut [u8]) -> Result<bool, Error<E>> {
+    let (parameters, alert) = checked(status, into.len())?;
     into.copy_from_slice(parameters);
     Ok(alert)
 }

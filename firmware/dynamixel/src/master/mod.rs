@@ -1,12 +1,18 @@
 //! The asking side of the bus: one instruction at a time, a deadline for every answer.
 
+mod bulk;
+mod discover;
 mod error;
 mod listen;
+mod service;
 mod several;
+mod sync;
 mod values;
 
+pub use bulk::{BulkAnswer, BulkWrite};
+pub use discover::Found;
 pub use error::Error;
-pub use several::{Found, SyncAnswer};
+pub use sync::SyncAnswer;
 
 use embassy_futures::poll_once;
 use embassy_futures::select::{Either, select};
@@ -19,7 +25,6 @@ use crate::decode::Decoder;
 use crate::encode::{EncodeError, Encoder};
 use crate::packet::{Id, Instruction, Status, longest_packet_length, packet_length};
 use crate::timing::Timing;
-use crate::xm430;
 
 /// What a device answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,22 +44,6 @@ pub struct Identity {
     pub model: u16,
     /// Version of the device's firmware.
     pub firmware: u8,
-}
-
-impl Identity {
-    /// Whether this servo is known to understand Fast Sync Read and Fast Bulk Read: the X430 and X540 series from firmware
-    /// 45 on, the X330 series from 46 on (ROBOTIS e-Manual, Protocol 2.0, "Fast Sync Read").
-    pub const fn reads_fast(&self) -> bool {
-        match self.model {
-            // XH430, XM430, XL430, XC430 and XH540, XM540, XW540; the double servos 2XL430 (1090) and 2XC430 (1160) do not.
-            1000 | 1010 | 1020 | 1030 | 1040 | 1050 | 1060 | 1070 | 1080 => self.firmware >= xm430::FAST_READ_FIRMWARE,
-            1100 | 1110 | 1120 | 1130 | 1140 | 1150 | 1170 | 1180 => self.firmware >= xm430::FAST_READ_FIRMWARE,
-            1270 | 1280 => self.firmware >= xm430::FAST_READ_FIRMWARE,
-            // XL330 and XC330.
-            1190 | 1200 | 1210 | 1220 | 1230 | 1240 => self.firmware >= 46,
-            _ => false,
-        }
-    }
 }
 
 /// The master of a bus. `N` bounds instructions and answers in bytes, stuffing included.
@@ -134,22 +123,21 @@ where
 
     /// Writes bytes from `address` on. A broadcast is not answered; its alert is always false.
     pub async fn write(&mut self, id: Id, address: u16, bytes: &[u8]) -> Result<Answer<()>, Error<U::Error>> {
-        let address = address.to_le_bytes();
-        if id.is_broadcast() || !self.timing.status_return.answers(Instruction::Write.code()) {
-            self.tell(id, Instruction::Write, &[&address, bytes]).await?;
-            return Ok(Answer { value: (), alert: false });
-        }
-        let alert = self.ask(id, Instruction::Write, &[&address, bytes], &mut []).await?;
-        Ok(Answer { value: (), alert })
+        self.order(id, Instruction::Write, &[&address.to_le_bytes(), bytes]).await
     }
 
-    /// Restarts a device. It does not answer further instructions for a while.
-    pub async fn reboot(&mut self, id: Id) -> Result<Answer<()>, Error<U::Error>> {
-        if id.is_broadcast() || !self.timing.status_return.answers(Instruction::Reboot.code()) {
-            self.tell(id, Instruction::Reboot, &[]).await?;
+    /// An instruction without an answer's data: not waited for if nobody answers it.
+    async fn order(
+        &mut self,
+        id: Id,
+        instruction: Instruction,
+        parts: &[&[u8]],
+    ) -> Result<Answer<()>, Error<U::Error>> {
+        if id.is_broadcast() || !self.timing.status_return.answers(instruction.code()) {
+            self.tell(id, instruction, parts).await?;
             return Ok(Answer { value: (), alert: false });
         }
-        let alert = self.ask(id, Instruction::Reboot, &[], &mut []).await?;
+        let alert = self.ask(id, instruction, parts, &mut []).await?;
         Ok(Answer { value: (), alert })
     }
 

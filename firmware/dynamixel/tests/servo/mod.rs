@@ -1,6 +1,8 @@
 //! A control table with the items of the XM430-W350 and no motor: what is written can be read.
 
-use dynamixel::{ControlTable, Id, Register, ResetScope, StatusError, StatusReturn, Value, check_read, writes, xm430};
+use dynamixel::{
+    Backup, ControlTable, Id, Register, ResetScope, StatusError, StatusReturn, Value, check_read, writes, xm430,
+};
 
 /// The table, byte by byte.
 #[derive(Clone)]
@@ -10,11 +12,13 @@ pub struct Servo {
     pub reboots: u32,
     pub clears: u32,
     pub resets: Vec<ResetScope>,
+    pub backups: Vec<Backup>,
 }
 
 impl Servo {
     pub fn new(id: u8) -> Self {
-        let mut servo = Servo { memory: [0; 147], reads: 0, reboots: 0, clears: 0, resets: Vec::new() };
+        let mut servo =
+            Servo { memory: [0; 147], reads: 0, reboots: 0, clears: 0, resets: Vec::new(), backups: Vec::new() };
         for item in xm430::ITEMS {
             let bytes = item.default.to_le_bytes();
             let (from, length) = (usize::from(item.address), usize::from(item.length));
@@ -104,6 +108,19 @@ impl ControlTable for Servo {
 
     fn clear_turns(&mut self) -> Result<(), StatusError> {
         self.clears += 1;
+        Ok(())
+    }
+
+    fn check(&self, address: u16, bytes: &[u8]) -> Result<(), StatusError> {
+        let locked = self.value(xm430::TORQUE_ENABLE) == 1;
+        writes(&xm430::ITEMS, locked, address, bytes).try_for_each(|part| part.map(|_| ()))
+    }
+
+    fn backup(&mut self, what: Backup) -> Result<(), StatusError> {
+        if self.value(xm430::TORQUE_ENABLE) == 1 {
+            return Err(StatusError::ResultFail);
+        }
+        self.backups.push(what);
         Ok(())
     }
 }

@@ -1,29 +1,13 @@
-//! The master against devices on a bus in memory: what works, and every way in which it can go wrong.
+//! The master against devices: what works, and every way in which it can go wrong.
 
-mod bus;
-mod servo;
-
-use bus::{Bus, Clock};
 use dynamixel::{
-    Answer, DecodeError, Encoder, Error, Id, Identity, Instruction, Master, StatusError, SyncAnswer, Timing, encode,
-    xm430,
+    Answer, DecodeError, Encoder, Error, Id, Identity, Instruction, StatusError, SyncAnswer, Timing, encode, xm430,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-const TIMING: Timing = Timing { latency_us: 1_000, ..Timing::at(1_000_000) };
-
-fn id(id: u8) -> Id {
-    Id::new(id).unwrap()
-}
-
-fn master(bus: &Bus) -> Master<Bus, Clock> {
-    Master::new(bus.clone(), Clock(bus.clone()), TIMING)
-}
-
-fn plain<T>(value: T) -> Answer<T> {
-    Answer { value, alert: false }
-}
+use crate::world::Bus;
+use crate::{TIMING, id, master, plain};
 
 /// A status packet as device `from` would send it.
 fn status(from: u8, data: &[u8]) -> Vec<u8> {

@@ -1,23 +1,16 @@
 //! What a bad line does to each side of the bus, counted: nothing hangs, nothing false is believed, and the next sound
 //! packet is heard.
 
-mod bus;
-mod servo;
-mod traffic;
-
-use bus::{Bus, Clock};
-use dynamixel::{Answer, Decoder, Device, Error, Heard, Id, Instruction, Master, Tap, Timing, encode, xm430};
+use crate::id;
+use crate::servo::Servo;
+use crate::traffic::{Frame, SERVOS, TIMING, Traffic, is_position};
+use crate::world::{Bus, Clock};
+use dynamixel::{Answer, Decoder, Device, Error, Heard, Instruction, Master, Tap, Timing, encode, xm430};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
-use servo::Servo;
-use traffic::{Frame, SERVOS, TIMING, Traffic, is_position};
 
 /// Bytes of noise.
 const NOISE: usize = 1_000_000;
-
-fn id(id: u8) -> Id {
-    Id::new(id).unwrap()
-}
 
 /// Random bytes; every other kilobyte is made of what headers are made of.
 fn noise(seed: u64) -> Vec<u8> {

@@ -33,6 +33,8 @@ pub struct World {
     /// Applied to the answers to come, one each.
     pub tamper: VecDeque<Tamper>,
     pub sent_until_us: u64,
+    /// What the master has sent, write by write.
+    pub sent: Vec<Vec<u8>>,
     events: BTreeMap<(u64, u64), Event>,
     count: u64,
     inbox: VecDeque<u8>,
@@ -52,6 +54,7 @@ impl Bus {
             servos: ids.iter().map(|&id| (Device::new(Timing::at(1_000_000)), Servo::new(id))).collect(),
             tamper: VecDeque::new(),
             sent_until_us: 0,
+            sent: Vec::new(),
             events: BTreeMap::new(),
             count: 0,
             inbox: VecDeque::new(),
@@ -80,6 +83,11 @@ impl Bus {
     /// Puts bytes in front of the master now.
     pub fn inject(&self, bytes: &[u8]) {
         self.0.borrow_mut().inbox.extend(bytes);
+    }
+
+    /// Bytes that have reached the master and wait to be read.
+    pub fn waiting(&self) -> usize {
+        self.0.borrow().inbox.len()
     }
 
     /// Runs a future to its end; the clock advances whenever it waits.
@@ -184,6 +192,7 @@ impl Write for Bus {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         let mut world = self.0.borrow_mut();
         let now = world.now_us;
+        world.sent.push(bytes.to_vec());
         world.sent_until_us = world.speak(None, now, bytes);
         Ok(bytes.len())
     }
