@@ -7,7 +7,8 @@
 //! ```
 //!
 //! - [`Encoder`] and [`Decoder`] turn packets into bytes and back; the decoder finds its way after damage.
-//! - [`Master`] asks over any `embedded-io-async` port, with a deadline for every answer.
+//! - [`Master`] asks over any `embedded-io-async` port, with a deadline for every answer; [`blocking::Master`] does so without an
+//!   executor, over any `embedded-io` port.
 //! - [`Tap`] listens to another master's traffic and learns from it where the servos are.
 //! - [`Device`] is the other side: it answers for a [`ControlTable`].
 //! - [`xm430`] lists the control table of the XM430-W350 as typed [`Register`]s.
@@ -22,6 +23,12 @@
 #[cfg(test)]
 extern crate std;
 
+/// The README's examples.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct ReadMe;
+
+pub mod blocking;
 pub mod crc;
 mod decode;
 mod device;

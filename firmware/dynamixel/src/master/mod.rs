@@ -99,6 +99,11 @@ where
         &mut self.port
     }
 
+    /// What measures the deadlines.
+    pub(crate) fn delay_mut(&mut self) -> &mut D {
+        &mut self.delay
+    }
+
     /// Gives the port back.
     pub fn into_port(self) -> U {
         self.port

@@ -1,5 +1,6 @@
 //! The asking side on a bus in memory: what works, and every way in which it can go wrong; and what noise does to each side.
 
+mod blocking;
 mod bulk;
 mod master;
 mod noise;
