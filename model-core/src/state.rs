@@ -91,7 +91,7 @@ impl<T: Real, S: Size> State<T, S> {
 
     /// Goes on from another state to this one and `part` as far beyond. A contact that is new keeps its multiplier.
     pub(crate) fn predict(&mut self, from: &Self, part: T, model: &Model<T, S>) {
-        // A load and where it acts are given, not found; the force of what slips follows from μ, that of what sticks from the slip.
+        // A load and where it acts are given, not found; what slips or sticks does so until the law says otherwise.
         let Self {
             angle,
             lambda,
@@ -100,8 +100,8 @@ impl<T: Real, S: Size> State<T, S> {
             touching,
             multiplier,
             normal,
-            tangential: _,
-            slips: _,
+            tangential,
+            slips,
             touching_count,
         } = self;
         let beyond = |now: &mut T, then: T| *now += part * (*now - then);
@@ -128,6 +128,20 @@ impl<T: Real, S: Size> State<T, S> {
                 let least = T::of(0.01) * *now;
                 beyond(now, before);
                 *now = now.max(least);
+            }
+        }
+        if S::RUBS {
+            // Of what sticks; the force of what slips follows from μ.
+            let mut then =
+                from.touching.as_ref().run(0..from.touching_count).iter().zip(from.tangential.as_ref()).peekable();
+            let now = tangential.as_mut().iter_mut().zip(slips.as_ref());
+            for (sample, (now, state)) in touching.as_ref().run(0..count).iter().zip(now) {
+                while then.next_if(|(other, _)| *other < sample).is_some() {}
+                if let Some((_, &before)) = then.next_if(|(other, _)| *other == sample)
+                    && *state == ContactState::Stick
+                {
+                    beyond(now, before);
+                }
             }
         }
         // The force goes on smoothly where the samples that carry it come and go.

@@ -10,6 +10,10 @@
 //! rows, its tangent's before its normal's. D is symmetric; a place that slips gives the column D·n + σ m D·t, so the equations are not,
 //! and are solved by [`crate::linear::lu`].
 //!
+//! Where the beam slides along a round object the normals turn, and the forces with them. The turning row (`newton::turning`) is the force
+//! t ϑ Σμ of the normals' turn ϑ; the tangential forces turn along, by n ϑ Σ|τ|, which is so much of that row's multiplier put on the normal
+//! beside it ([`Turning`]). Without it an iteration leaves that force behind.
+//!
 //! The order in which states change decides whether they settle. All places change at once, until a set comes again; then only the one
 //! that is furthest off does. (a) What sticks beyond its cone slips that way, even if it pulls. (b) Only what slips and pulls opens.
 //! (c) What closes slips against its trial slip. (d) What slips the wrong way sticks. If what closes begins by sticking, or what sticks and
@@ -40,7 +44,40 @@ impl<T> Law<T> {
     }
 }
 
-/// Finds the rows' new states, from the present ones on, and the steps Δμ, Δτ of all rows.
+/// What the turning row's multiplier puts on the normal beside it, as the tangential forces turn with the normals.
+#[derive(Clone, Copy)]
+pub(crate) struct Turning<T> {
+    /// The turning row; the normal is the one before it.
+    row: usize,
+    /// Στ/Σμ, towards the tip.
+    share: T,
+}
+
+impl<T: Real> Turning<T> {
+    /// Of these rows; none where no normal comes before a turning row.
+    pub(crate) fn of(rows: &[Row<T>]) -> Option<Self> {
+        let row = rows.iter().position(|row| row.direction == Direction::Turning)?;
+        let (mut along, mut push) = (T::ZERO, T::ZERO);
+        for row in rows {
+            match row.direction {
+                Direction::Tangent => along += row.multiplier,
+                Direction::Normal => push += row.multiplier,
+                Direction::Turning => {}
+            }
+        }
+        let has_normal = row.checked_sub(1).and_then(|before| rows.get(before)).is_some_and(Row::only_pushes);
+        (has_normal && push > T::ZERO).then(|| Self { row, share: along / push })
+    }
+
+    /// Adds to the rows' steps, or takes away with a `part` of −1, what the turning puts on the normal.
+    pub(crate) fn put_on(&self, part: T, delta: &mut [T]) {
+        let turned = delta.at(self.row);
+        delta.add(self.row.wrapping_sub(1), part * self.share * turned);
+    }
+}
+
+/// Finds the rows' new states, from the present ones on, and the steps Δμ, Δτ of all rows: those of the multipliers, without what
+/// [`Turning`] puts on a normal.
 pub(crate) fn settle<T: Real>(
     problem: &mut Problem<'_, T>,
     law: Law<T>,
@@ -55,6 +92,7 @@ pub(crate) fn settle<T: Real>(
         *state = if law.is_forced() && touches { law.forced } else { row.state };
     }
     let coefficient = law.coefficient;
+    let turning = problem.rows.get(..count).and_then(Turning::of);
     let (mut seen, mut one_by_one) = ([0_u32; REMEMBERED], false);
     for pass in 0..4 * count + REMEMBERED {
         let mark = fingerprint(states);
@@ -62,11 +100,11 @@ pub(crate) fn settle<T: Real>(
         if let Some(slot) = seen.get_mut(pass) {
             *slot = mark;
         }
-        solve_on(problem, coefficient, states, delta);
+        solve_on(problem, coefficient, turning, states, delta);
         let mut worst: Option<(usize, Change, T)> = None;
         let mut changed = false;
         for tangent in (0..count).filter(|&j| is_tangent(problem.rows, j)) {
-            let Some((change, size)) = wanted(problem, law, tangent, states, delta) else { continue };
+            let Some((change, size)) = wanted(problem, law, turning, tangent, states, delta) else { continue };
             if one_by_one {
                 if worst.is_none_or(|(_, _, most)| size > most) {
                     worst = Some((tangent, change, size));
@@ -86,7 +124,10 @@ pub(crate) fn settle<T: Real>(
         }
     }
     if !outcome.settled {
-        solve_on(problem, coefficient, states, delta);
+        solve_on(problem, coefficient, turning, states, delta);
+    }
+    if let Some(turning) = turning {
+        turning.put_on(-T::one(), delta);
     }
     outcome.negative = negative(problem, count, states);
     outcome
@@ -118,6 +159,7 @@ fn slip<T: Real>(towards: T) -> ContactState {
 fn wanted<T: Real>(
     problem: &Problem<'_, T>,
     law: Law<T>,
+    turning: Option<Turning<T>>,
     tangent: usize,
     states: &[ContactState],
     delta: &[T],
@@ -128,7 +170,12 @@ fn wanted<T: Real>(
         let run = problem.flexibility.get(row * stride..).unwrap_or(&[]);
         product(run, delta) - problem.rhs.at(row)
     };
-    let total = |row: usize| problem.rows.get(row).map_or(T::ZERO, |row| row.multiplier) + delta.at(row);
+    let turned = |row: usize| match turning {
+        Some(turning) if turning.row == row + 1 => turning.share * delta.at(turning.row),
+        _ => T::ZERO,
+    };
+    let total =
+        |row: usize| problem.rows.get(row).map_or(T::ZERO, |row| row.multiplier) + (delta.at(row) - turned(row));
     let own = |row: usize| entry(problem.flexibility, stride, row, row).abs();
     let (push, along) = (total(normal), total(tangent));
     match states.at(tangent) {
@@ -169,8 +216,14 @@ fn is_equation(state: ContactState) -> bool {
     matches!(state, ContactState::Closed | ContactState::Stick)
 }
 
-/// Solves for the steps of all rows in their present states.
-fn solve_on<T: Real>(problem: &mut Problem<'_, T>, coefficient: T, states: &[ContactState], delta: &mut [T]) {
+/// Solves for the steps of all rows in their present states, with what the turning puts on a normal.
+fn solve_on<T: Real>(
+    problem: &mut Problem<'_, T>,
+    coefficient: T,
+    turning: Option<Turning<T>>,
+    states: &[ContactState],
+    delta: &mut [T],
+) {
     let stride = problem.stride.max(1);
     // What is not an equation: open rows give up their multipliers, slipping ones go to the cone of the present normal force.
     for (j, ((delta, row), &state)) in delta.iter_mut().zip(problem.rows).zip(states).enumerate() {
@@ -181,6 +234,13 @@ fn solve_on<T: Real>(problem: &mut Problem<'_, T>, coefficient: T, states: &[Con
     let mut listed = 0;
     for (j, _) in states.iter().enumerate().filter(|(_, state)| is_equation(**state)) {
         problem.listed.put(listed, j as u16);
+        // What it takes along of the row before it: a normal that slips of its tangent, the turning of the normal beside it.
+        let beside = j.checked_sub(1).filter(|&before| is_tangent(problem.rows, before));
+        let along = match turning {
+            Some(turning) if turning.row == j => turning.share,
+            _ => beside.map_or(T::ZERO, |tangent| coefficient * sign::<T>(states.at(tangent))),
+        };
+        problem.spare.put(listed, along);
         listed += 1;
     }
     let places = problem.listed.get(..listed).unwrap_or(&[]);
@@ -188,12 +248,12 @@ fn solve_on<T: Real>(problem: &mut Problem<'_, T>, coefficient: T, states: &[Con
         let j = usize::from(j);
         let Some(row) = problem.flexibility.get(j * stride..(j + 1) * stride) else { return };
         *value = problem.rhs.at(j) - product(row, delta);
-        for (slot, &k) in into.iter_mut().zip(places) {
+        for ((slot, &k), &along) in into.iter_mut().zip(places).zip(&*problem.spare) {
             let k = usize::from(k);
-            // A normal that slips takes its tangent along.
-            let beside = k.checked_sub(1).filter(|&before| is_tangent(problem.rows, before));
-            let along = beside.map_or(T::ZERO, |tangent| coefficient * sign::<T>(states.at(tangent)) * row.at(tangent));
-            *slot = row.at(k) + along;
+            *slot = row.at(k);
+            if along != T::ZERO {
+                *slot += along * row.at(k.wrapping_sub(1));
+            }
         }
     }
     lu::factorise(problem.factored, listed, stride, problem.order);
@@ -207,6 +267,9 @@ fn solve_on<T: Real>(problem: &mut Problem<'_, T>, coefficient: T, states: &[Con
                 delta.add(tangent, towards * step);
             }
         }
+    }
+    if let Some(turning) = turning {
+        turning.put_on(T::one(), delta);
     }
 }
 

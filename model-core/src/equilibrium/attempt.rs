@@ -28,7 +28,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             tolerance,
             hessian: self.settings.hessian,
             margin: T::of(self.settings.margin) / self.model.units.length,
-            thins: is_short && self.model.fineness <= 1 && !self.rubs(),
+            thins: is_short && self.model.fineness <= 1,
         };
         let (present, accepted) = self.timeline.present_and_accepted();
         let judged = Judged { state: accepted, drift: self.drift };

@@ -10,6 +10,8 @@ use crate::state::State;
 
 /// Longest prediction, in lengths of the last step.
 const FARTHEST: f64 = 4.0;
+/// Longest prediction backwards with friction: back to the instant before, but for rounding.
+const BACK: f64 = 1.01;
 
 /// The instants, and the coordinates of the accepted ones.
 pub(crate) struct Timeline<T: Real, S: Size> {
@@ -87,9 +89,9 @@ impl<T: Real, S: Size> Timeline<T, S> {
     }
 
     /// Moves the present instant on to a coordinate, along the line through the last two accepted ones.
-    /// With friction a motion that turns round goes another way: nothing is predicted backwards.
+    /// With friction a motion that turns round goes another way: backwards nothing is predicted beyond the two.
     pub(super) fn predict(&mut self, to: T, rubs: bool, model: &Model<T, S>) {
-        let follows = |part: &T| part.abs() <= T::of(FARTHEST) && !(rubs && *part < T::ZERO);
+        let follows = |part: &T| part.abs() <= T::of(FARTHEST) && !(rubs && *part < -T::of(BACK));
         if let Some(part) = self.ahead(to).filter(follows) {
             self.present.predict(&self.previous, part, model);
         }

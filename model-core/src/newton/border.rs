@@ -118,6 +118,9 @@ impl<T: Real, S: Size> Border<T, S> {
         let nodes = member.nodes();
         let interior = usize::from(member.interior);
         let mut own = Own { lever: kinematics.lever(model, index, sample), ..Own::BLANK };
+        if S::RUBS && row.direction == Direction::Tangent {
+            slip::lengthen(model, row, &mut own.lever);
+        }
         // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
         let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
         let (start, end, before_end) = if kkt.curved {
@@ -137,11 +140,13 @@ impl<T: Real, S: Size> Border<T, S> {
         } else {
             raw_entries::<T, false>(column, list, weight, first, &own.lever, row)?
         };
-        if S::RUBS && row.direction == Direction::Tangent {
-            let (node, arms) = slip::arms(model, row);
-            for (value, arm) in column.get_mut(node.saturating_sub(nodes.start)..)?.iter_mut().zip(arms) {
-                *value -= arm;
-            }
+        if S::RUBS
+            && row.direction == Direction::Tangent
+            && usize::from(sample.node) >= nodes.end
+            && let Some(joint) = column.last_mut()
+        {
+            // On the wedge: with the joint at the tip alone.
+            *joint -= sample.half_thickness;
         }
         if is_strained {
             let ([stretch, shear], [xx, xy, all]) = (member.compliance, tensor);
@@ -204,14 +209,6 @@ impl<T: Real, S: Size> Border<T, S> {
                     sum += w
                         * (part / weight - T::one())
                         * compliance_along(on.e, member.compliance, normal, other.normal);
-                }
-            }
-            if S::RUBS && other.direction == Direction::Tangent {
-                let (node, arms) = slip::arms(model, other);
-                for (node, arm) in (node.saturating_sub(nodes.start)..).zip(arms) {
-                    if let Some(&z) = solved.get(node.wrapping_sub(1)) {
-                        sum -= arm * z;
-                    }
                 }
             }
             *entry = sum;

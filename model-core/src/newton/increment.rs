@@ -151,13 +151,6 @@ impl<T: Real, S: Size> Increment<T, S> {
                 if delta == T::ZERO {
                     continue;
                 }
-                if S::RUBS && row.direction == Direction::Tangent {
-                    let (node, arms) = slip::arms(model, row);
-                    let values = angle.get_mut(node.saturating_sub(nodes.start)..).unwrap_or(&mut []);
-                    for (value, arm) in values.iter_mut().zip(arms) {
-                        *value += delta * arm;
-                    }
-                }
                 let first = usize::from(row.place.node).wrapping_sub(nodes.start);
                 for (k, &[x, y]) in own.lever.iter().enumerate() {
                     if let Some(value) = angle.get_mut(first.wrapping_add(k)) {

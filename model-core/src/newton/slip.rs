@@ -101,6 +101,11 @@ impl<T: Real, S: Size> Slip<T, S> {
         self.turned = turned;
     }
 
+    /// The object has also been shifted by so much, finger frame, mm.
+    pub(crate) fn shift_object(&mut self, by: Vec2<T>, length: T) {
+        self.shift = [self.shift[0] + by.x / length, self.shift[1] + by.y / length];
+    }
+
     /// Where a sample of the accepted state would be, had it stuck to the object.
     fn anchor(&self, model: &Model<T, S>, sample: &Sample<T>) -> Vec2<T> {
         let cell = usize::from(sample.cell);
@@ -152,6 +157,15 @@ pub(crate) fn arms<T: Real, S: Size>(model: &Model<T, S>, row: &Row<T>) -> (usiz
     let two = T::of(2.0);
     let shares = [(one - xi) * (one - two * xi), T::of(4.0) * xi * (one - xi), xi * (two * xi - one)];
     (node, shares.map(|share| half * share))
+}
+
+/// Adds to a tangent row's levers what its place turns by: along the tangent, as it slips by ½h Δθ. On the wedge, which has none, nothing.
+pub(crate) fn lengthen<T: Real, S: Size>(model: &Model<T, S>, row: &Row<T>, levers: &mut [[T; 2]; 3]) {
+    let (node, arms) = arms(model, row);
+    let Some(from) = node.checked_sub(usize::from(row.place.node)) else { return };
+    for (lever, arm) in levers.iter_mut().skip(from).zip(arms) {
+        *lever = [lever[0] + arm * row.normal[0], lever[1] + arm * row.normal[1]];
+    }
 }
 
 /// Softness ε_t = h/(E w ℓ) of a sample along the object: a layer of the beam one thickness deep, as long as the way between samples.

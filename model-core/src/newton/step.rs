@@ -8,6 +8,7 @@ use super::residual::Largest;
 use super::settings::NewtonSettings;
 use super::workspace::Evaluated;
 use super::{Hessian, Workspace, slip};
+use crate::contact::coulomb::Turning;
 use crate::element::{Depth, Places, Residuals, Tangents};
 use crate::model::Model;
 use crate::object::Object;
@@ -144,7 +145,14 @@ impl<T: Real, S: Size> Workspace<T, S> {
         let Self { kinematics, contacts, factorisation, border, right, solution, increment, slip, .. } = self;
         let settled = solution.settle(border, right, contacts, slip);
         let at = Evaluated { model, kinematics, contacts };
+        let turning = if slip.rubs() { Turning::of(contacts.rows()) } else { None };
+        if let Some(turning) = turning {
+            turning.put_on(T::one(), solution.delta.as_mut());
+        }
         increment.find(at, factorisation, border, right, solution.delta.as_ref());
+        if let Some(turning) = turning {
+            turning.put_on(-T::one(), solution.delta.as_mut());
+        }
         Inertia::of(factorisation.excess, settled, contacts)
     }
 

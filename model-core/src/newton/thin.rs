@@ -12,32 +12,42 @@ impl<T: Real, S: Size> Contacts<T, S> {
     ///
     /// Where the motion has a kink, the extrapolated beam penetrates with many samples that will not touch, and a step costs the
     /// square of its rows. What is left out and still penetrates after the step is a row of the next iteration.
+    /// With friction a tangent goes with its normal.
     pub fn thin(&mut self, many: usize) {
         let rows = self.rows_mut();
         let touches = |row: &Row<T>| row.touches();
-        let new = rows.iter().filter(|row| !touches(row)).count();
-        if new <= many || new == rows.len() {
+        let places = rows.iter().filter(|row| row.only_pushes()).count();
+        let new = rows.iter().filter(|row| row.only_pushes() && !touches(row)).count();
+        if new <= many || new == places {
             return;
         }
         let mut count = 0;
         let mut below: Option<Row<T>> = None;
         let mut touching_below: Option<u16> = None;
+        let mut tangent: Option<Row<T>> = None;
         for j in 0..rows.len() {
             let row = rows.at(j);
-            let above = rows.get(j + 1..).unwrap_or(&[]);
+            if !row.only_pushes() {
+                tangent = Some(row);
+                continue;
+            }
+            let mut above = rows.get(j + 1..).unwrap_or(&[]).iter().filter(|row| row.only_pushes());
             let keeps = touches(&row) || {
                 let near_below = touching_below.is_some_and(|k| row.sample - k <= REACH);
-                let near_above = above.iter().take_while(|r| r.sample - row.sample <= REACH).any(touches);
+                let near_above = above.clone().take_while(|r| r.sample - row.sample <= REACH).any(touches);
                 let deeper = |other: &Row<T>| other.sample.abs_diff(row.sample) > 1 || row.gap < other.gap;
-                near_below || near_above || (below.as_ref().is_none_or(deeper) && above.first().is_none_or(deeper))
+                near_below || near_above || (below.as_ref().is_none_or(deeper) && above.next().is_none_or(deeper))
             };
             if touches(&row) {
                 touching_below = Some(row.sample);
             }
             below = Some(row);
+            let tangent = tangent.take();
             if keeps {
-                rows.put(count, row);
-                count += 1;
+                for row in tangent.into_iter().chain([row]) {
+                    rows.put(count, row);
+                    count += 1;
+                }
             }
         }
         self.count = count;
@@ -47,7 +57,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::ContactState;
+    use crate::contact::{ContactState, Direction};
     use crate::size::{Blank, Paper};
     use std::boxed::Box;
     use std::vec::Vec;
@@ -74,6 +84,32 @@ mod tests {
         assert_eq!(thinned(&GAPS, &[11], 5), [10, 11, 12, 13, 15, 20]);
         // The last one touches as well.
         assert_eq!(thinned(&GAPS, &[11, 21], 5), [10, 11, 12, 13, 15, 19, 20, 21]);
+    }
+
+    #[test]
+    fn tangents_go_with_their_normals() {
+        let mut contacts: Box<Contacts<f64, Paper>> = Box::new(Contacts::EMPTY);
+        for (j, &gap) in GAPS.iter().enumerate() {
+            let sample = 10 + j as u16;
+            let (state, multiplier) =
+                if sample == 11 { (ContactState::Closed, 1.0) } else { (ContactState::Open, 0.0) };
+            let normal = Row { sample, state, gap, multiplier, ..Row::BLANK };
+            contacts.rows[2 * j] = Row { direction: Direction::Tangent, ..normal };
+            contacts.rows[2 * j + 1] = normal;
+        }
+        contacts.count = 2 * GAPS.len();
+        contacts.thin(5);
+        let pairs = contacts.rows().as_chunks::<2>().0;
+        let kept: Vec<u16> = pairs
+            .iter()
+            .map(|[tangent, normal]| {
+                assert!(
+                    tangent.direction == Direction::Tangent && normal.only_pushes() && tangent.sample == normal.sample
+                );
+                normal.sample
+            })
+            .collect();
+        assert_eq!((kept.as_slice(), contacts.count), ([10, 11, 12, 13, 15, 20].as_slice(), 12));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use model_core::equilibrium::{Follower, SlipWay};
 use model_core::object::{Motion, ObjectDesign};
 use model_core::random_designs::Random;
 use model_core::real::Real;
-use model_core::size::{Rubbing, Size};
+use model_core::size::{Reduced, Rubbing, Size};
 use model_core::status::Status;
 use reference_tests::fea_80;
 use reference_tests::friction::friction_rows;
@@ -153,6 +153,36 @@ fn random_pasts_lie_between_closing_slip_and_opening_slip() {
     }
     println!("{inside} inside, {sticking} of 100 pasts partly stick");
     assert!(sticking > 25, "{sticking}");
+}
+
+/// What friction costs at one count per step, in iterations, and where friction has room but the coefficient is zero: nothing.
+#[test]
+fn friction_takes_few_more_iterations() {
+    fn iterations<S: Size>(coefficient: f64) -> (f64, u32, Vec<[u32; 2]>) {
+        let design = reference_tests::ladder_80();
+        let how = Discretisation::estimator(Physics::Extended);
+        let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+        let mut follower = closing::<f32, S>(&design, &how, object, coefficient);
+        let (mut spent, mut ticks, mut most, mut forces) = (0, 0, 0, Vec::new());
+        for count in (0..=125).chain((0..125).rev()) {
+            let outcome = follower.follow(f64::from(count) * reference_tests::COUNT);
+            assert!(outcome.status.is_trustworthy(), "count {count}: {outcome:?}");
+            if follower.touching() > 0 {
+                (spent, ticks, most) = (spent + outcome.iterations, ticks + 1, most.max(outcome.iterations));
+            }
+            forces.push(follower.force_world().map(f32::to_bits));
+        }
+        (f64::from(spent) / f64::from(ticks), most, forces)
+    }
+    let (without, with_room, rubbing) =
+        (iterations::<Reduced>(0.0), iterations::<Rubbing>(0.0), iterations::<Rubbing>(0.6));
+    println!(
+        "iterations, mean and most: {:?} without, {:?} with friction",
+        (without.0, without.1),
+        (rubbing.0, rubbing.1)
+    );
+    assert!(without == with_room, "room for friction changes nothing");
+    assert!(rubbing.0 < 1.25 && rubbing.1 <= 3, "{} {}", rubbing.0, rubbing.1);
 }
 
 /// ∮ τ dα = ΔV + dissipation: closing and opening, the torque with the true points of action.
