@@ -82,6 +82,7 @@ fn row(row: &Row) -> Value {
         "mode": row.mode,
         "hessian": row.hessian,
         "physics": word(row.model.physics),
+        "friction": f64::from(row.model.friction) / 100.0,
         "samples_per_element": row.model.samples,
         "ticks": row.ticks,
         "failed_ticks": row.failed_ticks,
@@ -114,8 +115,11 @@ fn time(time: &Time) -> Value {
     json!({
         "model": time.model,
         "physics": word(time.physics),
+        "friction": f64::from(time.friction) / 100.0,
         "precision": time.precision,
         "warm_us": time.warm_us,
+        "warm_mean_us": time.ticks_us.mean,
+        "warm_max_us": time.ticks_us.max,
         "cold_us": time.cold_us,
         "places_per_s": time.places_per_s,
     })
@@ -141,10 +145,11 @@ const PHYSICS: Kind = Kind::OneOf(&["paper", "extended"]);
 const TARGET: &[(&str, Kind)] = &[
     ("board", Kind::OneOf(&["mps2"])),
     ("case", Kind::OneOf(&[CASE])),
-    ("model", Kind::OneOf(&["simpson-17-1", "paper-170-20"])),
+    ("model", Kind::OneOf(&["simpson-17-1", "simpson-17-1-rubbing", "paper-170-20"])),
     ("mode", Kind::OneOf(&["converged", "one-iteration"])),
     ("hessian", Kind::OneOf(&["newton", "gauss-newton"])),
     ("physics", PHYSICS),
+    ("friction", Kind::NotNegative),
     ("samples_per_element", Kind::Positive),
     ("failed_ticks", Kind::NotNegative),
     ("instructions_per_count", Kind::Spread),
@@ -158,8 +163,11 @@ const TARGET: &[(&str, Kind)] = &[
 const PC: &[(&str, Kind)] = &[
     ("model", Kind::Text),
     ("physics", PHYSICS),
+    ("friction", Kind::NotNegative),
     ("precision", Kind::OneOf(&["f32", "f64"])),
     ("warm_us", Kind::Positive),
+    ("warm_mean_us", Kind::Positive),
+    ("warm_max_us", Kind::Positive),
     ("cold_us", Kind::Positive),
     ("places_per_s", Kind::Positive),
 ];
@@ -221,7 +229,7 @@ mod tests {
     fn with<T>(take: impl FnOnce(Figures<'_>) -> T) -> T {
         let spread = Spread { mean: 100.4, max: 200.0 };
         let row = Row {
-            model: Model { name: REDUCED, samples: 4, physics: Physics::Extended },
+            model: Model { name: REDUCED, samples: 4, physics: Physics::Extended, friction: 0 },
             mode: "converged".into(),
             hessian: "newton".into(),
             ticks: 250,
@@ -239,8 +247,10 @@ mod tests {
         let time = Time {
             model: "fine",
             physics: Physics::Paper,
+            friction: 0,
             precision: "f64",
             warm_us: 1.5,
+            ticks_us: spread,
             cold_us: 20.0,
             places_per_s: 9e4,
         };

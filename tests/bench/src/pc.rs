@@ -8,13 +8,15 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use model_core::discretise::{Discretisation, Physics, Sampling, Scheme};
+use model_core::equilibrium::Follower;
 use model_core::real::Real;
-use model_core::size::{Paper, Reduced, Size};
+use model_core::size::{Paper, Reduced, Rubbing, Size};
 use model_core::status::Status;
 use reference_tests::COUNT;
 
 use crate::ladder::{PHYSICS, counts, follower, word};
 use crate::peer;
+use crate::spread::Spread;
 
 const LAST_DEG: f64 = 11.0;
 const LAST_COUNT: i32 = LAST_DEG as i32 * 4096 / 360;
@@ -27,6 +29,10 @@ const PEER_COUNTS: std::ops::RangeInclusive<i32> = 80..=110;
 
 /// The microcontroller's model.
 pub const REDUCED: &str = "simpson-17-1";
+/// The same with room for friction.
+pub const RUBBING: &str = "simpson-17-1-rubbing";
+/// Coefficients of friction of the rows with room for it, in hundredths.
+const FRICTIONS: [u32; 2] = [0, 60];
 /// The paper's.
 pub const PAPER: &str = "paper-170-20";
 
@@ -35,22 +41,27 @@ pub const PAPER: &str = "paper-170-20";
 pub struct Time {
     pub model: &'static str,
     pub physics: Physics,
+    /// Coefficient of friction, in hundredths.
+    pub friction: u32,
     /// `f32` or `f64`.
     pub precision: &'static str,
-    /// One count, µs.
+    /// One count, µs: median of the ticks.
     pub warm_us: f64,
+    /// Their mean and the most expensive, µs.
+    pub ticks_us: Spread,
     /// From no contact to the last angle, µs.
     pub cold_us: f64,
     /// Places per second and core, 1° apart.
     pub places_per_s: f64,
 }
 
-/// A discretisation: model, samples per element, physics.
+/// A discretisation: model, samples per element, physics; and the coefficient of friction, in hundredths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Model {
     pub name: &'static str,
     pub samples: u8,
     pub physics: Physics,
+    pub friction: u32,
 }
 
 /// Forces at one tick of the sweep, world frame, N.
@@ -73,20 +84,28 @@ pub struct Forces {
 pub fn times() -> Result<Vec<Time>> {
     let mut times = Vec::new();
     for physics in PHYSICS {
-        times.extend(both::<Reduced>(REDUCED, &Discretisation::reduced(physics))?);
-        times.extend(both::<Paper>("fine", &Discretisation::fine(physics))?);
-        times.extend(both::<Paper>(PAPER, &Discretisation::full(Scheme::Paper, physics))?);
-        times.extend(both::<Paper>("trapezoid-170-20", &Discretisation::full(Scheme::Trapezoid, physics))?);
+        times.extend(both::<Reduced>(REDUCED, &Discretisation::reduced(physics), 0)?);
+        times.extend(both::<Paper>("fine", &Discretisation::fine(physics), 0)?);
+        times.extend(both::<Paper>(PAPER, &Discretisation::full(Scheme::Paper, physics), 0)?);
+        times.extend(both::<Paper>("trapezoid-170-20", &Discretisation::full(Scheme::Trapezoid, physics), 0)?);
+    }
+    for friction in FRICTIONS {
+        times.extend(both::<Rubbing>(RUBBING, &Discretisation::reduced(Physics::Extended), friction)?);
     }
     Ok(times)
 }
 
-fn both<S: Size>(model: &'static str, how: &Discretisation) -> Result<[Time; 2]> {
-    Ok([time::<f64, S>(model, how, "f64")?, time::<f32, S>(model, how, "f32")?])
+fn both<S: Size>(model: &'static str, how: &Discretisation, friction: u32) -> Result<[Time; 2]> {
+    Ok([time::<f64, S>(model, how, "f64", friction)?, time::<f32, S>(model, how, "f32", friction)?])
 }
 
-fn time<T: Real, S: Size>(model: &'static str, how: &Discretisation, precision: &'static str) -> Result<Time> {
-    let mut follower = follower::<T, S>(how)?;
+fn time<T: Real, S: Size>(
+    model: &'static str,
+    how: &Discretisation,
+    precision: &'static str,
+    friction: u32,
+) -> Result<Time> {
+    let mut follower = rubbing::<T, S>(how, friction)?;
     // What a tick takes is the least of its repetitions: whatever else the PC does only adds to it.
     let mut warm = vec![Duration::MAX; counts(LAST_COUNT).count()];
     for _ in 0..SWEEPS {
@@ -129,7 +148,9 @@ fn time<T: Real, S: Size>(model: &'static str, how: &Discretisation, precision: 
     Ok(Time {
         model,
         physics: how.physics,
+        friction,
         precision,
+        ticks_us: Spread::of(warm.iter().map(|time| time.as_secs_f64() * 1e6)),
         warm_us: median_us(&mut warm),
         cold_us: cold.as_secs_f64() * 1e6,
         places_per_s: f64::from(PLACES) / study.as_secs_f64(),
@@ -184,17 +205,30 @@ pub fn forces() -> Result<Vec<Forces>> {
     for physics in PHYSICS {
         for samples in [2, 4, 5] {
             let how = Discretisation { sampling: Sampling::PerElement(samples), ..Discretisation::reduced(physics) };
-            all.push(forces_of::<Reduced>(Model { name: REDUCED, samples, physics }, &how)?);
+            all.push(forces_of::<Reduced>(Model { name: REDUCED, samples, physics, friction: 0 }, &how)?);
         }
         let how = Discretisation::full(Scheme::Paper, physics);
-        all.push(forces_of::<Paper>(Model { name: PAPER, samples: 1, physics }, &how)?);
+        all.push(forces_of::<Paper>(Model { name: PAPER, samples: 1, physics, friction: 0 }, &how)?);
+    }
+    let physics = Physics::Extended;
+    for (samples, how) in [(4, Discretisation::reduced(physics)), (5, Discretisation::estimator(physics))] {
+        for friction in FRICTIONS {
+            all.push(forces_of::<Rubbing>(Model { name: RUBBING, samples, physics, friction }, &how)?);
+        }
     }
     Ok(all)
 }
 
+/// The follower of the sweep, with a coefficient of friction in hundredths.
+fn rubbing<T: Real, S: Size>(how: &Discretisation, friction: u32) -> Result<Box<Follower<T, S>>> {
+    let mut follower = follower::<T, S>(how)?;
+    follower.set_friction(f64::from(friction) * 0.01)?;
+    Ok(follower)
+}
+
 fn forces_of<S: Size>(model: Model, how: &Discretisation) -> Result<Forces> {
-    let mut exact = follower::<f64, S>(how)?;
-    let mut single = follower::<f32, S>(how)?;
+    let mut exact = rubbing::<f64, S>(how, model.friction)?;
+    let mut single = rubbing::<f32, S>(how, model.friction)?;
     exact.start(0.0);
     single.start(0.0);
     let mut ticks = Vec::new();

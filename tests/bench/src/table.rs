@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::ladder::word;
-use crate::pc::{PAPER, REDUCED, Time};
+use crate::pc::{PAPER, REDUCED, RUBBING, Time};
 use crate::peer::Peer;
 use crate::spread::Spread;
 use crate::target::Row;
@@ -33,10 +33,11 @@ pub fn target(rows: &[Row]) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "{:<13} {:>7} {:<9} {:<13} {:<13} {:>6} {:>6} {:>11} {:>15} {:>15} {:>8} {:>8} {:>6} {:>9.1e}",
+            "{:<20} {:>7} {:<9} {:>8} {:<13} {:<13} {:>6} {:>6} {:>11} {:>15} {:>15} {:>8} {:>8} {:>6} {:>9.1e}",
             row.model.name,
             row.model.samples,
             word(row.model.physics),
+            f64::from(row.model.friction) / 100.0,
             row.hessian,
             row.mode,
             row.ticks,
@@ -68,6 +69,17 @@ pub fn target(rows: &[Row]) -> String {
             );
         }
     }
+    for (row, without) in rows.iter().filter_map(|row| Some((row, frictionless(rows, row)?))) {
+        let _ = writeln!(
+            text,
+            "{} samples, friction {}: {:.2} times the mean and {:.2} times the worst count of {REDUCED} without, {:+} bytes",
+            row.model.samples,
+            f64::from(row.model.friction) / 100.0,
+            row.per_count.mean / without.per_count.mean,
+            row.per_count.max / without.per_count.max,
+            row.static_ram_bytes as i64 - without.static_ram_bytes as i64
+        );
+    }
     let compared: Vec<usize> = rows.iter().filter_map(|row| row.differs_from_pc).collect();
     let different: usize = compared.iter().sum();
     let _ = writeln!(
@@ -76,6 +88,16 @@ pub fn target(rows: &[Row]) -> String {
         compared.len()
     );
     text
+}
+
+/// The row of the size without room for friction that one with room is compared with.
+fn frictionless<'a>(rows: &'a [Row], row: &Row) -> Option<&'a Row> {
+    let same = |other: &&Row| {
+        let models = (other.model.name, other.model.samples, other.model.physics);
+        models == (REDUCED, row.model.samples, row.model.physics)
+            && (&other.mode, &other.hessian) == (&row.mode, &row.hessian)
+    };
+    rows.iter().find(same).filter(|_| row.model.name == RUBBING)
 }
 
 /// The peer beside us.
@@ -90,22 +112,45 @@ pub fn peer(peer: &Peer) -> String {
 /// The PC's table.
 pub fn pc(times: &[Time]) -> String {
     let mut text = format!(
-        "{:<17} {:<9} {:<9} {:>12} {:>16} {:>18}\n",
-        "model", "physics", "precision", "a count, µs", "0 to 11°, µs", "places of 1° per s"
+        "{:<20} {:<9} {:>8} {:<9} {:>12} {:>13} {:>16} {:>18}\n",
+        "model", "physics", "friction", "precision", "a count, µs", "mean / max", "0 to 11°, µs", "places of 1° per s"
     );
     for time in times {
         let _ = writeln!(
             text,
-            "{:<17} {:<9} {:<9} {:>12.1} {:>16.1} {:>18.0}",
+            "{:<20} {:<9} {:>8} {:<9} {:>12.1} {:>13} {:>16.1} {:>18.0}",
             time.model,
             word(time.physics),
+            f64::from(time.friction) / 100.0,
             time.precision,
             time.warm_us,
+            format!("{:.1} / {:.1}", time.ticks_us.mean, time.ticks_us.max),
             time.cold_us,
             time.places_per_s
         );
     }
     text.push_str(&ratios(times));
+    text.push_str(&rubbing(times));
+    text
+}
+
+/// What friction costs, times of the same run.
+fn rubbing(times: &[Time]) -> String {
+    let mut text = String::new();
+    for time in times.iter().filter(|time| time.model == RUBBING) {
+        let same =
+            |other: &&Time| (other.model, other.physics, other.precision) == (REDUCED, time.physics, time.precision);
+        if let Some(without) = times.iter().find(same) {
+            let _ = writeln!(
+                text,
+                "room for friction, {}, coefficient {}: {:.2} times the mean and {:.2} times the worst count without",
+                time.precision,
+                f64::from(time.friction) / 100.0,
+                time.ticks_us.mean / without.ticks_us.mean,
+                time.ticks_us.max / without.ticks_us.max
+            );
+        }
+    }
     text
 }
 

@@ -13,7 +13,7 @@ use model_core::discretise::Physics;
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
 
 use crate::ladder::{PHYSICS, word};
-use crate::pc::{Force, Forces, Model, PAPER, REDUCED};
+use crate::pc::{Force, Forces, Model, PAPER, REDUCED, RUBBING};
 use crate::peer::number;
 use crate::spread::Spread;
 
@@ -21,7 +21,7 @@ use crate::spread::Spread;
 const PACE: Pace = Pace::CountedWithoutWaiting { shift: 6 };
 const INSTRUCTIONS_PER_TICK: f64 = 0.625;
 /// Image and what it measures.
-const MODELS: [(&str, &str); 2] = [("bench-reduced", REDUCED), ("bench-paper", PAPER)];
+const MODELS: [(&str, &str); 3] = [("bench-reduced", REDUCED), ("bench-rubbing", RUBBING), ("bench-paper", PAPER)];
 const EMPTY: &str = "bench-empty";
 
 /// A line of the target's table.
@@ -106,6 +106,8 @@ fn flash(elf: &Path) -> Result<u64> {
 struct Run {
     samples: u8,
     physics: Physics,
+    /// Coefficient of friction, in hundredths.
+    friction: u32,
     hessian: String,
     mode: String,
     /// `count` or `degree`.
@@ -163,9 +165,10 @@ fn runs(log: &[String]) -> Result<(Vec<Run>, ByModel)> {
                 };
                 derivatives.push((number(samples)?, physics_of(physics)?, found));
             }
-            (["run", samples, physics, hessian, mode, step, ram, stack], _) => runs.push(Run {
+            (["run", samples, physics, friction, hessian, mode, step, ram, stack], _) => runs.push(Run {
                 samples: number(samples)?,
                 physics: physics_of(physics)?,
+                friction: number(friction)?,
                 hessian: (*hessian).to_owned(),
                 mode: (*mode).to_owned(),
                 step: (*step).to_owned(),
@@ -200,11 +203,11 @@ fn table(
     for run in runs.iter().filter(|run| run.step == "count") {
         let same = |other: &&Run| {
             other.step == "degree"
-                && (other.samples, other.physics, &other.hessian, &other.mode)
-                    == (run.samples, run.physics, &run.hessian, &run.mode)
+                && (other.samples, other.physics, other.friction, &other.hessian, &other.mode)
+                    == (run.samples, run.physics, run.friction, &run.hessian, &run.mode)
         };
         let degrees = runs.iter().find(same).context("a sweep by counts without one by degrees")?;
-        let model = Model { name, samples: run.samples, physics: run.physics };
+        let model = Model { name, samples: run.samples, physics: run.physics, friction: run.friction };
         let forces = forces.iter().find(|forces| forces.model == model);
         let forces = &forces.with_context(|| format!("no forces from the PC for {model:?}"))?.ticks;
         let contact = || run.ticks.iter().filter(|tick| tick.counts());
@@ -265,7 +268,7 @@ mod tests {
     }
 
     fn forces() -> Vec<Forces> {
-        let model = Model { name: REDUCED, samples: 4, physics: Physics::Paper };
+        let model = Model { name: REDUCED, samples: 4, physics: Physics::Paper, friction: 0 };
         let force =
             |position, double: [f64; 2]| Force { position, double, single: double.map(|x| (x as f32).to_bits()) };
         vec![Forces { model, ticks: vec![force(0, [0.0, 0.0]), force(1, [1.0, 0.0]), force(0, [0.5, 0.0])] }]
@@ -273,11 +276,11 @@ mod tests {
 
     /// Forces 0, 1.25 (bits 1067450368) and, failed, 8 (1090519040).
     const LINES: [&str; 8] = [
-        "run 4 paper newton converged count 1000 200",
+        "run 4 paper 0 newton converged count 1000 200",
         "tick 0 1000 0 1 0 0 0",
         "tick 1 1600 2 1 1 1067450368 0",
         "tick 0 3200 8 0 0 1090519040 0",
-        "run 4 paper newton converged degree 1000 300",
+        "run 4 paper 0 newton converged degree 1000 300",
         "tick 0 8000 4 1 1 0 0",
         "derivatives 4 paper 2 1 3200 1600 1000",
         "end",

@@ -15,5 +15,6 @@ static FOLLOWER: ConstStaticCell<Follower<f32, Paper>> = ConstStaticCell::new(Fo
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let _board = mps2::init();
-    sweep::run(FOLLOWER.take(), &[(1, |physics| Discretisation::full(Scheme::Paper, physics))])
+    const MODELS: &[sweep::Model] = &[(1, |physics| Discretisation::full(Scheme::Paper, physics))];
+    sweep::run(FOLLOWER.take(), sweep::Cases::without_friction(MODELS))
 }

@@ -15,12 +15,10 @@ static FOLLOWER: ConstStaticCell<Follower<f32, Reduced>> = ConstStaticCell::new(
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let _board = mps2::init();
-    sweep::run(
-        FOLLOWER.take(),
-        &[
-            (2, |physics| Discretisation { sampling: Sampling::PerElement(2), ..Discretisation::reduced(physics) }),
-            (4, Discretisation::reduced),
-            (5, Discretisation::estimator),
-        ],
-    )
+    const MODELS: &[sweep::Model] = &[
+        (2, |physics| Discretisation { sampling: Sampling::PerElement(2), ..Discretisation::reduced(physics) }),
+        (4, Discretisation::reduced),
+        (5, Discretisation::estimator),
+    ];
+    sweep::run(FOLLOWER.take(), sweep::Cases::without_friction(MODELS))
 }

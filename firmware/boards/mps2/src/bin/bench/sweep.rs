@@ -37,6 +37,24 @@ static RECORD: ConstStaticCell<[Tick; TICKS]> = ConstStaticCell::new([BLANK; TIC
 /// Samples per element, and the model with them.
 pub type Model = (u8, fn(Physics) -> Discretisation);
 
+/// What is measured of a size.
+#[derive(Clone, Copy)]
+pub struct Cases<'a> {
+    pub models: &'a [Model],
+    pub physics: &'a [Physics],
+    /// Coefficients of friction, in hundredths.
+    pub frictions: &'a [u32],
+}
+
+impl Cases<'static> {
+    /// Both physics, without friction.
+    // Each image has a size of its own, and not every one these cases.
+    #[allow(dead_code)]
+    pub const fn without_friction(models: &'static [Model]) -> Self {
+        Self { models, physics: &[Physics::Paper, Physics::Extended], frictions: &[0] }
+    }
+}
+
 /// How a tick is followed.
 #[derive(Clone, Copy)]
 enum Mode {
@@ -60,70 +78,95 @@ const MODES: [(Hessian, &str, Mode); 3] = [
 ];
 
 /// Runs every case and ends QEMU.
-pub fn run<S: Size>(follower: &mut Follower<f32, S>, models: &[Model]) -> ! {
+pub fn run<S: Size>(follower: &mut Follower<f32, S>, cases: Cases<'_>) -> ! {
     let record = RECORD.take();
     let ram = Follower::<f32, S>::STATE_BYTES;
-    for (samples, discretisation) in models {
-        for (physics, physics_word) in [(Physics::Paper, "paper"), (Physics::Extended, "extended")] {
-            match derivatives(follower, &discretisation(physics)) {
-                Ok(found) => defmt::println!(
-                    "derivatives {=u8} {=str} {=u32} {=u32} {=u64} {=u64} {=u32}",
-                    *samples,
-                    physics_word,
-                    found.taken,
-                    found.refused,
-                    found.step_clock,
-                    found.clock,
-                    found.most
-                ),
-                Err(_) => defmt::println!("the derivatives' model was refused"),
+    let each = |(samples, discretisation): &Model| {
+        for physics in cases.physics {
+            for friction in cases.frictions {
+                run_case(follower, (*samples, *discretisation, *physics, *friction), ram, record);
             }
-            for (hessian, hessian_word, mode) in MODES {
-                let how = discretisation(physics);
-                let settings = Settings { hessian, max_iterations: BUDGET, ..Settings::DEFAULT };
-                if follower.set_settings(settings).is_err() {
-                    defmt::println!("refused: the settings are not allowed");
+        }
+    };
+    cases.models.iter().for_each(each);
+    defmt::println!("end");
+    mps2::exit(Exit::Success)
+}
+
+/// Runs a case in every mode: with friction in one only, as every other is the same then.
+fn run_case<S: Size>(
+    follower: &mut Follower<f32, S>,
+    (samples, discretisation, physics, friction): (u8, fn(Physics) -> Discretisation, Physics, u32),
+    ram: usize,
+    record: &mut [Tick; TICKS],
+) {
+    let physics_word = match physics {
+        Physics::Paper => "paper",
+        Physics::Extended => "extended",
+    };
+    let rubs = S::RUBS;
+    if follower.set_friction(f64::from(friction) * 0.01).is_err() {
+        defmt::println!("refused: the size has no room for friction");
+        mps2::exit(Exit::Failure)
+    }
+    if !rubs {
+        match derivatives(follower, &discretisation(physics)) {
+            Ok(found) => defmt::println!(
+                "derivatives {=u8} {=str} {=u32} {=u32} {=u64} {=u64} {=u32}",
+                samples,
+                physics_word,
+                found.taken,
+                found.refused,
+                found.step_clock,
+                found.clock,
+                found.most
+            ),
+            Err(_) => defmt::println!("the derivatives' model was refused"),
+        }
+    }
+    for (hessian, hessian_word, mode) in MODES.into_iter().take(if rubs { 1 } else { MODES.len() }) {
+        let how = discretisation(physics);
+        let settings = Settings { hessian, max_iterations: BUDGET, ..Settings::DEFAULT };
+        if follower.set_settings(settings).is_err() {
+            defmt::println!("refused: the settings are not allowed");
+            mps2::exit(Exit::Failure)
+        }
+        for (step, step_word, last) in
+            [(COUNT, "count", LAST_COUNT), (core::f64::consts::PI / 180.0, "degree", LAST_DEG)]
+        {
+            let (result, peak) = stack::peak_of(|| sweep(follower, &how, mode, step, last, record));
+            let ticks = match result {
+                Ok(ticks) => ticks,
+                Err(_) => {
+                    defmt::println!("refused: the model does not fit");
                     mps2::exit(Exit::Failure)
                 }
-                for (step, step_word, last) in
-                    [(COUNT, "count", LAST_COUNT), (core::f64::consts::PI / 180.0, "degree", LAST_DEG)]
-                {
-                    let (result, peak) = stack::peak_of(|| sweep(follower, &how, mode, step, last, record));
-                    let ticks = match result {
-                        Ok(ticks) => ticks,
-                        Err(_) => {
-                            defmt::println!("refused: the model does not fit");
-                            mps2::exit(Exit::Failure)
-                        }
-                    };
-                    defmt::println!(
-                        "run {=u8} {=str} {=str} {=str} {=str} {=usize} {=usize}",
-                        *samples,
-                        physics_word,
-                        hessian_word,
-                        mode.word(),
-                        step_word,
-                        ram,
-                        peak
-                    );
-                    for tick in ticks {
-                        defmt::println!(
-                            "tick {=i32} {=u32} {=u32} {=u8} {=u8} {=u32} {=u32}",
-                            tick.position,
-                            tick.clock,
-                            tick.iterations,
-                            tick.trusted as u8,
-                            tick.touching as u8,
-                            tick.force[0].to_bits(),
-                            tick.force[1].to_bits()
-                        );
-                    }
-                }
+            };
+            defmt::println!(
+                "run {=u8} {=str} {=u32} {=str} {=str} {=str} {=usize} {=usize}",
+                samples,
+                physics_word,
+                friction,
+                hessian_word,
+                mode.word(),
+                step_word,
+                ram,
+                peak
+            );
+            for tick in ticks {
+                defmt::println!(
+                    "tick {=i32} {=u32} {=u32} {=u8} {=u8} {=u32} {=u32}",
+                    tick.position,
+                    tick.clock,
+                    tick.iterations,
+                    tick.trusted as u8,
+                    tick.touching as u8,
+                    tick.force[0].to_bits(),
+                    tick.force[1].to_bits()
+                );
             }
         }
     }
-    defmt::println!("end");
-    mps2::exit(Exit::Success)
 }
 
 /// From touch to the last position and back, a step at a time; nothing is logged meanwhile.
