@@ -116,6 +116,8 @@ pub trait Size: 'static {
     type SlipCells<X: Blank>: Storage<X>;
     /// Per contact row, if there is friction.
     type SlipContacts<X: Blank>: Storage<X>;
+    /// One, if there is friction.
+    type SlipOnce<X: Blank>: Storage<X>;
 }
 
 /// Defines a size of your own: `fixed_size!(/// …
@@ -126,12 +128,12 @@ pub trait Size: 'static {
 #[macro_export]
 macro_rules! fixed_size {
     ($(#[$doc:meta])* $name:ident, cells $cells:literal, nodes $nodes:literal, samples $samples:literal, contacts $contacts:literal) => {
-        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, false, 0, 0, 0);
+        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, false, 0, 0, 0, 0);
     };
     ($(#[$doc:meta])* $name:ident, cells $cells:literal, nodes $nodes:literal, samples $samples:literal, contacts $contacts:literal, friction) => {
-        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, true, $nodes, $cells, $contacts);
+        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, true, $nodes, $cells, $contacts, 1);
     };
-    (@ $(#[$doc:meta])* $name:ident, $cells:literal, $nodes:literal, $samples:literal, $contacts:literal, $rubs:literal, $slip_nodes:literal, $slip_cells:literal, $slip_contacts:literal) => {
+    (@ $(#[$doc:meta])* $name:ident, $cells:literal, $nodes:literal, $samples:literal, $contacts:literal, $rubs:literal, $slip_nodes:literal, $slip_cells:literal, $slip_contacts:literal, $slip:literal) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name;
@@ -149,6 +151,7 @@ macro_rules! fixed_size {
             type SlipNodes<X: $crate::size::Blank> = [X; $slip_nodes];
             type SlipCells<X: $crate::size::Blank> = [X; $slip_cells];
             type SlipContacts<X: $crate::size::Blank> = [X; $slip_contacts];
+            type SlipOnce<X: $crate::size::Blank> = [X; $slip];
         }
     };
 }

@@ -50,6 +50,7 @@ macro_rules! size {
             type SlipNodes<X: Blank> = Heap<X>;
             type SlipCells<X: Blank> = Heap<X>;
             type SlipContacts<X: Blank> = Heap<X>;
+            type SlipOnce<X: Blank> = Heap<X>;
         }
     };
 }

@@ -104,15 +104,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     #[inline(never)]
     fn carry(&mut self, path: Motion, far: f64, to: O, budget: u32) -> Outcome {
         if !self.has_equilibrium() || !far.is_finite() {
-            return Outcome {
-                status: Status::OutOfRange,
-                iterations: 0,
-                steps: 0,
-                snaps: 0,
-                hops: 0,
-                gradient: 0.0,
-                length: 0.0,
-            };
+            return Outcome::at(Status::OutOfRange);
         }
         let (motion, at, barred) = (self.motion, self.timeline.at(), self.barred);
         self.barred = Barred::NONE;

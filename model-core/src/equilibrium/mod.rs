@@ -18,6 +18,7 @@ mod carry;
 mod fold;
 mod hop;
 mod passing;
+mod peek;
 mod phase;
 mod settings;
 #[cfg(test)]
@@ -51,6 +52,7 @@ use crate::status::Status;
 pub(crate) use carry::Mark;
 use hop::Fall;
 use passing::Barred;
+pub(crate) use peek::{Aside, Reading};
 use phase::Phase;
 pub(crate) use solution::Parts;
 pub use strains::{Place, Strain};
@@ -75,6 +77,13 @@ pub struct Outcome {
     pub length: f64,
 }
 
+impl Outcome {
+    /// Nothing was done.
+    pub(crate) const fn at(status: Status) -> Self {
+        Self { status, iterations: 0, steps: 0, snaps: 0, hops: 0, gradient: 0.0, length: 0.0 }
+    }
+}
+
 /// Newton iterations of one call of [`Follower::follow`]: a motion over many snaps takes a few thousand.
 pub const FOLLOW_ITERATIONS: u32 = 20_000;
 /// A way in which everything slips.
@@ -84,6 +93,32 @@ pub enum SlipWay {
     Closing,
     /// As after a long opening.
     Opening,
+}
+
+impl SlipWay {
+    /// The other way.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Self::Closing => Self::Opening,
+            Self::Opening => Self::Closing,
+        }
+    }
+
+    /// Sign of the motion's coordinate.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Closing => 1.0,
+            Self::Opening => -1.0,
+        }
+    }
+
+    /// The state of a place that slips so.
+    fn state(self) -> ContactState {
+        match self {
+            Self::Closing => ContactState::SlipUp,
+            Self::Opening => ContactState::SlipDown,
+        }
+    }
 }
 
 /// Smallest and largest coefficient of friction.
@@ -226,11 +261,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     ///
     /// Where the past is unknown, the finger is between the two: normal force and torque lie between those of both ways.
     pub fn force_slip(&mut self, way: Option<SlipWay>) {
-        self.work.slip.forced = match way {
-            None => ContactState::Open,
-            Some(SlipWay::Closing) => ContactState::SlipUp,
-            Some(SlipWay::Opening) => ContactState::SlipDown,
-        };
+        self.work.slip.forced = way.map_or(ContactState::Open, SlipWay::state);
         self.timeline.unmark();
         self.rest();
     }

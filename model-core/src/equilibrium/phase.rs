@@ -26,15 +26,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     ///
     /// With `max-iterations` the coordinate was not reached yet; the next call goes on from where this one stopped.
     pub fn follow_within(&mut self, to: f64, budget: u32) -> Outcome {
-        let mut outcome = Outcome {
-            status: Status::OutOfRange,
-            iterations: 0,
-            steps: 0,
-            snaps: 0,
-            hops: 0,
-            gradient: 0.0,
-            length: 0.0,
-        };
+        let mut outcome = Outcome::at(Status::OutOfRange);
         if self.model.cells() == 0 || !to.is_finite() {
             return outcome;
         }

@@ -66,15 +66,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         self.timeline.predict(target, self.work.slip.rubs(), &self.model);
         let object = self.seen(target);
-        let mut outcome = Outcome {
-            status: Status::MaxIterations,
-            iterations: 0,
-            steps: 0,
-            snaps: 0,
-            hops: 0,
-            gradient: 0.0,
-            length: 0.0,
-        };
+        let mut outcome = Outcome::at(Status::MaxIterations);
         let (near, mut moved) = (T::of(NEAR_ENOUGH), T::ZERO);
         let mut trusted;
         loop {

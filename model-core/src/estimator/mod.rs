@@ -6,19 +6,32 @@
 //! and the next tick goes on from where this one stopped. An object set while the finger is on it is approached anew from
 //! the open finger, over as many ticks as that takes.
 //!
+//! With friction the force depends on the way ([`Interval`]): the history follows the measured angle with a play of one count, and the rest
+//! of the angle goes into the force by its derivative. While the way is not known, the force is the middle of an interval, whose width is in
+//! the standard deviation.
+//!
 //! Parallel jaws move the base along a line: their [`Drive`] says how far at which motor angle. Everything that goes in or comes out is
 //! of the motor angle all the same.
+
+mod friction;
+#[cfg(test)]
+mod holding;
+mod path;
+#[cfg(test)]
+mod tests;
 
 use crate::bounds::{OutOfBounds, check};
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError};
 use crate::drive::{Drive, DriveError};
-use crate::equilibrium::{Follower, Settings, Tracking};
+use crate::equilibrium::{Follower, Outcome, Settings, Tracking};
 use crate::object::{ObjectDesign, ObjectError};
 use crate::real::Real;
-use crate::size::Size;
+use crate::size::{Size, Storage};
 use crate::status::Status;
 use crate::uncertainty::{Slopes, Uncertainty, UncertaintyError};
+use friction::Rub;
+pub use path::Interval;
 
 /// Bounds of an estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,6 +160,8 @@ pub struct Estimator<T: Real, S: Size> {
     slopes: Slopes,
     /// The derivatives are those of this contact and branch.
     differentiated: bool,
+    /// What friction keeps, if there is room for it.
+    rub: S::SlipOnce<Rub>,
 }
 
 /// Iterations in which a tick of one servo count converges, but for few.
@@ -180,6 +195,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         uncertainty: None,
         slopes: Slopes { angle: 0.0, youngs_modulus: 0.0, centre: [0.0; 2], radius: 0.0 },
         differentiated: false,
+        rub: <S::SlipOnce<Rub> as Storage<Rub>>::EMPTY,
     };
 
     /// Takes a finger; the state starts anew, object and drive stay.
@@ -189,6 +205,9 @@ impl<T: Real, S: Size> Estimator<T, S> {
     pub fn configure(&mut self, design: &Design, how: &Discretisation) -> Result<(), DiscretiseError> {
         self.configured = false;
         self.follower.configure(design, how)?;
+        if !self.rub.fit(usize::from(S::RUBS)) {
+            return Err(DiscretiseError::Capacity);
+        }
         self.configured = true;
         self.axis = design.motor_axis;
         self.start_anew();
@@ -224,6 +243,32 @@ impl<T: Real, S: Size> Estimator<T, S> {
             self.follower.set_object(self.object, self.drive.motion(self.axis));
         }
         (self.placed, self.searched, self.differentiated) = (false, 0.0, false);
+        self.keep(Rub::EMPTY);
+    }
+
+    /// Takes a coefficient of friction between finger and object, 0 for none; the state starts anew, if it is another one.
+    ///
+    /// # Errors
+    /// A coefficient out of range, and any but zero where [`Size::RUBS`] is false; the old one then stays.
+    pub fn set_friction(&mut self, coefficient: f64) -> Result<(), OutOfBounds> {
+        if self.follower.friction() != T::of(coefficient) {
+            self.follower.set_friction(coefficient)?;
+            self.start_anew();
+        }
+        Ok(())
+    }
+
+    /// Ticks were lost, or the finger was moved unseen: with friction the force is unknown within an interval until a motion makes it certain.
+    pub fn forget_path(&mut self) {
+        let mut rub = self.rub();
+        rub.path.forget();
+        self.keep(rub);
+    }
+
+    /// Between which values the forces of the last trustworthy estimate lie. `None` without friction, without contact, and while an end is not
+    /// known yet: the standard deviation is then infinite.
+    pub fn interval(&self) -> Option<Interval> {
+        self.rub().interval.filter(|_| self.last.age == 0)
     }
 
     /// Changes the bounds of the estimator and how its solver follows.
@@ -297,29 +342,38 @@ impl<T: Real, S: Size> Estimator<T, S> {
         estimate.motor_angle = motor_angle as f32;
         estimate.iterations = 0;
         let ready = self.configured && self.has_object && (least..=most).contains(&motor_angle);
-        let place = self.drive.coordinate(motor_angle).filter(|_| ready);
+        let rubs = self.follower.rubs();
+        let followed = if rubs && ready { self.follow_path(motor_angle) } else { motor_angle };
+        let place = self.drive.coordinate(followed).filter(|_| ready);
         let [coordinate, ratio] = place.unwrap_or_default();
         self.ratio = ratio;
         if place.is_none() {
             estimate.status = Status::OutOfRange;
-        } else if !self.placed && !self.place(motor_angle, least) {
+        } else if !self.placed && !self.place(followed, least) {
             estimate.status = if self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
         } else {
+            let supposing = if rubs { self.suppose_path(settings.budget) } else { 0 };
+            let budget = settings.budget - supposing;
             // Where there is no time to converge, what there is time for has to do.
             let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
             let outcome = match settings.one_iteration.or(short) {
-                Some(within) => self.follower.track(coordinate, within, settings.budget),
-                None => self.follower.follow_within(coordinate, settings.budget),
+                _ if rubs && self.rests(coordinate) => Outcome::at(self.follower.standing()),
+                Some(within) => self.follower.track(coordinate, within, budget),
+                None => self.follower.follow_within(coordinate, budget),
             };
             // Another branch has other derivatives, and so has the other side of a hop.
             self.differentiated &= outcome.snaps == 0 && outcome.hops == 0;
             estimate.status = outcome.status;
             estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
-            estimate.iterations = outcome.iterations.min(u32::from(u16::MAX)) as u16;
+            estimate.iterations = (supposing + outcome.iterations).min(u32::from(u16::MAX)) as u16;
             estimate.residual = outcome.gradient as f32;
             if outcome.status.is_trustworthy() {
                 self.read(&mut estimate);
-                self.differentiate(&mut estimate, outcome.iterations);
+                if rubs {
+                    self.read_rubbing(&mut estimate, supposing + outcome.iterations);
+                } else {
+                    self.differentiate(&mut estimate, outcome.iterations);
+                }
             }
         }
         estimate.age = if estimate.status.is_trustworthy() { 0 } else { self.last.age.saturating_add(1) };
@@ -338,6 +392,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
                 return false;
             };
             if self.follower.begin(coordinate) {
+                // The way from there is not the one that the contact has come.
+                if self.searched > 0.0 && self.follower.rubs() {
+                    self.forget_path();
+                }
                 (self.placed, self.searched) = (true, 0.0);
                 return true;
             }
@@ -411,160 +469,5 @@ impl<T: Real, S: Size> Estimator<T, S> {
             estimate.contact_centre = single(self.follower.to_world([centre[0] / total, centre[1] / total]));
             estimate.contact_extent = (last - first).to_f64() as f32;
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::boxed::Box;
-
-    use super::*;
-    use crate::discretise::Physics;
-    use crate::drive::{Knots, Travel};
-    use crate::object::Motion;
-    use crate::size::Reduced;
-
-    const COUNT: f64 = core::f64::consts::TAU / 4096.0;
-
-    #[test]
-    fn slope_and_standard_deviation_come_with_the_force_and_keep_young() {
-        let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
-        let design = crate::design::ladder_80();
-        estimator.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
-        estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 }).expect("a valid object");
-        // The angle alone is uncertain.
-        let given = Uncertainty { quantisation: COUNT as f32, zero_angle: 0.003, ..Uncertainty::NONE };
-        estimator.set_uncertainty(given).expect("allowed values");
-        let mut forces = [[0.0_f32; 2]; 17];
-        let mut compared = 0;
-        for tick in -40..=100 {
-            let estimate = estimator.update(f64::from(tick) * COUNT);
-            assert!(estimate.status.is_trustworthy(), "{estimate:?}");
-            if estimate.force == [0.0; 2] {
-                assert_eq!((estimate.standard_deviation, estimate.force_per_angle), (0.0, [0.0; 2]));
-                continue;
-            }
-            assert!(estimate.sensitivity_age <= 2 * DIFFERENTIATE_EVERY, "{estimate:?}");
-            let [slope_x, slope_y] = estimate.force_per_angle;
-            let along = (slope_x * estimate.force[0] + slope_y * estimate.force[1]) / estimate.force_magnitude();
-            let expected = along.abs() * libm::sqrtf(0.003 * 0.003 + given.quantisation * given.quantisation / 12.0);
-            assert!((estimate.standard_deviation - expected).abs() < 0.05 * expected, "{estimate:?} {expected}");
-            forces.rotate_left(1);
-            forces[16] = estimate.force;
-            // The mean slope over 16 counts, about that in their middle.
-            if forces[0] != [0.0; 2] && estimate.sensitivity_age >= DIFFERENTIATE_EVERY - 1 {
-                let mean = (forces[16][0] - forces[0][0]) / (16.0 * COUNT as f32);
-                assert!((slope_x - mean).abs() < 0.1 * mean.abs(), "count {tick}: {slope_x} {mean}");
-                compared += 1;
-            }
-        }
-        assert!(compared >= 3, "{compared}");
-        // Opening that far takes several ticks.
-        let open = (0..50).map(|_| estimator.update(-0.1)).last().expect("fifty ticks");
-        assert_eq!((open.status, open.standard_deviation, open.sensitivity_age), (Status::NoContact, 0.0, 0));
-    }
-
-    /// In one-iteration mode a tick that is pursued to convergence follows one that is not, and the other way round: no reason to take
-    /// derivatives in the very tick that costs most.
-    #[test]
-    fn a_tick_that_is_pursued_to_convergence_takes_no_derivatives() {
-        let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
-        let design = crate::design::ladder_80();
-        estimator.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
-        estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 }).expect("a valid object");
-        let content = EstimatorSettings { one_iteration: Some(Tracking::DEFAULT), ..EstimatorSettings::DEFAULT };
-        estimator.set_settings(content, Settings::DEFAULT).expect("allowed");
-        let (mut flips, mut costly, mut last) = (0, 0, Estimate::blank(Status::NoContact));
-        // A count at a time, with a leap of 6 counts now and then.
-        for tick in -20_i32..150 {
-            let count = tick + 6 * (tick + 20).div_euclid(9);
-            let estimate = estimator.update(f64::from(count) * COUNT * 0.5);
-            assert!(estimate.status.is_trustworthy(), "{estimate:?}");
-            let was_known = last.standard_deviation > 0.0 && last.standard_deviation.is_finite();
-            let is_flip = estimate.status != last.status && was_known;
-            let is_costly = u32::from(estimate.iterations) > DIFFERENTIATE_WITHIN;
-            (flips, costly) = (flips + u32::from(is_flip), costly + u32::from(is_costly));
-            let is_fresh = estimate.sensitivity_age == 0;
-            assert!(!(was_known && is_costly && is_fresh), "tick {tick}: {estimate:?} after {last:?}");
-            assert!(estimate.force == [0.0; 2] || estimate.standard_deviation.is_finite(), "{estimate:?}");
-            last = estimate;
-        }
-        assert!(flips > 10 && costly > 3, "{flips} flips, {costly} ticks of many iterations");
-    }
-
-    /// Parallel jaws, in proportion and by a crank's table, against the same model followed along the line: force, torque by the motor's
-    /// work, slope by differences.
-    #[test]
-    fn jaws_that_translate_are_followed_by_the_motor_angle() {
-        let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
-        let knots: std::vec::Vec<[f32; 2]> =
-            (0..6).map(|k| -0.4 + 0.3 * k as f32).map(|angle| [angle, 12.0 * libm::sinf(angle)]).collect();
-        let table = Travel::Table(Knots::new(&knots).expect("six knots"));
-        for travel in [Travel::Linear { mm_per_rad: 10.0 }, table] {
-            let drive = Drive::Translating { direction: [2.0, 0.0], travel };
-            let mut estimator: Box<Estimator<f64, Reduced>> = Box::new(Estimator::EMPTY);
-            let design = crate::design::ladder_80();
-            let how = Discretisation::estimator(Physics::Extended);
-            estimator.set_drive(drive).expect("an allowed drive");
-            estimator.configure(&design, &how).expect("a valid finger");
-            estimator.set_object(object).expect("a valid object");
-            let given = Uncertainty { zero_angle: 0.003, ..Uncertainty::NONE };
-            estimator.set_uncertainty(given).expect("allowed values");
-            let mut follower: Box<Follower<f64, Reduced>> = Box::new(Follower::EMPTY);
-            follower.configure(&design, &how).expect("a valid finger");
-            follower.set_object(object, Motion::Translating { direction: [1.0, 0.0] });
-            assert!(follower.start(-1.0));
-            let mut compared = 0;
-            let mut before: Option<(f64, f64, [f64; 2])> = None;
-            for tick in -60..=420 {
-                let angle = f64::from(tick) * COUNT;
-                let estimate = estimator.update(angle);
-                assert!(estimate.status.is_trustworthy() && estimate.motor_angle == angle as f32, "{estimate:?}");
-                let [distance, ratio] = drive.coordinate(angle).expect("within the table");
-                let exact = follower.follow(distance);
-                assert!(exact.status.is_trustworthy());
-                let force = follower.force_world();
-                for i in 0..2 {
-                    assert!((f64::from(estimate.force[i]) - force[i]).abs() < 1e-4, "{estimate:?} {force:?}");
-                }
-                assert!((f64::from(estimate.torque) - ratio * force[0]).abs() < 1e-3, "{estimate:?}");
-                // The motor's work is the energy's.
-                let potential = follower.potential();
-                if let Some((last, torque, then)) = before
-                    && tick % 16 == 0
-                    && torque > 5.0
-                {
-                    let work = 0.5 * (torque + f64::from(estimate.torque)) * 16.0 * COUNT;
-                    assert!((potential - last - work).abs() < 0.02 * work, "{} {work}", potential - last);
-                    let slope = (force[0] - then[0]) / (16.0 * COUNT);
-                    let given = f64::from(estimate.force_per_angle[0]);
-                    assert!((given - slope).abs() < 0.15 * slope.abs() + 0.3, "{given} {slope} at {angle}");
-                    let along = f64::from(
-                        estimate.force_per_angle[0] * estimate.force[0]
-                            + estimate.force_per_angle[1] * estimate.force[1],
-                    ) / f64::from(estimate.force_magnitude());
-                    let deviation = f64::from(estimate.standard_deviation);
-                    assert!((deviation - 0.003 * along.abs()).abs() < 0.05 * deviation, "{estimate:?}");
-                    compared += 1;
-                }
-                if tick % 16 == 0 {
-                    before = Some((potential, f64::from(estimate.torque), force));
-                }
-            }
-            assert!(compared > 10, "{compared}");
-            // Outside the table nothing is known; in proportion it goes on.
-            let outside = estimator.update(1.2).status;
-            assert_eq!(outside == Status::OutOfRange, matches!(travel, Travel::Table(_)), "{outside:?}");
-        }
-        let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
-        let refused = estimator.set_drive(Drive::linear([1.0, 0.0], -1.0));
-        assert!(matches!(refused, Err(DriveError::Value { name: "mm_per_rad", .. })), "{refused:?}");
-    }
-
-    #[test]
-    fn an_uncertainty_that_is_none_is_refused() {
-        let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
-        let refused = estimator.set_uncertainty(Uncertainty { radius: f32::NAN, ..Uncertainty::DEFAULT });
-        assert!(matches!(refused, Err(UncertaintyError::Value { name: "radius", .. })), "{refused:?}");
     }
 }

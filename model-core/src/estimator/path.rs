@@ -1,0 +1,247 @@
+//! What is known of the way that a contact with friction has come, and between which values its forces lie while that is not enough.
+//!
+//! Friction's history follows the measured angle with a play: noise and the servo's counts, which move nothing, would otherwise pump the
+//! contact from stick to slip. Single outliers do so as well in the long run, so that the play follows the median of the last angles. The
+//! rest of the angle goes into the force by its derivative.
+//!
+//! | what is known | the forces lie |
+//! |---|---|
+//! | the way since the hand was open | where it leads |
+//! | that it turned round by less than the backlash: the finger may have stayed | between there and where it turned |
+//! | nothing: the object was set while held, ticks were lost | between closing slip and opening slip |
+//! | nothing, and a motion since | between slip that way and the past that it takes longest to forget, until that slips as well |
+
+use crate::equilibrium::{Reading, SlipWay};
+
+/// Between which values forces lie, N and N·mm.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Interval {
+    /// Sum of the normal forces.
+    pub normal: [f32; 2],
+    /// The force's magnitude. Its least value may be that of the normal forces alone, where friction vanishes.
+    pub magnitude: [f32; 2],
+    /// Torque that the contact demands of the motor.
+    pub torque: [f32; 2],
+}
+
+impl Interval {
+    /// Of what there may be: a reading, and others if the past may have led there as well.
+    pub(super) fn over(one: &Reading<f32>, others: impl Iterator<Item = Reading<f32>>) -> Self {
+        let mut found = Self { normal: [one.normal; 2], magnitude: [size(one); 2], torque: [one.torque; 2] };
+        for other in others.filter(|other| other != one) {
+            let take = |[low, high]: &mut [f32; 2], value: f32| (*low, *high) = (low.min(value), high.max(value));
+            take(&mut found.normal, other.normal);
+            take(&mut found.magnitude, size(&other));
+            take(&mut found.torque, other.torque);
+            found.magnitude[0] = found.magnitude[0].min(found.normal[0]);
+        }
+        found
+    }
+
+    /// Standard deviation of a magnitude of which no more is known, N.
+    pub(super) fn deviation(&self) -> f32 {
+        let [low, high] = self.magnitude;
+        (high - low) * libm::sqrtf(1.0 / 12.0)
+    }
+}
+
+fn size(reading: &Reading<f32>) -> f32 {
+    libm::hypotf(reading.force[0], reading.force[1])
+}
+
+impl Reading<f32> {
+    /// This one and `part` of another.
+    pub(super) fn plus(&self, part: f32, other: &Self) -> Self {
+        Self {
+            force: [0, 1].map(|i| self.force[i] + part * other.force[i]),
+            normal: self.normal + part * other.normal,
+            torque: self.torque + part * other.torque,
+        }
+    }
+}
+
+/// A jump of the angle in one tick beyond which ticks must have been lost, rad: no servo of the family turns by that much in 2 ms.
+const LEAP: f64 = core::f64::consts::PI / 180.0;
+
+/// Angles of which the median is followed.
+const LAST: usize = 5;
+
+/// The way that the measured angles describe.
+#[derive(Clone, Copy)]
+pub(super) struct Path {
+    /// There is a place, of the measured angle and of friction's history, rad.
+    begun: bool,
+    measured: [f64; LAST],
+    at: f64,
+    /// Where it was a tick ago.
+    before: f64,
+    /// It opens; otherwise it closes.
+    opens: bool,
+    /// It has turned round since the hand was open: where, and what the forces were.
+    turned: bool,
+    turned_at: f64,
+    turned_with: Reading<f32>,
+    /// The past is unknown.
+    pub unknown: bool,
+    /// The follower supposes the past that the present motion takes longest to forget: of opening slip where it closes.
+    pub supposed: bool,
+}
+
+impl Path {
+    /// None yet; all zeros.
+    pub const EMPTY: Self = Self {
+        begun: false,
+        measured: [0.0; LAST],
+        at: 0.0,
+        before: 0.0,
+        opens: false,
+        turned: false,
+        turned_at: 0.0,
+        turned_with: Reading { force: [0.0; 2], normal: 0.0, torque: 0.0 },
+        unknown: false,
+        supposed: false,
+    };
+
+    /// Takes a measured angle; where friction's history then is, which follows with a play. All in rad. `now` are the forces where it was.
+    pub fn follow(&mut self, measured: f64, play: f64, backlash: f64, now: &Reading<f32>) -> f64 {
+        if !self.begun {
+            (self.begun, self.measured, self.at, self.before) = (true, [measured; LAST], measured, measured);
+            return measured;
+        }
+        let [.., last] = self.measured;
+        if (measured - last).abs() > LEAP {
+            self.forget();
+            // Nobody knows which way.
+            (self.measured, self.at, self.before) = ([measured; LAST], measured, measured);
+            return measured;
+        }
+        self.measured.rotate_left(1);
+        if let Some(last) = self.measured.last_mut() {
+            *last = measured;
+        }
+        self.before = self.at;
+        let middle = median(self.measured);
+        let to = self.at.max(middle - play).min(middle + play);
+        if to != self.at {
+            let opens = to < self.at;
+            if opens != self.opens {
+                // A reversal within another one that is not certain yet leaves the place of that.
+                if !self.is_short(backlash) {
+                    (self.turned, self.turned_at, self.turned_with) = (true, self.at, *now);
+                }
+                (self.opens, self.supposed) = (opens, false);
+            }
+            self.at = to;
+        }
+        to
+    }
+
+    /// Friction's history has moved in this tick.
+    pub fn moves(&self) -> bool {
+        self.at != self.before
+    }
+
+    /// The rest of the measured angle, rad.
+    pub fn rest(&self) -> f64 {
+        let [.., last] = self.measured;
+        last - self.at
+    }
+
+    /// Which way it went last.
+    pub fn way(&self) -> SlipWay {
+        if self.opens { SlipWay::Opening } else { SlipWay::Closing }
+    }
+
+    /// It has turned round by less than so much, rad.
+    fn is_short(&self, backlash: f64) -> bool {
+        self.turned && (self.at - self.turned_at).abs() < backlash
+    }
+
+    /// The forces where it turned round, if the finger may not have followed yet.
+    pub fn turned(&self, backlash: f64) -> Option<&Reading<f32>> {
+        self.is_short(backlash).then_some(&self.turned_with)
+    }
+
+    /// The present motion has begun with the past that it takes longest to forget, and with its forces.
+    pub fn suppose(&mut self, with: &Reading<f32>) {
+        (self.supposed, self.turned, self.turned_at, self.turned_with) = (true, true, self.before, *with);
+    }
+
+    /// The past is known, but for the finger that may not have followed yet.
+    pub fn know(&mut self) {
+        (self.unknown, self.supposed) = (false, false);
+    }
+
+    /// The hand is open: the history begins anew.
+    pub fn open(&mut self) {
+        (self.turned, self.unknown, self.supposed) = (false, false, false);
+    }
+
+    /// The past is unknown from here on.
+    pub fn forget(&mut self) {
+        (self.turned, self.unknown, self.supposed) = (false, true, false);
+    }
+}
+
+/// The middle one of some numbers.
+fn median(mut of: [f64; LAST]) -> f64 {
+    of.sort_unstable_by(f64::total_cmp);
+    of.get(LAST / 2).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOW: Reading<f32> = Reading { force: [3.0, 4.0], normal: 4.5, torque: 200.0 };
+
+    #[test]
+    fn noise_within_the_play_moves_nothing_and_the_rest_is_known() {
+        let mut path = Path::EMPTY;
+        assert_eq!(path.follow(0.1, 0.001, 0.004, &NOW), 0.1);
+        for noise in [0.0009, -0.0009, 0.0005, -0.001] {
+            assert_eq!((path.follow(0.1 + noise, 0.001, 0.004, &NOW), path.moves()), (0.1, false));
+            assert!((path.rest() - noise).abs() < 1e-15);
+        }
+        path.follow(0.11, 0.001, 0.004, &NOW);
+        let outlier = path.follow(0.1, 0.001, 0.004, &NOW);
+        assert!((outlier - 0.1).abs() < 1e-3, "{outlier}");
+        let moved = (0..5).filter(|_| path.follow(0.1025, 0.001, 0.004, &NOW) > 0.1014 && path.moves()).count();
+        assert_eq!((moved, path.way()), (1, SlipWay::Closing));
+    }
+
+    #[test]
+    fn a_reversal_is_short_until_it_is_longer_than_the_backlash() {
+        let mut path = Path::EMPTY;
+        path.follow(0.1, 0.0, 0.004, &NOW);
+        let go = |path: &mut Path, to: f64, now: &Reading<f32>| {
+            (0..3).for_each(|_| assert!(path.follow(to, 0.0, 0.004, now) > 0.0))
+        };
+        go(&mut path, 0.11, &NOW);
+        assert!(path.turned(0.004).is_none(), "it has not turned round");
+        go(&mut path, 0.109, &NOW);
+        assert_eq!((path.turned(0.004), path.way()), (Some(&NOW), SlipWay::Opening));
+        go(&mut path, 0.105, &Reading::default());
+        assert_eq!(path.turned(0.004), None);
+    }
+
+    #[test]
+    fn a_leap_and_a_beginning_in_the_middle_forget_the_past_and_an_open_hand_knows_it() {
+        let mut path = Path::EMPTY;
+        path.follow(0.1, 0.0, 0.004, &NOW);
+        assert!(!path.unknown);
+        path.follow(0.13, 0.0, 0.004, &NOW);
+        assert!(path.unknown);
+        path.open();
+        assert!(!path.unknown);
+    }
+
+    #[test]
+    fn an_interval_spans_both_readings_and_friction_that_vanishes() {
+        let other = Reading { force: [0.0, 6.0], normal: 5.0, torque: 150.0 };
+        let found = Interval::over(&NOW, [other].into_iter());
+        assert_eq!((found.normal, found.magnitude, found.torque), ([4.5, 5.0], [4.5, 6.0], [150.0, 200.0]));
+        assert_eq!(Interval::over(&NOW, [NOW].into_iter()).magnitude, [5.0, 5.0]);
+        assert!((found.deviation() - 1.5 / 12.0_f32.sqrt()).abs() < 1e-6);
+    }
+}
