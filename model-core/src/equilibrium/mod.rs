@@ -22,6 +22,8 @@ mod peek;
 mod phase;
 mod settings;
 #[cfg(test)]
+mod slip_capstan;
+#[cfg(test)]
 mod slip_elastica;
 #[cfg(test)]
 mod slip_stability;
