@@ -14,10 +14,15 @@ use model_core::discretise::Discretisation;
 use model_core::estimator::Estimate;
 use model_core::newton::Hessian;
 
-/// Columns that are added.
+/// Columns that are added, and those that come with friction: between which values the force lies.
 const ADDED: [&str; 6] = ["force_x_n", "force_y_n", "force_n", "standard_deviation_n", "torque_nmm", "status"];
+const INTERVAL: [&str; 2] = ["force_interval_low_n", "force_interval_high_n"];
+/// With friction the force depends on the way, which is straight from position to position: at most so far at once, rad.
+const AT_ONCE: f64 = 0.25 * std::f64::consts::PI / 180.0;
 /// Columns of which one says where the motor is.
 const POSITIONS: &str = "`angle_deg`, `angle_rad` or `position_counts`";
+/// Ticks at the end of a way after which the median of the last angles is the last one.
+const MEDIAN: u32 = 3;
 /// Ticks at one position until its estimate is no longer on the way from the position before.
 const TICKS: usize = 400;
 
@@ -58,8 +63,13 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
     let mut reader = csv::Reader::from_reader(&text[..]);
     let head = reader.headers().map_err(|error| format!("{name}: {error}"))?.clone();
     let columns = Columns::find(&head).map_err(|why| format!("{name}:1: {why}"))?;
-    out.write_all(delimited::line(head.iter().chain(ADDED)).as_bytes())?;
-    let (mut rows, mut trusted, mut before) = (0_u64, 0_u64, f64::NEG_INFINITY);
+    let rubs = model.case.friction > 0.0;
+    let interval: &[&str] = if rubs { &INTERVAL } else { &[] };
+    if let Some(there) = interval.iter().find(|added| head.iter().any(|name| name.trim() == **added)) {
+        return Err(format!("{name}:1: there is a column `{there}` already").into());
+    }
+    out.write_all(delimited::line(head.iter().chain(ADDED).chain(interval.iter().copied())).as_bytes())?;
+    let (mut rows, mut trusted, mut before, mut last) = (0_u64, 0_u64, f64::NEG_INFINITY, None);
     for row in reader.records() {
         let row = row.map_err(|error| format!("{name}: {error}"))?;
         let at = |why: String| format!("{name}:{}: {why}", line(&text, row.position()));
@@ -68,10 +78,16 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
             return Err(at(format!("time_s is {time}; allowed is above {before}, that of the line before")).into());
         }
         before = time;
-        let estimate = settled(estimator.as_mut(), angle);
+        let estimate = match last.replace(angle).filter(|_| rubs) {
+            Some(from) => along(estimator.as_mut(), from, angle),
+            None => settled(estimator.as_mut(), angle, rubs),
+        };
         rows += 1;
         trusted += u64::from(is_known(&estimate));
-        out.write_all(delimited::line(row.iter().map(str::to_owned).chain(cells(&estimate))).as_bytes())?;
+        let between = estimator.interval().filter(|_| is_known(&estimate)).map(|interval| interval.magnitude);
+        let between = [0, 1].map(|end| between.map_or_else(String::new, |ends| ends[end].to_string()));
+        let added = cells(&estimate).into_iter().chain(between.into_iter().filter(|_| rubs));
+        out.write_all(delimited::line(row.iter().map(str::to_owned).chain(added)).as_bytes())?;
     }
     out.finish()?;
     Ok(format!("{name}: {rows} positions, {trusted} with a trustworthy force\n"))
@@ -82,6 +98,7 @@ fn make(model: &Model, mount: &Mount, calibration: &Calibration) -> Result<Box<d
     made.configure(&model.case.finger.design, &model.how)?;
     made.set_drive(mount.drive)?;
     made.set_object(model.case.object)?;
+    made.set_friction(model.case.friction)?;
     made.set_uncertainty(calibration.uncertainty(None))?;
     Ok(made)
 }
@@ -93,16 +110,30 @@ fn line(text: &[u8], position: Option<&csv::Position>) -> usize {
     1 + text[..start + ends].iter().filter(|byte| **byte == b'\n').count()
 }
 
-/// The estimate at a position. Tables of slow loops leap: the estimator gets there in several of its own ticks.
-fn settled(estimator: &mut dyn AnyEstimator, angle: f64) -> Estimate {
+/// The estimate at a position, with friction also its derivatives. Tables of slow loops leap: the estimator gets there in several of its own
+/// ticks.
+fn settled(estimator: &mut dyn AnyEstimator, angle: f64, rubs: bool) -> Estimate {
     let mut estimate = estimator.update(angle);
     for _ in 1..TICKS {
-        if is_known(&estimate) {
+        if is_known(&estimate) && (!rubs || estimate.standard_deviation.is_finite()) {
             break;
         }
         estimate = estimator.update(angle);
     }
     estimate
+}
+
+/// The estimate at a position with friction, on the straight way from the one before.
+fn along(estimator: &mut dyn AnyEstimator, from: f64, to: f64) -> Estimate {
+    let steps = ((to - from).abs() / AT_ONCE).ceil().clamp(1.0, 1e6);
+    for step in 1..steps as u32 {
+        settled(estimator, from + (to - from) * f64::from(step) / steps, false);
+    }
+    // The history follows the middle one of the last angles.
+    for _ in 0..MEDIAN {
+        estimator.update(to);
+    }
+    settled(estimator, to, true)
 }
 
 fn is_known(estimate: &Estimate) -> bool {

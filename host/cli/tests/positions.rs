@@ -170,3 +170,36 @@ fn a_table_that_gets_no_forces_says_why() {
     assert!(words("--again --case case.toml --csv positions.csv --force").contains("positions.csv"));
     assert_eq!(fs::read_to_string(folder.path("positions.csv")).unwrap(), good);
 }
+
+/// With friction the force depends on the way that the table describes, and lies in an interval where the motion has just turned round.
+#[test]
+fn with_friction_the_way_matters() {
+    let folder = Folder::new();
+    let rough = CASE.replace("radius_mm", "friction = 0.6\nradius_mm");
+    folder.write("case.toml", &rough.replace("[1, 3.5, 6, 8.25, 11]", "[0, 2, 4, 6, 8, 7.9, 6, 4]"));
+    let table = "time_s,angle_deg\n0,-1\n1,2\n2,6\n3,8\n4,7.8\n5,6\n6,4\n";
+    let (head, rows, words) = folder.label(table, "");
+    assert!(words.contains("7 positions, 7 with"), "{words}");
+    let column = |name: &str| head.iter().position(|column| column == name).unwrap();
+    let number = |row: usize, name: &str| rows[row][column(name)].parse::<f64>().unwrap();
+    let solved = solved(&folder);
+    // Closing at 2, 6 and 8°, opening at 6 and 4°.
+    for (row, solved) in [(1, solved[1]), (2, solved[3]), (3, solved[4]), (5, solved[6]), (6, solved[7])] {
+        let (force, torque) = (number(row, "force_n"), number(row, "torque_nmm"));
+        assert!((force / solved[0] - 1.0).abs() < 0.02, "row {row}: {force} {solved:?}");
+        assert!((torque / solved[1] - 1.0).abs() < 0.02, "row {row}: {torque} {solved:?}");
+        let (low, high) = (number(row, "force_interval_low_n"), number(row, "force_interval_high_n"));
+        assert!(
+            low <= force * 1.0001 && force * 0.9999 <= high && high - low < 0.05 * force,
+            "row {row}: {low} {high}"
+        );
+        assert!(number(row, "standard_deviation_n") > 0.0);
+    }
+    assert!(number(2, "force_n") > 1.1 * number(5, "force_n"), "closing and opening");
+    // A reversal of 0.2° may not have reached the finger.
+    assert!(number(4, "force_interval_high_n") - number(4, "force_interval_low_n") > 0.05 * number(4, "force_n"));
+    // Without friction there are no such columns.
+    folder.write("case.toml", CASE);
+    let (head, ..) = folder.label(table, "");
+    assert!(!head.iter().any(|name| name.contains("interval")));
+}

@@ -1,10 +1,11 @@
 //! The estimator of the microcontroller on this PC, at any resolution and in either precision.
 
 use messages::{Report, Shape};
+use model_core::bounds::OutOfBounds;
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, DiscretiseError};
 use model_core::drive::{Drive, DriveError};
-use model_core::estimator::{Estimate, Estimator};
+use model_core::estimator::{Estimate, Estimator, Interval};
 use model_core::newton::Hessian;
 use model_core::object::{ObjectDesign, ObjectError};
 use model_core::real::Real;
@@ -40,8 +41,17 @@ pub trait AnyEstimator: Send {
     /// What is wrong with it.
     fn set_drive(&mut self, drive: Drive) -> Result<(), DriveError>;
 
+    /// Takes a coefficient of friction between finger and object, 0 for none; the state starts anew, if it is another one.
+    ///
+    /// # Errors
+    /// A coefficient out of range.
+    fn set_friction(&mut self, coefficient: f64) -> Result<(), OutOfBounds>;
+
     /// Estimates at a motor angle, rad.
     fn update(&mut self, motor_angle: f64) -> Estimate;
+
+    /// With friction: between which values the forces of the last estimate lie, where both ends are known.
+    fn interval(&self) -> Option<Interval>;
 
     /// The deformed finger behind a report.
     fn shape(&self, report: &Report) -> Shape;
@@ -67,8 +77,16 @@ where
         self.set_drive(drive)
     }
 
+    fn set_friction(&mut self, coefficient: f64) -> Result<(), OutOfBounds> {
+        self.set_friction(coefficient)
+    }
+
     fn update(&mut self, motor_angle: f64) -> Estimate {
         self.update(motor_angle)
+    }
+
+    fn interval(&self) -> Option<Interval> {
+        self.interval()
     }
 
     fn shape(&self, report: &Report) -> Shape {
