@@ -5,6 +5,7 @@
 
 mod clocks;
 
+use cortex_m_rt::exception;
 use embassy_executor::Spawner;
 use embassy_stm32::flash::Flash;
 use embassy_stm32::{pac, peripherals::IWDG};
@@ -12,7 +13,7 @@ use fre_boards::NUCLEO_G474RE;
 use gripper::{Board, ResetCause};
 use stm32::port::{Receiver, Sender, halves};
 use stm32::usart::{Direction, Wired};
-use stm32::{Care, Dog, Line, Settings, critical, cycles, reset};
+use stm32::{Care, Dog, Line, Settings, critical, cycles, reset, torn};
 
 /// Room for received and for sent bytes.
 type Bus = stm32::Bus<512, 256>;
@@ -27,7 +28,7 @@ const LINK_USART: Wired = Wired::new(pac::USART2, Direction::None);
 const LINK_BAUD: u32 = 1_000_000;
 
 /// The last pages of bank 2.
-type Store = Settings<NoCaches, 0x7_c000, 0x4000, 0x800>;
+type Store = Settings<Correcting, 0x7_c000, 0x4000, 0x800>;
 
 struct Nucleo;
 
@@ -51,10 +52,27 @@ impl Board for Nucleo {
     }
 }
 
-/// The flash interface's own caches are the driver's matter.
-struct NoCaches;
+/// The flash interface's own caches are the driver's matter. A word that its error correction gives up raises a non-maskable interrupt.
+struct Correcting;
 
-impl Care for NoCaches {}
+impl Care for Correcting {
+    fn read(address: u32, into: &mut [u8]) -> bool {
+        // SAFETY: `Settings` asks for addresses inside the flash.
+        unsafe { torn::read(address, into) }
+    }
+}
+
+// SAFETY: touches the flash's flags and atomics only, or ends the program.
+#[exception]
+unsafe fn NonMaskableInt() {
+    let flags = pac::FLASH.eccr().read();
+    let gives_up = flags.eccd() || flags.eccd2();
+    // Ones clear them.
+    pac::FLASH.eccr().write_value(flags);
+    if !(gives_up && torn::is_expected()) {
+        reset::end(&format_args!("non-maskable interrupt; flash at {:#x} gives up: {gives_up}", flags.addr_ecc()));
+    }
+}
 
 stm32::interrupts! {
     BUS by BUS_USART on USART1, LINK by LINK_USART on USART2;

@@ -12,7 +12,7 @@ use fre_boards::NUCLEO_H743ZI;
 use gripper::{Board, ResetCause};
 use stm32::port::{Receiver, Sender, halves};
 use stm32::usart::{Direction, Wired};
-use stm32::{Care, Dog, Line, Settings, critical, cycles, reset};
+use stm32::{Care, Dog, Line, Settings, critical, cycles, reset, torn};
 
 /// Room for received and for sent bytes.
 type Bus = stm32::Bus<512, 256>;
@@ -54,10 +54,30 @@ impl Board for Nucleo {
     }
 }
 
-/// What the caches know of changed flash is forgotten.
+/// What the caches know of changed flash is forgotten; what error correction says of a read is not left for the next write, which
+/// would take it for its own failure.
 struct Caches;
 
 impl Care for Caches {
+    fn read(address: u32, into: &mut [u8]) -> bool {
+        // SAFETY: `Settings` asks for addresses inside the flash.
+        let whole = unsafe { torn::read(address, into) };
+        let mut sound = true;
+        for bank in [0, 1] {
+            let bank = pac::FLASH.bank(bank);
+            sound &= !bank.sr().read().dbeccerr();
+            bank.ccr().write(|w| {
+                w.set_clr_sneccerr(true);
+                w.set_clr_dbeccerr(true);
+            });
+        }
+        if !sound {
+            // The line that was filled with it must not answer the next read.
+            stm32::forget_cached(address, into.len() as u32);
+        }
+        whole && sound
+    }
+
     fn changed(address: u32, bytes: u32) {
         stm32::forget_cached(address, bytes);
     }

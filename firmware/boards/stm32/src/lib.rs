@@ -3,7 +3,8 @@
 //! - [`Line`]: the half-duplex bus, served by one interrupt that also turns its direction round ([`port`] reads and
 //!   writes it).
 //! - [`critical`]: critical sections that let this one interrupt through.
-//! - [`usart`]: a chip's USART under a line. [`Settings`]: a stretch of flash. [`mod@reset`]: last words, why the
+//! - [`usart`]: a chip's USART under a line. [`Settings`]: a stretch of flash; [`torn`]: words
+//!   of it that cannot be read. [`mod@reset`]: last words, why the
 //!   program started, how it ends. [`cycles`]: the processor's cycle counter. [`Dog`]: its watchdog.
 //! - [`interrupts!`]: which interrupt does what.
 //!
@@ -31,6 +32,8 @@ pub mod port;
 #[cfg(feature = "chip")]
 pub mod reset;
 mod ring;
+#[cfg(feature = "chip")]
+pub mod torn;
 #[cfg(feature = "chip")]
 pub mod usart;
 #[cfg(feature = "chip")]
