@@ -68,7 +68,7 @@ pub const OPENCR: Board = Board {
     fingers: 2,
     wanted_hz: 500,
     flash: [0x0804_0000, 0x0810_0000],
-    flash_budget: 512 * KB,
+    flash_budget: 544 * KB,
     ram: 288 * KB - 256,
     ram_budget: 192 * KB,
     probe: Some(Probe {
@@ -86,7 +86,7 @@ pub const NUCLEO_H743ZI: Board = Board {
     fingers: 4,
     wanted_hz: 1000,
     flash: [0x0800_0000, 0x0810_0000],
-    flash_budget: 512 * KB,
+    flash_budget: 544 * KB,
     ram: 512 * KB,
     ram_budget: 448 * KB,
     probe: Some(Probe { chip: "STM32H743ZI", connection: ST_LINK }),
@@ -103,7 +103,7 @@ pub const NUCLEO_G474RE: Board = Board {
     flash: [0x0800_0000, 0x0807_c000],
     flash_budget: 480 * KB,
     ram: 112 * KB - 256,
-    ram_budget: 108 * KB,
+    ram_budget: 110 * KB,
     probe: Some(Probe { chip: "STM32G474RE", connection: ST_LINK }),
 };
 
