@@ -1,5 +1,7 @@
 //! The picture.
 
+use std::time::Duration;
+
 use messages::{FreeObject, Side};
 use model_core::status::Status;
 use ratatui::Frame;
@@ -23,6 +25,8 @@ const NUMBERS: u16 = 46;
 const WIDE: u16 = 76;
 /// Silence that is reported.
 const QUIET_S: f32 = 0.5;
+/// A stop that is not acknowledged by then is shown as NOT STOPPED.
+const LATE_S: f32 = 0.9;
 /// One colour per finger.
 const COLOURS: [Color; 4] = [Color::Cyan, Color::Yellow, Color::Magenta, Color::Green];
 
@@ -86,11 +90,18 @@ fn footer(seen: &Seen) -> Line<'static> {
         let red = Style::new().fg(Color::White).bg(Color::Red).add_modifier(Modifier::BOLD);
         words.extend([Span::styled(" space ", red), Span::from(" STOP all fingers  ")]);
     }
-    match &seen.stop {
-        _ if seen.stopping => words.push("stopping …".bold()),
-        Some(Ok(answer)) => words.push(Span::styled(answer.clone(), Style::new().fg(Color::Green))),
-        Some(Err(answer)) => words.push(Span::styled(answer.clone(), bad())),
-        None => {}
+    let late = seen.stopping.map(|since| since.elapsed().as_secs_f32());
+    match (&seen.stop, late) {
+        (Some(Err(why)), Some(late)) => {
+            words.push(Span::styled(format!(" NOT STOPPED for {late:.1} s: {why}. Still trying. "), bad()));
+        }
+        (_, Some(late)) if late > LATE_S => {
+            let words_late = format!(" NOT STOPPED for {late:.1} s: the gripper does not answer. Still trying. ");
+            words.push(Span::styled(words_late, bad()));
+        }
+        (_, Some(_)) => words.push("stopping …".bold()),
+        (Some(Ok(answer)), None) => words.push(Span::styled(answer.clone(), Style::new().fg(Color::Green))),
+        (Some(Err(_)) | None, None) => {}
     }
     Line::from(words)
 }
@@ -119,7 +130,7 @@ fn fingers(frame: &mut Frame<'_>, area: Rect, seen: &Seen) {
     frame.render_widget(Paragraph::new([Line::from(head.dim())].into_iter().chain(rows).collect::<Vec<_>>()), table);
     together(frame, sum, seen);
     if chart.height >= 5 {
-        forces(frame, chart, &seen.fingers.iter().enumerate().collect::<Vec<_>>());
+        forces(frame, chart, seen, &seen.fingers.iter().enumerate().collect::<Vec<_>>());
     }
 }
 
@@ -132,7 +143,9 @@ fn free_words(free: &FreeObject) -> String {
 /// What the fingers come to together.
 fn together(frame: &mut Frame<'_>, area: Rect, seen: &Seen) {
     let Some(grasp) = seen.grasp else { return };
-    let line = if grasp.is_trustworthy {
+    let line = if seen.silent().is_some() {
+        Line::from("grasp  the gripper is silent".red())
+    } else if grasp.is_trustworthy {
         let [x, y] = grasp.sum;
         let balance = 100.0 * grasp.balance;
         let free = grasp.free.map(|free| format!(", {}", free_words(&free))).unwrap_or_default();
@@ -156,7 +169,10 @@ fn name(seen: &Seen, number: usize) -> String {
     }
 }
 
-fn status(status: Status, age: u32) -> Span<'static> {
+fn status(status: Status, age: u32, silent: Option<Duration>) -> Span<'static> {
+    if let Some(silent) = silent {
+        return Span::styled(format!(" silent, {:.1} s old ", silent.as_secs_f32()), bad());
+    }
     let words = if age > 0 { format!(" {status}, {age} ticks old ") } else { format!(" {status} ") };
     if status.is_trustworthy() {
         Span::styled(words, Style::new().fg(Color::Black).bg(Color::Green).add_modifier(Modifier::BOLD))
@@ -181,12 +197,14 @@ fn row(seen: &Seen, number: usize, finger: &Finger) -> Line<'static> {
     let estimate = report.estimate;
     let force = format!("{:>8.2} {:>4}", estimate.force_magnitude(), deviation(estimate.standard_deviation));
     let rest = format!("  {:>7.2}  {:>10.0}  ", estimate.motor_angle.to_degrees(), estimate.torque);
-    let force = if estimate.status.is_trustworthy() { force.bold() } else { force.dim().crossed_out() };
+    let silent = seen.silent();
+    let is_good = estimate.status.is_trustworthy() && silent.is_none();
+    let force = if is_good { force.bold() } else { force.dim().crossed_out() };
     Line::from(vec![
         Span::styled(name, Style::new().fg(COLOURS[number % COLOURS.len()])),
         force,
         rest.into(),
-        status(estimate.status, estimate.age),
+        status(estimate.status, estimate.age, silent),
     ])
 }
 
@@ -210,7 +228,8 @@ fn whole(frame: &mut Frame<'_>, area: Rect, seen: &Seen, number: usize, finger: 
         (inside, None)
     };
     let estimate = report.estimate;
-    let trustworthy = estimate.status.is_trustworthy();
+    let silent = seen.silent();
+    let trustworthy = estimate.status.is_trustworthy() && silent.is_none();
     let value = |words: String| if trustworthy { Span::raw(words) } else { words.dim().crossed_out() };
     let row = |name: &'static str, words: String| Line::from(vec![format!("{name:<13}").dim(), value(words)]);
     let force = format!("{:.2} N", estimate.force_magnitude());
@@ -228,7 +247,7 @@ fn whole(frame: &mut Frame<'_>, area: Rect, seen: &Seen, number: usize, finger: 
             "force        ".dim(),
             if trustworthy { Span::styled(force, Style::new().fg(colour).bold()) } else { force.dim().crossed_out() },
             Span::raw(format!(" ± {} ", deviation(estimate.standard_deviation))),
-            status(estimate.status, estimate.age),
+            status(estimate.status, estimate.age, silent),
         ]),
         row("components", format!("{fx}, {fy} N")),
         row(
@@ -242,11 +261,19 @@ fn whole(frame: &mut Frame<'_>, area: Rect, seen: &Seen, number: usize, finger: 
             format!("{} mA, limit {:.0}", fixed(report.current, 0), limit(seen, number)).into(),
         ]),
         Line::from(vec!["cost         ".dim(), format!("{micros:.0} µs, {} iterations", estimate.iterations).into()]),
-        Line::from(vec!["doing        ".dim(), report.phase.to_string().into(), lost(finger)]),
+        Line::from(vec![
+            "doing        ".dim(),
+            if silent.is_some() {
+                report.phase.to_string().dim().crossed_out()
+            } else {
+                report.phase.to_string().into()
+            },
+            lost(finger),
+        ]),
     ];
     frame.render_widget(Paragraph::new(lines), numbers);
     if let Some(chart) = chart {
-        forces(frame, chart, &[(number, finger)]);
+        forces(frame, chart, seen, &[(number, finger)]);
     }
 }
 
@@ -264,10 +291,11 @@ fn limit(seen: &Seen, number: usize) -> f32 {
 }
 
 /// Force over the last seconds.
-fn forces(frame: &mut Frame<'_>, area: Rect, fingers: &[(usize, &Finger)]) {
+fn forces(frame: &mut Frame<'_>, area: Rect, seen: &Seen, fingers: &[(usize, &Finger)]) {
     let now =
         fingers.iter().filter_map(|(_, finger)| finger.shown.report()).map(|report| report.time_us).max().unwrap_or(0);
-    let now = now as f64 * 1e-6;
+    // Without a silent source's reports the time goes on all the same.
+    let now = now as f64 * 1e-6 + seen.silent().map_or(0.0, |silent| silent.as_secs_f64());
     let points: Vec<Vec<(f64, f64)>> = fingers
         .iter()
         .map(|(_, finger)| finger.forces.iter().map(|&(time, force)| (time - now, force)).collect())
@@ -305,6 +333,8 @@ fn ceiling(greatest: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Instant;
+
     use messages::{Event, Grasp, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings};
     use model_core::estimator::Estimate;
     use ratatui::Terminal;
@@ -329,6 +359,8 @@ mod tests {
             settings,
             models: vec![Modelled::default(); usize::from(fingers)],
         });
+        // However busy the PC is, it is not silent.
+        seen.heard += Duration::from_secs(3600);
         for tick in 0..1000_u32 {
             for finger in 0..fingers {
                 seen.take(Told::Report(report(finger, tick, 5.0 * tick as f32 / 999.0, Status::Converged)));
@@ -411,8 +443,41 @@ mod tests {
         assert!(seen.fingers[0].forces.iter().all(|&(_, force)| force <= 5.0), "an untrustworthy force in the chart");
         seen.asked();
         has(&drawn(&seen, 100, 24), "stopping …");
-        seen.answered(Err("NOT STOPPED: no answer".to_owned()));
-        has(&drawn(&seen, 100, 24), "NOT STOPPED: no answer");
+        seen.stopping = seen.stopping.map(|since| since - Duration::from_secs(1));
+        has(&drawn(&seen, 100, 24), "s: the gripper does not answer");
+        seen.asked();
+        seen.answered(Err("no servo".to_owned()));
+        has(&drawn(&seen, 100, 24), "NOT STOPPED for ");
+        has(&drawn(&seen, 100, 24), "s: no servo. Still trying.");
+        seen.answered(Ok("stopped".to_owned()));
+        assert!(!drawn(&seen, 100, 24).iter().any(|line| line.contains("NOT STOPPED")));
+    }
+
+    /// A gripper that is dead or frozen: nothing that it told looks as if it were of now.
+    #[test]
+    fn what_a_silent_gripper_told_is_struck_out_and_aged() {
+        let mut seen = seen(1);
+        has(&drawn(&seen, 110, 24), "converged");
+        seen.heard = Instant::now() - Duration::from_millis(1_500);
+        for (width, height) in [(110, 24), (80, 12)] {
+            let lines = drawn(&seen, width, height);
+            has(&lines, "silent, ");
+            has(&lines, " s old");
+            assert!(!lines.iter().any(|line| line.contains("converged")), "{}", lines.join("\n"));
+        }
+        let mut terminal = Terminal::new(TestBackend::new(110, 24)).unwrap();
+        terminal.draw(|frame| picture(frame, &seen)).unwrap();
+        let buffer = terminal.backend().buffer();
+        let struck = buffer.content().iter().filter(|cell| cell.modifier.contains(Modifier::CROSSED_OUT));
+        let struck: String = struck.map(|cell| cell.symbol()).collect();
+        assert!(struck.contains("5.00 N") && struck.contains("gripped"), "{struck}");
+        // A gripper that reports once a second is not silent yet.
+        seen.setup.settings.rate_hz = 1;
+        seen.heard = Instant::now() - Duration::from_millis(500);
+        has(&drawn(&seen, 110, 24), "converged");
+        seen.setup.origin = Origin::Recording;
+        seen.setup.settings.rate_hz = 500;
+        has(&drawn(&seen, 110, 24), "converged");
     }
 
     #[test]

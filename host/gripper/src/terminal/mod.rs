@@ -51,6 +51,9 @@ impl From<OrderError> for TerminalError {
     }
 }
 
+/// How soon a stop that was not taken is asked for again.
+const AGAIN: Duration = Duration::from_millis(100);
+
 /// What a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wish {
@@ -73,15 +76,23 @@ pub fn show(source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBoo
     let ended = std::thread::scope(|scope| {
         // Both ask the gripper, which may take its time: not where the picture is drawn.
         scope.spawn(|| count(&**source, &counters, &over));
-        let (orderer, answer_to) = (&**source, &answer);
+        let (orderer, answer_to, is_over) = (&**source, &answer, &over);
         scope.spawn(move || {
             // The channel ends with the view.
             for () in ordered {
-                let words = match orderer.order(&Order::Hold(Which::All)) {
-                    Ok(()) => Ok("stopped: all fingers hold".to_owned()),
-                    Err(error) => Err(format!("NOT STOPPED: {error}")),
-                };
-                *answer_to.lock().unwrap_or_else(PoisonError::into_inner) = Some(words);
+                let mut is_taken = false;
+                // Again until the gripper has taken it.
+                while !is_taken && !is_over.load(Ordering::Relaxed) {
+                    let words = match orderer.order(&Order::Hold(Which::All)) {
+                        Ok(()) => Ok("stopped: all fingers hold".to_owned()),
+                        Err(error) => Err(error.to_string()),
+                    };
+                    is_taken = words.is_ok();
+                    *answer_to.lock().unwrap_or_else(PoisonError::into_inner) = Some(words);
+                    if !is_taken {
+                        std::thread::sleep(AGAIN);
+                    }
+                }
             }
         });
         let mut seen = Seen::new(setup);
@@ -104,9 +115,11 @@ pub fn show(source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBoo
                         return Ok(Ended { reports: seen.reports, after: start.elapsed(), closed: false });
                     }
                     Some(Wish::Stop) if seen.moves() => {
+                        if seen.stopping.is_none() {
+                            // The thread lives as long as the view.
+                            let _ = orders.send(());
+                        }
                         seen.asked();
-                        // The thread lives as long as the view.
-                        let _ = orders.send(());
                     }
                     Some(Wish::Stop) | None => {}
                 }

@@ -13,6 +13,8 @@ use crate::source::{Origin, Setup, Told};
 pub const WINDOW_S: f64 = 20.0;
 /// A point of the chart stands for so long, s; it is the greatest force of this time, so that no peak is lost.
 const POINT_S: f64 = 0.05;
+/// A source that has sent nothing for so long is silent: what it sent before is struck out.
+const SILENT: Duration = Duration::from_millis(400);
 /// Events that are kept.
 const EVENTS: usize = 16;
 
@@ -35,11 +37,11 @@ pub struct Seen {
     pub statistics: Statistics,
     /// The gripper's.
     pub counters: Option<Counters>,
-    /// What came of the last stop: acknowledged, or why not; none while it is under way.
+    /// What came of the last stop: acknowledged, or why not yet; none before the first answer.
     pub stop: Option<Result<String, String>>,
-    /// A stop is under way.
-    pub stopping: bool,
-    heard: Instant,
+    /// Since when a stop is under way that the gripper has not taken.
+    pub stopping: Option<Instant>,
+    pub(super) heard: Instant,
     second: (Instant, u64),
 }
 
@@ -66,7 +68,7 @@ impl Seen {
             statistics: Statistics::default(),
             counters: None,
             stop: None,
-            stopping: false,
+            stopping: None,
             heard: now,
             second: (now, 0),
         }
@@ -75,7 +77,7 @@ impl Seen {
     /// Takes what was reported.
     pub fn take(&mut self, told: Told) {
         let now = Instant::now();
-        self.heard = now;
+        self.heard = self.heard.max(now);
         match told {
             Told::Report(report) => {
                 self.reports += 1;
@@ -111,6 +113,13 @@ impl Seen {
         self.heard.elapsed()
     }
 
+    /// How long a source that is live has sent nothing, if that is noteworthy: a slow one reports seldom.
+    pub fn silent(&self) -> Option<Duration> {
+        let period = Duration::from_secs(1) / u32::from(self.setup.settings.rate_hz.max(1));
+        let silence = self.silence();
+        (self.setup.origin != Origin::Recording && silence > SILENT.max(5 * period / 2)).then_some(silence)
+    }
+
     /// Whether fingers can be stopped from here.
     pub fn moves(&self) -> bool {
         self.setup.origin == Origin::Gripper
@@ -118,13 +127,16 @@ impl Seen {
 
     /// A stop was asked for.
     pub fn asked(&mut self) {
-        self.stopping = true;
-        self.stop = None;
+        if self.stopping.is_none() {
+            (self.stopping, self.stop) = (Some(Instant::now()), None);
+        }
     }
 
-    /// What came of it.
+    /// What came of it; one that was not taken is asked for again.
     pub fn answered(&mut self, words: Result<String, String>) {
-        self.stopping = false;
+        if words.is_ok() {
+            self.stopping = None;
+        }
         self.stop = Some(words);
     }
 }
