@@ -7,14 +7,19 @@
 //! The force is controlled by integration: with ΔF what is missing and dF/dα the force's slope over the motor angle, the
 //! goal moves by [`GAIN`] · ΔF / (dF/dα) a tick, by no more than the speed asked for, and never further ahead of the motor
 //! than what is missing. Where the servo's next count would be too much, the finger stays below. Without an answer the goal
-//! does not move, so nothing winds up. Angles in rad, forces in N.
+//! does not move, so nothing winds up.
+//!
+//! A servo with a proportional gain only holds a load by an error: the motor stands below its goal by its sag, and comes late. Force and
+//! limits are the motor's, so the goal goes beyond them by the sag that was seen when the motor last stood still ([`Lag`]), and the rest
+//! of the error counts as way that is still to come. A finger that is near goes back with its goal to stop there at once, and has
+//! gripped when it stands. Angles in rad, forces in N.
 
 use messages::{GripTo, Mount, Phase, Reaction, Settings, Why};
 
 use crate::lag::Lag;
 use crate::motion::Motion;
 use crate::slope::Slope;
-use crate::stall::Stall;
+use crate::stall::{Stall, explained};
 
 /// Part of what is missing by which the goal moves in a tick. An integrator with a delay of two ticks (the answer's and the
 /// servo's) does not overshoot below 4/27.
@@ -53,8 +58,14 @@ pub struct Grip {
     motion: Motion,
     /// What was asked for, while it grips.
     asked: Option<Asked>,
+    /// It has gripped, and only waits since, if it does not hold.
+    has_gripped: bool,
     /// How far the next tick leads the motor on, rad.
     stride: f64,
+    /// The way that the motor has not come yet, rad: the goal goes back by it at once to stop the motor where it is.
+    ahead: f64,
+    /// How far the goal may go beyond the angle's limit, rad: the motor stays below it by so much.
+    beyond: f64,
     slope: Slope,
     lag: Lag,
     stall: Stall,
@@ -75,7 +86,10 @@ impl Grip {
         phase: Phase::Held(Why::Asked),
         motion: Motion::REST,
         asked: None,
+        has_gripped: false,
         stride: 0.0,
+        ahead: 0.0,
+        beyond: 0.0,
         slope: Slope::NONE,
         lag: Lag::NONE,
         stall: Stall::NONE,
@@ -140,9 +154,9 @@ impl Grip {
     /// One tick of so many seconds; returns the goal.
     pub fn advance(&mut self, seconds: f64, mount: &Mount) -> f64 {
         if let Some(Asked { speed, limit, .. }) = self.asked {
-            let stride = self.stride.max(-speed * seconds).min(speed * seconds);
+            let stride = self.stride.max(-self.ahead.max(speed * seconds)).min(speed * seconds);
             let least = f64::from(mount.range[0]);
-            self.motion.start((self.motion.goal() + stride).max(least).min(limit.max(least)));
+            self.motion.start((self.motion.goal() + stride).max(least).min((limit + self.beyond).max(least)));
             // Used once: a tick without an answer does not move the goal.
             self.stride = 0.0;
         }
@@ -151,6 +165,8 @@ impl Grip {
 
     /// No answer came in this tick.
     pub fn miss(&mut self, mount: &Mount, reaction: Reaction) {
+        // Nobody knows how far the motor has come meanwhile.
+        self.ahead = 0.0;
         self.wrong(Why::Bus, mount, reaction);
     }
 
@@ -159,12 +175,18 @@ impl Grip {
         let reaction = settings.on_fault;
         let closing = self.asked.is_some() || self.motion.heading() > touch.angle;
         let ahead = self.lag.ahead(self.goal(), touch.angle, count, seconds);
+        let is_within = self.asked.is_some_and(|asked| touch.angle <= asked.limit);
+        (self.ahead, self.beyond) = (ahead, if is_within { self.lag.sag().max(0.0) } else { 0.0 });
         if touch.alert && (closing || self.phase == Phase::Moving) {
             return self.stop(Why::Alert, mount, reaction);
         }
         if self.stall.is_stalled(self.goal(), touch.angle, f64::from(touch.current), count, seconds)
             && self.phase != Phase::Held(Why::Stall)
         {
+            // A weak motor stays behind its goal by more than its torque explains: it must not jump there when its strength comes back.
+            let held = explained(f64::from(touch.current), count);
+            self.motion.start(touch.angle + self.lag.sag().max(-held).min(held));
+            self.ahead = 0.0;
             // A finger that cannot open stays: to release it would change nothing.
             let reaction = if closing { reaction } else { Reaction::Hold };
             return self.stop(Why::Stall, mount, reaction);
@@ -194,7 +216,7 @@ impl Grip {
                 let mean = greater(known, self.slope.mean());
                 self.follow(&asked, force, [mean, steepest], [touch.angle, ahead], count);
             }
-            None if closing => self.guard(force, steepest, touch.angle, count, f64::from(mount.force_limit)),
+            None if closing => self.guard(force, steepest, ahead, count, f64::from(mount.force_limit)),
             None => {}
         }
     }
@@ -210,24 +232,29 @@ impl Grip {
             _ if force > 0.0 => (CREEP / GAIN * count).copysign(missing),
             _ => f64::INFINITY.copysign(missing),
         });
-        let (near, part) = if self.phase == Phase::Gripped { LEFT } else { (REACHED, 0.0) };
+        let (near, part) = if self.has_gripped { LEFT } else { (REACHED, 0.0) };
         let is_near = way.abs() <= near * count || missing.abs() <= part * asked.force;
         // Less than a count is missing, and the next one would give too much.
         let next_is_over = (0.0..count).contains(&way) && missing * (count / way - 1.0) > OVER * asked.force;
         if force > 0.0 && slopes[0].is_some() && (is_near || next_is_over) {
-            (self.phase, self.stride) = (Phase::Gripped, 0.0);
+            self.has_gripped |= ahead.abs() <= 0.5 * count;
+            (self.phase, self.stride) =
+                if self.has_gripped { (Phase::Gripped, 0.0) } else { (Phase::Gripping, -ahead) };
         } else if way > 0.0 && self.goal() >= asked.limit && angle >= asked.limit - count {
             self.settle(Phase::Held(Why::Angle));
         } else {
             // A motor that follows late gets no goal beyond the one that it is to stop at.
             let room = safe - ahead;
             let stride = GAIN * safe;
+            self.has_gripped = false;
             (self.phase, self.stride) = (Phase::Gripping, if safe < 0.0 { stride.max(room) } else { stride.min(room) });
         }
     }
 
     /// Stops a closing motion where the force would go beyond its limit.
-    fn guard(&mut self, force: f64, slope: Option<f64>, angle: f64, count: f64, most: f64) {
+    fn guard(&mut self, force: f64, slope: Option<f64>, ahead: f64, count: f64, most: f64) {
+        // Where the goal is that keeps the motor where it is.
+        let stands = self.goal() - ahead;
         let room = match slope {
             Some(slope) if force > 0.0 => (most - force) / slope,
             _ => f64::INFINITY.copysign(most - force),
@@ -235,15 +262,16 @@ impl Grip {
         if room <= count {
             self.settle(Phase::Held(Why::Force));
             // Back to where the limit is, should the goal be ahead of the motor.
-            self.motion.start(self.goal().min(angle + room.max(-count).min(count)));
+            self.motion.start(self.goal().min(stands + room.max(-count).min(count)));
         } else {
-            self.motion.cap(angle + room);
+            self.motion.cap(stands + room);
         }
     }
 
     /// Something is wrong for now.
     fn wrong(&mut self, why: Why, mount: &Mount, reaction: Reaction) {
-        self.stride = 0.0;
+        // Once, as it begins: a finger that holds does not give way to what pushes it open.
+        self.stride = if self.phase == Phase::Gripping { -self.ahead.max(0.0) } else { 0.0 };
         if self.asked.is_none() {
             return;
         }
@@ -267,8 +295,12 @@ impl Grip {
     }
 
     fn settle(&mut self, phase: Phase) {
-        self.phase = phase;
-        (self.asked, self.stride) = (None, 0.0);
+        let is_on_its_way = matches!(self.phase, Phase::Moving | Phase::Gripping | Phase::Released(_));
+        if is_on_its_way && !matches!(phase, Phase::Moving | Phase::Gripping) {
+            self.motion.start(self.motion.goal() - self.ahead);
+        }
+        (self.phase, self.ahead) = (phase, 0.0);
+        (self.asked, self.has_gripped, self.stride) = (None, false, 0.0);
         self.motion.hold();
         self.stall = Stall::NONE;
     }
@@ -300,6 +332,10 @@ mod tests {
         stop: f64,
         /// What the servo leaves, per newton.
         sag: f64,
+        /// A servo with the factory's gains instead of all that: where its motor is, counts.
+        motor: Option<f64>,
+        /// Greatest error that its output follows, counts: less where its PWM is limited.
+        strength: f64,
         greatest: f64,
         /// Whether the estimate is trustworthy.
         sound: bool,
@@ -319,11 +355,18 @@ mod tests {
                 delay: vec![0.0; lag + 1],
                 stop: 9.0,
                 sag: 0.0,
+                motor: None,
+                strength: 141.0,
                 greatest: 0.0,
                 sound: true,
                 current: 0.0,
                 knows_slope: false,
             }
+        }
+
+        fn sagging() -> Self {
+            let mount = Mount { current_limit: 2000.0, force_limit: 100.0, ..MOUNT };
+            Self { mount, motor: Some(0.0), knows_slope: true, ..Self::new(1) }
         }
 
         fn force(angle: f64) -> f64 {
@@ -347,6 +390,17 @@ mod tests {
 
         fn angle(&mut self) -> f64 {
             let goal = self.delay.pop().unwrap();
+            if let Some(motor) = &mut self.motor {
+                // Counts of error, with 29 N·mm each: a finger of 45 mm, 233 N·mm of friction, 45 ms.
+                let error = |motor: f64| ((goal / COUNT).round() - motor).max(-self.strength).min(self.strength);
+                for _ in 0..20 {
+                    let free = error(*motor) - 45.0 / 29.0 * Self::force(*motor * COUNT);
+                    *motor += (free.abs() - 8.0).max(0.0).copysign(free) / 0.045 * TICK / 20.0;
+                }
+                // 1.79 N·mm per mA.
+                self.current = (error(*motor) * 29.0 / 1.79) as f32;
+                return motor.round() * COUNT;
+            }
             let mut angle = goal;
             for _ in 0..20 {
                 angle = goal - self.sag * Self::force(angle);
@@ -394,6 +448,97 @@ mod tests {
                     assert_eq!(bench.grip.goal(), goal, "a finger that holds does not move");
                 }
             }
+        }
+    }
+
+    /// A servo that holds by its error, with friction: the goal is far from the motor, and nowhere the same.
+    #[test]
+    fn a_servo_that_sags_grips_as_well() {
+        for speed in [None, Some(0.1), Some(0.02)] {
+            for force in [1.0, 2.0, 5.0, 10.0, 30.0] {
+                let mut bench = Bench::sagging();
+                bench.grip.grip(&GripTo { speed, ..Bench::to(force) }, &bench.mount);
+                let slope = Bench::slope(0.05 + f64::from(force) / 350.0);
+                let reached = bench.run(8000);
+                let (force, count) = (f64::from(force), slope * COUNT);
+                let what = format!("{reached} N of {force} N at {speed:?}, at most {} N", bench.greatest);
+                assert_eq!(bench.grip.phase(), Phase::Gripped, "{what}");
+                assert!((reached - force).abs() <= f64::max(0.05 * force, count), "{what}");
+                assert!(bench.greatest <= force + f64::max(0.1 * force, count), "{what}");
+                let goal = bench.grip.goal();
+                bench.run(500);
+                assert_eq!(bench.grip.goal(), goal, "a finger that holds does not move");
+                // A little less: the friction holds the motor at first.
+                bench.grip.grip(&GripTo { speed, ..Bench::to(0.7 * force as f32) }, &bench.mount);
+                let reached = bench.run(3000);
+                assert!((reached - 0.7 * force).abs() <= f64::max(0.05 * force, count), "{reached} N, {what}");
+            }
+        }
+    }
+
+    /// Whatever stops it, a motor that comes late does not come on: its goal goes back to where the motor is.
+    #[test]
+    fn a_stop_is_a_stop_of_the_motor() {
+        for speed in [0.35, 0.1] {
+            for by_estimate in [false, true] {
+                let mut bench = Bench::sagging();
+                bench.grip.grip(&GripTo { speed: Some(speed), ..Bench::to(30.0) }, &bench.mount);
+                while bench.tick() < 3.0 {}
+                if by_estimate {
+                    bench.sound = false;
+                    bench.tick();
+                    assert_eq!(bench.grip.phase(), Phase::Waiting(Why::Estimate));
+                } else {
+                    bench.grip.hold();
+                }
+                let before = bench.tick();
+                let after = bench.run(1000);
+                assert!((after - before).abs() < 2.0 * Bench::slope(0.06) * COUNT, "{before} N, then {after} N");
+            }
+        }
+    }
+
+    /// A motor that is too weak for a while: it does not jump when its strength comes back, and opens at once.
+    #[test]
+    fn a_weak_motor_does_not_jump_when_it_is_strong_again() {
+        for reaction in [Reaction::Hold, Reaction::Release] {
+            let mut bench = Bench { strength: 19.0, reaction, ..Bench::sagging() };
+            bench.grip.grip(&GripTo { speed: Some(0.1), ..Bench::to(30.0) }, &bench.mount);
+            while !matches!(bench.grip.phase(), Phase::Held(Why::Stall) | Phase::Released(Why::Stall)) {
+                bench.tick();
+            }
+            let before = bench.tick();
+            bench.strength = 141.0;
+            bench.greatest = 0.0;
+            bench.run(500);
+            assert!(bench.greatest < before + 3.0 * Bench::slope(0.08) * COUNT, "{} N, {before} N", bench.greatest);
+            bench.grip.open(&bench.mount);
+            bench.run(1000);
+            assert_eq!((bench.grip.phase(), bench.tick()), (Phase::Released(Why::Asked), 0.0));
+        }
+    }
+
+    /// The range is the motor's: the goal goes beyond it by what the load keeps back, and back when the motor follows.
+    #[test]
+    fn the_range_is_the_motors_and_not_its_goals() {
+        let (mut bench, limit) = (Bench::sagging(), 0.08);
+        bench.grip.grip(&GripTo { limit: Some(limit), ..Bench::to(30.0) }, &bench.mount);
+        let reached = bench.run(5000);
+        assert_eq!(bench.grip.phase(), Phase::Held(Why::Angle));
+        let motor = bench.motor.unwrap() * COUNT;
+        assert!((motor - f64::from(limit)).abs() <= 1.5 * COUNT, "{motor} rad, {reached} N");
+        assert!(bench.grip.goal() > f64::from(limit) + 5.0 * COUNT);
+    }
+
+    #[test]
+    fn a_motion_of_a_servo_that_sags_ends_at_the_force_limit() {
+        for speed in [0.35, 0.1] {
+            let mut bench = Bench::sagging();
+            bench.mount.force_limit = 6.0;
+            bench.grip.head(0.2, speed);
+            bench.run(3000);
+            assert_eq!(bench.grip.phase(), Phase::Held(Why::Force));
+            assert!(bench.greatest <= 6.0 * 1.05 && bench.greatest > 5.0, "{} N", bench.greatest);
         }
     }
 

@@ -20,6 +20,11 @@ impl Lag {
     /// Nothing seen; a motor that is held where it is.
     pub const NONE: Self = Self { sag: 0.0, goal: f64::NAN, angle: f64::NAN, since: 0.0, readings: 0 };
 
+    /// What the load kept back when the motor was last at rest, rad; positive if it pushes the motor open.
+    pub fn sag(&self) -> f64 {
+        self.sag
+    }
+
     /// A reading, so many seconds after the last one: what of the way to the goal is still to come.
     pub fn ahead(&mut self, goal: f64, angle: f64, count: f64, seconds: f64) -> f64 {
         let same = |a: f64, b: f64| (a - b).abs() <= 0.5 * count;

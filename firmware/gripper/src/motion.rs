@@ -7,12 +7,14 @@
 pub struct Motion {
     goal: f64,
     target: Option<f64>,
+    /// How far towards the target it may go for now.
+    most: f64,
     speed: f64,
 }
 
 impl Motion {
     /// Nowhere to go.
-    pub const REST: Self = Self { goal: 0.0, target: None, speed: 0.0 };
+    pub const REST: Self = Self { goal: 0.0, target: None, most: f64::INFINITY, speed: 0.0 };
 
     /// Starts, or starts again, where the motor is: a target stays, without one the motor is held there.
     pub fn start(&mut self, angle: f64) {
@@ -22,14 +24,12 @@ impl Motion {
     /// Heads for a target with a speed (rad/s, positive).
     pub fn head(&mut self, target: f64, speed: f64) {
         self.target = Some(target);
-        self.speed = speed;
+        (self.most, self.speed) = (f64::INFINITY, speed);
     }
 
-    /// Goes no further than this from now on.
+    /// Goes no further than this for now; the target stays.
     pub fn cap(&mut self, most: f64) {
-        if let Some(target) = &mut self.target {
-            *target = target.min(most);
-        }
+        self.most = most;
     }
 
     /// Where it ends.
@@ -46,6 +46,7 @@ impl Motion {
     pub fn step(&mut self, seconds: f64) -> f64 {
         if let Some(target) = self.target {
             let reach = self.speed * seconds;
+            let target = target.min(self.most);
             let way = target - self.goal;
             self.goal = if way > reach {
                 self.goal + reach

@@ -3,8 +3,8 @@
 /// Distance of goal and motor at which the servo's control gives all it has, rad: 141 counts with the factory's gain. Below that a motor at
 /// rest may just hold its load by the error.
 const ALL: f64 = 0.217;
-/// What the current explains of the distance, counts per mA: 1.79 N·mm/mA over 29 N·mm per count of the factory's gain, half as much again.
-const EXPLAINED: f64 = 1.5 * 1.79 / 29.0;
+/// What the current explains of the distance, counts per mA: 1.79 N·mm/mA over 29 N·mm per count of the factory's gain.
+const EXPLAINED: f64 = 1.79 / 29.0;
 /// How much further away the goal may go while the motor does not move, rad: friction alone takes 16 counts when the motion turns round.
 const FAR: f64 = 0.035;
 /// Time without a count of progress after which it has, s.
@@ -32,7 +32,7 @@ impl Stall {
             return false;
         }
         self.away = self.away.min(away);
-        let explained = FAR + EXPLAINED * current.abs() * count;
+        let explained = FAR + 1.5 * explained(current, count);
         if away < ALL.min(explained) && away - self.away < FAR {
             self.since = 0.0;
             return false;
@@ -40,6 +40,11 @@ impl Stall {
         self.since += seconds;
         self.since > LONG
     }
+}
+
+/// Distance of goal and motor that makes this current (mA) with the factory's gain, rad.
+pub fn explained(current: f64, count: f64) -> f64 {
+    EXPLAINED * current.abs() * count
 }
 
 #[cfg(test)]
