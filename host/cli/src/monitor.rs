@@ -24,7 +24,7 @@ use crate::view::{Stop, ViewArgs};
 pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
-    /// Stops after this time [default: when the link closes]
+    /// Stops after this time [default: lines stop when the link closes; a live view waits for the gripper to come back]
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     #[command(flatten)]
@@ -53,7 +53,7 @@ fn watch(args: &Args) -> Result<(), Stop> {
     let mut files = args.keep.files();
     args.source.reads(&mut files)?;
     let kept = args.keep.claim(&mut files)?;
-    let source = args.source.open()?;
+    let source = args.source.open(args.view.is_live())?;
     let keeping = kept.start(&source)?;
     let result = args.view.show(&source, length, &stop);
     // What was kept is whole whatever became of the view.

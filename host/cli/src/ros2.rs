@@ -124,7 +124,7 @@ mod run {
         let node = match &args.file {
             Some(file) => recorded(args, file, &options, &stop)?,
             None => {
-                let source = args.source.open()?;
+                let source = args.source.open(fre_gripper::link::Ends::WithTheGripper)?;
                 let setup = source.setup()?;
                 let mut node = Node::new(&options, &setup, Some(source.clone()))?;
                 announce(&node, &setup, &options)?;

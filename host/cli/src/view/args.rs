@@ -37,6 +37,11 @@ pub struct ViewArgs {
 }
 
 impl ViewArgs {
+    /// Whether a person watches, in the terminal or in a browser: lines end with their source.
+    pub fn is_live(&self) -> bool {
+        self.web || (!self.lines && std::io::stdout().is_terminal() && std::io::stdin().is_terminal())
+    }
+
     /// Shows it until the time is over, somebody stops it, or nothing more comes.
     ///
     /// # Errors
@@ -44,7 +49,7 @@ impl ViewArgs {
     pub fn show(&self, source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBool) -> Result<(), Stop> {
         if self.web {
             page::serve(source, self.listen, self.open, length, stop)
-        } else if !self.lines && std::io::stdout().is_terminal() && std::io::stdin().is_terminal() {
+        } else if self.is_live() {
             let origin = source.setup()?.origin;
             let ended = terminal::show(source, length, stop)?;
             let ending = lines::ending(&ended, origin, &source.statistics());

@@ -23,6 +23,7 @@ mod address;
 mod client;
 mod error;
 mod keys;
+mod lasting;
 mod port;
 mod ports;
 #[cfg(test)]
@@ -32,6 +33,7 @@ pub use address::{Address, BadAddress};
 pub use client::Link;
 pub use error::LinkError;
 pub use keys::{KeyError, pairs, set};
+pub use lasting::Lasting;
 pub(crate) use port::Port;
 pub use ports::ports;
 
