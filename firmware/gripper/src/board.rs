@@ -47,8 +47,9 @@ pub trait Board {
     const WATCHDOG_MS: u32;
     /// A clock that wraps, to measure what the estimate costs.
     fn cost_ticks() -> u32;
-    /// Starts the program anew, as after [`ResetCause::Software`].
-    fn restart() -> !;
+    /// Starts the program anew, as after [`ResetCause::Software`]; the words, if there are any, are the next start's
+    /// [`Boot::last_words`].
+    fn restart(last_words: &'static str) -> !;
 }
 
 /// How this start came about.

@@ -26,7 +26,7 @@ use crate::scan::scan;
 use crate::servo::{BusError, Found, Rates, Reading, Servos, Turn};
 use crate::shared::{Order, Shared, now_us};
 use crate::store::Key;
-use crate::unit::Unit;
+use crate::unit::{Torque, Unit};
 
 /// How often a servo that is gone is looked for while others are there: the search takes ticks from them.
 const SEARCH: Duration = Duration::from_millis(250);
@@ -45,14 +45,14 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
     let mut baud = None;
     let mut elsewhere = true;
     while !shared.is_restored() {
-        watchdog.feed();
+        feed::<B>(shared, &mut watchdog);
         Timer::after_millis(1).await;
     }
     let mut core = Core::<B>::new(shared, models);
     let mut ears = None;
     loop {
         core.begin().await;
-        watchdog.feed();
+        feed::<B>(shared, &mut watchdog);
         if !matches!(core.settings.role, Role::Master | Role::Idle) {
             listening::listen(&mut core, servos.port_mut(), &mut ears).await;
             baud = None;
@@ -79,7 +79,8 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
             };
             let commissioned = core.settings.finger(finger as u8).and_then(|mount| mount.servo);
             let rates = Rates { look, wanted, bus: baud };
-            let found = core.patiently(servos.bring_up(finger, id, rates, commissioned)).await;
+            let holds = core.units.get(finger).is_none_or(|unit| unit.torque.is_on());
+            let found = core.patiently(servos.bring_up(finger, id, rates, commissioned, holds)).await;
             if !core.is_any_present() {
                 // Found once, the servos are looked for at their rate first, then at the others.
                 baud = None;
@@ -91,6 +92,12 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
                     core.found(finger, id, &found);
                     core.pace(servos.period_us(core.settings.rate_hz, core.settings.count()));
                 }
+                Err(error) => core.count::<B::Bus>(&error),
+            }
+        }
+        if let Some((finger, id, to)) = core.torque() {
+            match core.patiently(servos.set_torque(finger, id, to)).await {
+                Ok(()) => core.has_torque(finger, to.is_some()),
                 Err(error) => core.count::<B::Bus>(&error),
             }
         }
@@ -117,6 +124,14 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
             core.pace(servos.period_us(core.settings.rate_hz, core.settings.count()));
         }
     }
+}
+
+/// Feeds the watchdog, unless a task below is stuck.
+fn feed<B: Board>(shared: &Shared, watchdog: &mut B::Watchdog) {
+    if let Some(task) = shared.alive.stuck(Instant::now().as_millis()) {
+        B::restart(task.last_words());
+    }
+    watchdog.feed();
 }
 
 /// Everything but the bus.
@@ -290,6 +305,30 @@ impl<'a, B: Board> Core<'a, B> {
         Some((finger, id))
     }
 
+    /// A servo whose torque is to be changed: off, or on with this goal (counts).
+    fn torque(&self) -> Option<(usize, Id, Option<i32>)> {
+        self.units.iter().enumerate().filter(|(_, unit)| unit.health.is_present()).find_map(|(finger, unit)| {
+            let goal = match unit.torque {
+                Torque::On | Torque::Off => return None,
+                Torque::Falling => None,
+                Torque::Rising => Some(unit.last.position),
+            };
+            Some((finger, unit.id()?, goal))
+        })
+    }
+
+    /// A servo has or has no torque any more.
+    fn has_torque(&mut self, finger: usize, is_on: bool) {
+        if let Some(unit) = self.units.get_mut(finger) {
+            // Meanwhile it may have been asked for the opposite.
+            unit.torque = match (unit.torque, is_on) {
+                (Torque::Rising, true) => Torque::On,
+                (Torque::Falling, false) => Torque::Off,
+                (other, _) => other,
+            };
+        }
+    }
+
     /// Whom the tick asks, and for what.
     fn turns<U: BusPort>(&mut self) -> Vec<Turn<U>, FINGERS> {
         let seconds = self.seconds();
@@ -343,8 +382,10 @@ impl<'a, B: Board> Core<'a, B> {
             return;
         };
         let time_us = reading.at_us;
-        // The age counts every tick since the last trustworthy estimate, those without a position too.
-        let age = if estimate.age == 0 { 0 } else { unit.last.estimate.age.saturating_add(1) };
+        // The age counts every tick since the last trustworthy estimate, those without a position too; and it is never less than
+        // that of the position.
+        unit.is_settled = estimate.age == 0;
+        let age = if unit.is_settled { unit.repeats } else { unit.last.estimate.age.saturating_add(1) };
         let (position, current) = (reading.position, reading.current);
         unit.last = Report { time_us, position, current, cost, estimate: Estimate { age, ..estimate }, ..unit.last };
         if self.settings.role == Role::Master {
@@ -457,6 +498,9 @@ impl<'a, B: Board> Core<'a, B> {
             unit.health = Health::READY;
             unit.difference = None;
             unit.grip.found(unit.calibration.angle(goal));
+            if !unit.torque.is_on() {
+                unit.relax();
+            }
             self.shared.tell(Event::ServoReady { finger: finger as u8, model, firmware, baud });
         }
     }

@@ -131,6 +131,11 @@ impl Grip {
         self.settle(Phase::Held(Why::Asked));
     }
 
+    /// Has no torque any more: its goal goes where the motor goes.
+    pub fn relax(&mut self) {
+        self.settle(Phase::Relaxed);
+    }
+
     /// Opens.
     pub fn open(&mut self, mount: &Mount) {
         self.release(Why::Asked, mount);
@@ -173,6 +178,9 @@ impl Grip {
     /// An answer came. `count` is one count of the servo as an angle.
     pub fn feel(&mut self, touch: &Touch, count: f64, seconds: f64, mount: &Mount, settings: &Settings) {
         let reaction = settings.on_fault;
+        if self.phase == Phase::Relaxed {
+            return self.motion.start(touch.angle);
+        }
         let closing = self.asked.is_some() || self.motion.heading() > touch.angle;
         let ahead = self.lag.ahead(self.goal(), touch.angle, count, seconds);
         let is_within = self.asked.is_some_and(|asked| touch.angle <= asked.limit);

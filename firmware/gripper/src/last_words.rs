@@ -29,6 +29,9 @@ impl LastWords {
         *self = Self::EMPTY;
         // Cut is better than nothing.
         let _ = write!(self, "{words}");
+        if self.length == 0 {
+            return;
+        }
         self.mark = MARK;
         self.check = self.sum();
     }

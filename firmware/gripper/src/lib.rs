@@ -33,6 +33,7 @@ macro_rules! log {
     }};
 }
 
+mod alive;
 mod board;
 mod budget;
 mod contact;

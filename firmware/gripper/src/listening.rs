@@ -2,8 +2,8 @@
 //! estimates from it; as a device it answers too, under an address of its own, what its control table says.
 //!
 //! A finger's estimate is made as soon as a position is heard, once per period at most. In a period without a new position
-//! the last estimate is reported again, with the time of its position, as long as that is [`YOUNG_US`] old at most; after
-//! that it is `stale`.
+//! the last estimate is reported again, with the time of its position and its age in ticks, as long as that is [`YOUNG_US`] old at
+//! most; after that it is `stale`.
 //!
 //! A tap has nothing that writes to the bus.
 
@@ -231,7 +231,7 @@ impl<B: Board> Core<'_, B> {
         if unit.is_done() || unit.heard_us == Some(seen.at_us) {
             return;
         }
-        unit.heard_us = Some(seen.at_us);
+        (unit.heard_us, unit.repeats) = (Some(seen.at_us), 0);
         if !unit.health.is_present() {
             unit.health = Health::READY;
             self.shared.tell(Event::ServoHeard { finger: finger as u8 });
@@ -267,11 +267,13 @@ impl<B: Board> Core<'_, B> {
         if age_us > YOUNG_US {
             return false;
         }
-        if unit.last.estimate.age > 0 {
+        unit.repeats = unit.repeats.saturating_add(1);
+        if !unit.is_settled {
             // It is not there yet: a further tick at the same position.
             let (position, current, alert) = (unit.last.position, unit.last.current, unit.alert);
             self.fresh(finger, &Reading { at_us, heard_ticks: None, position, current, alert, refused: None });
         } else {
+            unit.last.estimate.age = unit.repeats;
             self.publish(finger);
         }
         true
@@ -319,7 +321,7 @@ impl<B: Board> Core<'_, B> {
                 self.unkept.remove(0);
             }
         } else if self.restart && self.shared.is_all_kept() {
-            B::restart();
+            B::restart("");
         }
     }
 }

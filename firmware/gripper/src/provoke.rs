@@ -7,11 +7,12 @@ use messages::{Outcome, Provocation, Refusal};
 use crate::shared::Command;
 
 /// Does it, if this program may be provoked.
-pub(crate) fn provoke(restart: fn() -> !, what: Provocation) -> Result<Option<Command>, Refusal> {
+pub(crate) fn provoke(restart: fn(&'static str) -> !, what: Provocation) -> Result<Option<Command>, Refusal> {
     match what {
         _ if !cfg!(feature = "provoke") => Err(Refusal::NotProvokable),
-        Provocation::Restart => restart(),
+        Provocation::Restart => restart(""),
         Provocation::Hang => Ok(Some(Command::Hang)),
+        Provocation::HangLink => hang().map(|()| None),
         Provocation::Panic => fail(),
         Provocation::StackOverflow => {
             black_box(dive(1));

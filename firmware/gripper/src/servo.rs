@@ -43,14 +43,14 @@ pub(crate) struct Reading {
 pub(crate) struct Turn<U: BusPort> {
     pub(crate) finger: usize,
     pub(crate) id: Id,
-    /// The goal, counts.
-    pub(crate) goal: i32,
+    /// The goal, counts; none for a servo without torque.
+    pub(crate) goal: Option<i32>,
     /// What came of it.
     pub(crate) result: Result<Reading, BusError<U>>,
 }
 
 impl<U: BusPort> Turn<U> {
-    pub(crate) fn new(finger: usize, id: Id, goal: i32) -> Self {
+    pub(crate) fn new(finger: usize, id: Id, goal: Option<i32>) -> Self {
         // Stands until the servo has answered.
         Self { finger, id, goal, result: Err(dynamixel::Error::Timeout { id, waited_us: 0 }) }
     }
@@ -166,8 +166,20 @@ impl<U: BusPort> Servos<U> {
         }
     }
 
-    fn is_new(&self, turn: &Turn<U>) -> bool {
-        self.written.get(turn.finger).is_none_or(|written| *written != Some(turn.goal))
+    /// The goal, if it is not the one last written.
+    fn new_goal(&self, turn: &Turn<U>) -> Option<i32> {
+        turn.goal.filter(|goal| self.written.get(turn.finger).is_none_or(|written| *written != Some(*goal)))
+    }
+
+    /// Switches a servo's torque off, or on with this goal.
+    pub(crate) async fn set_torque(&mut self, finger: usize, id: Id, goal: Option<i32>) -> Result<(), BusError<U>> {
+        self.wrote(finger, None);
+        if let Some(goal) = goal {
+            self.master.set(id, xm430::GOAL_POSITION, goal).await?;
+        }
+        self.master.set(id, xm430::TORQUE_ENABLE, u8::from(goal.is_some())).await?;
+        self.wrote(finger, goal);
+        Ok(())
     }
 
     /// Period of the control loop with so many servos, µs.
@@ -194,13 +206,13 @@ impl<U: BusPort> Servos<U> {
     /// A servo by itself.
     async fn alone(&mut self, turn: &Turn<U>) -> Result<Reading, BusError<U>> {
         let mut refused = None;
-        if self.is_new(turn) {
-            match self.master.set(turn.id, xm430::GOAL_POSITION, turn.goal).await {
+        if let Some(goal) = self.new_goal(turn) {
+            match self.master.set(turn.id, xm430::GOAL_POSITION, goal).await {
                 Ok(_) => {}
-                Err(dynamixel::Error::Refused { error, .. }) => refused = Some((turn.goal, error)),
+                Err(dynamixel::Error::Refused { error, .. }) => refused = Some((goal, error)),
                 Err(error) => return Err(error),
             }
-            self.wrote(turn.finger, Some(turn.goal));
+            self.wrote(turn.finger, Some(goal));
         }
         let mut bytes = [0; PRESENT_BYTES];
         let alert = self.master.read(turn.id, PRESENT, &mut bytes).await?.alert;
@@ -216,14 +228,14 @@ impl<U: BusPort> Servos<U> {
         for turn in turns.iter() {
             // There are as many turns as fingers.
             let _ = answers.push(SyncAnswer::new(turn.id));
-            if self.is_new(turn) {
-                let _ = goals.push((turn.id, turn.goal.to_le_bytes()));
+            if let Some(goal) = self.new_goal(turn) {
+                let _ = goals.push((turn.id, goal.to_le_bytes()));
             }
         }
         if !goals.is_empty() {
             let written = self.master.sync_write(xm430::GOAL_POSITION.address(), &goals).await.is_ok();
-            for turn in turns.iter().filter(|_| written) {
-                self.wrote(turn.finger, Some(turn.goal));
+            for turn in turns.iter().filter(|turn| written && turn.goal.is_some()) {
+                self.wrote(turn.finger, turn.goal);
             }
         }
         let fast = turns.iter().all(|turn| self.fast.get(turn.finger) == Some(&true));
@@ -399,7 +411,7 @@ mod tests {
         for finger in [0, 1] {
             let id = Id::new(finger as u8 + 1).unwrap();
             let rates = Rates { look: 1_000_000, wanted: None, bus: None };
-            wait_for(servos.bring_up(finger, id, rates, None)).unwrap();
+            wait_for(servos.bring_up(finger, id, rates, None, true)).unwrap();
         }
         servos
     }
@@ -407,7 +419,7 @@ mod tests {
     /// A tick that leads nobody anywhere: the positions read, and the instruction that asked for them.
     fn tick(servos: &mut Servos<Wire>) -> ([Option<i32>; 2], u8) {
         let mut turns =
-            [0, 1].map(|finger| Turn::new(finger, Id::new(finger as u8 + 1).unwrap(), 10 + 10 * finger as i32));
+            [0, 1].map(|finger| Turn::new(finger, Id::new(finger as u8 + 1).unwrap(), Some(10 + 10 * finger as i32)));
         servos.master.port_mut().asked.clear();
         wait_for(servos.tick(&mut turns));
         let asked = servos.master.port_mut().asked[0];
@@ -442,14 +454,17 @@ mod tests {
         let mut servos = Servos::new(wire, 2_000);
         let [one, two] = [1, 2].map(|id| Id::new(id).unwrap());
         let at = |look, wanted, bus| Rates { look, wanted, bus };
-        wait_for(servos.bring_up(0, one, at(1_000_000, Some(1_000_000), None), None)).unwrap();
+        wait_for(servos.bring_up(0, one, at(1_000_000, Some(1_000_000), None), None, true)).unwrap();
         // Not there at the others' rate, found at its own, led at the others'.
-        assert!(wait_for(servos.bring_up(1, two, at(1_000_000, Some(1_000_000), Some(1_000_000)), None)).is_err());
+        assert!(
+            wait_for(servos.bring_up(1, two, at(1_000_000, Some(1_000_000), Some(1_000_000)), None, true)).is_err()
+        );
         // Where no rate is set it stays as it is, and the bus goes on at the others' rate.
-        assert!(wait_for(servos.bring_up(1, two, at(57_600, None, Some(1_000_000)), None)).is_err());
+        assert!(wait_for(servos.bring_up(1, two, at(57_600, None, Some(1_000_000)), None, true)).is_err());
         assert_eq!(servos.port_mut().baud, 1_000_000);
         servos.port_mut().servos[1].1.memory[64] = 0;
-        let found = wait_for(servos.bring_up(1, two, at(57_600, Some(1_000_000), Some(1_000_000)), None)).unwrap();
+        let found =
+            wait_for(servos.bring_up(1, two, at(57_600, Some(1_000_000), Some(1_000_000)), None, true)).unwrap();
         assert_eq!(
             (found.baud, servos.port_mut().servos[1].1.memory[8], servos.port_mut().servos[1].1.memory[9]),
             (1_000_000, 3, 0)
@@ -485,7 +500,7 @@ mod tests {
     fn a_rate_that_the_board_does_not_have_is_left_alone() {
         let mut servos = Servos::new(Wire::new([45, 45], true), 2_000);
         let rates = Rates { look: 1_000_000, wanted: Some(4_000_000), bus: None };
-        let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, None)).unwrap();
+        let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, None, true)).unwrap();
         assert_eq!((found.baud, servos.port_mut().servos[0].1.memory[8]), (1_000_000, 3));
     }
 }

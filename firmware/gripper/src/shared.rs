@@ -3,14 +3,16 @@
 use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
+use crate::alive::Alive;
+
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex as Raw;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use heapless::Vec;
 use messages::{
-    CloseTo, Counters, Event, FINGERS, Finger, FingerFor, Grasp, GripTo, Notice, ObjectFor, Outcome, Report,
-    ServoSetup, Settings, Shape, UncertaintyFor, Which, frame,
+    CloseTo, Counters, Event, FINGERS, Finger, FingerFor, Grasp, GripTo, Moved, Notice, ObjectFor, Report, ServoSetup,
+    Settings, Shape, UncertaintyFor, Which, frame,
 };
 use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
@@ -44,6 +46,7 @@ pub(crate) enum Command {
     Close(CloseTo),
     Grip(GripTo),
     Hold(Which),
+    Relax(Which),
     Scan,
     Hang,
 }
@@ -99,7 +102,11 @@ pub struct Shared {
     pub(crate) answers: Channel<Raw, Frame, 1>,
     pub(crate) orders: Channel<Raw, Order, COMMANDS>,
     /// The last outcome that nobody has taken. (An empty signal of outcomes is not all zeros.)
-    outcome: Channel<Raw, (u32, Outcome), 1>,
+    outcome: Channel<Raw, (u32, Moved), 1>,
+    /// The order that may still be taken up; 0: none.
+    open_order: AtomicU32,
+    /// When each task was last seen to run.
+    pub(crate) alive: Alive,
     /// Records to be kept in flash, and whether the last one was.
     pub(crate) keep: Channel<Raw, Key, 1>,
     pub(crate) kept: Signal<Raw, (Key, bool)>,
@@ -127,6 +134,8 @@ impl Shared {
             answers: Channel::new(),
             orders: Channel::new(),
             outcome: Channel::new(),
+            open_order: AtomicU32::new(0),
+            alive: Alive::new(),
             keep: Channel::new(),
             kept: Signal::new(),
             unkept: AtomicU32::new(0),
@@ -193,15 +202,25 @@ impl Shared {
     }
 
     /// Answers an order; an older answer that nobody waits for any more is forgotten.
-    pub(crate) fn answer(&self, ticket: u32, outcome: Outcome) {
+    pub(crate) fn answer(&self, ticket: u32, outcome: Moved) {
         self.outcome.clear();
         // There is room for one.
         let _ = self.outcome.try_send((ticket, outcome));
     }
 
     /// The next answer to an order, and which order.
-    pub(crate) async fn answered(&self) -> (u32, Outcome) {
+    pub(crate) async fn answered(&self) -> (u32, Moved) {
         self.outcome.receive().await
+    }
+
+    /// An order may be taken up from now on, and no other one.
+    pub(crate) fn offer(&self, ticket: u32) {
+        self.open_order.store(ticket, Ordering::Release);
+    }
+
+    /// Takes an order up, or takes it back: whoever comes first has it, the other one gets false.
+    pub(crate) fn claim(&self, ticket: u32) -> bool {
+        self.open_order.compare_exchange(ticket, 0, Ordering::AcqRel, Ordering::Acquire).is_ok()
     }
 
     /// Remembers a finger's design.

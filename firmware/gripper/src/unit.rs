@@ -14,6 +14,26 @@ use crate::health::Health;
 use crate::servo::Reading;
 use crate::shared::Shared;
 
+/// Whether a finger's motor has torque.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Torque {
+    /// It has.
+    On,
+    /// It is to be switched off.
+    Falling,
+    /// It has none, because somebody has asked for that.
+    Off,
+    /// It is to be switched on, where the motor is.
+    Rising,
+}
+
+impl Torque {
+    /// Whether it has torque, or is to have it.
+    pub(crate) fn is_on(self) -> bool {
+        matches!(self, Self::On | Self::Rising)
+    }
+}
+
 /// A finger.
 pub(crate) struct Unit<'a> {
     pub(crate) model: &'a mut Model,
@@ -24,7 +44,12 @@ pub(crate) struct Unit<'a> {
     pub(crate) contact: Contact,
     pub(crate) budget: Budget,
     pub(crate) health: Health,
+    pub(crate) torque: Torque,
     pub(crate) last: Report,
+    /// The last estimate had converged.
+    pub(crate) is_settled: bool,
+    /// Ticks since its position was heard, while another master leads.
+    pub(crate) repeats: u32,
     /// What waits for the other fingers on a free object.
     pub(crate) pending: Option<Pending>,
     pub(crate) alert: bool,
@@ -57,6 +82,9 @@ impl<'a> Unit<'a> {
             contact: Contact::NONE,
             budget: Budget::NEW,
             health: Health::Absent,
+            torque: Torque::On,
+            is_settled: false,
+            repeats: 0,
             last: Report::blank(finger),
             pending: None,
             alert: false,
@@ -128,27 +156,45 @@ impl<'a> Unit<'a> {
         // The motor stays where it is, at the angle it now is called.
         self.grip.renamed(self.calibration.angle(at));
         if self.id() != id {
-            self.health = Health::Absent;
+            (self.health, self.torque) = (Health::Absent, Torque::On);
+        } else if !self.torque.is_on() {
+            self.grip.relax();
         }
         self.difference = None;
     }
 
     /// Somebody else leads the servo from now on, or does so no more.
     pub(crate) fn forget_servo(&mut self) {
-        self.health = Health::Absent;
-        self.heard_us = None;
+        (self.health, self.torque) = (Health::Absent, Torque::On);
+        (self.heard_us, self.repeats) = (None, 0);
         self.hardware_error = 0;
         self.difference = None;
         self.grip.renamed(self.grip.goal());
     }
 
-    /// The next goal, counts.
-    pub(crate) fn advance(&mut self, seconds: f64) -> i32 {
+    /// Switches the torque off.
+    pub(crate) fn relax(&mut self) {
+        self.torque = Torque::Falling;
+        self.grip.relax();
+    }
+
+    /// Switches the torque on if it is off: somebody wants the finger to move.
+    pub(crate) fn rise(&mut self) {
+        if !self.torque.is_on() {
+            self.torque = Torque::Rising;
+        }
+    }
+
+    /// The next goal, counts; none while the motor has no torque.
+    pub(crate) fn advance(&mut self, seconds: f64) -> Option<i32> {
+        if self.torque != Torque::On {
+            return None;
+        }
         let goal = match &self.mount {
             Some(mount) => self.grip.advance(seconds, mount),
             None => self.grip.goal(),
         };
-        self.calibration.position(goal)
+        Some(self.calibration.position(goal))
     }
 
     /// What the current shows.

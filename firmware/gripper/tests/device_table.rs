@@ -85,7 +85,7 @@ fn a_force_that_is_not_to_be_trusted_says_so() {
         (data[0], data[1])
     };
     assert_eq!(show(&mut table, |_| {}), (0, 1));
-    assert_eq!(show(&mut table, |state| state.estimate.age = 1), (0, 0));
+    assert_eq!(show(&mut table, |state| state.estimate.age = 1), (0, 1));
     assert_eq!(show(&mut table, |state| state.age_us = None), (0, 0));
     assert_eq!(show(&mut table, |state| state.estimate.status = Status::NoContact), (2, 1));
     assert_eq!(show(&mut table, |state| state.estimate.status = Status::MaxIterations), (4, 0));

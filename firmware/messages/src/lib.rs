@@ -27,8 +27,8 @@ mod words;
 
 pub use calibration::Calibration;
 pub use request::{
-    BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Mount, Outcome, Provocation, Reaction, Refusal,
-    ResetCause, SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,
+    BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Heed, Heeds, Mount, Moved, Outcome, Provocation,
+    Reaction, Refusal, ResetCause, SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,
 };
 pub use role::{BAUDS, Role};
 pub use servo::{Difference, ServoField, ServoSetup};
@@ -40,7 +40,7 @@ use model_core::uncertainty::Uncertainty;
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// Version of what messages mean. (Their layout is distinguished by the keys.)
-pub const PROTOCOL_VERSION: u16 = 5;
+pub const PROTOCOL_VERSION: u16 = 6;
 
 /// Most fingers of a gripper.
 pub const FINGERS: usize = 4;
@@ -78,10 +78,11 @@ endpoints! {
     | GetSettings    | ()             | Settings         | "settings/get"    |
     | GetServo       | u8             | MaybeServo       | "servo/get"       |
     | SetSettings    | Settings       | Outcome          | "settings/set"    |
-    | Open           | Which          | Outcome          | "open"            |
+    | Open           | Which          | Moved            | "open"            |
     | Close          | CloseTo        | Outcome          | "close"           |
     | Grip           | GripTo         | Outcome          | "grip"            |
-    | Hold           | Which          | Outcome          | "hold"            |
+    | Hold           | Which          | Moved            | "hold"            |
+    | Relax          | Which          | Moved            | "relax"           |
     | Scan           | ()             | Outcome          | "scan"            |
     | GetCounters    | ()             | Counters         | "counters"        |
     | Provoke        | Provocation    | Outcome          | "provoke"         |

@@ -21,6 +21,21 @@ pub type Text = String<TEXT>;
 /// What a request that changes something comes to.
 pub type Outcome = Result<(), Refusal>;
 
+/// What an order to move comes to for one finger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Heed {
+    /// It obeys.
+    Done,
+    /// Its servo does not answer: nothing was done.
+    NoServo,
+}
+
+/// The same for every finger; `None`: not meant, or not mounted.
+pub type Heeds = [Option<Heed>; FINGERS];
+
+/// What an order comes to that each finger obeys as far as it can. Refused if none of them can.
+pub type Moved = Result<Heeds, Refusal>;
+
 /// Who answers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Version {
@@ -63,6 +78,8 @@ pub enum Provocation {
     Panic,
     /// A control loop that stops.
     Hang,
+    /// A link that stops.
+    HangLink,
     /// A stack that overflows.
     StackOverflow,
 }

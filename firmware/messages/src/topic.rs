@@ -56,6 +56,8 @@ pub enum Phase {
     Held(Why),
     /// It opens.
     Released(Why),
+    /// Its motor is without torque: only friction holds it.
+    Relaxed,
 }
 
 /// One finger's part of one tick of the control loop.

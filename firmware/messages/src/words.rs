@@ -31,13 +31,14 @@ impl Phase {
             Self::Waiting(_) => "waiting",
             Self::Held(_) => "held",
             Self::Released(_) => "released",
+            Self::Relaxed => "relaxed",
         }
     }
 
     /// Why, if there is something to say.
     pub fn why(self) -> Option<Why> {
         match self {
-            Self::Moving | Self::Gripping | Self::Gripped => None,
+            Self::Moving | Self::Gripping | Self::Gripped | Self::Relaxed => None,
             Self::Waiting(why) | Self::Held(why) | Self::Released(why) => Some(why),
         }
     }

@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use clap::Subcommand;
-use messages::{Event, Finger, GripTo, Notice, Phase, Report, Which};
+use messages::{Event, Finger, GripTo, Heed, Heeds, Notice, Phase, Report, Which};
 use model_core::discretise::Discretisation;
 use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
@@ -75,7 +75,12 @@ enum Action {
     /// Open
     Release(Fingers),
     /// Stop, and stay there
+    #[command(visible_alias = "stop")]
     Hold(Fingers),
+    /// Switch the torque off: the fingers yield and let go
+    ///
+    /// The next motion switches it on again.
+    Relax(Fingers),
     /// Search the bus for servos at every baud rate
     ///
     /// This takes some seconds. No finger may grip, and estimates are stale meanwhile.
@@ -145,11 +150,23 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
         }
         Action::Identify(args) => return identify::run(&link, args),
         Action::Commission(args) => return commission::run(&link, args),
-        Action::Release(which) => link.open_fingers(which.which())?,
-        Action::Hold(which) => link.hold(which.which())?,
+        Action::Release(which) => return heeded(&link.open_fingers(which.which())?),
+        Action::Hold(which) => return heeded(&link.hold(which.which())?),
+        Action::Relax(which) => return heeded(&link.relax(which.which())?),
         Action::Scan => return scan(&link),
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What each finger has made of an order. Exit status 2: not every one obeys.
+fn heeded(heeds: &Heeds) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let mut all = true;
+    for (number, heed) in heeds.iter().enumerate().filter_map(|(number, heed)| Some((number, (*heed)?))) {
+        all &= heed == Heed::Done;
+        let words = if heed == Heed::Done { "done" } else { "not done: its servo does not answer" };
+        put_out(&format!("finger {number}  {words}\n"))?;
+    }
+    Ok(trusted(all))
 }
 
 /// How long a search may take: three quarters of a second a rate, and as long again for a slow link.
@@ -290,7 +307,9 @@ fn wait_for(
             break true;
         }
         // Nothing more comes of a finger that has stopped.
-        let stopped = |report: Report| matches!(report.phase, Phase::Held(_) | Phase::Released(_) | Phase::Moving);
+        let stopped = |report: Report| {
+            matches!(report.phase, Phase::Held(_) | Phase::Released(_) | Phase::Relaxed | Phase::Moving)
+        };
         if meant().flatten().any(stopped) && meant().all(|report| report.is_some()) {
             let settled = meant().flatten().all(|report| report.phase == Phase::Gripped || stopped(report));
             if settled {

@@ -110,12 +110,12 @@ impl Gripper {
 
     /// Opens.
     fn release(&self, py: Python<'_>, finger: Option<u8>) -> PyResult<()> {
-        py.detach(|| self.link.open_fingers(which(finger)).map_err(|error| system(&error)))
+        py.detach(|| self.link.open_fingers(which(finger)).map(|_| ()).map_err(|error| system(&error)))
     }
 
     /// Stays where it is.
     fn hold(&self, py: Python<'_>, finger: Option<u8>) -> PyResult<()> {
-        py.detach(|| self.link.hold(which(finger)).map_err(|error| system(&error)))
+        py.detach(|| self.link.hold(which(finger)).map(|_| ()).map_err(|error| system(&error)))
     }
 
     /// The next report or event.

@@ -169,6 +169,7 @@ fn the_page_of_messages_is_what_the_definitions_say() {
         endpoint::<Close>(),
         endpoint::<Grip>(),
         endpoint::<Hold>(),
+        endpoint::<Relax>(),
         endpoint::<Scan>(),
         endpoint::<GetCounters>(),
         endpoint::<Provoke>(),

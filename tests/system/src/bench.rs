@@ -56,8 +56,8 @@ impl Board for OnPc {
         CLOCK.fetch_add(COST.load(Ordering::Relaxed), Ordering::Relaxed)
     }
 
-    fn restart() -> ! {
-        panic!("the program restarts itself");
+    fn restart(last_words: &'static str) -> ! {
+        panic!("the program restarts itself: {last_words}");
     }
 }
 

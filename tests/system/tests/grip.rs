@@ -420,7 +420,7 @@ fn a_grip_that_cannot_be_is_refused() {
     assert_eq!(field(refused(link.grip(&grip(101.0)))), SettingsField::Force);
     assert_eq!(field(refused(link.grip(&GripTo { limit: Some(2.0), ..grip(5.0) }))), SettingsField::Limit);
     assert_eq!(field(refused(link.grip(&GripTo { speed: Some(0.0), ..grip(5.0) }))), SettingsField::Speed);
-    assert_eq!(field(refused(link.hold(Which::One(1)))), SettingsField::Finger);
+    assert_eq!(field(refused(link.hold(Which::One(1)).map(|_| ()))), SettingsField::Finger);
     assert_eq!(field(refused(link.set_object(9, OBJECT))), SettingsField::Finger);
     let mut twins = Settings::of(Mount::DEFAULT);
     twins.fingers[1] = twins.fingers[0];

@@ -30,7 +30,7 @@ fn provoked(machine: &Machine, link: Link, what: Provocation) -> Link {
     }
 }
 
-/// A panic, a stopped control loop, an overflowing stack and a wanted restart: each is survived and told, and design,
+/// A panic, a stopped control loop, a stopped link, an overflowing stack and a wanted restart: each is survived and told, and design,
 /// object and settings are still there.
 #[test]
 fn every_end_is_a_beginning() {
@@ -47,6 +47,7 @@ fn every_end_is_a_beginning() {
         (Provocation::Restart, ResetCause::Software, None),
         (Provocation::Panic, ResetCause::Software, Some("provoke")),
         (Provocation::Hang, ResetCause::Watchdog, None),
+        (Provocation::HangLink, ResetCause::Software, Some("the task that answers the host was stuck")),
         (Provocation::StackOverflow, ResetCause::Software, Some("the stack has overflowed")),
     ] {
         link = provoked(&machine, link, what);

@@ -64,11 +64,9 @@ pub(crate) fn end(words: &impl Display) -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// Starts anew.
-pub fn restart() -> ! {
-    // SAFETY: as in `boot`.
-    unsafe { write_volatile(SURVIVOR, Survivor { state: RESTARTING, words: LastWords::EMPTY }) };
-    cortex_m::peripheral::SCB::sys_reset()
+/// Starts anew; without words there are no last ones.
+pub fn restart(last_words: &'static str) -> ! {
+    end(&last_words)
 }
 
 /// After how long without food the watchdog restarts the program, ms.

@@ -45,8 +45,8 @@ impl Board for OpenCr {
         cycles::now()
     }
 
-    fn restart() -> ! {
-        reset::restart()
+    fn restart(last_words: &'static str) -> ! {
+        reset::end(&last_words)
     }
 }
 

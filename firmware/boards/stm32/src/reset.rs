@@ -51,17 +51,11 @@ fn write(state: u32, words: LastWords) {
     cortex_m::asm::dsb();
 }
 
-/// Starts anew with these last words.
+/// Starts anew with these last words; empty ones are none.
 pub fn end(words: &impl Display) -> ! {
     let mut kept = LastWords::EMPTY;
     kept.keep(words);
     write(RESTARTING, kept);
-    SCB::sys_reset()
-}
-
-/// Starts anew.
-pub fn restart() -> ! {
-    write(RESTARTING, LastWords::EMPTY);
     SCB::sys_reset()
 }
 

@@ -1,6 +1,8 @@
 //! What is asked of the gripper while it runs: checked, carried out at a tick's beginning, answered.
 
-use messages::{CloseTo, Event, GripTo, Outcome, Refusal, Role, SPEEDS, SettingsField, Which};
+use messages::{
+    CloseTo, Event, FINGERS, GripTo, Heed, Heeds, Moved, Outcome, Refusal, Role, SPEEDS, SettingsField, Which,
+};
 
 use super::Core;
 use crate::board::Board;
@@ -18,12 +20,30 @@ impl<'a, B: Board> Core<'a, B> {
             self.waiting = Some(Order { ticket, command });
             return;
         }
-        let outcome = self.execute(command);
-        self.shared.answer(ticket, outcome);
+        // One that was refused meanwhile, because nobody waits for it any more, is never done.
+        if self.shared.claim(ticket) {
+            let outcome = match command {
+                Command::Open(which) => self.each(which, |unit, mount| {
+                    unit.rise();
+                    unit.grip.open(mount);
+                }),
+                // A finger without torque stays so.
+                Command::Hold(which) => self.each(which, |unit, _| {
+                    if unit.torque.is_on() {
+                        unit.grip.hold();
+                    }
+                }),
+                Command::Relax(which) => self.each(which, |unit, _| unit.relax()),
+                command => self.execute(command).map(|()| Heeds::default()),
+            };
+            self.shared.answer(ticket, outcome);
+        }
     }
 
     pub(crate) fn execute(&mut self, command: Command) -> Outcome {
         match command {
+            // Each finger by itself.
+            Command::Open(_) | Command::Hold(_) | Command::Relax(_) => Ok(()),
             Command::Finger(what) => {
                 let unit = self.unit(what.finger)?;
                 let start = B::cost_ticks();
@@ -74,15 +94,16 @@ impl<'a, B: Board> Core<'a, B> {
                 Ok(())
             }
             Command::Hang => crate::provoke::hang(),
-            Command::Open(which) => self.lead(which, |_, _| Ok(()), |unit, mount| unit.grip.open(mount)),
-            Command::Hold(which) => self.lead(which, |_, _| Ok(()), |unit, _| unit.grip.hold()),
             Command::Close(CloseTo { fingers, angle, speed }) => self.lead(
                 fingers,
                 |_, mount| {
                     SettingsField::Angle.check(angle, mount.range[0], mount.range[1])?;
                     SettingsField::Speed.check(speed.unwrap_or(mount.speed), SPEEDS[0], SPEEDS[1])
                 },
-                |unit, mount| unit.grip.head(f64::from(angle), f64::from(speed.unwrap_or(mount.speed))),
+                |unit, mount| {
+                    unit.rise();
+                    unit.grip.head(f64::from(angle), f64::from(speed.unwrap_or(mount.speed)));
+                },
             ),
             Command::Scan => {
                 if !matches!(self.settings.role, Role::Master | Role::Idle) {
@@ -100,6 +121,7 @@ impl<'a, B: Board> Core<'a, B> {
                 to.fingers,
                 |unit, mount| grippable(&to, unit, mount),
                 |unit, mount| {
+                    unit.rise();
                     unit.grip.grip(&to, mount);
                 },
             ),
@@ -113,6 +135,38 @@ impl<'a, B: Board> Core<'a, B> {
         self.units.get_mut(usize::from(finger)).ok_or(Refusal::NoServo)
     }
 
+    /// Whether this gripper controls its servos, and has the finger.
+    fn may_lead(&self, which: Which) -> Outcome {
+        match self.settings.role {
+            Role::Master => {}
+            Role::Idle => return Err(Refusal::Idle),
+            Role::Tap | Role::Device { .. } => return Err(Refusal::NotMaster),
+        }
+        match which {
+            Which::One(finger) => {
+                SettingsField::Finger.check(f32::from(finger), 0.0, self.settings.count().saturating_sub(1) as f32)
+            }
+            Which::All => Ok(()),
+        }
+    }
+
+    /// Leads each of the fingers meant that can be: one without a servo does not keep the others from it.
+    fn each(&mut self, which: Which, lead: impl Fn(&mut Unit<'a>, &messages::Mount)) -> Moved {
+        self.may_lead(which)?;
+        let mut heeds: Heeds = [None; FINGERS];
+        for (number, (unit, heed)) in self.units.iter_mut().zip(&mut heeds).enumerate() {
+            if let Some(mount) = unit.mount
+                && which.is(number)
+            {
+                *heed = Some(if unit.health.is_present() { Heed::Done } else { Heed::NoServo });
+                if unit.health.is_present() {
+                    lead(unit, &mount);
+                }
+            }
+        }
+        if heeds.contains(&Some(Heed::Done)) { Ok(heeds) } else { Err(Refusal::NoServo) }
+    }
+
     /// Leads all the fingers meant, or none if one of them cannot be.
     fn lead(
         &mut self,
@@ -120,14 +174,7 @@ impl<'a, B: Board> Core<'a, B> {
         check: impl Fn(&Unit<'a>, &messages::Mount) -> Outcome,
         lead: impl Fn(&mut Unit<'a>, &messages::Mount),
     ) -> Outcome {
-        match self.settings.role {
-            Role::Master => {}
-            Role::Idle => return Err(Refusal::Idle),
-            Role::Tap | Role::Device { .. } => return Err(Refusal::NotMaster),
-        }
-        if let Which::One(finger) = which {
-            SettingsField::Finger.check(f32::from(finger), 0.0, self.settings.count().saturating_sub(1) as f32)?;
-        }
+        self.may_lead(which)?;
         let meant = |(number, unit): (usize, &Unit<'a>)| which.is(number) && unit.mount.is_some();
         for (number, unit) in self.units.iter().enumerate() {
             if let Some(mount) = &unit.mount

@@ -117,7 +117,7 @@ impl DeviceTable {
         }
         self.put(block.torque, scaled(estimate.torque, 1e3));
         self.put(block.status, code(estimate.status));
-        let trustworthy = estimate.status.is_trustworthy() && estimate.age == 0 && age_us.is_some();
+        let trustworthy = estimate.status.is_trustworthy() && age_us.is_some();
         self.put(block.trustworthy, u8::from(trustworthy));
         self.put(block.current, scaled(*current, 1.0).clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16);
         self.put(block.age, age_us.unwrap_or(u32::MAX));

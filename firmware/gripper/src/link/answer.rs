@@ -8,24 +8,34 @@ use heapless::String;
 use messages::{
     BootReport, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger, GetObject,
     GetServo, GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, MaybeServo,
-    MaybeUncertainty, ObjectFor, Open, Outcome, PROTOCOL_VERSION, Provocation, Provoke, Refusal, Scan, SetFinger,
-    SetObject, SetSettings, SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT, UncertaintyFor, Version, Which, frame,
+    MaybeUncertainty, Moved, ObjectFor, Open, Outcome, PROTOCOL_VERSION, Provocation, Provoke, Refusal, Relax, Scan,
+    SetFinger, SetObject, SetSettings, SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT, UncertaintyFor, Version, Which,
+    frame,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarKeyKind};
 use postcard_rpc::server::{Dispatch, Server, WireSpawn};
 
 use super::wire::{Answers, Requests};
+use crate::alive::Task;
 use crate::board::{Board, Boot};
 use crate::provoke::provoke;
 use crate::shared::{Command, Order, Setup, Shared};
 use crate::store::{self, Key, Store};
 
+/// How long a record may take to be written: a sector's erasure, some seconds at most, and what waits before it.
+const WRITING: Duration = Duration::from_secs(10);
 /// How long the control task may take to obey.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Answers the host for ever.
 pub async fn answer<B: Board, R: Read>(shared: &'static Shared, port: R, flash: B::Flash, boot: Boot) -> ! {
+    match select(shared.alive.beat(Task::Link), restore_and_answer::<B, R>(shared, port, flash, boot)).await {
+        Either::First(never) | Either::Second(never) => never,
+    }
+}
+
+async fn restore_and_answer<B: Board, R: Read>(shared: &'static Shared, port: R, flash: B::Flash, boot: Boot) -> ! {
     shared.tell(Event::Started { cause: boot.cause });
     let mut store = Store::new(flash);
     let mut setup = shared.setup(Setup::clone);
@@ -90,26 +100,42 @@ pub struct Context {
     version: Version,
     boot: BootReport,
     ticket: u32,
-    restart: fn() -> !,
+    restart: fn(&'static str) -> !,
 }
 
 impl Context {
-    /// Sends an order to the control task.
+    /// Sends an order to the control task. What is refused as [`Refusal::Busy`] is never done.
     async fn order(&mut self, command: Command) -> Outcome {
-        self.ticket = self.ticket.wrapping_add(1);
+        self.move_fingers(command).await.map(|_| ())
+    }
+
+    /// The same of an order that each finger obeys by itself.
+    async fn move_fingers(&mut self, command: Command) -> Moved {
+        self.ticket = self.ticket.wrapping_add(1).max(1);
         let ticket = self.ticket;
-        let deadline = Instant::now() + PATIENCE;
-        let obeyed = async {
+        self.shared.offer(ticket);
+        let offered = with_deadline(Instant::now() + PATIENCE, async {
             self.shared.orders.send(Order { ticket, command }).await;
-            loop {
-                // An outcome that comes after its deadline is not the next one's.
-                let (about, outcome) = self.shared.answered().await;
-                if about == ticket {
-                    return outcome;
-                }
+            self.outcome(ticket).await
+        });
+        if let Ok(outcome) = offered.await {
+            return outcome;
+        }
+        if self.shared.claim(ticket) {
+            return Err(Refusal::Busy);
+        }
+        // It was taken up at the last moment: its outcome is as good as there.
+        with_deadline(Instant::now() + PATIENCE, self.outcome(ticket)).await.unwrap_or(Err(Refusal::Busy))
+    }
+
+    async fn outcome(&self, ticket: u32) -> Moved {
+        loop {
+            // An outcome that comes after its deadline is not the next one's.
+            let (about, outcome) = self.shared.answered().await;
+            if about == ticket {
+                return outcome;
             }
-        };
-        with_deadline(deadline, obeyed).await.unwrap_or(Err(Refusal::Busy))
+        }
     }
 }
 
@@ -119,14 +145,17 @@ impl Context {
         let outcome = self.order(command).await;
         if matches!(outcome, Ok(()) | Err(Refusal::Finger(_))) {
             self.shared.kept.reset();
-            self.shared.keep(key).await;
-            let kept = loop {
-                // The bus's master has things kept too.
-                let (what, kept) = self.shared.kept.wait().await;
-                if what == key {
-                    break kept;
+            let writing = async {
+                self.shared.keep(key).await;
+                loop {
+                    // The bus's master has things kept too.
+                    let (what, kept) = self.shared.kept.wait().await;
+                    if what == key {
+                        break kept;
+                    }
                 }
             };
+            let kept = with_deadline(Instant::now() + WRITING, writing).await.unwrap_or(false);
             if outcome.is_ok() && !kept {
                 return Err(Refusal::NotKept);
             }
@@ -182,8 +211,8 @@ async fn set_settings(context: &mut Context, _: VarHeader, settings: Settings) -
     context.order_and_keep(Command::Settings(settings), Key::Settings).await
 }
 
-async fn open(context: &mut Context, _: VarHeader, which: Which) -> Outcome {
-    context.order(Command::Open(which)).await
+async fn open(context: &mut Context, _: VarHeader, which: Which) -> Moved {
+    context.move_fingers(Command::Open(which)).await
 }
 
 async fn close(context: &mut Context, _: VarHeader, to: CloseTo) -> Outcome {
@@ -194,8 +223,12 @@ async fn grip(context: &mut Context, _: VarHeader, to: GripTo) -> Outcome {
     context.order(Command::Grip(to)).await
 }
 
-async fn hold(context: &mut Context, _: VarHeader, which: Which) -> Outcome {
-    context.order(Command::Hold(which)).await
+async fn hold(context: &mut Context, _: VarHeader, which: Which) -> Moved {
+    context.move_fingers(Command::Hold(which)).await
+}
+
+async fn relax(context: &mut Context, _: VarHeader, which: Which) -> Moved {
+    context.move_fingers(Command::Relax(which)).await
 }
 
 async fn provoke_it(context: &mut Context, _: VarHeader, what: Provocation) -> Outcome {
@@ -258,6 +291,7 @@ define_dispatch! {
         | Close          | async    | close           |
         | Grip           | async    | grip            |
         | Hold           | async    | hold            |
+        | Relax          | async    | relax           |
         | Scan           | async    | scan            |
         | GetCounters    | blocking | get_counters    |
         | Provoke        | async    | provoke_it      |
@@ -280,3 +314,60 @@ pub(super) const KEY: VarKeyKind = match sizer::NEEDED_SZ {
     4 => VarKeyKind::Key4,
     _ => VarKeyKind::Key8,
 };
+
+#[cfg(test)]
+mod tests {
+    use core::future::Future;
+    use core::pin::pin;
+    use core::task::{Context as Polled, Poll, Waker};
+    use embassy_time::MockDriver;
+    use messages::ResetCause;
+
+    use super::*;
+
+    fn context(shared: &'static Shared) -> Context {
+        let version =
+            Version { protocol: 0, firmware: String::new(), fingers: 1, board: String::new(), cost_hz: 1_000_000 };
+        let boot = BootReport { cause: ResetCause::PowerOn, last_words: None };
+        Context { shared, version, boot, ticket: 0, restart: |_| panic!("a restart") }
+    }
+
+    /// Refused as busy, an order is not done later, when the control task comes to it; one that was taken up has its outcome. (One
+    /// test: the time is everybody's.)
+    #[test]
+    fn a_refused_order_is_never_done() {
+        static SHARED: Shared = Shared::new();
+        let polled = &mut Polled::from_waker(Waker::noop());
+        let mut context = context(&SHARED);
+        {
+            let mut order = pin!(context.order(Command::Scan));
+            assert_eq!(order.as_mut().poll(polled), Poll::Pending);
+            MockDriver::get().advance(PATIENCE + Duration::from_millis(1));
+            assert_eq!(order.as_mut().poll(polled), Poll::Ready(Err(Refusal::Busy)));
+        }
+        let late = SHARED.orders.try_receive().ok().expect("it waits still").ticket;
+        assert!(!SHARED.claim(late), "it would be done after all");
+
+        {
+            let mut order = pin!(context.order(Command::Scan));
+            assert_eq!(order.as_mut().poll(polled), Poll::Pending);
+            let ticket = SHARED.orders.try_receive().ok().expect("another one").ticket;
+            assert!(!SHARED.claim(late) && SHARED.claim(ticket));
+            MockDriver::get().advance(PATIENCE + Duration::from_millis(1));
+            assert_eq!(order.as_mut().poll(polled), Poll::Pending, "it is being done: it cannot be refused any more");
+            SHARED.answer(late, Err(Refusal::Scanning));
+            assert_eq!(order.as_mut().poll(polled), Poll::Pending, "another order's outcome");
+            SHARED.answer(ticket, Err(Refusal::NoServo));
+            assert_eq!(order.as_mut().poll(polled), Poll::Ready(Err(Refusal::NoServo)));
+        }
+        // A write of whose end nobody hears does not hang the link.
+        let mut order = pin!(context.order_and_keep(Command::Scan, Key::Settings));
+        assert_eq!(order.as_mut().poll(polled), Poll::Pending);
+        let ticket = SHARED.orders.try_receive().ok().expect("an order").ticket;
+        assert!(SHARED.claim(ticket));
+        SHARED.answer(ticket, Ok(Default::default()));
+        assert_eq!(order.as_mut().poll(polled), Poll::Pending);
+        MockDriver::get().advance(WRITING + Duration::from_millis(1));
+        assert_eq!(order.as_mut().poll(polled), Poll::Ready(Err(Refusal::NotKept)));
+    }
+}

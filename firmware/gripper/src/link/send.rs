@@ -1,6 +1,6 @@
 //! The writing task: answers first, then events, reports, grasps, shapes.
 
-use embassy_futures::select::{Either5, select5};
+use embassy_futures::select::{Either, Either5, select, select5};
 use embassy_time::Timer;
 use embedded_io_async::Write;
 use messages::frame::FrameError;
@@ -10,11 +10,18 @@ use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 
 use super::answer::KEY;
 use super::wire::framed;
+use crate::alive::Task;
 use crate::shared::{Frame, Shared};
 use crate::write::write_all;
 
 /// Writes to the link for ever, and waits for it as long as it takes.
-pub async fn send<W: Write>(shared: &'static Shared, mut port: W) -> ! {
+pub async fn send<W: Write>(shared: &'static Shared, port: W) -> ! {
+    match select(shared.alive.beat(Task::Send), write_for_ever(shared, port)).await {
+        Either::First(never) | Either::Second(never) => never,
+    }
+}
+
+async fn write_for_ever<W: Write>(shared: &'static Shared, mut port: W) -> ! {
     let mut events: u16 = 0;
     loop {
         let next = select5(

@@ -40,7 +40,7 @@ pub(crate) struct Rates {
 }
 
 impl<U: BusPort> Servos<U> {
-    /// Looks for a finger's servo at one rate, makes it answer at once and hold its position.
+    /// Looks for a finger's servo at one rate, makes it answer at once and, if it `holds`, hold its position.
     ///
     /// One that is not set as it was commissioned, or of a model that is not known, is left as it is. One that already has torque keeps
     /// that, its settings and its goal: it may be holding something, and it holds with what its goal is ahead of its position.
@@ -50,10 +50,11 @@ impl<U: BusPort> Servos<U> {
         id: Id,
         rates: Rates,
         commissioned: Option<ServoSetup>,
+        holds: bool,
     ) -> Result<Found, BusError<U>> {
         self.wrote(finger, None);
         let others = self.delay;
-        let mut found = self.look_for(id, rates, commissioned).await;
+        let mut found = self.look_for(id, rates, commissioned, holds).await;
         self.delay = self.delay.max(others);
         let mut rate = self.master.timing().baud_rate;
         if let Some(bus) = rates.bus.filter(|bus| *bus != rate) {
@@ -72,7 +73,13 @@ impl<U: BusPort> Servos<U> {
         found
     }
 
-    async fn look_for(&mut self, id: Id, rates: Rates, commissioned: Option<ServoSetup>) -> Result<Found, BusError<U>> {
+    async fn look_for(
+        &mut self,
+        id: Id,
+        rates: Rates,
+        commissioned: Option<ServoSetup>,
+        holds: bool,
+    ) -> Result<Found, BusError<U>> {
         let baud_rate = self.master.port_mut().set_baud(rates.look);
         self.listen_at(baud_rate, xm430::RETURN_DELAY_TIME.item.max as u32);
         let Identity { model, firmware } = self.master.ping(id).await?.value;
@@ -135,7 +142,7 @@ impl<U: BusPort> Servos<U> {
         if goal != of(xm430::GOAL_POSITION, LIVE, &live) {
             self.master.set(id, xm430::GOAL_POSITION, goal).await?;
         }
-        if !torque {
+        if !torque && holds {
             match self.master.set(id, xm430::TORQUE_ENABLE, 1).await {
                 // After a shutdown the servo can be read, not led, until it is restarted; its alert tells.
                 Ok(_) | Err(dynamixel::Error::Refused { alert: true, .. }) => {}

@@ -11,9 +11,9 @@ use std::time::{Duration, Instant};
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{
     BootReport, Close, CloseTo, Counters, EstimateTopic, EventTopic, Finger, For, GetBoot, GetCounters, GetFinger,
-    GetObject, GetServo, GetSettings, GetUncertainty, GetVersion, GraspTopic, Grip, GripTo, Hold, Open, Provocation,
-    Provoke, Report, Scan, ServoSetup, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, ShapeTopic,
-    Version, Which,
+    GetObject, GetServo, GetSettings, GetUncertainty, GetVersion, GraspTopic, Grip, GripTo, Heed, Heeds, Hold, Open,
+    Provocation, Provoke, Relax, Report, Scan, ServoSetup, SetFinger, SetObject, SetSettings, SetUncertainty, Settings,
+    ShapeTopic, Version, Which,
 };
 use model_core::object::ObjectDesign;
 use model_core::size::Lists;
@@ -283,11 +283,11 @@ impl Link {
         Ok(self.ask::<SetSettings>(settings)??)
     }
 
-    /// Opens to the settings' open angle. Returns when it begins, as all that follow.
+    /// Opens each finger to the settings' open angle, those whose servo answers. Returns when it begins, as all that follow.
     ///
     /// # Errors
     /// As [`Link::ask`]; no servo.
-    pub fn open_fingers(&self, fingers: Which) -> Result<(), LinkError> {
+    pub fn open_fingers(&self, fingers: Which) -> Result<Heeds, LinkError> {
         Ok(self.ask::<Open>(&fingers)??)
     }
 
@@ -307,12 +307,20 @@ impl Link {
         Ok(self.ask::<Grip>(to)??)
     }
 
-    /// Stays where it is.
+    /// Stops each finger where it is, those whose servo answers.
     ///
     /// # Errors
     /// As [`Link::ask`]; no servo.
-    pub fn hold(&self, fingers: Which) -> Result<(), LinkError> {
+    pub fn hold(&self, fingers: Which) -> Result<Heeds, LinkError> {
         Ok(self.ask::<Hold>(&fingers)??)
+    }
+
+    /// Switches the torque off: each finger yields, and lets go of what it holds. The next motion switches it on.
+    ///
+    /// # Errors
+    /// As [`Link::ask`]; no servo.
+    pub fn relax(&self, fingers: Which) -> Result<Heeds, LinkError> {
+        Ok(self.ask::<Relax>(&fingers)??)
     }
 
     /// Has it search its bus for devices at every rate, which takes some seconds: events tell what is found, and the end.
@@ -338,6 +346,13 @@ impl Link {
     pub fn counters(&self) -> Result<Counters, LinkError> {
         self.ask::<GetCounters>(&())
     }
+}
+
+/// That all fingers obey, or which of them do not.
+fn heeded(heeds: Heeds) -> Result<(), OrderError> {
+    let silent: Vec<u8> =
+        (0..).zip(heeds).filter(|(_, heed)| *heed == Some(Heed::NoServo)).map(|(number, _)| number).collect();
+    if silent.is_empty() { Ok(()) } else { Err(OrderError::Silent(silent)) }
 }
 
 impl Source for Link {
@@ -381,15 +396,11 @@ impl Source for Link {
             Order::Object(finger, object) => self.set_object(*finger, *object)?,
             Order::Finger(finger, design) => self.set_finger(*finger, design)?,
             Order::Settings(settings) => self.set_settings(settings)?,
-            Order::Open(which) => return Ok(self.open_fingers(*which)?),
+            Order::Open(which) => return heeded(self.open_fingers(*which)?),
             Order::Close(to) => return Ok(self.close(to.fingers, to.angle, to.speed)?),
             Order::Grip(to) => return Ok(self.grip(to)?),
-            Order::Hold(which) => return Ok(self.hold(*which)?),
-            Order::Relax(_) => {
-                return Err(OrderError::Never(
-                    "the gripper's firmware cannot switch its servos' torque off; `release` opens the fingers",
-                ));
-            }
+            Order::Hold(which) => return heeded(self.hold(*which)?),
+            Order::Relax(which) => return heeded(self.relax(*which)?),
         }
         let setup = Source::setup(self)?;
         self.heard.spread(&Told::Setup(Box::new(setup)));

@@ -126,7 +126,7 @@ mod phase_words {
     /// Every phase there is.
     fn all() -> impl Iterator<Item = Phase> {
         let because = WHYS.into_iter().flat_map(|why| [Phase::Waiting(why), Phase::Held(why), Phase::Released(why)]);
-        [Phase::Moving, Phase::Gripping, Phase::Gripped].into_iter().chain(because)
+        [Phase::Moving, Phase::Gripping, Phase::Gripped, Phase::Relaxed].into_iter().chain(because)
     }
 
     pub(super) fn serialize<S: Serializer>(phase: &Phase, to: S) -> Result<S::Ok, S::Error> {

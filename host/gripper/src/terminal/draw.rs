@@ -89,6 +89,10 @@ fn footer(seen: &Seen) -> Line<'static> {
     if seen.moves() {
         let red = Style::new().fg(Color::White).bg(Color::Red).add_modifier(Modifier::BOLD);
         words.extend([Span::styled(" space ", red), Span::from(" STOP all fingers  ")]);
+        // A stop that is under way needs the room.
+        if seen.stopping.is_none() {
+            words.extend([" x ".reversed(), " torque off  ".into()]);
+        }
     }
     let late = seen.stopping.map(|since| since.elapsed().as_secs_f32());
     match (&seen.stop, late) {
@@ -101,7 +105,8 @@ fn footer(seen: &Seen) -> Line<'static> {
         }
         (_, Some(_)) => words.push("stopping …".bold()),
         (Some(Ok(answer)), None) => words.push(Span::styled(answer.clone(), Style::new().fg(Color::Green))),
-        (Some(Err(_)) | None, None) => {}
+        (Some(Err(why)), None) => words.push(Span::styled(why.clone(), bad())),
+        (None, None) => {}
     }
     Line::from(words)
 }

@@ -59,6 +59,7 @@ const AGAIN: Duration = Duration::from_millis(100);
 enum Wish {
     Quit,
     Stop,
+    Relax,
 }
 
 /// Shows a source until the time is over, somebody stops it, or nothing more comes.
@@ -79,7 +80,15 @@ pub fn show(source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBoo
         let (orderer, answer_to, is_over) = (&**source, &answer, &over);
         scope.spawn(move || {
             // The channel ends with the view.
-            for () in ordered {
+            for wish in ordered {
+                if wish == Wish::Relax {
+                    let words = match orderer.order(&Order::Relax(Which::All)) {
+                        Ok(()) => Ok("relaxed: the motors are without torque".to_owned()),
+                        Err(error) => Err(error.to_string()),
+                    };
+                    *answer_to.lock().unwrap_or_else(PoisonError::into_inner) = Some((wish, words));
+                    continue;
+                }
                 let mut is_taken = false;
                 // Again until the gripper has taken it.
                 while !is_taken && !is_over.load(Ordering::Relaxed) {
@@ -88,7 +97,7 @@ pub fn show(source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBoo
                         Err(error) => Err(error.to_string()),
                     };
                     is_taken = words.is_ok();
-                    *answer_to.lock().unwrap_or_else(PoisonError::into_inner) = Some(words);
+                    *answer_to.lock().unwrap_or_else(PoisonError::into_inner) = Some((wish, words));
                     if !is_taken {
                         std::thread::sleep(AGAIN);
                     }
@@ -101,8 +110,10 @@ pub fn show(source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBoo
             let closed = hear(&told, &mut seen);
             seen.statistics = source.statistics();
             seen.counters = *counters.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some(words) = answer.lock().unwrap_or_else(PoisonError::into_inner).take() {
-                seen.answered(words);
+            match answer.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                Some((Wish::Relax, words)) => seen.relaxed(words),
+                Some((_, words)) => seen.answered(words),
+                None => {}
             }
             terminal.draw(|frame| draw::picture(frame, &seen))?;
             let late = length.is_some_and(|length| start.elapsed() >= length);
@@ -117,11 +128,14 @@ pub fn show(source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBoo
                     Some(Wish::Stop) if seen.moves() => {
                         if seen.stopping.is_none() {
                             // The thread lives as long as the view.
-                            let _ = orders.send(());
+                            let _ = orders.send(Wish::Stop);
                         }
                         seen.asked();
                     }
-                    Some(Wish::Stop) | None => {}
+                    Some(Wish::Relax) if seen.moves() && seen.stopping.is_none() => {
+                        let _ = orders.send(Wish::Relax);
+                    }
+                    Some(Wish::Stop | Wish::Relax) | None => {}
                 }
             }
         })();
@@ -140,6 +154,7 @@ fn wish(event: &Event) -> Option<Wish> {
         KeyCode::Char('c') if modifiers.contains(KeyModifiers::CONTROL) => Some(Wish::Quit),
         KeyCode::Char('q' | 'Q') => Some(Wish::Quit),
         KeyCode::Char(' ') | KeyCode::Esc => Some(Wish::Stop),
+        KeyCode::Char('x' | 'X') => Some(Wish::Relax),
         _ => None,
     }
 }

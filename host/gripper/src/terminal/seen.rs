@@ -132,6 +132,13 @@ impl Seen {
         }
     }
 
+    /// What came of switching the torque off. It does not take the place of a stop that is under way.
+    pub fn relaxed(&mut self, words: Result<String, String>) {
+        if self.stopping.is_none() {
+            self.stop = Some(words);
+        }
+    }
+
     /// What came of it; one that was not taken is asked for again.
     pub fn answered(&mut self, words: Result<String, String>) {
         if words.is_ok() {

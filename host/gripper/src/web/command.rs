@@ -29,6 +29,11 @@ pub enum Command {
         /// Which; none: all.
         finger: Option<u8>,
     },
+    /// Switch the torque off.
+    Relax {
+        /// Which; none: all.
+        finger: Option<u8>,
+    },
     /// Go to an angle.
     Close {
         /// Motor angle.
@@ -75,8 +80,8 @@ impl Command {
     pub fn ask(self, source: &dyn Source, lead: Option<&Lead>) -> Answer {
         let which = |finger: Option<u8>| finger.map_or(Which::All, Which::One);
         // Whoever moves the fingers leads from now on.
-        if let (Self::Stop | Self::Grip { .. } | Self::Release { .. } | Self::Close { .. }, Some(lead)) = (&self, lead)
-        {
+        let moves = !matches!(self, Self::Object { .. } | Self::Limits { .. } | Self::Resume);
+        if let Some(lead) = lead.filter(|_| moves) {
             lead.pause();
         }
         let is_stop = matches!(self, Self::Stop);
@@ -95,6 +100,9 @@ impl Command {
                 asked(source.order(&Order::Grip(to)), format!("the target grips with {force_n} N"))
             }
             Self::Release { finger } => asked(source.order(&Order::Open(which(finger))), "the target opens".to_owned()),
+            Self::Relax { finger } => {
+                asked(source.order(&Order::Relax(which(finger))), "the target's motors are without torque".to_owned())
+            }
             Self::Close { angle_deg, finger } => {
                 let to = CloseTo { fingers: which(finger), angle: angle_deg.to_radians(), speed: None };
                 asked(source.order(&Order::Close(to)), format!("the target goes to {angle_deg}°"))

@@ -105,6 +105,7 @@ const grip = () => ask({ grip: { force_n: number($("force")) } }, $("answer"));
 const release = () => ask({ release: {} }, $("answer"));
 $("stop").addEventListener("click", stop);
 $("release").addEventListener("click", release);
+$("relax").addEventListener("click", () => ask({ relax: {} }, $("answer")));
 $("resume").addEventListener("click", () => ask("resume", $("answer")));
 $("grip-form").addEventListener("submit", event => { event.preventDefault(); grip(); });
 $("close-form").addEventListener("submit", event => {

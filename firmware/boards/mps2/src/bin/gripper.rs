@@ -31,8 +31,8 @@ impl Board for Mps2 {
         cycles::now()
     }
 
-    fn restart() -> ! {
-        mps2::restart()
+    fn restart(last_words: &'static str) -> ! {
+        mps2::restart(last_words)
     }
 }
 

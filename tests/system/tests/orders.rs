@@ -1,0 +1,73 @@
+//! What becomes of orders: each finger obeys as far as it can, and says so.
+
+use dynamixel::xm430;
+use messages::{Close, CloseTo, Event, Heed, Hold, Mount, Open, Phase, Refusal, Relax, Report, Settings, Which, Why};
+use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, geared_servo, set_up};
+
+const SECOND: u64 = 1_000_000;
+
+/// The last report of the first finger.
+fn last(bench: &Bench) -> Report {
+    bench.reports.iter().rev().map(|(report, _)| *report).find(|report| report.finger == 0).expect("a report")
+}
+
+/// A gripper whose second servo is gone still opens and stops its first finger, and says which of them obeyed.
+#[test]
+fn a_servo_that_is_gone_does_not_keep_the_others_from_stopping() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    let mut settings = Settings::of(GEARED_MOUNT);
+    settings.fingers[1] = Some(Mount { servo_id: 9, ..GEARED_MOUNT });
+    set_up(&mut bench, &settings, OBJECT);
+    let to = CloseTo { fingers: Which::One(0), angle: 0.1, speed: Some(0.05) };
+    bench.ask::<Close>(&to).unwrap();
+    bench.run(SECOND / 2);
+    assert!(last(&bench).goal > 0.0, "it closes");
+    let heeds = [Some(Heed::Done), Some(Heed::NoServo), None, None];
+    assert_eq!(bench.ask::<Hold>(&Which::All), Ok(heeds));
+    bench.run(SECOND / 10);
+    let held = last(&bench);
+    assert!(held.phase == Phase::Held(Why::Asked) && held.goal < 0.09, "{held:?}");
+    bench.run(SECOND);
+    assert_eq!(last(&bench).goal, held.goal);
+    assert_eq!(bench.ask::<Open>(&Which::All), Ok(heeds));
+    bench.until("an open finger", 5 * SECOND, |report| report.finger == 0 && report.goal == GEARED_MOUNT.open_angle);
+    // Alone it is refused, and what needs every finger is too.
+    assert_eq!(bench.ask::<Hold>(&Which::One(1)), Err(Refusal::NoServo));
+    assert_eq!(bench.ask::<Close>(&CloseTo { fingers: Which::All, ..to }), Err(Refusal::NoServo));
+}
+
+/// Without torque a finger stays so, whatever stops or is lost meanwhile, until it is to move; then it starts where it is.
+#[test]
+fn a_relaxed_finger_stays_relaxed_until_it_is_to_move() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    let to = CloseTo { fingers: Which::All, angle: 0.04, speed: Some(0.05) };
+    bench.ask::<Close>(&to).unwrap();
+    bench.run(SECOND / 2);
+    assert_eq!(bench.ask::<Relax>(&Which::All), Ok([Some(Heed::Done), None, None, None]));
+    bench.until("a relaxed finger", SECOND, |report| report.phase == Phase::Relaxed);
+    bench.run(SECOND / 10);
+    assert_eq!(bench.servo.read(xm430::TORQUE_ENABLE), 0);
+    bench.ask::<Hold>(&Which::All).unwrap();
+    bench.meddling = Box::new(|_, _| Vec::new());
+    bench.run(SECOND / 2);
+    bench.meddling = Box::new(|_, bytes| bytes);
+    bench.run(5 * SECOND);
+    assert!(bench.events.contains(&Event::ServoLost { finger: 0 }), "{:?}", bench.events);
+    let found = bench.events.iter().filter(|event| matches!(event, Event::ServoReady { .. })).count();
+    assert_eq!(found, 2, "{:?}", bench.events);
+    assert_eq!((bench.servo.read(xm430::TORQUE_ENABLE), last(&bench).phase), (0, Phase::Relaxed));
+
+    let from = bench.servo.truth().motor_angle;
+    bench.ask::<Close>(&to).unwrap();
+    let mut jump = 0.0_f64;
+    let mut before = from;
+    bench.run_with(2 * SECOND, |_, truth| {
+        jump = jump.max((truth.motor_angle - before).abs());
+        before = truth.motor_angle;
+    });
+    assert_eq!(bench.servo.read(xm430::TORQUE_ENABLE), 1);
+    let there = bench.servo.truth().motor_angle;
+    // The gears' friction and the first touch leave it 10 counts short.
+    assert!(there > 0.023 && jump < 0.002, "from {from} to {there} rad, {jump} rad at once");
+}
