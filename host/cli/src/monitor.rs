@@ -11,6 +11,7 @@ use crate::keep::KeepArgs;
 use crate::output::put_out;
 use crate::source::SourceArgs;
 use crate::view::{Stop, ViewArgs};
+use fre_gripper::link::Ends;
 
 /// Show the forces of a gripper (--link) or of servos on this PC's own bus (--bus)
 ///
@@ -53,7 +54,9 @@ fn watch(args: &Args) -> Result<(), Stop> {
     let mut files = args.keep.files();
     args.source.reads(&mut files)?;
     let kept = args.keep.claim(&mut files)?;
-    let source = args.source.open(args.view.is_live())?;
+    // Lines end with the gripper; who watches waits for it to come back.
+    let ends = if args.view.is_live() { Ends::WithItsUser } else { Ends::WithTheGripper };
+    let source = args.source.open(ends)?;
     let keeping = kept.start(&source)?;
     let result = args.view.show(&source, length, &stop);
     // What was kept is whole whatever became of the view.

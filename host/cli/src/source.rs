@@ -12,7 +12,7 @@ use crate::output::reads_case;
 use crate::standard;
 use fre::files::{FileError, Files};
 use fre_gripper::bus::{Bus, BusAddress, BusOptions};
-use fre_gripper::link::{Address, Lasting, Link, ports, set};
+use fre_gripper::link::{Address, Ends, Lasting, ports, set};
 use fre_gripper::source::{Modelled, Source};
 
 /// Which source.
@@ -67,15 +67,14 @@ impl SourceArgs {
         self.uncertainty.iter().try_for_each(|path| files.input(path, "--uncertainty"))
     }
 
-    /// Opens it; with `lasting`, a gripper's link is opened again whenever it has closed. What a person should know of it goes to
-    /// standard error.
+    /// Opens it; a gripper's link ends as `ends` says, and other programs may use it meanwhile. What a person should know of it goes
+    /// to standard error.
     ///
     /// # Errors
     /// For people.
-    pub fn open(&self, lasting: bool) -> Result<Arc<dyn Source>, Box<dyn std::error::Error>> {
+    pub fn open(&self, ends: Ends) -> Result<Arc<dyn Source>, Box<dyn std::error::Error>> {
         match (self.link()?, &self.bus) {
-            (Some(link), _) if lasting => Ok(Arc::new(Lasting::open(&link)?)),
-            (Some(link), _) => Ok(Arc::new(Link::open(&link)?)),
+            (Some(link), _) => Ok(Arc::new(Lasting::open(&link, ends)?)),
             (None, Some(address)) => {
                 let bus = Bus::open(address, &self.bus_options()?)?;
                 for note in bus.notes() {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -25,7 +25,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::port::Port;
-use super::{Address, LinkError};
+use super::{Address, LinkError, share};
 use crate::source::{
     Listeners, Modelled, Order, OrderError, Origin, Sequence, Setup, Source, Statistics, Told, WAITING,
 };
@@ -51,6 +51,8 @@ type Answer = (VarKey, Vec<u8>);
 struct Heard {
     pending: Mutex<HashMap<u32, Sender<Answer>>>,
     listeners: Listeners,
+    /// Other programs that hear the gripper's messages as they come.
+    taps: Mutex<Vec<SyncSender<Vec<u8>>>>,
     counts: Counts,
     stop: AtomicBool,
     closed: AtomicBool,
@@ -68,16 +70,24 @@ pub struct Link {
 }
 
 /// The lock, also if another thread stopped while it held it.
-fn lock<X>(mutex: &Mutex<X>) -> MutexGuard<'_, X> {
+pub(super) fn lock<X>(mutex: &Mutex<X>) -> MutexGuard<'_, X> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Link {
-    /// Connects.
+    /// Connects: through the program that views this gripper, if there is one, because a gripper's port has one user.
     ///
     /// # Errors
     /// Nobody is there.
     pub fn open(address: &Address) -> Result<Self, LinkError> {
+        match share::way(address) {
+            Some(way) => Self::over(Port::unix(way).map_err(LinkError::Start)?, address.to_string()),
+            None => Self::open_alone(address),
+        }
+    }
+
+    /// Connects to the gripper itself.
+    pub(super) fn open_alone(address: &Address) -> Result<Self, LinkError> {
         Self::over(Port::open(address)?, address.to_string())
     }
 
@@ -165,11 +175,26 @@ impl Link {
         E::Response: DeserializeOwned,
     {
         let path = E::PATH;
+        let mut body = vec![0; MESSAGE];
+        let request = postcard::to_slice(request, &mut body).map_err(|_| LinkError::TooLong)?;
+        let (key, body) = self.pass(VarKey::Key8(E::REQ_KEY), request, path)?;
+        if key == VarKey::Key8(E::RESP_KEY) {
+            return postcard::from_bytes(&body).map_err(|_| LinkError::Answer { path });
+        }
+        match postcard::from_bytes::<WireError>(&body) {
+            Ok(error) if key == VarKey::Key8(ERROR_KEY) => Err(LinkError::Wire { path, error }),
+            _ => Err(LinkError::Answer { path }),
+        }
+    }
+
+    /// Sends a request's bytes, and waits for those of the answer.
+    pub(super) fn pass(&self, key: VarKey, request: &[u8], path: &'static str) -> Result<Answer, LinkError> {
         let number = self.sequence.fetch_add(1, Ordering::Relaxed);
-        let header = VarHeader { key: VarKey::Key8(E::REQ_KEY), seq_no: VarSeq::Seq4(number) };
+        let header = VarHeader { key, seq_no: VarSeq::Seq4(number) };
         let (mut scratch, mut frame) = (vec![0; MESSAGE], vec![0; FRAME]);
-        let message = message(&header, request, &mut scratch).map_err(|_| LinkError::TooLong)?;
-        let frame = encode(message, &mut frame).map_err(|_| LinkError::TooLong)?;
+        let mut bytes = message(&header, &(), &mut scratch).map_err(|_| LinkError::TooLong)?.to_vec();
+        bytes.extend(request);
+        let frame = encode(&bytes, &mut frame).map_err(|_| LinkError::TooLong)?;
         let (sender, receiver) = channel();
         lock(&self.heard.pending).insert(number, sender);
         let sent = if self.is_closed() { Err(LinkError::Closed) } else { self.send_raw(frame) };
@@ -180,13 +205,21 @@ impl Link {
             })
         });
         lock(&self.heard.pending).remove(&number);
-        let (key, body) = answer?;
-        if key == VarKey::Key8(E::RESP_KEY) {
-            return postcard::from_bytes(&body).map_err(|_| LinkError::Answer { path });
-        }
-        match postcard::from_bytes::<WireError>(&body) {
-            Ok(error) if key == VarKey::Key8(ERROR_KEY) => Err(LinkError::Wire { path, error }),
-            _ => Err(LinkError::Answer { path }),
+        answer
+    }
+
+    /// Gives the gripper's messages, except for answers, to another program as they come.
+    pub(super) fn tap(&self, mail: SyncSender<Vec<u8>>) {
+        lock(&self.heard.taps).push(mail);
+    }
+
+    /// Another program has asked for this: a changed set-up goes to all listeners here.
+    pub(super) fn was_set(&self, key: VarKey) {
+        let set = [SetObject::REQ_KEY, SetFinger::REQ_KEY, SetSettings::REQ_KEY, SetUncertainty::REQ_KEY];
+        if set.into_iter().any(|of| key == VarKey::Key8(of))
+            && let Ok(setup) = Source::setup(self)
+        {
+            self.heard.spread(&Told::Setup(Box::new(setup)));
         }
     }
 }
@@ -444,6 +477,7 @@ impl Heard {
         self.closed.store(true, Ordering::Release);
         // Whoever still waits is told by the end of the channel.
         self.listeners.close();
+        lock(&self.taps).clear();
         lock(&self.pending).clear();
     }
 
@@ -470,7 +504,9 @@ impl Heard {
                 let sender = lock(&self.pending).remove(&header.seq_no.into())?;
                 // Who asked may have given up.
                 let _ = sender.send((header.key, body.to_vec()));
+                return Some(());
             }
+            share::spread(&self.taps, message);
             Some(())
         });
         if understood.is_none() {

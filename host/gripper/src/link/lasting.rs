@@ -1,22 +1,31 @@
-//! A link that comes back by itself: for views, which people leave open while a gripper is switched off or a cable is out.
+//! A view's link: other programs may use it too, and it comes back by itself, because people leave views open while a gripper is
+//! switched off or a cable is out.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use messages::Counters;
 
+use super::client::lock;
+use super::share::{self, Share};
 use super::{Address, Link, LinkError};
 use crate::source::{Listeners, Order, OrderError, Setup, Source, Statistics, Told, WAITING};
 
 /// How often a gripper that is gone is tried again, and how often the thread looks whether it is still wanted.
 const AGAIN: Duration = Duration::from_millis(100);
-/// How long a gripper may take to answer who it is after the link has come back. Until then it is tried again.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// When a [`Lasting`] link ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ends {
+    /// As soon as the gripper is gone.
+    WithTheGripper,
+    /// When it is dropped. It is opened again whenever it has closed, and listeners hear the gripper's setup each time.
+    WithItsUser,
+}
 
-/// A link to a gripper that is opened again whenever it has closed. Listeners hear the gripper's setup each time.
+/// A link to a gripper that other programs of this user may use as well: [`Link::open`] finds it.
 #[derive(Debug)]
 pub struct Lasting {
     shared: Arc<Shared>,
@@ -31,7 +40,9 @@ struct Shared {
     /// Of the links before this one.
     before: Mutex<Statistics>,
     listeners: Listeners,
+    ends: Ends,
     stop: AtomicBool,
+    closed: AtomicBool,
 }
 
 impl Lasting {
@@ -39,48 +50,47 @@ impl Lasting {
     ///
     /// # Errors
     /// Nobody is there now.
-    pub fn open(address: &Address) -> Result<Self, LinkError> {
-        let link = Arc::new(Link::open(address)?);
+    pub fn open(address: &Address, ends: Ends) -> Result<Self, LinkError> {
+        let (link, share) = connect(address)?;
         let shared = Arc::new(Shared {
             address: address.clone(),
             link: Mutex::new(Some(link.clone())),
             before: Mutex::default(),
             listeners: Listeners::default(),
+            ends,
             stop: AtomicBool::new(false),
+            closed: AtomicBool::new(false),
         });
         let for_thread = shared.clone();
         let told = link.listen();
         let thread = std::thread::Builder::new().name("lasting link".into());
-        let thread = thread.spawn(move || for_thread.last(link, told)).map_err(LinkError::Start)?;
+        let thread = thread.spawn(move || for_thread.last(link, share, &told)).map_err(LinkError::Start)?;
         Ok(Self { shared, thread: Some(thread) })
     }
 }
 
 impl Shared {
     /// Passes on what the links report, one after the other.
-    fn last(&self, first: Arc<Link>, told: Receiver<Told>) {
-        self.pass_on(&told);
-        self.put_away(&first);
-        drop(first);
-        while !self.stop.load(Ordering::Acquire) {
-            if let Some(link) = self.again() {
+    fn last(&self, link: Arc<Link>, share: Option<Share>, told: &Receiver<Told>) {
+        self.pass_on(told);
+        drop(share);
+        self.put_away(&link);
+        drop(link);
+        while self.ends == Ends::WithItsUser && !self.stop.load(Ordering::Acquire) {
+            if let Ok((link, share)) = connect(&self.address) {
                 let told = link.listen();
                 if let Ok(setup) = Source::setup(&*link) {
                     self.listeners.tell(&Told::Setup(Box::new(setup)));
                     *lock(&self.link) = Some(link.clone());
                     self.pass_on(&told);
                 }
+                drop(share);
                 self.put_away(&link);
             }
             std::thread::sleep(AGAIN);
         }
+        self.closed.store(true, Ordering::Release);
         self.listeners.close();
-    }
-
-    fn again(&self) -> Option<Arc<Link>> {
-        let mut link = Link::open(&self.address).ok()?;
-        link.set_patience(PATIENCE);
-        Some(Arc::new(link))
     }
 
     /// Until the link has closed or nobody wants it any more.
@@ -132,9 +142,8 @@ impl Source for Lasting {
         self.shared.link()?.order(order)
     }
 
-    /// Never: the gripper may come back.
     fn is_closed(&self) -> bool {
-        false
+        self.shared.closed.load(Ordering::Acquire)
     }
 }
 
@@ -147,6 +156,17 @@ impl Drop for Lasting {
     }
 }
 
+/// Connects to the gripper and lets others in; or, if another program has done so, through that.
+fn connect(address: &Address) -> Result<(Arc<Link>, Option<Share>), LinkError> {
+    if share::way(address).is_some() {
+        return Ok((Arc::new(Link::open(address)?), None));
+    }
+    let link = Arc::new(Link::open_alone(address)?);
+    // Without a place for the socket, nobody else is let in.
+    let share = Share::open(address, &link).ok();
+    Ok((link, share))
+}
+
 fn sum(a: Statistics, b: Statistics) -> Statistics {
     Statistics {
         frames: a.frames + b.frames,
@@ -155,11 +175,6 @@ fn sum(a: Statistics, b: Statistics) -> Statistics {
         missing_reports: a.missing_reports + b.missing_reports,
         unheard: a.unheard + b.unheard,
     }
-}
-
-/// The lock, also if another thread stopped while it held it.
-fn lock<X>(mutex: &Mutex<X>) -> MutexGuard<'_, X> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -197,7 +212,11 @@ mod tests {
                     message(&header(GetVersion::RESP_KEY), &version, &mut scratch)
                 } else {
                     assert_eq!(asked.key, VarKey::Key8(GetSettings::REQ_KEY));
-                    message(&header(GetSettings::RESP_KEY), &Settings::DEFAULT, &mut scratch)
+                    message(
+                        &header(GetSettings::RESP_KEY),
+                        &Settings { fingers: [None; messages::FINGERS], ..Settings::DEFAULT },
+                        &mut scratch,
+                    )
                 };
                 let _ = peer.write_all(encode(answer.unwrap(), &mut line).unwrap());
             }
@@ -209,20 +228,28 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("link");
         let address = Address::Unix(path.clone());
-        assert!(Lasting::open(&address).is_err(), "nobody was ever there");
+        assert!(Lasting::open(&address, Ends::WithItsUser).is_err(), "nobody was ever there");
         let listener = UnixListener::bind(&path).unwrap();
-        let lasting = Lasting::open(&address).unwrap();
+        let lasting = Lasting::open(&address, Ends::WithItsUser).unwrap();
         let told = lasting.hear(WAITING);
-        for _ in 0..3 {
+        for round in 0..3 {
             let (peer, _) = listener.accept().unwrap();
             let ours = peer.try_clone().unwrap();
             let serving = std::thread::spawn(move || serve(peer));
-            if lasting.setup().is_err() {
-                // Not the first time: it says when it is back.
-                assert!(matches!(told.recv_timeout(LONG), Ok(Told::Setup(setup)) if setup.board == "peer"));
-                while lasting.setup().is_err() {
-                    std::thread::sleep(AGAIN);
+            let other = loop {
+                // Let in by the first one: this listener has one connection at a time.
+                match share::way(&address) {
+                    Some(way) => break Link::over_stream(way).unwrap(),
+                    None => std::thread::sleep(AGAIN / 10),
                 }
+            };
+            assert_eq!(other.version().unwrap().board.as_str(), "peer");
+            if round > 0 {
+                // It says when it is back.
+                assert!(matches!(told.recv_timeout(LONG), Ok(Told::Setup(setup)) if setup.board == "peer"));
+            }
+            while lasting.setup().is_err() {
+                std::thread::sleep(AGAIN / 10);
             }
             ours.shutdown(std::net::Shutdown::Both).unwrap();
             serving.join().unwrap();

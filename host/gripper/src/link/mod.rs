@@ -16,6 +16,8 @@
 //! # }
 //! ```
 //!
+//! A gripper's port has one user. [`Lasting`], the link of a program that shows a gripper, lets others in: [`Link::open`] finds it.
+//!
 //! One thread reads. A listener that does not keep up loses the newest messages, which is counted; the gripper and other
 //! listeners do not notice. A damaged frame costs itself only.
 
@@ -26,6 +28,7 @@ mod keys;
 mod lasting;
 mod port;
 mod ports;
+mod share;
 #[cfg(test)]
 mod tests;
 
@@ -33,7 +36,7 @@ pub use address::{Address, BadAddress};
 pub use client::Link;
 pub use error::LinkError;
 pub use keys::{KeyError, pairs, set};
-pub use lasting::Lasting;
+pub use lasting::{Ends, Lasting};
 pub(crate) use port::Port;
 pub use ports::ports;
 

@@ -25,7 +25,7 @@ const HASTY: Duration = Duration::from_secs(2);
 const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
 
 /// Frame of a message; keys are shortened as a gripper does.
-fn frame(key: Key, seq_no: VarSeq, body: &impl Serialize) -> Vec<u8> {
+pub(super) fn frame(key: Key, seq_no: VarSeq, body: &impl Serialize) -> Vec<u8> {
     let mut key = VarKey::Key8(key);
     key.shrink_to(VarKeyKind::Key2);
     let (mut scratch, mut line) = ([0; MESSAGE], [0; FRAME]);
@@ -33,7 +33,7 @@ fn frame(key: Key, seq_no: VarSeq, body: &impl Serialize) -> Vec<u8> {
     encode(message, &mut line).unwrap().to_vec()
 }
 
-fn report(sequence: u32) -> Vec<u8> {
+pub(super) fn report(sequence: u32) -> Vec<u8> {
     let estimate = Estimate {
         status: Status::Converged,
         motor_angle: 0.1,
@@ -56,7 +56,7 @@ fn report(sequence: u32) -> Vec<u8> {
 }
 
 /// A link that waits this long for answers; its peer hears each request and writes what `answer` makes of its sequence number.
-fn with_peer(patience: Duration, answer: impl Fn(VarSeq) -> Vec<u8> + Send + 'static) -> Link {
+pub(super) fn with_peer(patience: Duration, answer: impl Fn(VarSeq) -> Vec<u8> + Send + 'static) -> Link {
     let (ours, mut theirs) = UnixStream::pair().unwrap();
     thread::spawn(move || {
         let mut decoder: Decoder = Decoder::new();
