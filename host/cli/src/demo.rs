@@ -66,7 +66,8 @@ fn folder(args: &Args, names: &[&str]) -> Result<Folder, FileError> {
     files.folder(&args.report, names, "--report")
 }
 
-fn pace(words: &str) -> Result<Pace, String> {
+/// QEMU's pace from an argument.
+pub fn pace(words: &str) -> Result<Pace, String> {
     match words.parse::<u8>() {
         Ok(shift @ 0..=10) => Ok(Pace::Counted { shift }),
         _ if words == "off" => Ok(Pace::Free),

@@ -163,6 +163,13 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     ("servo", &[("On a pseudo-terminal, with a finger and its object", "fre servo finger.toml --pty")]),
+    (
+        "sim",
+        &[
+            ("A gripper to try everything on", "fre sim finger.toml"),
+            ("As new, to commission it", "fre sim finger.toml --fresh"),
+        ],
+    ),
 ];
 
 /// The command with its examples, and those below it with theirs.

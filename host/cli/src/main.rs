@@ -45,6 +45,8 @@ mod schema;
 mod send;
 #[cfg(feature = "gripper")]
 mod servo;
+#[cfg(feature = "gripper")]
+mod sim;
 mod solve;
 #[cfg(feature = "gripper")]
 mod source;

@@ -15,6 +15,7 @@ use signal_hook::iterator::Signals;
 use crate::exit::{bad_input, tell};
 use crate::options::{ModelArgs, refused};
 use crate::standard;
+use fre::case::Case;
 use fre::drive::agrees;
 use fre_gripper::servo::{Clock, Config, Gains, Handle, Hub, Load, LoadError, PortError, Servo};
 
@@ -34,9 +35,8 @@ use fre_gripper::servo::{Clock, Config, Gains, Handle, Hub, Load, LoadError, Por
     mut_arg("physics", |arg| arg.default_value("paper"))
 )]
 pub struct Args {
-    /// The case: finger, object and motor axis; without one the servo has no load
-    #[arg(value_name = "CASE.toml")]
-    case: Option<PathBuf>,
+    #[command(flatten)]
+    load: LoadArgs,
     /// Opens a raw pseudo-terminal; may be repeated
     ///
     /// It is the default if no port is named.
@@ -86,12 +86,6 @@ pub struct Args {
     /// Period of the clock "requests"
     #[arg(long, value_name = "US", default_value_t = 2000)]
     period_us: u32,
-    /// How the servo moves the finger
-    ///
-    /// rotating, "linear X,Y MM_PER_RAD" (parallel jaws; X,Y: the direction of closing), or "table X,Y DEG:MM DEG:MM …" (crank
-    /// linkages). The case's motion must be of the same kind.
-    #[arg(long, value_name = "DRIVE", default_value = "rotating", value_parser = super::options::drive)]
-    drive: Drive,
     /// Position at motor angle 0, 0 to 4095
     #[arg(long, value_name = "COUNT", default_value_t = 2048)]
     zero_count: u16,
@@ -101,11 +95,6 @@ pub struct Args {
     /// Motor angle at power-on [default: 2° before the first contact]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     start_deg: Option<f64>,
-    /// Highest motor angle of the load's table
-    ///
-    /// The default is 5° above the case's highest angle, and 180° with a drive along a line.
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
-    highest_deg: Option<f64>,
     /// Play between encoder and finger, 0 to 5; 0.25 for this servo family
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     backlash_deg: f64,
@@ -124,6 +113,25 @@ pub struct Args {
     model: ModelArgs,
 }
 
+/// What the servo moves, and how.
+#[derive(Debug, clap::Args)]
+pub struct LoadArgs {
+    /// The case: finger, object and motor axis; without one the servo has no load
+    #[arg(value_name = "CASE.toml")]
+    case: Option<PathBuf>,
+    /// How the servo moves the finger
+    ///
+    /// rotating, "linear X,Y MM_PER_RAD" (parallel jaws; X,Y: the direction of closing), or "table X,Y DEG:MM DEG:MM …" (crank
+    /// linkages). The case's motion must be of the same kind.
+    #[arg(long, value_name = "DRIVE", default_value = "rotating", value_parser = super::options::drive)]
+    drive: Drive,
+    /// Highest motor angle of the load's table
+    ///
+    /// The default is 5° above the case's highest angle, and 180° with a drive along a line.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    highest_deg: Option<f64>,
+}
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum ClockWord {
     /// The wall's.
@@ -133,7 +141,7 @@ enum ClockWord {
 }
 
 /// Gains from an argument.
-fn gains(words: &str) -> Result<Gains, String> {
+pub fn gains(words: &str) -> Result<Gains, String> {
     let gains: Option<Vec<u16>> = words.split(',').map(|word| word.trim().parse().ok()).collect();
     match gains.as_deref() {
         Some(&[p, i, d]) if p.max(i).max(d) <= 16_383 => Ok(Gains { p, i, d }),
@@ -150,7 +158,7 @@ pub fn run(args: &Args) -> ExitCode {
 }
 
 fn serve(args: &Args) -> Result<(), String> {
-    let load = Arc::new(load(args)?);
+    let load = Arc::new(args.load.load(args.load.case()?.as_ref(), &args.model)?);
     let config = Config {
         id: 0,
         model: args.model_number,
@@ -203,27 +211,41 @@ fn serve(args: &Args) -> Result<(), String> {
     Ok(())
 }
 
-fn load(args: &Args) -> Result<Load, String> {
-    let Some(file) = &args.case else {
-        return Ok(Load::none());
-    };
-    let case = standard::case(file)
-        .and_then(|case| case.frictionless("the simulated servo"))
-        .map_err(|error| error.to_string())?;
-    let drive = &args.drive;
-    agrees(&case.path.motion, drive).map_err(|error| format!("{}: {error}", file.display()))?;
-    let highest = match (args.highest_deg, drive) {
-        (Some(given), _) => given,
-        (None, Drive::Rotating) => case.path.places.iter().copied().fold(0.0, f64::max) + 5.0,
-        // Places are distances: as far as a servo turns.
-        (None, Drive::Translating { .. }) => 180.0,
-    };
-    Load::of(&case.finger.design, case.object, drive, &args.model.options(), highest).map_err(|error| match error {
-        LoadError::Range { .. } => format!("--highest-deg: {error}"),
-        LoadError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", file.display()),
-        LoadError::Discretise(error) => refused(&error),
-        _ => format!("{}: {error}", file.display()),
-    })
+impl LoadArgs {
+    /// The case, if one is named.
+    pub fn case(&self) -> Result<Option<Case>, String> {
+        let read = |file: &PathBuf| {
+            let case = standard::case(file).and_then(|case| case.frictionless("the simulated servo"));
+            case.map_err(|error| error.to_string())
+        };
+        self.case.as_ref().map(read).transpose()
+    }
+
+    /// How the servo moves the finger.
+    pub fn drive(&self) -> &Drive {
+        &self.drive
+    }
+
+    /// What the case asks of the servo.
+    pub fn load(&self, case: Option<&Case>, model: &ModelArgs) -> Result<Load, String> {
+        let (Some(file), Some(case)) = (&self.case, case) else {
+            return Ok(Load::none());
+        };
+        let drive = &self.drive;
+        agrees(&case.path.motion, drive).map_err(|error| format!("{}: {error}", file.display()))?;
+        let highest = match (self.highest_deg, drive) {
+            (Some(given), _) => given,
+            (None, Drive::Rotating) => case.path.places.iter().copied().fold(0.0, f64::max) + 5.0,
+            // Places are distances: as far as a servo turns.
+            (None, Drive::Translating { .. }) => 180.0,
+        };
+        Load::of(&case.finger.design, case.object, drive, &model.options(), highest).map_err(|error| match error {
+            LoadError::Range { .. } => format!("--highest-deg: {error}"),
+            LoadError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", file.display()),
+            LoadError::Discretise(error) => refused(&error),
+            _ => format!("{}: {error}", file.display()),
+        })
+    }
 }
 
 /// Opens the ports; gives a line for each that others open.

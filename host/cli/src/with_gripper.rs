@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Subcommand;
 
-use super::{demo, flash, gripper, log, monitor, replay, ros2, servo};
+use super::{demo, flash, gripper, log, monitor, replay, ros2, servo, sim};
 
 /// The commands of a gripper and its servos.
 #[derive(Debug, Subcommand)]
@@ -17,6 +17,7 @@ pub enum Hardware {
     Replay(replay::Args),
     Ros2(ros2::Args),
     Servo(servo::Args),
+    Sim(sim::Args),
 }
 
 impl Hardware {
@@ -31,6 +32,7 @@ impl Hardware {
             Self::Replay(args) => replay::run(&args),
             Self::Ros2(args) => ros2::run(&args),
             Self::Servo(args) => servo::run(&args),
+            Self::Sim(args) => sim::run(&args),
         }
     }
 }

@@ -108,7 +108,10 @@ impl Gripper {
             let (code, out, errors) = self.fre(words);
             match code {
                 Some(0) => return out,
-                Some(1) => assert!(errors.contains("no servo answers"), "{words:?}: {out}{errors}"),
+                Some(1) => assert!(
+                    errors.contains("no servo answers") || errors.contains("the servo was lost"),
+                    "{words:?}: {out}{errors}"
+                ),
                 _ => assert!(out.contains("held"), "{words:?}: {out}{errors}"),
             }
             assert!(Instant::now() < end, "{words:?}: {out}{errors}");
@@ -411,4 +414,57 @@ fn the_log_out_of_qemu_is_shown() {
     assert_eq!(code, Some(1), "no image at all: {errors}");
     assert_eq!(fre(&["log", "opencr", "--qemu"]).0, Some(1), "a board or QEMU");
     assert_eq!(fre(&["log"]).0, Some(1), "neither");
+}
+
+/// A program that is asked to stop when this is dropped.
+struct Program(std::process::Child);
+
+impl Program {
+    fn start(words: &[&str]) -> (Self, impl Iterator<Item = String> + use<>) {
+        let mut child =
+            Command::new(env!("CARGO_BIN_EXE_fre")).args(words).stdout(Stdio::piped()).spawn().expect("a program");
+        let lines = std::io::BufRead::lines(std::io::BufReader::new(child.stdout.take().expect("its output")));
+        (Self(child), lines.map_while(Result::ok))
+    }
+
+    fn stop(&mut self) -> Option<i32> {
+        let asked = Command::new("kill").args(["-INT", &self.0.id().to_string()]).status();
+        assert!(asked.is_ok_and(|status| status.success()));
+        self.0.wait().ok().and_then(|status| status.code())
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// `fre sim` is a gripper; while one program shows it, others use it through that, as its link has one user.
+#[test]
+fn a_simulated_gripper_serves_several_programs() {
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = tempfile::tempdir().unwrap();
+    let case = folder.path().join("case.toml");
+    std::fs::write(&case, CASE).unwrap();
+    let case = case.to_str().unwrap();
+    let (code, _, errors) = fre(&["sim", case, "--firmware", "/nowhere"]);
+    assert!(code == Some(1) && errors.contains("cargo xtask firmware mps2"), "{code:?} {errors}");
+    let firmware = firmware();
+    let coarse = ["--elements", "reduced", "--scheme", "simpson"];
+    let (mut sim, mut lines) = Program::start(&[&["sim", case, "--firmware", &firmware], &coarse[..]].concat());
+    let link = lines.next().expect("its link");
+    let link = link.strip_prefix("link ").expect("a line with the link").to_owned();
+    assert!(lines.any(|line| line == "ready"));
+    let (mut view, mut shown) = Program::start(&["monitor", "--link", &link, "--lines"]);
+    assert!(shown.any(|line| line.contains("no-contact") || line.contains("converged")), "the view shows something");
+    for words in [&["gripper", "info"][..], &["gripper", "get"], &["gripper", "hold"]] {
+        let (code, out, errors) = fre(&[words, &["--link", &link]].concat());
+        assert_eq!(code, Some(0), "{words:?} while a view is open: {out}{errors}");
+    }
+    assert_eq!(view.stop(), Some(0));
+    let (code, out, errors) = fre(&["gripper", "get", "--link", &link]);
+    assert!(code == Some(0) && out.contains("role = master"), "{code:?} {out}{errors}");
+    assert_eq!(sim.stop(), Some(0));
 }

@@ -13,6 +13,7 @@ pub mod probe;
 pub mod record;
 pub mod servo;
 pub mod shown;
+pub mod sim;
 pub mod source;
 pub mod terminal;
 #[cfg(feature = "web")]
