@@ -440,7 +440,7 @@ impl<'a, B: Board> Core<'a, B> {
         };
         self.sequence = self.sequence.wrapping_add(1);
         let phase = unit.grip.phase();
-        let changed = phase != unit.last.phase;
+        let changed = unit.is_news(phase, now_us());
         unit.last = Report { sequence: self.sequence, phase, goal: unit.grip.goal() as f32, ..unit.last };
         unit.is_reported = true;
         self.shared.report(unit.last);

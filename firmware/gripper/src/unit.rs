@@ -1,7 +1,7 @@
 //! One finger within the control task: its mount, its model, its grip, its last report.
 
 use dynamixel::Id;
-use messages::{Calibration, Difference, Direction, Mount, Report, Settings};
+use messages::{Calibration, Difference, Direction, Mount, Phase, Report, Settings, Why};
 use model_core::estimator::Estimate;
 use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
@@ -34,6 +34,9 @@ impl Torque {
     }
 }
 
+/// A wait for the bus that passes within this time is only in the reports, not an event, µs.
+const BRIEF_US: u64 = 100_000;
+
 /// A finger.
 pub(crate) struct Unit<'a> {
     pub(crate) model: &'a mut Model,
@@ -46,6 +49,9 @@ pub(crate) struct Unit<'a> {
     pub(crate) health: Health,
     pub(crate) torque: Torque,
     pub(crate) last: Report,
+    /// The phase that an event last reported, and since when the finger has waited for the bus, µs.
+    pub(crate) told: Phase,
+    pub(crate) waits_since: Option<u64>,
     /// The last estimate had converged.
     pub(crate) is_settled: bool,
     /// Ticks since its position was heard, while another master leads.
@@ -86,6 +92,8 @@ impl<'a> Unit<'a> {
             is_settled: false,
             repeats: 0,
             last: Report::blank(finger),
+            told: Report::blank(finger).phase,
+            waits_since: None,
             pending: None,
             alert: false,
             alert_changed: false,
@@ -97,6 +105,16 @@ impl<'a> Unit<'a> {
             difference: None,
             is_reported: false,
         }
+    }
+
+    /// Whether an event is to report this phase. A wait for the bus is noise until it has lasted for [`BRIEF_US`].
+    pub(crate) fn is_news(&mut self, phase: Phase, now_us: u64) -> bool {
+        self.waits_since = match phase {
+            Phase::Waiting(Why::Bus) => self.waits_since.or(Some(now_us)),
+            _ => None,
+        };
+        let is_brief = self.waits_since.is_some_and(|since| now_us.saturating_sub(since) < BRIEF_US);
+        !is_brief && core::mem::replace(&mut self.told, phase) != phase
     }
 
     /// Nothing more is to be done for it in this tick but to wait for the others.

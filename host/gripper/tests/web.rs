@@ -197,6 +197,13 @@ fn where_others_can_reach_it_the_token_counts() {
         assert_eq!(served.answer(&format!("GET {place} HTTP/1.1\r\n{host}"), "").0, 403, "{place}");
     }
     assert_eq!(served.orders(), []);
+    // A phone can open it: not by a name of this PC's own, if it has a network.
+    let place = served.url.split("://").nth(1).and_then(|rest| rest.split('/').next()).expect("a place");
+    assert!(
+        !place.starts_with("0.0.0.0")
+            && (place.starts_with("localhost:") || place.parse::<std::net::SocketAddr>().is_ok()),
+        "{place}"
+    );
     // The page itself is no secret, and knows none.
     let (status, page) = served.answer(&format!("GET / HTTP/1.1\r\n{host}"), "");
     assert!(status == 200 && !page.contains(&token));

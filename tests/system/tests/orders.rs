@@ -1,7 +1,9 @@
 //! What becomes of orders: each finger obeys as far as it can, and says so.
 
 use dynamixel::xm430;
-use messages::{Close, CloseTo, Event, Heed, Hold, Mount, Open, Phase, Refusal, Relax, Report, Settings, Which, Why};
+use messages::{
+    Close, CloseTo, Event, Grip, GripTo, Heed, Hold, Mount, Open, Phase, Refusal, Relax, Report, Settings, Which, Why,
+};
 use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, geared_servo, set_up};
 
 const SECOND: u64 = 1_000_000;
@@ -70,4 +72,30 @@ fn a_relaxed_finger_stays_relaxed_until_it_is_to_move() {
     let there = bench.servo.truth().motor_angle;
     // The gears' friction and the first touch leave it 10 counts short.
     assert!(there > 0.023 && jump < 0.002, "from {from} to {there} rad, {jump} rad at once");
+}
+
+/// Single answers that are lost while a finger holds are no events: the reports have them.
+#[test]
+fn a_short_wait_is_no_event() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    let to = GripTo { fingers: Which::All, force: 2.0, speed: Some(0.1), limit: None };
+    bench.ask::<Grip>(&to).unwrap();
+    bench.until("a grip", 20 * SECOND, |report| report.phase == Phase::Gripped);
+    bench.run(SECOND);
+    let (events, reports) = (bench.events.len(), bench.reports.len());
+    let mut answers = 0;
+    bench.meddling = Box::new(move |to_servo, bytes| {
+        answers += u32::from(!to_servo);
+        if !to_servo && answers.is_multiple_of(9) { Vec::new() } else { bytes }
+    });
+    bench.run(2 * SECOND);
+    let waits = bench.reports[reports..].iter().filter(|(report, _)| report.phase == Phase::Waiting(Why::Bus)).count();
+    assert!(waits > 50, "{waits} waits");
+    assert_eq!(bench.events[events..], []);
+    // One that lasts is.
+    bench.meddling = Box::new(|_, _| Vec::new());
+    bench.run(SECOND);
+    let waiting = Event::PhaseChanged { finger: 0, phase: Phase::Waiting(Why::Bus) };
+    assert!(bench.events[events..].contains(&waiting), "{:?}", &bench.events[events..]);
 }

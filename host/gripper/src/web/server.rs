@@ -1,7 +1,7 @@
 //! The server: the page, its events, its commands.
 
 use std::convert::Infallible;
-use std::net::{SocketAddr, TcpListener};
+use std::net::{SocketAddr, TcpListener, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -123,9 +123,7 @@ pub fn serve(
     let first = Mutex::new(Message::of("setup", &()));
     let shared = Arc::new(Shared { source, access, lead, events, setup: first });
     shared.set_up(&setup);
-    let name = if own.ip().is_unspecified() { "localhost".to_owned() } else { own.ip().to_string() };
-    let name = if own.is_ipv6() && name != "localhost" { format!("[{name}]") } else { name };
-    ready(&format!("http://{name}:{}/{}", own.port(), shared.access.fragment()));
+    ready(&format!("http://{}/{}", reached(own), shared.access.fragment()));
 
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let over = AtomicBool::new(false);
@@ -152,6 +150,21 @@ pub fn serve(
     // Pages that are still connected do not hold the program.
     runtime.shutdown_background();
     Ok(())
+}
+
+/// By which address this server is reached: one that listens on every address of this PC, by that of its way out.
+fn reached(own: SocketAddr) -> String {
+    if !own.ip().is_unspecified() {
+        return own.to_string();
+    }
+    // A documentation's address that nobody has: nothing is sent, the system only chooses its way there.
+    let way = if own.is_ipv6() { ("[::]:0", "[2001:db8::1]:9") } else { ("0.0.0.0:0", "192.0.2.1:9") };
+    let found = UdpSocket::bind(way.0).and_then(|socket| socket.connect(way.1).and_then(|()| socket.local_addr()));
+    match found {
+        Ok(found) if !found.ip().is_unspecified() => SocketAddr::new(found.ip(), own.port()).to_string(),
+        // Without a network.
+        _ => format!("localhost:{}", own.port()),
+    }
 }
 
 async fn until(done: impl Fn() -> bool) {
