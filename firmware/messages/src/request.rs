@@ -165,6 +165,8 @@ pub struct Mount {
     /// How its servo was set when it was commissioned. A servo that is set otherwise is not controlled. `None`: it was not commissioned; a
     /// known model is set up as it is found.
     pub servo: Option<ServoSetup>,
+    /// Which calibration the zero is from: a digest of it, so that the same one is not added twice. 0: none, or the zero was set since.
+    pub calibration: u32,
 }
 
 impl Mount {
@@ -183,6 +185,7 @@ impl Mount {
         current_limit: 500.0,
         drive: Drive::Rotating,
         servo: None,
+        calibration: 0,
     };
 
     fn validate(&self) -> Outcome {

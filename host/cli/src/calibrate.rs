@@ -82,6 +82,11 @@ pub struct Args {
     /// The gripper's finger that was measured, from 0
     #[arg(long, value_name = "N", default_value_t = 0, requires = "send")]
     finger: u8,
+    /// Adds to the zero of another calibration without asking
+    ///
+    /// A fitted zero is a difference to the one with which the CSV was measured. The same calibration is never added twice.
+    #[arg(long, requires = "send")]
+    on_top: bool,
     /// Form of the results on standard output
     #[arg(short, long, value_enum, default_value = "text")]
     format: Format,
@@ -190,7 +195,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     if let Some(address) = &args.send {
         if whole {
             let how = Discretisation::estimator(options.discretisation.physics);
-            transmit(address, args.finger, how, &input, &found)?;
+            transmit(address, args.finger, how, &input, &found, args.on_top)?;
         } else {
             tell!("fre: nothing was sent, because the fit did not converge or some parameter is undetermined");
         }

@@ -1,12 +1,12 @@
 //! `fre gripper commission`: a person assigns a gripper its servos.
 
-use std::io::{BufRead, IsTerminal, Write};
 use std::process::ExitCode;
 
 use dynamixel::Model;
 use fre_gripper::commission::{Device, commission, devices};
 use fre_gripper::link::Link;
 
+use crate::agreed::agreed;
 use crate::output::put_out;
 
 /// Find the servos on the bus, make the gripper their master, and store their settings
@@ -58,7 +58,7 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Box<dyn std::error::Err
         "{}\nServos without torque are set to position control and Return Delay Time 0, and then hold their position.",
         names.join(", ")
     );
-    if !args.yes && !agreed(&question)? {
+    if !args.yes && !agreed(&question, "--yes")? {
         return Err("nothing was written".into());
     }
     let setups = commission(link, &servos)?;
@@ -83,18 +83,4 @@ fn words(device: &Device) -> String {
     let name = Model::of(*model).map_or("unknown", |model| model.name);
     let cannot = if leads(device) { "" } else { ": cannot be controlled" };
     format!("id {id}: {name} (model {model}, firmware {firmware}) at {baud} baud{cannot}")
-}
-
-/// Asks the person at the terminal.
-fn agreed(question: &str) -> Result<bool, Box<dyn std::error::Error>> {
-    let input = std::io::stdin();
-    if !input.is_terminal() {
-        return Err(format!("{question}\nstandard input cannot answer: confirm with --yes").into());
-    }
-    let mut error = std::io::stderr().lock();
-    write!(error, "{question}\nGo on? (yes/no) ")?;
-    error.flush()?;
-    let mut answer = String::new();
-    input.lock().read_line(&mut answer)?;
-    Ok(matches!(answer.trim(), "y" | "yes"))
 }

@@ -3,6 +3,8 @@
 // `println!` panics when its reader has gone: `output::put_out` does not.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+#[cfg(feature = "gripper")]
+mod agreed;
 #[cfg(all(test, feature = "gripper"))]
 mod book;
 mod calibrate;

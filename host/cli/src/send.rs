@@ -2,15 +2,25 @@
 
 use model_core::discretise::Discretisation;
 
+use crate::agreed::agreed;
 use crate::exit::tell;
 use fre::fit::calibrate::{Fit, Input, uncertainty, zero_counts};
-use fre_gripper::calibrated::{Calibrated, send};
+use fre_gripper::calibrated::{Calibrated, SendError, Sent, send};
 use fre_gripper::link::Link;
 
 pub use fre_gripper::link::Address;
 
 /// Sends the calibration to a finger of a gripper, counted from 0, which is to model it as `how` says.
-pub fn transmit(address: &Address, number: u8, how: Discretisation, input: &Input, fit: &Fit) -> Result<(), String> {
+///
+/// On a terminal a person is asked whether it adds to another calibration, unless `on_top` says so.
+pub fn transmit(
+    address: &Address,
+    number: u8,
+    how: Discretisation,
+    input: &Input,
+    fit: &Fit,
+    on_top: bool,
+) -> Result<(), String> {
     let design = &input.finger.design;
     let finger = messages::Finger { design: fit.trial.design(design), how };
     let object = match input.objects.as_slice() {
@@ -26,7 +36,23 @@ pub fn transmit(address: &Address, number: u8, how: Discretisation, input: &Inpu
         object,
     };
     let link = Link::open(address).map_err(|error| error.to_string())?;
-    let [before, now] = send(&link, number, &calibrated).map_err(|error| format!("--send {address}: {error}"))?;
+    let failed = |error: SendError| format!("--send {address}: {error}");
+    let sent = match send(&link, number, &calibrated, on_top) {
+        Err(error @ SendError::OnTop { .. }) => {
+            if !agreed(&error.to_string(), "--on-top").map_err(|error| format!("--send {address}: {error}"))? {
+                return Err(format!("--send {address}: nothing was sent"));
+            }
+            send(&link, number, &calibrated, true)
+        }
+        sent => sent,
+    };
+    let Sent { before, now, was_there } = sent.map_err(failed)?;
+    if was_there {
+        tell!(
+            "fre: finger {number} of the gripper at {address} has this calibration already: zero position {now:.2} counts, as before"
+        );
+        return Ok(());
+    }
     let and = if object.is_some() { " and object" } else { "" };
     tell!(
         "fre: sent to finger {} of the gripper at {address}, and read back: finger{and}, uncertainty, zero position {before:.2} → {now:.2} counts",

@@ -75,6 +75,6 @@ impl FromStr for Address {
 }
 
 /// Sends a calibration to a gripper, of which there is none here.
-pub fn transmit(address: &Address, _: u8, _: Discretisation, _: &Input, _: &Fit) -> Result<(), String> {
+pub fn transmit(address: &Address, _: u8, _: Discretisation, _: &Input, _: &Fit, _: bool) -> Result<(), String> {
     match *address {}
 }

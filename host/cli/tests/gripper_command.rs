@@ -386,6 +386,11 @@ fn a_calibration_reaches_the_gripper() {
     assert!(after.contains(&format!("finger 0: calibrated to zero {deviation}°")), "{stated}: {after}");
     assert!(deviation.parse::<f64>().unwrap() < 0.05 && after.contains("correlated; play 0.00°"), "{after}");
 
+    // Again: the zero is a difference, which is not added twice.
+    let (code, _, errors) = send(&[], &files);
+    assert!(code == Some(0) && errors.contains("has this calibration already"), "{code:?} {errors}");
+    assert_eq!(gripper.done(&["gripper", "get"]), after);
+
     // One object: it goes along.
     let (code, out, errors) = send(&["--fit", "youngs-modulus"], &files[2..]);
     assert_eq!(code, Some(0), "{out}{errors}");

@@ -36,25 +36,67 @@ pub enum SendError {
         /// How many it has.
         count: usize,
     },
+    /// Its zero is from another calibration.
+    #[error(
+        "finger {number} has the zero of another calibration ({before:.2} counts): this one adds to it only if it was measured with that"
+    )]
+    OnTop {
+        /// Which finger.
+        number: u8,
+        /// Its zero position, counts.
+        before: f32,
+    },
     /// What is read back is something else.
     #[error("the gripper's {0} is not what was sent: does something else set it?")]
     Differs(&'static str),
 }
 
-/// Sends it to a finger and reads it back; gives the zero position before and now, counts.
+/// What became of a calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sent {
+    /// The finger's zero position before, counts.
+    pub before: f32,
+    /// The same now.
+    pub now: f32,
+    /// The zero was from this calibration already, and is left as it is.
+    pub was_there: bool,
+}
+
+impl Calibrated {
+    /// A digest of it, never 0: its zero is a difference, and must not be added twice. (Fowler, Noll and Vo's hash, of its values' shortest
+    /// decimals.)
+    pub fn identity(&self) -> u32 {
+        let hash = format!("{self:?}")
+            .bytes()
+            .fold(0x811C_9DC5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
+        hash.max(1)
+    }
+}
+
+/// Sends it to a finger and reads it back; a finger that has it already keeps its zero.
 ///
 /// The gripper keeps what it takes over a restart.
 ///
 /// # Errors
-/// No answer, a refusal, or a gripper that says something else afterwards.
-pub fn send(link: &Link, number: u8, calibrated: &Calibrated) -> Result<[f32; 2], SendError> {
+/// No answer, a refusal, or a gripper that says something else afterwards; unless `on_top`, a finger whose zero is from another calibration.
+pub fn send(link: &Link, number: u8, calibrated: &Calibrated, on_top: bool) -> Result<Sent, SendError> {
     let mut settings = link.settings()?;
     let count = settings.count();
     let place = settings.fingers.get_mut(usize::from(number)).and_then(Option::as_mut);
     let mount = place.ok_or(SendError::NoFinger { number, count })?;
     let before = mount.zero;
+    let identity = calibrated.identity();
+    // A zero that was not fitted says nothing about the gripper's.
+    let shifts = calibrated.zero_counts != 0.0;
+    if shifts && ![0, identity].contains(&mount.calibration) && !on_top {
+        return Err(SendError::OnTop { number, before });
+    }
     let sign = if mount.direction == Direction::Same { 1.0 } else { -1.0 };
-    mount.zero += (sign * f64::from(mount.gear_ratio) * calibrated.zero_counts) as f32;
+    let was_there = shifts && mount.calibration == identity;
+    if shifts && !was_there {
+        mount.zero += (sign * f64::from(mount.gear_ratio) * calibrated.zero_counts) as f32;
+        mount.calibration = identity;
+    }
     mount.drive = calibrated.drive;
     let now = mount.zero;
     link.set_finger(number, &calibrated.finger)?;
@@ -62,7 +104,7 @@ pub fn send(link: &Link, number: u8, calibrated: &Calibrated) -> Result<[f32; 2]
         link.set_object(number, object)?;
     }
     link.set_uncertainty(number, Some(calibrated.uncertainty))?;
-    // Last: a zero that was sent twice would be added twice.
+    // Zero and identity are one record: what is sent again after a fault is not added twice.
     link.set_settings(&settings)?;
     if link.finger(number)?.as_ref() != Some(&calibrated.finger) {
         return Err(SendError::Differs("finger"));
@@ -76,5 +118,5 @@ pub fn send(link: &Link, number: u8, calibrated: &Calibrated) -> Result<[f32; 2]
     if link.settings()? != settings {
         return Err(SendError::Differs("settings"));
     }
-    Ok([before, now])
+    Ok(Sent { before, now, was_there })
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use fre_gripper::calibrated::{Calibrated, SendError, send};
+use fre_gripper::calibrated::{Calibrated, SendError, Sent, send};
 use messages::{Direction, Mount, Report, Settings};
 use model_core::drive::Drive;
 use model_core::estimator::Estimate;
@@ -59,8 +59,15 @@ fn what_was_fitted_is_sent_and_read_back() {
     let calibrated =
         Calibrated { finger: fitted.clone(), zero_counts: zero, drive: Drive::Rotating, uncertainty, object: place };
     assert_eq!(link.uncertainty(0).unwrap(), None);
-    let [was, now] = send(&link, 0, &calibrated).unwrap();
-    assert_eq!(was, mount.zero);
+    let Sent { before: was, now, was_there } = send(&link, 0, &calibrated, false).unwrap();
+    assert!(was == mount.zero && !was_there);
+    // Again: its zero is a difference, which is not added twice.
+    assert_eq!(send(&link, 0, &calibrated, false).unwrap(), Sent { before: now, now, was_there: true });
+    // Another one on top of it only if a person says so.
+    let another = Calibrated { zero_counts: zero + 1.0, ..calibrated.clone() };
+    let error = send(&link, 0, &another, false).unwrap_err();
+    assert!(matches!(error, SendError::OnTop { number: 0, .. }), "{error}");
+    assert_eq!(link.settings().unwrap().fingers[0].unwrap().zero, now);
     assert!((now - was - zero_counts).abs() < 1e-3, "{was} {now}");
     assert_eq!(link.finger(0).unwrap(), Some(fitted.clone()));
     assert_eq!(link.object(0).unwrap(), Some(object));
@@ -103,15 +110,15 @@ fn what_was_fitted_is_sent_and_read_back() {
     let reversed = Mount { direction: Direction::Reversed, gear_ratio: 2.0, ..mount };
     link.set_settings(&settings(reversed)).unwrap();
     let only_zero = Calibrated { object: None, ..calibrated };
-    let [was, now] = send(&link, 0, &only_zero).unwrap();
+    let Sent { before: was, now, .. } = send(&link, 0, &only_zero, false).unwrap();
     assert!((now - was + 2.0 * zero_counts).abs() < 1e-3, "{was} {now}");
     assert_eq!(link.object(0).unwrap(), Some(object), "it stays");
 
-    let error = send(&link, 2, &only_zero).unwrap_err();
+    let error = send(&link, 2, &only_zero, false).unwrap_err();
     assert!(matches!(error, SendError::NoFinger { number: 2, count: 1 }), "{error}");
     let mut bad = only_zero;
     bad.finger.design.material.youngs_modulus = -1.0;
-    let error = send(&link, 0, &bad).unwrap_err();
+    let error = send(&link, 0, &bad, true).unwrap_err();
     assert!(error.to_string().contains("youngs_modulus"), "{error}");
     assert_eq!(link.settings().unwrap().fingers[0].unwrap().zero, now, "a refused finger leaves the zero alone");
 }

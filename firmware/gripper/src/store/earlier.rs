@@ -122,6 +122,7 @@ impl Mount3 {
             current_limit: self.current_limit,
             drive: Drive::Rotating,
             servo: None,
+            calibration: 0,
         }
     }
 }

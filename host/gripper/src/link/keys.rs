@@ -57,7 +57,15 @@ fn degrees(words: &str, place: &mut f32) -> Result<(), &'static str> {
 
 const KEYS: [Key; 13] = [
     Key { name: "servo_id", get: |m| m.servo_id.to_string(), set: |m, v| number(v, &mut m.servo_id) },
-    Key { name: "zero_counts", get: |m| m.zero.to_string(), set: |m, v| number(v, &mut m.zero) },
+    Key {
+        name: "zero_counts",
+        get: |m| m.zero.to_string(),
+        set: |m, v| {
+            // Of no calibration any more.
+            m.calibration = 0;
+            number(v, &mut m.zero)
+        },
+    },
     Key {
         name: "reversed",
         get: |m| (m.direction == Direction::Reversed).to_string(),

@@ -130,7 +130,9 @@ fn read(mut from: UnixStream, mail: &SyncSender<Vec<u8>>, link: &Arc<Link>) {
     while let Ok(count @ 1..) = from.read(&mut chunk) {
         let mut bytes = &chunk[..count];
         while let Some(event) = decoder.feed(&mut bytes) {
-            let Some((header, body)) = event.ok().and_then(|message| VarHeader::take_from_slice(message)) else { continue };
+            let Some((header, body)) = event.ok().and_then(|message| VarHeader::take_from_slice(message)) else {
+                continue;
+            };
             let (body, mail, link) = (body.to_vec(), mail.clone(), link.clone());
             let thread = std::thread::Builder::new().name("request of a guest".into());
             let passed = thread.spawn(move || {
