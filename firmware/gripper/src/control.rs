@@ -12,7 +12,7 @@ use dynamixel::Id;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use heapless::Vec;
-use messages::{Event, FINGERS, Grasp, Report, Role, Settings, Shape};
+use messages::{Event, FINGERS, Grasp, Reaction, Report, Role, Settings, Shape, Silence};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
 
@@ -329,8 +329,25 @@ impl<'a, B: Board> Core<'a, B> {
         }
     }
 
+    /// Ends motions whose host has gone away, if that is set.
+    fn mind_host(&mut self) {
+        let reaction = match self.settings.on_silence {
+            Silence::GoOn => return,
+            Silence::Hold => Reaction::Hold,
+            Silence::Release => Reaction::Release,
+        };
+        if self.shared.host_silence_ms() > u32::from(self.settings.silence_ms) {
+            for unit in &mut self.units {
+                if let Some(mount) = &unit.mount {
+                    unit.grip.leave(mount, reaction);
+                }
+            }
+        }
+    }
+
     /// Whom the tick asks, and for what.
     fn turns<U: BusPort>(&mut self) -> Vec<Turn<U>, FINGERS> {
+        self.mind_host();
         let seconds = self.seconds();
         let mut turns = Vec::new();
         for (finger, unit) in self.units.iter_mut().enumerate() {

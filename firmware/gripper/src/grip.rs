@@ -9,10 +9,10 @@
 //! than what is missing. Where the servo's next count would be too much, the finger stays below. Without an answer the goal
 //! does not move, so nothing winds up.
 //!
-//! A servo with a proportional gain only holds a load by an error: the motor stands below its goal by its sag, and comes late. Force and
-//! limits are the motor's, so the goal goes beyond them by the sag that was seen when the motor last stood still ([`Lag`]), and the rest
+//! A servo with a proportional gain only holds a load by an error: the motor stays below its goal by its sag, and follows late. Force and
+//! limits are the motor's, so the goal goes beyond them by the sag that was seen when the motor was last at rest ([`Lag`]), and the rest
 //! of the error counts as way that is still to come. A finger that is near goes back with its goal to stop there at once, and has
-//! gripped when it stands. Angles in rad, forces in N.
+//! gripped when it is at rest. Angles in rad, forces in N.
 
 use messages::{GripTo, Mount, Phase, Reaction, Settings, Why};
 
@@ -131,7 +131,22 @@ impl Grip {
         self.settle(Phase::Held(Why::Asked));
     }
 
-    /// Has no torque any more: its goal goes where the motor goes.
+    /// Its host has gone away. A finger that has gripped, or opens, goes on with that.
+    pub fn leave(&mut self, mount: &Mount, reaction: Reaction) {
+        let is_on_its_way = match self.phase {
+            Phase::Moving => self.motion.is_moving(),
+            Phase::Gripping | Phase::Waiting(_) => true,
+            Phase::Gripped | Phase::Held(_) | Phase::Released(_) | Phase::Relaxed => false,
+        };
+        if is_on_its_way {
+            match reaction {
+                Reaction::Hold => self.settle(Phase::Held(Why::Host)),
+                Reaction::Release => self.release(Why::Host, mount),
+            }
+        }
+    }
+
+    /// Takes note that the torque is off: the goal follows the motor.
     pub fn relax(&mut self) {
         self.settle(Phase::Relaxed);
     }

@@ -107,6 +107,8 @@ pub struct Shared {
     open_order: AtomicU32,
     /// When each task was last seen to run.
     pub(crate) alive: Alive,
+    /// When the host was last heard, ms since the start; wraps after 49 days.
+    heard_host: AtomicU32,
     /// Records to be kept in flash, and whether the last one was.
     pub(crate) keep: Channel<Raw, Key, 1>,
     pub(crate) kept: Signal<Raw, (Key, bool)>,
@@ -136,6 +138,7 @@ impl Shared {
             outcome: Channel::new(),
             open_order: AtomicU32::new(0),
             alive: Alive::new(),
+            heard_host: AtomicU32::new(0),
             keep: Channel::new(),
             kept: Signal::new(),
             unkept: AtomicU32::new(0),
@@ -211,6 +214,16 @@ impl Shared {
     /// The next answer to an order, and which order.
     pub(crate) async fn answered(&self) -> (u32, Moved) {
         self.outcome.receive().await
+    }
+
+    /// A sound request has come from the host.
+    pub(crate) fn heard_host(&self) {
+        self.heard_host.store((now_us() / 1000) as u32, Ordering::Relaxed);
+    }
+
+    /// For how long none has, ms.
+    pub(crate) fn host_silence_ms(&self) -> u32 {
+        ((now_us() / 1000) as u32).wrapping_sub(self.heard_host.load(Ordering::Relaxed))
     }
 
     /// An order may be taken up from now on, and no other one.

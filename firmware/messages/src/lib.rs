@@ -28,7 +28,7 @@ mod words;
 pub use calibration::Calibration;
 pub use request::{
     BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Heed, Heeds, Mount, Moved, Outcome, Provocation,
-    Reaction, Refusal, ResetCause, SPEEDS, Settings, SettingsField, Side, TEXT, Text, Version, Which,
+    Reaction, Refusal, ResetCause, SPEEDS, Settings, SettingsField, Side, Silence, TEXT, Text, Version, Which,
 };
 pub use role::{BAUDS, Role};
 pub use servo::{Difference, ServoField, ServoSetup};

@@ -164,8 +164,10 @@ pub struct Mount {
     pub drive: Drive,
     /// How its servo was set when it was commissioned. A servo that is set otherwise is not controlled. `None`: it was not commissioned; a
     /// known model is set up as it is found.
+    #[serde(default)]
     pub servo: Option<ServoSetup>,
     /// Which calibration the zero is from: a digest of it, so that the same one is not added twice. 0: none, or the zero was set since.
+    #[serde(default)]
     pub calibration: u32,
 }
 
@@ -230,6 +232,28 @@ pub enum Reaction {
     Release,
 }
 
+/// What becomes of a closing motion whose host has gone away.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Silence {
+    /// It goes on.
+    #[default]
+    GoOn,
+    /// It stops.
+    Hold,
+    /// The finger opens.
+    Release,
+}
+
+/// Of recordings that have none.
+const fn untrusted_ms() -> u16 {
+    Settings::DEFAULT.untrusted_ms
+}
+
+/// Of recordings that have none.
+const fn silence_ms() -> u16 {
+    Settings::DEFAULT.silence_ms
+}
+
 /// What belongs to the gripper rather than to a finger's design or an object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Settings {
@@ -240,7 +264,15 @@ pub struct Settings {
     /// What a gripping finger does when something is wrong.
     pub on_fault: Reaction,
     /// How long a finger closes on while its estimate is untrustworthy, ms, 0 to 10,000. (A gripping one waits at once.)
+    #[serde(default = "untrusted_ms")]
     pub untrusted_ms: u16,
+    /// What a motion does, other than an opening, when no request has come from the host for `silence_ms`. A finger that has gripped keeps
+    /// its force.
+    #[serde(default)]
+    pub on_silence: Silence,
+    /// How long the host may be silent, ms, 500 to 60,000. (A view asks for something every second.)
+    #[serde(default = "silence_ms")]
+    pub silence_ms: u16,
     /// What holds the object besides the fingers.
     pub support: Support,
     /// How the gripper takes part in the bus.
@@ -266,6 +298,8 @@ impl Settings {
             shape_every: 25,
             on_fault: Reaction::Hold,
             untrusted_ms: 50,
+            on_silence: Silence::GoOn,
+            silence_ms: 3000,
             support: Support::Fixed,
             role: Role::Master,
             baud: None,
@@ -290,6 +324,7 @@ impl Settings {
     pub fn validate(&self, room: usize) -> Outcome {
         SettingsField::Rate.check(f32::from(self.rate_hz), 1.0, 1000.0)?;
         SettingsField::Untrusted.check(f32::from(self.untrusted_ms), 0.0, 10_000.0)?;
+        SettingsField::Silence.check(f32::from(self.silence_ms), 500.0, 60_000.0)?;
         let used = self.fingers.iter().take_while(|mount| mount.is_some()).count();
         // A gap counts as one finger too many.
         let count = if used == self.count() { used } else { FINGERS + 1 };
@@ -402,6 +437,8 @@ pub enum SettingsField {
     Moment,
     /// How long a finger closes on without a trustworthy estimate, ms.
     Untrusted,
+    /// [`Settings::silence_ms`].
+    Silence,
 }
 
 impl SettingsField {
@@ -429,6 +466,7 @@ impl SettingsField {
             Self::Load => "load on the free object in N",
             Self::Moment => "moment on the free object in N·mm",
             Self::Untrusted => "time of closing without a trustworthy estimate in ms",
+            Self::Silence => "time of the host's silence in ms",
         }
     }
 

@@ -38,6 +38,8 @@ pub enum Why {
     Force,
     /// The angle is at its limit, and the force is not reached.
     Angle,
+    /// The host has fallen silent.
+    Host,
 }
 
 /// What a finger is doing.

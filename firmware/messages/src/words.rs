@@ -17,6 +17,7 @@ impl Why {
             Self::Current => "the current is at its limit",
             Self::Force => "the force is at its limit",
             Self::Angle => "the angle is at its limit and the force is not reached",
+            Self::Host => "nothing comes from the host any more",
         }
     }
 }

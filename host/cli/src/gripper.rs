@@ -145,7 +145,7 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
                 let longest = Duration::try_from_secs_f64(*seconds).map_err(|_| "--wait: not a time")?;
                 // What was told before says nothing about this grip.
                 let since_us = link.counters()?.uptime_us;
-                return wait_for(&told, which.which(), count, since_us, longest);
+                return wait_for(&link, &told, which.which(), count, since_us, longest);
             }
         }
         Action::Identify(args) => return identify::run(&link, args),
@@ -281,8 +281,12 @@ fn get(link: &Link) -> Result<String, LinkError> {
     Ok(text)
 }
 
+/// How often the gripper hears that this program is there: it may stop motions of hosts that are gone (`on_silence`).
+const SIGN_OF_LIFE: Duration = Duration::from_millis(250);
+
 /// Waits until every finger meant has reached its force, or says what it does instead.
 fn wait_for(
+    link: &Link,
     told: &Receiver<Told>,
     which: Which,
     count: usize,
@@ -291,7 +295,13 @@ fn wait_for(
 ) -> Result<ExitCode, Box<dyn std::error::Error>> {
     let end = Instant::now() + longest;
     let mut last: Vec<Option<Report>> = vec![None; count];
+    let mut asked = Instant::now();
     let reached = loop {
+        if asked.elapsed() > SIGN_OF_LIFE {
+            asked = Instant::now();
+            // Its answer does not matter: reports show whether the gripper is there.
+            let _ = link.counters();
+        }
         match told.recv_timeout(end.saturating_duration_since(Instant::now())) {
             Ok(Told::Report(report)) if report.time_us > since_us => {
                 if let Some(place) = last.get_mut(usize::from(report.finger)).filter(|_| which.is(report.finger.into()))

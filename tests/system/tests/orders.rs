@@ -2,7 +2,8 @@
 
 use dynamixel::xm430;
 use messages::{
-    Close, CloseTo, Event, Grip, GripTo, Heed, Hold, Mount, Open, Phase, Refusal, Relax, Report, Settings, Which, Why,
+    Close, CloseTo, Event, GetCounters, Grip, GripTo, Heed, Hold, Mount, Open, Phase, Refusal, Relax, Report,
+    SetSettings, Settings, Silence, Which, Why,
 };
 use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, geared_servo, set_up};
 
@@ -98,4 +99,45 @@ fn a_short_wait_is_no_event() {
     bench.run(SECOND);
     let waiting = Event::PhaseChanged { finger: 0, phase: Phase::Waiting(Why::Bus) };
     assert!(bench.events[events..].contains(&waiting), "{:?}", &bench.events[events..]);
+}
+
+/// The host goes away in a motion: the gripper goes on, stops or opens, as set; what it has gripped it keeps.
+#[test]
+fn a_host_that_goes_away_stops_a_motion_if_that_is_set() {
+    for (on_silence, phase) in [
+        (Silence::GoOn, Phase::Moving),
+        (Silence::Hold, Phase::Held(Why::Host)),
+        (Silence::Release, Phase::Released(Why::Host)),
+    ] {
+        let mut bench = Bench::new(geared_servo(), &Flash::new());
+        set_up(&mut bench, &Settings { on_silence, silence_ms: 500, ..Settings::of(GEARED_MOUNT) }, OBJECT);
+        // A host that is there.
+        let to = CloseTo { fingers: Which::All, angle: 0.02, speed: Some(0.02) };
+        bench.ask::<Close>(&to).unwrap();
+        for _ in 0..6 {
+            bench.run(SECOND / 4);
+            bench.ask::<GetCounters>(&());
+            assert_eq!(last(&bench).phase, Phase::Moving);
+        }
+        bench.ask::<Close>(&CloseTo { angle: -0.01, ..to }).unwrap();
+        bench.run(SECOND / 3);
+        assert_eq!(last(&bench).phase, Phase::Moving, "not yet");
+        bench.run(SECOND / 3);
+        assert_eq!(last(&bench).phase, phase, "{on_silence:?}");
+    }
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    let settings = Settings { on_silence: Silence::Release, silence_ms: 500, ..Settings::of(GEARED_MOUNT) };
+    set_up(&mut bench, &settings, OBJECT);
+    bench.ask::<Grip>(&GripTo { fingers: Which::All, force: 2.0, speed: Some(0.1), limit: None }).unwrap();
+    let mut waited = 0;
+    while last(&bench).phase != Phase::Gripped {
+        bench.run(SECOND / 10);
+        bench.ask::<GetCounters>(&());
+        waited += 1;
+        assert!(waited < 200, "{:?}", last(&bench));
+    }
+    bench.run(3 * SECOND);
+    assert_eq!(last(&bench).phase, Phase::Gripped);
+    let short = Settings { silence_ms: 499, ..settings };
+    assert!(matches!(bench.ask::<SetSettings>(&short), Err(Refusal::Setting { .. })));
 }

@@ -90,6 +90,7 @@ impl<R: Read> WireRx for &mut Requests<R> {
             match event {
                 Some(Ok(message)) => {
                     self.shared.add(|counters| &mut counters.link_frames);
+                    self.shared.heard_host();
                     let room = buffer.get_mut(..message.len()).ok_or(WireRxErrorKind::ReceivedMessageTooLarge)?;
                     room.copy_from_slice(message);
                     return Ok(room);

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use fre::drive::{self, degrees as shown};
-use messages::{Direction, FINGERS, Mount, Reaction, Role, Settings, Side, Support};
+use messages::{Direction, FINGERS, Mount, Reaction, Role, Settings, Side, Silence, Support};
 
 /// Why a key or a value makes no sense.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -107,7 +107,17 @@ const KEYS: [Key; 13] = [
 
 /// Every key.
 fn all() -> Vec<String> {
-    let own = ["rate_hz", "shape_every", "on_fault", "untrusted_ms", "object", "load_n", "moment_nmm"];
+    let own = [
+        "rate_hz",
+        "shape_every",
+        "on_fault",
+        "untrusted_ms",
+        "on_silence",
+        "silence_ms",
+        "object",
+        "load_n",
+        "moment_nmm",
+    ];
     let bus = ["role", "device_id", "return_delay_us", "baud"];
     let own = own.into_iter().chain(bus).map(str::to_owned);
     own.chain(KEYS.iter().map(|key| format!("finger.N.{}", key.name))).collect()
@@ -116,11 +126,18 @@ fn all() -> Vec<String> {
 /// Keys and values of settings, in the order in which [`set`] takes them.
 pub fn pairs(settings: &Settings) -> Vec<(String, String)> {
     let on_fault = if settings.on_fault == Reaction::Hold { "hold" } else { "release" };
+    let silence = match settings.on_silence {
+        Silence::GoOn => "go-on",
+        Silence::Hold => "hold",
+        Silence::Release => "release",
+    };
     let mut pairs = vec![
         ("rate_hz".to_owned(), settings.rate_hz.to_string()),
         ("shape_every".to_owned(), settings.shape_every.to_string()),
         ("on_fault".to_owned(), on_fault.to_owned()),
         ("untrusted_ms".to_owned(), settings.untrusted_ms.to_string()),
+        ("on_silence".to_owned(), silence.to_owned()),
+        ("silence_ms".to_owned(), settings.silence_ms.to_string()),
     ];
     match settings.support {
         Support::Fixed => pairs.push(("object".to_owned(), "fixed".to_owned())),
@@ -161,6 +178,16 @@ pub fn set(settings: &mut Settings, words: &str) -> Result<(), KeyError> {
         "rate_hz" => return number(value, &mut settings.rate_hz).map_err(wrong),
         "shape_every" => return number(value, &mut settings.shape_every).map_err(wrong),
         "untrusted_ms" => return number(value, &mut settings.untrusted_ms).map_err(wrong),
+        "silence_ms" => return number(value, &mut settings.silence_ms).map_err(wrong),
+        "on_silence" => {
+            settings.on_silence = match value {
+                "go-on" => Silence::GoOn,
+                "hold" => Silence::Hold,
+                "release" => Silence::Release,
+                _ => return Err(wrong("go-on, hold or release")),
+            };
+            return Ok(());
+        }
         "on_fault" => {
             settings.on_fault = match value {
                 "hold" => Reaction::Hold,

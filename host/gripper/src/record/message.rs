@@ -111,7 +111,7 @@ mod phase_words {
     use serde::de::Error as _;
     use serde::{Deserialize, Deserializer, Serializer};
 
-    const WHYS: [Why; 9] = [
+    const WHYS: [Why; 10] = [
         Why::Asked,
         Why::Bus,
         Why::ServoLost,
@@ -121,6 +121,7 @@ mod phase_words {
         Why::Current,
         Why::Force,
         Why::Angle,
+        Why::Host,
     ];
 
     /// Every phase there is.
