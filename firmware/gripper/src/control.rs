@@ -31,6 +31,11 @@ use crate::unit::{Torque, Unit};
 /// How often a servo that is gone is looked for while others are there: the search takes ticks from them.
 const SEARCH: Duration = Duration::from_millis(250);
 
+/// How often another master on the bus is reported.
+const OTHER_AGAIN: Duration = Duration::from_secs(10);
+/// How long another master's last word counts as a reason for what goes wrong.
+const OTHER_ABOUT: Duration = Duration::from_secs(1);
+
 /// A tick that is late leaves one part in so many of its period to what comes behind the control task.
 const LINK_SHARE: u32 = 16;
 
@@ -111,6 +116,7 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
                 }
             }
         }
+        core.overheard_others(servos.take_foreign());
         core.finish();
         if let Some((finger, id)) = core.alerting() {
             let status = core.patiently(servos.hardware_error(id)).await;
@@ -164,6 +170,9 @@ pub(crate) struct Core<'a, B> {
     pub(crate) is_scanning: bool,
     /// The object, if it is free.
     pub(crate) free: Option<Free>,
+    /// When another master was last heard, and last reported.
+    heard_other: Option<Instant>,
+    told_other: Option<Instant>,
     board: core::marker::PhantomData<B>,
 }
 
@@ -200,6 +209,8 @@ impl<'a, B: Board> Core<'a, B> {
             scan: false,
             is_scanning: false,
             free: Free::of(settings.support),
+            heard_other: None,
+            told_other: None,
             board: core::marker::PhantomData,
         }
     }
@@ -327,6 +338,25 @@ impl<'a, B: Board> Core<'a, B> {
                 (other, _) => other,
             };
         }
+    }
+
+    /// So many instructions of another master were heard: an event, and again when it still speaks a while later.
+    fn overheard_others(&mut self, packets: u32) {
+        if packets == 0 {
+            return;
+        }
+        self.shared.count(|counters| counters.bus_foreign = counters.bus_foreign.wrapping_add(packets));
+        let now = Instant::now();
+        self.heard_other = Some(now);
+        if self.told_other.is_none_or(|told| now.saturating_duration_since(told) >= OTHER_AGAIN) {
+            self.told_other = Some(now);
+            self.shared.tell(Event::OtherMaster { packets: self.shared.counters().bus_foreign });
+        }
+    }
+
+    /// Whether another master has spoken just now.
+    pub(crate) fn is_other_about(&self) -> bool {
+        self.heard_other.is_some_and(|heard| Instant::now().saturating_duration_since(heard) <= OTHER_ABOUT)
     }
 
     /// Ends motions whose host has gone away, if that is set.
@@ -488,7 +518,7 @@ impl<'a, B: Board> Core<'a, B> {
         self.count::<B::Bus>(error);
         if self.units.get_mut(finger).is_some_and(|unit| unit.health.failed()) {
             self.shared.add(|counters| &mut counters.servo_losses);
-            self.shared.tell(Event::ServoLost { finger: finger as u8 });
+            self.shared.tell(Event::ServoLost { finger: finger as u8, other_master: self.is_other_about() });
         }
     }
 

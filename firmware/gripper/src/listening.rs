@@ -261,7 +261,7 @@ impl<B: Board> Core<'_, B> {
         if age_us > LOST_US && unit.health.is_present() {
             unit.health = Health::Absent;
             self.shared.add(|counters| &mut counters.servo_losses);
-            self.shared.tell(Event::ServoLost { finger: finger as u8 });
+            self.shared.tell(Event::ServoLost { finger: finger as u8, other_master: false });
             return false;
         }
         if age_us > YOUNG_US {

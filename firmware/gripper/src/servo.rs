@@ -124,6 +124,11 @@ impl<U: BusPort> Servos<U> {
         self.master.discover(found).await
     }
 
+    /// How many instructions of another master were heard since this was last called.
+    pub(crate) fn take_foreign(&mut self) -> u32 {
+        self.master.take_foreign()
+    }
+
     /// The rate to which a device is set, bits per second, if it says.
     pub(crate) async fn rate_of(&mut self, id: Id) -> Option<u32> {
         let code = self.master.get(id, xm430::BAUD_RATE).await.ok()?;

@@ -159,6 +159,7 @@ impl Shared {
                 bus_damaged: 0,
                 bus_refused: 0,
                 bus_other: 0,
+                bus_foreign: 0,
                 servo_losses: 0,
                 link_frames: 0,
                 link_damaged: 0,

@@ -618,6 +618,8 @@ pub struct Counters {
     pub bus_refused: u32,
     /// Other failures of the bus.
     pub bus_other: u32,
+    /// Instructions of another master on the bus.
+    pub bus_foreign: u32,
     /// Times the servo was lost.
     pub servo_losses: u32,
     /// Frames from the host that were sound.

@@ -267,6 +267,13 @@ pub enum Event {
     ServoLost {
         /// Whose.
         finger: u8,
+        /// Another master has spoken on the bus within the last second, which may be why.
+        other_master: bool,
+    },
+    /// Another master speaks on the bus, although this gripper is its master: their packets collide. Reported every 10 s at most.
+    OtherMaster {
+        /// Instructions of others that were heard since the start.
+        packets: u32,
     },
     /// The servo reports hardware errors, one bit each as in its Hardware Error Status; 0: no more.
     ServoAlert {

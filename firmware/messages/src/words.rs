@@ -108,8 +108,12 @@ impl Display for Event {
                 write!(f, "only {hz:.1} ticks a second are reached, {chosen_hz:.1} were meant")
             }
             Self::RateReached { hz, .. } => write!(f, "{hz:.1} ticks a second are reached again"),
-            Self::ServoLost { finger } => {
-                write!(f, "finger {finger}: the servo is not heard any more; estimates are stale")
+            Self::ServoLost { finger, other_master } => {
+                write!(f, "finger {finger}: the servo is not heard any more; estimates are stale")?;
+                f.write_str(if other_master { "; another master speaks on the bus" } else { "" })
+            }
+            Self::OtherMaster { packets } => {
+                write!(f, "another master speaks on the bus ({packets} instructions so far): only one may")
             }
             Self::ServoAlert { finger, hardware_error: 0 } => {
                 write!(f, "finger {finger}: the servo has no hardware error any more")

@@ -221,8 +221,13 @@ fn info(link: &Link) -> Result<String, LinkError> {
     );
     let _ = writeln!(
         text,
-        "bus              {} timeouts, {} damaged, {} refused, {} other faults, {} losses of a servo",
-        counters.bus_timeouts, counters.bus_damaged, counters.bus_refused, counters.bus_other, counters.servo_losses
+        "bus              {} timeouts, {} damaged, {} refused, {} other faults, {} losses of a servo, {} of another master",
+        counters.bus_timeouts,
+        counters.bus_damaged,
+        counters.bus_refused,
+        counters.bus_other,
+        counters.servo_losses,
+        counters.bus_foreign
     );
     let _ = writeln!(
         text,

@@ -158,7 +158,7 @@ fn go(
             }
             Ok(Told::Event(notice)) => match notice.event {
                 Event::Touched { finger: which, angle } if which == finger => motion.touch(f64::from(angle)),
-                Event::ServoLost { finger: which } if which == finger => return Err("the servo was lost".into()),
+                Event::ServoLost { finger: which, .. } if which == finger => return Err("the servo was lost".into()),
                 _ => {}
             },
             Ok(_) => {}

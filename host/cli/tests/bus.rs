@@ -164,7 +164,7 @@ fn servos_are_found_and_one_that_falls_silent_is_told() {
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
-    let lost = Event::ServoLost { finger: 1 }.to_string();
+    let lost = Event::ServoLost { finger: 1, other_master: false }.to_string();
     let answers = "finger 1: the servo (model 1020, firmware 45) answers";
     let came_back = |out: &str| out.split_once(&lost).is_some_and(|(_, after)| after.contains(answers));
     let mut out = String::new();

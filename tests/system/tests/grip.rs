@@ -190,7 +190,9 @@ fn two_fingers_squeeze() {
 
     // One that falls silent does not take the other one with it.
     machine.servos[1].silence(SECONDS(3600));
-    watch.until_event("loss of the second", SECONDS(20), |event| *event == Event::ServoLost { finger: 1 });
+    watch.until_event("loss of the second", SECONDS(20), |event| {
+        *event == Event::ServoLost { finger: 1, other_master: false }
+    });
     link.grip(&GripTo { fingers: Which::One(0), ..grip(3.0) }).unwrap();
     watch.until_report("grip of the first", SECONDS(60), |report| {
         report.finger == 0 && report.phase == Phase::Gripped && (report.estimate.force_magnitude() - 3.0).abs() < 0.3
@@ -350,7 +352,7 @@ fn a_silent_bus_holds_or_releases() {
         machine.servo.silence(SECONDS(3600));
         let from = watch.reports.len();
         watch.until_event("reaction", SECONDS(20), |event| *event == Event::PhaseChanged { finger: 0, phase });
-        watch.until_event("loss", SECONDS(20), |event| *event == Event::ServoLost { finger: 0 });
+        watch.until_event("loss", SECONDS(20), |event| *event == Event::ServoLost { finger: 0, other_master: false });
         // The first tick without an answer says so and moves nothing on.
         let first = watch.reports[from..].iter().find(|report| report.estimate.status == Status::Stale).unwrap();
         assert_eq!(first.phase, phase, "{first:?}");

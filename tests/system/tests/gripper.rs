@@ -197,7 +197,9 @@ fn a_silent_servo_makes_stale_estimates() {
     let before = *watch.reports.last().unwrap();
 
     machine.servo.silence(SECONDS(3600));
-    watch.until_event("loss of the servo", SECONDS(20), |event| *event == Event::ServoLost { finger: 0 });
+    watch.until_event("loss of the servo", SECONDS(20), |event| {
+        *event == Event::ServoLost { finger: 0, other_master: false }
+    });
     watch.reports.clear();
     let mut count = 0;
     watch.until_report("reports all the same", SECONDS(30), |_| {
@@ -240,7 +242,9 @@ fn a_hardware_error_is_told_and_survived() {
     watch.until_report("estimate in spite of the error", SECONDS(10), |report| report.estimate.age == 0);
     // The same for a servo that is found in this state.
     machine.servo.silence(SECONDS(3600));
-    watch.until_event("loss of the servo", SECONDS(20), |event| *event == Event::ServoLost { finger: 0 });
+    watch.until_event("loss of the servo", SECONDS(20), |event| {
+        *event == Event::ServoLost { finger: 0, other_master: false }
+    });
     machine.servo.speak();
     watch.until_report("estimate of a servo found so", SECONDS(20), |report| report.estimate.age == 0);
     machine.servo.reset();

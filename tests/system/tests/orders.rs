@@ -56,7 +56,7 @@ fn a_relaxed_finger_stays_relaxed_until_it_is_to_move() {
     bench.run(SECOND / 2);
     bench.meddling = Box::new(|_, bytes| bytes);
     bench.run(5 * SECOND);
-    assert!(bench.events.contains(&Event::ServoLost { finger: 0 }), "{:?}", bench.events);
+    assert!(bench.events.contains(&Event::ServoLost { finger: 0, other_master: false }), "{:?}", bench.events);
     let found = bench.events.iter().filter(|event| matches!(event, Event::ServoReady { .. })).count();
     assert_eq!(found, 2, "{:?}", bench.events);
     assert_eq!((bench.servo.read(xm430::TORQUE_ENABLE), last(&bench).phase), (0, Phase::Relaxed));
@@ -140,4 +140,34 @@ fn a_host_that_goes_away_stops_a_motion_if_that_is_set() {
     assert_eq!(last(&bench).phase, Phase::Gripped);
     let short = Settings { silence_ms: 499, ..settings };
     assert!(matches!(bench.ask::<SetSettings>(&short), Err(Refusal::Setting { .. })));
+}
+
+/// Another master on the bus of which this gripper is the master: an event, not one per packet, and the reason for a servo that is lost.
+#[test]
+fn another_master_is_reported() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    let mut buffer = [0; 64];
+    let id = dynamixel::Id::new(1).unwrap();
+    let words = dynamixel::encode(&mut buffer, id, dynamixel::Instruction::Write, &[65, 0, 1]).unwrap().to_vec();
+    let mut answers = 0;
+    bench.meddling = Box::new(move |to_servo, bytes| {
+        answers += u32::from(!to_servo);
+        if !to_servo && answers.is_multiple_of(20) { [bytes, words.clone()].concat() } else { bytes }
+    });
+    bench.run(4 * SECOND);
+    let others = |bench: &Bench| bench.events.iter().filter(|event| matches!(event, Event::OtherMaster { .. })).count();
+    assert_eq!(others(&bench), 1, "{:?}", bench.events);
+    let heard = bench.ask::<GetCounters>(&()).bus_foreign;
+    assert!((90..=110).contains(&heard), "{heard} of 100");
+    let words = dynamixel::encode(&mut buffer, id, dynamixel::Instruction::Write, &[65, 0, 1]).unwrap().to_vec();
+    bench.meddling = Box::new(move |to_servo, bytes| {
+        // The answers are lost in what the other one says.
+        if to_servo { bytes } else { words.clone() }
+    });
+    bench.run(SECOND / 2);
+    assert!(bench.events.contains(&Event::ServoLost { finger: 0, other_master: true }), "{:?}", bench.events);
+    bench.meddling = Box::new(|_, bytes| bytes);
+    bench.run(9 * SECOND);
+    assert_eq!(others(&bench), 1);
 }

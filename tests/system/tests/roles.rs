@@ -95,7 +95,9 @@ fn a_tap_hears_another_masters_reads_and_says_nothing() {
     assert!(heard.len() > 20, "only {} positions heard: {heard:?}", heard.len());
 
     watch.until_report("stale estimate", SECONDS(20), |report| report.estimate.status == Status::Stale);
-    watch.until_event("loss of the servo", SECONDS(20), |event| *event == Event::ServoLost { finger: 0 });
+    watch.until_event("loss of the servo", SECONDS(20), |event| {
+        *event == Event::ServoLost { finger: 0, other_master: false }
+    });
     assert!(matches!(link.open_fingers(Which::All), Err(LinkError::Refused(Refusal::NotMaster))));
     assert_eq!(bus.said() - before, 0, "bytes were sent");
     // As a master again it finds its servo.

@@ -37,7 +37,7 @@ where
         let slots = (addresses as u32).saturating_mul(BROADCAST_PING_SLOT_US);
         let wait = slots.saturating_add(self.timing.wire_us(sent + status_length(3)));
         let wait = wait.saturating_add(self.timing.latency_us);
-        let mut listening = Listening::new(sent + addresses * longest_packet_length(4));
+        let mut listening = Listening::new(sent + addresses * longest_packet_length(4), self.sent);
         let mut count = 0;
         let note = |status: &Status<'_>| {
             if let (&[low, high, firmware], None) = (status.parameters, status.error)
@@ -51,6 +51,7 @@ where
             None::<()>
         };
         let result = self.listen(Id::BROADCAST, wait, &mut listening, note).await;
+        self.foreign = self.foreign.saturating_add(listening.foreign);
         match result {
             Err(error @ (Error::Port(_) | Error::Closed | Error::Babble { .. })) if count == 0 => Err(error),
             _ => Ok(count),

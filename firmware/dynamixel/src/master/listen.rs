@@ -4,7 +4,7 @@ use embedded_io_async::Read;
 
 use super::Error;
 use crate::decode::Decoder;
-use crate::packet::{Id, Status};
+use crate::packet::{Id, Packet, Status};
 
 /// Bytes taken from the port at once.
 pub(super) const CHUNK: usize = 32;
@@ -21,9 +21,35 @@ pub(super) struct Inbox {
 pub(super) struct Listening<E> {
     /// What went wrong first, should nothing better come.
     pub(super) fault: Option<Error<E>>,
+    /// Instructions of another master.
+    pub(super) foreign: u32,
+    own: Own,
     /// Bytes that may still arrive.
     budget: usize,
     received: usize,
+}
+
+/// First bytes of the own instruction, which the wiring may echo: others are another master's.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Own {
+    id: u8,
+    code: u8,
+}
+
+impl Own {
+    /// Nothing was sent yet.
+    pub(super) const NONE: Self = Self { id: 0, code: 0 };
+
+    /// Of the packet that was last sent.
+    pub(super) fn of(transmit: &[u8]) -> Self {
+        let at = |place: usize| transmit.get(place).copied().unwrap_or_default();
+        Self { id: at(4), code: at(7) }
+    }
+
+    /// Whether a packet is an instruction that somebody else has sent.
+    pub(super) fn is_foreign(self, packet: &Packet<'_>) -> bool {
+        packet.status().is_none() && (packet.id.get(), packet.code) != (self.id, self.code)
+    }
 }
 
 /// Reads and decodes until `accept` takes a status packet, or more has come than any answer explains.
@@ -38,6 +64,9 @@ pub(super) async fn hear<U: Read, T, const N: usize>(
     loop {
         let mut bytes = inbox.bytes.get(inbox.start..inbox.end).unwrap_or_default();
         while let Some(event) = decoder.feed(&mut bytes) {
+            if event.as_ref().is_ok_and(|packet| listening.own.is_foreign(packet)) {
+                listening.foreign = listening.foreign.saturating_add(1);
+            }
             let fault = match event.map(|packet| packet.status()) {
                 Ok(Some(status)) => {
                     if let Some(answer) = accept(&status) {
@@ -46,7 +75,7 @@ pub(super) async fn hear<U: Read, T, const N: usize>(
                     }
                     Error::WrongId { expected: id, received: status.id }
                 }
-                // An instruction: the wiring's echo.
+                // An instruction: the wiring's echo, or another master's.
                 Ok(None) => continue,
                 Err(error) => Error::Damaged(error),
             };
@@ -77,8 +106,8 @@ pub(super) async fn hear<U: Read, T, const N: usize>(
 
 impl<E> Listening<E> {
     /// Twice what echo and answers take, and one chunk: room for noise, and an end to it.
-    pub(super) fn new(bytes: usize) -> Self {
-        Listening { fault: None, budget: bytes.saturating_mul(2).saturating_add(CHUNK), received: 0 }
+    pub(super) fn new(bytes: usize, own: Own) -> Self {
+        Listening { fault: None, foreign: 0, own, budget: bytes.saturating_mul(2).saturating_add(CHUNK), received: 0 }
     }
 }
 

@@ -19,7 +19,7 @@ use embassy_futures::select::{Either, select};
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{Read, Write};
 
-use listen::{CHUNK, Inbox, Listening, copy, hear};
+use listen::{CHUNK, Inbox, Listening, Own, copy, hear};
 
 use crate::decode::Decoder;
 use crate::encode::{EncodeError, Encoder};
@@ -63,6 +63,10 @@ pub struct Master<U, D, const N: usize = 128> {
     transmit: [u8; N],
     inbox: Inbox,
     unsettled: bool,
+    /// What was last sent.
+    sent: Own,
+    /// Instructions of another master, since they were last asked for.
+    foreign: u32,
 }
 
 impl<U, D, const N: usize> Master<U, D, N>
@@ -81,7 +85,15 @@ where
             inbox: Inbox { bytes: [0; CHUNK], start: 0, end: 0 },
             // Who knows what was on the bus before.
             unsettled: true,
+            sent: Own::NONE,
+            foreign: 0,
         }
+    }
+
+    /// How many instructions of another master were heard since this was last called. (One that equals the own one that was last sent, as
+    /// far as its first bytes go, is taken for the wiring's echo.)
+    pub fn take_foreign(&mut self) -> u32 {
+        core::mem::take(&mut self.foreign)
     }
 
     /// How long the master waits.
@@ -162,9 +174,10 @@ where
         self.send(sent).await?;
         let longest = longest_packet_length(answer.len() + 1);
         let wait = self.timing.wire_us(sent + longest).saturating_add(self.timing.latency_us);
-        let mut listening = Listening::new(sent + longest);
+        let mut listening = Listening::new(sent + longest, self.sent);
         let accept = |status: &Status<'_>| (status.id == id).then(|| copy(status, answer));
         let result = self.listen(id, wait, &mut listening, accept).await;
+        self.foreign = self.foreign.saturating_add(listening.foreign);
         // A refusal is an answer like any other: the bus is as it should be.
         self.unsettled = !matches!(result, Ok(Ok(_) | Err(Error::Refused { .. })));
         result?
@@ -194,6 +207,7 @@ where
     /// Makes the line quiet and sends the first `length` bytes prepared.
     async fn send(&mut self, length: usize) -> Result<(), Error<U::Error>> {
         self.discard().await?;
+        self.sent = Own::of(&self.transmit);
         let Master { port, delay, timing, transmit, .. } = self;
         let limit = timing.wire_us(length).saturating_add(timing.latency_us);
         let transmission = async {
@@ -217,8 +231,9 @@ where
     /// Throws away what has arrived; after a failure also what still arrives, until the line is silent.
     async fn discard(&mut self) -> Result<(), Error<U::Error>> {
         self.decoder.reset();
-        self.inbox.start = 0;
-        self.inbox.end = 0;
+        // Behind the last answer, in the same chunk.
+        let left = core::mem::take(&mut self.inbox.start)..core::mem::take(&mut self.inbox.end);
+        self.overhear(left);
         let mut bytes = 0;
         let limit = 4 * N;
         loop {
@@ -239,6 +254,7 @@ where
                 Ok(0) => return Err(Error::Closed),
                 Ok(count) => {
                     bytes += count;
+                    self.overhear(0..count);
                     None
                 }
                 Err(error) => {
@@ -251,8 +267,18 @@ where
                 return Err(fault.map_or(Error::Babble { bytes }, Error::Port));
             }
         }
+        self.decoder.reset();
         self.unsettled = false;
         Ok(())
+    }
+
+    /// Counts the instructions of others in bytes of the inbox that nobody has asked for.
+    fn overhear(&mut self, range: core::ops::Range<usize>) {
+        let Self { inbox, decoder, sent, foreign, .. } = self;
+        let mut bytes = inbox.bytes.get(range).unwrap_or_default();
+        while let Some(event) = decoder.feed(&mut bytes) {
+            *foreign = foreign.saturating_add(u32::from(event.is_ok_and(|packet| sent.is_foreign(&packet))));
+        }
     }
 
     /// Waits for a status packet that `accept` takes, until the deadline or until the bytes run out.

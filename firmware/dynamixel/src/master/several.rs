@@ -42,7 +42,7 @@ where
         }
         self.send(sent).await?;
         let all = parts.iter().map(answer).fold(sent, usize::saturating_add);
-        let mut listening = Listening::new(all);
+        let mut listening = Listening::new(all, self.sent);
         // The question's time counts towards the first answer only.
         let mut asked = sent;
         while let Some(part) = parts.iter().find(|part| part.waits()) {
@@ -60,6 +60,7 @@ where
                 break;
             }
         }
+        self.foreign = self.foreign.saturating_add(listening.foreign);
         self.unsettled |= parts.iter().any(|part| !part.is_good());
         Ok(())
     }

@@ -288,6 +288,27 @@ fn the_echo_of_the_question_is_no_answer() {
     assert_eq!(bus.run(master.sync_read(116, &mut devices)), Ok(()));
     assert!(devices.iter().all(|device| matches!(device.result, Some(Ok(_)))));
     assert!(matches!(bus.run(master.ping(id(5))), Err(Error::Timeout { .. })));
+    assert!(bus.run(master.ping(id(1))).is_ok());
+    assert_eq!(master.take_foreign(), 0);
+}
+
+/// Wherever another master speaks: between two questions, or while an answer is waited for.
+#[test]
+fn instructions_of_another_master_are_counted() {
+    for echo in [false, true] {
+        let bus = Bus::new(&[1, 2]);
+        bus.0.borrow_mut().echo = echo;
+        let mut master = master(&bus);
+        assert!(bus.run(master.set(id(2), xm430::GOAL_POSITION, 77)).is_ok());
+        let mut buffer = [0; 64];
+        let other = dynamixel::encode(&mut buffer, id(2), Instruction::Ping, &[]).unwrap().to_vec();
+        bus.inject(&other);
+        assert!(bus.run(master.set(id(1), xm430::GOAL_POSITION, 7)).is_ok());
+        assert_eq!((master.take_foreign(), master.take_foreign()), (1, 0));
+        bus.tamper(move |answer| vec![(0, [other.clone(), answer.to_vec()].concat())]);
+        assert!(bus.run(master.get(id(1), xm430::GOAL_POSITION)).is_ok());
+        assert_eq!(master.take_foreign(), 1);
+    }
 }
 
 #[test]

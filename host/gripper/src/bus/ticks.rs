@@ -207,7 +207,7 @@ impl Ticks {
                 self.shared.tell(&Told::Shape(shape));
             }
             match change {
-                Some(false) => self.event(Event::ServoLost { finger: number as u8 }),
+                Some(false) => self.event(Event::ServoLost { finger: number as u8, other_master: false }),
                 Some(true) => self.found_again(number)?,
                 None => {}
             }

@@ -30,7 +30,7 @@ pub(super) enum Level {
 /// How grave an event is.
 pub(super) fn level(event: &Event) -> Level {
     match event {
-        Event::ServoLost { .. } | Event::GoalRefused { .. } => Level::Error,
+        Event::ServoLost { .. } | Event::GoalRefused { .. } | Event::OtherMaster { .. } => Level::Error,
         Event::ServoAlert { hardware_error, .. } if *hardware_error != 0 => Level::Error,
         Event::Restored { damaged, .. } if *damaged > 0 => Level::Warning,
         Event::RateReached { hz, chosen_hz } if *hz < 0.95 * chosen_hz => Level::Warning,

@@ -110,7 +110,7 @@ mod tests {
     use messages::{Event, Notice};
 
     fn event(time_us: u64) -> Told {
-        Told::Event(Notice { time_us, event: Event::ServoLost { finger: 0 } })
+        Told::Event(Notice { time_us, event: Event::ServoLost { finger: 0, other_master: false } })
     }
 
     #[test]

@@ -413,7 +413,10 @@ mod tests {
     #[test]
     fn a_finger_shows_every_number_with_its_status() {
         let mut seen = seen(1);
-        seen.take(Told::Event(Notice { time_us: 1_500_000, event: Event::ServoLost { finger: 0 } }));
+        seen.take(Told::Event(Notice {
+            time_us: 1_500_000,
+            event: Event::ServoLost { finger: 0, other_master: false },
+        }));
         let lines = drawn(&seen, 110, 24);
         for words in [
             "gripper 0.1.0 on mps2, unix:link",

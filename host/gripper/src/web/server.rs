@@ -291,7 +291,7 @@ fn pump(shared: &Shared, told: &Receiver<Told>, live: &Mutex<Live>, over: &Atomi
 fn is_bad(event: &messages::Event) -> bool {
     use messages::{Event, Why};
     match event {
-        Event::ServoLost { .. } | Event::GoalRefused { .. } => true,
+        Event::ServoLost { .. } | Event::GoalRefused { .. } | Event::OtherMaster { .. } => true,
         Event::ServoAlert { hardware_error, .. } => *hardware_error != 0,
         Event::RateReached { hz, chosen_hz } => *hz < 0.95 * chosen_hz,
         Event::PhaseChanged { phase, .. } => phase.why().is_some_and(|why| why != Why::Asked),
