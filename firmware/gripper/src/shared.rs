@@ -161,6 +161,7 @@ impl Shared {
                 bus_other: 0,
                 bus_foreign: 0,
                 servo_losses: 0,
+                flash_writes: 0,
                 link_frames: 0,
                 link_damaged: 0,
                 link_oversize: 0,

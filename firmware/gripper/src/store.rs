@@ -85,6 +85,8 @@ pub(crate) struct Store<F: NorFlash> {
     is_current: bool,
     /// What is in flash does not count: it is erased before anything is kept.
     is_void: bool,
+    /// Records ever written, as far as the flash knows.
+    writes: u32,
 }
 
 impl<F: NorFlash> Store<F> {
@@ -100,6 +102,7 @@ impl<F: NorFlash> Store<F> {
             digests: Digests::default(),
             is_current: false,
             is_void: false,
+            writes: 0,
         }
     }
 
@@ -119,11 +122,19 @@ impl<F: NorFlash> Store<F> {
         found
     }
 
+    /// Records that were ever written to this flash.
+    pub(crate) fn writes(&self) -> u32 {
+        self.writes
+    }
+
     /// Whether all records are of one generation. (Versions before the fifth had no seal.)
     async fn is_sealed(&mut self) -> bool {
         let Some(map) = self.map.as_mut() else { return true };
         match map.fetch_item::<&[u8]>(&mut self.buffer, &SEAL).await {
-            Ok(Some(seal)) => self.digests.are_sealed_by(seal),
+            Ok(Some(seal)) => {
+                self.writes = self.writes.max(Digests::writes(seal));
+                self.digests.are_sealed_by(seal)
+            }
             Ok(None) => !self.is_current,
             Err(_) => false,
         }
@@ -181,7 +192,8 @@ impl<F: NorFlash> Store<F> {
             return Ok(());
         }
         let next = self.digests.with(key, record);
-        let seal = self.digests.seal(&next);
+        self.writes = self.writes.saturating_add(1);
+        let seal = self.digests.seal(&next, self.writes);
         map.store_item::<&[u8]>(&mut self.buffer, &SEAL, &&seal[..]).await.map_err(|_| NotKept)?;
         map.store_item::<&[u8]>(&mut self.buffer, &number, &record).await.map_err(|_| NotKept)?;
         (self.digests, self.is_current) = (next, true);

@@ -71,6 +71,7 @@ endpoints! {
     | GetBoot        | ()             | BootReport       | "boot"            |
     | GetObject      | u8             | MaybeObject      | "object/get"      |
     | SetObject      | ObjectFor      | Outcome          | "object/set"      |
+    | PlaceObject    | ObjectFor      | Outcome          | "object/place"    |
     | GetFinger      | u8             | MaybeFinger      | "finger/get"      |
     | SetFinger      | FingerFor      | Outcome          | "finger/set"      |
     | GetUncertainty | u8             | MaybeUncertainty | "uncertainty/get" |

@@ -622,6 +622,8 @@ pub struct Counters {
     pub bus_foreign: u32,
     /// Times the servo was lost.
     pub servo_losses: u32,
+    /// Records that were ever written to this gripper's flash, which wears: 10,000 erasures of a page, each of some records, are usual.
+    pub flash_writes: u32,
     /// Frames from the host that were sound.
     pub link_frames: u32,
     /// Frames from the host that were damaged or too long.

@@ -52,6 +52,11 @@ enum Action {
         /// How the finger is modelled
         #[arg(long, value_enum, default_value = "extended", requires = "case")]
         physics: PhysicsWord,
+        /// Only places the case's object, and stores nothing
+        ///
+        /// For objects that change often: every stored value wears the gripper's flash.
+        #[arg(long, requires = "case", conflicts_with_all = ["pairs", "physics"])]
+        object_only: bool,
     },
     /// Close until a force is reached, and hold it
     Grip {
@@ -118,7 +123,10 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
     match action {
         Action::Info => put_out(&info(&link)?)?,
         Action::Get => put_out(&get(&link)?)?,
-        Action::Set { pairs, case, finger, physics } => {
+        Action::Set { pairs: _, case: Some(path), finger, physics: _, object_only: true } => {
+            link.place_object(*finger, standard::case(path)?.object)?;
+        }
+        Action::Set { pairs, case, finger, physics, .. } => {
             if !pairs.is_empty() {
                 let mut settings = link.settings()?;
                 pairs.iter().try_for_each(|pair| set(&mut settings, pair))?;
@@ -229,6 +237,7 @@ fn info(link: &Link) -> Result<String, LinkError> {
         counters.servo_losses,
         counters.bus_foreign
     );
+    let _ = writeln!(text, "flash            {} records written so far", counters.flash_writes);
     let _ = writeln!(
         text,
         "link             {} frames, {} damaged, {} too large",

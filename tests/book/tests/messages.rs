@@ -158,6 +158,7 @@ fn the_page_of_messages_is_what_the_definitions_say() {
         endpoint::<GetBoot>(),
         endpoint::<GetObject>(),
         endpoint::<SetObject>(),
+        endpoint::<PlaceObject>(),
         endpoint::<GetFinger>(),
         endpoint::<SetFinger>(),
         endpoint::<GetUncertainty>(),

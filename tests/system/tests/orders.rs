@@ -2,9 +2,10 @@
 
 use dynamixel::xm430;
 use messages::{
-    Close, CloseTo, Event, GetCounters, Grip, GripTo, Heed, Hold, Mount, Open, Phase, Refusal, Relax, Report,
-    SetSettings, Settings, Silence, Which, Why,
+    Close, CloseTo, Event, For, GetCounters, GetObject, Grip, GripTo, Heed, Hold, Mount, Open, Phase, PlaceObject,
+    Refusal, Relax, Report, SetObject, SetSettings, Settings, Silence, Which, Why,
 };
+use model_core::object::ObjectDesign;
 use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, geared_servo, set_up};
 
 const SECOND: u64 = 1_000_000;
@@ -170,4 +171,28 @@ fn another_master_is_reported() {
     bench.meddling = Box::new(|_, bytes| bytes);
     bench.run(9 * SECOND);
     assert_eq!(others(&bench), 1);
+}
+
+/// An object that is placed counts at once and is not stored; one that is set is. What is stored is counted for good.
+#[test]
+fn a_placed_object_does_not_wear_the_flash() {
+    let flash = Flash::new();
+    let mut bench = Bench::new(geared_servo(), &flash);
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    let stored = bench.ask::<GetCounters>(&()).flash_writes;
+    assert_eq!(stored, 3, "settings, finger, object");
+    let at = |y: f64| ObjectDesign::Circle { centre: [41.0, y], radius: 40.0 };
+    for step in 0..20 {
+        let what = at(50.0 + 0.1 * f64::from(step));
+        bench.ask::<PlaceObject>(&For { finger: 0, what }).unwrap();
+        assert_eq!(bench.ask::<GetObject>(&0), Some(what));
+    }
+    assert_eq!(bench.ask::<GetCounters>(&()).flash_writes, stored);
+    bench.restart(&flash);
+    bench.run(SECOND / 10);
+    assert_eq!((bench.ask::<GetObject>(&0), bench.ask::<GetCounters>(&()).flash_writes), (Some(OBJECT), stored));
+    bench.ask::<SetObject>(&For { finger: 0, what: at(50.0) }).unwrap();
+    bench.restart(&flash);
+    bench.run(SECOND / 10);
+    assert_eq!((bench.ask::<GetObject>(&0), bench.ask::<GetCounters>(&()).flash_writes), (Some(at(50.0)), stored + 1));
 }

@@ -8,9 +8,9 @@ use heapless::String;
 use messages::{
     BootReport, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger, GetObject,
     GetServo, GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, MaybeServo,
-    MaybeUncertainty, Moved, ObjectFor, Open, Outcome, PROTOCOL_VERSION, Provocation, Provoke, Refusal, Relax, Scan,
-    SetFinger, SetObject, SetSettings, SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT, UncertaintyFor, Version, Which,
-    frame,
+    MaybeUncertainty, Moved, ObjectFor, Open, Outcome, PROTOCOL_VERSION, PlaceObject, Provocation, Provoke, Refusal,
+    Relax, Scan, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT, UncertaintyFor,
+    Version, Which, frame,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarKeyKind};
@@ -41,6 +41,7 @@ async fn restore_and_answer<B: Board, R: Read>(shared: &'static Shared, port: R,
     let mut setup = shared.setup(Setup::clone);
     let store::Found { records, damaged } = store.restore(&mut setup).await;
     shared.set(|now| *now = setup);
+    shared.count(|counters| counters.flash_writes = store.writes());
     shared.tell(Event::Restored { records, damaged });
     shared.restored();
     match select(keep(shared, store), serve::<B, R>(shared, port, boot)).await {
@@ -54,6 +55,7 @@ async fn keep<F: NorFlash>(shared: &Shared, mut store: Store<F>) -> ! {
         let key = shared.keep.receive().await;
         let setup = shared.setup(Setup::clone);
         let is_kept = store.keep(key, &setup).await.is_ok();
+        shared.count(|counters| counters.flash_writes = store.writes());
         shared.kept(key, is_kept);
     }
 }
@@ -176,6 +178,11 @@ fn get_object(context: &mut Context, _: VarHeader, finger: u8) -> MaybeObject {
     context.shared.setup(|setup| setup.objects.get(usize::from(finger)).copied().flatten())
 }
 
+/// Any number of times: nothing is written to flash.
+async fn place_object(context: &mut Context, _: VarHeader, object: ObjectFor) -> Outcome {
+    context.order(Command::Object(object)).await
+}
+
 async fn set_object(context: &mut Context, _: VarHeader, object: ObjectFor) -> Outcome {
     let key = Key::Object(object.finger);
     context.order_and_keep(Command::Object(object), key).await
@@ -280,6 +287,7 @@ define_dispatch! {
         | GetBoot        | blocking | get_boot        |
         | GetObject      | blocking | get_object      |
         | SetObject      | async    | set_object      |
+        | PlaceObject    | async    | place_object    |
         | GetFinger      | blocking | get_finger      |
         | SetFinger      | async    | set_finger      |
         | GetUncertainty | blocking | get_uncertainty |

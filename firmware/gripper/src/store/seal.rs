@@ -1,7 +1,7 @@
 //! One generation: records that belong together come back together, or none of them does.
 //!
 //! Finger, object and mount of different times give a wrong force that looks sound. So before a record is written, a seal is: the digest of
-//! all records as they are, and as they will be then. What is read at the start has to have one of the two digests, whenever the
+//! all records as they are, and as they will be then, and the number of the write. What is read at the start has to have one of the two digests, whenever the
 //! power was lost.
 
 use messages::FINGERS;
@@ -12,7 +12,7 @@ use super::Key;
 const RECORDS: usize = 1 + 3 * FINGERS;
 
 /// Bytes of a seal.
-pub(super) const SEAL: usize = 8;
+pub(super) const SEAL: usize = 12;
 
 /// A digest of every record that is in flash; 0 for none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,16 +38,23 @@ impl Digests {
         fnv(self.0.iter().flat_map(|digest| digest.to_le_bytes()))
     }
 
-    /// The seal of a change from these to others.
-    pub(super) fn seal(&self, next: &Self) -> [u8; SEAL] {
-        let ([a, b, c, d], [e, f, g, h]) = (self.all().to_le_bytes(), next.all().to_le_bytes());
-        [a, b, c, d, e, f, g, h]
+    /// The seal of a change from these to others, which is the `writes`-th one.
+    pub(super) fn seal(&self, next: &Self, writes: u32) -> [u8; SEAL] {
+        let mut seal = [0; SEAL];
+        let words = [self.all(), next.all(), writes];
+        seal.chunks_exact_mut(4).zip(words).for_each(|(place, word)| place.copy_from_slice(&word.to_le_bytes()));
+        seal
     }
 
     /// Whether these are what was sealed, before or after the change.
     pub(super) fn are_sealed_by(&self, seal: &[u8]) -> bool {
-        let mut halves = seal.chunks_exact(4);
+        let mut halves = seal.chunks_exact(4).take(2);
         seal.len() == SEAL && halves.any(|half| half == self.all().to_le_bytes())
+    }
+
+    /// How many changes there were up to a seal.
+    pub(super) fn writes(seal: &[u8]) -> u32 {
+        seal.get(8..SEAL).and_then(|count| count.try_into().ok()).map_or(0, u32::from_le_bytes)
     }
 }
 
@@ -64,7 +71,8 @@ mod tests {
     fn a_seal_holds_before_and_after_and_no_mixture() {
         let old = Digests::default().with(Key::Settings, b"mount").with(Key::Object(1), b"object");
         let new = old.with(Key::Finger(1), b"finger");
-        let seal = old.seal(&new);
+        let seal = old.seal(&new, 7);
+        assert_eq!(Digests::writes(&seal), 7);
         assert!(old.are_sealed_by(&seal) && new.are_sealed_by(&seal));
         for other in [
             Digests::default(),
@@ -74,7 +82,7 @@ mod tests {
         ] {
             assert!(!other.are_sealed_by(&seal), "{other:?}");
         }
-        assert!(!old.are_sealed_by(&seal[..7]) && !old.are_sealed_by(&[]));
+        assert!(!old.are_sealed_by(&seal[..11]) && !old.are_sealed_by(&[]));
         assert_eq!(fnv(b"a".iter().copied()), 0xE40C_292C, "as its authors have it");
     }
 }

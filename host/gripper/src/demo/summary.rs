@@ -433,6 +433,7 @@ fn meanwhile([before, after]: &[Counters; 2]) -> Counters {
         bus_refused: d(|c| c.bus_refused),
         bus_other: d(|c| c.bus_other),
         bus_foreign: d(|c| c.bus_foreign),
+        flash_writes: d(|c| c.flash_writes),
         servo_losses: d(|c| c.servo_losses),
         link_frames: d(|c| c.link_frames),
         link_damaged: d(|c| c.link_damaged),

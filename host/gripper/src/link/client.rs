@@ -12,8 +12,8 @@ use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{
     BootReport, Close, CloseTo, Counters, EstimateTopic, EventTopic, Finger, For, GetBoot, GetCounters, GetFinger,
     GetObject, GetServo, GetSettings, GetUncertainty, GetVersion, GraspTopic, Grip, GripTo, Heed, Heeds, Hold, Open,
-    Provocation, Provoke, Relax, Report, Scan, ServoSetup, SetFinger, SetObject, SetSettings, SetUncertainty, Settings,
-    ShapeTopic, Version, Which,
+    PlaceObject, Provocation, Provoke, Relax, Report, Scan, ServoSetup, SetFinger, SetObject, SetSettings,
+    SetUncertainty, Settings, ShapeTopic, Version, Which,
 };
 use model_core::object::ObjectDesign;
 use model_core::size::Lists;
@@ -215,7 +215,13 @@ impl Link {
 
     /// Another program has asked for this: a changed set-up goes to all listeners here.
     pub(super) fn was_set(&self, key: VarKey) {
-        let set = [SetObject::REQ_KEY, SetFinger::REQ_KEY, SetSettings::REQ_KEY, SetUncertainty::REQ_KEY];
+        let set = [
+            SetObject::REQ_KEY,
+            PlaceObject::REQ_KEY,
+            SetFinger::REQ_KEY,
+            SetSettings::REQ_KEY,
+            SetUncertainty::REQ_KEY,
+        ];
         if set.into_iter().any(|of| key == VarKey::Key8(of))
             && let Ok(setup) = Source::setup(self)
         {
@@ -257,6 +263,15 @@ impl Link {
     pub fn set_object(&self, finger: u8, object: ObjectDesign) -> Result<(), LinkError> {
         object.fits(Lists::TARGET)?;
         Ok(self.ask::<SetObject>(&For { finger, what: object })??)
+    }
+
+    /// The same for now only: it is not stored, so that it may be done at any rate.
+    ///
+    /// # Errors
+    /// As [`Link::set_object`].
+    pub fn place_object(&self, finger: u8, object: ObjectDesign) -> Result<(), LinkError> {
+        object.fits(Lists::TARGET)?;
+        Ok(self.ask::<PlaceObject>(&For { finger, what: object })??)
     }
 
     /// A finger's design in its memory.
