@@ -25,7 +25,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Of what there may be: a reading, and others if the past may have led there as well.
+    /// Of what there may be: a reading, and others if the past may have brought it there as well.
     pub(super) fn over(one: &Reading<f32>, others: impl Iterator<Item = Reading<f32>>) -> Self {
         let mut found = Self { normal: [one.normal; 2], magnitude: [size(one); 2], torque: [one.torque; 2] };
         for other in others.filter(|other| other != one) {
