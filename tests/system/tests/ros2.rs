@@ -1,4 +1,4 @@
-//! A gripper in QEMU as a node of ROS 2: Eclipse Cyclone DDS has it grip, stop and release, and hears its forces.
+//! A gripper in QEMU as a node of ROS 2: Eclipse Cyclone DDS has it grip, stop, relax and release, and hears its forces.
 
 use std::io::Write;
 use std::path::Path;
@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use dynamixel::xm430;
 use fre_gripper::source::Source;
 use fre_ros2::{Node, Options, Qos, live, wait_for_subscribers};
 use messages::{Mount, Phase, Settings, Why};
@@ -100,10 +101,17 @@ fn a_gripper_is_led_and_heard_by_another_implementation_of_dds() {
     });
     call(&options, &[json!({ "service": "stop" })]);
     watch.until_report("stop", SECONDS(30), |report| report.phase == Phase::Held(Why::Asked));
+    // Its torque goes off over the link, and comes back with the next motion.
+    call(&options, &[json!({ "service": "relax" })]);
+    let torque = || machine.servo.with(|servo| servo.read(xm430::TORQUE_ENABLE));
+    watch
+        .until_report("a finger without torque", SECONDS(30), |report| report.phase == Phase::Relaxed && torque() == 0);
     call(&options, &[json!({ "service": "release" })]);
     watch.until_report("open finger", SECONDS(60), |report| {
         report.goal == mount.open_angle && report.estimate.motor_angle < 0.0
     });
+
+    assert_eq!(torque(), 1);
 
     stop.store(true, Ordering::Release);
     let (over, [sent, unsent]) = telling.join().unwrap();
