@@ -98,8 +98,8 @@ fn serve(args: &Args) -> Result<(), String> {
         ..Config::default()
     };
     let physics = args.model.options().discretisation.physics;
-    let drive = args.load.drive().clone();
-    let mount = Mount { backlash: args.backlash_deg.to_radians() as f32, drive: drive.clone(), ..Mount::DEFAULT };
+    let drive = *args.load.drive();
+    let mount = Mount { backlash: args.backlash_deg.to_radians() as f32, drive, ..Mount::DEFAULT };
     // Where the simulated servo starts is where a person would call it open.
     let open = args.start_deg.filter(|_| drive == Drive::Rotating).unwrap_or(0.0).to_radians() as f32;
     let given = Given {
