@@ -347,6 +347,12 @@ impl PanelView<'_> {
                 Mark::Level { .. } | Mark::Stretch { .. } | Mark::Band { .. } => {}
             }
         }
+        for series in self.panel.series.iter().filter(|series| matches!(series.style, Style::Dots | Style::LineAndDots))
+        {
+            let points =
+                series.points.iter().map(|point| self.at(*point)).filter(|point| point.iter().all(|x| x.is_finite()));
+            points.for_each(|point| room.avoid(around(point, 4.0)));
+        }
         // They come first: other words make way for them.
         let (first, others): (Vec<&Mark>, Vec<&Mark>) =
             self.panel.marks.iter().partition(|mark| matches!(mark, Mark::At { .. }));

@@ -80,8 +80,9 @@ impl Fonts {
             let drop = if piece.subscript { SUBSCRIPT_DROP * text.size } else { 0.0 };
             let scale = size / f64::from(face.units_per_em());
             for letter in piece.words.chars() {
+                let found = face.glyph_index(letter).or_else(|| face.glyph_index(nearest(letter)?));
                 // A letter that the font lacks shows as its empty box, never as nothing.
-                let glyph = face.glyph_index(letter).unwrap_or(ttf_parser::GlyphId(0));
+                let glyph = found.unwrap_or(ttf_parser::GlyphId(0));
                 place(face, glyph, size, [x, drop]);
                 x += scale * f64::from(face.glyph_hor_advance(glyph).unwrap_or(0));
             }
@@ -110,6 +111,11 @@ impl Fonts {
         });
         path
     }
+}
+
+/// A letter of the fonts that looks like one which they lack. Debian's Noto Sans has the mathematical signs in a font of their own.
+fn nearest(letter: char) -> Option<char> {
+    (letter == '−').then_some('–')
 }
 
 /// A letter of a text.
@@ -165,5 +171,24 @@ impl OutlineBuilder for Pen<'_> {
 
     fn close(&mut self) {
         self.path.0.close_path();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sign_of_the_pictures_own_words_has_a_shape() {
+        let fonts = Fonts::new();
+        for words in ["−0123456789.e", "°×Ø·–…±²³µ", "*ασφλθΔ*", "ÄÖÜäöüßéè"] {
+            for bold in [false, true] {
+                let mut text = Text::new([0.0; 2], 13.0, words.to_owned());
+                text.bold = bold;
+                let glyphs = fonts.glyphs(&text);
+                assert_eq!(glyphs.len(), words.replace('*', "").chars().count());
+                assert!(glyphs.iter().all(|glyph| glyph.id != 0), "{words}: {glyphs:?}");
+            }
+        }
     }
 }

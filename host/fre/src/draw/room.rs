@@ -6,6 +6,7 @@ use super::path::Rect;
 #[derive(Debug, Default)]
 pub(super) struct Room {
     taken: Vec<Rect>,
+    avoided: Vec<Rect>,
 }
 
 impl Room {
@@ -14,7 +15,13 @@ impl Room {
         self.taken.push(place);
     }
 
-    /// Takes the first of some places that is within bounds and free of all others; none if there is none.
+    /// Has words keep off a place while there is another one for them.
+    pub(super) fn avoid(&mut self, place: Rect) {
+        self.avoided.push(place);
+    }
+
+    /// Takes the first of some places that is within bounds and free of all others, at best of those to avoid too; none if there is
+    /// none.
     pub(super) fn first(&mut self, within: Rect, places: impl IntoIterator<Item = Rect>) -> Option<Rect> {
         let fits = |place: &Rect| {
             place.left >= within.left
@@ -24,8 +31,11 @@ impl Room {
         };
         let apart =
             |a: &Rect, b: &Rect| a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
-        let found =
-            places.into_iter().find(|place| fits(place) && self.taken.iter().all(|other| apart(place, other)))?;
+        let mut free =
+            places.into_iter().filter(|place| fits(place) && self.taken.iter().all(|other| apart(place, other)));
+        let first = free.next()?;
+        let open = |place: &Rect| self.avoided.iter().all(|other| apart(place, other));
+        let found = std::iter::once(first).chain(free).find(open).unwrap_or(first);
         self.taken.push(found);
         Some(found)
     }
@@ -45,5 +55,11 @@ mod tests {
         let places = [square(5.0, 0.0), square(25.0, 0.0), square(10.0, 0.0)];
         assert_eq!(room.first(within, places), Some(square(10.0, 0.0)));
         assert_eq!(room.first(within, places), None);
+        // One to avoid is taken only where there is no other.
+        let mut room = Room::default();
+        room.avoid(square(5.0, 0.0));
+        let places = [square(0.0, 0.0), square(20.0, 0.0)];
+        assert_eq!(room.first(within, places), Some(square(20.0, 0.0)));
+        assert_eq!(room.first(within, places), Some(square(0.0, 0.0)));
     }
 }
