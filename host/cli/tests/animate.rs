@@ -24,7 +24,7 @@ fn every_place_is_a_frame_and_the_readmes_picture_is_current() {
         assert!(picture.contains(&delay), "no frame with {delay}");
     }
     // What does not change is drawn once.
-    assert_eq!(picture.matches(">object Ø60 mm</text>").count(), 1);
+    assert_eq!(picture.matches(">cylinder Ø60 mm</text>").count(), 1);
     let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/closing.svg");
     assert!(
         fs::read_to_string(readme).unwrap() == picture,

@@ -307,7 +307,7 @@ fn every_kind_of_picture_is_drawn_and_wrong_places_are_refused() {
     assert_eq!(output.status.code(), Some(2));
     let lost = words("a.svg");
     assert!(lost.contains("out-of-range") && lost.lines().any(|word| word == "12"), "{lost}");
-    assert!(lost.contains("object Ø2000 mm"), "{lost}");
+    assert!(lost.contains("cylinder Ø2000 mm"), "{lost}");
     assert!(drawn("pressure", &[]).contains("force per length (N/mm)"));
     assert!(drawn("pressure", &["--plot-at", "0"]).contains("no contact"));
     let strain = drawn("strain", &["--plot-at", "9"]);

@@ -1,10 +1,9 @@
-//! Contours and names of objects.
+//! Contours of objects.
 
 use std::f64::consts::TAU;
 
 use model_core::object::{Object as _, ObjectDesign, Piece, Shape};
 
-use super::number::short;
 use super::path::Path;
 
 /// The contour in the world frame, mm. Of a half-plane and of a bore's wall, which have no end, the part within `reach` of a point.
@@ -69,17 +68,4 @@ pub(super) fn onto(object: &ObjectDesign, [x, y]: [f64; 2]) -> [f64; 2] {
 pub(super) fn towards(object: &ObjectDesign, [x, y]: [f64; 2]) -> [f64; 2] {
     let gap = Shape::<f64>::from(*object).gap([x, y].into());
     [-gap.normal.x, -gap.normal.y]
-}
-
-/// What the object is called in a picture.
-pub(super) fn words(object: &ObjectDesign) -> String {
-    match object {
-        ObjectDesign::Circle { radius, .. } => format!("object Ø{} mm", short(2.0 * radius, 3)),
-        ObjectDesign::Ellipse { semi_axes: [a, b], .. } => {
-            format!("object {} × {} mm", short(2.0 * a, 3), short(2.0 * b, 3))
-        }
-        ObjectDesign::Polygon { rounding, .. } => format!("object, rounding {} mm", short(*rounding, 3)),
-        ObjectDesign::HalfPlane { .. } => "object".to_owned(),
-        ObjectDesign::Bore { radius, .. } => format!("object, bore Ø{} mm", short(2.0 * radius, 3)),
-    }
 }

@@ -3,6 +3,7 @@
 use model_core::object::{Motion, ObjectDesign};
 
 use super::picture::{FingerPicture, NetForce, View};
+use crate::case::ObjectWords;
 use crate::draw::font::Fonts;
 use crate::draw::heading::TEXT;
 use crate::draw::number::{short, significant};
@@ -93,7 +94,8 @@ impl FingerPicture<'_> {
     /// Where the object's name may be, the best place first: in a circle with room for it, else below the contour and away
     /// from the finger; for an object that is cut off, where the picture reaches deepest into it.
     fn object_places(&self, view: &View, fonts: &Fonts) -> Vec<Text> {
-        let text = Text::new([0.0; 2], TEXT, object::words(&self.object)).ink(Ink::Muted).anchor(Anchor::Middle);
+        let text =
+            Text::new([0.0; 2], TEXT, ObjectWords::of(&self.object).name()).ink(Ink::Muted).anchor(Anchor::Middle);
         let half = 0.5 * fonts.width(&text);
         let area = view.area;
         let [left, right] = [area.left + half, area.right - half];
