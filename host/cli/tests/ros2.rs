@@ -3,9 +3,8 @@
 #[path = "../../gripper/tests/servo_case/mod.rs"]
 mod servo_case;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 use fre::case::preset;
 use fre_gripper::record::Recorder;
@@ -15,12 +14,13 @@ use messages::{Finger, Mount, PROTOCOL_VERSION, Phase, Report, Settings};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
-use serde_json::Value;
+use serde_json::{Value, json};
 use servo_case::load;
+use test_bus::Cyclone;
 
 /// As `ROS_DOMAIN_ID` has it; a process is known by its number.
-fn domain() -> String {
-    (1 + std::process::id() % 100).to_string()
+fn domain() -> u16 {
+    1 + (std::process::id() % 100) as u16
 }
 
 /// A namespace of this test's own.
@@ -30,47 +30,17 @@ fn namespace(test: &str) -> String {
 
 fn fre(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
-    command.arg("ros2").args(args).env("ROS_DOMAIN_ID", domain()).env("ROS_LOCALHOST_ONLY", "1");
+    command.arg("ros2").args(args).env("ROS_DOMAIN_ID", domain().to_string()).env("ROS_LOCALHOST_ONLY", "1");
     command
 }
 
-fn subscriber(namespace: &str, qos: &str, reports: usize) -> Child {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ros2/tests/cyclone.py");
-    Command::new(test_bus::python_with("cyclonedds"))
-        .arg(script)
-        .args(["subscribe", &format!("{namespace}/fre"), "1", qos, &reports.to_string()])
-        .env("ROS_DOMAIN_ID", domain())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap()
-}
-
-/// What services without parameters answer, one after the other.
-fn answers(namespace: &str, services: &[&str]) -> Vec<Value> {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ros2/tests/cyclone.py");
-    let mut caller = Command::new(test_bus::python_with("cyclonedds"))
-        .arg(script)
-        .args(["call", &format!("{namespace}/fre"), "enhanced"])
-        .env("ROS_DOMAIN_ID", domain())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut stdin = caller.stdin.take().unwrap();
-    services.iter().for_each(|service| writeln!(stdin, "{{\"service\": \"{service}\"}}").unwrap());
-    drop(stdin);
-    let output = caller.wait_with_output().unwrap();
-    assert!(output.status.success());
-    let text = String::from_utf8(output.stdout).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+fn subscriber(namespace: &str, qos: &str, reports: usize) -> Cyclone {
+    Cyclone::subscribe(&format!("{namespace}/fre"), domain(), qos, reports)
 }
 
 /// The forces that were heard: seconds, and x in N, as Cyclone has them.
-fn forces(output: Output) -> Vec<(f64, Value)> {
-    assert!(output.status.success());
-    let text = String::from_utf8(output.stdout).unwrap();
-    let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
-    let wrench = lines.filter(|line| line["topic"] == "wrench 0");
+fn forces(subscriber: Cyclone) -> Vec<(f64, Value)> {
+    let wrench = subscriber.lines().into_iter().filter(|line| line["topic"] == "wrench 0");
     let force = |line: Value| {
         let stamp = &line["fields"]["header"]["stamp"];
         let seconds = stamp["sec"].as_f64().unwrap() + 1e-9 * stamp["nanosec"].as_f64().unwrap();
@@ -121,7 +91,7 @@ fn a_recording_is_told_with_its_own_times() {
     let mut node = fre(&[path.to_str().unwrap(), "--namespace", &namespace, "--qos", "reliable"]);
     node.args(["--wait-for-subscribers", "--linger", "60", "--speed", "4"]).stdout(Stdio::piped());
     let node = node.spawn().unwrap();
-    let heard = forces(subscriber(&namespace, "reliable", 500).wait_with_output().unwrap());
+    let heard = forces(subscriber(&namespace, "reliable", 500));
     let said = node.wait_with_output().unwrap();
     let text = String::from_utf8(said.stdout).unwrap();
     assert!(said.status.success() && text.contains(&format!("node {namespace}/fre in domain")), "{text}");
@@ -155,9 +125,10 @@ fn servos_on_a_bus_tell_their_forces() {
     let port = format!("{}@1000000", port.display());
     let mut node = fre(&["--bus", &port, "--case", case.to_str().unwrap(), "--set", "rate_hz=100"]);
     let mut node = node.args(["--namespace", &namespace]).stdout(Stdio::null()).spawn().unwrap();
-    let heard = forces(subscriber(&namespace, "best-effort", 50).wait_with_output().unwrap());
+    let heard = forces(subscriber(&namespace, "best-effort", 50));
     // What moves such servos is another program; to let go is the one thing that the node does to them.
-    let said = answers(&namespace, &["grip", "relax"]);
+    let calls = ["grip", "relax"].map(|service| json!({ "service": service }));
+    let said = Cyclone::call(&format!("{namespace}/fre"), domain(), "enhanced", &calls).lines();
     node.kill().unwrap();
     node.wait().unwrap();
     let words = said[0]["message"].as_str().unwrap();

@@ -2,9 +2,6 @@
 
 mod told;
 
-use std::io::Write;
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex};
@@ -16,11 +13,14 @@ use fre_ros2::message::Named;
 use fre_ros2::{Mapping, Message, Node, Options, Qos, Telling, linger, wait_for_subscribers};
 use messages::{Counters, Mount, Refusal, Settings, Which};
 use model_core::drive::Drive;
+use model_core::estimator::Estimate;
+use model_core::status::Status;
 use ros2_client::dds::rustdds::RepresentationIdentifier;
 use ros2_client::dds::rustdds::serialization::to_writer_with_rep_id;
 use serde::Serialize;
 use serde_json::{Value, json};
-use told::{closing, setup};
+use test_bus::Cyclone;
+use told::{model, report, setup};
 
 /// A name and a domain that no other test has: a process is known by its number, a test by its own.
 fn options(test: u16) -> Options {
@@ -33,27 +33,29 @@ fn options(test: u16) -> Options {
     }
 }
 
-/// Cyclone's program.
-fn cyclone(options: &Options, how: &str, rest: &[&str]) -> Child {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cyclone.py");
-    Command::new(test_bus::python_with("cyclonedds"))
-        .arg(script)
-        .arg(how)
-        .arg(format!("{}/{}", options.namespace, options.name))
-        .args(rest)
-        .env("ROS_DOMAIN_ID", options.domain.to_string())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap()
+/// The node's whole name.
+fn whole_name(options: &Options) -> String {
+    format!("{}/{}", options.namespace, options.name)
 }
 
-/// What it has printed, line by line, once it has ended well.
-fn lines(child: Child) -> Vec<Value> {
-    let output = child.wait_with_output().unwrap();
-    assert!(output.status.success());
-    let text = String::from_utf8(output.stdout).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+/// So many ticks at 500 Hz, closing to 11° and opening again once a second; every seventh report is stale, and 25 shapes a second.
+fn closing(ticks: u64) -> Vec<Told> {
+    let mut model = model(Drive::Rotating);
+    let mut told = Vec::new();
+    let mut last = Estimate::blank(Status::OutOfRange);
+    for tick in 0..ticks {
+        let phase = (tick % 500) as f64 / 250.0;
+        let angle = (11.0 * (1.0 - (phase - 1.0).abs())).to_radians();
+        let is_lost = tick % 7 == 6;
+        last =
+            if is_lost { Estimate { status: Status::Stale, age: last.age + 1, ..last } } else { model.update(angle) };
+        let report = report(tick, last);
+        told.push(Told::Report(report));
+        if tick % 20 == 0 {
+            told.push(Told::Shape(Box::new(model.shape(&report))));
+        }
+    }
+    told
 }
 
 /// Ticks at 500 Hz as a source reports them, with their times.
@@ -79,8 +81,8 @@ fn heard(told: &[(u64, Told)], options: &Options, qos: &str) -> Vec<Value> {
     let stop = AtomicBool::new(false);
     let mut node = Node::new(options, &named(options), None).unwrap();
     let reports = told.iter().filter(|(_, told)| matches!(told, Told::Report(_))).count();
-    let subscriber = cyclone(options, "subscribe", &["1", qos, &reports.to_string()]);
-    let printed = std::thread::spawn(move || lines(subscriber));
+    let subscriber = Cyclone::subscribe(&whole_name(options), options.domain, qos, reports);
+    let printed = std::thread::spawn(move || subscriber.lines());
     wait_for_subscribers(&node, &stop);
     let mut pace = Pace::new(Speed::Times(1.0));
     for (ns, told) in told {
@@ -222,7 +224,6 @@ fn asked(number: u16, mapping: Mapping, word: &str) {
         listeners: Listeners::default(),
     });
     let _node = Node::new(&options, &gripper.setup().unwrap(), Some(gripper.clone())).unwrap();
-    let mut caller = cyclone(&options, "call", &[word]);
     let force = |force: f64| json!({ "service": "set_parameters", "parameters": { "grip_force_n": force } });
     let names = ["grip_force_n", "finger.0.force_limit_n", "rate_hz", "on_fault", "nothing"];
     let calls = [
@@ -245,11 +246,7 @@ fn asked(number: u16, mapping: Mapping, word: &str) {
         json!({ "service": "list_parameters", "prefixes": [], "depth": 1 }),
         json!({ "service": "list_parameters", "prefixes": ["finger.0"], "depth": 0 }),
     ];
-    {
-        let mut stdin = caller.stdin.take().unwrap();
-        calls.iter().for_each(|call| writeln!(stdin, "{call}").unwrap());
-    }
-    let answers = lines(caller);
+    let answers = Cyclone::call(&whole_name(&options), options.domain, word, &calls).lines();
     assert_eq!(answers.len(), calls.len());
     let [
         stop,

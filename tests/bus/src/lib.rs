@@ -1,7 +1,9 @@
 //! What tests that speak with other programs have in common.
 
+mod cyclone;
 mod left_out;
 mod python;
 
+pub use cyclone::Cyclone;
 pub use left_out::{ALLOWED, Feature, left_out};
 pub use python::{python, python_with};

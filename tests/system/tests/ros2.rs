@@ -1,8 +1,5 @@
 //! A gripper in QEMU as a node of ROS 2: Eclipse Cyclone DDS has it grip, stop, relax and release, and hears its forces.
 
-use std::io::Write;
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -13,40 +10,19 @@ use fre_ros2::{Node, Options, Qos, live, wait_for_subscribers};
 use messages::{Mount, Phase, Settings, Why};
 use serde_json::{Value, json};
 use system_tests::{Machine, OBJECT, Watch, finger};
+use test_bus::Cyclone;
 
 const SECONDS: fn(u64) -> Duration = Duration::from_secs;
 const DEGREE: f32 = std::f32::consts::PI / 180.0;
 
-/// Cyclone's program.
-fn cyclone(options: &Options, how: &str, rest: &[&str]) -> Child {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host/ros2/tests/cyclone.py");
-    Command::new(test_bus::python_with("cyclonedds"))
-        .arg(script)
-        .arg(how)
-        .arg(format!("{}/{}", options.namespace, options.name))
-        .args(rest)
-        .env("ROS_DOMAIN_ID", options.domain.to_string())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap()
-}
-
-/// What it has printed.
-fn lines(child: Child) -> Vec<Value> {
-    let output = child.wait_with_output().unwrap();
-    assert!(output.status.success());
-    let text = String::from_utf8(output.stdout).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+/// The node's whole name.
+fn node(options: &Options) -> String {
+    format!("{}/{}", options.namespace, options.name)
 }
 
 /// Calls services one after the other; all of them must succeed.
 fn call(options: &Options, calls: &[Value]) {
-    let mut caller = cyclone(options, "call", &["enhanced"]);
-    let mut stdin = caller.stdin.take().unwrap();
-    calls.iter().for_each(|call| writeln!(stdin, "{call}").unwrap());
-    drop(stdin);
-    for answer in lines(caller) {
+    for answer in Cyclone::call(&node(options), options.domain, "enhanced", calls).lines() {
         let done = answer.get("success").unwrap_or(&answer["results"][0]["successful"]);
         assert_eq!(done, &json!(true), "{answer}");
     }
@@ -75,8 +51,8 @@ fn a_gripper_is_led_and_heard_by_another_implementation_of_dds() {
     };
     let source: Arc<dyn Source> = link.clone();
     let mut node = Node::new(&options, &source.setup().unwrap(), Some(source.clone())).unwrap();
-    let subscriber = cyclone(&options, "subscribe", &["1", "reliable", "1000000"]);
-    let heard = std::thread::spawn(move || lines(subscriber));
+    let subscriber = Cyclone::subscribe(&self::node(&options), options.domain, "reliable", 1_000_000);
+    let heard = std::thread::spawn(move || subscriber.lines());
     let stop = Arc::new(AtomicBool::new(false));
     wait_for_subscribers(&node, &stop);
     let telling = std::thread::spawn({

@@ -1,16 +1,15 @@
-//! Reports of a finger that closes on a cylinder and opens again.
+//! A gripper whose one finger closes on a cylinder, and its reports.
 
 use fre::case::preset;
 use fre::study::model::Precision;
 use fre_gripper::estimator::{AnyEstimator, estimator};
-use fre_gripper::source::{Modelled, Origin, Setup, Told};
+use fre_gripper::source::{Modelled, Origin, Setup};
 use messages::{Finger, Mount, PROTOCOL_VERSION, Phase, Report, Settings};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::Drive;
 use model_core::estimator::Estimate;
 use model_core::newton::Hessian;
 use model_core::object::ObjectDesign;
-use model_core::status::Status;
 
 /// Ø80 at Mid height, world frame, mm.
 pub const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
@@ -55,25 +54,4 @@ pub fn report(tick: u64, estimate: Estimate) -> Report {
         current: 12.5,
         cost: 0,
     }
-}
-
-/// So many ticks at 500 Hz, closing to 11° and opening again once a second; every seventh report is stale, and 25 shapes a second.
-#[allow(dead_code)]
-pub fn closing(ticks: u64) -> Vec<Told> {
-    let mut model = model(Drive::Rotating);
-    let mut told = Vec::new();
-    let mut last = Estimate::blank(Status::OutOfRange);
-    for tick in 0..ticks {
-        let phase = (tick % 500) as f64 / 250.0;
-        let angle = (11.0 * (1.0 - (phase - 1.0).abs())).to_radians();
-        let is_lost = tick % 7 == 6;
-        last =
-            if is_lost { Estimate { status: Status::Stale, age: last.age + 1, ..last } } else { model.update(angle) };
-        let report = report(tick, last);
-        told.push(Told::Report(report));
-        if tick % 20 == 0 {
-            told.push(Told::Shape(Box::new(model.shape(&report))));
-        }
-    }
-    told
 }
