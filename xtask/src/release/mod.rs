@@ -1,10 +1,11 @@
 //! `cargo xtask release`: everything that a release consists of, in one folder with its checksums.
 //!
-//! The command `fre` for this PC, the Python wheel, an image for each board, and the crates as a registry takes them. It publishes nothing.
+//! The command `fre` for this PC with its completions and manual pages, the Python wheel, an image for each board, and the crates as a registry takes them. It publishes nothing.
 
 mod checksums;
 mod packages;
 mod versions;
+mod words;
 
 use crate::command::{capture, headline, output, run as run_command};
 use crate::firmware;
@@ -14,6 +15,7 @@ use anyhow::{Context, Result, bail, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Instant;
 
 /// Features of the released command. `probe` is left out: it doubles the time to build and the size.
 const FEATURES: [&str; 2] = ["--features", "gripper,web,record,outline,parquet"];
@@ -75,11 +77,15 @@ fn command(parts: Parts) -> Result<PathBuf> {
     let program = match parts {
         Parts::Suite => paths::target().join("debug/fre"),
         Parts::Built => {
+            let begun = Instant::now();
             run_command(cargo("build").args(["--release", "--locked", "--package", "fre-cli"]).args(FEATURES))?;
+            println!("built in {:.0} s, less what was built before", begun.elapsed().as_secs_f64());
             paths::target().join("release/fre")
         }
     };
     ensure!(program.exists(), "{} is not there: `cargo xtask test pc` builds it", program.display());
+    let bytes = fs::metadata(&program).with_context(|| format!("cannot read {}", program.display()))?.len();
+    println!("{}: {:.1} MB", program.display(), bytes as f64 / 1e6);
     Ok(program)
 }
 
@@ -113,6 +119,7 @@ fn pack(program: &Path, name: &str, folder: &Path) -> Result<PathBuf> {
     for file in BESIDE {
         copy(&paths::root().join(file), &packed)?;
     }
+    words::write(program, &packed)?;
     let archive = folder.join(format!("{name}.tar.gz"));
     // The same input makes the same archive.
     let same = ["--sort=name", "--owner=0", "--group=0", "--numeric-owner", "--mtime=@0", "--directory"];
@@ -120,10 +127,11 @@ fn pack(program: &Path, name: &str, folder: &Path) -> Result<PathBuf> {
     Ok(archive)
 }
 
-/// That the archive's program runs and is of this version.
+/// That the archive's program runs and is of this version, and that its pages are beside it.
 fn check_archive(archive: &Path, name: &str, version: &str) -> Result<()> {
     let folder = tempfile::tempdir().context("cannot make a folder")?;
     output(Command::new("tar").arg("-xzf").arg(archive).arg("--directory").arg(folder.path()))?;
+    words::check(&folder.path().join(name))?;
     let program = folder.path().join(name).join("fre");
     let said = capture(Command::new(&program).arg("--version"))?;
     let said = String::from_utf8_lossy(&said.stdout);
