@@ -442,24 +442,38 @@ pub enum SettingsField {
 }
 
 impl SettingsField {
-    /// What people call it, with its unit.
+    /// Whether the message has radians where people are shown degrees.
+    fn is_angular(self) -> bool {
+        matches!(
+            self,
+            Self::Backlash
+                | Self::RangeLow
+                | Self::RangeHigh
+                | Self::OpenAngle
+                | Self::Speed
+                | Self::Angle
+                | Self::Limit
+        )
+    }
+
+    /// What people call it, with the unit in which they are shown it.
     pub fn name(self) -> &'static str {
         match self {
             Self::ServoId => "servo id",
             Self::Zero => "zero position in counts",
             Self::GearRatio => "gear ratio",
-            Self::Backlash => "backlash in rad",
-            Self::RangeLow => "least angle in rad",
-            Self::RangeHigh => "greatest angle in rad",
-            Self::OpenAngle => "open angle in rad",
-            Self::Speed => "speed in rad/s",
+            Self::Backlash => "backlash in degrees",
+            Self::RangeLow => "least angle in degrees",
+            Self::RangeHigh => "greatest angle in degrees",
+            Self::OpenAngle => "open angle in degrees",
+            Self::Speed => "speed in degrees per second",
             Self::ForceLimit => "force limit in N",
             Self::CurrentLimit => "current limit in mA",
             Self::Rate => "rate in Hz",
             Self::Fingers => "number of fingers (without gaps)",
-            Self::Angle => "angle in rad",
+            Self::Angle => "angle in degrees",
             Self::Force => "force in N",
-            Self::Limit => "limit of the angle in rad",
+            Self::Limit => "limit of the angle in degrees",
             Self::Finger => "finger's number",
             Self::DeviceId => "gripper's own id on the bus",
             Self::ReturnDelay => "gripper's return delay in 2 µs",
@@ -552,7 +566,13 @@ impl fmt::Display for Refusal {
         match self {
             Self::Finger(why) | Self::Object(why) | Self::Uncertainty(why) | Self::Drive(why) => f.write_str(why),
             Self::Setting { field, value, min, max } => {
-                write!(f, "{} is {value}; allowed is {min} to {max}", field.name())
+                let name = field.name();
+                if field.is_angular() {
+                    let [value, min, max] = [value, min, max].map(|radians| radians.to_degrees());
+                    write!(f, "{name} is {value:.3}; allowed is {min:.3} to {max:.3}")
+                } else {
+                    write!(f, "{name} is {value}; allowed is {min} to {max}")
+                }
             }
             Self::SameServo { servo_id } => write!(f, "servo {servo_id} is given to two fingers"),
             Self::OwnAddress { id } => write!(f, "id {id} would be the gripper's own and a servo's"),

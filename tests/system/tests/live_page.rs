@@ -526,7 +526,7 @@ fn visit(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_gripp
     page.eval("document.forms['limits-form'].speed_deg_s.value = '-1'; document.forms['limits-form'].requestSubmit()");
     page.until("document.querySelector('#limits-form output').className === 'bad'");
     let words = page.eval("document.querySelector('#limits-form output').textContent");
-    assert!(words.as_str().unwrap().contains("speed in rad/s is -0.0"), "{words}");
+    assert!(words.as_str().unwrap().contains("speed in degrees per second is -1.000"), "{words}");
     let fill = "const f = document.forms['object-form']; f.elements.radius_mm.value = '30'; f.elements.centre_mm.value = '34, 45'; f.requestSubmit()";
     page.eval(&format!("{{ {fill} }}"));
     page.until("document.querySelector('#object-form output').textContent === 'the target has the object'");
