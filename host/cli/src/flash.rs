@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+#[cfg(feature = "probe")]
+use crate::environment::{self, PROBE};
 use crate::exit::bad_input;
 use fre_gripper::probe::{Board, Image, ProbeError};
 
@@ -17,7 +19,7 @@ pub struct Args {
     /// The image [default: where `cargo xtask firmware` puts it]
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
-    /// The probe, if there are several
+    /// The probe, if there are several [env: FRE_PROBE]
     #[arg(long, value_name = "VID:PID[:SERIAL]")]
     probe: Option<String>,
 }
@@ -39,7 +41,8 @@ fn flash(args: &Args) -> Result<(), ProbeError> {
 #[cfg(feature = "probe")]
 fn write(args: &Args, image: &Image) -> Result<(), ProbeError> {
     use fre_gripper::probe::session;
-    let selector = session::selector(args.probe.as_deref())?;
+    let probe = args.probe.clone().or_else(|| environment::value(PROBE));
+    let selector = session::selector(probe.as_deref())?;
     session::flash(&args.board, image, selector.as_ref(), &mut std::io::stdout())
 }
 

@@ -9,15 +9,15 @@ use std::time::{Duration, Instant};
 use clap::Subcommand;
 use messages::{Event, Finger, GripTo, Heed, Heeds, Notice, Phase, Report, Which};
 use model_core::discretise::Discretisation;
-use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
 
 use super::{commission, identify};
+use crate::environment::{self, LINK};
 use crate::exit::{bad_input, trusted};
 use crate::options::PhysicsWord;
 use crate::output::put_out;
-use crate::source::link;
 use crate::standard;
+use fre::case::object_keys;
 use fre_gripper::link::{Address, Link, LinkError, Told, pairs, set};
 
 /// Query a gripper, change its settings, and make it grip.
@@ -107,7 +107,7 @@ impl Fingers {
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    let address = match link(args.link.as_ref()) {
+    let address = match environment::or_else(args.link.as_ref(), LINK) {
         Ok(Some(address)) => address,
         Ok(None) => return bad_input(&"needed is --link LINK, or FRE_LINK in the environment: where the gripper is"),
         Err(error) => return bad_input(&error),
@@ -256,22 +256,6 @@ fn deviations(given: &Uncertainty) -> String {
     )
 }
 
-/// An object by the keys of a case file.
-fn words(object: &ObjectDesign) -> String {
-    match object {
-        ObjectDesign::Circle { centre, radius } => format!("circle, radius_mm = {radius}, centre_mm = {centre:?}"),
-        ObjectDesign::Ellipse { centre, semi_axes, angle } => {
-            let degrees = angle.to_degrees();
-            format!("ellipse, centre_mm = {centre:?}, semi_axes_mm = {semi_axes:?}, angle_deg = {degrees}")
-        }
-        ObjectDesign::Polygon { corners, rounding } => {
-            format!("polygon, corners_mm = {:?}, rounding_mm = {rounding}", corners.to_vec())
-        }
-        ObjectDesign::HalfPlane { point, normal } => format!("half-plane, point_mm = {point:?}, normal = {normal:?}"),
-        ObjectDesign::Bore { centre, radius } => format!("bore, radius_mm = {radius}, centre_mm = {centre:?}"),
-    }
-}
-
 fn get(link: &Link) -> Result<String, LinkError> {
     let mut text = String::new();
     let settings = link.settings()?;
@@ -283,7 +267,7 @@ fn get(link: &Link) -> Result<String, LinkError> {
             || "no design".to_owned(),
             |finger| format!("{} lamellae", finger.design.lamellae.attachments.len()),
         );
-        let object = link.object(finger)?.map_or_else(|| "no object".to_owned(), |object| words(&object));
+        let object = link.object(finger)?.map_or_else(|| "no object".to_owned(), |object| object_keys(&object));
         let uncertainty = link.uncertainty(finger)?.map_or_else(
             || format!("not calibrated, taken as {}", deviations(&Uncertainty::DEFAULT)),
             |uncertainty| format!("calibrated to {}", deviations(&uncertainty)),

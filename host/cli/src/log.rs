@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
+#[cfg(feature = "probe")]
+use crate::environment::{self, PROBE};
 use crate::exit::bad_input;
 use fre_gripper::probe::{Board, ProbeError, emulated};
 
@@ -23,7 +25,7 @@ pub struct Args {
     /// The image for QEMU [default: where `cargo xtask firmware` puts it]
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
-    /// The probe, if there are several
+    /// The probe, if there are several [env: FRE_PROBE]
     #[arg(long, value_name = "VID:PID[:SERIAL]", conflicts_with = "qemu")]
     probe: Option<String>,
     /// Stops after this time [default: never]
@@ -63,7 +65,8 @@ pub fn run(args: &Args) -> ExitCode {
 fn listen(args: &Args, board: &Board, longest: Option<Duration>) -> Result<(), ProbeError> {
     use fre_gripper::probe::{Image, session};
     let image = Image::read(&args.image.clone().unwrap_or_else(|| board.image()), board.name)?;
-    let selector = session::selector(args.probe.as_deref())?;
+    let probe = args.probe.clone().or_else(|| environment::value(PROBE));
+    let selector = session::selector(probe.as_deref())?;
     session::log(board, &image, selector.as_ref(), longest, &mut std::io::stdout())
 }
 

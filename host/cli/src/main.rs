@@ -14,6 +14,8 @@ mod compare;
 mod completions;
 #[cfg(feature = "gripper")]
 mod demo;
+#[cfg(feature = "gripper")]
+mod environment;
 mod examples;
 mod exit;
 mod finger;

@@ -7,10 +7,11 @@ use fre::case::NEW;
 
 use crate::exit::bad_input;
 use crate::output::{ForceArgs, put_out};
+use crate::standard::is_standard;
 
 /// Write a commented case with a whole finger, to be edited.
 ///
-/// Example: `fre new my-finger.toml`, then `fre solve my-finger.toml`. Without a name the case goes to standard output.
+/// Example: `fre new my-finger.toml`, then `fre solve my-finger.toml`. Without a name, or as -, the case goes to standard output.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The file to write
@@ -22,7 +23,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    let written = match &args.file {
+    let written = match args.file.as_ref().filter(|path| !is_standard(path)) {
         None => put_out(NEW),
         Some(path) => args
             .force

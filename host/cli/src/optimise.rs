@@ -14,7 +14,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use crate::exit::{bad_input, tell, trusted};
 use crate::options::ModelArgs;
 use crate::output::{ForceArgs, put_out, reads_case};
-use fre::case::Document;
+use crate::standard;
 use fre::draw::{self, Format, Scene, Theme};
 use fre::files::{FileError, Folder};
 use fre::optimise::{
@@ -46,7 +46,7 @@ const FRONT: &str = "front.svg";
 /// Exit status: 0 all limits are kept; 1 bad input; 2 no start keeps all limits.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The case file
+    /// The case file; - for standard input
     #[arg(value_name = "CASE.toml")]
     case: PathBuf,
     /// What is searched for: [largest|least] MEASURE, or constant-force over A:B
@@ -163,7 +163,7 @@ pub fn run(args: &Args) -> ExitCode {
 
 fn work(args: &Args) -> Result<bool, Failure> {
     let words = |error: &dyn std::fmt::Display| error.to_string();
-    let document = Document::read(&args.case).map_err(|error| words(&error))?;
+    let document = standard::document(&args.case).map_err(|error| words(&error))?;
     let wanted = (args.goal, args.subject_to.clone());
     let problem = Problem::new(document, args.vary.clone(), wanted, &args.also, args.model.options())
         .map_err(|error| words(&error))?;

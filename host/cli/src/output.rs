@@ -25,6 +25,14 @@ impl ForceArgs {
     }
 }
 
+/// Takes note of a file that is read; `-` is standard input.
+///
+/// # Errors
+/// It is an output.
+pub fn reads(files: &mut Files, path: &Path, what: &str) -> Result<(), FileError> {
+    if is_standard(path) { Ok(()) } else { files.input(path, what) }
+}
+
 /// Takes note of a case that is read, and of the finger's file that it names.
 ///
 /// # Errors

@@ -3,6 +3,8 @@
 use std::io::Write;
 use std::path::Path;
 
+use crate::output::reads;
+use crate::standard::{self, Target, is_standard};
 use fre::case::Case;
 use fre::delimited;
 use fre::files::Files;
@@ -40,9 +42,9 @@ pub struct Model {
     pub settings: Vec<String>,
 }
 
-/// Whether a file is such a table.
+/// Whether a file is such a table. Standard input is: a recording is read from a file only.
 pub fn is_table(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+    is_standard(path) || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
 /// Writes the table with its forces; a line for people about it.
@@ -50,16 +52,16 @@ pub fn is_table(path: &Path) -> bool {
 /// # Errors
 /// A file, a line of the table, or what the estimator refuses.
 pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Result<String, Failure> {
-    let name = path.display();
-    files.input(path, "the table")?;
-    let mut out = files.output(out, "--csv")?.draft()?;
+    let name = standard::name(path);
+    reads(files, path, "the table")?;
+    let mut out = Target::of(files, out, "--csv")?.draft()?;
     let mut settings = Settings::of(Mount::DEFAULT);
     model.settings.iter().try_for_each(|words| set(&mut settings, words).map_err(|error| format!("--set {error}")))?;
     let mount = settings.fingers[0].unwrap_or_default();
     let calibration = Calibration::new(&mount);
     let mut estimator = make(model, &mount, &calibration)?;
 
-    let text = std::fs::read(path).map_err(|error| format!("{name}: {error}"))?;
+    let text = standard::bytes(path)?;
     let mut reader = csv::Reader::from_reader(&text[..]);
     let head = reader.headers().map_err(|error| format!("{name}: {error}"))?.clone();
     let columns = Columns::find(&head).map_err(|why| format!("{name}:1: {why}"))?;
@@ -71,7 +73,15 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
     out.write_all(delimited::line(head.iter().chain(ADDED).chain(interval.iter().copied())).as_bytes())?;
     let (mut rows, mut trusted, mut before, mut last) = (0_u64, 0_u64, f64::NEG_INFINITY, None);
     for row in reader.records() {
-        let row = row.map_err(|error| format!("{name}: {error}"))?;
+        let row = row.map_err(|error| match error.kind() {
+            csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
+                format!(
+                    "{name}:{}: has {len} cells; needed are {expected_len}, as in the first line",
+                    line(&text, pos.as_ref())
+                )
+            }
+            _ => format!("{name}: {error}"),
+        })?;
         let at = |why: String| format!("{name}:{}: {why}", line(&text, row.position()));
         let (time, angle) = columns.read(&row, &calibration).map_err(at)?;
         if time <= before {

@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use model_core::discretise::{Discretisation, Elements, Physics};
 
-use crate::exit::bad_input;
+use crate::exit::{bad_input, tell};
 use crate::options::PhysicsWord;
 use crate::output::{ForceArgs, put_out, reads_case};
 use crate::positions;
+use crate::standard::{self, is_standard};
 use crate::view::ViewArgs;
-use fre::case::Case;
 use fre::study::choice::elements;
 use fre::study::model::Precision;
 
@@ -31,12 +31,15 @@ pub const NOT_BUILT: &str = "this `fre` was built without recordings; build it w
 /// Recordings need a `fre` built with them:
 /// cargo run --release -p fre-cli --features record --bin fre -- replay FILE
 #[derive(Debug, clap::Args)]
-#[cfg_attr(not(feature = "record"), allow(dead_code))]
+#[cfg_attr(
+    not(feature = "record"),
+    expect(dead_code, reason = "parsed in every build, for its help and for the message of what to build")
+)]
 pub struct Args {
-    /// The recording, or a table of positions
+    /// The recording, or a table of positions; - is a table on standard input
     #[arg(value_name = "FILE.mcap|FILE.csv")]
     file: PathBuf,
-    /// Writes every report to a CSV file instead of showing it
+    /// Writes every report to a CSV file instead of showing it; - for standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Writes every recorded report to a Parquet file instead of showing it
@@ -123,10 +126,19 @@ fn label(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
     reads_case(&mut files, case)?;
     let mut how = Discretisation::fine(args.physics.map_or(Physics::Extended, |word| word.physics()));
     how.elements = args.elements.unwrap_or(how.elements);
-    let (case, precision) = (Case::read(case)?, args.precision.precision());
+    let (case, precision) = (standard::case(case)?, args.precision.precision());
     let model = positions::Model { case, how, precision, settings: args.set.clone() };
     let words = positions::label(&args.file, out, &model, &mut files)?;
-    Ok(put_out(&words)?)
+    Ok(remark(&words, is_standard(out))?)
+}
+
+/// A line for people, on standard error where the table has standard output.
+fn remark(words: &str, beside: bool) -> Result<(), String> {
+    if beside {
+        tell!("fre: {}", words.trim_end());
+        return Ok(());
+    }
+    put_out(words)
 }
 
 #[cfg(not(feature = "record"))]
@@ -159,10 +171,10 @@ mod run {
     use model_core::discretise::{Discretisation, Physics};
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-    use super::Args;
+    use super::{Args, remark};
     use crate::exit::{bad_input, tell};
-    use crate::output::{put_out, reads_case};
-    use fre::case::Case;
+    use crate::output::reads_case;
+    use crate::standard::{self, Stream, Target, is_standard};
     use fre::files::Draft;
     use fre_gripper::record::{Again, Changes, Csv, Difference, Playback, Recorded, Recording, Speed, beginning};
     use fre_gripper::source::{Modelled, Setup, Source, Told};
@@ -203,7 +215,7 @@ mod run {
     fn changes(args: &Args) -> Result<Changes, Failure> {
         let mut models = Vec::new();
         for path in &args.case {
-            let case = Case::read(path)?.frictionless("the estimate of a recording")?;
+            let case = standard::case(path)?.frictionless("the estimate of a recording")?;
             let physics = args.physics.map_or(Physics::Extended, |word| word.physics());
             let how = Discretisation::fine(physics);
             let finger = Some(Finger { design: case.finger.design, how });
@@ -228,7 +240,8 @@ mod run {
         let mut files = args.force.files();
         files.input(&args.file, "the recording")?;
         args.case.iter().try_for_each(|path| reads_case(&mut files, path))?;
-        let csv = csv.map(|path| files.output(path, "--csv")).transpose()?;
+        let beside = csv.is_some_and(is_standard);
+        let csv = csv.map(|path| Target::of(&mut files, path, "--csv")).transpose()?;
         let parquet = args.parquet.as_deref().map(|path| files.output(path, "--parquet")).transpose()?;
         let mut recording = Recording::open(&args.file)?;
         let setup = beginning(&args.file, &mut recording)?;
@@ -287,7 +300,7 @@ mod run {
         if args.again {
             text += &compare(&differences);
         }
-        Ok(put_out(&text)?)
+        Ok(remark(&text, beside)?)
     }
 
     fn of(path: &Path, setup: &Setup) -> String {
@@ -367,12 +380,12 @@ mod run {
 
     /// The CSV, with columns for the new estimate and the recorded one.
     enum Table {
-        Recorded(Csv<Draft>),
-        Both(Draft),
+        Recorded(Csv<Stream>),
+        Both(Stream),
     }
 
     impl Table {
-        fn new(mut file: Draft, both: bool) -> Result<Self, Failure> {
+        fn new(mut file: Stream, both: bool) -> Result<Self, Failure> {
             if !both {
                 return Ok(Self::Recorded(Csv::new(file)?));
             }

@@ -18,7 +18,10 @@ use crate::source::SourceArgs;
 ///
 /// Needs a `fre` built with ROS 2: cargo build --release -p fre-cli --features ros2
 #[derive(Debug, clap::Args)]
-#[cfg_attr(not(feature = "ros2"), allow(dead_code))]
+#[cfg_attr(
+    not(feature = "ros2"),
+    expect(dead_code, reason = "parsed in every build, for its help and for the message of what to build")
+)]
 pub struct Args {
     /// A recording instead of a gripper or a bus
     #[arg(value_name = "FILE.mcap", conflicts_with_all = ["link", "bus"])]
@@ -145,6 +148,7 @@ mod run {
             return Err(format!("--speed is {}; allowed is above 0 to 1e6", args.speed).into());
         }
         let longest = time("--linger", args.linger)?;
+        args.source.no_bus("a recording")?;
         let mut recording = Recording::open(file)?;
         let mut setup = beginning(file, &mut recording)?;
         (setup.origin, setup.place) = (Origin::Recording, format!("{} of {}", file.display(), setup.place));

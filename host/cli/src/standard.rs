@@ -1,12 +1,12 @@
 //! `-` in place of a file: standard input, or standard output.
 
-use std::io::{ErrorKind, Read as _, Write as _};
+use std::io::{BufWriter, ErrorKind, Read as _, Stdout, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fre::case::{Case, CaseError, Document};
-use fre::files::{FileError, Files, Output};
+use fre::files::{Draft, FileError, Files, Output};
 use fre::fit::measured::{Measured, MeasuredError};
 
 use crate::exit::detail;
@@ -38,6 +38,34 @@ fn text() -> Result<String, CaseError> {
     Ok(text)
 }
 
+/// What a file is called in messages.
+pub fn name(path: &Path) -> String {
+    if is_standard(path) { INPUT.to_owned() } else { path.display().to_string() }
+}
+
+/// Everything in a file or on standard input.
+///
+/// # Errors
+/// With its name: it cannot be read.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, String> {
+    let unreadable = |reason: String| format!("{}: {reason}", name(path));
+    if !is_standard(path) {
+        return std::fs::read(path).map_err(|error| unreadable(error.to_string()));
+    }
+    claim().map_err(|reason| unreadable(reason.to_owned()))?;
+    let mut bytes = Vec::new();
+    std::io::stdin().read_to_end(&mut bytes).map_err(|error| unreadable(error.to_string()))?;
+    Ok(bytes)
+}
+
+/// The same as text.
+///
+/// # Errors
+/// With its name: it cannot be read, or is not UTF-8.
+pub fn words(path: &Path) -> Result<String, String> {
+    String::from_utf8(bytes(path)?).map_err(|error| format!("{}: {error}", name(path)))
+}
+
 /// Reads a case file, or a case on standard input, which finds finger files in the current folder.
 ///
 /// # Errors
@@ -63,7 +91,7 @@ pub fn document(path: &Path) -> Result<Document, CaseError> {
 pub fn measured(path: &Path) -> Result<Measured, MeasuredError> {
     detail!("fre: reads {}", path.display());
     let mut line = ProgressLine::new(false);
-    let name = if is_standard(path) { INPUT.to_owned() } else { path.display().to_string() };
+    let name = name(path);
     let watch = |progress: fre::fit::measured::Progress| {
         line.show(false, || format!("reading {name}: line {} of {}", progress.line, progress.of));
         ControlFlow::Continue(())
@@ -105,6 +133,64 @@ impl Target {
         match self {
             Self::File(output) => output.write(bytes).map_err(|error| error.to_string()),
             Self::Standard => put_out(bytes),
+        }
+    }
+
+    /// Begins a long result.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn draft(self) -> Result<Stream, FileError> {
+        match self {
+            Self::File(output) => output.draft().map(Stream::File),
+            Self::Standard => Ok(Stream::Standard(BufWriter::new(std::io::stdout()))),
+        }
+    }
+}
+
+/// A long result on its way.
+pub enum Stream {
+    /// A file, which takes its place when it is finished.
+    File(Draft),
+    /// Standard output. A reader that stops early is not a failure.
+    Standard(BufWriter<Stdout>),
+}
+
+impl Stream {
+    /// Ends it.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn finish(mut self) -> Result<(), FileError> {
+        match self {
+            Self::File(draft) => draft.finish(),
+            Self::Standard(_) => self.flush().map_err(|source| FileError::Unwritable {
+                what: "standard output".to_owned(),
+                path: "-".into(),
+                source,
+            }),
+        }
+    }
+}
+
+impl Write for Stream {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        match self {
+            Self::File(draft) => draft.write(bytes),
+            Self::Standard(out) => match out.write(bytes) {
+                Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(bytes.len()),
+                written => written,
+            },
+        }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        match self {
+            Self::File(draft) => draft.flush(),
+            Self::Standard(out) => match out.flush() {
+                Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+                flushed => flushed,
+            },
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::exit::{UNTRUSTWORTHY, bad_input, tell};
 use crate::options::ModelArgs;
 use crate::output::{ForceArgs, reads_case};
 use crate::progress::ProgressLine;
-use crate::standard;
+use crate::standard::{self, Target, is_standard};
 use fre::case::MAX_ANGLE;
 use fre::files::{Files, Output};
 use fre::study::choice;
@@ -55,7 +55,7 @@ pub struct Args {
     /// the product.
     #[arg(long, value_name = "KEY=A:B:STEP|KEY=v1,v2,…")]
     vary: Vec<String>,
-    /// The CSV file, in which a stopped sweep continues [default: standard output]
+    /// The CSV file, in which a stopped sweep continues [default: -, standard output]
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Solves a part of the points only: the I-th of N
@@ -92,7 +92,7 @@ enum Action {
         /// The shards' files, in any order, each with its .sweep file beside it
         #[arg(value_name = "SHARD.csv", required = true)]
         shards: Vec<PathBuf>,
-        /// The merged file
+        /// The merged file; - for standard output
         #[arg(short, long, value_name = "FILE")]
         out: PathBuf,
         /// Writes the merged sweep as Parquet, too
@@ -103,6 +103,13 @@ enum Action {
         #[command(flatten)]
         force: ForceArgs,
     },
+}
+
+impl Args {
+    /// The file of the rows, if there is one.
+    fn rows(&self) -> Option<&Path> {
+        self.out.as_deref().filter(|path| !is_standard(path))
+    }
 }
 
 /// Motor angles of an option.
@@ -150,12 +157,15 @@ fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArg
     for shard in shards {
         files.input(shard, "a shard")?;
     }
-    let rows = files.output(out, "--out")?;
-    let parquet = parquet.map(|path| parquet_output(&mut files, path)).transpose()?;
+    let rows = Target::of(&mut files, out, "--out")?;
+    let parquet = parquet_of(&mut files, parquet, Some(out).filter(|path| !is_standard(path)))?;
     let merge = Merge::of(shards)?;
     let mut draft = rows.draft()?;
     let count = merge.write(&mut draft)?;
     draft.finish()?;
+    if is_standard(out) {
+        return Ok(());
+    }
     merge.name(out)?;
     if let Some(parquet) = parquet {
         write_parquet(out, parquet)?;
@@ -164,14 +174,19 @@ fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArg
     Ok(())
 }
 
-/// The Parquet file.
-fn parquet_output(files: &mut Files, path: &Path) -> Result<Output, SweepError> {
+/// The Parquet file, if one is asked for. It is made of the file of the rows.
+fn parquet_of(files: &mut Files, path: Option<&Path>, rows: Option<&Path>) -> Result<Option<Output>, SweepError> {
+    let Some(path) = path else { return Ok(None) };
+    if rows.is_none() {
+        let reason = "is made of the file that --out names, which is needed; - is standard output".to_owned();
+        return Err(SweepError::Part { file: format!("--parquet {}", path.display()), reason });
+    }
     if cfg!(not(feature = "parquet")) {
         let reason = "--parquet: this `fre` was built without Parquet; build it with: cargo run --release -p fre-cli --features \
                       parquet --bin fre -- …";
         return Err(SweepError::Part { file: path.display().to_string(), reason: reason.to_owned() });
     }
-    Ok(files.output(path, "--parquet")?)
+    Ok(Some(files.output(path, "--parquet")?))
 }
 
 /// Writes the file of a complete sweep as Parquet.
@@ -198,12 +213,13 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     // The Parquet file is made of the rows: it is replaced whenever they are complete.
     let mut files = Files::new(true);
     reads_case(&mut files, path)?;
-    if let Some(out) = &args.out {
+    let path_of_rows = args.rows();
+    if let Some(out) = path_of_rows {
         // Continued, never overwritten: another sweep's file, or any other, is refused.
         files.continued(out, "--out")?;
     }
-    let parquet = args.parquet.as_deref().map(|path| parquet_output(&mut files, path)).transpose()?;
-    let mut ledger = args.out.as_deref().map(|path| Ledger::open(path, &sweep)).transpose()?;
+    let parquet = parquet_of(&mut files, args.parquet.as_deref(), path_of_rows)?;
+    let mut ledger = path_of_rows.map(|path| Ledger::open(path, &sweep)).transpose()?;
     if let Some(ledger) = ledger.as_ref().filter(|ledger| ledger.found() > 0) {
         tell!("fre: {} of {} rows are known already", ledger.found(), sweep.own_rows());
     }
@@ -227,7 +243,7 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     let tally = sweep::run(&sweep, ledger.as_mut(), &mut out, usize::from(args.jobs), watch);
     line.keep();
     let tally = tally?;
-    if let (Some(rows), Some(parquet)) = (&args.out, parquet) {
+    if let (Some(rows), Some(parquet)) = (path_of_rows, parquet) {
         write_parquet(rows, parquet)?;
     }
     summarise(&sweep, &tally);
@@ -235,7 +251,7 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
         tell!("fre: warning: {warning}");
     }
     if sweep.has_resolutions() {
-        let text = match &args.out {
+        let text = match path_of_rows {
             Some(file) => std::fs::read_to_string(file)
                 .map_err(|source| SweepError::File { file: file.display().to_string(), source })?,
             None => String::from_utf8_lossy(&out.text).into_owned(),
@@ -282,7 +298,7 @@ fn study_words(found: &[Tuned]) -> String {
 /// What a sweep that was stopped leaves behind.
 fn left_words(args: &Args, progress: Progress) -> String {
     let Progress { done, total, .. } = progress;
-    match &args.out {
+    match args.rows() {
         Some(file) => {
             format!("{done} of {total} rows are in {}; run the same command again to continue", file.display())
         }

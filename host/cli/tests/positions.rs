@@ -124,6 +124,23 @@ fn radians_and_counts_are_the_same_positions() {
 }
 
 #[test]
+fn a_table_goes_from_standard_input_to_standard_output() {
+    let folder = Folder::new();
+    let text = table("angle_deg", |angle| angle);
+    folder.label(&text, "");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    command.args("replay - --again --case case.toml --csv -".split(' ')).current_dir(folder.0.path());
+    let table = fs::File::open(folder.path("positions.csv")).unwrap();
+    let output = command.stdin(table).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        (output.status.code(), said.as_str()),
+        (Some(0), "fre: standard input: 5 positions, 5 with a trustworthy force\n")
+    );
+    assert_eq!(output.stdout, fs::read(folder.path("forces.csv")).unwrap());
+}
+
+#[test]
 fn a_leap_is_followed_and_what_is_beyond_the_finger_has_no_force() {
     let folder = Folder::new();
     let text = "time_s,angle_deg\n0,0\n1,11\n2,120\n3,11\n";
@@ -141,33 +158,33 @@ fn a_leap_is_followed_and_what_is_beyond_the_finger_has_no_force() {
 fn a_table_that_gets_no_forces_says_why() {
     let folder = Folder::new();
     let good = table("angle_deg", |angle| angle);
-    let refused = |table: &str| folder.refusal(table, AGAIN);
-    assert!(
-        refused("t,angle_deg\n0,1\n").contains("positions.csv:1: no column `time_s`; the columns are t, angle_deg")
-    );
-    assert!(refused("time_s,angle\n0,1\n").contains("no column `angle_deg`, `angle_rad` or `position_counts`"));
-    assert!(refused("time_s,angle_deg,angle_rad\n0,1,1\n").contains("several columns of positions"));
-    assert!(refused("time_s,angle_deg,force_n\n0,1,1\n").contains("there is a column `force_n` already"));
-    assert!(
-        refused("time_s,angle_deg\n0,1\n0.1,wide\n")
-            .contains("positions.csv:3: angle_deg is `wide`; allowed is a number")
-    );
-    assert!(refused("time_s,angle_deg\n0,1\n0.1,nan\n").contains("positions.csv:3: angle_deg is `nan`"));
-    assert!(refused("time_s,angle_deg\n1,1\n1,2\n").contains("positions.csv:3: time_s is 1; allowed is above 1"));
-    // As spreadsheets and Python end their lines.
-    assert!(refused("time_s,angle_deg\r\n1,1\r\n1,2\r\n").contains("positions.csv:3: time_s is 1; allowed is above 1"));
-    assert!(refused("time_s,angle_deg\n0,1\n0.1\n").contains("positions.csv"), "a row without its position");
-    let half = refused("time_s,position_counts\n0,2048.5\n");
-    assert!(half.contains("position_counts is 2048.5; allowed are whole numbers"), "{half}");
-
-    let words = |options: &str| folder.refusal(&good, options);
-    assert!(words("").contains("a table of positions has no forces: --again --case CASE.toml --csv FILE"));
-    assert!(words("--again --case case.toml").contains("a table of positions has no forces"));
-    assert!(words("--again --csv forces.csv").contains("a table of positions has no forces"));
-    assert!(words(&format!("{AGAIN} --set finger.0.colour=red")).contains("--set `finger.0.colour` is not a key"));
-    assert!(words(&format!("{AGAIN} --youngs-modulus-pa 5e7")).contains("Young's modulus is that of the case"));
-    assert!(words("--again --case nowhere.toml --csv forces.csv").contains("nowhere.toml"));
-    assert!(words("--again --case case.toml --csv positions.csv --force").contains("positions.csv"));
+    let tables = [
+        "t,angle_deg\n0,1\n",
+        "time_s,angle\n0,1\n",
+        "time_s,angle_deg,angle_rad\n0,1,1\n",
+        "time_s,angle_deg,force_n\n0,1,1\n",
+        "time_s,angle_deg\n0,1\n0.1,wide\n",
+        "time_s,angle_deg\n0,1\n0.1,nan\n",
+        "time_s,angle_deg\n1,1\n1,2\n",
+        // As spreadsheets and Python end their lines.
+        "time_s,angle_deg\r\n1,1\r\n1,2\r\n",
+        // A row without its position.
+        "time_s,angle_deg\n0,1\n0.1\n",
+        "time_s,position_counts\n0,2048.5\n",
+    ];
+    let options = [
+        "",
+        "--again --case case.toml",
+        "--again --csv forces.csv",
+        &format!("{AGAIN} --set finger.0.colour=red"),
+        &format!("{AGAIN} --youngs-modulus-pa 5e7"),
+        "--again --case nowhere.toml --csv forces.csv",
+        "--again --case case.toml --csv positions.csv --force",
+    ];
+    let of_tables = tables.iter().map(|table| format!("{table:?}\n{}", folder.refusal(table, AGAIN)));
+    let of_options = options.iter().map(|options| format!("\"{options}\"\n{}", folder.refusal(&good, options)));
+    let said: Vec<String> = of_tables.chain(of_options).collect();
+    snapbox::assert_data_eq!(said.join("\n"), snapbox::file!["words/positions.txt"].raw());
     assert_eq!(fs::read_to_string(folder.path("positions.csv")).unwrap(), good);
 }
 

@@ -9,9 +9,9 @@ use clap::ValueEnum;
 use model_core::object::Motion;
 
 use crate::exit::{bad_input, tell};
-use crate::output::{ForceArgs, put_out, reads_case};
+use crate::output::{ForceArgs, put_out, reads, reads_case};
 use crate::progress::ProgressLine;
-use crate::standard;
+use crate::standard::{self, is_standard};
 use fre::case::{Case, MAX_ANGLE, MAX_DISTANCE};
 use fre::draw;
 use fre::files::{FileError, Files, Output};
@@ -50,10 +50,10 @@ use fre::fit::outline::{Options, Outline, OutlineError, camera_file, dots, extra
 #[command(group = clap::ArgGroup::new("place").required(true).args(["angle_deg", "distance_mm"]))]
 #[command(group = clap::ArgGroup::new("lens").args(["checkerboard", "camera"]))]
 pub struct Args {
-    /// The photograph: PNG, JPEG, TIFF, BMP or WebP
+    /// The photograph: PNG, JPEG, TIFF, BMP or WebP; - for standard input
     #[arg(value_name = "IMAGE")]
     image: PathBuf,
-    /// The case with the finger
+    /// The case with the finger; - for standard input
     #[arg(long, value_name = "CASE.toml")]
     case: PathBuf,
     /// Motor angle at which the photograph was taken
@@ -104,7 +104,7 @@ pub struct Args {
     /// Smooths a point over this distance to either side; 0 does not smooth
     #[arg(long, value_name = "MM", default_value_t = 2.5)]
     smooth_mm: f64,
-    /// Writes the CSV to a file; --append adds to it
+    /// Writes the CSV to a file, or as - to standard output; --append adds to it
     #[arg(long, value_name = "FILE.csv")]
     output: Option<PathBuf>,
     /// Adds the rows to a file that has this command's columns
@@ -157,7 +157,12 @@ fn outline(args: &Args) -> Result<(), OutlineError> {
     let place = place(args, &case)?;
     let beam = &case.finger.design.front;
     let options = options(args, Options::of(beam), beam.length())?;
-    let photo = Photo::read(&args.image)?;
+    let photo = if is_standard(&args.image) {
+        let bytes = standard::bytes(&args.image).map_err(OutlineError::Option)?;
+        Photo::decode(standard::name(&args.image), std::io::Cursor::new(bytes))?
+    } else {
+        Photo::read(&args.image)?
+    };
     let camera = camera(args, outputs.camera, photo.size())?;
     let marks = match &args.marks_file {
         Some(file) => marks::read(file)?,
@@ -222,12 +227,13 @@ impl Outputs {
     /// Takes note of all files, before the photograph is read.
     fn of(args: &Args) -> Result<Self, FileError> {
         let mut files = args.force.files();
-        files.input(&args.image, "the photograph")?;
+        reads(&mut files, &args.image, "the photograph")?;
         reads_case(&mut files, &args.case)?;
         args.marks_file.iter().try_for_each(|path| files.input(path, "--marks-file"))?;
         args.checkerboard.iter().try_for_each(|path| files.input(path, "--checkerboard"))?;
         args.camera.iter().try_for_each(|path| files.input(path, "--camera"))?;
         let table = match &args.output {
+            Some(path) if is_standard(path) => None,
             Some(path) if args.append && path.exists() => {
                 files.continued(path, "--output")?;
                 Some(Table::More(path.clone()))

@@ -1,5 +1,7 @@
 //! A photograph in linear light.
 
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -73,6 +75,16 @@ impl Photo {
     /// The file cannot be read, is not such a picture, or has too many pixels.
     pub fn read(path: &Path) -> Result<Self, OutlineError> {
         let name = path.display().to_string();
+        let unreadable = |error: io::Error| OutlineError::Unreadable { file: name.clone(), reason: error.to_string() };
+        let file = File::open(path).map_err(unreadable)?;
+        Self::decode(name, BufReader::new(file))
+    }
+
+    /// The same from any source; `name` stands for it in messages.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn decode(name: String, mut source: impl BufRead + Seek) -> Result<Self, OutlineError> {
         let unreadable = |error: image::ImageError| {
             let formats = match error {
                 image::ImageError::Unsupported(_) => "; allowed are PNG, JPEG, TIFF, BMP and WebP",
@@ -80,16 +92,20 @@ impl Photo {
             };
             OutlineError::Unreadable { file: name.clone(), reason: format!("{error}{formats}") }
         };
-        let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
-        let reader = reader.map_err(|error| unreadable(error.into()))?;
+        let reader = ImageReader::new(&mut source).with_guessed_format();
+        let format = reader.map_err(|error| unreadable(error.into()))?.format();
         // The decoder makes grey of what is missing, in which no finger would be found.
-        if reader.format() == Some(ImageFormat::Jpeg) {
-            let bytes = std::fs::read(path).map_err(|error| unreadable(error.into()))?;
+        if format == Some(ImageFormat::Jpeg) {
+            let mut bytes = Vec::new();
+            let read = source.read_to_end(&mut bytes).and_then(|_| source.rewind());
+            read.map_err(|error| unreadable(error.into()))?;
             if !jpeg_ends(&bytes) {
                 let reason = "it is truncated: the file ends before the picture does".to_owned();
                 return Err(OutlineError::Unreadable { file: name, reason });
             }
         }
+        let reader = ImageReader::new(source).with_guessed_format();
+        let reader = reader.map_err(|error| unreadable(error.into()))?;
         let mut decoder = reader.into_decoder().map_err(unreadable)?;
         let (width, height) = decoder.dimensions();
         if u64::from(width) * u64::from(height) > MOST_PIXELS {

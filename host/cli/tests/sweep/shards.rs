@@ -1,0 +1,53 @@
+//! A sweep in shards, and the one file that is made of theirs.
+
+use std::process::Command;
+
+use crate::{Folder, timeless, words};
+
+#[test]
+fn shards_make_the_file_of_the_whole_sweep() {
+    let folder = Folder::new();
+    let options = "--vary object.radius_mm=36:42:1 --shapes";
+    assert_eq!(folder.fre(&format!("{options} --out whole.csv")).status.code(), Some(0));
+    for shard in 1..=3 {
+        let output = folder.fre(&format!("{options} --shard {shard}/3 --out {shard}.csv"));
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
+    }
+    let merge = |words: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        command.args(["sweep", "merge"]).args(words.split_whitespace()).current_dir(folder.0.path()).output().unwrap()
+    };
+    let output = merge("3.csv 1.csv 2.csv --out all.csv");
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
+    let read = |name: &str| std::fs::read_to_string(folder.file(name)).unwrap();
+    assert_eq!(timeless(&read("all.csv")), timeless(&read("whole.csv")));
+    assert_eq!(read("all.csv.sweep"), read("whole.csv.sweep"));
+    let output = merge("1.csv 2.csv 3.csv --out -");
+    assert_eq!(words(&output.stdout), read("all.csv"));
+    // The whole sweep finds every row there.
+    let output = folder.fre(&format!("{options} --out all.csv"));
+    assert!(words(&output.stderr).contains("(0 computed, 14 from before)"), "{}", words(&output.stderr));
+    for (arguments, message) in [
+        ("1.csv 2.csv --out two.csv", "missing is 3/3"),
+        ("1.csv 1.csv 2.csv 3.csv --out two.csv", "is shard 1/3, as 1.csv is"),
+        ("1.csv whole.csv --out two.csv", "whole.csv: is a whole sweep, not a shard"),
+        ("case.toml --out two.csv", "has no .sweep file beside it"),
+        ("1.csv 2.csv 3.csv --out 1.csv", "1.csv"),
+        ("1.csv 2.csv 3.csv --out all.csv", "--force"),
+        ("1.csv 2.csv 3.csv --out - --parquet all.parquet", "- is standard output"),
+    ] {
+        let output = merge(arguments);
+        let said = words(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {said}");
+        assert!(said.contains(message), "{arguments}: {said}");
+    }
+    // A shard that was stopped is named by the row that is missing.
+    let torn = read("2.csv");
+    let last = torn.trim_end().rfind('\n').unwrap() + 1;
+    std::fs::write(folder.file("2.csv"), &torn[..last]).unwrap();
+    let said = words(&merge("1.csv 2.csv 3.csv --out two.csv").stderr);
+    assert!(said.contains("row 9 is in none of the shards"), "{said}");
+    assert!(!folder.file("two.csv").exists());
+    let output = folder.fre("--vary object.radius_mm=36:42:1 --shard 4/3");
+    assert!(words(&output.stderr).contains("allowed is I/N"), "{}", words(&output.stderr));
+}
