@@ -9,7 +9,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashEr
 /// What a chip needs around erasing, writing and reading.
 pub trait Care {
     /// Copies what flash holds from this address on; false if a word of it was torn by a loss of power, so that the chip's error
-    /// correction gives up. On chips without error correction nothing tells.
+    /// correction gives up. Without error correction it is always true.
     fn read(address: u32, into: &mut [u8]) -> bool {
         // SAFETY: `Settings` asks for addresses inside the flash.
         unsafe { torn::copy(address, into) };

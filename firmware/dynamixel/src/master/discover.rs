@@ -1,4 +1,4 @@
-//! Who is on the bus?
+//! Asks every device on the bus what it is.
 
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{Read, Write};
