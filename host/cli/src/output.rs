@@ -29,6 +29,7 @@ impl ForceArgs {
 ///
 /// # Errors
 /// It is an output.
+#[cfg(any(feature = "gripper", feature = "outline"))]
 pub fn reads(files: &mut Files, path: &Path, what: &str) -> Result<(), FileError> {
     if is_standard(path) { Ok(()) } else { files.input(path, what) }
 }

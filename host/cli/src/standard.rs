@@ -47,6 +47,7 @@ pub fn name(path: &Path) -> String {
 ///
 /// # Errors
 /// With its name: it cannot be read.
+#[cfg(any(feature = "gripper", feature = "outline"))]
 pub fn bytes(path: &Path) -> Result<Vec<u8>, String> {
     let unreadable = |reason: String| format!("{}: {reason}", name(path));
     if !is_standard(path) {
@@ -62,6 +63,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, String> {
 ///
 /// # Errors
 /// With its name: it cannot be read, or is not UTF-8.
+#[cfg(feature = "gripper")]
 pub fn words(path: &Path) -> Result<String, String> {
     String::from_utf8(bytes(path)?).map_err(|error| format!("{}: {error}", name(path)))
 }

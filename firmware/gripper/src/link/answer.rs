@@ -353,13 +353,13 @@ mod tests {
             MockDriver::get().advance(PATIENCE + Duration::from_millis(1));
             assert_eq!(order.as_mut().poll(polled), Poll::Ready(Err(Refusal::Busy)));
         }
-        let late = SHARED.orders.try_receive().ok().expect("it waits still").ticket;
+        let late = SHARED.orders.try_receive().expect("it waits still").ticket;
         assert!(!SHARED.claim(late), "it would be done after all");
 
         {
             let mut order = pin!(context.order(Command::Scan));
             assert_eq!(order.as_mut().poll(polled), Poll::Pending);
-            let ticket = SHARED.orders.try_receive().ok().expect("another one").ticket;
+            let ticket = SHARED.orders.try_receive().expect("another one").ticket;
             assert!(!SHARED.claim(late) && SHARED.claim(ticket));
             MockDriver::get().advance(PATIENCE + Duration::from_millis(1));
             assert_eq!(order.as_mut().poll(polled), Poll::Pending, "it is being done: it cannot be refused any more");
@@ -371,7 +371,7 @@ mod tests {
         // A write of whose end nobody hears does not hang the link.
         let mut order = pin!(context.order_and_keep(Command::Scan, Key::Settings));
         assert_eq!(order.as_mut().poll(polled), Poll::Pending);
-        let ticket = SHARED.orders.try_receive().ok().expect("an order").ticket;
+        let ticket = SHARED.orders.try_receive().expect("an order").ticket;
         assert!(SHARED.claim(ticket));
         SHARED.answer(ticket, Ok(Default::default()));
         assert_eq!(order.as_mut().poll(polled), Poll::Pending);
