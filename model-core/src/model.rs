@@ -18,8 +18,8 @@ pub struct Model<T: Real, S: Size> {
     pub(crate) topology: Topology<T, S>,
     pub(crate) node_count: usize,
     pub(crate) sample_count: usize,
-    /// Samples on the flexible part of the beam; those on the wedge follow.
-    pub(crate) flexible_samples: usize,
+    /// First sample of each front span; those on its rigid end follow those on its elements.
+    pub(crate) first_samples: S::Cells<u16>,
     /// Samples per element there.
     pub(crate) per_element: usize,
     /// Places at which a gap can be checked per sample: the sample, and others that divide the way to it from the one before evenly.
@@ -59,7 +59,7 @@ impl<T: Real, S: Size> Model<T, S> {
         topology: Topology::EMPTY,
         node_count: 0,
         sample_count: 0,
-        flexible_samples: 0,
+        first_samples: <S::Cells<u16> as Storage<u16>>::EMPTY,
         per_element: 0,
         fineness: 0,
         sharpest: T::ZERO,
@@ -84,7 +84,7 @@ impl<T: Real, S: Size> Model<T, S> {
         self.sample_count = 0;
         self.weight.as_mut().fill(T::ZERO);
         self.coupling.as_mut().fill([T::ZERO; 2]);
-        self.topology.reset(cells)
+        self.topology.reset(cells) && self.first_samples.fit(cells)
     }
 
     /// Makes room for nodes; false if there is none.

@@ -60,8 +60,8 @@ impl<T: Real, S: Size> Model<T, S> {
             ),
             ..sample
         };
-        if at >= self.flexible_samples {
-            let rigid = below.filter(|_| at > self.flexible_samples).map_or(T::ZERO, |below| below.rigid);
+        if sample.rigid != T::ZERO {
+            let rigid = below.map_or(T::ZERO, |below| below.rigid);
             return Sample { rigid: between(rigid, sample.rigid), ..place };
         }
         let weight = self.weight.as_ref();
@@ -74,14 +74,20 @@ impl<T: Real, S: Size> Model<T, S> {
                 ..place
             };
         }
-        let per_element = self.per_element.max(1);
-        let xi = (T::of((at % per_element) as f64) + part) / T::of(per_element as f64);
+        let xi = self.within_element(at, usize::from(sample.cell), part);
         // Simpson's weight of the middle is 4h/6; interior ends carry h/6 of the element below.
         let h = weight.at(usize::from(sample.node) + 1) * T::of(1.5);
         let first = self.member(usize::from(sample.cell)).map(|front| front.first);
         let [a, m, b] = hermite_weights(xi, h);
         let shared = if first == Some(sample.node) { T::ZERO } else { h * T::of(1.0 / 6.0) };
         Sample { weights: [shared + a, m, b], ..place }
+    }
+
+    /// Position ξ within its quadratic element of a place on the way to a sample of a span, `part` of that way on: 0 … 1.
+    pub(crate) fn within_element(&self, sample: usize, cell: usize, part: T) -> T {
+        let per_element = self.per_element.max(1);
+        let first = usize::from(self.first_samples.as_ref().at(cell));
+        (T::of((sample.saturating_sub(first) % per_element) as f64) + part) / T::of(per_element as f64)
     }
 
     /// Contact softness ε_c in use: between the samples of a sharp object's contact no less than the beam's own. Without any, the force

@@ -26,11 +26,11 @@ use crate::shared::Setup;
 use seal::Digests;
 
 /// Version of the records' layout. A change of [`Settings`], [`Finger`], [`ObjectDesign`] or [`Uncertainty`] needs another.
-const VERSION: u8 = 5;
+const VERSION: u8 = 6;
 /// The first version that is read as well: settings and fingers had another layout, other records the same.
 const EARLIEST: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).
-const RECORD: usize = 1088;
+const RECORD: usize = 1344;
 /// Number of the seal in flash.
 const SEAL: u8 = 0x40;
 
@@ -334,7 +334,8 @@ mod tests {
     use embedded_storage::nor_flash::{check_erase, check_read, check_write};
     use messages::{Mount, Reaction};
     use model_core::design::{
-        Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
+        Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, LamellaKind, Lamellae, Material, MaterialLaw,
+        PlaneStrain, Profile, Ribs,
     };
     use model_core::discretise::{Discretisation, Physics};
     use model_core::size::Lists;
@@ -427,7 +428,11 @@ mod tests {
             material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
             front: beam(),
             back: beam(),
-            lamellae: Lamellae { attachments: arcs, thickness: 3.0 },
+            lamellae: Lamellae {
+                attachments: arcs,
+                thickness: filled([1.2, 1.1], Lists::TARGET.lamellae),
+                kind: LamellaKind::Rib(Ribs::WELDED),
+            },
             hinge: Hinge {
                 kind: HingeKind::Welded,
                 length: filled(2.5, Lists::TARGET.lamellae),

@@ -62,6 +62,8 @@ pub struct Shape {
     pub back: Vec<[f64; 2]>,
     /// Ends of every lamella's rigid bar, front end first, base to tip.
     pub lamellae: Vec<[[f64; 2]; 2]>,
+    /// Centreline of every rib from where it begins to bend, front end first, base to tip; none of rigid lamellae.
+    pub ribs: Vec<Vec<[f64; 2]>>,
     /// Samples that touch the object.
     pub contacts: Vec<Contact>,
 }
@@ -82,6 +84,7 @@ impl Shape {
             front: follower.front().map(point).collect(),
             back: follower.back().map(point).collect(),
             lamellae: follower.lamellae().map(|bar| bar.map(point)).collect(),
+            ribs: follower.ribs().map(|rib| rib.map(point).collect()).collect(),
             contacts: follower.contacts().map(contact).collect(),
         }
     }
@@ -102,18 +105,19 @@ impl Shape {
                 [q[0] - inset[1] * along[0], q[1] - inset[1] * along[1]],
             ]
         };
-        Self {
-            front: line(&design.front),
-            back: line(&design.back),
-            lamellae: (0..design.lamella_count()).map(bar).collect(),
-            contacts: Vec::new(),
-        }
+        let lamellae: Vec<_> = (0..design.lamella_count()).map(bar).collect();
+        let ribs = if design.lamellae.ribs().is_some() {
+            lamellae.iter().map(|bar| bar.to_vec()).collect()
+        } else {
+            Vec::new()
+        };
+        Self { front: line(&design.front), back: line(&design.back), lamellae, ribs, contacts: Vec::new() }
     }
 }
 
 /// Distances (front, back), mm, from the centrelines to the ends of lamella k's bar as it is built.
 pub fn insets(design: &Design, lamella: usize) -> [f64; 2] {
-    if design.hinge.kind != HingeKind::Flexible {
+    if design.joint() != HingeKind::Flexible {
         return [0.0, 0.0];
     }
     let length = design.hinge.length_of(lamella);

@@ -5,6 +5,7 @@ use std::path::Path;
 use fre::case::{Case, Document, PICTURES, keys, reference};
 use fre::draw::{self, KEY_PICTURES};
 use fre::study::run;
+use model_core::design::{Design, HingeKind, Ribs};
 
 const CASE: &str = r#"
 [finger]
@@ -47,13 +48,9 @@ const ADDED: &[(&str, &str, bool)] = &[
     ("finger.back", "stretch_factor = 1.0", true),
     ("finger.back", "stretch_factor = 0.7", false),
     ("finger.lamellae", "bending_factor = 1.0", true),
-    ("finger.lamellae", "stretch_factor = 1.5", false),
     ("finger.lamellae", "kind = \"rigid\"", true),
-    ("finger.lamellae", "kind = \"rib\"", false),
-    ("finger.lamellae", "ends = \"welded\"", false),
+    ("finger.lamellae", "ends = \"gap\"", false),
     ("finger.lamellae", "angle_deg = 0", true),
-    ("finger.lamellae", "angle_deg = 20.0", false),
-    ("finger.lamellae", "angle_deg = [0, 10, 20]", false),
     ("finger.lamellae", "gap_mm = 0.4", false),
     ("finger.lamellae", "fillet_mm = 0.0", true),
     ("finger.lamellae", "fillet_mm = 1.0", false),
@@ -90,13 +87,74 @@ fn keys_without_their_physics_are_refused_by_name_and_their_defaults_taken() {
         "object.friction = 0.6: a gripper computes without friction; allowed is 0"
     );
     assert_eq!(
-        message("finger.lamellae", "kind = \"rib\""),
-        "case.toml:16: finger.lamellae.kind = \"rib\": known word, not yet computed; allowed is \"rigid\""
+        message("finger.lamellae", "ends = \"gap\""),
+        "case.toml:16: finger.lamellae.ends = \"gap\": known word, not yet computed; allowed is \"welded\", \"hinged\""
     );
-    let each = CASE.replacen("thickness_mm = 3.0", "thickness_mm = [1, 1.2, 1.4]", 1);
-    let error = Case::parse("case.toml", &each).unwrap_err();
-    assert_eq!(error.key(), Some("finger.lamellae.thickness_mm"));
-    assert!(error.to_string().contains("known form, not yet computed; allowed is a number of mm"), "{error}");
+}
+
+#[test]
+fn lamellae_may_be_ribs_inclined_tapered_and_with_necks() {
+    let lamellae = |lines: &str| {
+        let text = CASE.replacen("thickness_mm = 3.0\n", &format!("{lines}\n"), 1);
+        Case::parse("case.toml", &text).map(|case| case.finger.design)
+    };
+    let rib = |lines: &str| lamellae(&format!("kind = \"rib\"\n{lines}")).unwrap();
+    let plain = rib("thickness_mm = 1.2");
+    assert_eq!(plain.lamellae.ribs(), Some(&Ribs::WELDED));
+    assert_eq!((plain.joint(), plain.lamella_thickness(2)), (HingeKind::Welded, [1.2; 2]));
+    let each = rib("thickness_mm = [1, 1.2, 1.4]");
+    assert_eq!(each.lamella_thickness(2), [1.4; 2]);
+    let tapered = rib("thickness_mm = [[1, 1.2], [1.4, 1.1], [0.9, 0.8]]\nbending_factor = 0.7\nstretch_factor = 0.8");
+    assert_eq!(tapered.lamella_thickness(1), [1.4, 1.1]);
+    let factors = tapered.lamellae.ribs().map(|ribs| (ribs.bending_factor, ribs.stretch_factor));
+    assert_eq!(factors, Some((0.7, 0.8)));
+    assert_eq!(rib("thickness_mm = 1.2\nends = \"hinged\"").joint(), HingeKind::Flexible);
+    // Through the point midway between the centrelines, the front end lower: the first of `ribs.csv`, at height 9.
+    let inclined = rib("thickness_mm = 1.2\nangle_deg = 20");
+    let [front, back] = inclined.attachment_arcs(0);
+    let (p, q) = (inclined.front.point(front), inclined.back.point(back));
+    let lean = (q[1] - p[1]).atan2(p[0] - q[0]).to_degrees();
+    let half = 0.5 * (28.0 - 0.35 * 9.0);
+    assert!(
+        (lean - 20.0).abs() < 1e-9 && (p[1] - (9.0 - half * 20_f64.to_radians().tan())).abs() < 1e-9,
+        "{p:?} {lean}"
+    );
+    let one = rib("thickness_mm = 1.2\nangle_deg = [0, 10, 20]");
+    assert_eq!(one.front.point(one.attachment_arcs(0)[0])[1], 9.0);
+
+    let message = |lines: &str| lamellae(lines).unwrap_err().to_string();
+    for (lines, expected) in [
+        ("kind = \"rib\"\nthickness_mm = [1, 1.2]", "has 2 entries; allowed is one for all or one per lamella (3)"),
+        ("kind = \"rib\"\nthickness_mm = 1\nangle_deg = [1, 2]", "angle_deg = "),
+        (
+            "kind = \"rib\"\nthickness_mm = 1\nangle_deg = 75",
+            "at 9 mm, inclined by 75 degrees, does not meet the front beam",
+        ),
+        ("kind = \"rib\"\nthickness_mm = 12", "at rib 2 (counted from 1 at the base)"),
+        ("thickness_mm = 3\nends = \"welded\"", "means nothing to rigid lamellae"),
+        ("thickness_mm = 3\nbending_factor = 2", "means nothing to rigid lamellae"),
+    ] {
+        assert!(message(lines).contains(expected), "{lines}: {}", message(lines));
+    }
+    // What is written is read again.
+    for design in [plain, each, tapered, inclined] {
+        let finger = model(&design);
+        assert_eq!(finger.lamellae.thickness, design.lamellae.thickness);
+        assert_eq!(finger.lamellae.kind, design.lamellae.kind);
+        let apart = |k| {
+            (0..2).map(|side| (finger.attachment_arcs(k)[side] - design.attachment_arcs(k)[side]).abs()).sum::<f64>()
+        };
+        assert!((0..3).all(|k| apart(k) < 1e-9));
+    }
+}
+
+/// A design written as a case's keys and read again.
+fn model(design: &Design) -> Design {
+    let mut document = Document::resolve("case.toml", CASE, Path::new("")).unwrap();
+    let mut finger = document.case().unwrap().finger;
+    finger.design = design.clone();
+    document.set_finger(&finger);
+    document.case().unwrap().finger.design
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Why a description is refused.
 
 use super::junction::{BAR_ROOT, face_distances};
-use super::{Attachments, Beam, Design, HingeFrom, HingeKind, Profile};
+use super::weld::Weld;
+use super::{Attachments, Beam, Design, HingeFrom, HingeKind, LamellaKind, Profile};
 use crate::size::{Lists, TooLong};
 
 /// Places in a [`Design`], named as in a case file.
@@ -41,6 +42,12 @@ pub enum Field {
     BackArcs,
     /// `lamellae.thickness_mm`
     LamellaThickness,
+    /// `lamellae.fillet_mm`
+    Fillet,
+    /// `lamellae.bending_factor`
+    RibBending,
+    /// `lamellae.stretch_factor`
+    RibStretch,
     /// `hinge.length_mm`
     HingeLength,
     /// `hinge.thickness_mm`
@@ -72,6 +79,9 @@ impl Field {
             Self::FrontArcs => "lamellae.front_arc_mm",
             Self::BackArcs => "lamellae.back_arc_mm",
             Self::LamellaThickness => "lamellae.thickness_mm",
+            Self::Fillet => "lamellae.fillet_mm",
+            Self::RibBending => "lamellae.bending_factor",
+            Self::RibStretch => "lamellae.stretch_factor",
             Self::HingeLength => "hinge.length_mm",
             Self::HingeThickness => "hinge.thickness_mm",
             Self::RigidAbove => "tip.rigid_above_mm",
@@ -88,7 +98,8 @@ impl Field {
             Self::FrontBase | Self::FrontTip | Self::BackBase | Self::BackTip | Self::MotorAxis => {
                 Some([-MAX_LENGTH, MAX_LENGTH])
             }
-            Self::FrontStiffness | Self::BackStiffness => Some([1e-3, 1e3]),
+            Self::FrontStiffness | Self::BackStiffness | Self::RibBending | Self::RibStretch => Some([1e-3, 1e3]),
+            Self::Fillet => Some([0.0, 50.0]),
             Self::LamellaThickness | Self::HingeThickness | Self::HingeLength => Some([MIN_THICKNESS, MAX_LENGTH]),
             Self::FrontSagitta
             | Self::FrontThickness
@@ -197,6 +208,24 @@ pub enum DesignError {
         /// Number of lamellae.
         lamellae: usize,
     },
+    /// `lamellae.thickness_mm` has neither one entry nor one per lamella.
+    ThicknessCount {
+        /// Entries found.
+        found: usize,
+        /// Number of lamellae.
+        lamellae: usize,
+    },
+    /// A rib has no clear length between the beams, or beside it a beam none that bends.
+    NoRoomForRib {
+        /// Index of the lamella, from 0 at the base.
+        lamella: usize,
+        /// What is too short.
+        what: &'static str,
+        /// Its length, mm.
+        length: f64,
+        /// More than this is needed, mm.
+        needed: f64,
+    },
     /// A lamella leaves no room for its hinges.
     NoRoomForHinges {
         /// Index of the lamella, from 0 at the base.
@@ -251,6 +280,19 @@ impl core::fmt::Display for DesignError {
             }
             Self::HingeCount { found, lamellae } => {
                 write!(f, "hinge.length_mm has {found} entries; allowed is one for all or one per lamella ({lamellae})")
+            }
+            Self::ThicknessCount { found, lamellae } => {
+                write!(
+                    f,
+                    "lamellae.thickness_mm has {found} entries; allowed is one for all or one per lamella ({lamellae})"
+                )
+            }
+            Self::NoRoomForRib { lamella, what, length, needed } => {
+                let number = lamella + 1;
+                write!(
+                    f,
+                    "lamellae.thickness_mm: at rib {number} {what} is {length} mm long; more than {needed} mm is needed"
+                )
             }
             Self::NoRoomForHinges { lamella, width, needed } => {
                 write!(
@@ -351,6 +393,7 @@ impl Design {
             Attachments::Arcs { .. } => Field::FrontArcs,
         };
         TooLong::check(lamellae.key(), self.lamella_count(), room.lamellae)?;
+        TooLong::check(Field::LamellaThickness.key(), self.lamellae.thickness.len(), room.lamellae)?;
         TooLong::check(Field::HingeLength.key(), self.hinge.length.len(), room.lamellae)
     }
 
@@ -393,12 +436,18 @@ impl Design {
                 ascending(Field::BackArcs, back, 0.0, ends[1])?;
             }
         }
-        Field::LamellaThickness.admit(self.lamellae.thickness)?;
+        for &thickness in self.lamellae.thickness.iter().flatten() {
+            Field::LamellaThickness.admit(thickness)?;
+        }
         let count = self.lamella_count();
         if count == 0 {
             return Ok(());
         }
-        if self.hinge.kind == HingeKind::Flexible {
+        let found = self.lamellae.thickness.len();
+        if found != 1 && found != count {
+            return Err(DesignError::ThicknessCount { found, lamellae: count });
+        }
+        if self.joint() == HingeKind::Flexible {
             Field::HingeThickness.admit(self.hinge.thickness)?;
             if self.hinge.length.len() != 1 && self.hinge.length.len() != count {
                 return Err(DesignError::HingeCount { found: self.hinge.length.len(), lamellae: count });
@@ -414,12 +463,45 @@ impl Design {
                 return Err(DesignError::NoRoomForHinges { lamella, width, needed });
             }
         }
+        match &self.lamellae.kind {
+            LamellaKind::Rigid => Ok(()),
+            LamellaKind::Rib(ribs) => {
+                Field::Fillet.admit(ribs.fillet)?;
+                Field::RibBending.admit(ribs.bending_factor)?;
+                Field::RibStretch.admit(ribs.stretch_factor)?;
+                self.validate_ribs(ends)
+            }
+        }
+    }
+
+    /// Ribs bend over some length, and so does each beam between two of them.
+    fn validate_ribs(&self, ends: [f64; 2]) -> Result<(), DesignError> {
+        let mut below = [0.0; 2];
+        for lamella in 0..self.lamella_count() {
+            let room = |what, length: f64, needed: f64| {
+                if length > needed { Ok(()) } else { Err(DesignError::NoRoomForRib { lamella, what, length, needed }) }
+            };
+            let faces = face_distances(self, lamella);
+            room("it", self.lamella_width(lamella) - self.hinge_room(lamella).max(faces[0] + faces[1]), MIN_THICKNESS)?;
+            let weld = Weld::of(self, lamella);
+            let arcs = self.attachment_arcs(lamella);
+            let words = [
+                ["the front beam's part below it", "the front beam's part above it"],
+                ["the back beam's part below it", "the back beam's part above it"],
+            ];
+            for side in 0..2 {
+                let [down, up] = weld.reach[side];
+                room(words[side][0], arcs[side] - down - below[side], MIN_THICKNESS)?;
+                below[side] = arcs[side] + up;
+                room(words[side][1], ends[side] - below[side], MIN_THICKNESS)?;
+            }
+        }
         Ok(())
     }
 
     /// Part of lamella k's width that its hinges and what they start from take up, mm.
     fn hinge_room(&self, lamella: usize) -> f64 {
-        if self.hinge.kind != HingeKind::Flexible {
+        if self.joint() != HingeKind::Flexible {
             return 0.0;
         }
         let hinges = 2.0 * self.hinge.length_of(lamella);

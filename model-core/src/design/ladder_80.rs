@@ -15,10 +15,7 @@ pub fn ladder_80() -> Design {
         material: Material { youngs_modulus: 49.5, poissons_ratio: 0.48, law: MaterialLaw::default() },
         front: beam([0.0, 0.0]),
         back: beam([-28.0, 0.0]),
-        lamellae: Lamellae {
-            attachments: Attachments::Heights((1..=7).map(|k| 9.0 * f64::from(k)).collect()),
-            thickness: 3.0,
-        },
+        lamellae: Lamellae::rigid(Attachments::Heights((1..=7).map(|k| 9.0 * f64::from(k)).collect()), 3.0),
         hinge: Hinge {
             kind: HingeKind::Flexible,
             length: heapless::Vec::from_iter([2.5]),

@@ -7,11 +7,15 @@ mod beam;
 mod check;
 pub(crate) mod junction;
 mod ladder_80;
+mod lamella;
+pub(crate) mod weld;
 
 pub use beam::Beam;
 pub use check::{DesignError, Field};
 use heapless::Vec;
 pub use ladder_80::ladder_80;
+pub use lamella::{Attachments, LamellaKind, Lamellae, RibEnds, Ribs};
+pub use weld::weld_numbers;
 
 use crate::size::Lists;
 
@@ -108,48 +112,6 @@ pub enum PlaneStrain {
     Auto,
 }
 
-/// Where the lamellae are joined to the beams, base to tip.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
-pub enum Attachments {
-    /// The same height (finger-frame y, mm) on both beams.
-    Heights(Vec<f64, MAX_LAMELLAE>),
-    /// Arc lengths from the bases, mm, one entry per lamella on each beam.
-    Arcs {
-        /// Along the front beam.
-        front: Vec<f64, MAX_LAMELLAE>,
-        /// Along the back beam.
-        back: Vec<f64, MAX_LAMELLAE>,
-    },
-}
-
-impl Attachments {
-    /// Number of lamellae.
-    pub fn len(&self) -> usize {
-        match self {
-            Self::Heights(heights) => heights.len(),
-            Self::Arcs { front, .. } => front.len(),
-        }
-    }
-
-    /// True for a finger without lamellae.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
-
-/// The rigid lamellae.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
-pub struct Lamellae {
-    /// Where they are joined to the beams.
-    pub attachments: Attachments,
-    /// Thickness, mm (for pictures and finite elements; a lamella is rigid).
-    pub thickness: f64,
-}
-
 /// What joins a lamella to a beam.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -243,6 +205,20 @@ impl Design {
         }
     }
 
+    /// Thickness (front, back) in the plane of lamella k, mm.
+    pub fn lamella_thickness(&self, lamella: usize) -> [f64; 2] {
+        self.lamellae.thickness_of(lamella)
+    }
+
+    /// What joins the lamellae to the beams: hinges as [`Self::hinge`] has them, or what ribs end in.
+    pub fn joint(&self) -> HingeKind {
+        match self.lamellae.kind {
+            LamellaKind::Rigid => self.hinge.kind,
+            LamellaKind::Rib(Ribs { ends: RibEnds::Welded, .. }) => HingeKind::Welded,
+            LamellaKind::Rib(Ribs { ends: RibEnds::Hinged, .. }) => HingeKind::Flexible,
+        }
+    }
+
     /// Distance of lamella k's two attachments on the undeformed centrelines, mm.
     pub fn lamella_width(&self, lamella: usize) -> f64 {
         let [front, back] = self.attachment_arcs(lamella);
@@ -268,6 +244,16 @@ pub(crate) mod tests {
     pub(crate) fn set_heights(design: &mut Design, count: usize) {
         let pitch = if count == 7 { 9.0 } else { 55.0 / count.max(1) as f64 };
         design.lamellae.attachments = Attachments::Heights((1..=count).map(|k| pitch * k as f64).collect());
+    }
+
+    /// Makes a finger's lamellae welded ribs of a thickness.
+    pub(crate) fn ribs(design: &mut Design, thickness: f64) -> &mut Ribs {
+        design.lamellae.thickness = Lamellae::uniform(thickness);
+        design.lamellae.kind = LamellaKind::Rib(Ribs::WELDED);
+        match &mut design.lamellae.kind {
+            LamellaKind::Rib(ribs) => ribs,
+            LamellaKind::Rigid => unreachable!("just made ribs"),
+        }
     }
 
     #[test]
@@ -307,7 +293,24 @@ pub(crate) mod tests {
             ("lamellae.back_arc_mm", &|d| {
                 d.lamellae.attachments = Attachments::Arcs { front: Vec::from_iter([9.0]), back: Vec::new() };
             }),
-            ("lamellae.thickness_mm", &|d| d.lamellae.thickness = 0.0),
+            ("lamellae.thickness_mm", &|d| d.lamellae.thickness = Lamellae::uniform(0.0)),
+            ("lamellae.thickness_mm", &|d| d.lamellae.thickness = Vec::from_iter([[1.0; 2]; 3])),
+            ("lamellae.thickness_mm", &|d| {
+                ribs(d, 1.2);
+                d.lamellae.thickness = Vec::from_iter([[1.2, f64::NAN]]);
+            }),
+            ("lamellae.bending_factor", &|d| ribs(d, 1.2).bending_factor = 0.0),
+            ("lamellae.stretch_factor", &|d| ribs(d, 1.2).stretch_factor = f64::INFINITY),
+            ("lamellae.fillet_mm", &|d| ribs(d, 1.2).fillet = -1.0),
+            // Thicker than there is room between two, and a last one that the wedge leaves no room for.
+            ("lamellae.thickness_mm", &|d| {
+                ribs(d, 12.0);
+            }),
+            ("lamellae", &|d| {
+                ribs(d, 1.2);
+                set_heights(d, 1);
+                d.lamellae.attachments = Attachments::Heights(Vec::from_iter([75.0]));
+            }),
             ("hinge.length_mm", &|d| d.hinge.length.clear()),
             ("hinge.length_mm", &|d| d.hinge.length = Vec::from_iter([-2.5])),
             ("hinge.length_mm", &|d| d.hinge.length = Vec::from_iter([15.0])),

@@ -11,14 +11,15 @@ mod section;
 
 use crate::access::Access as _;
 use crate::design::junction::flexible_ends;
+use crate::design::weld::Weld;
 use crate::design::{Design, DesignError, HingeFrom, PlaneStrain};
 use crate::model::Model;
 use crate::real::Real;
 use crate::size::Size;
 use crate::topology::{CLAMPED, Role, Rung};
 use crate::units::Units;
-use rod::{Rod, write_rod};
-use rung::{MOST_JOINTS, Slot, rigid_tip, with_parts, write_rung};
+use rod::{Piece, Rod, write_rod};
+use rung::{MOST_JOINTS, Slot, rigid_tip, weld, with_parts, write_rung};
 use samples::write_samples;
 use section::compliance;
 pub use section::plate_factor;
@@ -308,7 +309,20 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
         _ if joint == cells => ends[side],
         _ => design.attachment_arcs(joint - 1)[side],
     };
-    let (counts, hinge_elements) = element_counts(how, cells, |cell| arc(0, cell + 1) - arc(0, cell))?;
+    // The weld at an end of a span.
+    let at_joint = |joint: usize| match joint {
+        0 => Weld::default(),
+        _ if joint == cells => Weld::default(),
+        _ => weld(design, how, joint - 1),
+    };
+    // Arc lengths between which a span bends.
+    let span = |side: usize, cell: usize| {
+        (arc(side, cell) + at_joint(cell).reach[side][1], arc(side, cell + 1) - at_joint(cell + 1).reach[side][0])
+    };
+    let (counts, hinge_elements) = element_counts(how, cells, |cell| {
+        let (from, to) = span(0, cell);
+        to - from
+    })?;
     let e_modulus = design.material.youngs_modulus;
 
     let mut node = 0;
@@ -329,7 +343,7 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
 
         for side in 0..2 {
             let beam = beams[side];
-            let (from, to) = (arc(side, cell), arc(side, cell + 1));
+            let (from, to) = span(side, cell);
             let section = |at: f64| {
                 let position = from + at * (to - from);
                 let thickness = beam.thickness.at(position);
@@ -342,20 +356,31 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
             };
             let thickness = |at: f64| section(at).1;
             let (w, t) = section(0.5);
-            let compliance = compliance(design, how.physics, beam.stiffness_factor * w * t);
+            let mut compliance = compliance(design, how.physics, beam.stiffness_factor * w * t);
+            let coupling = at_joint(cell).coupling[side] + at_joint(cell + 1).coupling[side];
+            if coupling != 0.0 {
+                // What ribs that turn with the face take of the shear, bounded where a span is too short to be a rod.
+                let flexibility = (to - from) * (to - from) / (12.0 * bending(0.5));
+                compliance[1] = (compliance[1] * (1.0 - coupling)).max(-0.5 * flexibility);
+            }
+            let piece =
+                Piece { elements: counts.at(cell), length: to - from, bending: &bending, thickness: &thickness };
             let rod = Rod {
-                elements: counts.at(cell),
-                length: to - from,
+                pieces: &[piece],
                 direction: &|at: f64| beam.direction(from + at * (to - from)),
-                bending: &bending,
-                thickness: &thickness,
                 compliance,
                 stiffening: 3.0 * design.material.law.second_order() * compliance[0],
             };
             let mut member = write_rod(model, how.scheme, node, &rod)?;
             node = member.nodes().end;
+            let [down, up] = at_joint(cell + 1).reach[side];
+            let rigid = down + up;
             if cell == lamellae {
                 member.rigid_end = rigid_tip(design, side, ends).map(T::of);
+            } else if rigid > 0.0 {
+                // The joint, and with it the next span's start, lies at the upper end of the weld.
+                let (p, q) = (beam.point(to), beam.point(to + rigid));
+                member.rigid_end = [q[0] - p[0], q[1] - p[1]].map(T::of);
             }
             let (role, sign) = if side == 0 { (Role::Front(cell as u8), 1.0) } else { (Role::Back(cell as u8), -1.0) };
             (member.role, member.start, member.end) = (role, starts[side], ends_at[side]);

@@ -7,20 +7,49 @@ use crate::real::{Real, vec2};
 use crate::size::{Blank, Size};
 use crate::topology::{Kind, Member};
 
-/// A flexible rod, about to become a member.
-pub(super) struct Rod<'a> {
+/// A part of a rod with elements of one length.
+#[derive(Clone, Copy)]
+pub(super) struct Piece<'a> {
     pub elements: u16,
     pub length: f64,
-    /// Undeformed direction against the position along the rod, 0 … 1.
-    pub direction: &'a dyn Fn(f64) -> [f64; 2],
-    /// Bending stiffness EI (N·mm²) against the position along the rod, 0 … 1.
+    /// Bending stiffness EI (N·mm²) against the position along the piece, 0 … 1.
     pub bending: &'a dyn Fn(f64) -> f64,
     /// Thickness, mm, against the same position.
     pub thickness: &'a dyn Fn(f64) -> f64,
+}
+
+impl Piece<'_> {
+    fn bending(&self, element: f64) -> f64 {
+        (self.bending)(element / f64::from(self.elements))
+    }
+
+    /// Half the thickness over a length.
+    fn fibre<T: Real>(&self, element: f64, length: f64) -> T {
+        T::of(0.5 * (self.thickness)(element / f64::from(self.elements)) / length)
+    }
+}
+
+/// A flexible rod, about to become a member.
+pub(super) struct Rod<'a> {
+    /// From start to end; of links there is one alone, as they are all of one length.
+    pub pieces: &'a [Piece<'a>],
+    /// Undeformed direction against the position along the rod, 0 … 1; a rod of several pieces is straight.
+    pub direction: &'a dyn Fn(f64) -> [f64; 2],
     /// 1/EA and 1/κGA, 1/N.
     pub compliance: [f64; 2],
     /// 3c/EA, 1/N (see [`Member`]).
     pub stiffening: f64,
+}
+
+impl Rod<'_> {
+    /// Length, mm, and bending stiffness 1/∫ds/EI, N·mm.
+    pub fn size(&self) -> (f64, f64) {
+        if let [only] = self.pieces {
+            return (only.length, (only.bending)(0.5) / only.length);
+        }
+        let compliance: f64 = self.pieces.iter().map(|piece| piece.length / (piece.bending)(0.5)).sum();
+        (self.pieces.iter().map(|piece| piece.length).sum(), 1.0 / compliance)
+    }
 }
 
 /// Writes a member's nodes; what it belongs to and its joints are the caller's.
@@ -30,8 +59,7 @@ pub(super) fn write_rod<T: Real, S: Size>(
     first: usize,
     rod: &Rod<'_>,
 ) -> Result<Member<T>, DiscretiseError> {
-    let n = usize::from(rod.elements);
-    let h = rod.length / n as f64;
+    let n: usize = rod.pieces.iter().map(|piece| usize::from(piece.elements)).sum();
     let interior = match scheme {
         Scheme::Paper => n - 1,
         Scheme::Trapezoid => n,
@@ -54,42 +82,46 @@ pub(super) fn write_rod<T: Real, S: Size>(
         let direction = vec2::<T>((rod.direction)(position));
         *slot = [direction.x, direction.y];
     }
-    let mut weight = |node: usize, value: f64| {
-        let sum = model.weight.as_ref().at(first + node).to_f64() + value;
-        model.weight.as_mut().put(first + node, T::of(sum));
-    };
-    let bending = |element: f64| (rod.bending)(element / n as f64);
-    let fibre = |element: f64, length: f64| T::of(0.5 * (rod.thickness)(element / n as f64) / length);
-    match scheme {
-        Scheme::Paper => {
-            for element in 0..n {
-                weight(element + 1, h);
-                model.coupling.as_mut().put(first + element, [T::of(-bending(element as f64) / h), T::ZERO]);
-                model.fibre.as_mut().put(first + element, fibre(element as f64, h));
+    let weights = &mut model.weight;
+    let mut weight = |node: usize, value: f64| weights.as_mut().put(node, T::of(value));
+    // The node's share of the element below, h/6, which may be another piece's.
+    let mut shared = 0.0;
+    let mut at = first;
+    for piece in rod.pieces {
+        let n = usize::from(piece.elements);
+        let h = piece.length / n as f64;
+        match scheme {
+            Scheme::Paper => {
+                for element in 0..n {
+                    weight(at + 1, h);
+                    model.coupling.as_mut().put(at, [T::of(-piece.bending(element as f64) / h), T::ZERO]);
+                    model.fibre.as_mut().put(at, piece.fibre(element as f64, h));
+                    at += 1;
+                }
             }
-        }
-        Scheme::Trapezoid => {
-            for element in 0..n {
-                weight(element + 1, h);
+            Scheme::Trapezoid => {
+                for spring in 0..=n {
+                    let length = if spring == 0 || spring == n { 0.5 * h } else { h };
+                    if spring < n {
+                        weight(at + 1, h);
+                    }
+                    model.coupling.as_mut().put(at, [T::of(-piece.bending(spring as f64) / length), T::ZERO]);
+                    model.fibre.as_mut().put(at, piece.fibre(spring as f64, length));
+                    at += 1;
+                }
             }
-            for spring in 0..=n {
-                let length = if spring == 0 || spring == n { 0.5 * h } else { h };
-                model.coupling.as_mut().put(first + spring, [T::of(-bending(spring as f64) / length), T::ZERO]);
-                model.fibre.as_mut().put(first + spring, fibre(spring as f64, length));
-            }
-        }
-        Scheme::Simpson => {
-            // Summed in f64 before rounding: interior ends carry h/6 from both sides.
-            for element in 0..n {
-                let c = bending(element as f64 + 0.5) / (3.0 * h);
-                let node = first + 2 * element;
-                let shared = if element > 0 { h / 6.0 } else { 0.0 };
-                model.weight.as_mut().put(node, T::of(shared + h / 6.0));
-                model.weight.as_mut().put(node + 1, T::of(4.0 * h / 6.0));
-                model.weight.as_mut().put(node + 2, T::of(h / 6.0));
-                model.coupling.as_mut().put(node, [T::of(-8.0 * c), T::of(c)]);
-                model.coupling.as_mut().put(node + 1, [T::of(-8.0 * c), T::ZERO]);
-                model.fibre.as_mut().run_mut(node..node + 2).fill(fibre(element as f64 + 0.5, h));
+            Scheme::Simpson => {
+                // Summed in f64 before rounding: interior ends carry h/6 from both sides.
+                for element in 0..n {
+                    let c = piece.bending(element as f64 + 0.5) / (3.0 * h);
+                    weight(at, shared + h / 6.0);
+                    weight(at + 1, 4.0 * h / 6.0);
+                    weight(at + 2, h / 6.0);
+                    model.coupling.as_mut().put(at, [T::of(-8.0 * c), T::of(c)]);
+                    model.coupling.as_mut().put(at + 1, [T::of(-8.0 * c), T::ZERO]);
+                    model.fibre.as_mut().run_mut(at..at + 2).fill(piece.fibre(element as f64 + 0.5, h));
+                    (at, shared) = (at + 2, h / 6.0);
+                }
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Contact samples of the front beam.
 
+use super::rung::weld;
 use super::{Discretisation, DiscretiseError, Sampling, Scheme};
 use crate::access::Access as _;
 use crate::contact::Sample;
@@ -34,11 +35,20 @@ pub(super) fn write_samples<T: Real, S: Size>(
         Sampling::PerElement(n) => usize::from(n),
     };
     let cells = counts.len();
-    let mut from = 0.0;
+    // Where the present span's elements begin.
+    let (mut from, mut start) = (0.0, 0.0);
     for (cell, &count) in counts.iter().enumerate() {
-        let to = if cell + 1 == cells { ends[0] } else { design.attachment_arcs(cell)[0] };
+        // A weld lies about the lamella's axis; it turns with the joint at the span's end.
+        let (to, rigid) = if cell + 1 == cells {
+            (ends[0], 0.0)
+        } else {
+            let [down, up] = weld(design, how, cell).reach[0];
+            (design.attachment_arcs(cell)[0] - down, down + up)
+        };
+        model.first_samples.as_mut().put(cell, model.sample_count as u16);
         let h = (to - from) / f64::from(count);
         let first = usize::from(model.topology.members.as_ref().at(cell).first);
+        start = from;
         for element in 0..usize::from(count) {
             for k in 1..=per_element {
                 let xi = k as f64 / per_element as f64;
@@ -64,14 +74,28 @@ pub(super) fn write_samples<T: Real, S: Size>(
                 )?;
             }
         }
-        from = to;
+        if rigid > 0.0 {
+            // About as densely as on the elements, up to where the next span begins.
+            let pieces = (libm::round(rigid * per_element as f64 / h) as usize).max(1);
+            let nodes = model.topology.members.as_ref().at(cell).nodes();
+            for k in 1..=pieces {
+                let part = k as f64 / pieces as f64;
+                let arc = to + part * rigid;
+                let half_thickness = T::of(0.5 * beam.thickness.at(arc));
+                let (cell, node) = (cell as u16, nodes.end as u16);
+                push(
+                    model,
+                    Sample { cell, node, weights: [T::ZERO; 3], rigid: T::of(part), arc: T::of(arc), half_thickness },
+                )?;
+            }
+        }
+        from = to + rigid;
     }
-    (model.flexible_samples, model.per_element, model.fineness) = (model.sample_count, per_element, 1);
+    (model.per_element, model.fineness) = (per_element, 1);
     let wedge = beam.length() - ends[0];
     if design.rigid_above.is_some() && wedge > 1e-9 {
         // The wedge is sampled about as densely as the elements below it.
-        let h = (ends[0] - if cells > 1 { design.attachment_arcs(cells - 2)[0] } else { 0.0 })
-            / f64::from(counts.at(cells - 1));
+        let h = (ends[0] - start) / f64::from(counts.at(cells - 1));
         let pieces = libm::ceil(wedge / h) as usize * per_element;
         let last = model.topology.members.as_ref().at(cells - 1);
         for k in 1..=pieces {

@@ -20,6 +20,8 @@ mod hop;
 mod passing;
 mod peek;
 mod phase;
+#[cfg(test)]
+mod ribs;
 mod settings;
 #[cfg(test)]
 mod slip_capstan;

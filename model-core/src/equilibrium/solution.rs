@@ -292,7 +292,25 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         Some(*at)
     }
 
-    /// Ends of the rigid lamellae (front, back), finger frame, mm, base to tip.
+    /// Deformed centreline of every rib from where it begins to bend, front to back, finger frame, mm, base to tip; none of rigid lamellae.
+    pub fn ribs(&self) -> impl Iterator<Item = impl Iterator<Item = [T; 2]> + '_> + '_ {
+        (0..self.model.cells().saturating_sub(1)).filter_map(move |cell| {
+            let index = self.model.topology.find(Role::Rung(cell as u8, 0))?;
+            let member = self.model.member(index).filter(|member| member.start != member.end)?;
+            if self.model.topology.find(Role::Rung(cell as u8, 1)).is_some() {
+                return None;
+            }
+            let [x, y] = self.work.kinematics.start.as_ref().at(cell + 1);
+            let out = self.work.kinematics.members.as_ref().get(index)?;
+            let first = [x + out.rigid_start[0], y + out.rigid_start[1]];
+            let nodes = member.nodes();
+            let mut at = first;
+            let links = (nodes.start + 1..nodes.end).filter_map(move |node| self.link(index, node, &mut at));
+            Some(core::iter::once(first).chain(links).map(|point| self.model.units.millimetres(point)))
+        })
+    }
+
+    /// Ends of the lamellae (front, back), finger frame, mm, base to tip: of rigid ones the bar's, of ribs those of what bends.
     pub fn lamellae(&self) -> impl Iterator<Item = [[T; 2]; 2]> + '_ {
         (0..self.model.cells().saturating_sub(1)).map(move |cell| {
             let start = self.work.kinematics.start.as_ref().at(cell + 1);
@@ -302,10 +320,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             };
             let onwards = |from: [T; 2], d: [T; 2]| [from[0] + d[0], from[1] + d[1]];
             let d = part(0).map_or([T::ZERO; 2], element::Strain::end_to_end);
-            // Behind the front hinge, or from beam to beam.
-            let ends = match part(1) {
-                Some(back) => [onwards(start, d), onwards(onwards(start, d), back.rigid_start)],
-                None => [start, onwards(start, d)],
+            // Behind the front hinge, or from beam to beam less the welds.
+            let ends = match (part(0), part(1)) {
+                (_, Some(back)) => [onwards(start, d), onwards(onwards(start, d), back.rigid_start)],
+                (Some(rib), None) if rib.chord != [T::ZERO; 2] => {
+                    let from = onwards(start, rib.rigid_start);
+                    [from, onwards(from, rib.chord)]
+                }
+                _ => [start, onwards(start, d)],
             };
             ends.map(|end| self.model.units.millimetres(end))
         })

@@ -1,4 +1,4 @@
-//! Strains along beams and hinges, from the bends and stretches of an equilibrium.
+//! Strains along beams, hinges and ribs, from the bends and stretches of an equilibrium.
 
 use super::Follower;
 use crate::access::Access;
@@ -18,6 +18,8 @@ pub enum Place {
     FrontHinge(usize),
     /// The back hinge of a lamella.
     BackHinge(usize),
+    /// A rib, its necks included.
+    Rib(usize),
 }
 
 /// Longitudinal strain of a cross-section, dimensionless, positive where material is drawn out.
@@ -26,9 +28,9 @@ pub enum Place {
 /// `stretch − bending` on its left. Beams lead from base to tip: their right is the side of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strain<T> {
-    /// Beam or hinge.
+    /// Beam, hinge or rib.
     pub place: Place,
-    /// Undeformed arc length, mm: from the base of a beam, from the front end of a hinge.
+    /// Undeformed arc length, mm: from the base of a beam, from the front end of a hinge or rib.
     pub arc: T,
     /// Of the centreline: ε = (d·e) − 1, e the direction and d the strained direction of a link.
     pub stretch: T,
@@ -53,14 +55,18 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let member = model.topology.members.as_ref()[index];
             let nodes = member.nodes();
             let length = model.weight.as_ref()[nodes.clone()].iter().fold(T::ZERO, |sum, &weight| sum + weight);
+            let [x, y] = member.rigid_end;
             let mut along = |side: usize| {
                 let start = beam_arc[side];
-                beam_arc[side] += length;
+                beam_arc[side] += length + (x * x + y * y).sqrt();
                 start
             };
             let (place, start) = match member.role {
                 Role::Front(cell) => (Place::Front(usize::from(cell)), along(0)),
                 Role::Back(cell) => (Place::Back(usize::from(cell)), along(1)),
+                Role::Rung(rung, 0) if model.topology.find(Role::Rung(rung, 1)).is_none() => {
+                    (Place::Rib(usize::from(rung)), T::ZERO)
+                }
                 Role::Rung(rung, 0) => (Place::FrontHinge(usize::from(rung)), T::ZERO),
                 Role::Rung(rung, _) => (Place::BackHinge(usize::from(rung)), T::ZERO),
             };
@@ -68,8 +74,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let flexible = length > T::ZERO;
             (0..if flexible { elements } else { 0 }).map(move |element| {
                 let node = nodes.start + element;
-                let (arc, stretch, bend) =
-                    if model.quadratic { self.end(node, element) } else { self.spring(node, nodes.start) };
+                let (stretch, bend) = if model.quadratic { self.end(node, element) } else { self.spring(node) };
+                let arc = self.arc(nodes.start, element);
                 Strain {
                     place,
                     arc: model.units.length * (start + arc),
@@ -82,29 +88,36 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 }
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
-    /// Arc, stretch and bend at an end of a quadratic element: even ends are starts.
-    fn end(&self, node: usize, end: usize) -> (T, T, T) {
+    /// Arc from a member's start of an end of its quadratic elements, or of one of its springs.
+    fn arc(&self, first: usize, end: usize) -> T {
+        let weight = self.model.weight.as_ref();
+        if self.model.quadratic {
+            // Simpson's weight of the middle is 4h/6.
+            let middles = weight[first..].iter().skip(1).step_by(2).take(end.div_ceil(2));
+            return T::of(1.5) * middles.fold(T::ZERO, |sum, &middle| sum + middle);
+        }
+        weight[first..].iter().skip(1).take(end).fold(T::ZERO, |sum, &link| sum + link)
+    }
+
+    /// Stretch and bend at an end of a quadratic element: even ends are starts.
+    fn end(&self, node: usize, end: usize) -> (T, T) {
         let angle = self.timeline.present.angle.as_ref();
         let first = node - end % 2;
         // θ′h of the quadratic through the element's three angles.
         let (a, b) = (angle[first + 1] - angle[first], angle[first + 2] - angle[first + 1]);
         let three = T::of(3.0);
-        // Simpson's weight of the middle is 4h/6.
-        let h = T::of(1.5) * self.model.weight.as_ref()[first + 1];
-        let arc = T::of(end.div_ceil(2) as f64) * h;
         if end.is_multiple_of(2) {
-            (arc, self.stretch(first), three * a - b)
+            (self.stretch(first), three * a - b)
         } else {
-            (arc, self.stretch(first + 2), three * b - a)
+            (self.stretch(first + 2), three * b - a)
         }
     }
 
     /// The same at the spring between a node and the next.
-    fn spring(&self, node: usize, first: usize) -> (T, T, T) {
+    fn spring(&self, node: usize) -> (T, T) {
         let angle = self.timeline.present.angle.as_ref();
-        let arc = T::of((node - first) as f64) * self.model.weight.as_ref()[first + 1];
         let stretch = T::of(0.5) * (self.stretch(node) + self.stretch(node + 1));
-        (arc, stretch, angle[node + 1] - angle[node])
+        (stretch, angle[node + 1] - angle[node])
     }
 
     fn stretch(&self, node: usize) -> T {
@@ -113,14 +126,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         (d[0] - e[0]) * e[0] + (d[1] - e[1]) * e[1]
     }
 
-    /// Largest strain at an outer fibre (bending plus stretch) of front beam, back beam and hinges, dimensionless.
-    pub fn max_strain(&self) -> [T; 3] {
-        let mut most = [T::ZERO; 3];
+    /// Largest strain at an outer fibre (bending plus stretch) of front beam, back beam, hinges and ribs, dimensionless.
+    pub fn max_strain(&self) -> [T; 4] {
+        let mut most = [T::ZERO; 4];
         for strain in self.strains() {
             let part = match strain.place {
                 Place::Front(_) => 0,
                 Place::Back(_) => 1,
                 Place::FrontHinge(_) | Place::BackHinge(_) => 2,
+                Place::Rib(_) => 3,
             };
             most[part] = most[part].max(strain.largest());
         }

@@ -144,16 +144,15 @@ pub(crate) fn arms<T: Real, S: Size>(model: &Model<T, S>, row: &Row<T>) -> (usiz
     let fineness = model.fineness.max(1);
     let (at, step) = (index / fineness, index % fineness + 1);
     let one = T::one();
-    if at >= model.flexible_samples {
-        // On the wedge, which turns with the joint at the tip.
+    if row.place.rigid != T::ZERO {
+        // On a rigid part, which turns with the joint at its span's end.
         return (node.saturating_sub(1), [half, T::ZERO, T::ZERO]);
     }
     if !model.quadratic {
         let partial = row.place.weights[1] != T::ZERO;
         return (node + usize::from(partial), [half, T::ZERO, T::ZERO]);
     }
-    let per_element = model.per_element.max(1);
-    let xi = (T::of((at % per_element) as f64) + T::of(step as f64 / fineness as f64)) / T::of(per_element as f64);
+    let xi = model.within_element(at, usize::from(row.place.cell), T::of(step as f64 / fineness as f64));
     let two = T::of(2.0);
     let shares = [(one - xi) * (one - two * xi), T::of(4.0) * xi * (one - xi), xi * (two * xi - one)];
     (node, shares.map(|share| half * share))

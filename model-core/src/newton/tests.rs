@@ -8,7 +8,7 @@ use super::gaps::{Contacts, Sweep};
 use super::workspace::Evaluated;
 use super::{Hessian, Workspace, kinematics, slip};
 use crate::contact::{ContactState, Direction, Row, Sample};
-use crate::design::{HingeFrom, HingeKind};
+use crate::design::{Attachments, HingeFrom, HingeKind, LamellaKind, RibEnds, Ribs};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness, discretise};
 use crate::element::Tangents;
 use crate::linear::symmetric;
@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector};
 
 crate::fixed_size!(
     /// Room for any of the models here, with friction.
-    Rubbing, cells 13, nodes 704, samples 184, contacts 40, friction
+    Rubbing, cells 13, nodes 1200, samples 300, contacts 40, friction
 );
 
 type Case = (Box<Model<f64, Rubbing>>, Box<State<f64, Rubbing>>, Box<Workspace<f64, Rubbing>>);
@@ -42,6 +42,17 @@ fn random_model(random: &mut Random) -> Case {
         3 => HingeKind::Welded,
         _ => HingeKind::Flexible,
     };
+    if random.signed() > 0.3 {
+        // Ribs, inclined and tapered, welded or with necks.
+        let arcs =
+            |side: usize, by: f64| (0..design.lamella_count()).map(|k| design.attachment_arcs(k)[side] + by).collect();
+        let by = 2.0 * random.signed();
+        design.lamellae.attachments = Attachments::Arcs { front: arcs(0, -by), back: arcs(1, by) };
+        let thickness = [1.2 + 0.8 * random.signed(), 1.2 + 0.8 * random.signed()];
+        design.lamellae.thickness = heapless::Vec::from_iter([thickness]);
+        let ends = if random.signed() > 0.0 { RibEnds::Welded } else { RibEnds::Hinged };
+        design.lamellae.kind = LamellaKind::Rib(Ribs { ends, ..Ribs::WELDED });
+    }
     let scheme = [Scheme::Paper, Scheme::Trapezoid, Scheme::Simpson][(1.5 * (1.0 + random.signed())) as usize % 3];
     let how = Discretisation {
         scheme,

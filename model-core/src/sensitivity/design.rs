@@ -69,7 +69,7 @@ impl DesignParameter {
     /// Without hinges as rods, their dimensions mean nothing.
     fn applies(self, design: &Design) -> bool {
         let hinge = matches!(self, Self::HingeThickness | Self::HingeLength);
-        !hinge || design.hinge.kind == HingeKind::Flexible
+        !hinge || design.joint() == HingeKind::Flexible
     }
 }
 

@@ -3,9 +3,16 @@
 #![no_std]
 
 #[cfg(not(target_os = "none"))]
+extern crate std;
+
+#[cfg(not(target_os = "none"))]
 pub mod friction;
 #[cfg(not(target_os = "none"))]
+pub mod junction;
+#[cfg(not(target_os = "none"))]
 pub mod random;
+#[cfg(not(target_os = "none"))]
+pub mod ribs;
 #[cfg(not(target_os = "none"))]
 pub mod twins;
 #[cfg(not(target_os = "none"))]
@@ -144,16 +151,20 @@ impl FeaRow {
 
     /// Largest nearest distance of the reference's centreline to a line of points, mm.
     pub fn off<I: Iterator<Item = [f64; 2]>>(&self, line: impl Fn() -> I) -> f64 {
-        let distance = |p: &[f64; 2], a: [f64; 2], b: [f64; 2]| {
-            let d = [b[0] - a[0], b[1] - a[1]];
-            let along = ((p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1]) / (d[0] * d[0] + d[1] * d[1]);
-            let part = along.clamp(0.0, 1.0);
-            let off = [p[0] - a[0] - part * d[0], p[1] - a[1] - part * d[1]];
-            off[0] * off[0] + off[1] * off[1]
-        };
-        let nearest = |p| line().zip(line().skip(1)).map(|(a, b)| distance(p, a, b)).fold(f64::MAX, f64::min);
-        libm::sqrt(self.front.iter().map(nearest).fold(0.0, f64::max))
+        self.front.iter().map(|&p| distance_to(p, &line)).fold(0.0, f64::max)
     }
+}
+
+/// Distance of a point to a line of points.
+fn distance_to<I: Iterator<Item = [f64; 2]>>(p: [f64; 2], line: impl Fn() -> I) -> f64 {
+    let distance = |a: [f64; 2], b: [f64; 2]| {
+        let d = [b[0] - a[0], b[1] - a[1]];
+        let along = ((p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1]) / (d[0] * d[0] + d[1] * d[1]);
+        let part = along.clamp(0.0, 1.0);
+        let off = [p[0] - a[0] - part * d[0], p[1] - a[1] - part * d[1]];
+        off[0] * off[0] + off[1] * off[1]
+    };
+    libm::sqrt(line().zip(line().skip(1)).map(|(a, b)| distance(a, b)).fold(f64::MAX, f64::min))
 }
 
 /// The rows of `fea-80-fine.csv`.

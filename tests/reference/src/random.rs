@@ -49,7 +49,7 @@ impl Case {
             design.back.tip,
             design.back.thickness.at(0.0),
             heights,
-            design.lamellae.thickness,
+            design.lamellae.thickest(),
             design.hinge.length_of(0),
             design.hinge.thickness,
             design.motor_axis,

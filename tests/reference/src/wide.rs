@@ -102,7 +102,7 @@ impl Iterator for WideCases {
                 },
                 front: beam([0.0, 0.0], front, 1.0),
                 back: beam([-length * between(random, 0.22, 0.5), 0.0], back, between(random, 0.5, 2.0)),
-                lamellae: Lamellae { attachments: Attachments::Heights(heights), thickness: 1.5 * typical },
+                lamellae: Lamellae::rigid(Attachments::Heights(heights), 1.5 * typical),
                 hinge: Hinge {
                     kind: one_of(
                         random,

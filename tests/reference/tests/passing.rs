@@ -128,7 +128,7 @@ fn stiff_and_large_fingers_have_no_other_branches() {
             Attachments::Heights(heights) => grow(heights),
             Attachments::Arcs { front, back } => [front, back].into_iter().for_each(|arcs| grow(arcs)),
         }
-        design.lamellae.thickness *= larger;
+        design.lamellae.thickness.iter_mut().flatten().for_each(|thickness| *thickness *= larger);
         design.hinge.thickness *= larger;
         grow(&mut design.hinge.length);
         grow(&mut design.motor_axis);

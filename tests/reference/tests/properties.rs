@@ -163,7 +163,7 @@ fn scaling_length_and_modulus_scales_force_and_energy() {
             if let Attachments::Heights(heights) = &mut design.lamellae.attachments {
                 heights.iter_mut().for_each(|height| *height *= S);
             }
-            design.lamellae.thickness *= S;
+            design.lamellae.thickness.iter_mut().flatten().for_each(|thickness| *thickness *= S);
             design.hinge.length.iter_mut().for_each(|length| *length *= S);
             design.hinge.thickness *= S;
             design.motor_axis = scale(design.motor_axis);

@@ -67,7 +67,7 @@ fn scaled(design: &Design, times: f64, youngs_modulus: f64) -> Design {
     if let Attachments::Heights(heights) = &mut design.lamellae.attachments {
         heights.iter_mut().for_each(|x| *x *= times);
     }
-    design.lamellae.thickness *= times;
+    design.lamellae.thickness.iter_mut().flatten().for_each(|thickness| *thickness *= times);
     design.hinge.length.iter_mut().for_each(|x| *x *= times);
     design.hinge.thickness *= times;
     design.motor_axis.iter_mut().for_each(|x| *x *= times);

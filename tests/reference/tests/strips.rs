@@ -37,13 +37,13 @@ fn strips() -> Design {
         material: Material { youngs_modulus: 213_000.0, poissons_ratio: 0.3, law: MaterialLaw::default() },
         front: beam([0.0, 0.0], 150.16 / 135.0),
         back: beam([-73.24, 0.0], 167.07 / 156.0),
-        lamellae: Lamellae {
-            attachments: Attachments::Arcs {
+        lamellae: Lamellae::rigid(
+            Attachments::Arcs {
                 front: Vec::from_iter([27.0, 54.0, 81.0, 108.0]),
                 back: Vec::from_iter([45.67, 78.69, 107.5, 132.27]),
             },
-            thickness: 1.0,
-        },
+            1.0,
+        ),
         hinge: Hinge { kind: HingeKind::Pinned, length: Vec::new(), thickness: 0.2, from: HingeFrom::Centreline },
         rigid_above: None,
         motor_axis: [0.0, 0.0],

@@ -1,10 +1,11 @@
 //! Records as earlier versions of their layout have them.
 //!
+//! Version 5: lamellae that are all rigid and of one thickness.
 //! Version 4: no role that leads nobody, mounts that do not say how their servo was set, and no time of closing without an estimate.
 //! Version 3: besides, mounts without a drive, as every finger was turned by its motor, and models whose contact softness is a number.
 
 use messages::{Direction, FINGERS, Finger, Mount, Reaction, Role, Settings, Side, Support};
-use model_core::design::Design;
+use model_core::design::{Attachments, Beam, Design, Hinge, Lamellae, Material, PlaneStrain, Profile};
 use model_core::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness};
 use model_core::drive::Drive;
 use postcard_rpc::postcard;
@@ -55,8 +56,36 @@ struct Settings4<Mount> {
 
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(serde::Serialize))]
+struct Lamellae5 {
+    attachments: Attachments,
+    thickness: f64,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
+struct Design5 {
+    width: Profile,
+    plane_strain: PlaneStrain,
+    material: Material,
+    front: Beam,
+    back: Beam,
+    lamellae: Lamellae5,
+    hinge: Hinge,
+    rigid_above: Option<f64>,
+    motor_axis: [f64; 2],
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
+struct Finger5 {
+    design: Design5,
+    how: Discretisation,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
 struct Finger3 {
-    design: Design,
+    design: Design5,
     scheme: Scheme,
     elements: Elements,
     sampling: Sampling,
@@ -67,24 +96,36 @@ struct Finger3 {
 /// A finger, if there was one, from the bytes of a record of that version. The softness that every model of version 3 had by default
 /// becomes the beam's own.
 pub(super) fn finger(version: u8, bytes: &[u8]) -> Option<Option<Finger>> {
-    if version == 4 {
-        return super::same(bytes);
+    if version >= 4 {
+        let kept: Option<Finger5> = postcard::from_bytes(bytes).ok()?;
+        return Some(kept.map(|Finger5 { design, how }| Finger { design: design.now(), how }));
     }
     let kept: Option<Finger3> = postcard::from_bytes(bytes).ok()?;
     Some(kept.map(|Finger3 { design, scheme, elements, sampling, softness, physics }| {
         let softness = if softness == 1e-3 { Softness::Local } else { Softness::Fixed(softness) };
-        Finger { design, how: Discretisation { scheme, elements, sampling, softness, physics } }
+        Finger { design: design.now(), how: Discretisation { scheme, elements, sampling, softness, physics } }
     }))
 }
 
 /// Settings from the bytes of a record of that version, if they are sound. What was the servos' master stays it.
 pub(super) fn settings(version: u8, bytes: &[u8]) -> Option<Settings> {
+    if version == 5 {
+        return super::same(bytes);
+    }
     if version == 4 {
         let kept: Settings4<Mount4> = postcard::from_bytes(bytes).ok()?;
         return Some(kept.now(|Mount4 { before, drive }| Mount { drive, ..before.now() }));
     }
     let kept: Settings4<Mount3> = postcard::from_bytes(bytes).ok()?;
     Some(kept.now(|mount| mount.now()))
+}
+
+impl Design5 {
+    fn now(self) -> Design {
+        let Self { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis } = self;
+        let lamellae = Lamellae::rigid(lamellae.attachments, lamellae.thickness);
+        Design { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis }
+    }
 }
 
 impl<M> Settings4<M> {
@@ -195,19 +236,43 @@ mod tests {
         }
     }
 
+    /// A finger with as much of everything as one of those versions had room for.
+    fn rigid() -> Design {
+        let mut design = crate::store::tests::longest().design;
+        design.lamellae = Lamellae::rigid(design.lamellae.attachments, 3.0);
+        design
+    }
+
+    fn kept(design: &Design) -> Design5 {
+        let Design { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis } =
+            design.clone();
+        let lamellae = Lamellae5 { thickness: lamellae.thickness_of(0)[0], attachments: lamellae.attachments };
+        Design5 { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis }
+    }
+
+    #[test]
+    fn a_finger_of_versions_4_and_5_comes_back_with_rigid_lamellae() {
+        let (design, how) = (rigid(), Discretisation::estimator(Physics::Extended));
+        let mut bytes = [0; 1024];
+        let used = postcard::to_slice(&Some(Finger5 { design: kept(&design), how }), &mut bytes).unwrap();
+        for version in [4, 5] {
+            assert_eq!(finger(version, used), Some(Some(Finger { design: design.clone(), how })));
+        }
+        let length = used.len();
+        assert_eq!(finger(5, &bytes[..length - 1]), None, "cut short");
+    }
+
     #[test]
     fn a_finger_of_version_3_comes_back_with_the_beams_own_softness() {
-        let design = crate::store::tests::longest().design;
+        let design = rigid();
         let Discretisation { scheme, elements, sampling, physics, .. } = Discretisation::estimator(Physics::Extended);
         let mut bytes = [0; 1024];
         for (softness, expected) in [(1e-3, Softness::Local), (0.0, Softness::Fixed(0.0))] {
-            let kept = Some(Finger3 { design: design.clone(), scheme, elements, sampling, softness, physics });
+            let kept = Some(Finger3 { design: kept(&design), scheme, elements, sampling, softness, physics });
             let used = postcard::to_slice(&kept, &mut bytes).unwrap();
             let how = Discretisation { scheme, elements, sampling, softness: expected, physics };
             let expected = Some(Some(Finger { design: design.clone(), how }));
             assert_eq!(finger(3, used), expected);
-            let now = postcard::to_slice(&expected.flatten(), &mut bytes).unwrap();
-            assert_eq!(finger(4, now).flatten().map(|finger| finger.how), Some(how));
         }
         let none = postcard::to_slice(&None::<Finger3>, &mut bytes).unwrap();
         assert_eq!(finger(3, none), Some(None));

@@ -143,10 +143,22 @@ impl Document {
     /// Sets what differs in the finger; the rest stays as it was written.
     pub fn set_finger(&mut self, finger: &Finger) {
         // A model of numbers and texts is always JSON.
-        let model = serde_json::to_value(FingerTable::from(finger)).unwrap_or_default();
-        if let Some(item) = self.root.get_mut("finger") {
-            merge(item, &model, keys::finger_schema());
+        let mut model = serde_json::to_value(FingerTable::from(finger)).unwrap_or_default();
+        let places = self.case().ok().map(|case| case.finger.design.lamellae.attachments);
+        let is_moved = places.as_ref() != Some(&finger.design.lamellae.attachments);
+        let Some(item) = self.root.get_mut("finger") else { return };
+        // Lamellae have one of several forms of places: only one that differs takes the place of the form in the file.
+        let lamellae = item.get_mut("lamellae").and_then(Item::as_table_like_mut);
+        if let (Some(written), Some(model)) = (lamellae, model.get_mut("lamellae").and_then(Json::as_object_mut)) {
+            for key in ["heights_mm", "angle_deg", "front_arc_mm", "back_arc_mm"] {
+                if !is_moved {
+                    model.remove(key);
+                } else if model.get(key).is_none_or(Json::is_null) || key == "angle_deg" {
+                    written.remove(key);
+                }
+            }
         }
+        merge(item, &model, keys::finger_schema());
     }
 
     /// The finger as the text of a finger file: its keys at the top, below `remarks`, a comment line each.

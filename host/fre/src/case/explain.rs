@@ -63,6 +63,19 @@ pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
             Field::HingeLength.key(),
             format!("has {found} entries; allowed is one for all or one per lamella ({lamellae})"),
         ),
+        DesignError::ThicknessCount { found, lamellae } => table.refuse(
+            Field::LamellaThickness.key(),
+            format!("has {found} entries; allowed is one for all or one per lamella ({lamellae})"),
+        ),
+        DesignError::NoRoomForRib { lamella, what, length, needed } => {
+            let reason = format!(
+                "at rib {} (counted from 1 at the base) {what} is {} mm long; needed is more than {} mm",
+                lamella + 1,
+                rounded(length),
+                rounded(needed)
+            );
+            entry(Field::LamellaThickness, lamella, reason)
+        }
         DesignError::NoRoomForHinges { lamella, width, needed } => {
             let reason = format!(
                 "lamella {} (counted from 1 at the base) is {} mm wide, its two hinges need {} mm",

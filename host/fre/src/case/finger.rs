@@ -1,13 +1,15 @@
 //! A finger: the keys of `[finger]` as a design in the solver's units, and back.
 
 use model_core::design::{
-    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, Lamellae, Material, MaterialLaw, PlaneStrain, Profile,
+    Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, LamellaKind, Lamellae, Material, MaterialLaw, PlaneStrain,
+    Profile, RibEnds, Ribs,
 };
 
 use super::check::{self, Purpose};
 use super::error::CaseError;
 use super::explain::explain;
 use super::fits;
+use super::inclined;
 use super::keys::{self, Along, BeamTable, FingerTable, HingeTable, LamellaeTable, PerRib, RibThickness};
 use super::source::Table;
 
@@ -43,7 +45,9 @@ pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Finger, CaseError> {
 
 /// The finger of a table that the schema's check has passed.
 pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result<Finger, CaseError> {
-    let lamellae = lamellae(keys.lamellae.as_ref(), table)?;
+    let front = beam(&keys.front, table.child("front"), table)?;
+    let back = beam(&keys.back, table.child("back"), table)?;
+    let lamellae = lamellae(keys.lamellae.as_ref(), table, [&front, &back])?;
     if keys.hinge.is_some() && keys.lamellae.is_none() {
         return Err(
             table.missing("lamellae", "a table with heights_mm beside hinge (heights_mm = [] for a finger without)")
@@ -65,9 +69,9 @@ pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result
                 keys::MaterialLaw::Linear => MaterialLaw::Linear,
             },
         },
-        front: beam(&keys.front, table.child("front"), table)?,
-        back: beam(&keys.back, table.child("back"), table)?,
-        hinge: hinge(keys.hinge.as_ref(), table, !lamellae.attachments.is_empty())?,
+        front,
+        back,
+        hinge: hinge(keys.hinge.as_ref(), table, &lamellae)?,
         lamellae,
         rigid_above: keys.tip.as_ref().and_then(|tip| tip.rigid_above_mm),
         motor_axis: keys.motor.as_ref().map_or([0.0, 0.0], |motor| motor.axis_mm),
@@ -105,12 +109,21 @@ fn profile(along: &Along) -> Profile {
     }
 }
 
-fn lamellae(keys: Option<&LamellaeTable>, finger: &Table<'_>) -> Result<Lamellae, CaseError> {
-    let none = Lamellae { attachments: Attachments::Heights(heapless::Vec::new()), thickness: 1.0 };
+fn lamellae(keys: Option<&LamellaeTable>, finger: &Table<'_>, beams: [&Beam; 2]) -> Result<Lamellae, CaseError> {
+    let none = Lamellae::rigid(Attachments::Heights(heapless::Vec::new()), 1.0);
     let (Some(keys), Some(table)) = (keys, finger.child("lamellae")) else { return Ok(none) };
     let list = |numbers: &[f64]| numbers.iter().copied().collect();
     let attachments = match (&keys.heights_mm, &keys.front_arc_mm, &keys.back_arc_mm) {
-        (Some(heights), None, None) => Attachments::Heights(list(heights)),
+        (Some(heights), None, None) => match angles(keys, &table, heights.len())? {
+            Some(angles) => inclined::attachments(&table, beams, heights, &angles)?,
+            None => Attachments::Heights(list(heights)),
+        },
+        (None, Some(_), Some(_)) if keys.angle_deg != PerRib::zero() => {
+            return Err(table.refuse(
+                "angle_deg",
+                "cannot be given together with front_arc_mm and back_arc_mm, which say how the lamellae are inclined",
+            ));
+        }
         (None, Some(front), Some(back)) => Attachments::Arcs { front: list(front), back: list(back) },
         (Some(_), _, _) => {
             return Err(table.refuse(
@@ -131,13 +144,64 @@ fn lamellae(keys: Option<&LamellaeTable>, finger: &Table<'_>) -> Result<Lamellae
     if attachments.is_empty() {
         return Ok(none);
     }
-    match &keys.thickness_mm {
-        Some(RibThickness::All(thickness)) => Ok(Lamellae { attachments, thickness: *thickness }),
-        _ => Err(table.missing("thickness_mm", "a number of mm")),
-    }
+    let thickness = match &keys.thickness_mm {
+        Some(RibThickness::All(thickness)) => Lamellae::uniform(*thickness),
+        Some(RibThickness::Each(each)) => each.iter().map(|&thickness| [thickness; 2]).collect(),
+        Some(RibThickness::Tapered(each)) => each.iter().copied().collect(),
+        None => {
+            return Err(
+                table.missing("thickness_mm", "a number of mm, one per lamella, or a pair [front, back] per lamella")
+            );
+        }
+    };
+    let kind = match keys.kind {
+        keys::LamellaKind::Rigid => {
+            for (key, given) in [
+                ("ends", keys.ends.is_some()),
+                ("fillet_mm", keys.fillet_mm != 0.0),
+                ("bending_factor", keys.bending_factor != 1.0),
+                ("stretch_factor", keys.stretch_factor != 1.0),
+            ] {
+                if given {
+                    return Err(
+                        table.refuse(key, "means nothing to rigid lamellae; kind = \"rib\" makes ribs that bend")
+                    );
+                }
+            }
+            LamellaKind::Rigid
+        }
+        keys::LamellaKind::Rib => LamellaKind::Rib(Ribs {
+            ends: match keys.ends {
+                None | Some(keys::RibEnds::Welded) => RibEnds::Welded,
+                Some(keys::RibEnds::Hinged) => RibEnds::Hinged,
+                // The schema's check refuses it before.
+                Some(keys::RibEnds::Gap) => return Err(table.refuse("ends", "not yet computed")),
+            },
+            fillet: keys.fillet_mm,
+            bending_factor: keys.bending_factor,
+            stretch_factor: keys.stretch_factor,
+        }),
+    };
+    Ok(Lamellae { attachments, thickness, kind })
 }
 
-fn hinge(keys: Option<&HingeTable>, finger: &Table<'_>, needed: bool) -> Result<Hinge, CaseError> {
+/// One angle for each lamella, degrees; none if all are zero.
+fn angles(keys: &LamellaeTable, table: &Table<'_>, count: usize) -> Result<Option<Vec<f64>>, CaseError> {
+    let angles = match &keys.angle_deg {
+        PerRib::All(angle) => vec![*angle; count],
+        PerRib::Each(angles) if angles.len() == count => angles.clone(),
+        PerRib::Each(angles) => {
+            let found = angles.len();
+            let reason = format!("has {found} entries; allowed is one for all or one per lamella ({count})");
+            return Err(table.refuse("angle_deg", reason));
+        }
+    };
+    Ok(angles.iter().any(|&angle| angle != 0.0).then_some(angles))
+}
+
+fn hinge(keys: Option<&HingeTable>, finger: &Table<'_>, lamellae: &Lamellae) -> Result<Hinge, CaseError> {
+    // Ribs say by themselves how they end.
+    let needed = !lamellae.attachments.is_empty() && lamellae.ribs().is_none_or(|ribs| ribs.ends == RibEnds::Hinged);
     let (Some(keys), Some(table)) = (keys, finger.child("hinge")) else {
         if needed {
             return Err(
@@ -147,6 +211,9 @@ fn hinge(keys: Option<&HingeTable>, finger: &Table<'_>, needed: bool) -> Result<
         let (kind, from) = (HingeKind::Welded, HingeFrom::Centreline);
         return Ok(Hinge { kind, length: heapless::Vec::new(), thickness: 1.0, from });
     };
+    if needed && lamellae.ribs().is_some() && keys.kind != keys::HingeKind::Flexible {
+        return Err(table.refuse("kind", "ribs with ends = \"hinged\" have necks; allowed is \"flexible\""));
+    }
     let flexible = needed && keys.kind == keys::HingeKind::Flexible;
     let length = match &keys.length_mm {
         Some(PerRib::Each(lengths)) => lengths.iter().copied().collect(),
@@ -200,7 +267,8 @@ impl From<&Finger> for FingerTable {
             front: (&design.front).into(),
             back: (&design.back).into(),
             lamellae: has_lamellae.then(|| (&design.lamellae).into()),
-            hinge: has_lamellae.then(|| (&design.hinge).into()),
+            hinge: (has_lamellae && design.lamellae.ribs().is_none_or(|ribs| ribs.ends == RibEnds::Hinged))
+                .then(|| (&design.hinge).into()),
             tip: design.rigid_above.map(|height| keys::TipTable { rigid_above_mm: Some(height) }),
             motor: finger.has_motor.then_some(keys::MotorTable { axis_mm: design.motor_axis }),
         }
@@ -238,12 +306,29 @@ impl From<&Lamellae> for LamellaeTable {
             Attachments::Heights(heights) => (Some(heights.to_vec()), None, None),
             Attachments::Arcs { front, back } => (None, Some(front.to_vec()), Some(back.to_vec())),
         };
-        Self {
-            heights_mm,
-            front_arc_mm,
-            back_arc_mm,
-            thickness_mm: Some(RibThickness::All(lamellae.thickness)),
-            ..Self::default()
+        let thickness = lamellae.thickness.as_slice();
+        let is_even = thickness.iter().all(|[front, back]| front == back);
+        let thickness_mm = Some(match thickness {
+            [[front, back]] if front == back => RibThickness::All(*front),
+            // A single pair is that of all lamellae.
+            [pair] => RibThickness::Tapered(vec![*pair; lamellae.attachments.len()]),
+            each if is_even => RibThickness::Each(each.iter().map(|pair| pair[0]).collect()),
+            each => RibThickness::Tapered(each.to_vec()),
+        });
+        let places = Self { heights_mm, front_arc_mm, back_arc_mm, thickness_mm, ..Self::default() };
+        match lamellae.kind {
+            LamellaKind::Rigid => places,
+            LamellaKind::Rib(ribs) => Self {
+                kind: keys::LamellaKind::Rib,
+                ends: Some(match ribs.ends {
+                    RibEnds::Welded => keys::RibEnds::Welded,
+                    RibEnds::Hinged => keys::RibEnds::Hinged,
+                }),
+                fillet_mm: ribs.fillet,
+                bending_factor: ribs.bending_factor,
+                stretch_factor: ribs.stretch_factor,
+                ..places
+            },
         }
     }
 }

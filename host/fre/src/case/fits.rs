@@ -70,11 +70,14 @@ pub(super) fn beams_apart(table: &Table<'_>, design: &Design) -> Result<(), Case
 
 /// Lamellae and hinges of their thickness must not reach into each other or into the base.
 pub(super) fn lamellae_apart(table: &Table<'_>, design: &Design) -> Result<(), CaseError> {
-    let (thickness, whose) = match design.hinge.kind {
-        HingeKind::Flexible if design.hinge.thickness > design.lamellae.thickness => {
-            (design.hinge.thickness, "its hinges' thickness")
+    // A tapered lamella counts with its mean.
+    let of = |lamella: usize| {
+        let [front, back] = design.lamella_thickness(lamella);
+        let mean = 0.5 * (front + back);
+        match design.joint() {
+            HingeKind::Flexible if design.hinge.thickness > mean => (design.hinge.thickness, "its hinges' thickness"),
+            _ => (mean, "its thickness"),
         }
-        _ => (design.lamellae.thickness, "its thickness"),
     };
     let key = match design.lamellae.attachments {
         Attachments::Heights(_) => "lamellae.heights_mm",
@@ -90,8 +93,9 @@ pub(super) fn lamellae_apart(table: &Table<'_>, design: &Design) -> Result<(), C
     let base = [design.front.base, design.back.base];
     let bars = Shape::undeformed(design).lamellae;
     for (lamella, bar) in bars.iter().enumerate() {
+        let (thickness, whose) = of(lamella);
         let (below, what, needed) = match lamella.checked_sub(1).and_then(|before| bars.get(before)) {
-            Some(before) => (before, "the lamella below", thickness),
+            Some(before) => (before, "the lamella below", 0.5 * (thickness + of(lamella - 1).0)),
             None => (&base, "the base", 0.5 * thickness),
         };
         let apart = distance(bar, below);

@@ -10,6 +10,7 @@ mod explain;
 mod finger;
 mod finger_file;
 mod fits;
+mod inclined;
 pub mod keys;
 mod motion;
 mod object;

@@ -222,7 +222,7 @@ mod tests {
             "| `width_mm` | number or `[[height_mm, width_mm], …]` | mm | needed | 0.1 to 5000; up to 64 entries |",
             "| `friction` | number |  | `0` | 0 to 3 |",
             "## `[object] shape = \"ellipse\"`",
-            "`rib`: Ribs that bend, joined to the beams as `ends` says. *Not yet computed.*",
+            "`gap`: Welded to the front beam, `gap_mm` away from the back beam. *Not yet computed.*",
             "![Picture: hinge](case/hinge.svg)",
         ] {
             assert!(page.contains(piece), "{piece}\n{page}");

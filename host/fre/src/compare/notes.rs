@@ -73,7 +73,7 @@ pub(super) fn differences(case: &Case, physics: Physics, places: &[Place]) -> Ve
             "the finite elements are the finger as it is built; the model has the simplifications of --physics paper"
                 .to_owned(),
         );
-    } else if design.hinge.kind == HingeKind::Flexible && design.hinge.from == HingeFrom::Centreline {
+    } else if design.joint() == HingeKind::Flexible && design.hinge.from == HingeFrom::Centreline {
         notes.push(
             "finger.hinge.from = \"centreline\": the model's hinges bend from the beams' centrelines, the mesh's necks from the \
              faces"
@@ -90,7 +90,7 @@ pub(super) fn differences(case: &Case, physics: Physics, places: &[Place]) -> Ve
             short(0.5 * design.front.thickness.at(length), 3)
         ));
     }
-    if design.hinge.kind == HingeKind::Pinned {
+    if design.joint() == HingeKind::Pinned {
         notes.push(
             "pinned lamellae are stiff links between the centrelines in the mesh, and have no thickness there"
                 .to_owned(),

@@ -164,8 +164,12 @@ fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     let (factor, thickness) = match mesh.parts[element] {
         Part::Front => (design.front.stiffness_factor, beside(Faces::front(design))),
         Part::Back => (design.back.stiffness_factor, beside(Faces::back(design))),
-        Part::Lamella if design.hinge.kind == HingeKind::Welded => (1.0, design.lamellae.thickness),
-        Part::Lamella => (1.0, design.hinge.thickness),
+        // A neck's where there are some: of a rigid bar it matters little.
+        Part::Lamella => {
+            let factor = design.lamellae.ribs().map_or(1.0, |ribs| ribs.bending_factor);
+            let welded = design.joint() == HingeKind::Welded;
+            (factor, if welded { design.lamellae.thickest() } else { design.hinge.thickness })
+        }
     };
     let plate = match design.plane_strain {
         PlaneStrain::Auto => mesh.layers[element].factor(plate_factor(design, width, thickness)),

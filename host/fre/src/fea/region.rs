@@ -146,6 +146,15 @@ impl<'d> Region<'d> {
     /// # Errors
     /// If a part has no room, or the finger has something that finite elements here do not know.
     pub fn of(design: &'d Design) -> Result<Self, FeaError> {
+        if let Some(ribs) = design.lamellae.ribs() {
+            if ribs.bending_factor != ribs.stretch_factor {
+                let what = "a rib with lamellae.bending_factor other than lamellae.stretch_factor";
+                return Err(FeaError::Unsupported { what, allowed: "one factor for both" });
+            }
+            if ribs.fillet > 0.0 {
+                return Err(FeaError::Unsupported { what: "lamellae.fillet_mm", allowed: "0: sharp corners" });
+            }
+        }
         let (front, back) = (Faces::front(design), Faces::back(design));
         let merge = merge(&front, &back)?;
         let notch = front.inner(merge[0]);
@@ -157,7 +166,7 @@ impl<'d> Region<'d> {
         let joints = (0..design.lamella_count()).map(|k| joint(design, k, &front, &back, merge));
         let joints = joints.collect::<Result<_, _>>()?;
         let ends = [front.length(), top_arc];
-        Ok(Self { joints, front, back, kind: design.hinge.kind, merge, notch, top, ends })
+        Ok(Self { joints, front, back, kind: design.joint(), merge, notch, top, ends })
     }
 }
 
@@ -190,6 +199,13 @@ fn joint(
     back: &Faces<'_>,
     merge: [f64; 2],
 ) -> Result<Joint, FeaError> {
+    let [thickness, other] = design.lamella_thickness(lamella);
+    if thickness != other {
+        return Err(FeaError::Unsupported {
+            what: "a tapered lamella",
+            allowed: "one with the same thickness at both ends",
+        });
+    }
     let arcs = design.attachment_arcs(lamella);
     let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
     let width = design.lamella_width(lamella);
@@ -197,8 +213,8 @@ fn joint(
     let up = [along[1], -along[0]];
     let inset = insets(design, lamella);
     let start = [p[0] + inset[0] * along[0], p[1] + inset[0] * along[1]];
-    let bar = 0.5 * design.lamellae.thickness;
-    let neck = match design.hinge.kind {
+    let bar = 0.5 * thickness;
+    let neck = match design.joint() {
         HingeKind::Flexible => 0.5 * design.hinge.thickness,
         _ => bar,
     };
@@ -209,7 +225,7 @@ fn joint(
         })
     };
     // A pin joins the centrelines; the elements beside it are as small as at a bar's edges.
-    let pinned = design.hinge.kind == HingeKind::Pinned;
+    let pinned = design.joint() == HingeKind::Pinned;
     let sides = |faces: &Faces<'_>, arc: f64| if pinned { [arc - neck, arc + neck] } else { edges(faces, arc) };
     let joint = Joint {
         front: sides(front, arcs[0]),
@@ -229,7 +245,7 @@ fn joint(
     room(merge[1] - joint.back[1], "the back beam above it, below the solid tip")?;
     room(joint.front[0], "the front beam below it")?;
     room(joint.back[0], "the back beam below it")?;
-    if design.hinge.kind == HingeKind::Flexible {
+    if design.joint() == HingeKind::Flexible {
         // Each corner of the bar's ends must stand clear of the face that the neck comes from.
         let at = |along_by: f64, up_by: f64| {
             [start[0] + along_by * along[0] + up_by * up[0], start[1] + along_by * along[1] + up_by * up[1]]

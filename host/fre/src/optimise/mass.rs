@@ -11,7 +11,8 @@ pub fn mass(design: &Design, density: f64) -> f64 {
     let bars = (0..design.lamella_count()).map(|lamella| {
         let [arc, _] = design.attachment_arcs(lamella);
         let [_, height] = design.front.point(arc);
-        design.lamella_width(lamella) * design.lamellae.thickness * design.width.at(height)
+        let [front, back] = design.lamella_thickness(lamella);
+        design.lamella_width(lamella) * 0.5 * (front + back) * design.width.at(height)
     });
     let volume = beam(design, &design.front) + beam(design, &design.back) + bars.sum::<f64>();
     // mm³ times kg/m³ is 1e-6 g.

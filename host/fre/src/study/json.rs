@@ -35,6 +35,8 @@ pub struct Row {
     pub front_mm: Vec<[f64; 2]>,
     pub back_mm: Vec<[f64; 2]>,
     pub lamellae_mm: Vec<[[f64; 2]; 2]>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ribs_mm: Vec<Vec<[f64; 2]>>,
     pub contacts: Vec<Contact>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction>,
@@ -119,6 +121,7 @@ impl Row {
             front_mm: shape.front,
             back_mm: shape.back,
             lamellae_mm: shape.lamellae,
+            ribs_mm: shape.ribs,
             contacts: shape.contacts,
             friction: state.and_then(|state| state.friction),
             force_interval_n: state.and_then(|state| state.force_interval),

@@ -74,7 +74,8 @@ fn overlaps(case: &Case, place: &Place) -> Vec<Overlap> {
     let mut base = between(case.finger.design.front.base, beam.base);
     let (back, lamellae) = match &place.state {
         Some(state) => {
-            let mut lamellae = state.shape.lamellae.iter().flatten().copied();
+            let ribs = state.shape.ribs.iter().flatten();
+            let mut lamellae = state.shape.lamellae.iter().flatten().chain(ribs).copied();
             (deepest(&mut state.shape.back.iter().copied()), deepest(&mut lamellae))
         }
         None => (deepest(&mut between(beam.base, beam.tip)), f64::NEG_INFINITY),

@@ -349,6 +349,19 @@ fn strain(case: &Case, place: &Place, state: &State) -> Chart {
             share: 0.8,
         });
     }
+    if !strains.ribs.is_empty() {
+        let points = strains.ribs.iter().enumerate();
+        let points = points.map(|(rib, &strain)| [design.attachment_arcs(rib)[0], in_percent(strain)]).collect();
+        let most = strains.ribs.iter().copied().fold(0.0, f64::max);
+        panels.push(Panel {
+            y_title: "ribs, largest (%)".into(),
+            series: vec![Series { name: "ribs".into(), colour: 2, style: Style::Dots, points }],
+            marks: levels(most, false),
+            y_range: (most < AT_REST).then_some([0.0, 1.0]),
+            with_zero: true,
+            share: 0.8,
+        });
+    }
     let bears = match limit {
         Some(limit) => format!("the material bears {} %", percent(limit)),
         None => "the material's limit is not known (finger.material.max_strain)".to_owned(),

@@ -64,12 +64,15 @@ pub struct MaxStrain {
     pub back: f64,
     /// In the hinges.
     pub hinge: f64,
+    /// In the ribs.
+    #[serde(default)]
+    pub rib: f64,
 }
 
 impl MaxStrain {
     /// The largest of them.
     pub fn largest(&self) -> f64 {
-        self.front.max(self.back).max(self.hinge)
+        self.front.max(self.back).max(self.hinge).max(self.rib)
     }
 }
 

@@ -273,7 +273,7 @@ fn state<T: Real, S: Size>(
     let number = |value: T| value.to_f64() + 0.0;
     let shape = Shape::of(follower);
     let strains = Strains::of(follower);
-    let [front, back, hinge] = follower.max_strain().map(T::to_f64);
+    let [front, back, hinge, rib] = follower.max_strain().map(T::to_f64);
     State {
         force_n: follower.force_world().map(number),
         force_finger_frame_n: follower.force_finger().map(number),
@@ -283,7 +283,7 @@ fn state<T: Real, S: Size>(
         tip_mm: follower.tip().map(number),
         contact_pressure: pressures(&case.finger.design, samples, &shape.contacts),
         shape,
-        max_strain: MaxStrain { front, back, hinge },
+        max_strain: MaxStrain { front, back, hinge, rib },
         beyond_max_strain: strains.beyond(Limit::of(case.finger.max_strain)),
         strains,
         friction: (case.friction > 0.0).then(|| Friction::of(follower)),

@@ -43,6 +43,9 @@ pub struct Strains {
     pub spans: Vec<Pair>,
     /// Largest strain of each lamella's hinges, base to tip; empty for pins and welds.
     pub hinges: Vec<Pair>,
+    /// Largest strain of each rib, base to tip; empty for rigid lamellae.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ribs: Vec<f64>,
 }
 
 impl Strains {
@@ -56,13 +59,19 @@ impl Strains {
             match strain.place {
                 Place::Front(_) => all.front.push(section),
                 Place::Back(_) => all.back.push(section),
-                Place::FrontHinge(_) | Place::BackHinge(_) => {}
+                Place::FrontHinge(_) | Place::BackHinge(_) | Place::Rib(_) => {}
             }
             let most = match strain.place {
                 Place::Front(span) => &mut pair(&mut all.spans, span).front,
                 Place::Back(span) => &mut pair(&mut all.spans, span).back,
                 Place::FrontHinge(lamella) => &mut pair(&mut all.hinges, lamella).front,
                 Place::BackHinge(lamella) => &mut pair(&mut all.hinges, lamella).back,
+                Place::Rib(rib) => {
+                    if all.ribs.len() <= rib {
+                        all.ribs.resize(rib + 1, 0.0);
+                    }
+                    &mut all.ribs[rib]
+                }
             };
             *most = most.max(section.largest());
         }
@@ -80,7 +89,7 @@ impl Strains {
         Some((side, lamella))
     }
 
-    /// What is strained beyond a limit, the worst first: the beams at their worst section, every hinge.
+    /// What is strained beyond a limit, the worst first: the beams at their worst section, every hinge and rib.
     pub fn beyond(&self, limit: Limit) -> Vec<Beyond> {
         let worst = |sections: &[Section]| sections.iter().copied().max_by(|a, b| a.largest().total_cmp(&b.largest()));
         let beam = |side: Side, sections: &[Section]| {
@@ -91,8 +100,10 @@ impl Strains {
             |side: Side, lamella: usize, strain: f64| Beyond { part: Part::Hinge { side, lamella }, strain, limit };
         let hinges = self.hinges.iter().enumerate();
         let hinges = hinges.flat_map(|(k, pair)| [hinge(Side::Front, k, pair.front), hinge(Side::Back, k, pair.back)]);
+        let ribs = self.ribs.iter().enumerate();
+        let ribs = ribs.map(|(lamella, &strain)| Beyond { part: Part::Rib { lamella }, strain, limit });
         let beams = [beam(Side::Front, &self.front), beam(Side::Back, &self.back)].into_iter().flatten();
-        let mut found: Vec<Beyond> = beams.chain(hinges).filter(|one| one.strain > limit.share()).collect();
+        let mut found: Vec<Beyond> = beams.chain(hinges).chain(ribs).filter(|one| one.strain > limit.share()).collect();
         found.sort_by(|a, b| b.strain.total_cmp(&a.strain));
         found
     }
@@ -141,6 +152,11 @@ pub enum Part {
         /// Of which lamella, from 0 at the base.
         lamella: usize,
     },
+    /// A rib.
+    Rib {
+        /// Which one, from 0 at the base.
+        lamella: usize,
+    },
 }
 
 impl Part {
@@ -158,6 +174,7 @@ impl std::fmt::Display for Part {
         match self {
             Self::Beam { side, arc_mm } => write!(f, "{} beam at {arc_mm:.1} mm", side.word()),
             Self::Hinge { side, lamella } => write!(f, "{} hinge of lamella {}", side.word(), lamella + 1),
+            Self::Rib { lamella } => write!(f, "rib {}", lamella + 1),
         }
     }
 }

@@ -145,7 +145,8 @@ pub fn warnings(case: &Case, places: &[Place]) -> Vec<Warning> {
 fn left_out(case: &Case) -> Option<Warning> {
     // Measured on the preset fea-80 with welded lamellae, by `fre compare --fea`.
     let design = &case.finger.design;
-    (design.hinge.kind == HingeKind::Welded && design.lamella_count() > 0).then_some(Warning::RigidLamellae)
+    let rigid = design.lamellae.ribs().is_none() && design.lamella_count() > 0;
+    (rigid && design.joint() == HingeKind::Welded).then_some(Warning::RigidLamellae)
 }
 
 /// Tapers whose ends do not lie on the finger: what is written there is not what is there.

@@ -89,7 +89,7 @@ fn scaled(design: &Design, factor: f64) -> Design {
     beam(&mut out.back);
     let Attachments::Heights(heights) = &mut out.lamellae.attachments else { panic!("the preset has heights") };
     heights.iter_mut().for_each(|x| *x *= factor);
-    out.lamellae.thickness *= factor;
+    out.lamellae.thickness.iter_mut().flatten().for_each(|thickness| *thickness *= factor);
     out.hinge.length.iter_mut().for_each(|x| *x *= factor);
     out.hinge.thickness *= factor;
     out

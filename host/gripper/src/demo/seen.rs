@@ -72,5 +72,5 @@ fn shape_of(told: &messages::Shape) -> Shape {
     };
     let contacts = told.contacts.iter().map(contact).collect();
     let lamellae = told.lamella_front.iter().zip(&told.lamella_back).map(|(a, b)| [double(a), double(b)]).collect();
-    Shape { back: told.back.iter().map(double).collect(), lamellae, contacts, front }
+    Shape { back: told.back.iter().map(double).collect(), lamellae, contacts, front, ..Shape::default() }
 }

@@ -181,6 +181,6 @@ fn drawing(design: &Design) -> Drawing {
         back_mm: ends(&shape.back),
         front_thickness_mm: design.front.thickness.at(0.5 * design.front.length()),
         back_thickness_mm: design.back.thickness.at(0.5 * design.back.length()),
-        lamella_mm: design.lamellae.thickness,
+        lamella_mm: design.lamellae.thickest(),
     }
 }

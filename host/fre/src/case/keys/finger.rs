@@ -50,7 +50,7 @@ pub struct FingerTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("x-default" = "no lamellae"))]
     pub lamellae: Option<LamellaeTable>,
-    /// What joins rigid lamellae to the beams; needed with lamellae.
+    /// What joins rigid lamellae to the beams, or the necks of ribs with `ends = "hinged"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("x-default" = "none without lamellae"))]
     pub hinge: Option<HingeTable>,
@@ -191,11 +191,12 @@ pub struct LamellaeTable {
         "x-default" = "from heights_mm", "x-picture" = "beam"
     ))]
     pub back_arc_mm: Option<Vec<f64>>,
-    /// Thickness: of rigid lamellae it matters for pictures, for finite elements and for the room between them.
+    /// Thickness: a number, one per lamella, or for each a pair at its front and its back end. Of rigid lamellae it matters
+    /// for pictures, for finite elements and for the room between them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend(
-        "x-unit" = "mm", "x-range" = Field::LamellaThickness.range(), "x-default" = "needed with lamellae",
-        "x-picture" = "hinge"
+        "x-unit" = "mm", "x-range" = Field::LamellaThickness.range(), "maxItems" = MAX_LAMELLAE,
+        "x-default" = "needed with lamellae", "x-picture" = "hinge"
     ))]
     pub thickness_mm: Option<RibThickness>,
     /// What the lamellae are.
@@ -203,11 +204,11 @@ pub struct LamellaeTable {
     pub kind: LamellaKind,
     /// How ribs end at the beams.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-default" = "welded", "x-computed" = []))]
+    #[schemars(extend("x-default" = "welded"))]
     pub ends: Option<RibEnds>,
     /// Angle of the lamellae's axes, positive when the front end is lower: a number, or one per lamella.
     #[serde(default = "PerRib::zero")]
-    #[schemars(extend("x-unit" = "degrees", "x-computed" = [0.0]))]
+    #[schemars(extend("x-unit" = "degrees", "x-range" = [-80.0, 80.0], "maxItems" = MAX_LAMELLAE))]
     pub angle_deg: PerRib,
     /// Clearance between ribs and back beam, with `ends = "gap"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -219,11 +220,11 @@ pub struct LamellaeTable {
     pub fillet_mm: f64,
     /// Multiplies the ribs' bending stiffness EI alone.
     #[serde(default = "one")]
-    #[schemars(extend("x-computed" = [1.0]))]
+    #[schemars(extend("x-range" = Field::RibBending.range()))]
     pub bending_factor: f64,
     /// Multiplies the ribs' stretching stiffness EA alone.
     #[serde(default = "one")]
-    #[schemars(extend("x-computed" = [1.0]))]
+    #[schemars(extend("x-range" = Field::RibStretch.range()))]
     pub stretch_factor: f64,
 }
 
@@ -254,7 +255,6 @@ pub enum LamellaKind {
     #[default]
     Rigid,
     /// Ribs that bend, joined to the beams as `ends` says.
-    #[schemars(extend("x-computed" = []))]
     Rib,
 }
 
@@ -267,6 +267,7 @@ pub enum RibEnds {
     /// With necks, as `[finger.hinge]` says.
     Hinged,
     /// Welded to the front beam, `gap_mm` away from the back beam.
+    #[schemars(extend("x-computed" = []))]
     Gap,
 }
 

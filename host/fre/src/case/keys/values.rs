@@ -30,16 +30,15 @@ pub enum RibThickness {
     /// The same for all.
     All(f64),
     /// One for each, base to tip.
-    #[schemars(extend("x-computed" = []))]
     Each(Vec<f64>),
     /// For each, at its front and at its back end.
-    #[schemars(extend("x-pair" = "[front, back]", "x-computed" = []))]
+    #[schemars(extend("x-pair" = "[front, back]"))]
     Tapered(Vec<[f64; 2]>),
 }
 
 impl PerRib {
     /// Zero for all.
-    pub(super) fn zero() -> Self {
+    pub(in crate::case) fn zero() -> Self {
         Self::All(0.0)
     }
 }

@@ -148,8 +148,12 @@ impl FingerPicture<'_> {
 
     fn draw_finger(&self, scene: &mut Scene, view: &View) {
         let design = self.design;
-        let flexible = design.hinge.kind == HingeKind::Flexible;
-        for (lamella, bar) in self.shape.lamellae.iter().enumerate() {
+        for (lamella, rib) in self.shape.ribs.iter().enumerate() {
+            self.draw_rib(scene, view, lamella, rib);
+        }
+        let flexible = design.joint() == HingeKind::Flexible;
+        let bars = if self.shape.ribs.is_empty() { &self.shape.lamellae[..] } else { &[] };
+        for (lamella, bar) in bars.iter().enumerate() {
             let arcs = design.attachment_arcs(lamella);
             let ends = [(&self.shape.front, &design.front, arcs[0]), (&self.shape.back, &design.back, arcs[1])];
             let [p, q] = bar.map(|p| view.at(self.world(p)));
@@ -180,19 +184,44 @@ impl FingerPicture<'_> {
                     scene.line(neck, Stroke::new(Ink::Lamella, (view.scale * design.hinge.thickness).max(1.5)).round());
                 }
             }
-            let half = 0.5 * design.lamellae.thickness * view.scale;
-            let corner = |[x, y]: [f64; 2], side: f64| [x - side * half * along[1], y + side * half * along[0]];
-            let body = [corner(p, 1.0), corner(q, 1.0), corner(q, -1.0), corner(p, -1.0)];
+            let halves = design.lamella_thickness(lamella).map(|thickness| 0.5 * thickness * view.scale);
+            let corner = |end: usize, side: f64| {
+                let ([x, y], half) = ([p, q][end], side * halves[end]);
+                [x - half * along[1], y + half * along[0]]
+            };
+            let body = [corner(0, 1.0), corner(1, 1.0), corner(1, -1.0), corner(0, -1.0)];
             scene.area(Path::polygon(body), Ink::Lamella, 1.0, Stroke::new(Ink::Lamella, 1.0).round());
         }
         self.draw_beam(scene, view, &self.shape.back, &design.back.thickness, Ink::Back);
         self.draw_beam(scene, view, &self.shape.front, &design.front.thickness, Ink::Front);
         // Pins lie on the beams' centrelines and show on them; welded lamellae have none.
-        if design.hinge.kind == HingeKind::Pinned {
+        if design.joint() == HingeKind::Pinned {
             for end in self.shape.lamellae.iter().flatten() {
                 let end = view.at(self.world(*end));
                 scene.area(Path::circle(end, 3.0), Ink::Paper, 1.0, Stroke::new(Ink::Back, 1.4));
             }
+        }
+    }
+
+    /// A rib along its bent centreline, with its taper, and necks at their ends where it has some.
+    fn draw_rib(&self, scene: &mut Scene, view: &View, lamella: usize, rib: &[[f64; 2]]) {
+        let design = self.design;
+        let [front, back] = design.lamella_thickness(lamella);
+        let length = rib.windows(2).map(|pair| distance(pair[0], pair[1])).sum::<f64>();
+        let neck = match design.joint() {
+            HingeKind::Flexible => design.hinge.length_of(lamella) / length.max(f64::MIN_POSITIVE),
+            HingeKind::Pinned | HingeKind::Welded => 0.0,
+        };
+        let thickness = |part: f64| {
+            if part < neck || part > 1.0 - neck { design.hinge.thickness } else { front + part * (back - front) }
+        };
+        let mut at = 0.0;
+        for pair in rib.windows(2) {
+            let piece = distance(pair[0], pair[1]);
+            let width = view.scale * thickness((at + 0.5 * piece) / length.max(f64::MIN_POSITIVE));
+            at += piece;
+            let line = Path::lines([pair[0], pair[1]].map(|p| view.at(self.world(p))));
+            scene.line(line, Stroke::new(Ink::Lamella, width.max(1.5)).round());
         }
     }
 
@@ -282,4 +311,8 @@ impl FingerPicture<'_> {
 
 fn ghost_stroke() -> Stroke {
     Stroke::new(Ink::Ghost, 1.2).dashed(4.0, 3.0)
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (b[0] - a[0]).hypot(b[1] - a[1])
 }

@@ -98,7 +98,7 @@ impl Parameter {
     pub fn obstacle(self, design: &Design, objects: &[ObjectDesign], drive: &Drive) -> Option<&'static str> {
         match self {
             Self::Design(DesignParameter::HingeThickness | DesignParameter::HingeLength)
-                if design.hinge.kind != HingeKind::Flexible =>
+                if design.joint() != HingeKind::Flexible =>
             {
                 Some("the finger has no flexible hinges")
             }
