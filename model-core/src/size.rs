@@ -10,6 +10,8 @@
 pub struct Lists {
     /// Lamellae of a finger.
     pub lamellae: usize,
+    /// Thicknesses of them: one for all, or one per lamella.
+    pub thicknesses: usize,
     /// Knots of a taper.
     pub knots: usize,
     /// Corners of a polygon.
@@ -18,9 +20,10 @@ pub struct Lists {
 
 impl Lists {
     /// A microcontroller's. 12 lamellae are what [`Paper`] has room for; a board of the size [`Ribs`] raises them to 16.
-    pub const TARGET: Self = Self { lamellae: 12, knots: 8, corners: 8 };
+    /// Its lamellae have one thickness, or one taper, for all.
+    pub const TARGET: Self = Self { lamellae: 12, thicknesses: 1, knots: 8, corners: 8 };
     /// Those of a machine with an operating system.
-    pub const HOSTED: Self = Self { lamellae: 64, knots: 64, corners: 64 };
+    pub const HOSTED: Self = Self { lamellae: 64, thicknesses: 64, knots: 64, corners: 64 };
     /// Those of the machine that the program is built for.
     pub const HERE: Self = if cfg!(target_os = "none") { Self::TARGET } else { Self::HOSTED };
 }

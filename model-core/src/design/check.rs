@@ -393,7 +393,7 @@ impl Design {
             Attachments::Arcs { .. } => Field::FrontArcs,
         };
         TooLong::check(lamellae.key(), self.lamella_count(), room.lamellae)?;
-        TooLong::check(Field::LamellaThickness.key(), self.lamellae.thickness.len(), room.lamellae)?;
+        TooLong::check(Field::LamellaThickness.key(), self.lamellae.thickness.len(), room.thicknesses)?;
         TooLong::check(Field::HingeLength.key(), self.hinge.length.len(), room.lamellae)
     }
 

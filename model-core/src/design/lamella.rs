@@ -1,6 +1,6 @@
 //! What lies between the beams: rigid lamellae, or ribs that bend.
 
-use super::MAX_LAMELLAE;
+use super::{MAX_LAMELLAE, MAX_THICKNESSES};
 use heapless::Vec;
 
 /// Where the lamellae are joined to the beams, base to tip.
@@ -87,14 +87,14 @@ pub struct Lamellae {
     pub attachments: Attachments,
     /// Thickness (front, back) in the plane, mm: one pair for all lamellae or one per lamella, linear from the front beam's face to the
     /// back beam's. That of rigid lamellae is for pictures and finite elements.
-    pub thickness: Vec<[f64; 2], MAX_LAMELLAE>,
+    pub thickness: Vec<[f64; 2], MAX_THICKNESSES>,
     /// Rigid, or ribs.
     pub kind: LamellaKind,
 }
 
 impl Lamellae {
     /// Thickness that is the same everywhere, mm.
-    pub fn uniform(thickness: f64) -> Vec<[f64; 2], MAX_LAMELLAE> {
+    pub fn uniform(thickness: f64) -> Vec<[f64; 2], MAX_THICKNESSES> {
         Vec::from_iter([[thickness; 2]])
     }
 

@@ -21,6 +21,8 @@ use crate::size::Lists;
 
 /// Largest number of lamellae of a finger on this machine.
 pub const MAX_LAMELLAE: usize = Lists::HERE.lamellae;
+/// Largest number of their thicknesses on this machine.
+pub const MAX_THICKNESSES: usize = Lists::HERE.thicknesses;
 /// Largest number of knots of a [`Profile`] on this machine.
 pub const MAX_KNOTS: usize = Lists::HERE.knots;
 
