@@ -475,6 +475,7 @@ impl Design {
     }
 
     /// Ribs bend over some length, and so does each beam between two of them.
+    #[inline(never)]
     fn validate_ribs(&self, ends: [f64; 2]) -> Result<(), DesignError> {
         let mut below = [0.0; 2];
         for lamella in 0..self.lamella_count() {

@@ -24,6 +24,7 @@ pub(crate) fn flexible_ends(design: &Design) -> [f64; 2] {
 
 /// Distances (front, back), mm, from the centrelines to the beams' faces along lamella k:
 /// half the thickness over the sine of the angle between beam and lamella.
+#[inline(never)]
 pub(crate) fn face_distances(design: &Design, lamella: usize) -> [f64; 2] {
     let arcs = design.attachment_arcs(lamella);
     let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));

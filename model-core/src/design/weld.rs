@@ -41,6 +41,7 @@ const COUPLING: Table = [
 /// the stiffened length over w²/t (w the root's length along the beam's face, t the beam's thickness), the root's depth over the rib's
 /// thickness, and the turn of the rib over the beam's shear strain. Between the angles and ratios that were computed (30 to 90°, 0.2 to
 /// 2) they are interpolated, beyond those they stay.
+#[inline(never)]
 pub fn weld_numbers(ratio: f64, degrees: f64) -> [f64; 3] {
     let (row, down) = position(&ANGLES.map(|angle| -angle), -degrees);
     let (column, right) = position(&RATIOS, ratio);
@@ -81,6 +82,8 @@ pub(crate) struct Weld {
 
 impl Weld {
     /// Those of rib k; lamellae that are not welded ribs stiffen nothing.
+    // Double precision is software on the microcontroller: one copy for all who ask.
+    #[inline(never)]
     pub fn of(design: &Design, lamella: usize) -> Self {
         let LamellaKind::Rib(Ribs { ends: RibEnds::Welded, .. }) = design.lamellae.kind else {
             return Self::default();
@@ -102,6 +105,7 @@ impl Weld {
     }
 
     /// One end: `along` leads from the beam into the rib.
+    #[inline(never)]
     fn end(beam: &Beam, arc: f64, along: [f64; 2], rib: f64) -> End {
         let (e, thickness) = (beam.direction(arc), beam.thickness.at(arc));
         let cosine = e[0] * along[0] + e[1] * along[1];

@@ -35,6 +35,7 @@ pub(super) struct Slot {
 }
 
 /// How far lamella k's welds stiffen the beams: not in the physics `paper`, which has no cross-sections.
+#[inline(never)]
 pub(super) fn weld(design: &Design, how: &Discretisation, lamella: usize) -> Weld {
     if how.physics == Physics::Paper { Weld::default() } else { Weld::of(design, lamella) }
 }
@@ -43,6 +44,7 @@ pub(super) fn weld(design: &Design, how: &Discretisation, lamella: usize) -> Wel
 const SLENDER: f64 = 14.0;
 
 /// Elements of a rib of a length and a thickness: about half those of a span and one, or as long as those of the front beam.
+#[inline(never)]
 fn rib_elements(design: &Design, how: &Discretisation, length: f64, thickness: f64) -> u16 {
     let least = match how.elements {
         Elements::PerSpan { span, .. } => span / 2 + 1,
@@ -66,12 +68,14 @@ struct Axis<'a> {
 
 impl Axis<'_> {
     /// Bending stiffness of a section of this thickness, N·mm².
+    #[inline(never)]
     fn bending(&self, t: f64) -> f64 {
         let (design, w) = (self.design, self.width);
         design.material.youngs_modulus * w * t * t * t / 12.0 * plate_factor(design, w, t)
     }
 
     /// A straight rod of pieces whose sections have this area, on the mean.
+    #[inline(never)]
     fn rod<'r>(&self, pieces: &'r [Piece<'r>], direction: &'r dyn Fn(f64) -> [f64; 2], area: f64) -> Rod<'r> {
         let compliance = compliance(self.design, self.how.physics, area);
         let stiffening = 3.0 * self.design.material.law.second_order() * compliance[0];
@@ -158,12 +162,14 @@ pub(super) fn with_parts(
 }
 
 /// Harmonic mean of a tapered rib's area: a force stretches it as much.
+#[inline(never)]
 fn mean_area(axis: &Axis<'_>, thickness: &dyn Fn(f64) -> f64) -> f64 {
     let inverse = |at: f64| 1.0 / thickness(at);
     6.0 * axis.width / (inverse(0.0) + 4.0 * inverse(0.5) + inverse(1.0))
 }
 
 /// Hands the parts of a welded rib to `with`. The joints lie at the welds' upper ends, from where links lead to the rib's axis.
+#[inline(never)]
 fn with_weld(axis: &Axis<'_>, ribs: &Ribs, lamella: usize, width: f64, with: &mut dyn FnMut(&[Part<&Rod<'_>>])) {
     let Axis { design, how, along, .. } = *axis;
     let weld = weld(design, how, lamella);
