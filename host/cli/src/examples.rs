@@ -126,6 +126,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     ),
     ("gripper release", &[("All fingers", "fre gripper release --link /dev/ttyACM0")]),
     ("gripper hold", &[("Finger 0 only", "fre gripper hold --finger 0 --link /dev/ttyACM0")]),
+    ("gripper relax", &[("Finger 0 only", "fre gripper relax --finger 0 --link /dev/ttyACM0")]),
     ("gripper commission", &[("Servo 1 moves finger 0", "fre gripper commission --servo 1 --link /dev/ttyACM0")]),
     ("gripper scan", &[("Every servo at every rate", "fre gripper scan --link /dev/ttyACM0")]),
     ("log", &[("A board on a probe", "fre log opencr"), ("The image in QEMU", "fre log --qemu --seconds 5")]),
@@ -251,30 +252,38 @@ mod tests {
     #[test]
     fn every_command_says_what_it_is_and_has_an_example() {
         let commands = commands();
+        let mut faults = Vec::new();
         for (words, command) in &commands {
             let about = command.get_about().map(ToString::to_string).unwrap_or_default();
-            assert!(!about.is_empty(), "fre {words} does not say what it is");
-            assert!(about.chars().count() <= 90, "fre {words}: \"{about}\" does not fit a line");
-            if cfg!(feature = "gripper") {
-                assert!(EXAMPLES.iter().any(|(of, _)| of == words), "fre {words} has no example");
+            if about.is_empty() {
+                faults.push(format!("fre {words} does not say what it is"));
+            }
+            if about.chars().count() > 90 {
+                faults.push(format!("fre {words}: \"{about}\" does not fit a line"));
+            }
+            if cfg!(feature = "gripper") && !EXAMPLES.iter().any(|(of, _)| of == words) {
+                faults.push(format!("fre {words} has no example"));
             }
         }
         if cfg!(feature = "gripper") {
-            for (of, _) in EXAMPLES {
-                assert!(commands.iter().any(|(words, _)| words == of), "there is no command fre {of}");
-            }
+            let gone = EXAMPLES.iter().filter(|(of, _)| !commands.iter().any(|(words, _)| words == of));
+            faults.extend(gone.map(|(of, _)| format!("there is no command fre {of}")));
         }
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
     }
 
     #[test]
     fn every_option_has_one_line_in_the_short_help() {
+        let mut faults = Vec::new();
         for (words, command) in commands() {
             for argument in command.get_arguments().filter(|argument| !argument.is_hide_set()) {
                 let help = argument.get_help().map(ToString::to_string).unwrap_or_default();
                 let name = argument.get_id();
-                assert!(!help.is_empty(), "fre {words}: {name} has no help");
-                assert!(help.chars().count() <= 76, "fre {words}: {name}: \"{help}\" is longer than a line");
+                if !(1..=76).contains(&help.chars().count()) {
+                    faults.push(format!("fre {words}: {name}: \"{help}\" is no line of 1 to 76 characters"));
+                }
             }
         }
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
     }
 }

@@ -25,7 +25,9 @@ use fre_gripper::link::Ends;
 pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
-    /// Stops after this time [default: lines stop when the link closes; a live view waits for the gripper to come back]
+    /// Stops after this time
+    ///
+    /// Without it, lines stop when the link closes, and a live view waits for the gripper to come back.
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     #[command(flatten)]

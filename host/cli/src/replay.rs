@@ -39,7 +39,7 @@ pub struct Args {
     /// The recording, or a table of positions; - is a table on standard input
     #[arg(value_name = "FILE.mcap|FILE.csv")]
     file: PathBuf,
-    /// Writes every report to a CSV file instead of showing it; - for standard output
+    /// Writes every report as CSV instead of showing it; - for standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Writes every recorded report to a Parquet file instead of showing it

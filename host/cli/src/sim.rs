@@ -24,10 +24,11 @@ const FIRMWARE: &str = "target/boards/thumbv7em-none-eabihf/release/gripper-mps2
 /// How often is looked whether QEMU still runs.
 const GLANCE: Duration = Duration::from_millis(200);
 
-/// Run a gripper without hardware: its firmware in QEMU, a simulated servo and the case's finger and object
+/// Run a gripper without hardware: its firmware in QEMU and a simulated servo
 ///
-/// It prints the gripper's link, for `fre monitor`, `fre gripper` and everything else that takes --link, then "ready". It runs until it
-/// is stopped. Several programs can use it at once while `fre monitor` is one of them.
+/// The servo feels the case's finger and object. The command prints the gripper's link, for `fre monitor`, `fre gripper` and everything
+/// else that takes --link, then "ready". It runs until it is stopped. Several programs can use it at once while `fre monitor` is one of
+/// them.
 ///
 /// `cargo xtask firmware mps2` builds the firmware.
 #[derive(Debug, clap::Args)]

@@ -55,7 +55,7 @@ pub struct Args {
     /// the product.
     #[arg(long, value_name = "KEY=A:B:STEP|KEY=v1,v2,…")]
     vary: Vec<String>,
-    /// The CSV file, in which a stopped sweep continues [default: -, standard output]
+    /// The CSV file, in which a stopped sweep continues [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Solves a part of the points only: the I-th of N

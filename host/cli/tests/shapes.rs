@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fre::case::{Case, Document};
+use fre::case::{Case, Document, ObjectWords};
 use fre::draw;
 use fre::fea::Plan;
 use fre::study::model::{Options, Precision};
@@ -101,7 +101,8 @@ fn pictures_show_every_shape() {
         }
         let word =
             |node: &roxmltree::Node| node.descendants().filter_map(|n| n.text().map(str::to_owned)).collect::<String>();
-        assert!(texts.iter().any(|node| word(node).starts_with("object")), "{name}");
+        let object = ObjectWords::of(&case.object).name();
+        assert!(texts.iter().any(|node| word(node) == object), "{name}: no text says {object}");
         if let Some(folder) = std::env::var_os("FRE_PICTURES") {
             draw::write(&scene, &Path::new(&folder).join(format!("{name}.png"))).unwrap();
         }
