@@ -178,7 +178,7 @@ def test_a_file_with_a_fault_names_line_and_key(tmp_path: pathlib.Path) -> None:
 @pytest.mark.parametrize(
     ("values", "key"),
     [
-        ({"lamellae.kind": "rib"}, "finger.lamellae.kind"),
+        ({"front.clamp_mm": 5.0}, "finger.front.clamp_mm"),
         ({"material.prony": [[0.15, 0.1]]}, "finger.material.prony"),
     ],
 )

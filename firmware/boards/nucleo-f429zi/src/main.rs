@@ -46,8 +46,8 @@ impl Board for Nucleo {
         cycles::now()
     }
 
-    fn restart() -> ! {
-        reset::restart()
+    fn restart(last_words: &'static str) -> ! {
+        reset::end(&last_words)
     }
 }
 
