@@ -29,6 +29,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let untouched = self.timeline.accepted.touching_count == 0 && self.timeline.accepted.load == [T::ZERO; 2];
         if untouched && remaining.abs() > self.max_step() && self.is_clear(to) {
             // From one open hand to another nothing happens on the way.
+            self.timeline.take(to, to);
             self.accept(to);
             outcome.steps += 1;
             return Some(self.standing());
@@ -47,7 +48,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if left == 0 && outcome.steps > 0 {
             return Some(Status::MaxIterations);
         }
-        self.timeline.predict(target, self.work.slip.rubs(), &self.model);
+        self.timeline.take(target, to);
+        self.timeline.predict(target, self.work.history.slip.rubs(), &self.model);
         let settings = NewtonSettings::<T>::of_precision();
         let tolerance = if reaches { settings.tolerance } else { settings.on_the_way };
         let allowed = self.patience((target - self.timeline.at()).abs(), reaches);
@@ -97,6 +99,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let past = self.max_step() * T::of(FOLD_STEP);
             let target = if remaining > T::ZERO { self.timeline.at() + past } else { self.timeline.at() - past };
             self.failed = attempt.cause();
+            self.timeline.take(target, to);
             self.phase = Phase::Folding { target, shift: T::of(FOLD_SHIFT), spent: 0 };
         }
         (outcome.iterations >= budget).then_some(Status::MaxIterations)
@@ -131,9 +134,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     pub(super) fn keep(&mut self, at: T) {
         self.bar(at);
-        if self.rubs() {
-            self.remember_slip();
-        }
+        self.remember();
         self.timeline.accept(at, &self.model);
     }
 }

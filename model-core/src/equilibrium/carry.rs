@@ -73,9 +73,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.phase = Phase::Following;
         self.begin_path(mark.at);
         self.show_accepted();
-        if self.rubs() {
-            self.remember_slip();
-        }
+        self.remember();
     }
 
     pub(crate) fn unmark(&mut self) {

@@ -31,12 +31,14 @@ mod slip_elastica;
 mod slip_stability;
 mod solution;
 mod strains;
+mod target;
 #[cfg(test)]
 mod tests;
 mod timeline;
 mod track;
 
 pub use settings::Settings;
+pub use target::Target;
 pub use track::Tracking;
 
 use crate::bounds::{OutOfBounds, check};
@@ -46,6 +48,7 @@ use crate::discretise::{Discretisation, DiscretiseError, discretise};
 use crate::model::Model;
 pub use crate::newton::attempt::NEAR_ENOUGH;
 use crate::newton::gaps::Sweep;
+use crate::newton::history::Way;
 use crate::newton::residual::Largest;
 use crate::newton::{Hessian, Workspace};
 use crate::object::{Motion, Object, Shape};
@@ -242,9 +245,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.allow_steps();
         self.work.contacts.count = 0;
         self.work.kinematics.place_all(&self.model, &self.timeline.present, &[]);
-        if self.rubs() {
-            self.work.slip.begin(&self.model, &self.timeline.present, &self.work.kinematics);
-        }
+        self.work.history.begin(&self.model, &self.timeline.present, &self.work.kinematics);
     }
 
     /// Takes a coefficient of friction between finger and object; the finger is at rest again. Zero, the default, leaves friction out.
@@ -255,7 +256,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// A coefficient that is not within [`FRICTIONS`], and any but zero where [`Size::RUBS`] is false.
     pub fn set_friction(&mut self, coefficient: f64) -> Result<(), OutOfBounds> {
         check("friction", coefficient, if S::RUBS { FRICTIONS } else { [0.0; 2] })?;
-        self.work.slip.coefficient = T::of(coefficient);
+        self.work.history.slip.coefficient = T::of(coefficient);
         self.timeline.unmark();
         self.rest();
         Ok(())
@@ -265,27 +266,27 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     ///
     /// Where the past is unknown, the finger is between the two: normal force and torque lie between those of both ways.
     pub fn force_slip(&mut self, way: Option<SlipWay>) {
-        self.work.slip.forced = way.map_or(ContactState::Open, SlipWay::state);
+        self.work.history.slip.forced = way.map_or(ContactState::Open, SlipWay::state);
         self.timeline.unmark();
         self.rest();
     }
 
-    /// Says where the object goes in the finger's frame on the way from the accepted state to a coordinate, which friction needs.
+    /// Tells the history what a step from the accepted state to a coordinate goes through.
     fn aim(&mut self, coordinate: T) {
-        if self.rubs() {
+        if self.work.history.is_kept() {
             let way = coordinate - self.timeline.at();
             let turned = match self.motion {
                 Motion::Rotating { .. } => way,
                 Motion::Translating { .. } => T::ZERO,
             };
-            self.work.slip.aim(&self.motion.world_to_finger(way), turned, self.model.units.length);
+            self.work.history.aim(&self.model, &Way { by: self.motion.world_to_finger(way), turned });
         }
     }
 
-    /// The workspace shows the accepted state: friction goes on from there.
-    fn remember_slip(&mut self) {
-        let Workspace { kinematics, contacts, slip, .. } = &mut self.work;
-        slip.accept(&self.model, &self.timeline.present, kinematics, contacts.rows());
+    /// The workspace shows the accepted state: what is remembered goes on from there.
+    fn remember(&mut self) {
+        let Workspace { kinematics, contacts, history, .. } = &mut self.work;
+        history.accept(&self.model, &self.timeline.present, kinematics, contacts);
     }
 
     /// Puts a dead load (finger frame, N) on the front beam where lamella `lamella` is joined (from 0; any larger number
@@ -307,8 +308,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         outcome.length = (residual.length * units.length).to_f64();
     }
 
-    /// Follows the equilibrium to a coordinate (rad or mm), with at most [`FOLLOW_ITERATIONS`] Newton iterations.
-    pub fn follow(&mut self, to: f64) -> Outcome {
+    /// Follows the equilibrium to a coordinate (rad or mm), with at most [`FOLLOW_ITERATIONS`] Newton iterations; to a [`Target`] where the
+    /// time on the way matters.
+    pub fn follow(&mut self, to: impl Into<Target>) -> Outcome {
         self.follow_within(to, FOLLOW_ITERATIONS)
     }
 

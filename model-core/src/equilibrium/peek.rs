@@ -45,7 +45,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             reading.force = [world.x, world.y];
             reading
         });
-        self.work.slip.forced = ContactState::Open;
+        self.work.history.slip.forced = ContactState::Open;
         self.show_accepted();
         found.filter(|found| (found.force[0] + found.force[1] + found.torque + found.normal).is_finite())
     }
@@ -55,7 +55,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(crate) fn suppose(&mut self, way: SlipWay, iterations: u32) -> bool {
         let aside = Aside { along: T::ZERO, shift: [T::ZERO; 2], forced: Some(way) };
         let found = self.look(aside, iterations) == Some(Status::Converged) && self.touching() > 0;
-        self.work.slip.forced = ContactState::Open;
+        self.work.history.slip.forced = ContactState::Open;
         if found {
             let at = self.timeline.at();
             self.drift = T::ZERO;
@@ -97,11 +97,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let seen = self.seen(at + aside.along);
         self.object = object;
         self.aim(at + aside.along);
-        self.work.slip.shift_object(
+        self.work.history.slip.shift_object(
             self.motion.world_to_finger(at + aside.along).vector(Vec2::new(x, y)),
             self.model.units.length,
         );
-        self.work.slip.forced = aside.forced.map_or(ContactState::Open, SlipWay::state);
+        self.work.history.slip.forced = aside.forced.map_or(ContactState::Open, SlipWay::state);
         let limits = Limits {
             iterations,
             budget: iterations,

@@ -1,6 +1,6 @@
 //! What the follower does from call to call: follow, look beyond the end of a branch, or wait for the return.
 
-use super::{Follower, Outcome};
+use super::{Follower, Outcome, Target};
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
@@ -25,12 +25,18 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Follows the equilibrium towards a coordinate with at most `budget` Newton iterations and accepted steps.
     ///
     /// With `max-iterations` the coordinate was not reached yet; the next call goes on from where this one stopped.
-    pub fn follow_within(&mut self, to: f64, budget: u32) -> Outcome {
-        let mut outcome = Outcome::at(Status::OutOfRange);
-        if self.model.cells() == 0 || !to.is_finite() {
-            return outcome;
+    pub fn follow_within(&mut self, to: impl Into<Target>, budget: u32) -> Outcome {
+        let to = to.into();
+        if self.model.cells() == 0 || !to.is_valid() {
+            return Outcome::at(Status::OutOfRange);
         }
-        let to = T::of(to);
+        self.timeline.pass(T::of(to.time_step_s));
+        self.follow_on(T::of(to.coordinate), budget)
+    }
+
+    /// Follows towards a coordinate in the time that has passed.
+    pub(super) fn follow_on(&mut self, to: T, budget: u32) -> Outcome {
+        let mut outcome = Outcome::at(Status::OutOfRange);
         let mut folds = 0;
         loop {
             match self.phase {

@@ -52,7 +52,7 @@ fn rows_of_dense(follower: &mut Solver) -> usize {
 /// tangents turn with the object, and what slips keeps τ = ±m μ.
 fn eigenvalues(follower: &mut Solver) -> (isize, f64) {
     let count = rows_of_dense(follower);
-    let coefficient = follower.work.slip.coefficient;
+    let coefficient = follower.work.history.slip.coefficient;
     let Solver { model, timeline, work, .. } = follower;
     let places = places(model, count);
     let frozen = frozen_points(work);

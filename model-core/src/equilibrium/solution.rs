@@ -175,17 +175,17 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// There is friction.
     #[inline(always)]
     pub(crate) fn rubs(&self) -> bool {
-        self.work.slip.rubs()
+        self.work.history.slip.rubs()
     }
 
     /// Coefficient of friction.
     pub fn friction(&self) -> T {
-        self.work.slip.coefficient
+        self.work.history.slip.coefficient
     }
 
     /// Energy that friction has dissipated since the hand was open, N·mm: with the potential it is the work that closing has taken.
     pub fn dissipated(&self) -> T {
-        self.work.slip.dissipated * self.model.units.moment()
+        self.work.history.slip.dissipated * self.model.units.moment()
     }
 
     /// Contact softness ε_c in use, mm/N: a touching place is pressed into the object by ε_c times its force.

@@ -2,7 +2,7 @@
 
 use std::boxed::Box;
 
-use super::{Follower, NEAR_ENOUGH, Settings};
+use super::{Follower, NEAR_ENOUGH, Settings, Target};
 use crate::design::Profile;
 use crate::design::ladder_80;
 use crate::discretise::{Discretisation, Physics};
@@ -11,6 +11,7 @@ use crate::object::{Motion, ObjectDesign};
 use crate::random_designs::{Random, Round, first_contact, random_case};
 use crate::real::Real;
 use crate::size::Paper;
+use crate::status::Status;
 
 type Solver<T> = Follower<T, Paper>;
 
@@ -111,4 +112,29 @@ fn accepted_states_are_stable_by_their_own_inertia() {
     std::println!("{states} states, {snaps} snap-throughs, unstable: {wrong:?}");
     assert!(wrong.is_empty(), "{wrong:?}");
     assert!(states > 10_000 && snaps > 3, "{states} {snaps}");
+}
+
+/// Steps on the way take their part of the time, what a call does not get to stays for the next one, and time alone changes nothing.
+#[test]
+fn time_is_shared_out_along_the_way() {
+    let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+    let mut follower = start::<f64>(object, 0.0);
+    let mut timeless = start::<f64>(object, 0.0);
+    let target = Target { coordinate: 4.5_f64.to_radians(), time_step_s: 9.0 };
+    let from = follower.coordinate();
+    let first = follower.follow_within(target, 3);
+    assert_eq!(first.status, Status::MaxIterations);
+    let part = (follower.coordinate() - from) / (target.coordinate - from);
+    assert!(part > 0.0 && part < 1.0, "{part}");
+    assert!((follower.timeline.elapsed() - 9.0 * (1.0 - part)).abs() < 1e-12, "{}", follower.timeline.elapsed());
+    let last = follower.follow(Target { time_step_s: 0.5, ..target });
+    assert_eq!((last.status, follower.timeline.elapsed()), (Status::Converged, 0.0));
+    timeless.follow_within(target.coordinate, 3);
+    timeless.follow(target.coordinate);
+    assert_eq!(follower.force_world(), timeless.force_world());
+    for wrong in [f64::NAN, -1.0, f64::INFINITY] {
+        let refused = follower.follow(Target { time_step_s: wrong, ..target });
+        assert_eq!(refused.status, Status::OutOfRange, "{wrong}");
+    }
+    assert_eq!(follower.coordinate(), target.coordinate);
 }

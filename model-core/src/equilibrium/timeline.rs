@@ -20,6 +20,9 @@ pub(crate) struct Timeline<T: Real, S: Size> {
     pub(super) previous: State<T, S>,
     at: T,
     before: T,
+    /// Time since the accepted instant, s, and how much of it the step takes that is being looked for.
+    elapsed: T,
+    taken: T,
     /// The previous instant is of the same motion, and something touches at both.
     predicts: bool,
     /// The previous instant is a mark, which stays: nothing is predicted from it.
@@ -33,6 +36,8 @@ impl<T: Real, S: Size> Timeline<T, S> {
         previous: State::EMPTY,
         at: T::ZERO,
         before: T::ZERO,
+        elapsed: T::ZERO,
+        taken: T::ZERO,
         predicts: false,
         is_marked: false,
     };
@@ -47,6 +52,7 @@ impl<T: Real, S: Size> Timeline<T, S> {
         self.present.rest();
         self.accepted.rest();
         self.predicts = false;
+        (self.elapsed, self.taken) = (T::ZERO, T::ZERO);
     }
 
     /// The instant that a step is looking for, and the accepted one.
@@ -64,6 +70,22 @@ impl<T: Real, S: Size> Timeline<T, S> {
     #[inline]
     pub(crate) fn at(&self) -> T {
         self.at
+    }
+
+    /// Time passes, s.
+    pub(super) fn pass(&mut self, seconds: T) {
+        self.elapsed += seconds;
+    }
+
+    /// Time that no accepted instant has had yet, s.
+    pub(crate) fn elapsed(&self) -> T {
+        self.elapsed
+    }
+
+    /// The step that is being looked for goes to a coordinate on the way to another, and takes its part of the time.
+    pub(super) fn take(&mut self, target: T, to: T) {
+        let (part, whole) = (target - self.at, to - self.at);
+        self.taken = if part == whole { self.elapsed } else { self.elapsed * (part / whole).abs().min(T::one()) };
     }
 
     /// The accepted instant is at another coordinate now, and nothing is known of a motion.
@@ -106,12 +128,15 @@ impl<T: Real, S: Size> Timeline<T, S> {
         }
         self.accepted.copy(&self.present, model);
         self.at = at;
+        self.elapsed = (self.elapsed - self.taken).max(T::ZERO);
+        self.taken = T::ZERO;
         self.predicts = !self.is_marked && self.accepted.touching_count > 0 && self.previous.touching_count > 0;
     }
 
     /// Back to the accepted instant.
     pub(super) fn reject(&mut self, model: &Model<T, S>) {
         self.present.copy(&self.accepted, model);
+        self.taken = T::ZERO;
     }
 
     /// Keeps the accepted instant, for [`Self::go_back`], until [`Self::unmark`].

@@ -4,7 +4,7 @@
 //! was found before it, so that residual says how far the result may be trusted; where it is too large, or anything else about
 //! the step is out of the ordinary, the tick goes on with Newton's method to convergence.
 
-use super::{Follower, Outcome, Phase};
+use super::{Follower, Outcome, Phase, Target};
 use crate::newton::Hessian;
 use crate::newton::attempt::{MANY, NEAR_ENOUGH};
 use crate::newton::increment::CLIP;
@@ -42,10 +42,20 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// the residuals *before* a step are within bounds, one step as a rule. The status is then `tracking`, and the outcome's
     /// residuals are those. Otherwise as [`Self::follow_within`], with what is left of the budget; where nothing is left the
     /// status is `max-iterations`.
-    pub fn track(&mut self, to: f64, within: Tracking, budget: u32) -> Outcome {
+    pub fn track(&mut self, to: impl Into<Target>, within: Tracking, budget: u32) -> Outcome {
+        let to = to.into();
+        if self.model.cells() == 0 || !to.is_valid() {
+            return Outcome::at(Status::OutOfRange);
+        }
+        self.timeline.pass(T::of(to.time_step_s));
+        self.track_on(T::of(to.coordinate), within, budget)
+    }
+
+    /// The same in the time that has passed.
+    fn track_on(&mut self, to: T, within: Tracking, budget: u32) -> Outcome {
         let far = self.max_step() * T::of(0.25);
-        let remaining = T::of(to) - self.timeline.at();
-        let ready = self.model.cells() > 0 && to.is_finite() && self.phase == Phase::Following && budget > 0;
+        let remaining = to - self.timeline.at();
+        let ready = self.phase == Phase::Following && budget > 0;
         let is_short = budget <= MOST;
         // With time for the whole method only what it would not do better.
         let begins = if is_short {
@@ -55,16 +65,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         };
         let smallest = self.max_step() * T::of(self.settings.min_step);
         if !ready || !begins || self.step <= smallest || self.settings.hessian != Hessian::Newton || self.rubs() {
-            return self.follow_within(to, budget);
+            return self.follow_on(to, budget);
         }
         let size = self.step.min(far);
         let reaches = remaining.abs() <= size;
-        let target =
-            if reaches { T::of(to) } else { self.timeline.at() + if remaining > T::ZERO { size } else { -size } };
+        let target = if reaches { to } else { self.timeline.at() + if remaining > T::ZERO { size } else { -size } };
         if !reaches && !is_short {
-            return self.follow_within(to, budget);
+            return self.follow_on(to, budget);
         }
-        self.timeline.predict(target, self.work.slip.rubs(), &self.model);
+        self.timeline.take(target, to);
+        self.timeline.predict(target, self.work.history.slip.rubs(), &self.model);
         let object = self.seen(target);
         let mut outcome = Outcome::at(Status::MaxIterations);
         let (near, mut moved) = (T::of(NEAR_ENOUGH), T::ZERO);
@@ -135,7 +145,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Goes back to the accepted state, and on from there with what a step of this size has left of the budget.
-    fn pursue(&mut self, to: f64, budget: u32, so_far: Outcome, size: T) -> Outcome {
+    fn pursue(&mut self, to: T, budget: u32, so_far: Outcome, size: T) -> Outcome {
         self.timeline.reject(&self.model);
         let left = budget.saturating_sub(so_far.iterations);
         if left == 0 {
@@ -143,7 +153,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.show_accepted();
             return so_far;
         }
-        let outcome = self.follow_within(to, left);
+        let outcome = self.follow_on(to, left);
         Outcome { iterations: so_far.iterations + outcome.iterations, ..outcome }
     }
 }

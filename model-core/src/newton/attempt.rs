@@ -207,7 +207,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
             attempt.drift += part * turn;
             attempt.least_turn = attempt.least_turn.min(turn);
             self.apply(model, state, part);
-            may_keep = settings.keeps_factors() && !self.slip.rubs() && part == T::one() && newton;
+            may_keep = settings.keeps_factors() && !self.history.slip.rubs() && part == T::one() && newton;
         }
     }
 }

@@ -14,6 +14,7 @@ pub(crate) mod condense;
 pub(crate) mod condensed;
 pub(crate) mod factorisation;
 pub(crate) mod gaps;
+pub(crate) mod history;
 pub(crate) mod increment;
 pub(crate) mod inertia;
 pub(crate) mod kinematics;

@@ -59,7 +59,8 @@ impl<T: Real, S: Size> Workspace<T, S> {
         margin: T,
     ) -> (Largest<T>, Sweep<T>) {
         let NewtonSettings { repositions, tolerance, .. } = NewtonSettings::<T>::of_precision();
-        let Self { effort, kinematics, contacts, residual, increment, slip, .. } = self;
+        let Self { effort, kinematics, contacts, residual, increment, history, .. } = self;
+        let slip = &history.slip;
         let rubs = slip.rubs();
         effort.evaluates();
         kinematics.lacks_tangent = !D::TANGENT && !model.quadratic;
@@ -142,7 +143,8 @@ impl<T: Real, S: Size> Workspace<T, S> {
 
     /// Settles the contacts on the bordered factorisation and finds the increments.
     fn settle(&mut self, model: &Model<T, S>) -> Inertia {
-        let Self { kinematics, contacts, factorisation, border, right, solution, increment, slip, .. } = self;
+        let Self { kinematics, contacts, factorisation, border, right, solution, increment, history, .. } = self;
+        let slip = &history.slip;
         let settled = solution.settle(border, right, contacts, slip);
         let at = Evaluated { model, kinematics, contacts };
         let turning = if slip.rubs() { Turning::of(contacts.rows()) } else { None };

@@ -108,8 +108,8 @@ fn random_model(random: &mut Random) -> Case {
     work.contacts.count = count;
     if random.signed() > 0.0 {
         // With friction.
-        work.slip.coefficient = 0.5;
-        work.slip.pair(&model, &state, &mut work.contacts);
+        work.history.slip.coefficient = 0.5;
+        work.history.slip.pair(&model, &state, &mut work.contacts);
         for [tangent, _] in work.contacts.rows_mut().as_chunks_mut::<2>().0 {
             (tangent.state, tangent.multiplier) = (ContactState::Stick, 0.3 * strength * random.signed());
             tangent.gap = 0.1 * random.signed();

@@ -4,10 +4,10 @@ use super::Effort;
 use super::border::{Border, Right};
 use super::factorisation::Factorisation;
 use super::gaps::Contacts;
+use super::history::History;
 use super::increment::Increment;
 use super::kinematics::Kinematics;
 use super::residual::Residual;
-use super::slip::Slip;
 use super::solution::ContactSolution;
 use crate::model::Model;
 use crate::real::Real;
@@ -24,8 +24,8 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) right: Right<T, S>,
     pub(crate) solution: ContactSolution<T, S>,
     pub(crate) increment: Increment<T, S>,
-    /// Friction: what outlives a step.
-    pub(crate) slip: Slip<T, S>,
+    /// What outlives a step.
+    pub(crate) history: History<T, S>,
 }
 
 /// A model at an evaluated state: what the later stages begin with.
@@ -56,7 +56,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         right: Right::EMPTY,
         solution: ContactSolution::EMPTY,
         increment: Increment::EMPTY,
-        slip: Slip::EMPTY,
+        history: History::EMPTY,
     };
 
     /// Makes room for a model; false if there is none.
@@ -69,6 +69,6 @@ impl<T: Real, S: Size> Workspace<T, S> {
             && self.right.fit(model)
             && self.solution.fit()
             && self.increment.fit(model)
-            && self.slip.fit(model)
+            && self.history.fit(model)
     }
 }
