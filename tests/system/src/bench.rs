@@ -3,27 +3,25 @@
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::convert::Infallible;
-use std::future::{Future, poll_fn};
+use std::future::Future;
 use std::pin::Pin;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::task::{Context, Poll, Wake, Waker};
+use std::task::{Context, Wake, Waker};
 
 use embassy_time::{Duration, MockDriver};
-use embedded_io_async::{ErrorType, Read, Write};
-use embedded_storage::nor_flash::{
-    self, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
-};
 use fre_gripper::servo::{Clock, Config, Servo, Truth};
-use gripper::{Board, Boot, BusPort, LastWords, Model, ResetCause, Shared};
+use gripper::{Board, Boot, LastWords, Model, ResetCause, Shared};
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{EstimateTopic, Event, EventTopic, Notice, Report};
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 use postcard_rpc::{Endpoint, Topic, postcard};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+use crate::flash::Flash;
+use crate::line::{Line, Port, Shelf, give};
 
 /// Time passes in steps of this, µs.
 pub const STEP_US: u64 = 100;
@@ -58,128 +56,6 @@ impl Board for OnPc {
 
     fn restart(last_words: &'static str) -> ! {
         panic!("the program restarts itself: {last_words}");
-    }
-}
-
-/// Bytes on their way.
-#[derive(Default)]
-struct Line {
-    bytes: VecDeque<u8>,
-    reader: Option<Waker>,
-    writer: Option<Waker>,
-}
-
-type Shelf = Rc<RefCell<Line>>;
-
-/// A port: reads from one line, writes to another.
-struct Port {
-    from: Shelf,
-    to: Shelf,
-    /// Room of the line written to.
-    room: usize,
-}
-
-impl ErrorType for Port {
-    type Error = Infallible;
-}
-
-impl Read for Port {
-    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        poll_fn(|context| {
-            let mut line = self.from.borrow_mut();
-            if line.bytes.is_empty() {
-                line.reader = Some(context.waker().clone());
-                return Poll::Pending;
-            }
-            let count = buffer.len().min(line.bytes.len());
-            for (place, byte) in buffer.iter_mut().zip(line.bytes.drain(..count)) {
-                *place = byte;
-            }
-            Poll::Ready(Ok(count))
-        })
-        .await
-    }
-}
-
-impl Write for Port {
-    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
-        poll_fn(|context| {
-            let mut line = self.to.borrow_mut();
-            let count = bytes.len().min(self.room.saturating_sub(line.bytes.len()));
-            if count == 0 {
-                line.writer = Some(context.waker().clone());
-                return Poll::Pending;
-            }
-            line.bytes.extend(&bytes[..count]);
-            Poll::Ready(Ok(count))
-        })
-        .await
-    }
-
-    async fn flush(&mut self) -> Result<(), Infallible> {
-        Ok(())
-    }
-}
-
-impl BusPort for Port {
-    fn set_baud(&mut self, baud: u32) -> u32 {
-        baud
-    }
-}
-
-/// Flash that outlives a bench.
-#[derive(Clone)]
-pub struct Flash(Rc<RefCell<Vec<u8>>>);
-
-impl Flash {
-    /// Erased.
-    #[allow(clippy::new_without_default)]
-    pub fn new() -> Self {
-        Self(Rc::new(RefCell::new(vec![0xFF; 16 * 1024])))
-    }
-
-    /// Overwrites one byte.
-    pub fn damage(&self, at: usize, byte: u8) {
-        let mut bytes = self.0.borrow_mut();
-        let length = bytes.len();
-        bytes[at % length] = byte;
-    }
-}
-
-impl nor_flash::ErrorType for Flash {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        check_read(self, offset, bytes.len())?;
-        bytes.copy_from_slice(&self.0.borrow()[offset as usize..][..bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.borrow().len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 8;
-    const ERASE_SIZE: usize = 2048;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        check_erase(self, from, to)?;
-        self.0.borrow_mut()[from as usize..to as usize].fill(0xFF);
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        check_write(self, offset, bytes.len())?;
-        for (place, byte) in self.0.borrow_mut()[offset as usize..].iter_mut().zip(bytes) {
-            *place &= byte;
-        }
-        Ok(())
     }
 }
 
@@ -499,10 +375,4 @@ fn start(bus: &[Shelf; 2], link: &[Shelf; 2], fed: &Rc<RefCell<Fed>>, flash: &Fl
 fn is<T: Topic>(header: &VarHeader) -> bool {
     // A shortened key equals the whole one.
     header.key == VarKey::Key8(T::TOPIC_KEY)
-}
-
-fn give(line: &Shelf, bytes: &[u8]) {
-    let mut line = line.borrow_mut();
-    line.bytes.extend(bytes);
-    line.reader.take().into_iter().for_each(Waker::wake);
 }

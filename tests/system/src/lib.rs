@@ -13,15 +13,18 @@
 mod bench;
 mod browser;
 mod cycles;
+mod flash;
 mod hour;
 mod judge;
+mod line;
 mod machine;
 mod shared_bus;
 mod watch;
 
-pub use bench::{Bench, Flash, Meddling};
+pub use bench::{Bench, Meddling};
 pub use browser::Browser;
 pub use cycles::Cycles;
+pub use flash::Flash;
 pub use hour::{GEARED_MOUNT, Hour, an_hour, geared_servo, ready, set_up};
 pub use judge::{Judge, is_sound};
 pub use machine::{Machine, OBJECT, finger, firmware, load_of, load_on};
