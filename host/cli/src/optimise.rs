@@ -245,7 +245,7 @@ fn write(folder: &mut Folder, problem: &Problem, report: &Report, front: Option<
         }
     }
     if let Some(front) = front {
-        folder.write(FRONT, &svg(&front_picture(front))?)?;
+        folder.write(FRONT, &svg(&front_picture(problem, front))?)?;
     }
     Ok(())
 }

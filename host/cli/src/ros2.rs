@@ -18,10 +18,6 @@ use crate::source::SourceArgs;
 ///
 /// Needs a `fre` built with ROS 2: cargo build --release -p fre-cli --features ros2
 #[derive(Debug, clap::Args)]
-#[cfg_attr(
-    not(feature = "ros2"),
-    expect(dead_code, reason = "parsed in every build, for its help and for the message of what to build")
-)]
 pub struct Args {
     /// A recording instead of a gripper or a bus
     #[arg(value_name = "FILE.mcap", conflicts_with_all = ["link", "bus"])]

@@ -49,8 +49,15 @@ fn a_lighter_finger_is_found_and_reported() {
         fre(folder.path(), &["--starts", "2", "--out", "found", "--front", "least strain up to 6", "--points", "3"]);
     assert_eq!(found.status.code(), Some(0), "{found:?}");
     let text = String::from_utf8(found.stdout).unwrap();
-    for words in ["least mass of 1200", "% better", "force at 6 >= 2.7", "kept", "finger.front.thickness_mm", "before:"]
-    {
+    let words = [
+        "least mass at 1200 kg/m³",
+        "% better",
+        "force at 6° ≥ 2.7 N",
+        "kept",
+        "finger.front.thickness_mm",
+        "2 starts",
+    ];
+    for words in words {
         assert!(text.contains(words), "{words}: {text}");
     }
     let read = |name: &str| fs::read_to_string(folder.path().join("found").join(name)).unwrap();
@@ -59,6 +66,9 @@ fn a_lighter_finger_is_found_and_reported() {
     for name in ["before.svg", "after.svg", "front.svg"] {
         assert!(read(name).starts_with("<svg"), "{name}");
     }
+    // The force is drawn over the whole motion, not only at the places of goal and limits: three lines with a dot per place.
+    let dots = read("after.svg").matches("<use").count();
+    assert!(dots >= 3 * 24, "{dots}");
     // The design is a case as any other, and it does what was asked.
     let solve = ["solve", "found/design.toml", "--elements", "reduced", "--format", "json"];
     let solved = Command::new(env!("CARGO_BIN_EXE_fre")).args(solve).current_dir(folder.path()).output().unwrap();

@@ -205,7 +205,7 @@ impl Problem {
         });
         let front = listener.end(found)?;
         let text = library::front_text(&self.0, &front);
-        Ok((json(&front.points)?, text, draw::svg(&library::front_picture(&front))))
+        Ok((json(&front.points)?, text, draw::svg(&library::front_picture(&self.0, &front))))
     }
 
     /// Before and after, of tries: JSON, text and a page.

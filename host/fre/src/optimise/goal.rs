@@ -15,6 +15,11 @@ pub struct Goal {
 }
 
 impl Goal {
+    /// The goal in words for people, with a place's unit: "largest stiffness at 8°".
+    pub fn phrase(self, unit: &str) -> String {
+        format!("{} {}", if self.largest { "largest" } else { "least" }, self.measure.phrase(unit))
+    }
+
     /// The measure with the sign that makes less better.
     pub(super) fn sign(self) -> f64 {
         if self.largest { -1.0 } else { 1.0 }
@@ -60,6 +65,23 @@ pub struct Limit {
 }
 
 impl Limit {
+    /// The limit in words for people, with a place's unit: "strain up to 8° ≤ 0.1".
+    pub fn phrase(self, unit: &str) -> String {
+        if let (Measure::Snap(at), Some(least), None) = (self.measure, self.least, self.most)
+            && at == least
+        {
+            return format!("no snap-through before {at}{unit}");
+        }
+        let own = match self.measure {
+            Measure::Snap(_) => unit.to_owned(),
+            measure => format!(" {}", measure.unit()),
+        };
+        let bound = |sign: &str, bound: Option<f64>| {
+            bound.map(|bound| format!(" {sign} {bound}{own}").trim_end().to_owned()).unwrap_or_default()
+        };
+        format!("{}{}{}", self.measure.phrase(unit), bound("≥", self.least), bound("≤", self.most))
+    }
+
     /// How far each bound is kept by a value, as a share of the larger bound: 0 and more where it is kept.
     pub(super) fn margins(self, value: f64) -> impl Iterator<Item = f64> {
         self.scaled().map(move |(sign, bound)| sign * value - bound)
@@ -159,6 +181,19 @@ impl FromStr for Variable {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn people_read_units() {
+        let limit = |words: &str, unit: &str| words.parse::<Limit>().map(|limit| limit.phrase(unit));
+        assert_eq!(limit("strain up to 8 <= 10%", "°"), Ok("strain up to 8° ≤ 0.1".to_owned()));
+        assert_eq!(limit("mean-force over 4:10:1 >= 3", " mm"), Ok("mean force over 4 to 10 mm ≥ 3 N".to_owned()));
+        assert_eq!(limit("no-snap before 9", "°"), Ok("no snap-through before 9°".to_owned()));
+        assert_eq!(limit("snap up to 9 >= 8", "°"), Ok("place of a snap-through up to 9° ≥ 8°".to_owned()));
+        let goal = |words: &str| words.parse::<Goal>().map(|goal| goal.phrase("°"));
+        assert_eq!(goal("stiffness at 8"), Ok("largest stiffness at 8°".to_owned()));
+        assert_eq!(goal("constant-force over 4:10"), Ok("least variation of the force over 4 to 10°".to_owned()));
+        assert_eq!(goal("mass"), Ok("least mass at 1200 kg/m³".to_owned()));
+    }
 
     #[test]
     fn goals_limits_and_variables_are_read() {

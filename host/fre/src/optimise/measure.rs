@@ -68,6 +68,22 @@ impl Measure {
         }
     }
 
+    /// It in words for people, with a place's unit: "stiffness at 8°".
+    pub fn phrase(self, unit: &str) -> String {
+        let over = |range: Range| format!("over {} to {}{unit}", range.first, range.last);
+        match self {
+            Self::Force(at) => format!("force at {at}{unit}"),
+            Self::MeanForce(range) => format!("mean force {}", over(range)),
+            Self::ForceVariation(range) => format!("variation of the force {}", over(range)),
+            Self::Stiffness(at) => format!("stiffness at {at}{unit}"),
+            Self::ContactLength(at) => format!("contact length at {at}{unit}"),
+            Self::Conformity(at) => format!("conformity at {at}{unit}"),
+            Self::Strain(at) => format!("strain up to {at}{unit}"),
+            Self::Snap(at) => format!("place of a snap-through up to {at}{unit}"),
+            Self::Mass(density) => format!("mass at {density} kg/m³"),
+        }
+    }
+
     /// True if more of it is better by default.
     pub(super) fn is_better_large(self) -> bool {
         !matches!(self, Self::ForceVariation(_) | Self::Strain(_) | Self::Mass(_))

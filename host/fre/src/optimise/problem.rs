@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use model_core::discretise::DiscretiseError;
+use model_core::object::Motion;
 use rayon::prelude::*;
 use toml_edit::{DocumentMut, Table};
 
@@ -18,6 +19,8 @@ const OPTIMISE: &str = "a search";
 const FRICTION: &str = "object.friction";
 /// What stands for a goal that has no number: the search turns back there. For a margin, with a minus sign.
 const UNREACHED: f64 = 1e3;
+/// Steps of the motion in a picture.
+const DRAWN: u32 = 24;
 /// Step of differences between solved cases, as a share of a variable's range.
 const STEP: f64 = 1e-4;
 /// Step of the differences of a model's constants, as a share of a variable's size.
@@ -190,6 +193,29 @@ impl Problem {
     /// The case as it is, within the bounds or not, closing through the same places.
     pub fn case_before(&self, object: usize) -> Option<Case> {
         self.closing(self.documents.get(object)?)
+    }
+
+    /// A case as it is to be drawn: at least [`DRAWN`] steps from 0 to the last place that the measures need, and those places. Where
+    /// they need none, the case's own.
+    pub fn drawn(&self, x: Option<&[f64]>, object: usize) -> Option<Case> {
+        let document = x.map_or_else(|| self.documents.get(object).cloned(), |x| self.document(x, object))?;
+        let mut case = document.case().ok()?;
+        if let Some(last) = self.places.last().copied().filter(|last| *last != 0.0) {
+            let mut places = self.places.clone();
+            places.extend((0..=DRAWN).map(|step| last * f64::from(step) / f64::from(DRAWN)));
+            places.sort_by(f64::total_cmp);
+            places.dedup();
+            case.path.places = places;
+        }
+        Some(case)
+    }
+
+    /// The unit of a place: "°", or " mm" of a parallel gripper.
+    pub fn unit(&self) -> &'static str {
+        match self.case_before(0).map(|case| case.path.motion) {
+            Some(Motion::Translating { .. }) => " mm",
+            _ => "°",
+        }
     }
 
     fn closing(&self, document: &Document) -> Option<Case> {

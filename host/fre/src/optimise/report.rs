@@ -8,14 +8,16 @@ use super::goal::Goal;
 use super::problem::{Problem, Values};
 use super::search::{KEPT, Try, best};
 use crate::draw::{self, Chart, Panel, Scene, Series, Style, short};
-use crate::study::headline::headline;
 use crate::study::{pictures, run};
 
 /// A goal before and after.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reached {
-    /// Its words.
+    /// Its words, as they can be given again.
     pub words: String,
+    /// Its words for people, with units.
+    #[serde(skip)]
+    pub phrase: String,
     /// Its unit.
     pub unit: &'static str,
     /// Of the case as it was; `None` where it has no number.
@@ -31,6 +33,8 @@ pub struct Reached {
 #[expect(missing_docs, reason = "as `Reached`")]
 pub struct Held {
     pub words: String,
+    #[serde(skip)]
+    pub phrase: String,
     pub unit: &'static str,
     pub before: Option<f64>,
     pub after: Option<f64>,
@@ -80,6 +84,7 @@ impl Report {
         let better = |before: f64, after: f64| 100.0 * goal.sign() * (before - after) / before.abs();
         let reached = Reached {
             words: goal.to_string(),
+            phrase: goal.phrase(problem.unit()),
             unit: goal.measure.unit(),
             before: before.goal,
             after: after.goal,
@@ -95,6 +100,7 @@ impl Report {
                     |value: Option<f64>| value.is_some_and(|value| limit.margins(value).all(|margin| margin >= -KEPT));
                 Held {
                     words: limit.to_string(),
+                    phrase: limit.phrase(problem.unit()),
                     unit: limit.measure.unit(),
                     before: at(&before),
                     after: at(&after),
@@ -125,11 +131,11 @@ impl Report {
 
     /// Rows of a table: words, before, after, remark.
     fn rows(&self) -> Vec<[String; 4]> {
-        let Reached { words, unit, before, after, better_percent } = &self.goal;
+        let Reached { phrase, unit, before, after, better_percent, .. } = &self.goal;
         let better = better_percent.map_or_else(String::new, |percent| {
             format!("{:.1} % {}", percent.abs(), if percent < 0.0 { "worse" } else { "better" })
         });
-        let mut rows = vec![[words.clone(), number(*before, unit), number(*after, unit), better]];
+        let mut rows = vec![[phrase.clone(), number(*before, unit), number(*after, unit), better]];
         for held in &self.limits {
             let state = match (held.kept_before, held.kept) {
                 (_, false) => "not kept",
@@ -138,7 +144,7 @@ impl Report {
             };
             let values = [held.before, held.after].map(|value| number(value, held.unit));
             let [before, after] = values;
-            rows.push([held.words.clone(), before, after, state.to_owned()]);
+            rows.push([held.phrase.clone(), before, after, state.to_owned()]);
         }
         for one in &self.variables {
             let bounds = format!("{} to {}", short(one.least, 6), short(one.most, 6));
@@ -161,7 +167,9 @@ impl Report {
             text += line.trim_end();
             text.push('\n');
         }
-        text += &format!("{} starts, {} cases solved in {:.1} s\n", self.tries.len(), self.cases_solved, self.seconds);
+        let count = |count: usize, of: &str| format!("{count} {of}{}", if count == 1 { "" } else { "s" });
+        let (starts, cases) = (count(self.tries.len(), "start"), count(self.cases_solved, "case"));
+        text += &format!("{starts}, {cases} solved in {:.1} s\n", self.seconds);
         text
     }
 }
@@ -177,7 +185,11 @@ fn number(value: Option<f64>, unit: &str) -> String {
 pub fn front_text(problem: &Problem, front: &Front) -> String {
     let keys: Vec<&str> = problem.variables().iter().map(|variable| variable.key.as_str()).collect();
     let mut rows = vec![
-        [front.goals.map(|goal| goal.to_string()).to_vec(), keys.iter().map(|&key| key.to_owned()).collect()].concat(),
+        [
+            front.goals.map(|goal| goal.phrase(problem.unit())).to_vec(),
+            keys.iter().map(|&key| key.to_owned()).collect(),
+        ]
+        .concat(),
     ];
     let cells = |goals: [f64; 2], numbers: Vec<f64>| -> Vec<String> {
         let goals = [0, 1].map(|i| number(Some(goals[i]), front.goals[i].measure.unit()));
@@ -201,10 +213,10 @@ pub fn front_text(problem: &Problem, front: &Front) -> String {
 }
 
 /// The front as a picture.
-pub fn front_picture(front: &Front) -> Scene {
+pub fn front_picture(problem: &Problem, front: &Front) -> Scene {
     let axis = |goal: Goal| {
-        let unit = goal.measure.unit();
-        draw::literal(&if unit.is_empty() { goal.to_string() } else { format!("{goal} ({unit})") })
+        let (unit, words) = (goal.measure.unit(), goal.phrase(problem.unit()));
+        draw::literal(&if unit.is_empty() { words } else { format!("{words} ({unit})") })
     };
     let series = |name: &str, colour: u8, style: Style, points: Vec<[f64; 2]>| Series {
         name: name.to_owned(),
@@ -222,7 +234,7 @@ pub fn front_picture(front: &Front) -> Scene {
 
 /// Finger and force over the motion before and after, for one of the objects; `None` where nothing can be drawn.
 pub fn pictures_of(problem: &Problem, x: &[f64], object: usize) -> [Option<Scene>; 2] {
-    [problem.case_before(object), problem.case(x, object)].map(|case| {
+    [problem.drawn(None, object), problem.drawn(Some(x), object)].map(|case| {
         let case = case?;
         let solved = run::solve(&case, problem.options()).ok()?;
         pictures::overview(&case, &solved)
@@ -231,7 +243,7 @@ pub fn pictures_of(problem: &Problem, x: &[f64], object: usize) -> [Option<Scene
 
 /// The report as one page that needs nothing else.
 pub fn page(problem: &Problem, report: &Report, front: Option<&Front>) -> String {
-    let title = format!("A finger with the {}", report.goal.words);
+    let title = format!("A finger with the {}", report.goal.phrase);
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -252,7 +264,7 @@ pub fn page(problem: &Problem, report: &Report, front: Option<&Front>) -> String
                     } }
                     @if let Some(front) = front {
                         h2 { "The front of two goals" }
-                        figure { (PreEscaped(draw::svg_in_page(&front_picture(front), "front-"))) }
+                        figure { (PreEscaped(draw::svg_in_page(&front_picture(problem, front), "front-"))) }
                         pre.wide { (front_text(problem, front)) }
                     }
                     @for object in 0..problem.objects() { (objects(problem, &report.x, object)) }
@@ -265,9 +277,9 @@ pub fn page(problem: &Problem, report: &Report, front: Option<&Front>) -> String
 
 /// Pictures of an object, side by side where there is room.
 fn objects(problem: &Problem, x: &[f64], object: usize) -> Markup {
-    let name = problem.case_before(object).map(|case| headline(&case)).unwrap_or_default();
+    // The pictures name finger and object.
     html! {
-        h2 { (name) }
+        h2 { "Before and after" @if problem.objects() > 1 { ", object " (object + 1) } }
         div.fingers {
             @for (word, scene) in ["before", "after"].into_iter().zip(pictures_of(problem, x, object)) {
                 figure {
