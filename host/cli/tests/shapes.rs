@@ -99,8 +99,9 @@ fn pictures_show_every_shape() {
                 "{name}: {node:?}"
             );
         }
-        let word =
-            |node: &roxmltree::Node| node.descendants().filter_map(|n| n.text().map(str::to_owned)).collect::<String>();
+        let word = |node: &roxmltree::Node| {
+            node.descendants().filter(roxmltree::Node::is_text).filter_map(|n| n.text()).collect::<String>()
+        };
         let object = ObjectWords::of(&case.object).name();
         assert!(texts.iter().any(|node| word(node) == object), "{name}: no text says {object}");
         if let Some(folder) = std::env::var_os("FRE_PICTURES") {
