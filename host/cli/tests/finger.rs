@@ -68,24 +68,3 @@ fn ribs_are_drawn_and_measured_and_refused_by_their_key_where_they_cannot_be_sol
         );
     }
 }
-
-#[test]
-fn bad_input_is_named() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    fs::write(folder.join("a.stl"), "solid nothing\nendsolid nothing\n").unwrap();
-    fs::write(folder.join("a.step"), "").unwrap();
-    for (words, message) in [
-        (&["import", "a.stl"][..], "a.stl: "),
-        (&["import", "a.step"], "allowed is .dxf, .svg and .stl"),
-        (&["import", "missing.dxf"], "missing.dxf: "),
-        (&["export", "preset:nothing", "--format", "dxf"], "there is no such preset"),
-        (&["export", "preset:fea-80"], "--format or --output is missing"),
-        (&["export", "preset:fea-80", "--format", "stl"], "needed is a file for the solid"),
-        (&["export", "preset:fea-80", "--format", "svg", "--base-mm=-1"], "allowed is 0 to 1000 mm"),
-    ] {
-        let output = fre(folder, &[&["finger"], words].concat());
-        assert_eq!((output.status.code(), output.stdout.is_empty()), (Some(1), true), "{words:?}");
-        assert!(said(&output).contains(message), "{words:?}: {}", said(&output));
-    }
-}

@@ -343,41 +343,6 @@ fn a_refused_sweep_leaves_no_file_behind() {
 }
 
 #[test]
-fn mistakes_are_told_before_anything_is_solved() {
-    let folder = Folder::new();
-    for (options, message) in [
-        (
-            "--vary object.radius=20:30:5",
-            "\"object.radius\" is not a number of this case; the nearest are object.radius_mm",
-        ),
-        ("--vary finger.front.thickness=1", "finger.front.thickness_mm"),
-        ("--vary object.radius_mm", "KEY=A:B:STEP"),
-        ("--vary object.radius_mm=1:2", "A:B:STEP"),
-        ("--vary object.radius_mm=40,-5", "at object.radius_mm=-5: object.radius_mm = -5.0: allowed is"),
-        ("--vary finger.hinge.length_mm=2,9", "at finger.hinge.length_mm=9:"),
-        ("--vary object.radius_mm=1 --vary object.radius_mm=2", "given twice"),
-        ("--vary elements=24/3,48", "\"48\" is not a resolution"),
-        ("--vary elements=40/3,3/1", "at elements=3/1: --elements"),
-        ("--angles 0:10:0", "step"),
-        ("--angles 0:190:10", "190 degrees; allowed is -180 to 180"),
-        ("--out no/such/folder.csv", "no/such/folder.csv"),
-        ("--out .", "directory"),
-        // An endless file must not be read to its end.
-        ("--out /dev/full", "/dev/full: is not a regular file"),
-        ("--jobs 99999", "0..=1024"),
-    ] {
-        let output = folder.fre(options);
-        let said = words(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{options}: {said}");
-        assert!(said.contains(message), "{options}: {said}");
-        assert!(output.stdout.iter().filter(|&&byte| byte == b'\n').count() <= 1, "{options}");
-    }
-    std::fs::write(folder.file("case.toml"), "finger = \"preset:fea-80\"\n[object]\nshape = 1\n").unwrap();
-    let said = words(&folder.fre("").stderr);
-    assert!(said.contains("case.toml:3: object.shape = 1"), "{said}");
-}
-
-#[test]
 fn failures_are_rows_with_their_status() {
     let folder = Folder::new();
     // The larger cylinder surrounds the finger and the motor axis: no angle is free of contact.
