@@ -3,6 +3,7 @@
 //! On the target: instructions, flash, RAM and stack, exact and repeatable. On this PC: times, which are not; their ratios are.
 
 mod branches;
+mod building;
 mod calibration;
 mod designs;
 mod document;
@@ -49,6 +50,8 @@ enum Part {
     Branches,
     /// Fingers of every scale, in both precisions
     Scales,
+    /// How long the command takes to build, and how large it is
+    Build,
     /// Instructions, flash, RAM and stack on the target, in QEMU
     Target,
 }
@@ -168,6 +171,10 @@ fn run(options: &Options) -> Result<()> {
             Some(number) => print!("{}", scales::look_into(number)?),
             None => PHYSICS.iter().for_each(|&physics| print!("{}", scales::measure(options.cases, physics))),
         }
+    }
+    if options.wants(Part::Build) {
+        headline("building the command");
+        print!("{}", building::measure()?);
     }
     let rows = measured_if(options.wants(Part::Target), || {
         headline("the target, in QEMU");
