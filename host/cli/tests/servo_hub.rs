@@ -291,38 +291,6 @@ fn the_command_serves_until_it_is_stopped() {
 }
 
 #[test]
-fn the_command_says_what_is_wrong() {
-    let folder = tempfile::tempdir().unwrap();
-    let case = |name: &str, motion: &str| {
-        let path = folder.path().join(name);
-        let text =
-            "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n";
-        std::fs::write(&path, format!("{text}[motion]\n{motion}\n")).unwrap();
-        path
-    };
-    let line = case("line.toml", "direction = [1, 0]\ndistances_mm = [1]");
-    let turn = case("turn.toml", "motor_angles_deg = [1]");
-    let [line, turn] = [&line, &turn].map(|path| path.to_str().unwrap());
-    for (arguments, words) in [
-        (&["--id", "253"][..], "allowed is 0 to 252"),
-        (&["--baud", "1234"], "1234"),
-        (&["--backlash-deg", "9"], "allowed is 0 to 5"),
-        (&["--unix", "/nowhere/at/all"], "/nowhere/at/all"),
-        (&["--connect-tcp", "127.0.0.1:1"], "127.0.0.1:1"),
-        (&["no-such-case.toml"], "no-such-case.toml"),
-        (&[turn, "--highest-deg", "-9"], "--highest-deg"),
-        (&[line], "--drive is needed"),
-        (&["--clock", "sundial"], "requests"),
-    ] {
-        let output = Command::new(env!("CARGO_BIN_EXE_fre")).arg("servo").args(arguments).output().unwrap();
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");
-        assert!(message.contains(words), "{arguments:?}: {message}");
-        assert!(output.stdout.is_empty());
-    }
-}
-
-#[test]
 fn the_factory_settings_are_those_of_the_manual() {
     let mut servo = Servo::new(Config::default()).unwrap();
     for item in xm430::ITEMS.iter().filter(|item| item.area == dynamixel::Area::Eeprom && item.address != 6) {
