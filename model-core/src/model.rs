@@ -32,6 +32,8 @@ pub struct Model<T: Real, S: Size> {
     pub(crate) units: Units<T>,
     /// Contact softness ε_c asked for, and that of the front beam itself.
     pub(crate) softness: [T; 2],
+    /// Unit of force, and softness, of a sudden step at the modulus that the design has: those in use go with the step.
+    pub(crate) sudden: (T, [T; 2]),
     /// The first is the second: it goes with Young's modulus.
     pub(crate) softness_is_own: bool,
     /// Nodes are the ends and middles of quadratic elements, not links.
@@ -66,6 +68,7 @@ impl<T: Real, S: Size> Model<T, S> {
         bluntest: T::ZERO,
         units: Units::NONE,
         softness: [T::ZERO; 2],
+        sudden: (T::ZERO, [T::ZERO; 2]),
         softness_is_own: false,
         quadratic: false,
         weight: <S::Nodes<T> as Storage<T>>::EMPTY,
@@ -94,6 +97,19 @@ impl<T: Real, S: Size> Model<T, S> {
             && self.coupling.fit(count)
             && self.diagonal.fit(count)
             && self.fibre.fit(count)
+    }
+
+    /// Takes the unit of force of a step whose material has `stiffness` times the stiffness of a sudden one, and whose modulus is
+    /// `modulus` times the design's (72). Returns the old unit as a part of the new one.
+    pub(crate) fn stiffen(&mut self, stiffness: T, modulus: T) -> T {
+        let (force, softness) = self.sudden;
+        let old = self.units.force;
+        self.units.force = force * (stiffness * modulus);
+        // A softness in mm/N keeps its value; the beam's own is as much less as the modulus is more.
+        let [asked, own] = softness;
+        let own = own * stiffness;
+        self.softness = [if self.softness_is_own { own } else { asked * (stiffness * modulus) }, own];
+        old / self.units.force
     }
 
     /// Cells of the ladder; none before it was discretised.

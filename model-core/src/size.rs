@@ -121,22 +121,34 @@ pub trait Size: 'static {
     type SlipContacts<X: Blank>: Storage<X>;
     /// One, if there is friction.
     type SlipOnce<X: Blank>: Storage<X>;
+    /// The most terms of a material with memory, at most 4; 0 where there is no room for any.
+    const TERMS: usize;
+    /// One, and one more per term. Nothing without terms.
+    type Terms<X: Blank>: Storage<X>;
+    /// Per node as many. Nothing without terms.
+    type Past<X: Blank>: Storage<X>;
 }
 
 /// Defines a size of your own: `fixed_size!(/// …
 /// Long, cells 13, nodes 206, samples 146, contacts 24);` for up to 12 lamellae. Cells are one more than the lamellae; nodes are
 /// what the scheme has (`simpson`: 2N+1 per member of N elements, `trapezoid` N+2, `paper` N+1); a model that finds no room is
 /// refused when it is discretised. With `friction` at the end there is room for what friction remembers, and a sample that touches takes
-/// two of the contacts.
+/// two of the contacts. With `memory N` at the very end there is room for N terms of a material with memory.
 #[macro_export]
 macro_rules! fixed_size {
     ($(#[$doc:meta])* $name:ident, cells $cells:literal, nodes $nodes:literal, samples $samples:literal, contacts $contacts:literal) => {
-        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, false, 0, 0, 0, 0);
+        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, false, 0, 0, 0, 0, 0);
+    };
+    ($(#[$doc:meta])* $name:ident, cells $cells:literal, nodes $nodes:literal, samples $samples:literal, contacts $contacts:literal, memory $terms:literal) => {
+        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, false, 0, 0, 0, 0, $terms);
     };
     ($(#[$doc:meta])* $name:ident, cells $cells:literal, nodes $nodes:literal, samples $samples:literal, contacts $contacts:literal, friction) => {
-        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, true, $nodes, $cells, $contacts, 1);
+        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, true, $nodes, $cells, $contacts, 1, 0);
     };
-    (@ $(#[$doc:meta])* $name:ident, $cells:literal, $nodes:literal, $samples:literal, $contacts:literal, $rubs:literal, $slip_nodes:literal, $slip_cells:literal, $slip_contacts:literal, $slip:literal) => {
+    ($(#[$doc:meta])* $name:ident, cells $cells:literal, nodes $nodes:literal, samples $samples:literal, contacts $contacts:literal, friction, memory $terms:literal) => {
+        $crate::fixed_size!(@ $(#[$doc])* $name, $cells, $nodes, $samples, $contacts, true, $nodes, $cells, $contacts, 1, $terms);
+    };
+    (@ $(#[$doc:meta])* $name:ident, $cells:literal, $nodes:literal, $samples:literal, $contacts:literal, $rubs:literal, $slip_nodes:literal, $slip_cells:literal, $slip_contacts:literal, $slip:literal, $terms:literal) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name;
@@ -155,6 +167,9 @@ macro_rules! fixed_size {
             type SlipCells<X: $crate::size::Blank> = [X; $slip_cells];
             type SlipContacts<X: $crate::size::Blank> = [X; $slip_contacts];
             type SlipOnce<X: $crate::size::Blank> = [X; $slip];
+            const TERMS: usize = $terms;
+            type Terms<X: $crate::size::Blank> = [X; if $terms == 0 { 0 } else { $terms + 1 }];
+            type Past<X: $crate::size::Blank> = [X; if $terms == 0 { 0 } else { $nodes * ($terms + 1) }];
         }
     };
 }

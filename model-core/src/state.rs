@@ -67,6 +67,19 @@ impl<T: Real, S: Size> State<T, S> {
         touching.fold([T::ZERO; 2], |sum, (&force, normal)| [sum[0] + force * normal[0], sum[1] + force * normal[1]])
     }
 
+    /// Expresses its forces in another unit, which the old one is `part` of.
+    pub(crate) fn express(&mut self, part: T, model: &Model<T, S>) {
+        let scale = |[x, y]: &mut [T; 2]| (*x, *y) = (part * *x, part * *y);
+        self.lambda.as_mut().iter_mut().take(model.cells()).for_each(scale);
+        scale(&mut self.load);
+        for force in self.multiplier.as_mut().iter_mut().take(self.touching_count) {
+            *force *= part;
+        }
+        for force in self.tangential.as_mut().iter_mut().take(self.touching_count) {
+            *force *= part;
+        }
+    }
+
     /// Takes another state of the same model.
     pub(crate) fn copy(&mut self, from: &Self, model: &Model<T, S>) {
         fn copy<X: Blank>(into: &mut [X], from: &[X], count: usize) {

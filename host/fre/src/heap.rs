@@ -51,6 +51,9 @@ macro_rules! size {
             type SlipCells<X: Blank> = Heap<X>;
             type SlipContacts<X: Blank> = Heap<X>;
             type SlipOnce<X: Blank> = Heap<X>;
+            const TERMS: usize = 4;
+            type Terms<X: Blank> = Heap<X>;
+            type Past<X: Blank> = Heap<X>;
         }
     };
 }

@@ -4,7 +4,7 @@
 //! has left it.
 
 use super::node::strained;
-use super::{Constants, Depth, Element, Node, Strain};
+use super::{Constants, Depth, Element, Node, Past, Strain};
 use crate::access::Access;
 use crate::contact::{Row, Sample};
 use crate::real::Real;
@@ -13,16 +13,23 @@ use crate::real::Real;
 pub(crate) struct Link;
 
 impl<T: Real> Element<T> for Link {
-    fn walk<D: Depth>(of: Constants<'_, T>, angle: &[T], rows: &[Row<T>], nodes: &mut [Node<T>], out: &mut Strain<T>) {
+    fn walk<D: Depth, P: Past<T>>(
+        of: Constants<'_, T>,
+        past: P,
+        angle: &[T],
+        rows: &[Row<T>],
+        nodes: &mut [Node<T>],
+        out: &mut Strain<T>,
+    ) {
         if of.member.compliance == [T::ZERO; 2] && of.member.stiffening == T::ZERO {
-            walk::<T, D, true>(of, angle, rows, nodes, out);
+            walk::<T, D, P, true>(of, past, angle, rows, nodes, out);
         } else {
-            walk::<T, D, false>(of, angle, rows, nodes, out);
+            walk::<T, D, P, false>(of, past, angle, rows, nodes, out);
         }
     }
 
     /// The links' moments come with their walk.
-    fn bend(_: Constants<'_, T>, _: &[T], _: &mut [Node<T>], _: &mut Strain<T>) {}
+    fn bend<P: Past<T>>(_: Constants<'_, T>, _: P, _: &[T], _: &mut [Node<T>], _: &mut Strain<T>) {}
 
     fn lever(of: Constants<'_, T>, first: usize, sample: &Sample<T>, nodes: &[Node<T>]) -> [[T; 2]; 3] {
         let mut own = [[T::ZERO; 2]; 3];
@@ -59,6 +66,23 @@ impl<T: Real> Element<T> for Link {
             own[0] = [own[0][0] + s * partial.e[0], own[0][1] + s * partial.e[1]];
         }
         own
+    }
+}
+
+impl Link {
+    /// Local node of the link that carries the spring which begins at a local node.
+    pub fn carrier<T: Real>(of: Constants<'_, T>, node: usize) -> usize {
+        carrier(of.weight, node)
+    }
+
+    /// Moment of that spring as the gradient gets it, with the force f·e that its carrier has.
+    pub fn moment<T: Real>(of: Constants<'_, T>, angle: &[T], node: usize, pull: T) -> T {
+        let (Some(&[below, above]), Some(&[k, _])) =
+            (angle.get(node..).and_then(<[T]>::first_chunk), of.coupling.get(node))
+        else {
+            return T::ZERO;
+        };
+        (T::one() - of.member.stiffening * pull) * (k * (above - below))
     }
 }
 
@@ -143,20 +167,22 @@ impl<T: Real> Walk<'_, T> {
 
     /// Strained direction of an end, which has no length.
     #[inline(always)]
-    fn end<const RIGID: bool>(&self, e: [T; 2]) -> [T; 2] {
-        strained::<T, RIGID>(e, T::ZERO, self.force, self.compliance, T::ZERO).direction
+    fn end<P: Past<T>, const RIGID: bool>(&self, e: [T; 2], [_, along, across]: [T; 3]) -> [T; 2] {
+        strained::<T, P, RIGID>(e, T::ZERO, self.force, self.compliance, T::ZERO, [along, across]).direction
     }
 
     /// One link of length w and the spring of stiffness k below it, over which the angle grows by `bend`; returns the gradient.
-    /// `end` is an end without a weight above it, and what belongs to the spring that leads there.
+    /// `end` is an end without a weight above it, and what belongs to the spring that leads there; `prior` what the past adds, to the
+    /// moments of both springs and to the forces along and across.
     #[inline(always)]
-    fn link<D: Depth, const RIGID: bool>(
+    fn link<D: Depth, P: Past<T>, const RIGID: bool>(
         &mut self,
         node: &mut Node<T>,
         w: T,
         k: T,
         bend: T,
         end: Option<(&mut Node<T>, T, T)>,
+        [prior, above, along, across]: [T; 4],
     ) -> T {
         let (zero, two, t) = (T::ZERO, T::of(2.0), self.stiffening);
         let e = node.e;
@@ -169,7 +195,7 @@ impl<T: Real> Walk<'_, T> {
         {
             shorter += self.share * (t * (*k * *bend) * *bend);
         }
-        let on = strained::<T, RIGID>(e, w, self.force, self.compliance, -shorter);
+        let on = strained::<T, P, RIGID>(e, w, self.force, self.compliance, -shorter, [along, across]);
         node.strained = on.direction;
         for i in 0..2 {
             self.chord[i] += on.direction[i];
@@ -183,7 +209,7 @@ impl<T: Real> Walk<'_, T> {
             let (softer, cross) = (-(t * pull * k), across * slope);
             let shift = [slope * e[0], slope * e[1]];
             self.above = Above {
-                moment: (k + softer) * bend,
+                moment: if P::IS_ANY { (k + softer) * bend + above } else { (k + softer) * bend },
                 softer: softer + two * cross,
                 coupling: k + softer + cross,
                 slope,
@@ -195,6 +221,7 @@ impl<T: Real> Walk<'_, T> {
             }
         }
         let moment = if RIGID { moment } else { moment - slope * pull };
+        let moment = if P::IS_ANY { moment + prior } else { moment };
         let gradient = on.gradient + self.above.moment - moment;
         node.gradient = gradient;
         if D::TANGENT {
@@ -219,8 +246,9 @@ impl<T: Real> Walk<'_, T> {
     }
 }
 
-fn walk<T: Real, D: Depth, const RIGID: bool>(
+fn walk<T: Real, D: Depth, P: Past<T>, const RIGID: bool>(
     of: Constants<'_, T>,
+    past: P,
     angle: &[T],
     rows: &[Row<T>],
     nodes: &mut [Node<T>],
@@ -262,24 +290,30 @@ fn walk<T: Real, D: Depth, const RIGID: bool>(
     let mut end = None;
     if let (Some(top), Some(&[below, theta])) = (beyond.first_mut(), angle.last_chunk::<2>()) {
         walk.pass(first + links + 1);
-        top.strained = walk.end::<RIGID>(top.e);
+        top.strained = walk.end::<P, RIGID>(top.e, past.at(links + 1));
         let (k, bend) = (spring.at(links)[0], theta - below);
         if D::TANGENT {
             (top.coupling, top.bent) = ([zero; 2], [zero; 2]);
         }
         if links == 0 && D::GRADIENT {
             // No link at all.
-            (walk.above.moment, walk.above.coupling) = (k * bend, k);
-            (top.gradient, top.curvature, top.lever) = (-(k * bend), zero, [zero; 2]);
+            let moment = if P::IS_ANY { k * bend + past.at(0)[0] } else { k * bend };
+            (walk.above.moment, walk.above.coupling) = (moment, k);
+            (top.gradient, top.curvature, top.lever) = (-moment, zero, [zero; 2]);
         }
         end = Some((top, k, bend));
     }
     let mut steepest = zero;
+    // Of a link: the spring below it, the one above it, the link itself.
+    let prior = |j: usize| {
+        let ([below, ..], [above, along, across]) = (past.at(j), past.at(j + 1));
+        [below, above, along, across]
+    };
     let angles = lower.iter().zip(upper);
     let mut each = list.iter_mut().zip(weight).zip(stiffness).zip(angles).enumerate().rev();
     if let Some((j, (((node, &w), &[k, _]), (&below, &theta)))) = each.next() {
         walk.pass(first + j + 1);
-        let gradient = walk.link::<D, RIGID>(node, w, k, theta - below, end);
+        let gradient = walk.link::<D, P, RIGID>(node, w, k, theta - below, end, prior(j));
         // Of the nodes at the end, only one with another above it is an interior one.
         if weightless {
             steepest = gradient.abs();
@@ -287,10 +321,10 @@ fn walk<T: Real, D: Depth, const RIGID: bool>(
     }
     for (j, (((node, &w), &[k, _]), (&below, &theta))) in each {
         walk.pass(first + j + 1);
-        let gradient = walk.link::<D, RIGID>(node, w, k, theta - below, None);
+        let gradient = walk.link::<D, P, RIGID>(node, w, k, theta - below, None, prior(j));
         steepest = gradient.abs().max(steepest);
     }
-    start.strained = walk.end::<RIGID>(start.e);
+    start.strained = walk.end::<P, RIGID>(start.e, past.at(0));
     out.chord = walk.chord.map(|sum| length * sum);
     if !D::GRADIENT {
         return;

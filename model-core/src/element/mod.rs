@@ -15,6 +15,7 @@
 
 mod link;
 mod node;
+mod past;
 mod pull;
 mod quadratic;
 
@@ -24,6 +25,7 @@ use crate::size::Blank;
 use crate::topology::Member;
 pub(crate) use link::Link;
 pub(crate) use node::Node;
+pub(crate) use past::{NoPast, Past, Remembered};
 pub(crate) use pull::Pull;
 pub(crate) use quadratic::Quadratic;
 
@@ -112,10 +114,17 @@ impl<T: Real> Blank for Strain<T> {
 pub(crate) trait Element<T: Real> {
     /// Walks from the member's end to its start under the force through each node (15): strained directions and the chord (20), and as
     /// deep as asked the force's part of the gradient (19) and of the second derivatives (21). `rows` touch the member, base to tip.
-    fn walk<D: Depth>(of: Constants<'_, T>, angle: &[T], rows: &[Row<T>], nodes: &mut [Node<T>], out: &mut Strain<T>);
+    fn walk<D: Depth, P: Past<T>>(
+        of: Constants<'_, T>,
+        past: P,
+        angle: &[T],
+        rows: &[Row<T>],
+        nodes: &mut [Node<T>],
+        out: &mut Strain<T>,
+    );
 
     /// Adds the bending moments to the gradient (23), and completes the second derivatives.
-    fn bend(of: Constants<'_, T>, angle: &[T], nodes: &mut [Node<T>], out: &mut Strain<T>);
+    fn bend<P: Past<T>>(of: Constants<'_, T>, past: P, angle: &[T], nodes: &mut [Node<T>], out: &mut Strain<T>);
 
     /// Derivatives of a sample's position with respect to the angles of three nodes, from `first` on, the sample's own: its element's,
     /// where it has weights of its own and its share of the shortening, mm.

@@ -1,5 +1,6 @@
 //! A node: its strained direction, and what the force through it does (18)–(21).
 
+use super::Past;
 use crate::real::Real;
 use crate::size::Blank;
 
@@ -38,7 +39,7 @@ impl<T: Real> Blank for Node<T> {
 /// What a force does to a link or node of weight w and direction e that bending shortens by η.
 ///
 /// With f the force per weight, a = f·e, b = f·e′, k = 1/EA − 1/κGA: ψ = (1 − η) a − ½(a²/EA + b²/κGA), d = ∂ψ/∂f, and the node
-/// adds w ψ to the Lagrangian.
+/// adds w ψ to the Lagrangian. What the past adds to a and b where they strain the node comes along and across (73).
 pub(super) struct Strained<T> {
     /// Strained direction d, and w times its derivative with respect to the angle.
     pub direction: [T; 2],
@@ -46,17 +47,18 @@ pub(super) struct Strained<T> {
     /// First derivative of w ψ with respect to the angle, and the second with its sign changed, N·mm.
     pub gradient: T,
     pub curvature: T,
-    /// f·e and f·e′.
+    /// f·e, what the past adds included, and f·e′.
     pub pull: [T; 2],
 }
 
 #[inline(always)]
-pub(super) fn strained<T: Real, const RIGID: bool>(
+pub(super) fn strained<T: Real, P: Past<T>, const RIGID: bool>(
     e: [T; 2],
     w: T,
     force: [T; 2],
     [stretch, shear]: [T; 2],
     shorter: T,
+    [along, across]: [T; 2],
 ) -> Strained<T> {
     let [x, y] = e;
     let a = force[0] * x + force[1] * y;
@@ -65,8 +67,21 @@ pub(super) fn strained<T: Real, const RIGID: bool>(
         let lever = [-(w * y), w * x];
         return Strained { direction: e, lever, gradient: w * b, curvature: w * a, pull: [a, b] };
     }
-    let k = stretch - shear;
     let whole = T::one() - shorter;
+    if P::IS_ANY {
+        let (pulled, sheared) = (a + along, b + across);
+        let (p, q) = (whole - stretch * pulled, shear * sheared);
+        let (r, t) = (p + shear * a, stretch * b - q);
+        let (wx, wy) = (w * x, w * y);
+        return Strained {
+            direction: [x * p + y * q, y * p - x * q],
+            lever: [-(wy * r + wx * t), wx * r - wy * t],
+            gradient: w * (b * p + a * q),
+            curvature: w * (a * r + b * t),
+            pull: [pulled, b],
+        };
+    }
+    let k = stretch - shear;
     let (p, q) = (whole - stretch * a, shear * b);
     let (r, t) = (whole - k * a, k * b);
     let (wx, wy) = (w * x, w * y);

@@ -1,7 +1,7 @@
 //! Quadratic elements (`simpson`): nodes at the ends and in the middle, the bend linear between them (12).
 
 use super::node::strained;
-use super::{Constants, Depth, Element, Node, Pull, Strain};
+use super::{Constants, Depth, Element, Node, Past, Pull, Strain};
 use crate::contact::{Row, Sample};
 use crate::real::Real;
 
@@ -10,22 +10,35 @@ pub(crate) struct Quadratic;
 
 impl<T: Real> Element<T> for Quadratic {
     // Second derivatives come with the rest: between passes that are this short nothing is spared by leaving them out.
-    fn walk<D: Depth>(of: Constants<'_, T>, angle: &[T], rows: &[Row<T>], nodes: &mut [Node<T>], out: &mut Strain<T>) {
+    fn walk<D: Depth, P: Past<T>>(
+        of: Constants<'_, T>,
+        past: P,
+        angle: &[T],
+        rows: &[Row<T>],
+        nodes: &mut [Node<T>],
+        out: &mut Strain<T>,
+    ) {
         if of.member.stiffening != T::ZERO {
             shorten(of, angle, nodes);
         }
         if of.member.compliance == [T::ZERO; 2] {
-            walk::<T, true>(of, rows, nodes, out);
+            walk::<T, P, true>(of, past, rows, nodes, out);
         } else {
-            walk::<T, false>(of, rows, nodes, out);
+            walk::<T, P, false>(of, past, rows, nodes, out);
         }
     }
 
-    fn bend(of: Constants<'_, T>, angle: &[T], nodes: &mut [Node<T>], out: &mut Strain<T>) {
+    fn bend<P: Past<T>>(of: Constants<'_, T>, past: P, angle: &[T], nodes: &mut [Node<T>], out: &mut Strain<T>) {
         if of.member.stiffening == T::ZERO {
             moments(of, angle, nodes);
         } else {
             stretched(of, angle, nodes);
+        }
+        if P::IS_ANY {
+            for (local, node) in nodes.iter_mut().enumerate() {
+                let [moment, ..] = past.at(local);
+                node.gradient += moment;
+            }
         }
         out.steepest = match &*nodes {
             [_, interior @ .., _] => interior.iter().fold(T::ZERO, |most, node| most.max(node.gradient.abs())),
@@ -71,6 +84,21 @@ impl<T: Real> Element<T> for Quadratic {
     }
 }
 
+impl Quadratic {
+    /// Bending moments of the element that begins at a local node, on its three nodes in the gradient's sign, with the force f·e that its
+    /// middle has: those that the gradient gets, apart from it.
+    pub fn moments<T: Real>(of: Constants<'_, T>, angle: &[T], node: usize, pull: T) -> [T; 3] {
+        let (Some(&[a, m, b]), Some(&[k, far])) =
+            (angle.get(node..).and_then(<[T]>::first_chunk), of.coupling.get(node))
+        else {
+            return [T::ZERO; 3];
+        };
+        let part = T::one() - of.member.stiffening * pull;
+        let (first, second, ends) = (part * (k * (m - a)), part * (k * (b - m)), part * (far * (b - a)));
+        [first + ends, second - first, -(second + ends)]
+    }
+}
+
 /// What bending alone, the angles being known, takes of the length: slopes t ∂(½q)/∂θ and shortening η.
 fn shorten<T: Real>(of: Constants<'_, T>, angle: &[T], nodes: &mut [Node<T>]) {
     let (half, t) = (T::of(0.5), of.member.stiffening);
@@ -89,16 +117,25 @@ fn shorten<T: Real>(of: Constants<'_, T>, angle: &[T], nodes: &mut [Node<T>]) {
 }
 
 /// Strained directions, levers and the force's part of gradient and second derivatives, from end to start.
-fn walk<T: Real, const RIGID: bool>(of: Constants<'_, T>, rows: &[Row<T>], nodes: &mut [Node<T>], out: &mut Strain<T>) {
+fn walk<T: Real, P: Past<T>, const RIGID: bool>(
+    of: Constants<'_, T>,
+    past: P,
+    rows: &[Row<T>],
+    nodes: &mut [Node<T>],
+    out: &mut Strain<T>,
+) {
     let member = of.member;
     let mut pull = Pull::new(rows, out.force);
     let mut chord = [T::ZERO; 2];
     // Σ w e eᵀ.
     let mut inertia = [T::ZERO; 3];
+    let first = usize::from(member.first);
     for ((index, &w), node) in member.nodes().zip(of.weight).zip(nodes).rev() {
         let shorter = if RIGID { T::ZERO } else { node.bent[1] };
         let e = node.e;
-        let strained = strained::<T, RIGID>(e, w, pull.force(index, w), member.compliance, shorter);
+        let prior = if P::IS_ANY && !RIGID { past.at(index - first) } else { [T::ZERO; 3] };
+        let prior = [prior[1], prior[2]];
+        let strained = strained::<T, P, RIGID>(e, w, pull.force(index, w), member.compliance, shorter, prior);
         node.strained = strained.direction;
         chord = [chord[0] + w * strained.direction[0], chord[1] + w * strained.direction[1]];
         node.lever = strained.lever;

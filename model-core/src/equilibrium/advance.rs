@@ -3,7 +3,7 @@
 use super::fold::{FOLD_SHIFT, FOLD_STEP};
 use super::hop::Fall;
 use super::phase::Phase;
-use super::{Follower, Outcome};
+use super::{Follower, LONGEST_PAUSE, Outcome};
 use crate::newton::Hessian;
 use crate::newton::settings::NewtonSettings;
 use crate::object::Object;
@@ -19,6 +19,8 @@ use crate::status::Status;
 const PATIENCE: u32 = 5;
 /// The same on the way to the coordinate asked for, where the tolerance is looser.
 const PATIENCE_ON_THE_WAY: u32 = 4;
+/// Longest time at one coordinate that is taken for the end of a branch where it fails, s.
+const SHORTEST_PAUSE: f64 = 1e-4;
 /// Part of the largest step below which they may take all that the settings allow: a step this short does not stray.
 const PATIENT_BELOW: f64 = 1.0 / 16.0;
 
@@ -27,7 +29,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(super) fn advance(&mut self, to: T, budget: u32, outcome: &mut Outcome) -> Option<Status> {
         let remaining = to - self.timeline.at();
         let untouched = self.timeline.accepted.touching_count == 0 && self.timeline.accepted.load == [T::ZERO; 2];
-        if untouched && remaining.abs() > self.max_step() && self.is_clear(to) {
+        let is_strained = self.work.history.memory.is_strained();
+        if untouched && !is_strained && remaining.abs() > self.max_step() && self.is_clear(to) {
             // From one open hand to another nothing happens on the way.
             self.timeline.take(to, to);
             self.accept(to);
@@ -49,6 +52,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return Some(Status::MaxIterations);
         }
         self.timeline.take(target, to);
+        if remaining == T::ZERO && self.remembers() {
+            self.timeline.take_at_most(self.pause);
+        }
+        let seconds = self.timeline.taken();
         self.timeline.predict(target, self.work.history.slip.rubs(), &self.model);
         let settings = NewtonSettings::<T>::of_precision();
         let tolerance = if reaches { settings.tolerance } else { settings.on_the_way };
@@ -71,6 +78,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             outcome.steps += 1;
             self.step = (size + size).min(self.max_step());
+            self.pause = (self.pause + self.pause).min(T::of(LONGEST_PAUSE));
+            let reaches = reaches && !(remaining == T::ZERO && self.remembers() && self.timeline.elapsed() > T::ZERO);
             return (reaches && self.phase == Phase::Following).then(|| self.standing());
         }
         self.timeline.reject(&self.model);
@@ -79,6 +88,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return Some(Status::MaxIterations);
         }
         self.timeline.stop_predicting();
+        if remaining == T::ZERO && seconds > T::of(SHORTEST_PAUSE) {
+            // A motor that stands: the time is what can be halved.
+            self.pause = T::of(0.5) * seconds;
+            return (outcome.iterations >= budget).then_some(Status::MaxIterations);
+        }
         let half = size.min(remaining.abs()) * T::of(0.5);
         // A step that had its due, or a whole call to itself, has failed; another call would only repeat it.
         let due = allowed.min(PATIENCE).min(budget);
@@ -119,12 +133,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// finger has slipped off and past it), there is no equilibrium that the model knows of: the follower is lost.
     pub(super) fn accept(&mut self, at: T) {
         if self.timeline.present.touching_count == 0 && self.timeline.present.load == [T::ZERO; 2] {
-            // Nothing touches: the rest position exactly, whatever the iterations left behind.
-            self.timeline.present.rest();
             self.snapped = false;
-            (self.drift, self.fall) = (T::ZERO, Fall::NONE);
-            let object = self.seen(at);
-            (_, self.sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::ZERO);
+            self.fall = Fall::NONE;
+            // Nothing touches: the rest position exactly, whatever the iterations left behind, but where the material has yet to return.
+            if !self.work.history.memory.is_strained() {
+                self.timeline.present.rest();
+                self.drift = T::ZERO;
+                let object = self.seen(at);
+                (_, self.sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::ZERO);
+            }
             if self.sweep.nearest < -T::TOLERANCE.length || self.rests_behind(&self.sweep) {
                 self.phase = Phase::Lost;
             }

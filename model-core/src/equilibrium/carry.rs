@@ -23,6 +23,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Shifts the object by a vector (world frame, mm), following the equilibrium with at most [`FOLLOW_ITERATIONS`] Newton
     /// iterations; `to` is the object where it then is.
     ///
+    /// A finger that remembers ([`Follower::set_prony`]) cannot go back, so that it refuses: `out-of-range`.
+    ///
     /// If the equilibrium cannot be followed there, object and finger are as before, unless the outcome's status is
     /// trustworthy.
     pub fn shift_object(&mut self, by: [f64; 2], to: impl Into<O>) -> Outcome {
@@ -64,7 +66,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Object and finger are as they were at the mark, which stays. One evaluation.
     #[inline(never)]
     pub(crate) fn go_back(&mut self, mark: &Mark<T, O>) {
-        if !self.timeline.is_marked() || !mark.is_good {
+        if !self.timeline.is_marked() || !mark.is_good || self.remembers() {
             return;
         }
         self.timeline.go_back(&self.model);
@@ -101,7 +103,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// a motion; then takes the object that is there.
     #[inline(never)]
     fn carry(&mut self, path: Motion, far: f64, to: O, budget: u32) -> Outcome {
-        if !self.has_equilibrium() || !far.is_finite() {
+        // What a material remembers has no room for a second past to go back to.
+        if !self.has_equilibrium() || !far.is_finite() || self.remembers() {
             return Outcome::at(Status::OutOfRange);
         }
         let (motion, at, barred) = (self.motion, self.timeline.at(), self.barred);

@@ -27,6 +27,13 @@ impl<T: Real> Fall<T> {
     pub(super) const NONE: Self = Self { from: T::ZERO, force: [T::ZERO; 2], hopped: false };
 }
 
+impl<T: Real> Fall<T> {
+    /// Expresses its force in another unit, which the old one is `part` of.
+    pub(super) fn express(&mut self, part: T) {
+        self.force = self.force.map(|force| part * force);
+    }
+}
+
 fn size<T: Real>([x, y]: [T; 2]) -> T {
     (x * x + y * y).sqrt()
 }

@@ -17,6 +17,8 @@ mod begin;
 mod carry;
 mod fold;
 mod hop;
+#[cfg(test)]
+mod memory;
 mod passing;
 mod peek;
 mod phase;
@@ -49,6 +51,7 @@ use crate::model::Model;
 pub use crate::newton::attempt::NEAR_ENOUGH;
 use crate::newton::gaps::Sweep;
 use crate::newton::history::Way;
+pub use crate::newton::memory::{PARTS as PRONY_PARTS, TIMES as PRONY_TIMES};
 use crate::newton::residual::Largest;
 use crate::newton::{Hessian, Workspace};
 use crate::object::{Motion, Object, Shape};
@@ -128,6 +131,10 @@ impl SlipWay {
     }
 }
 
+/// Longest time of one step of a motor that stands, s: no bound but where shorter ones were needed.
+const LONGEST_PAUSE: f64 = 1e12;
+/// Smallest and largest factor of Young's modulus.
+pub const MODULUS_FACTORS: [f64; 2] = [0.01, 100.0];
 /// Smallest and largest coefficient of friction.
 pub const FRICTIONS: [f64; 2] = [0.0, 3.0];
 /// Places at which [`Follower::start`] looks for an open finger, each one evaluation of the gaps.
@@ -143,9 +150,13 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     object: O,
     pub(crate) motion: Motion,
     youngs_modulus: T,
+    /// Factor of Young's modulus.
+    modulus: T,
     /// The next step of the coordinate at most, and any step (see [`Self::allow_steps`]).
     step: T,
     largest_step: T,
+    /// Longest time of a step of a motor that stands, s.
+    pause: T,
     phase: Phase<T>,
     snapped: bool,
     /// Largest difference of an angle between the accepted state and the one whose inertia says that it is stable, rad.
@@ -171,8 +182,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         object: O::BLANK,
         motion: Motion::Rotating { axis: [0.0; 2] },
         youngs_modulus: T::ZERO,
+        modulus: T::ZERO,
         step: T::ZERO,
         largest_step: T::ZERO,
+        pause: T::ZERO,
         phase: Phase::Lost,
         snapped: false,
         drift: T::ZERO,
@@ -200,6 +213,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         self.motion = Motion::Rotating { axis: design.motor_axis };
         self.youngs_modulus = T::of(design.material.youngs_modulus);
+        if self.modulus == T::ZERO {
+            self.modulus = T::one();
+        }
+        self.model.sudden = (self.model.units.force, self.model.softness);
+        self.model.stiffen(self.work.history.memory.stiffness(), self.modulus);
         self.refine();
         self.rest();
         Ok(())
@@ -244,7 +262,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.barred = Barred::NONE;
         self.allow_steps();
         self.work.contacts.count = 0;
-        self.work.kinematics.place_all(&self.model, &self.timeline.present, &[]);
+        self.pause = T::of(LONGEST_PAUSE);
+        if self.remembers() {
+            self.work.history.memory.begin();
+            self.stiffen();
+        }
+        self.work.kinematics.place_all(&self.model, &self.work.history.memory, &self.timeline.present, &[]);
         self.work.history.begin(&self.model, &self.timeline.present, &self.work.kinematics);
     }
 
@@ -279,8 +302,59 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 Motion::Rotating { .. } => way,
                 Motion::Translating { .. } => T::ZERO,
             };
-            self.work.history.aim(&self.model, &Way { by: self.motion.world_to_finger(way), turned });
+            let by = self.motion.world_to_finger(way);
+            self.work.history.aim(&self.model, &Way { by, turned, seconds: self.timeline.taken() });
+            self.stiffen();
         }
+    }
+
+    /// Computes in the unit of force of the step that the history is aimed at.
+    fn stiffen(&mut self) {
+        let part = self.model.stiffen(self.work.history.memory.stiffness(), self.modulus);
+        if part != T::one() {
+            self.timeline.express(part, &self.model);
+            self.work.history.slip.express(part);
+            self.fall.express(part);
+        }
+    }
+
+    /// The material remembers.
+    #[inline(always)]
+    pub(crate) fn remembers(&self) -> bool {
+        self.work.history.memory.is_kept()
+    }
+
+    /// Takes the terms [gᵢ, τᵢ in s] of a material with memory: of a sudden stress the part gᵢ fades in the time τᵢ, in bending, stretch and
+    /// shear alike, and 1 − Σ gᵢ stays. None, the default, is an elastic material. The finger is at rest again.
+    ///
+    /// Young's modulus is that of a sudden strain. Time comes with the [`Target`]s; a call without one is sudden.
+    ///
+    /// # Errors
+    /// More terms than [`Size::TERMS`], and values out of [`PRONY_PARTS`] and [`PRONY_TIMES`], which Σ gᵢ must not exceed either.
+    pub fn set_prony(&mut self, terms: &[[f64; 2]]) -> Result<(), OutOfBounds> {
+        self.work.history.memory.set(terms)?;
+        if !self.work.history.fit(&self.model) {
+            let most = self.work.history.memory.most_nodes();
+            check("nodes of a material with memory", self.model.node_count as f64, [0.0, most])?;
+        }
+        self.timeline.unmark();
+        self.rest();
+        Ok(())
+    }
+
+    /// Multiplies Young's modulus, as a change of temperature does; 1 by default. What is strained already has the new modulus at once.
+    ///
+    /// # Errors
+    /// A factor that is not within [`MODULUS_FACTORS`].
+    pub fn set_modulus_factor(&mut self, factor: f64) -> Result<(), OutOfBounds> {
+        check("modulus factor", factor, MODULUS_FACTORS)?;
+        self.modulus = T::of(factor);
+        if self.model.cells() > 0 {
+            // Strains stay, so that forces are the same in the new unit; but a given load is as it was.
+            let part = self.model.stiffen(self.work.history.memory.stiffness(), self.modulus);
+            self.timeline.reload(part);
+        }
+        Ok(())
     }
 
     /// The workspace shows the accepted state: what is remembered goes on from there.
@@ -324,8 +398,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.
+    /// A material with memory answers as to a sudden change.
     pub(crate) fn complete_tangent(&mut self) {
-        if self.work.kinematics.lacks_tangent {
+        if self.work.kinematics.lacks_tangent || self.remembers() {
             self.show_accepted();
         }
     }

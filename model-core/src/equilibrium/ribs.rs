@@ -13,6 +13,7 @@ use crate::model::Model;
 use crate::newton::Hessian;
 use crate::newton::Workspace;
 use crate::newton::condense::Diagonal;
+use crate::newton::memory::Memory;
 use crate::object::{Motion, ObjectDesign};
 use crate::size::Ribs as Room;
 use crate::state::State;
@@ -68,8 +69,8 @@ fn column(scheme: Scheme, elements: u16, share: f64) -> (usize, f64) {
     state.lambda[0] = [-share * PI * PI * stiffness / (length * length), 0.0];
     let rib = model.topology.find(Role::Rung(0, 0)).expect("a rib");
     work.kinematics.direct(&model, &state);
-    work.kinematics.place_front::<Tangents>(&model, &state, &[]);
-    work.kinematics.complete::<Tangents>(&model, &state);
+    work.kinematics.place_front::<Tangents>(&model, &Memory::EMPTY, &state, &[]);
+    work.kinematics.complete::<Tangents>(&model, &Memory::EMPTY, &state);
     let Workspace { kinematics, factorisation, .. } = &mut *work;
     factorisation.curved = true;
     let (condensed, negative) = factorisation.condense(&model, kinematics, rib, Diagonal::of(Hessian::Newton, 0.0));

@@ -47,7 +47,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(crate) fn youngs_modulus(&self) -> T {
-        self.youngs_modulus
+        self.modulus * self.youngs_modulus
     }
 
     pub(crate) fn parts(&mut self) -> Parts<'_, T, S> {

@@ -77,6 +77,30 @@ impl<T: Real, S: Size> Timeline<T, S> {
         self.elapsed += seconds;
     }
 
+    /// Time that the step takes which is being looked for, s.
+    pub(super) fn taken(&self) -> T {
+        self.taken
+    }
+
+    /// That step takes at most so long, s.
+    pub(super) fn take_at_most(&mut self, seconds: T) {
+        self.taken = self.taken.min(seconds);
+    }
+
+    /// Expresses the given loads in another unit, which the old one is `part` of.
+    pub(super) fn reload(&mut self, part: T) {
+        for load in [&mut self.present.load, &mut self.accepted.load, &mut self.previous.load] {
+            *load = load.map(|force| part * force);
+        }
+    }
+
+    /// Expresses all forces in another unit, which the old one is `part` of.
+    pub(super) fn express(&mut self, part: T, model: &Model<T, S>) {
+        self.present.express(part, model);
+        self.accepted.express(part, model);
+        self.previous.express(part, model);
+    }
+
     /// Time that no accepted instant has had yet, s.
     pub(crate) fn elapsed(&self) -> T {
         self.elapsed

@@ -64,7 +64,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.timeline.predicts() && remaining.abs() <= far
         };
         let smallest = self.max_step() * T::of(self.settings.min_step);
-        if !ready || !begins || self.step <= smallest || self.settings.hessian != Hessian::Newton || self.rubs() {
+        if !ready
+            || !begins
+            || self.step <= smallest
+            || self.settings.hessian != Hessian::Newton
+            || self.work.history.is_kept()
+        {
             return self.follow_on(to, budget);
         }
         let size = self.step.min(far);

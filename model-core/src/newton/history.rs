@@ -5,6 +5,7 @@
 
 use super::gaps::Contacts;
 use super::kinematics::Kinematics;
+use super::memory::Memory;
 use super::slip::Slip;
 use crate::model::Model;
 use crate::object::Displacement;
@@ -16,6 +17,8 @@ use crate::state::State;
 pub(crate) struct History<T: Real, S: Size> {
     /// Friction.
     pub slip: Slip<T, S>,
+    /// The material.
+    pub memory: Memory<T, S>,
 }
 
 /// The way from the accepted state to the one that a step is looking for.
@@ -23,23 +26,25 @@ pub(crate) struct Way<T: Real> {
     /// The object's motion in the finger's frame, mm, and its turn there, rad.
     pub by: Displacement<T>,
     pub turned: T,
+    /// Time that it takes, s.
+    pub seconds: T,
 }
 
 impl<T: Real, S: Size> History<T, S> {
-    pub const EMPTY: Self = Self { slip: Slip::EMPTY };
+    pub const EMPTY: Self = Self { slip: Slip::EMPTY, memory: Memory::EMPTY };
 
     /// Makes room for a model; false if there is none.
     pub fn fit(&mut self, model: &Model<T, S>) -> bool {
-        self.slip.fit(model)
+        self.slip.fit(model) && self.memory.fit(model)
     }
 
     /// The force depends on the path.
     #[inline(always)]
     pub fn is_kept(&self) -> bool {
-        self.slip.rubs()
+        self.slip.rubs() || self.memory.is_kept()
     }
 
-    /// The hand is open and at rest: there is no past.
+    /// The hand is open and at rest: friction has no past. (Memory has none before, as kinematics are of a finger that has none.)
     pub fn begin(&mut self, model: &Model<T, S>, state: &State<T, S>, kinematics: &Kinematics<T, S>) {
         if self.slip.rubs() {
             self.slip.begin(model, state, kinematics);
@@ -50,6 +55,9 @@ impl<T: Real, S: Size> History<T, S> {
     pub fn aim(&mut self, model: &Model<T, S>, way: &Way<T>) {
         if self.slip.rubs() {
             self.slip.aim(&way.by, way.turned, model.units.length);
+        }
+        if self.memory.is_kept() {
+            self.memory.aim(way.seconds.to_f64());
         }
     }
 
@@ -63,6 +71,9 @@ impl<T: Real, S: Size> History<T, S> {
     ) {
         if self.slip.rubs() {
             self.slip.accept(model, state, kinematics, contacts.rows());
+        }
+        if self.memory.is_kept() {
+            self.memory.accept(model, state, kinematics, contacts);
         }
     }
 }

@@ -1,9 +1,10 @@
 //! Kinematics: directions of the links, the forces through them, and what those do to them.
 
 use super::gaps::{cell_of, own_rows};
+use super::memory::Memory;
 use crate::access::Access;
 use crate::contact::{Row, Sample};
-use crate::element::{Constants, Depth, Element, Link, Node, Pull, Quadratic, Strain, Tangents};
+use crate::element::{Constants, Depth, Element, Link, NoPast, Node, Past, Pull, Quadratic, Strain, Tangents};
 use crate::model::{Model, turned, vec2_of};
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size, Storage};
@@ -21,6 +22,25 @@ pub(crate) struct Kinematics<T: Real, S: Size> {
     pub start: S::Cells<[T; 2]>,
     /// The last walk found residuals only: second derivatives are those of an earlier state.
     pub lacks_tangent: bool,
+}
+
+/// A member's constants, angles, nodes and what is found of it as a whole.
+type MemberPart<'a, T> = (Constants<'a, T>, &'a [T], &'a mut [Node<T>], &'a mut Strain<T>);
+
+#[inline(always)]
+fn walk<T: Real, D: Depth, P: Past<T>>((of, angle, nodes, out): MemberPart<'_, T>, past: P, rows: &[Row<T>]) {
+    match of.member.kind {
+        Kind::Quadratic => Quadratic::walk::<D, P>(of, past, angle, rows, nodes, out),
+        Kind::Link => Link::walk::<D, P>(of, past, angle, rows, nodes, out),
+    }
+}
+
+#[inline(always)]
+fn bend<T: Real, P: Past<T>>((of, angle, nodes, out): MemberPart<'_, T>, past: P) {
+    match of.member.kind {
+        Kind::Quadratic => Quadratic::bend(of, past, angle, nodes, out),
+        Kind::Link => Link::bend(of, past, angle, nodes, out),
+    }
 }
 
 impl<T: Real, S: Size> Kinematics<T, S> {
@@ -81,33 +101,39 @@ impl<T: Real, S: Size> Kinematics<T, S> {
 
     /// Strains and places the front spans under the multipliers λ of a state and the contact forces μ n of the rows, as deep as asked;
     /// gaps can then be measured.
-    pub fn place_front<D: Depth>(&mut self, model: &Model<T, S>, state: &State<T, S>, rows: &[Row<T>]) {
+    pub fn place_front<D: Depth>(
+        &mut self,
+        model: &Model<T, S>,
+        memory: &Memory<T, S>,
+        state: &State<T, S>,
+        rows: &[Row<T>],
+    ) {
         self.load(model, state, rows);
         let mut from = 0;
         for cell in 0..model.cells() {
             let own = own_rows(rows, cell, from);
             from = own.end;
-            self.strain::<D>(model, state, cell, rows.run(own));
+            self.strain::<D>(model, memory, state, cell, rows.run(own));
         }
         self.start_spans(model);
     }
 
     /// Strains all other members and adds everybody's bending moments to the gradient.
-    pub fn complete<D: Depth>(&mut self, model: &Model<T, S>, state: &State<T, S>) {
+    pub fn complete<D: Depth>(&mut self, model: &Model<T, S>, memory: &Memory<T, S>, state: &State<T, S>) {
         for index in 0..model.topology.member_count() {
             if index >= model.cells() {
-                self.strain::<D>(model, state, index, &[]);
+                self.strain::<D>(model, memory, state, index, &[]);
             }
-            self.bend(model, state, index);
+            self.bend(model, memory, state, index);
         }
     }
 
     /// Strains all members at a state, without their bending moments.
-    pub fn place_all(&mut self, model: &Model<T, S>, state: &State<T, S>, rows: &[Row<T>]) {
+    pub fn place_all(&mut self, model: &Model<T, S>, memory: &Memory<T, S>, state: &State<T, S>, rows: &[Row<T>]) {
         self.direct(model, state);
-        self.place_front::<Tangents>(model, state, rows);
+        self.place_front::<Tangents>(model, memory, state, rows);
         for index in model.cells()..model.topology.member_count() {
-            self.strain::<Tangents>(model, state, index, &[]);
+            self.strain::<Tangents>(model, memory, state, index, &[]);
         }
     }
 
@@ -149,33 +175,42 @@ impl<T: Real, S: Size> Kinematics<T, S> {
     /// Strains a member under its force, as deep as asked; `rows` touch it.
     // Long and called once per member: a copy at every call would cost flash and spare nothing.
     #[inline(never)]
-    fn strain<D: Depth>(&mut self, model: &Model<T, S>, state: &State<T, S>, index: usize, rows: &[Row<T>]) {
-        let Some((of, angle, nodes, out)) = self.part(model, state, index) else { return };
-        match of.member.kind {
-            Kind::Quadratic => Quadratic::walk::<D>(of, angle, rows, nodes, out),
-            Kind::Link => Link::walk::<D>(of, angle, rows, nodes, out),
+    fn strain<D: Depth>(
+        &mut self,
+        model: &Model<T, S>,
+        memory: &Memory<T, S>,
+        state: &State<T, S>,
+        index: usize,
+        rows: &[Row<T>],
+    ) {
+        let Some(part) = self.part(model, state, index) else { return };
+        if memory.is_kept() {
+            let past = memory.of(part.0.member.nodes());
+            walk::<T, D, _>(part, past, rows);
+        } else {
+            walk::<T, D, _>(part, NoPast, rows);
         }
     }
 
     /// Adds a strained member's bending moments to its gradient.
     #[inline(always)]
-    fn bend(&mut self, model: &Model<T, S>, state: &State<T, S>, index: usize) {
-        let Some((of, angle, nodes, out)) = self.part(model, state, index) else { return };
-        match of.member.kind {
-            Kind::Quadratic => Quadratic::bend(of, angle, nodes, out),
-            Kind::Link => Link::bend(of, angle, nodes, out),
+    fn bend(&mut self, model: &Model<T, S>, memory: &Memory<T, S>, state: &State<T, S>, index: usize) {
+        let Some(part) = self.part(model, state, index) else { return };
+        if memory.is_kept() {
+            let past = memory.of(part.0.member.nodes());
+            bend(part, past);
+        } else {
+            bend(part, NoPast);
         }
     }
 
-    /// A member's constants, angles, nodes and what is found of it as a whole.
     #[inline(always)]
-    #[allow(clippy::type_complexity)]
     fn part<'a>(
         &'a mut self,
         model: &'a Model<T, S>,
         state: &'a State<T, S>,
         index: usize,
-    ) -> Option<(Constants<'a, T>, &'a [T], &'a mut [Node<T>], &'a mut Strain<T>)> {
+    ) -> Option<MemberPart<'a, T>> {
         let member = model.member(index)?;
         Some((
             model.constants(member)?,

@@ -18,6 +18,7 @@ pub(crate) mod history;
 pub(crate) mod increment;
 pub(crate) mod inertia;
 pub(crate) mod kinematics;
+pub(crate) mod memory;
 pub(crate) mod residual;
 pub(crate) mod settings;
 pub(crate) mod slip;

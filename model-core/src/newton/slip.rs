@@ -101,6 +101,12 @@ impl<T: Real, S: Size> Slip<T, S> {
         self.turned = turned;
     }
 
+    /// Expresses its forces in another unit, which the old one is `part` of.
+    pub(crate) fn express(&mut self, part: T) {
+        self.tangential.as_mut().iter_mut().take(usize::from(self.count)).for_each(|force| *force *= part);
+        self.dissipated *= part;
+    }
+
     /// The object has also been shifted by so much, finger frame, mm.
     pub(crate) fn shift_object(&mut self, by: Vec2<T>, length: T) {
         self.shift = [self.shift[0] + by.x / length, self.shift[1] + by.y / length];

@@ -60,7 +60,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
     ) -> (Largest<T>, Sweep<T>) {
         let NewtonSettings { repositions, tolerance, .. } = NewtonSettings::<T>::of_precision();
         let Self { effort, kinematics, contacts, residual, increment, history, .. } = self;
-        let slip = &history.slip;
+        let (slip, memory) = (&history.slip, &history.memory);
         let rubs = slip.rubs();
         effort.evaluates();
         kinematics.lacks_tangent = !D::TANGENT && !model.quadratic;
@@ -71,9 +71,9 @@ impl<T: Real, S: Size> Workspace<T, S> {
         // After a small step the normals are those of the object up to second order: nothing is left to replace, as a rule.
         let at_once = !repositions || !D::TANGENT && increment.largest <= T::of(NOTHING_TO_REPOSITION);
         if at_once {
-            kinematics.place_front::<D>(model, state, contacts.rows());
+            kinematics.place_front::<D>(model, memory, state, contacts.rows());
         } else {
-            kinematics.place_front::<Places>(model, state, contacts.rows());
+            kinematics.place_front::<Places>(model, memory, state, contacts.rows());
         }
         let mut sweep = contacts.sweep(model, state, kinematics, object, margin, slip.room());
         // Too many near samples: only those that penetrate need rows.
@@ -88,14 +88,14 @@ impl<T: Real, S: Size> Workspace<T, S> {
             if rubs {
                 slip::redirect(contacts.rows_mut());
             }
-            kinematics.place_front::<D>(model, state, contacts.rows());
+            kinematics.place_front::<D>(model, memory, state, contacts.rows());
             contacts.measure(model, kinematics, object);
         }
         if rubs {
             slip.measure(model, state, kinematics, contacts);
             slip::turn(model, kinematics, contacts.rows());
         }
-        kinematics.complete::<D>(model, state);
+        kinematics.complete::<D>(model, memory, state);
         let mut worst = residual.gather(model, kinematics, contacts, &sweep);
         if rubs {
             worst.length = worst.length.max(slip.missed(model, contacts.rows()));

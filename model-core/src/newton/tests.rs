@@ -284,11 +284,11 @@ fn gradient(
     frozen: &[[f64; 2]],
     places: &[Place],
 ) -> Vec<f64> {
-    let Workspace { kinematics, contacts, residual, .. } = work;
+    let Workspace { kinematics, contacts, residual, history, .. } = work;
     kinematics.direct(model, state);
-    kinematics.place_front::<Tangents>(model, state, contacts.rows());
+    kinematics.place_front::<Tangents>(model, &history.memory, state, contacts.rows());
     slip::turn(model, kinematics, contacts.rows());
-    kinematics.complete::<Tangents>(model, state);
+    kinematics.complete::<Tangents>(model, &history.memory, state);
     residual.gather(model, kinematics, contacts, &Sweep::NONE);
     let value = |place: &Place| match *place {
         Place::Node(node) => work.kinematics.nodes[node].gradient,

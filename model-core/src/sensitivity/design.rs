@@ -112,7 +112,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.has_equilibrium() && !parameter.applies(design) {
             return Some(Derivative::ZERO);
         }
-        if self.rubs() {
+        if self.rubs() || self.remembers() {
             return None;
         }
         // Truncation against rounding, of a central difference.
@@ -198,10 +198,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 *into = work.contacts.rows.as_ref()[j];
                 into.place = probe.model.place(into.sample);
             }
-            let Workspace { kinematics, contacts, residual, .. } = &mut probe.work;
+            let Workspace { kinematics, contacts, residual, history, .. } = &mut probe.work;
             kinematics.direct(&probe.model, state);
-            kinematics.place_front::<Tangents>(&probe.model, state, contacts.rows());
-            kinematics.complete::<Tangents>(&probe.model, state);
+            kinematics.place_front::<Tangents>(&probe.model, &history.memory, state, contacts.rows());
+            kinematics.complete::<Tangents>(&probe.model, &history.memory, state);
             residual.gather(&probe.model, kinematics, contacts, &Sweep::NONE);
 
             let part = T::of(part);

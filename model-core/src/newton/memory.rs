@@ -1,0 +1,254 @@
+//! Material with memory: generalised Maxwell on all strains alike (68)–(72).
+//!
+//! The stress is that of an elastic finger, S, faded: g∞ S + Σ gᵢ hᵢ with ḣᵢ = Ṡ − hᵢ/τᵢ. Over a step in which S changes evenly that is
+//!
+//! > k S + H, with k = g∞ + Σ gᵢ mᵢ, H = Σ gᵢ (aᵢ hᵢ − mᵢ S₀), aᵢ = e^(−Δt/τᵢ), mᵢ = (1 − aᵢ) τᵢ/Δt,
+//!
+//! so that a step is one of an elastic finger in a unit of force k times as large, under given initial stresses H/k. Nothing in the solver
+//! but the elements' forces knows of it.
+
+use super::gaps::{Contacts, own_rows};
+use super::kinematics::Kinematics;
+use crate::access::Access;
+use crate::bounds::{OutOfBounds, check};
+use crate::element::{Link, Past, Pull, Quadratic, Remembered};
+use crate::model::Model;
+use crate::real::Real;
+use crate::size::{Blank, Size, Storage};
+use crate::state::State;
+use crate::topology::Kind;
+
+/// The most terms that any size has.
+pub const MOST_TERMS: usize = 4;
+/// Least and greatest part gᵢ of the stress that a term takes, and time τᵢ in which it fades, s.
+pub const PARTS: [f64; 2] = [0.0, 0.99];
+/// See [`PARTS`].
+pub const TIMES: [f64; 2] = [1e-4, 1e9];
+
+/// A term of the Prony series.
+#[derive(Clone, Copy)]
+struct Term<T> {
+    part: T,
+    time: T,
+    /// aᵢ and mᵢ of the present step.
+    decay: T,
+    gain: T,
+}
+
+impl<T: Real> Blank for Term<T> {
+    const BLANK: Self = Self { part: T::ZERO, time: T::ZERO, decay: T::ZERO, gain: T::ZERO };
+}
+
+/// How many terms there are, whether anything has been strained yet, and the stiffness k of the present step.
+#[derive(Clone, Copy)]
+struct Course<T> {
+    count: u8,
+    is_strained: bool,
+    stiffness: T,
+}
+
+impl<T: Real> Blank for Course<T> {
+    const BLANK: Self = Self { count: 0, is_strained: false, stiffness: T::ZERO };
+}
+
+/// The material's terms, and the accepted state as they remember it.
+pub(crate) struct Memory<T: Real, S: Size> {
+    terms: S::Terms<Term<T>>,
+    /// One, where there is room for terms at all.
+    course: S::Terms<Course<T>>,
+    /// Per node and layer: the elastic stresses S of the accepted state, and those hᵢ that each term has left of them.
+    layers: S::Past<[T; 3]>,
+    /// Weights of the layers in H/k.
+    weights: S::Terms<T>,
+}
+
+impl<T: Real, S: Size> Memory<T, S> {
+    // All zeros, as everything in a blank follower.
+    pub const EMPTY: Self = Self {
+        terms: <S::Terms<Term<T>> as Storage<Term<T>>>::EMPTY,
+        course: <S::Terms<Course<T>> as Storage<Course<T>>>::EMPTY,
+        layers: <S::Past<[T; 3]> as Storage<[T; 3]>>::EMPTY,
+        weights: <S::Terms<T> as Storage<T>>::EMPTY,
+    };
+
+    /// Makes room for a model; false if there is none.
+    pub fn fit(&mut self, model: &Model<T, S>) -> bool {
+        !self.is_kept() || self.layers.fit(model.node_count * self.width())
+    }
+
+    /// Takes the terms [gᵢ, τᵢ in s]; none for an elastic material.
+    pub fn set(&mut self, terms: &[[f64; 2]]) -> Result<(), OutOfBounds> {
+        check("prony terms", terms.len() as f64, [0.0, S::TERMS.min(MOST_TERMS) as f64])?;
+        for &[part, time] in terms {
+            check("prony g", part, PARTS)?;
+            check("prony τ", time, TIMES)?;
+        }
+        check("sum of prony g", terms.iter().map(|[part, _]| part).sum(), PARTS)?;
+        let fits = terms.is_empty()
+            || self.terms.fit(terms.len() + 1) && self.weights.fit(terms.len() + 1) && self.course.fit(1);
+        for (into, &[part, time]) in self.terms.as_mut().iter_mut().zip(terms) {
+            *into = Term { part: T::of(part), time: T::of(time), ..Term::BLANK };
+        }
+        let count = if fits { terms.len() as u8 } else { 0 };
+        self.course.as_mut().fill(Course { count, ..Course::BLANK });
+        Ok(())
+    }
+
+    /// Nodes that there is room for.
+    pub fn most_nodes(&self) -> f64 {
+        (self.layers.as_ref().len() / self.width()) as f64
+    }
+
+    /// The material remembers.
+    #[inline(always)]
+    pub fn is_kept(&self) -> bool {
+        S::TERMS > 0 && self.count() > 0
+    }
+
+    /// It remembers, and something has been strained.
+    #[inline(always)]
+    pub fn is_strained(&self) -> bool {
+        self.is_kept() && self.course.as_ref().at(0).is_strained
+    }
+
+    /// Layers per node.
+    fn width(&self) -> usize {
+        self.count() + 1
+    }
+
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.course.as_ref().first().map_or(0, |course| usize::from(course.count))
+    }
+
+    /// Stiffness k of the step, as a part of the sudden one.
+    pub fn stiffness(&self) -> T {
+        if self.is_kept() { self.course.as_ref().at(0).stiffness } else { T::one() }
+    }
+
+    /// Nothing has been strained yet.
+    pub fn begin(&mut self) {
+        self.strain(false);
+        self.layers.as_mut().fill([T::ZERO; 3]);
+        self.aim(0.0);
+    }
+
+    fn strain(&mut self, is_strained: bool) {
+        self.course.as_mut().iter_mut().take(1).for_each(|course| course.is_strained = is_strained);
+    }
+
+    /// The step that follows takes so long, s (69).
+    pub fn aim(&mut self, seconds: f64) {
+        let count = self.count();
+        let mut stiffness = T::one();
+        for term in self.terms.as_mut().iter_mut().take(count) {
+            let ratio = seconds / term.time.to_f64();
+            let faded = -libm::expm1(-ratio);
+            let gain = T::of(if ratio > 0.0 { faded / ratio } else { 1.0 });
+            (term.decay, term.gain) = (T::of(1.0 - faded), gain);
+            stiffness -= term.part * (T::one() - gain);
+        }
+        let inverse = T::one() / stiffness;
+        let Some((first, weights)) = self.weights.as_mut().split_first_mut() else { return };
+        *first = T::ZERO;
+        for (weight, term) in weights.iter_mut().zip(self.terms.as_ref()).take(count) {
+            *weight = term.part * term.decay * inverse;
+            *first -= term.part * term.gain * inverse;
+        }
+        self.course.as_mut().iter_mut().take(1).for_each(|course| course.stiffness = stiffness);
+    }
+
+    /// What is remembered does not count, until the next aim: the finger as if it had never been strained.
+    pub fn mute(&mut self) {
+        self.weights.as_mut().fill(T::ZERO);
+    }
+
+    /// What a run of nodes remembers.
+    #[inline(always)]
+    pub fn of(&self, nodes: core::ops::Range<usize>) -> Remembered<'_, T> {
+        let width = self.width();
+        Remembered {
+            layers: self.layers.as_ref().get(nodes.start * width..nodes.end * width).unwrap_or(&[]),
+            weights: self.weights.as_ref().get(..width).unwrap_or(&[]),
+        }
+    }
+
+    /// The state is accepted that kinematics and contacts show: its stresses become those of the past (70).
+    pub fn accept(
+        &mut self,
+        model: &Model<T, S>,
+        state: &State<T, S>,
+        kinematics: &Kinematics<T, S>,
+        contacts: &Contacts<T, S>,
+    ) {
+        self.strain(true);
+        let (width, count, mut from) = (self.width(), self.count(), 0);
+        for (index, (member, out)) in model.members().iter().zip(kinematics.members.as_ref()).enumerate() {
+            let own = own_rows(contacts.rows(), index, from);
+            from = own.end;
+            let nodes = member.nodes();
+            let (Some(of), Some(angle), Some(on)) = (
+                model.constants(member),
+                state.angle.as_ref().get(nodes.clone()),
+                kinematics.nodes.as_ref().get(nodes.clone()),
+            ) else {
+                continue;
+            };
+            let Self { terms, layers, weights, .. } = self;
+            let terms = terms.as_ref().get(..count).unwrap_or(&[]);
+            let Some(layers) = layers.as_mut().get_mut(nodes.start * width..nodes.end * width) else { continue };
+            if member.compliance != [T::ZERO; 2] {
+                // Stress along and across: what balances the force, the past taken off, in the step's unit.
+                let mut pull = Pull::new(contacts.rows().run(own), out.force);
+                for (local, (node, &weight)) in on.iter().zip(of.weight).enumerate().rev() {
+                    let force = pull.force(nodes.start + local, weight);
+                    let [x, y] = node.e;
+                    let past = Remembered { layers: &*layers, weights: weights.as_ref().get(..width).unwrap_or(&[]) };
+                    let [_, along, across] = past.at(local);
+                    let Some(layers) = layers.get_mut(local * width..(local + 1) * width) else { continue };
+                    advance(terms, layers, 1, -(force[0] * x + force[1] * y + along));
+                    advance(terms, layers, 2, -(force[1] * x - force[0] * y + across));
+                }
+            }
+            // Elements soften under compression by the force that their carriers have, which is the stress just found.
+            let put = |layers: &mut [[T; 3]], node: usize, moment: T| {
+                if let Some(layers) = layers.get_mut(node * width..(node + 1) * width) {
+                    advance(terms, layers, 0, moment);
+                }
+            };
+            let stress = |layers: &[[T; 3]], node: usize| layers.get(node * width).map_or(T::ZERO, |layer| layer[1]);
+            match member.kind {
+                Kind::Quadratic => {
+                    let mut carry = T::ZERO;
+                    let mut node = 0;
+                    while node + 2 < angle.len() {
+                        let pulled = -stress(layers, node + 1);
+                        let moments = Quadratic::moments(of, angle, node, pulled);
+                        put(layers, node, carry + moments[0]);
+                        put(layers, node + 1, moments[1]);
+                        carry = moments[2];
+                        node += 2;
+                    }
+                    put(layers, node, carry);
+                }
+                Kind::Link => {
+                    for node in 0..angle.len().saturating_sub(1) {
+                        let pulled = -stress(layers, Link::carrier(of, node));
+                        put(layers, node, Link::moment(of, angle, node, pulled));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Moves a stress of a node on to a new value: what each term has left of it (70).
+#[inline(always)]
+fn advance<T: Real>(terms: &[Term<T>], layers: &mut [[T; 3]], part: usize, stress: T) {
+    let Some((now, left)) = layers.split_first_mut() else { return };
+    let change = stress - now[part];
+    now[part] = stress;
+    for (left, term) in left.iter_mut().zip(terms) {
+        left[part] = term.decay * left[part] + term.gain * change;
+    }
+}
