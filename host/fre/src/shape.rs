@@ -94,18 +94,7 @@ impl Shape {
         let line = |beam: &model_core::design::Beam| {
             (0..=40).map(|i| beam.point(beam.length() * f64::from(i) / 40.0)).collect::<Vec<_>>()
         };
-        let bar = |lamella| {
-            let arcs = design.attachment_arcs(lamella);
-            let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
-            let width = design.lamella_width(lamella);
-            let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width];
-            let inset = insets(design, lamella);
-            [
-                [p[0] + inset[0] * along[0], p[1] + inset[0] * along[1]],
-                [q[0] - inset[1] * along[0], q[1] - inset[1] * along[1]],
-            ]
-        };
-        let lamellae: Vec<_> = (0..design.lamella_count()).map(bar).collect();
+        let lamellae: Vec<_> = (0..design.lamella_count()).map(|lamella| bar(design, lamella)).collect();
         let ribs = if design.lamellae.ribs().is_some() {
             lamellae.iter().map(|bar| bar.to_vec()).collect()
         } else {
@@ -113,6 +102,16 @@ impl Shape {
         };
         Self { front: line(&design.front), back: line(&design.back), lamellae, ribs, contacts: Vec::new() }
     }
+}
+
+/// Ends (front, back) of lamella k's bar in the undeformed finger, mm; of a rib, where it begins to bend.
+pub fn bar(design: &Design, lamella: usize) -> [[f64; 2]; 2] {
+    let arcs = design.attachment_arcs(lamella);
+    let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
+    let width = design.lamella_width(lamella);
+    let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width];
+    let inset = insets(design, lamella);
+    [[p[0] + inset[0] * along[0], p[1] + inset[0] * along[1]], [q[0] - inset[1] * along[0], q[1] - inset[1] * along[1]]]
 }
 
 /// Distances (front, back), mm, from the centrelines to the ends of lamella k's bar as it is built.

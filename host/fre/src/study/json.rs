@@ -11,6 +11,7 @@ use crate::study::model::{self, Precision, physics_word, scheme_word};
 use crate::study::place::{MaxStrain, Place};
 use crate::study::pressure::Pressure;
 use crate::study::run::Run;
+use crate::study::self_contact;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::strains::{self, Strains};
 
@@ -54,6 +55,8 @@ pub struct Row {
     pub strains: Option<Strains>,
     pub beyond_max_strain: Option<Vec<Beyond>>,
     pub overlap_mm: Option<f64>,
+    #[serde(default)]
+    pub self_contact: Option<self_contact::Written>,
     /// About the finger, and about this place.
     pub warnings: Vec<String>,
 }
@@ -137,6 +140,7 @@ impl Row {
             strains: state.map(|state| state.strains.clone()),
             beyond_max_strain: state.map(|state| state.beyond_max_strain.iter().map(Beyond::from).collect()),
             overlap_mm: place.overlap_mm,
+            self_contact: state.and_then(|state| state.self_contact).map(self_contact::Written::from),
             warnings: run.warnings_at(place.at).map(ToString::to_string).collect(),
         }
     }

@@ -15,6 +15,7 @@ pub mod pictures;
 pub mod place;
 pub mod pressure;
 pub mod run;
+pub mod self_contact;
 pub mod sensitivity;
 pub mod strains;
 pub mod sweep;

@@ -8,6 +8,7 @@ use crate::shape::Shape;
 use crate::study::friction::{ForceInterval, Friction};
 use crate::study::number::short;
 use crate::study::pressure::Pressure;
+use crate::study::self_contact::SelfContact;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::strains::{Beyond, Strains};
 
@@ -114,6 +115,8 @@ pub struct State {
     pub strains: Strains,
     /// What is strained beyond the material's limit, or beyond 30 % if that is not known, the worst first.
     pub beyond_max_strain: Vec<Beyond>,
+    /// The deepest overlap of two parts of the finger, which the model lets pass through each other; `None` where they stay clear.
+    pub self_contact: Option<SelfContact>,
     /// Friction; `None` without.
     pub friction: Option<Friction>,
     /// Between which values the forces lie if the path is unknown; `None` without friction, and where one of both has no trustworthy status.

@@ -21,6 +21,7 @@ use crate::study::model::{Model, Options, Precision};
 use crate::study::overlap;
 use crate::study::place::{At, Effort, MaxStrain, Place, State};
 use crate::study::pressure::pressures;
+use crate::study::self_contact;
 use crate::study::sensitivity::sensitivity;
 use crate::study::strains::{Limit, Strains};
 use crate::study::warnings::{Warning, warnings};
@@ -273,6 +274,7 @@ fn state<T: Real, S: Size>(
     let number = |value: T| value.to_f64() + 0.0;
     let shape = Shape::of(follower);
     let strains = Strains::of(follower);
+    let self_contact = self_contact::deepest(&case.finger.design, &shape);
     let [front, back, hinge, rib] = follower.max_strain().map(T::to_f64);
     State {
         force_n: follower.force_world().map(number),
@@ -286,6 +288,7 @@ fn state<T: Real, S: Size>(
         max_strain: MaxStrain { front, back, hinge, rib },
         beyond_max_strain: strains.beyond(Limit::of(case.finger.max_strain)),
         strains,
+        self_contact,
         friction: (case.friction > 0.0).then(|| Friction::of(follower)),
         force_interval: None,
         sensitivity: sensitivity(follower, probe, case, options),

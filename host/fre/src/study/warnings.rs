@@ -10,6 +10,7 @@ use crate::case::Case;
 use crate::study::number::short;
 use crate::study::overlap::{self, Overlap};
 use crate::study::place::{At, Place};
+use crate::study::self_contact::SelfContact;
 use crate::study::strains::Beyond;
 
 /// How far beyond an end a taper may reach, as a part of its length: roundings of a drawing's measures.
@@ -33,6 +34,15 @@ pub enum Warning {
     },
     /// The object reaches into a part without contact, the most at this place.
     Reached(Overlap),
+    /// Two parts of the finger pass through each other, the deepest at this place.
+    Touching {
+        /// The parts, and how far.
+        contact: SelfContact,
+        /// Where on the motion it is deepest.
+        at: At,
+        /// The first place where any parts touch.
+        from: At,
+    },
     /// A part is strained beyond the limit (the material's, or 30 % if that is not known), the most at this place.
     Strained {
         /// Part, strain and limit.
@@ -78,7 +88,7 @@ impl Warning {
     pub fn at(&self) -> Option<At> {
         match self {
             Self::Friction | Self::RigidLamellae | Self::Taper(_) => None,
-            Self::Lost { at, .. } | Self::Strained { at, .. } => Some(*at),
+            Self::Lost { at, .. } | Self::Touching { at, .. } | Self::Strained { at, .. } => Some(*at),
             Self::Reached(overlap) => Some(overlap.at),
         }
     }
@@ -123,6 +133,11 @@ impl fmt::Display for Warning {
                  has it",
                 part.words()
             ),
+            Self::Touching { contact: SelfContact { between: [one, other], depth, position: [x, y] }, at, from } => write!(
+                f,
+                "{one} and {other} touch each other (from {from} on; at {at} they overlap by {depth:.2} mm at x = {x:.1} mm, \
+                 y = {y:.1} mm), which the model does not know: its force is too small from there on"
+            ),
             Self::Strained { beyond, at } => write!(f, "{beyond} (at {at})"),
         }
     }
@@ -137,6 +152,7 @@ pub fn warnings(case: &Case, places: &[Place]) -> Vec<Warning> {
         .chain(tapers(case))
         .chain(lost(case, places))
         .chain(overlap::worst(case, places).into_iter().map(Warning::Reached))
+        .chain(touching(places))
         .chain(strained(places))
         .collect()
 }
@@ -187,6 +203,14 @@ fn lost(case: &Case, places: &[Place]) -> Option<Warning> {
     let at = places.iter().find(|place| place.status == Status::OutOfRange)?.at;
     let why = if overlap::covers_base(case, at) { Loss::BaseCovered } else { Loss::Passed };
     Some(Warning::Lost { at, why })
+}
+
+/// Where parts of the finger touch each other, and where they do so the most.
+fn touching(places: &[Place]) -> Option<Warning> {
+    let found = places.iter().filter_map(|place| Some((place.at, place.state.as_ref()?.self_contact?)));
+    let (from, _) = found.clone().next()?;
+    let (at, contact) = found.max_by(|a, b| a.1.depth.total_cmp(&b.1.depth))?;
+    Some(Warning::Touching { contact, at, from })
 }
 
 /// Parts strained beyond the limit, each at its worst place; one warning per beam.

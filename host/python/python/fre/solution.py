@@ -101,6 +101,10 @@ class Place:
         None, "How far the object reaches into a part of the finger that knows no contact; None where it stays clear."
     )
 
+    self_contact: _Field[Record | None] = _Field(
+        None, "Two parts of the finger that pass through each other: between, depth_mm, position_mm; None where they stay clear."
+    )
+
     time_s = _Field(_NAN, "Time since the motion began, s; NaN where no time passes.")
 
     @property
