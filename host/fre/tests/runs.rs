@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use fre::case::{Case, Coordinate};
 use fre::study::json::{Row, json};
-use fre::study::place::At;
+use fre::study::place::{At, Place};
 use fre::study::run::{Run, Unsolved, solve, solve_watched};
 use fre::study::warnings::Warning;
 use fre::study::{csv, text};
@@ -79,4 +79,35 @@ fn a_warning_belongs_to_its_place() {
     let words = text::text(&case(CASE), &run);
     assert!(words.contains("warning: at 0°: out-of-range: "), "{words}");
     assert!(!run.is_trustworthy() && run.last_known().is_none());
+}
+
+/// A printed finger with ribs close to each other, pushed far into a cylinder.
+const NARROW: &str = "[finger]\nname = \"narrow\"\nwidth_mm = 20\n[finger.material]\nyoungs_modulus_pa = 1e7\npoissons_ratio = 0.48\n\
+    [finger.front]\nbase_mm = [0, 0]\ntip_mm = [0, 80]\nthickness_mm = 1.6\n[finger.back]\nbase_mm = [-28, 0]\ntip_mm = [0, 80]\n\
+    thickness_mm = 1.6\n[finger.lamellae]\nkind = \"rib\"\nheights_mm = [10, 14, 18, 22, 26, 30, 34, 38, 42, 46, 50, 54, 58, 62]\n\
+    thickness_mm = 0.8\n[finger.motor]\naxis_mm = [-14, -20]\n[object]\nshape = \"circle\"\nradius_mm = 20\ncentre_mm = [21, 40]\n\
+    [motion]\nmotor_angles_deg = [2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22]\n";
+
+#[test]
+fn ribs_that_meet_are_warned_of_from_there_on() {
+    let run = solved(NARROW);
+    let touching = |place: &Place| place.state.as_ref().and_then(|state| state.self_contact);
+    let first = run.places.iter().position(|place| touching(place).is_some()).unwrap();
+    assert!(
+        run.places[first].at.value() > 10.0 && run.places.iter().skip(first).all(|place| touching(place).is_some())
+    );
+    let deepest = run.places.iter().filter_map(touching).map(|contact| contact.depth).fold(0.0, f64::max);
+    let warned = run.warnings.iter().find_map(|warning| match warning {
+        Warning::Touching { contact, from, .. } => Some((contact.depth, *from)),
+        _ => None,
+    });
+    assert_eq!(warned, Some((deepest, run.places[first].at)));
+
+    // As JSON has it: neighbours, the one nearer to the base first.
+    let rows: Vec<Row> = serde_json::from_str(&json(&run).unwrap()).unwrap();
+    assert!(rows[..first].iter().all(|row| row.self_contact.is_none()));
+    let written = rows[first].self_contact.as_ref().unwrap();
+    let rib = |name: &String| name.strip_prefix("rib ").unwrap().parse::<u32>().unwrap();
+    assert_eq!(rib(&written.between[0]) + 1, rib(&written.between[1]), "{written:?}");
+    assert!(written.depth_mm > 0.0 && written.depth_mm <= deepest, "{written:?}");
 }

@@ -79,11 +79,11 @@ pub fn deepest(design: &Design, shape: &Shape) -> Option<SelfContact> {
         shape.ribs.iter().enumerate().map(|(k, rib)| Line::of_lamella(Member::Rib(k), design, k, rib)).collect()
     };
     let pairs = std::iter::once(&beams[..]).chain(rungs.windows(2));
-    let overlaps = pairs.filter_map(|pair| match pair {
-        [a, b] => a.overlap(b).into_iter().chain(b.overlap(a)).max_by(|x, y| x.depth.total_cmp(&y.depth)),
-        _ => None,
+    let overlaps = pairs.flat_map(|pair| match pair {
+        [a, b] => [a.overlap(b), b.overlap(a).map(|found| SelfContact { between: [a.member, b.member], ..found })],
+        _ => [None; 2],
     });
-    overlaps.max_by(|x, y| x.depth.total_cmp(&y.depth))
+    overlaps.flatten().max_by(|x, y| x.depth.total_cmp(&y.depth))
 }
 
 /// A member as a chain of discs along its centreline.
