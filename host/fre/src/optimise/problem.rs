@@ -195,7 +195,7 @@ impl Problem {
         self.closing(self.documents.get(object)?)
     }
 
-    /// A case as it is to be drawn: at least [`DRAWN`] steps from 0 to the last place that the measures need, and those places. Where
+    /// A case as it is to be drawn: at least 24 steps from 0 to the last place that the measures need, and those places. Where
     /// they need none, the case's own.
     pub fn drawn(&self, x: Option<&[f64]>, object: usize) -> Option<Case> {
         let document = x.map_or_else(|| self.documents.get(object).cloned(), |x| self.document(x, object))?;
