@@ -60,7 +60,7 @@ impl From<SelfContact> for Written {
 }
 
 /// Faces that are nearer than this part of both thicknesses' mean in the undeformed finger are of one piece or about to be (the wedge
-/// below the tip, ribs that spring from one place): nothing is said of those.
+/// below the tip, ribs that spring from one place). Such pairs are not examined.
 const ROOM: f64 = 0.5;
 /// Overlaps up to this one, mm, are rounding.
 const LEAST: f64 = 1e-6;
