@@ -11,6 +11,7 @@ use core::pin::pin;
 use dynamixel::Id;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
+use grip::{Faults, Health, Meter};
 use heapless::Vec;
 use messages::{Event, FINGERS, Grasp, Reaction, Report, Role, Settings, Shape, Silence};
 use model_core::estimator::Estimate;
@@ -19,9 +20,7 @@ use model_core::status::Status;
 use crate::Model;
 use crate::board::{Board, BusPort, Watchdog};
 use crate::free::{Free, Pending};
-use crate::health::Health;
 use crate::listening;
-use crate::rate::Meter;
 use crate::scan::scan;
 use crate::servo::{BusError, Found, Rates, Reading, Servos, Turn};
 use crate::shared::{Order, Shared, now_us};
@@ -369,7 +368,7 @@ impl<'a, B: Board> Core<'a, B> {
         if self.shared.host_silence_ms() > u32::from(self.settings.silence_ms) {
             for unit in &mut self.units {
                 if let Some(mount) = &unit.mount {
-                    unit.grip.leave(mount, reaction);
+                    unit.grip.leave(&mount.limits(), reaction);
                 }
             }
         }
@@ -424,7 +423,7 @@ impl<'a, B: Board> Core<'a, B> {
     /// An estimate is ready: the grip goes by it, and it is reported.
     pub(crate) fn conclude(&mut self, finger: usize, reading: &Reading, estimate: Estimate, cost: u32) {
         let seconds = self.seconds();
-        let settings = Settings { on_fault: self.on_fault(), ..self.settings };
+        let faults = Faults { reaction: self.on_fault(), ..self.settings.faults() };
         let Some(unit) = self.units.get_mut(finger) else {
             return;
         };
@@ -436,7 +435,7 @@ impl<'a, B: Board> Core<'a, B> {
         let (position, current) = (reading.position, reading.current);
         unit.last = Report { time_us, position, current, cost, estimate: Estimate { age, ..estimate }, ..unit.last };
         if self.settings.role == Role::Master {
-            unit.feel(reading, seconds, &settings);
+            unit.feel(reading, seconds, &faults);
             let told = unit.witness(reading, seconds);
             if let Some(angle) = told.touched {
                 self.shared.tell(Event::Touched { finger: finger as u8, angle: angle as f32 });
@@ -476,7 +475,7 @@ impl<'a, B: Board> Core<'a, B> {
         estimate.iterations = 0;
         (unit.last.time_us, unit.last.cost) = (now_us(), 0);
         if let Some(mount) = &unit.mount {
-            unit.grip.miss(mount, reaction);
+            unit.grip.miss(&mount.limits(), reaction);
         }
         self.publish(finger);
     }

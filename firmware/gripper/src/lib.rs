@@ -35,45 +35,29 @@ macro_rules! log {
 
 mod alive;
 mod board;
-mod budget;
-mod contact;
 mod control;
 pub mod device_table;
 mod free;
-mod grip;
-mod health;
-mod lag;
 mod last_words;
 mod link;
 mod listening;
-mod motion;
 mod provoke;
 mod rate;
 mod scan;
 mod servo;
 mod shared;
-mod slope;
-mod stall;
 mod store;
 mod tasks;
 mod unit;
 mod write;
 
 pub use board::{Board, Boot, BusPort, Watchdog};
-pub use budget::Budget;
-pub use contact::{Contact, Told};
 pub use control::control;
-pub use grip::{Grip, Touch};
-pub use health::Health;
 pub use last_words::LastWords;
 pub use link::{answer, send};
-pub use messages::Calibration;
 pub use messages::{FINGERS, ResetCause};
-pub use motion::Motion;
-pub use rate::{Meter, period_us};
+pub use rate::period_us;
 pub use shared::Shared;
-pub use slope::Slope;
-pub use stall::Stall;
 
 /// The model that runs on the microcontroller.
 pub type Model = model_core::estimator::Estimator<f32, model_core::size::Reduced>;

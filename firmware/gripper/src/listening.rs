@@ -11,12 +11,12 @@ use dynamixel::{Device, Heard, Id, Reply, StatusReturn, Tap, Timing, Watched, xm
 use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
 use embedded_io_async::{Read, Write};
+use grip::Health;
 use messages::{Direction, Event, FINGERS, For, Role, Settings};
 
 use crate::board::{Board, BusPort};
 use crate::control::Core;
 use crate::device_table::{BusSettings, Change, DeviceTable, FingerSettings, FingerState};
-use crate::health::Health;
 use crate::servo::Reading;
 use crate::shared::{Command, now_us};
 use crate::store::Key;

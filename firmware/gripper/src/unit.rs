@@ -1,16 +1,13 @@
 //! One finger within the control task: its mount, its model, its grip, its last report.
 
 use dynamixel::Id;
-use messages::{Calibration, Difference, Direction, Mount, Phase, Report, Settings, Why};
-use model_core::estimator::Estimate;
+use grip::{Budget, Calibration, Contact, Faults, Grip, Health, Phase, Told, Touch, Why};
+use messages::{Difference, Direction, Mount, Report};
+use model_core::estimator::{Estimate, EstimatorSettings};
 use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
 use crate::Model;
-use crate::budget::Budget;
-use crate::contact::{Contact, Told};
 use crate::free::Pending;
-use crate::grip::{Grip, Touch};
-use crate::health::Health;
 use crate::servo::Reading;
 use crate::shared::Shared;
 
@@ -83,10 +80,10 @@ impl<'a> Unit<'a> {
         Self {
             model,
             mount,
-            calibration: Calibration::new(&of),
+            calibration: Calibration::new(&of.gear()),
             grip: Grip::REST,
             contact: Contact::NONE,
-            budget: Budget::NEW,
+            budget: Budget::new(EstimatorSettings::DEFAULT.budget),
             health: Health::Absent,
             torque: Torque::On,
             is_settled: false,
@@ -124,7 +121,7 @@ impl<'a> Unit<'a> {
 
     /// Says how uncertain its parameters are.
     pub(crate) fn set_uncertainty(&mut self, given: Option<Uncertainty>) -> Result<(), UncertaintyError> {
-        self.model.set_uncertainty(self.calibration.uncertainty(given))?;
+        self.model.set_uncertainty(self.mount.unwrap_or(Mount::DEFAULT).uncertainty(given))?;
         self.uncertainty = given;
         Ok(())
     }
@@ -166,7 +163,7 @@ impl<'a> Unit<'a> {
         let at = self.calibration.position(self.grip.goal());
         self.mount = mount;
         let of = mount.unwrap_or(Mount::DEFAULT);
-        self.calibration = Calibration::new(&of);
+        self.calibration = Calibration::new(&of.gear());
         // Checked with the settings.
         let _ = self.model.set_drive(of.drive);
         // Of another gear: a value that was taken before is taken again.
@@ -209,7 +206,7 @@ impl<'a> Unit<'a> {
             return None;
         }
         let goal = match &self.mount {
-            Some(mount) => self.grip.advance(seconds, mount),
+            Some(mount) => self.grip.advance(seconds, &mount.limits()),
             None => self.grip.goal(),
         };
         Some(self.calibration.position(goal))
@@ -230,7 +227,7 @@ impl<'a> Unit<'a> {
     }
 
     /// Leads by what the servo and the model say.
-    pub(crate) fn feel(&mut self, reading: &Reading, seconds: f64, settings: &Settings) {
+    pub(crate) fn feel(&mut self, reading: &Reading, seconds: f64, faults: &Faults) {
         let Some(mount) = &self.mount else {
             return;
         };
@@ -247,7 +244,7 @@ impl<'a> Unit<'a> {
             },
             alert: reading.alert,
         };
-        self.grip.feel(&touch, self.calibration.count(), seconds, mount, settings);
+        self.grip.feel(&touch, self.calibration.count(), seconds, &mount.limits(), faults);
     }
 }
 

@@ -7,16 +7,17 @@
 //!
 //! [`frame`] carries a message over a stream of bytes: COBS between zeros, with a CRC-32.
 //!
-//! Units: mm, N, N·mm, rad, µs; the design, the object and the estimate are `model_core`'s own types.
+//! Units: mm, N, N·mm, rad, µs; the design, the object and the estimate are `model_core`'s own types, what a finger is doing and why
+//! are `grip`'s.
 #![no_std]
 #![cfg_attr(
     not(test),
     deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable)
 )]
 
-mod calibration;
 pub mod frame;
 mod grasp;
+mod mount;
 mod request;
 mod role;
 mod servo;
@@ -25,15 +26,15 @@ mod support;
 mod topic;
 mod words;
 
-pub use calibration::Calibration;
+pub use grip::{Calibration, Phase, Reaction, Why};
 pub use request::{
     BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Heed, Heeds, Mount, Moved, Outcome, Provocation,
-    Reaction, Refusal, ResetCause, SPEEDS, Settings, SettingsField, Side, Silence, TEXT, Text, Version, Which,
+    Refusal, ResetCause, SPEEDS, Settings, SettingsField, Side, Silence, TEXT, Text, Version, Which,
 };
 pub use role::{BAUDS, Role};
 pub use servo::{Difference, ServoField, ServoSetup};
 pub use support::Support;
-pub use topic::{CONTACTS, Contact, Event, FreeObject, Grasp, LAMELLAE, Notice, POINTS, Phase, Report, Shape, Why};
+pub use topic::{CONTACTS, Contact, Event, FreeObject, Grasp, LAMELLAE, Notice, POINTS, Report, Shape};
 
 use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::role::{BAUDS, Role};
 use crate::servo::ServoSetup;
-use crate::{FINGERS, Support};
+use crate::{FINGERS, Reaction, Support};
 
 /// Longest [`Text`], bytes.
 pub const TEXT: usize = 104;
@@ -221,16 +221,6 @@ impl Default for Mount {
 
 /// Speeds that may be asked for, rad/s.
 pub const SPEEDS: [f32; 2] = [1e-3, 20.0];
-
-/// What a finger does when something is wrong with its force: an untrustworthy estimate, a silent bus, a stalled motor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub enum Reaction {
-    /// It stays where it is.
-    #[default]
-    Hold,
-    /// It opens.
-    Release,
-}
 
 /// What becomes of a closing motion whose host has gone away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]

@@ -7,7 +7,7 @@ use model_core::status::Status;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Difference, ResetCause};
+use crate::{Difference, Phase, ResetCause, Why};
 
 /// Most points of a beam in a [`Shape`].
 pub const POINTS: usize = 64;
@@ -15,52 +15,6 @@ pub const POINTS: usize = 64;
 pub const LAMELLAE: usize = Lists::TARGET.lamellae;
 /// Most contact points in a [`Shape`]: as many as the microcontroller's model has room for, so that none is left out.
 pub const CONTACTS: usize = <Reduced as Size>::CONTACTS;
-
-/// Why a finger does what it does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Why {
-    /// It was asked to.
-    Asked,
-    /// No sound answer came from the servo in time.
-    Bus,
-    /// The servo was lost, and found again.
-    ServoLost,
-    /// The servo reports a hardware error.
-    Alert,
-    /// The estimate is untrustworthy.
-    Estimate,
-    /// The motor does not get where it is moved.
-    Stall,
-    /// The current is at its limit.
-    Current,
-    /// The force is at its limit.
-    Force,
-    /// The angle is at its limit, and the force is not reached.
-    Angle,
-    /// The host has fallen silent.
-    Host,
-}
-
-/// What a finger is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Phase {
-    /// It goes to an angle, or is there.
-    Moving,
-    /// It closes until the force asked for is reached.
-    Gripping,
-    /// The force asked for is reached, and kept.
-    Gripped,
-    /// It grips, but stays where it is until what is wrong has passed.
-    Waiting(Why),
-    /// It stays where it is.
-    Held(Why),
-    /// It opens.
-    Released(Why),
-    /// Its motor is without torque: only friction holds it.
-    Relaxed,
-}
 
 /// One finger's part of one tick of the control loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]

@@ -2,58 +2,7 @@
 
 use core::fmt::{self, Display};
 
-use crate::{Difference, Event, Phase, ResetCause, ServoField, Why};
-
-impl Why {
-    /// The reason, for use after a comma.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Asked => "as asked",
-            Self::Bus => "no sound answer came from the servo in time",
-            Self::ServoLost => "the servo was lost and found again",
-            Self::Alert => "the servo reports a hardware error",
-            Self::Estimate => "the estimate is untrustworthy",
-            Self::Stall => "the motor does not reach its goal",
-            Self::Current => "the current is at its limit",
-            Self::Force => "the force is at its limit",
-            Self::Angle => "the angle is at its limit and the force is not reached",
-            Self::Host => "nothing comes from the host any more",
-        }
-    }
-}
-
-impl Phase {
-    /// One word, the same in every output.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Moving => "moving",
-            Self::Gripping => "gripping",
-            Self::Gripped => "gripped",
-            Self::Waiting(_) => "waiting",
-            Self::Held(_) => "held",
-            Self::Released(_) => "released",
-            Self::Relaxed => "relaxed",
-        }
-    }
-
-    /// Why, if there is something to say.
-    pub fn why(self) -> Option<Why> {
-        match self {
-            Self::Moving | Self::Gripping | Self::Gripped | Self::Relaxed => None,
-            Self::Waiting(why) | Self::Held(why) | Self::Released(why) => Some(why),
-        }
-    }
-}
-
-impl Display for Phase {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.word())?;
-        match self.why() {
-            Some(why) => write!(f, ": {}", why.words()),
-            None => Ok(()),
-        }
-    }
-}
+use crate::{Difference, Event, ResetCause, ServoField};
 
 impl ResetCause {
     /// The cause, for use after "because".

@@ -135,7 +135,7 @@ fn go(
     /// Reports without a new position after which it counts as standing.
     const STANDS: u32 = 200;
     let (told, end) = (link.listen(), Instant::now() + patience);
-    let calibration = messages::Calibration::new(mount);
+    let calibration = messages::Calibration::new(&mount.gear());
     let mut motion = Motion::default();
     let (mut stand, mut still) = (None, 0);
     loop {

@@ -58,8 +58,8 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
     let mut settings = Settings::of(Mount::DEFAULT);
     model.settings.iter().try_for_each(|words| set(&mut settings, words).map_err(|error| format!("--set {error}")))?;
     let mount = settings.fingers[0].unwrap_or_default();
-    let calibration = Calibration::new(&mount);
-    let mut estimator = make(model, &mount, &calibration)?;
+    let calibration = Calibration::new(&mount.gear());
+    let mut estimator = make(model, &mount)?;
 
     let text = standard::bytes(path)?;
     let mut reader = csv::Reader::from_reader(&text[..]);
@@ -103,13 +103,13 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
     Ok(format!("{name}: {rows} positions, {trusted} with a trustworthy force\n"))
 }
 
-fn make(model: &Model, mount: &Mount, calibration: &Calibration) -> Result<Box<dyn AnyEstimator>, Failure> {
+fn make(model: &Model, mount: &Mount) -> Result<Box<dyn AnyEstimator>, Failure> {
     let mut made = estimator(model.precision, Hessian::default());
     made.configure(&model.case.finger.design, &model.how)?;
     made.set_drive(mount.drive)?;
     made.set_object(model.case.object)?;
     made.set_friction(model.case.friction)?;
-    made.set_uncertainty(calibration.uncertainty(None))?;
+    made.set_uncertainty(mount.uncertainty(None))?;
     Ok(made)
 }
 

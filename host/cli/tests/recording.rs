@@ -308,8 +308,8 @@ fn closing(path: &Path) -> Vec<Report> {
     let mut model = estimator(Precision::F32, Hessian::default());
     model.configure(&setup.models[0].finger.as_ref().unwrap().design, &how).unwrap();
     model.set_object(OBJECT).unwrap();
-    let calibration = Calibration::new(&Mount::DEFAULT);
-    model.set_uncertainty(calibration.uncertainty(Some(LEFT))).unwrap();
+    let calibration = Calibration::new(&Mount::DEFAULT.gear());
+    model.set_uncertainty(Mount::DEFAULT.uncertainty(Some(LEFT))).unwrap();
     let mut recorder = Recorder::create(path, Some(setup)).unwrap();
     let mut reports = Vec::new();
     for (tick, counts) in (-20..110).chain((-20..110).rev()).enumerate() {

@@ -110,7 +110,7 @@ impl Motion {
         range: [f64; 2],
     ) -> Result<Found, Error> {
         let touched = self.touched.ok_or(Error::NothingMet)?;
-        let calibration = Calibration::new(mount);
+        let calibration = Calibration::new(&mount.gear());
         let along = match mount.direction {
             Direction::Same => 1.0,
             Direction::Reversed => -1.0,
@@ -201,7 +201,7 @@ mod tests {
         let design = preset("ladder-80").expect("a preset").expect("a sound one").design;
         let load = Load::of(&design, OBJECT, &Drive::Rotating, &Load::REFERENCE, 12.0).expect("a load");
         let finger = Finger { design, how: Discretisation::estimator(Physics::Extended) };
-        let calibration = Calibration::new(&MOUNT);
+        let calibration = Calibration::new(&MOUNT.gear());
         let (mut motion, mut branch) = (Motion::default(), crate::servo::OnBranch::default());
         let [first, last] = [from_deg, 9.0].map(|degrees| calibration.position(degrees.to_radians()));
         for position in (last..=first).rev() {

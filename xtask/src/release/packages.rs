@@ -7,10 +7,11 @@ use anyhow::{Result, ensure};
 use std::path::PathBuf;
 
 /// The packages of a release, each after those that it uses.
-const PACKAGES: [&str; 10] = [
+const PACKAGES: [&str; 11] = [
     "model-core",
     "fre-boards",
     "dynamixel",
+    "grip",
     "messages",
     "fre",
     "fre-log",

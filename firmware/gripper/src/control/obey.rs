@@ -25,7 +25,7 @@ impl<'a, B: Board> Core<'a, B> {
             let outcome = match command {
                 Command::Open(which) => self.each(which, |unit, mount| {
                     unit.rise();
-                    unit.grip.open(mount);
+                    unit.grip.open(&mount.limits());
                 }),
                 // A finger without torque stays so.
                 Command::Hold(which) => self.each(which, |unit, _| {
@@ -122,7 +122,7 @@ impl<'a, B: Board> Core<'a, B> {
                 |unit, mount| grippable(&to, unit, mount),
                 |unit, mount| {
                     unit.rise();
-                    unit.grip.grip(&to, mount);
+                    unit.grip.grip(&to.target(), &mount.limits());
                 },
             ),
         }

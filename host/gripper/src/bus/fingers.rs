@@ -59,7 +59,7 @@ impl Finger {
         uncertainty: Option<Uncertainty>,
     ) -> Result<Self, Refusal> {
         let last = Report { phase: Phase::Moving, ..Report::blank(number) };
-        let calibration = Calibration::new(&mount);
+        let calibration = Calibration::new(&mount.gear());
         let mut made = Self { mount, calibration, uncertainty, estimator, last, failures: 0, alert: false };
         made.set_mount(mount)?;
         Ok(made)
@@ -67,8 +67,8 @@ impl Finger {
 
     /// Another servo, zero, direction, gear or drive.
     pub(super) fn set_mount(&mut self, mount: Mount) -> Result<(), Refusal> {
-        let calibration = Calibration::new(&mount);
-        let uncertainty = calibration.uncertainty(self.uncertainty);
+        let calibration = Calibration::new(&mount.gear());
+        let uncertainty = mount.uncertainty(self.uncertainty);
         self.estimator.set_uncertainty(uncertainty).map_err(|error| Refusal::Uncertainty(Refusal::text(&error)))?;
         self.estimator.set_drive(mount.drive).map_err(|error| Refusal::Drive(Refusal::text(&error)))?;
         (self.mount, self.calibration) = (mount, calibration);

@@ -79,7 +79,7 @@ impl Again {
         for (number, mount) in setup.settings.fingers.iter().flatten().enumerate() {
             let model = setup.models.get(number).cloned().unwrap_or_default();
             let model = self.changes.apply(number, model);
-            let calibration = Calibration::new(mount);
+            let calibration = Calibration::new(&mount.gear());
             // Another uncertainty is no other equilibrium.
             let is_same = |known: &Modelled| (&known.finger, &known.object) == (&model.finger, &model.object);
             match self.fingers.get_mut(number).filter(|finger| is_same(&finger.model)) {
@@ -92,7 +92,7 @@ impl Again {
                 }
             }
             if let Some(finger) = self.fingers.get_mut(number) {
-                let given = calibration.uncertainty(model.uncertainty);
+                let given = mount.uncertainty(model.uncertainty);
                 let set = finger.estimator.set_uncertainty(given);
                 set.map_err(|error| AgainError::Refused { finger: number, why: error.to_string() })?;
                 let set = finger.estimator.set_drive(mount.drive);

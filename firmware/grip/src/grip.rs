@@ -14,12 +14,11 @@
 //! of the error counts as way that is still to come. A finger that is near goes back with its goal to stop there at once, and has
 //! gripped when it is at rest. Angles in rad, forces in N.
 
-use messages::{GripTo, Mount, Phase, Reaction, Settings, Why};
-
 use crate::lag::Lag;
 use crate::motion::Motion;
 use crate::slope::Slope;
 use crate::stall::{Stall, explained};
+use crate::{Faults, Limits, Phase, Reaction, Target, Why};
 
 /// Part of what is missing by which the goal moves in a tick. An integrator with a delay of two ticks (the answer's and the
 /// servo's) does not overshoot below 4/27.
@@ -116,12 +115,12 @@ impl Grip {
     }
 
     /// Closes until the force is reached. Force, speed and limit are valid.
-    pub fn grip(&mut self, to: &GripTo, mount: &Mount) {
+    pub fn grip(&mut self, to: &Target, limits: &Limits) {
         self.settle(Phase::Gripping);
         self.asked = Some(Asked {
             force: f64::from(to.force),
-            speed: f64::from(to.speed.unwrap_or(mount.speed)),
-            limit: f64::from(to.limit.unwrap_or(mount.range[1])),
+            speed: f64::from(to.speed.unwrap_or(limits.speed)),
+            limit: f64::from(to.limit.unwrap_or(limits.range[1])),
         });
         self.slope = Slope::NONE;
     }
@@ -132,7 +131,7 @@ impl Grip {
     }
 
     /// Its host has gone away. A finger that has gripped, or opens, goes on with that.
-    pub fn leave(&mut self, mount: &Mount, reaction: Reaction) {
+    pub fn leave(&mut self, limits: &Limits, reaction: Reaction) {
         let is_on_its_way = match self.phase {
             Phase::Moving => self.motion.is_moving(),
             Phase::Gripping | Phase::Waiting(_) => true,
@@ -141,7 +140,7 @@ impl Grip {
         if is_on_its_way {
             match reaction {
                 Reaction::Hold => self.settle(Phase::Held(Why::Host)),
-                Reaction::Release => self.release(Why::Host, mount),
+                Reaction::Release => self.release(Why::Host, limits),
             }
         }
     }
@@ -152,8 +151,8 @@ impl Grip {
     }
 
     /// Opens.
-    pub fn open(&mut self, mount: &Mount) {
-        self.release(Why::Asked, mount);
+    pub fn open(&mut self, limits: &Limits) {
+        self.release(Why::Asked, limits);
     }
 
     /// What the finger is doing.
@@ -172,10 +171,10 @@ impl Grip {
     }
 
     /// One tick of so many seconds; returns the goal.
-    pub fn advance(&mut self, seconds: f64, mount: &Mount) -> f64 {
+    pub fn advance(&mut self, seconds: f64, limits: &Limits) -> f64 {
         if let Some(Asked { speed, limit, .. }) = self.asked {
             let stride = self.stride.max(-self.ahead.max(speed * seconds)).min(speed * seconds);
-            let least = f64::from(mount.range[0]);
+            let least = f64::from(limits.range[0]);
             self.motion.start((self.motion.goal() + stride).max(least).min((limit + self.beyond).max(least)));
             // Used once: a tick without an answer does not move the goal.
             self.stride = 0.0;
@@ -184,15 +183,15 @@ impl Grip {
     }
 
     /// No answer came in this tick.
-    pub fn miss(&mut self, mount: &Mount, reaction: Reaction) {
+    pub fn miss(&mut self, limits: &Limits, reaction: Reaction) {
         // Nobody knows how far the motor has come meanwhile.
         self.ahead = 0.0;
-        self.wrong(Why::Bus, mount, reaction);
+        self.wrong(Why::Bus, limits, reaction);
     }
 
     /// An answer came. `count` is one count of the servo as an angle.
-    pub fn feel(&mut self, touch: &Touch, count: f64, seconds: f64, mount: &Mount, settings: &Settings) {
-        let reaction = settings.on_fault;
+    pub fn feel(&mut self, touch: &Touch, count: f64, seconds: f64, limits: &Limits, faults: &Faults) {
+        let reaction = faults.reaction;
         if self.phase == Phase::Relaxed {
             return self.motion.start(touch.angle);
         }
@@ -201,7 +200,7 @@ impl Grip {
         let is_within = self.asked.is_some_and(|asked| touch.angle <= asked.limit);
         (self.ahead, self.beyond) = (ahead, if is_within { self.lag.sag().max(0.0) } else { 0.0 });
         if touch.alert && (closing || self.phase == Phase::Moving) {
-            return self.stop(Why::Alert, mount, reaction);
+            return self.stop(Why::Alert, limits, reaction);
         }
         if self.stall.is_stalled(self.goal(), touch.angle, f64::from(touch.current), count, seconds)
             && self.phase != Phase::Held(Why::Stall)
@@ -212,21 +211,21 @@ impl Grip {
             self.ahead = 0.0;
             // A finger that cannot open stays: to release it would change nothing.
             let reaction = if closing { reaction } else { Reaction::Hold };
-            return self.stop(Why::Stall, mount, reaction);
+            return self.stop(Why::Stall, limits, reaction);
         }
         // What drives against the motion is no reason to stop it: a finger that opens has held something before.
         let driving = if closing { touch.current } else { -touch.current };
-        if (closing || self.motion.is_moving()) && driving > mount.current_limit {
-            return self.stop(Why::Current, mount, Reaction::Hold);
+        if (closing || self.motion.is_moving()) && driving > limits.current {
+            return self.stop(Why::Current, limits, Reaction::Hold);
         }
         let Some(force) = touch.force else {
             self.untrusted += seconds;
             // Without finger and object there is nothing to trust: the current's limit stands alone.
-            let is_blind = touch.has_model && self.untrusted > 1e-3 * f64::from(settings.untrusted_ms);
+            let is_blind = touch.has_model && self.untrusted > faults.untrusted_s;
             if is_blind && closing && self.asked.is_none() && self.motion.is_moving() {
-                return self.stop(Why::Estimate, mount, Reaction::Hold);
+                return self.stop(Why::Estimate, limits, Reaction::Hold);
             }
-            return self.wrong(Why::Estimate, mount, reaction);
+            return self.wrong(Why::Estimate, limits, reaction);
         };
         self.untrusted = 0.0;
         self.slope.see(touch.angle, force, count);
@@ -239,7 +238,7 @@ impl Grip {
                 let mean = greater(known, self.slope.mean());
                 self.follow(&asked, force, [mean, steepest], [touch.angle, ahead], count);
             }
-            None if closing => self.guard(force, steepest, ahead, count, f64::from(mount.force_limit)),
+            None if closing => self.guard(force, steepest, ahead, count, f64::from(limits.force)),
             None => {}
         }
     }
@@ -292,7 +291,7 @@ impl Grip {
     }
 
     /// Something is wrong for now.
-    fn wrong(&mut self, why: Why, mount: &Mount, reaction: Reaction) {
+    fn wrong(&mut self, why: Why, limits: &Limits, reaction: Reaction) {
         // Once, as it begins: a finger that holds does not give way to what pushes it open.
         self.stride = if self.phase == Phase::Gripping { -self.ahead.max(0.0) } else { 0.0 };
         if self.asked.is_none() {
@@ -300,21 +299,21 @@ impl Grip {
         }
         match reaction {
             Reaction::Hold => self.phase = Phase::Waiting(why),
-            Reaction::Release => self.release(why, mount),
+            Reaction::Release => self.release(why, limits),
         }
     }
 
     /// Something is wrong that does not pass by itself.
-    fn stop(&mut self, why: Why, mount: &Mount, reaction: Reaction) {
+    fn stop(&mut self, why: Why, limits: &Limits, reaction: Reaction) {
         match reaction {
-            Reaction::Release if self.asked.is_some() => self.release(why, mount),
+            Reaction::Release if self.asked.is_some() => self.release(why, limits),
             _ => self.settle(Phase::Held(why)),
         }
     }
 
-    fn release(&mut self, why: Why, mount: &Mount) {
+    fn release(&mut self, why: Why, limits: &Limits) {
         self.settle(Phase::Released(why));
-        self.motion.head(f64::from(mount.open_angle), f64::from(mount.speed));
+        self.motion.head(f64::from(limits.open_angle), f64::from(limits.speed));
     }
 
     fn settle(&mut self, phase: Phase) {
@@ -336,18 +335,17 @@ fn greater(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use messages::Which;
-
     use super::*;
 
     const COUNT: f64 = core::f64::consts::TAU / 4096.0;
     const TICK: f64 = 0.002;
-    const MOUNT: Mount = Mount { range: [-0.1, 0.3], ..Mount::DEFAULT };
+    const LIMITS: Limits =
+        Limits { range: [-0.1, 0.3], open_angle: 0.0, speed: core::f32::consts::PI / 9.0, force: 15.0, current: 500.0 };
 
     /// A finger whose force grows with the square of the angle, on a servo that follows after some ticks.
     struct Bench {
         grip: Grip,
-        mount: Mount,
+        limits: Limits,
         reaction: Reaction,
         /// Goals on their way, the last first.
         delay: Vec<f64>,
@@ -373,7 +371,7 @@ mod tests {
             grip.found(0.0);
             Self {
                 grip,
-                mount: MOUNT,
+                limits: LIMITS,
                 reaction: Reaction::Hold,
                 delay: vec![0.0; lag + 1],
                 stop: 9.0,
@@ -388,8 +386,8 @@ mod tests {
         }
 
         fn sagging() -> Self {
-            let mount = Mount { current_limit: 2000.0, force_limit: 100.0, ..MOUNT };
-            Self { mount, motor: Some(0.0), knows_slope: true, ..Self::new(1) }
+            let limits = Limits { current: 2000.0, force: 100.0, ..LIMITS };
+            Self { limits, motor: Some(0.0), knows_slope: true, ..Self::new(1) }
         }
 
         fn force(angle: f64) -> f64 {
@@ -402,12 +400,8 @@ mod tests {
             300.0 + 1600.0 * way
         }
 
-        fn to(force: f32) -> GripTo {
-            GripTo { fingers: Which::All, force, speed: None, limit: None }
-        }
-
         fn goal(&mut self) {
-            let goal = self.grip.advance(TICK, &self.mount);
+            let goal = self.grip.advance(TICK, &self.limits);
             self.delay.insert(0, goal);
         }
 
@@ -438,8 +432,8 @@ mod tests {
             let slope = (self.knows_slope && force > 0.0).then(|| Self::slope(angle));
             let force_told = self.sound.then_some(force);
             let touch = Touch { angle, force: force_told, slope, has_model: true, current: self.current, alert: false };
-            let settings = Settings { on_fault: self.reaction, ..Settings::DEFAULT };
-            self.grip.feel(&touch, COUNT, TICK, &self.mount, &settings);
+            let faults = Faults { reaction: self.reaction, untrusted_s: 0.05 };
+            self.grip.feel(&touch, COUNT, TICK, &self.limits, &faults);
             self.greatest = self.greatest.max(force);
             force
         }
@@ -458,7 +452,7 @@ mod tests {
                 for force in [1.0, 2.0, 5.0, 10.0, 30.0] {
                     let mut bench = Bench { sag, knows_slope, ..Bench::new(lag) };
                     let speed = (lag > 2).then_some(0.1);
-                    bench.grip.grip(&GripTo { speed, ..Bench::to(force) }, &MOUNT);
+                    bench.grip.grip(&Target { speed, ..Target::of(force) }, &LIMITS);
                     let slope = 300.0 + 1600.0 * 0.03;
                     let allowed = f64::max(0.05 * f64::from(force), slope * COUNT);
                     let reached = bench.run(2500);
@@ -480,7 +474,7 @@ mod tests {
         for speed in [None, Some(0.1), Some(0.02)] {
             for force in [1.0, 2.0, 5.0, 10.0, 30.0] {
                 let mut bench = Bench::sagging();
-                bench.grip.grip(&GripTo { speed, ..Bench::to(force) }, &bench.mount);
+                bench.grip.grip(&Target { speed, ..Target::of(force) }, &bench.limits);
                 let slope = Bench::slope(0.05 + f64::from(force) / 350.0);
                 let reached = bench.run(8000);
                 let (force, count) = (f64::from(force), slope * COUNT);
@@ -492,7 +486,7 @@ mod tests {
                 bench.run(500);
                 assert_eq!(bench.grip.goal(), goal, "a finger that holds does not move");
                 // A little less: the friction holds the motor at first.
-                bench.grip.grip(&GripTo { speed, ..Bench::to(0.7 * force as f32) }, &bench.mount);
+                bench.grip.grip(&Target { speed, ..Target::of(0.7 * force as f32) }, &bench.limits);
                 let reached = bench.run(3000);
                 assert!((reached - 0.7 * force).abs() <= f64::max(0.05 * force, count), "{reached} N, {what}");
             }
@@ -505,7 +499,7 @@ mod tests {
         for speed in [0.35, 0.1] {
             for by_estimate in [false, true] {
                 let mut bench = Bench::sagging();
-                bench.grip.grip(&GripTo { speed: Some(speed), ..Bench::to(30.0) }, &bench.mount);
+                bench.grip.grip(&Target { speed: Some(speed), ..Target::of(30.0) }, &bench.limits);
                 while bench.tick() < 3.0 {}
                 if by_estimate {
                     bench.sound = false;
@@ -526,7 +520,7 @@ mod tests {
     fn a_weak_motor_does_not_jump_when_it_is_strong_again() {
         for reaction in [Reaction::Hold, Reaction::Release] {
             let mut bench = Bench { strength: 19.0, reaction, ..Bench::sagging() };
-            bench.grip.grip(&GripTo { speed: Some(0.1), ..Bench::to(30.0) }, &bench.mount);
+            bench.grip.grip(&Target { speed: Some(0.1), ..Target::of(30.0) }, &bench.limits);
             while !matches!(bench.grip.phase(), Phase::Held(Why::Stall) | Phase::Released(Why::Stall)) {
                 bench.tick();
             }
@@ -535,7 +529,7 @@ mod tests {
             bench.greatest = 0.0;
             bench.run(500);
             assert!(bench.greatest < before + 3.0 * Bench::slope(0.08) * COUNT, "{} N, {before} N", bench.greatest);
-            bench.grip.open(&bench.mount);
+            bench.grip.open(&bench.limits);
             bench.run(1000);
             assert_eq!((bench.grip.phase(), bench.tick()), (Phase::Released(Why::Asked), 0.0));
         }
@@ -545,7 +539,7 @@ mod tests {
     #[test]
     fn the_range_is_the_motors_and_not_its_goals() {
         let (mut bench, limit) = (Bench::sagging(), 0.08);
-        bench.grip.grip(&GripTo { limit: Some(limit), ..Bench::to(30.0) }, &bench.mount);
+        bench.grip.grip(&Target { limit: Some(limit), ..Target::of(30.0) }, &bench.limits);
         let reached = bench.run(5000);
         assert_eq!(bench.grip.phase(), Phase::Held(Why::Angle));
         let motor = bench.motor.unwrap() * COUNT;
@@ -557,7 +551,7 @@ mod tests {
     fn a_motion_of_a_servo_that_sags_ends_at_the_force_limit() {
         for speed in [0.35, 0.1] {
             let mut bench = Bench::sagging();
-            bench.mount.force_limit = 6.0;
+            bench.limits.force = 6.0;
             bench.grip.head(0.2, speed);
             bench.run(3000);
             assert_eq!(bench.grip.phase(), Phase::Held(Why::Force));
@@ -571,7 +565,7 @@ mod tests {
         for place in 0..20 {
             let mut bench = Bench { knows_slope: true, ..Bench::new(1) };
             let force = 3.0 + 0.025 * place as f32;
-            bench.grip.grip(&Bench::to(force), &MOUNT);
+            bench.grip.grip(&Target::of(force), &LIMITS);
             let reached = bench.run(1000);
             assert_eq!(bench.grip.phase(), Phase::Gripped);
             assert!(bench.greatest <= 1.1 * f64::from(force), "{} N of {force} N", bench.greatest);
@@ -584,11 +578,11 @@ mod tests {
     fn a_grip_from_within_contact_does_not_jump() {
         for knows_slope in [false, true] {
             let mut bench = Bench { knows_slope, ..Bench::new(1) };
-            bench.grip.grip(&Bench::to(9.0), &MOUNT);
+            bench.grip.grip(&Target::of(9.0), &LIMITS);
             bench.run(1000);
             let goal = bench.grip.goal();
             bench.grip.found(goal);
-            bench.grip.grip(&Bench::to(9.5), &MOUNT);
+            bench.grip.grip(&Target::of(9.5), &LIMITS);
             bench.run(1000);
             assert_eq!(bench.grip.phase(), Phase::Gripped);
             assert!(bench.greatest <= 1.1 * 9.5, "{} N", bench.greatest);
@@ -599,7 +593,7 @@ mod tests {
     fn a_new_force_is_reached_from_either_side() {
         let mut bench = Bench::new(1);
         for force in [5.0, 2.0, 8.0] {
-            bench.grip.grip(&Bench::to(force), &MOUNT);
+            bench.grip.grip(&Target::of(force), &LIMITS);
             let reached = bench.run(800);
             assert!((reached - f64::from(force)).abs() <= 0.6, "{reached} N of {force} N");
         }
@@ -608,8 +602,8 @@ mod tests {
     #[test]
     fn the_angle_ends_a_grip_on_nothing() {
         let mut bench = Bench::new(1);
-        let to = GripTo { limit: Some(0.04), speed: Some(0.2), ..Bench::to(5.0) };
-        bench.grip.grip(&to, &MOUNT);
+        let to = Target { limit: Some(0.04), speed: Some(0.2), ..Target::of(5.0) };
+        bench.grip.grip(&to, &LIMITS);
         let mut last = 0.0;
         for _ in 0..400 {
             bench.tick();
@@ -625,7 +619,7 @@ mod tests {
             [(Reaction::Hold, Phase::Waiting(Why::Estimate)), (Reaction::Release, Phase::Released(Why::Estimate))]
         {
             let mut bench = Bench { reaction, ..Bench::new(0) };
-            bench.grip.grip(&Bench::to(5.0), &MOUNT);
+            bench.grip.grip(&Target::of(5.0), &LIMITS);
             bench.run(90);
             bench.sound = false;
             let goal = bench.grip.goal() + 1e-9;
@@ -640,7 +634,7 @@ mod tests {
                 Reaction::Hold => assert_eq!(bench.grip.phase(), Phase::Gripped),
                 Reaction::Release => {
                     assert_eq!(bench.grip.phase(), phase);
-                    assert_eq!(bench.grip.goal(), f64::from(MOUNT.open_angle));
+                    assert_eq!(bench.grip.goal(), f64::from(LIMITS.open_angle));
                 }
             }
         }
@@ -649,39 +643,39 @@ mod tests {
     #[test]
     fn a_silent_bus_moves_nothing() {
         let mut bench = Bench::new(0);
-        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.grip.grip(&Target::of(5.0), &LIMITS);
         bench.run(90);
-        bench.grip.miss(&MOUNT, Reaction::Hold);
+        bench.grip.miss(&LIMITS, Reaction::Hold);
         assert_eq!(bench.grip.phase(), Phase::Waiting(Why::Bus));
         let goal = bench.grip.goal();
         for _ in 0..100 {
             bench.goal();
-            bench.grip.miss(&MOUNT, Reaction::Hold);
+            bench.grip.miss(&LIMITS, Reaction::Hold);
         }
         assert_eq!(bench.grip.goal(), goal);
-        bench.grip.miss(&MOUNT, Reaction::Release);
+        bench.grip.miss(&LIMITS, Reaction::Release);
         assert_eq!(bench.grip.phase(), Phase::Released(Why::Bus));
     }
 
     #[test]
     fn a_servo_found_again_holds() {
         let mut bench = Bench::new(0);
-        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.grip.grip(&Target::of(5.0), &LIMITS);
         bench.run(90);
         bench.grip.found(0.02);
         assert_eq!(bench.grip.phase(), Phase::Held(Why::ServoLost));
-        assert_eq!(bench.grip.advance(TICK, &MOUNT), 0.02);
+        assert_eq!(bench.grip.advance(TICK, &LIMITS), 0.02);
         assert!(!bench.grip.is_gripping());
     }
 
     #[test]
     fn a_blocked_motor_is_not_led_on() {
         let mut bench = Bench { stop: 0.03, ..Bench::new(0) };
-        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.grip.grip(&Target::of(5.0), &LIMITS);
         bench.run(600);
         assert_eq!(bench.grip.phase(), Phase::Held(Why::Stall));
         let mut bench = Bench { stop: 0.03, reaction: Reaction::Release, ..Bench::new(0) };
-        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.grip.grip(&Target::of(5.0), &LIMITS);
         bench.run(600);
         assert_eq!(bench.grip.phase(), Phase::Released(Why::Stall));
     }
@@ -689,9 +683,9 @@ mod tests {
     #[test]
     fn current_ends_every_closing_motion() {
         for gripping in [true, false] {
-            let mut bench = Bench { mount: Mount { current_limit: 300.0, ..MOUNT }, ..Bench::new(0) };
+            let mut bench = Bench { limits: Limits { current: 300.0, ..LIMITS }, ..Bench::new(0) };
             if gripping {
-                bench.grip.grip(&Bench::to(5.0), &MOUNT);
+                bench.grip.grip(&Target::of(5.0), &LIMITS);
             } else {
                 bench.grip.head(0.2, 0.3);
             }
@@ -700,7 +694,7 @@ mod tests {
             bench.tick();
             assert_eq!(bench.grip.phase(), Phase::Held(Why::Current));
             // Opening is free.
-            bench.grip.open(&MOUNT);
+            bench.grip.open(&LIMITS);
             bench.run(200);
             assert_eq!(bench.grip.phase(), Phase::Released(Why::Asked));
             assert_eq!(bench.grip.goal(), 0.0);
@@ -710,7 +704,7 @@ mod tests {
     #[test]
     fn no_motion_goes_beyond_the_force_limit() {
         for lag in 0..3 {
-            let mut bench = Bench { mount: Mount { force_limit: 6.0, ..MOUNT }, ..Bench::new(lag) };
+            let mut bench = Bench { limits: Limits { force: 6.0, ..LIMITS }, ..Bench::new(lag) };
             bench.grip.head(0.2, 0.35);
             bench.run(800);
             assert_eq!(bench.grip.phase(), Phase::Held(Why::Force));
@@ -721,10 +715,10 @@ mod tests {
     #[test]
     fn an_alert_stops_a_grip() {
         let mut bench = Bench::new(0);
-        bench.grip.grip(&Bench::to(5.0), &MOUNT);
+        bench.grip.grip(&Target::of(5.0), &LIMITS);
         bench.run(50);
         let touch = Touch { angle: 0.03, force: Some(0.0), slope: None, has_model: true, current: 0.0, alert: true };
-        bench.grip.feel(&touch, COUNT, TICK, &MOUNT, &Settings::DEFAULT);
+        bench.grip.feel(&touch, COUNT, TICK, &LIMITS, &Faults { reaction: Reaction::Hold, untrusted_s: 0.05 });
         assert_eq!(bench.grip.phase(), Phase::Held(Why::Alert));
     }
 }

@@ -2,14 +2,27 @@
 
 use core::f64::consts::TAU;
 
-use model_core::uncertainty::Uncertainty;
+/// How a servo moves a finger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gear {
+    /// The servo's counts per revolution of its own, positive: 4096 of the Dynamixel X series.
+    pub resolution: f32,
+    /// The servo's position at motor angle 0, counts.
+    pub zero: f32,
+    /// Counts fall as the finger closes.
+    pub reversed: bool,
+    /// Revolutions of the servo per revolution of the finger, positive.
+    pub ratio: f32,
+    /// Play between the servo's position sensor and the finger, rad of the motor angle.
+    pub backlash: f32,
+}
 
-use crate::{Direction, Mount};
+impl Gear {
+    /// A finger on the shaft of a servo of the X series, angle 0 in the middle of its revolution, without play.
+    pub const DIRECT: Self = Self { resolution: 4096.0, zero: 2048.0, reversed: false, ratio: 1.0, backlash: 0.0 };
+}
 
-/// Counts of a servo of the X series per revolution.
-const COUNTS_PER_REVOLUTION: f64 = 4096.0;
-
-/// Linear relation of counts and angle: angle = (counts − zero) · 2π / 4096 / gear ratio, reversed if so mounted.
+/// Linear relation of counts and angle: angle = (counts − zero) · 2π / resolution / gear ratio, reversed if so mounted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     zero: f64,
@@ -18,16 +31,13 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// The relation that a valid mount describes.
-    pub fn new(mount: &Mount) -> Self {
-        let sign = match mount.direction {
-            Direction::Same => 1.0,
-            Direction::Reversed => -1.0,
-        };
+    /// The relation of a gear with positive resolution and ratio.
+    pub fn new(gear: &Gear) -> Self {
+        let sign = if gear.reversed { -1.0 } else { 1.0 };
         Self {
-            zero: f64::from(mount.zero),
-            counts_per_radian: sign * f64::from(mount.gear_ratio) * COUNTS_PER_REVOLUTION / TAU,
-            play: f64::from(mount.backlash),
+            zero: f64::from(gear.zero),
+            counts_per_radian: sign * f64::from(gear.ratio) * f64::from(gear.resolution) / TAU,
+            play: f64::from(gear.backlash),
         }
     }
 
@@ -52,19 +62,13 @@ impl Calibration {
         // Half away from zero; casts saturate.
         (if counts < 0.0 { counts - 0.5 } else { counts + 0.5 }) as i32
     }
-
-    /// How uncertain the finger's angle and parameters are, from what a calibration has left uncertain, or by default. A count of the
-    /// servo is what it is through this finger's gear.
-    pub fn uncertainty(&self, left: Option<Uncertainty>) -> Uncertainty {
-        Uncertainty { quantisation: self.count().abs() as f32, ..left.unwrap_or(Uncertainty::DEFAULT) }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const MIDDLE: Mount = Mount::DEFAULT;
+    const MIDDLE: Gear = Gear::DIRECT;
 
     #[test]
     fn a_quarter_turn_is_1024_counts() {
@@ -76,8 +80,8 @@ mod tests {
 
     #[test]
     fn direction_and_gear_ratio_count() {
-        let mount = Mount { direction: Direction::Reversed, gear_ratio: 2.5, zero: 100.5, ..MIDDLE };
-        let calibration = Calibration::new(&mount);
+        let gear = Gear { reversed: true, ratio: 2.5, zero: 100.5, ..MIDDLE };
+        let calibration = Calibration::new(&gear);
         // A tenth of the finger's turn is a quarter of the servo's.
         assert_eq!(calibration.position(TAU / 10.0), 100 - 1024);
         assert!((calibration.angle(100) - 0.5 / (2.5 * 4096.0) * TAU).abs() < 1e-15);
@@ -85,23 +89,14 @@ mod tests {
 
     #[test]
     fn counts_come_back() {
-        for direction in [Direction::Same, Direction::Reversed] {
-            for gear_ratio in [0.01, 1.0, 3.7, 100.0] {
-                let calibration = Calibration::new(&Mount { direction, gear_ratio, zero: -17.25, ..MIDDLE });
+        for reversed in [false, true] {
+            for ratio in [0.01, 1.0, 3.7, 100.0] {
+                let calibration = Calibration::new(&Gear { reversed, ratio, zero: -17.25, ..MIDDLE });
                 for position in [-1_044_479, -4096, -1, 0, 1, 2048, 4095, 1_044_479] {
                     assert_eq!(calibration.position(calibration.angle(position)), position);
                 }
             }
         }
-    }
-
-    #[test]
-    fn a_gear_makes_counts_finer() {
-        let through = |gear_ratio| Calibration::new(&Mount { gear_ratio, direction: Direction::Reversed, ..MIDDLE });
-        assert_eq!(through(1.0).uncertainty(None), Uncertainty::DEFAULT);
-        let given = Uncertainty { youngs_modulus: 0.01, ..Uncertainty::NONE };
-        let found = through(4.0).uncertainty(Some(given));
-        assert_eq!(found, Uncertainty { quantisation: Uncertainty::DEFAULT.quantisation / 4.0, ..given });
     }
 
     #[test]

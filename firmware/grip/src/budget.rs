@@ -4,10 +4,6 @@
 //! before: a straight line through what was seen, which forgets. Where fewer iterations fit into what is left of the period than
 //! an estimate would need, the estimator repeats its last good numbers with their age, and goes on in the next tick.
 
-use model_core::estimator::EstimatorSettings;
-
-/// As many as the estimator would spend by itself.
-const MOST: u32 = EstimatorSettings::DEFAULT.budget;
 /// Part of what is known that every tick renews.
 const PACE: f32 = 1.0 / 16.0;
 /// An estimate that was interrupted seems more expensive than it was: what it took counts up to this multiple of what was expected, and
@@ -21,8 +17,10 @@ const LIKELY_SHARE: f32 = 0.5;
 const LEAST_SHARE: f32 = 0.25;
 
 /// What iterations cost, ticks of the cost clock.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Budget {
+    /// As many as the estimator would spend by itself.
+    most: u32,
     /// Whether anything was seen.
     begun: bool,
     /// Mean number of iterations, and of what the estimates took.
@@ -34,8 +32,10 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Nothing learnt: everything is allowed.
-    pub const NEW: Self = Self { begun: false, iterations: 0.0, cost: 0.0, variance: 0.0, covariance: 0.0 };
+    /// Nothing learnt: everything is allowed, which is as many iterations as the estimator would spend by itself.
+    pub const fn new(most: u32) -> Self {
+        Self { most, begun: false, iterations: 0.0, cost: 0.0, variance: 0.0, covariance: 0.0 }
+    }
 
     /// What one more iteration takes.
     fn each(&self) -> f32 {
@@ -54,14 +54,14 @@ impl Budget {
     /// Iterations that fit into this time, ticks of the cost clock. One always: otherwise it would never come to an end.
     pub fn iterations(&self, left: u32) -> u32 {
         let fits = |count: &u32| !self.begun || self.expected(*count) <= left as f32;
-        (1..=MOST).rev().find(fits).unwrap_or(1)
+        (1..=self.most).rev().find(fits).unwrap_or(1)
     }
 
     /// What an estimate took.
     pub fn spent(&mut self, cost: u32, iterations: u32) {
         let (mut cost, iterations) = (cost as f32, iterations as f32);
         if !self.begun {
-            *self = Self { begun: true, iterations, cost, ..Self::NEW };
+            *self = Self { begun: true, iterations, cost, ..Self::new(self.most) };
             return;
         }
         let expected = (self.cost + (iterations - self.iterations) * self.each()).max(1.0);
@@ -78,9 +78,11 @@ impl Budget {
 mod tests {
     use super::*;
 
+    const MOST: u32 = 8;
+
     /// A clock by which an estimate takes a fixed time and a time per iteration.
     fn learnt(fixed: u32, each: u32, ticks: impl IntoIterator<Item = u32>) -> Budget {
-        let mut budget = Budget::NEW;
+        let mut budget = Budget::new(MOST);
         for iterations in ticks {
             budget.spent(fixed + each * iterations, iterations);
         }
@@ -89,7 +91,7 @@ mod tests {
 
     #[test]
     fn what_fits_is_allowed() {
-        assert_eq!(Budget::NEW.iterations(0), MOST, "nothing is known");
+        assert_eq!(Budget::new(MOST).iterations(0), MOST, "nothing is known");
         let budget = learnt(2_000, 1_000, [2, 3, 2, 1, 2, 3, 2, 2].into_iter().cycle().take(200));
         let allowed = [0, 2_990, 4_010, 5_010, 1_000_000].map(|left| budget.iterations(left));
         assert_eq!(allowed, [1, 1, 2, 3, MOST]);

@@ -1,0 +1,73 @@
+//! A finger's mount as its state machines and its model take it.
+
+use grip::{Gear, Limits};
+use model_core::uncertainty::Uncertainty;
+
+use crate::{Calibration, Direction, GripTo, Mount, Settings};
+
+/// Counts of a servo of the X series per revolution.
+const COUNTS_PER_REVOLUTION: f32 = 4096.0;
+
+impl Mount {
+    /// How the servo moves the finger.
+    pub fn gear(&self) -> Gear {
+        Gear {
+            resolution: COUNTS_PER_REVOLUTION,
+            zero: self.zero,
+            reversed: self.direction == Direction::Reversed,
+            ratio: self.gear_ratio,
+            backlash: self.backlash,
+        }
+    }
+
+    /// What no motion of the finger exceeds.
+    pub fn limits(&self) -> Limits {
+        Limits {
+            range: self.range,
+            open_angle: self.open_angle,
+            speed: self.speed,
+            force: self.force_limit,
+            current: self.current_limit,
+        }
+    }
+
+    /// How uncertain the finger's angle and parameters are, from what a calibration has left uncertain, or by default. A count of the
+    /// servo is what it is through this finger's gear.
+    pub fn uncertainty(&self, left: Option<Uncertainty>) -> Uncertainty {
+        let count = Calibration::new(&self.gear()).count().abs();
+        Uncertainty { quantisation: count as f32, ..left.unwrap_or(Uncertainty::DEFAULT) }
+    }
+}
+
+impl Settings {
+    /// What a finger does when its force cannot be trusted.
+    pub fn faults(&self) -> grip::Faults {
+        grip::Faults { reaction: self.on_fault, untrusted_s: 1e-3 * f64::from(self.untrusted_ms) }
+    }
+}
+
+impl GripTo {
+    /// What each of its fingers is asked for.
+    pub fn target(&self) -> grip::Target {
+        grip::Target { force: self.force, speed: self.speed, limit: self.limit }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gear_makes_counts_finer() {
+        let through = |gear_ratio| Mount { gear_ratio, direction: Direction::Reversed, ..Mount::DEFAULT };
+        assert_eq!(through(1.0).uncertainty(None), Uncertainty::DEFAULT);
+        let given = Uncertainty { youngs_modulus: 0.01, ..Uncertainty::NONE };
+        let found = through(4.0).uncertainty(Some(given));
+        assert_eq!(found, Uncertainty { quantisation: Uncertainty::DEFAULT.quantisation / 4.0, ..given });
+    }
+
+    #[test]
+    fn the_default_mount_is_on_the_servos_shaft() {
+        assert_eq!(Mount::DEFAULT.gear(), Gear::DIRECT);
+    }
+}
