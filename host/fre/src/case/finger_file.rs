@@ -1,4 +1,4 @@
-//! Files that hold a finger alone.
+//! Files that hold a finger alone, and those that come with the program.
 
 use std::path::Path;
 
@@ -16,6 +16,15 @@ use super::source::{Source, Table};
 pub fn read_finger(path: &Path) -> Result<Finger, CaseError> {
     let name = path.file_stem().map_or_else(|| "finger".into(), |stem| stem.to_string_lossy().into_owned());
     finger_from_source(&Source::read(path)?, &name)
+}
+
+/// A finger that comes with the program; none for another name.
+///
+/// # Errors
+/// As for a file; the texts inside the program are tested to have none.
+pub fn preset(name: &str) -> Option<Result<Finger, CaseError>> {
+    let text = preset_text(name)?.to_owned();
+    Some(finger_from_source(&Source { name: format!("preset:{name}"), text }, name))
 }
 
 /// The keys of a finger that is to be drawn, with those that are not computed yet: of a finger file, of the finger in a case, or of
@@ -38,7 +47,7 @@ pub fn is_case(path: &Path) -> Result<bool, CaseError> {
     Ok(["object", "motion"].into_iter().any(|key| root.has(key)))
 }
 
-/// The same; `may_name`: a case may name another file, which names no third.
+/// As [`describe_finger`]; `may_name`: a case may name another file, which names no third.
 fn describe(path: &Path, may_name: bool) -> Result<FingerTable, CaseError> {
     let (source, name) = match path.to_str().and_then(|word| word.strip_prefix("preset:")) {
         Some(name) => {
@@ -71,7 +80,7 @@ fn describe(path: &Path, may_name: bool) -> Result<FingerTable, CaseError> {
 ///
 /// # Errors
 /// The first thing in it that cannot be used.
-pub(super) fn finger_from_source(source: &Source, name: &str) -> Result<Finger, CaseError> {
+fn finger_from_source(source: &Source, name: &str) -> Result<Finger, CaseError> {
     let tree = source.parse()?;
     let root = Table::root(source, tree.get_ref());
     let Some(table) = root.get("finger") else { return finger::read(&root, name) };

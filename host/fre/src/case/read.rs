@@ -6,10 +6,10 @@ use model_core::object::ObjectDesign;
 
 use super::error::CaseError;
 use super::finger::Finger;
-use super::finger_file::read_finger;
+use super::finger_file::{preset, read_finger};
 use super::keys::{self, CaseFile, FingerEntry};
 use super::motion::Path as MotionPath;
-use super::preset::{PRESETS, preset};
+use super::preset::PRESETS;
 use super::source::{Source, Table};
 use super::{check, finger, motion, object};
 
