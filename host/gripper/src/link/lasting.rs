@@ -10,7 +10,8 @@ use std::time::Duration;
 use messages::Counters;
 
 use super::client::lock;
-use super::share::{self, Share};
+use super::place::way;
+use super::share::Share;
 use super::{Address, Link, LinkError};
 use crate::source::{Listeners, Order, OrderError, Setup, Source, Statistics, Told, WAITING};
 
@@ -158,7 +159,7 @@ impl Drop for Lasting {
 
 /// Connects to the gripper and lets others in; or, if another program has done so, through that.
 fn connect(address: &Address) -> Result<(Arc<Link>, Option<Share>), LinkError> {
-    if share::way(address).is_some() {
+    if way(address).is_some() {
         return Ok((Arc::new(Link::open(address)?), None));
     }
     let link = Arc::new(Link::open_alone(address)?);
@@ -238,7 +239,7 @@ mod tests {
             let serving = std::thread::spawn(move || serve(peer));
             let other = loop {
                 // Let in by the first one: this listener has one connection at a time.
-                match share::way(&address) {
+                match way(&address) {
                     Some(way) => break Link::over_stream(way).unwrap(),
                     None => std::thread::sleep(AGAIN / 10),
                 }

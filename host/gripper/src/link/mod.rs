@@ -26,8 +26,10 @@ mod client;
 mod error;
 mod keys;
 mod lasting;
+mod place;
 mod port;
 mod ports;
+mod requests;
 mod share;
 #[cfg(test)]
 mod tests;

@@ -4,14 +4,12 @@
 //! [`Link::open`] looks first. Requests are passed on under numbers of the first program's link, so that everybody gets the answers to
 //! their own; what the gripper reports goes to all.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::Shutdown;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -21,6 +19,7 @@ use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 use postcard_rpc::standard_icd::{ERROR_KEY, WireError};
 
 use super::client::lock;
+use super::place::place;
 use super::{Address, Link};
 
 /// How often is looked for a new program, and whether to stop.
@@ -41,11 +40,6 @@ pub(super) struct Share {
 
 /// The programs that were let in, by their numbers.
 type Guests = Mutex<Vec<(u64, UnixStream)>>;
-
-/// The way to the program that has this gripper's link, if there is one.
-pub(super) fn way(address: &Address) -> Option<UnixStream> {
-    UnixStream::connect(place(address).ok()?).ok()
-}
 
 impl Share {
     /// Lets others in.
@@ -167,44 +161,6 @@ fn answered(key: VarKey, seq_no: VarSeq, body: &[u8]) -> Vec<u8> {
     }
 }
 
-/// Gives a message to all who listen to the bytes of a link.
-pub(super) fn spread(taps: &Mutex<Vec<SyncSender<Vec<u8>>>>, message: &[u8]) {
-    let mut taps = lock(taps);
-    taps.retain(|tap| !matches!(tap.try_send(message.to_vec()), Err(TrySendError::Disconnected(_))));
-}
-
-/// The socket of a gripper's link.
-fn place(address: &Address) -> io::Result<PathBuf> {
-    let mut hasher = DefaultHasher::new();
-    let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    match address {
-        Address::Unix(path) => ("unix", real(path)).hash(&mut hasher),
-        Address::Tcp(words) => ("tcp", words).hash(&mut hasher),
-        // Whatever its rate: a port has one user.
-        Address::Serial { path, .. } => ("serial", real(path)).hash(&mut hasher),
-    }
-    Ok(folder()?.join(format!("{:016x}.sock", hasher.finish())))
-}
-
-/// A folder of this user's own.
-fn folder() -> io::Result<PathBuf> {
-    let user = || std::fs::metadata("/proc/self").map_or(0, |own| own.uid());
-    let path = match std::env::var_os("XDG_RUNTIME_DIR") {
-        Some(path) if !path.is_empty() => PathBuf::from(path).join("fre"),
-        _ => std::env::temp_dir().join(format!("fre-{}", user())),
-    };
-    match std::fs::DirBuilder::new().mode(0o700).create(&path) {
-        Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(error),
-        _ => {}
-    }
-    let found = std::fs::symlink_metadata(&path)?;
-    if found.is_dir() && found.mode() & 0o077 == 0 && found.uid() == user() {
-        Ok(path)
-    } else {
-        Err(io::Error::other(format!("{} is not this user's own folder", path.display())))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use messages::{Counters, GetCounters, GetVersion};
@@ -254,17 +210,5 @@ mod tests {
         }
         assert!(guests.iter().all(|guest| guest.counters().is_err()) && link.counters().is_ok());
         assert!(!path.exists());
-    }
-
-    #[test]
-    fn a_link_has_one_place_whatever_it_is_called() {
-        let folder = tempfile::tempdir().unwrap();
-        let real = folder.path().join("port");
-        std::fs::write(&real, "").unwrap();
-        let link = folder.path().join("by-id");
-        std::os::unix::fs::symlink(&real, &link).unwrap();
-        let serial = |path: &Path, baud| place(&Address::Serial { path: path.to_owned(), baud }).unwrap();
-        assert_eq!(serial(&real, 57_600), serial(&link, 1_000_000));
-        assert_ne!(serial(&real, 57_600), place(&Address::Unix(real)).unwrap());
     }
 }
