@@ -6,10 +6,7 @@ use std::sync::Arc;
 use fre::case::{Document, PRESETS};
 use pyo3::prelude::*;
 
-use crate::error::{of_case, value};
-
-/// What stands for the file of a case that was not read from one.
-pub(crate) const UNNAMED: &str = "case";
+use crate::error::{UNNAMED, of_case, value};
 
 /// A case. Never changes: a case with other values is another one.
 #[derive(Clone)]

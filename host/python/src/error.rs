@@ -13,6 +13,9 @@ pyo3::create_exception!(
     "Input that cannot be used. `key` is the key at fault with its tables, `line` its line; None where there is none."
 );
 
+/// Stands for the file of a case that was not read from one.
+pub(crate) const UNNAMED: &str = "case";
+
 /// The error of a key, which its message names.
 pub(crate) fn case_error(message: impl Into<String>, key: Option<&str>, line: Option<usize>) -> PyErr {
     Python::attach(|py| {
@@ -32,7 +35,7 @@ pub(crate) fn of_case(error: &fre::case::CaseError, in_file: bool) -> PyErr {
         return case_error(words, error.key(), error.line());
     }
     let place = |file: &str, line: usize| format!("{file}:{line}: ");
-    let start = error.line().map(|line| place(crate::case::UNNAMED, line));
+    let start = error.line().map(|line| place(UNNAMED, line));
     let words = start.and_then(|start| words.strip_prefix(&start)).unwrap_or(&words);
     case_error(words, error.key(), None)
 }
