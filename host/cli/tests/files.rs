@@ -81,56 +81,54 @@ fn no_output_is_an_input() {
     }
     fs::hard_link(folder.path("case.toml"), folder.path("hard.svg")).unwrap();
     let calibrate = "calibrate measured.csv --case case.toml --fit youngs-modulus --elements reduced";
-    for (words, what) in [
-        (format!("{calibrate} --write measured.csv"), "the measurements"),
-        (format!("{calibrate} --write ./case.toml"), "the case"),
-        (format!("{calibrate} --write fitted.svg --plot fitted.svg"), "--write"),
-        #[cfg(unix)]
-        ("solve case.toml --plot case.svg".to_owned(), "the case"),
-        ("solve case.toml --plot hard.svg".to_owned(), "the case"),
-        #[cfg(unix)]
-        ("compare case.toml --measured measured.csv --plot measured.svg".to_owned(), "--measured"),
-        ("sweep case.toml --out case.toml".to_owned(), "the case"),
-        ("monitor --bus unix:none --case case.toml --log case.toml".to_owned(), "the case"),
-        ("monitor --bus unix:none --settings measured.csv --log measured.csv".to_owned(), "--settings"),
-        ("monitor --link unix:none --log x --record ./x".to_owned(), "--log"),
+    let mut said = String::new();
+    for words in [
+        format!("{calibrate} --write measured.csv"),
+        format!("{calibrate} --write ./case.toml"),
+        format!("{calibrate} --write fitted.svg --plot fitted.svg"),
+        "solve case.toml --plot case.svg".to_owned(),
+        "solve case.toml --plot hard.svg".to_owned(),
+        "compare case.toml --measured measured.csv --plot measured.svg".to_owned(),
+        "sweep case.toml --out case.toml".to_owned(),
+        "monitor --bus unix:none --case case.toml --log case.toml".to_owned(),
+        "monitor --bus unix:none --settings measured.csv --log measured.csv".to_owned(),
+        "monitor --link unix:none --log x --record ./x".to_owned(),
     ] {
         for words in [words.clone(), format!("{words} --force")] {
             if words.starts_with("sweep") && words.ends_with("--force") {
                 continue; // it overwrites nothing, and has no such option
             }
-            let said = folder.refusal(&words);
-            assert!(said.contains("is the same file as") && said.contains(what), "{words}: {said}");
+            said += &format!("$ fre {words}\n{}\n", folder.refusal(&words));
         }
     }
     // The finger that a case names is read as well.
     folder.write("case.toml", CASE);
     folder.write("finger.toml", FINGER);
-    let said = folder.refusal("calibrate measured.csv --case case.toml --write finger.toml --force");
-    assert!(said.contains("the finger of the case"), "{said}");
+    let words = "calibrate measured.csv --case case.toml --write finger.toml --force";
+    said += &format!("$ fre {words}\n{}\n", folder.refusal(words));
+    snapbox::assert_data_eq!(said, snapbox::file!["words/same_file.txt"].raw());
 }
 
 #[test]
 fn what_is_there_is_overwritten_on_request_only() {
     let folder = Folder::new();
     folder.write("a.svg", "mine");
+    fs::create_dir(folder.path("case-fea")).unwrap();
+    folder.write("case-fea/finger.inp", "mine");
+    fs::create_dir(folder.path("report")).unwrap();
+    folder.write("report/table1.csv", "mine");
+    let mut said = String::new();
     for words in [
         "solve case.toml --plot a.svg",
         "calibrate measured.csv --case case.toml --write a.svg",
         "monitor --link unix:none --log a.svg",
         "monitor --link unix:none --record a.svg",
+        "compare case.toml --fea",
+        "table1 --out report",
     ] {
-        let said = folder.refusal(words);
-        assert!(said.contains("a.svg exists; --force overwrites it"), "{words}: {said}");
+        said += &format!("$ fre {words}\n{}\n", folder.refusal(words));
     }
-    fs::create_dir(folder.path("case-fea")).unwrap();
-    folder.write("case-fea/finger.inp", "mine");
-    let said = folder.refusal("compare case.toml --fea");
-    assert!(said.contains("finger.inp exists"), "{said}");
-    fs::create_dir(folder.path("report")).unwrap();
-    folder.write("report/table1.csv", "mine");
-    let said = folder.refusal("table1 --out report");
-    assert!(said.contains("table1.csv exists"), "{said}");
+    snapbox::assert_data_eq!(said, snapbox::file!["words/exists.txt"].raw());
     let output = folder.fre("solve case.toml --elements reduced --plot a.svg --force");
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(folder.read("a.svg").starts_with("<svg"));
