@@ -6,7 +6,7 @@ use clap::ValueEnum;
 
 use crate::exit::detail;
 use crate::standard::{self, Target, is_standard};
-use fre::case::Document;
+use fre::case::named_finger;
 use fre::draw::{self, Scene, Theme};
 use fre::files::{FileError, Files};
 
@@ -43,9 +43,7 @@ pub fn reads_case(files: &mut Files, path: &Path) -> Result<(), FileError> {
         return Ok(());
     }
     files.input(path, "the case")?;
-    // What is wrong with the file, its reader says.
-    let Ok(document) = Document::read(path) else { return Ok(()) };
-    document.finger_file().map_or(Ok(()), |file| files.input(file, "the finger of the case"))
+    named_finger(path).map_or(Ok(()), |file| files.input(&file, "the finger of the case"))
 }
 
 /// Whether results are drawn, where, and how.

@@ -1,4 +1,4 @@
-//! `fre finger`: a preset goes out and comes back as a case; what cannot be solved yet is refused by its key.
+//! `fre finger`: a finger goes out as a drawing or a solid and comes back as a case that can be solved.
 
 use std::fs;
 use std::path::Path;
@@ -42,7 +42,7 @@ fn a_preset_goes_out_and_comes_back_as_a_case_that_can_be_solved() {
 }
 
 #[test]
-fn ribs_are_drawn_and_measured_and_refused_by_their_key_where_they_cannot_be_solved() {
+fn ribs_are_drawn_measured_and_solved() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let finger = "width_mm = 20\nmaterial = { youngs_modulus_pa = 1e7, poissons_ratio = 0.4 }\n\
@@ -57,14 +57,38 @@ fn ribs_are_drawn_and_measured_and_refused_by_their_key_where_they_cannot_be_sol
     let text = String::from_utf8(back.stdout).unwrap();
     assert!(text.contains("kind = \"rib\"\nends = \"welded\"") && text.contains("angle_deg = 20.0"), "{text}");
     fs::write(folder.join("again.toml"), &text).unwrap();
-    // A case with ribs can be drawn again; whether it can be solved, the solver says by the key.
+    // A case with ribs can be drawn again, and solved.
     assert!(fre(folder, &["finger", "export", "again.toml", "--output", "again.dxf"]).status.success());
-    let solved = fre(folder, &["solve", "again.toml"]);
-    if !solved.status.success() {
-        assert!(
-            said(&solved).contains("finger.lamellae.kind") && said(&solved).contains("not yet computed"),
-            "{}",
-            said(&solved)
-        );
+    let solved = fre(folder, &["solve", "again.toml", "--format", "csv"]);
+    assert!(solved.status.success(), "{}", said(&solved));
+    assert_eq!(String::from_utf8_lossy(&solved.stdout).matches("converged").count(), 5);
+}
+
+#[test]
+fn no_drawing_takes_the_place_of_what_it_is_drawn_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // One that can be drawn and not be computed: what is named must not depend on that.
+    let finger = "width_mm = 20\nmaterial = { youngs_modulus_pa = 1e7, poissons_ratio = 0.4 }\n\
+        front = { base_mm = [0, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
+        back = { base_mm = [-28, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
+        lamellae = { kind = \"rib\", ends = \"welded\", fillet_mm = 0.5, heights_mm = [9, 27], thickness_mm = 1.2 }\n";
+    let case = "finger = \"drawn.svg\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
+        motion.motor_angles_deg = [2]\n";
+    fs::write(folder.join("drawn.svg"), finger).unwrap();
+    fs::write(folder.join("case.toml"), case).unwrap();
+    for (file, what) in [("case.toml", "the case"), ("drawn.svg", "the finger of the case")] {
+        let words = ["finger", "export", "case.toml", "--format", "svg", "--force", "--output", file];
+        let refused = fre(folder, &words);
+        let expected =
+            format!("fre: --output: {file} is the same file as {what} ({file}); an output needs a file of its own\n");
+        assert_eq!((refused.status.code(), said(&refused)), (Some(1), expected));
     }
+    assert_eq!(fs::read_to_string(folder.join("drawn.svg")).unwrap(), finger);
+    assert_eq!(fs::read_to_string(folder.join("case.toml")).unwrap(), case);
+    // The same as by a file's name, on standard output.
+    let [named, plain] = [&["--output", "-"][..], &[]]
+        .map(|output| fre(folder, &[&["finger", "export", "case.toml", "--format", "svg"], output].concat()));
+    assert!(named.status.success() && named.stdout == plain.stdout, "{}", said(&named));
+    assert!(!folder.join("-").exists());
 }

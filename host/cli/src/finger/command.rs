@@ -10,7 +10,8 @@ use fre::finger::{Body, outline};
 
 use super::urdf::{self, UrdfArgs};
 use crate::exit::{bad_input, tell};
-use crate::output::{ForceArgs, put_out};
+use crate::output::{ForceArgs, put_out, reads_case};
+use crate::standard::{Target, is_standard};
 
 /// Largest file that is read, bytes.
 const MAX_BYTES: u64 = 256 << 20;
@@ -134,7 +135,7 @@ fn export(args: &ExportArgs) -> Result<(), String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", args.finger.display());
     let mut files = args.force.files();
     if !args.finger.to_string_lossy().starts_with("preset:") {
-        files.input(&args.finger, "the finger").map_err(|error| error.to_string())?;
+        reads_case(&mut files, &args.finger).map_err(|error| error.to_string())?;
     }
     let keys = describe_finger(&args.finger).map_err(|error| error.to_string())?;
     let body = Body::of(&keys).map_err(|error| named(&error))?;
@@ -146,14 +147,14 @@ fn export(args: &ExportArgs) -> Result<(), String> {
         tell!("fre: warning: the width changes along the finger; the solid has that of the base, {} mm", body.width);
     }
     if described {
-        let file = args.output.as_ref().ok_or("--output is missing; needed is a file for the description")?;
+        let file = args.output.as_ref().filter(|file| !is_standard(file));
+        let file = file.ok_or("needed is --output FILE.urdf: the finger's solid is written beside the description")?;
         return urdf::write(&args.urdf, &args.finger, &keys, &loops, &bytes, file, &mut files);
     }
     match (&args.output, String::from_utf8(bytes)) {
         (Some(file), text) => {
             let bytes = text.map_or_else(|error| error.into_bytes(), String::into_bytes);
-            let output = files.output(file, "--output").map_err(|error| error.to_string())?;
-            output.write(&bytes).map_err(|error| error.to_string())
+            Target::of(&mut files, file, "--output").map_err(|error| error.to_string())?.write(&bytes)
         }
         (None, Ok(text)) if format != Format::Stl => put_out(&text),
         (None, _) => Err("--output is missing; needed is a file for the solid".to_owned()),
@@ -188,8 +189,7 @@ fn import(args: &ImportArgs) -> Result<(), String> {
     match &args.output {
         None => put_out(&text),
         Some(path) => {
-            let output = files.output(path, "the case").map_err(|error| error.to_string())?;
-            output.write(text.as_bytes()).map_err(|error| error.to_string())
+            Target::of(&mut files, path, "the case").map_err(|error| error.to_string())?.write(text.as_bytes())
         }
     }
 }

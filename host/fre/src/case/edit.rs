@@ -1,7 +1,7 @@
 //! A case's document: its text with the finger written out, whose values are changed by their keys. Comments and order
 //! survive.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::Value as Json;
 use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
@@ -24,7 +24,6 @@ const SAME: f64 = 1e-12;
 pub struct Document {
     name: String,
     root: DocumentMut,
-    finger_file: Option<PathBuf>,
 }
 
 impl Document {
@@ -44,7 +43,6 @@ impl Document {
     /// The text is not TOML, or its finger cannot be found.
     pub fn resolve(name: &str, text: &str, folder: &Path) -> Result<Self, CaseError> {
         let mut root = parse(&Source { name: name.to_owned(), text: text.to_owned() })?;
-        let mut finger_file = None;
         if let Some(word) = root.get("finger").and_then(Item::as_str).map(str::to_owned) {
             let (from, source) = match word.strip_prefix("preset:") {
                 Some(preset) => {
@@ -54,7 +52,7 @@ impl Document {
                 None => {
                     let file = folder.join(&word);
                     let stem = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-                    (stem, Source::read(finger_file.insert(file))?)
+                    (stem, Source::read(&file)?)
                 }
             };
             let file = parse(&source)?;
@@ -68,12 +66,7 @@ impl Document {
             set_free(&mut finger);
             root.insert("finger", Item::Table(finger));
         }
-        Ok(Self { name: name.to_owned(), root, finger_file })
-    }
-
-    /// The finger file that the case names; none for a finger of its own or a preset.
-    pub fn finger_file(&self) -> Option<&Path> {
-        self.finger_file.as_deref()
+        Ok(Self { name: name.to_owned(), root })
     }
 
     /// The document as TOML; the same for the same case.

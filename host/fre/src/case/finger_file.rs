@@ -1,6 +1,6 @@
 //! Files that hold a finger alone, and those that come with the program.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::error::CaseError;
 use super::finger::{self, Finger};
@@ -45,6 +45,15 @@ pub fn is_case(path: &Path) -> Result<bool, CaseError> {
     let tree = source.parse()?;
     let root = Table::root(&source, tree.get_ref());
     Ok(["object", "motion"].into_iter().any(|key| root.has(key)))
+}
+
+/// The finger file that a case names, also one that cannot be computed; none for a finger of its own, a preset, and a file that is not TOML.
+pub fn named_finger(path: &Path) -> Option<PathBuf> {
+    let source = Source::read(path).ok()?;
+    let tree = source.parse().ok()?;
+    let finger = Table::root(&source, tree.get_ref()).get("finger").filter(|value| value.kind() == "string")?;
+    let word = finger.text("a table").ok().filter(|word| !word.starts_with("preset:"))?;
+    Some(path.parent().unwrap_or(Path::new("")).join(word))
 }
 
 /// As [`describe_finger`]; `may_name`: a case may name another file, which names no third.
