@@ -191,7 +191,7 @@ fn ellipse() -> Scene {
     label(&mut scene, [296.0, 38.0], Anchor::End, "semi_axes_mm[0]");
     label(&mut scene, [122.0, 60.0], Anchor::End, "semi_axes_mm[1]");
     scene.line(Path::arc(centre, 45.0, -turn, 0.0), Stroke::new(Ink::Force, 1.3));
-    label(&mut scene, [170.0, 126.0], Anchor::Start, "angle_deg");
+    label(&mut scene, [238.0, 126.0], Anchor::Start, "angle_deg");
     point(&mut scene, centre, [152.0, 126.0], Anchor::End, "centre_mm");
     scene
 }
