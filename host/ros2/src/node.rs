@@ -21,13 +21,10 @@ pub enum NodeError {
     #[error("the domain is {0}; allowed is 0 to {DOMAINS}")]
     Domain(u16),
     /// Not a name.
-    #[error("`{name}` is not a name that ROS 2 allows: {why}; needed are letters, digits and _, after a letter")]
-    Name {
-        /// The name.
-        name: String,
-        /// What is wrong with it.
-        why: String,
-    },
+    #[error(
+        "`{0}` is not a name that ROS 2 allows: a name has letters, digits and _ after a letter, and a namespace begins with /"
+    )]
+    Name(String),
     /// DDS refuses.
     #[error("no node of ROS 2 here: {0}")]
     Dds(String),
@@ -78,10 +75,8 @@ impl Node {
         if options.domain > DOMAINS {
             return Err(NodeError::Domain(options.domain));
         }
-        let name = NodeName::new(&options.namespace, &options.name).map_err(|error| NodeError::Name {
-            name: format!("{}/{}", options.namespace.trim_end_matches('/'), options.name),
-            why: error.to_string(),
-        })?;
+        let name = NodeName::new(&options.namespace, &options.name)
+            .map_err(|_| NodeError::Name(format!("{}/{}", options.namespace.trim_end_matches('/'), options.name)))?;
         let mut participant = DomainParticipantBuilder::new(options.domain);
         if options.only_this_machine {
             participant = participant.with_only_networks([Ipv4Addr::LOCALHOST]);
@@ -184,8 +179,7 @@ fn publisher<M: Named + ros2_client::Message>(
     topic: &str,
     qos: &QosProfile,
 ) -> Result<Publisher<M>, NodeError> {
-    let name = Name::new(namespace, topic)
-        .map_err(|error| NodeError::Name { name: format!("{namespace}/{topic}"), why: error.to_string() })?;
+    let name = Name::new(namespace, topic).map_err(|_| NodeError::Name(format!("{namespace}/{topic}")))?;
     let topic = node.create_topic(&name, MessageTypeName::new(M::PACKAGE, M::NAME), qos)?;
     Ok(node.create_publisher(&topic, None)?)
 }

@@ -30,8 +30,8 @@ pub enum BusError {
     },
     /// Nobody has answered.
     #[error(
-        "nobody answers on {address}: {asked} asked at {} baud. Have the servos power (12 V), is the cable a TTL one for a T \
-         servo, is another program on the port?",
+        "nobody answers on {address}: {asked} asked at {} baud. Check the servos' power (12 V), the cable (TTL for a T servo), \
+         and that no other program uses the port",
         listed(rates)
     )]
     Silence {
@@ -44,7 +44,7 @@ pub enum BusError {
     },
     /// They answer at another rate than the one that was named.
     #[error(
-        "nobody answers on {address} at {baud} baud, but servo {} does at {right}: name it by {address}@{right}",
+        "nobody answers on {address} at {baud} baud; at {right} baud these servos do: {}. Name the port {address}@{right}",
         numbers(found)
     )]
     WrongBaud {
