@@ -151,6 +151,9 @@ pub fn run(args: &Args) -> ExitCode {
     }
 }
 
+/// What the file is called that says of which sweep another one is.
+const BESIDE: &str = "the file beside --out";
+
 /// Makes one file of shards.
 fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArgs) -> Result<(), SweepError> {
     let mut files = force.files();
@@ -158,6 +161,9 @@ fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArg
         files.input(shard, "a shard")?;
     }
     let rows = Target::of(&mut files, out, "--out")?;
+    if !is_standard(out) {
+        drop(files.output(&Ledger::beside(out), BESIDE)?);
+    }
     let parquet = parquet_of(&mut files, parquet, Some(out).filter(|path| !is_standard(path)))?;
     let merge = Merge::of(shards)?;
     let mut draft = rows.draft()?;
@@ -217,6 +223,7 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     if let Some(out) = path_of_rows {
         // Continued, never overwritten: another sweep's file, or any other, is refused.
         files.continued(out, "--out")?;
+        files.continued(&Ledger::beside(out), BESIDE)?;
     }
     let parquet = parquet_of(&mut files, args.parquet.as_deref(), path_of_rows)?;
     let mut ledger = path_of_rows.map(|path| Ledger::open(path, &sweep)).transpose()?;

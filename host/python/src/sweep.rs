@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use fre::files::Files;
+use fre::files::{Files, Output};
 use fre::study::sweep::{self as study, Axis, Ledger, Merge, Progress, Shard, Sweep, SweepError, Tally};
 use fre::table::{Column, Kind, Values};
 use numpy::PyArray1;
@@ -22,6 +22,9 @@ pub(crate) enum Along {
     /// Resolutions.
     Words(Vec<String>),
 }
+
+/// What the file is called that says of which sweep another one is.
+const BESIDE: &str = "the file beside out";
 
 /// The axes of a sweep.
 fn axes(vary: Vec<(String, Along)>) -> PyResult<Vec<Axis>> {
@@ -113,6 +116,13 @@ pub(crate) fn sweep<'py>(
     let out = rows.out;
     let mut stopped = None;
     let ran = py.detach(|| -> Result<(Tally, Vec<u8>), SweepError> {
+        // The Parquet file is made of the rows: it is replaced whenever they are complete.
+        let mut files = Files::new(true);
+        if let Some(out) = &out {
+            files.continued(out, "out")?;
+            files.continued(&Ledger::beside(out), BESIDE)?;
+        }
+        let parquet = rows.parquet.as_deref().map(|path| files.output(path, "parquet")).transpose()?;
         let mut ledger = out.as_deref().map(|path| Ledger::open(path, &sweep)).transpose()?;
         let mut csv = Vec::new();
         let tell = |now: Progress| {
@@ -126,7 +136,7 @@ pub(crate) fn sweep<'py>(
             }
         };
         let tally = study::run(&sweep, ledger.as_mut(), &mut csv, threads, tell)?;
-        if let (Some(rows), Some(parquet)) = (&out, &rows.parquet) {
+        if let (Some(rows), Some(parquet)) = (&out, parquet) {
             write_parquet(rows, parquet)?;
         }
         Ok((tally, csv))
@@ -145,18 +155,17 @@ pub(crate) fn sweep<'py>(
     Ok((columns, counts(py, &tally)?))
 }
 
-/// Writes the file of a complete sweep as Parquet, in place of an older one.
+/// Writes the file of a complete sweep as Parquet.
 #[cfg(feature = "parquet")]
-fn write_parquet(rows: &Path, parquet: &Path) -> Result<(), SweepError> {
-    let draft = Files::new(true).output(parquet, "parquet")?.draft()?;
-    Ok(study::write_parquet(rows, draft)?.finish()?)
+fn write_parquet(rows: &Path, parquet: Output) -> Result<(), SweepError> {
+    Ok(study::write_parquet(rows, parquet.draft()?)?.finish()?)
 }
 
 /// The wheel has Parquet.
 #[cfg(not(feature = "parquet"))]
-fn write_parquet(_: &Path, parquet: &Path) -> Result<(), SweepError> {
-    let reason = "parquet: this package was built without Parquet".to_owned();
-    Err(SweepError::Part { file: parquet.display().to_string(), reason })
+fn write_parquet(_: &Path, _: Output) -> Result<(), SweepError> {
+    let reason = "this package was built without Parquet".to_owned();
+    Err(SweepError::Part { file: "parquet".to_owned(), reason })
 }
 
 /// Makes one file of the files of all shards of a sweep; gives the number of its rows.
@@ -171,12 +180,15 @@ pub(crate) fn merge(
     py.detach(|| {
         let mut files = Files::new(overwrite);
         shards.iter().try_for_each(|shard| files.input(shard, "a shard"))?;
-        let mut draft = files.output(&out, "out")?.draft()?;
+        let rows = files.output(&out, "out")?;
+        drop(files.output(&Ledger::beside(&out), BESIDE)?);
+        let parquet = parquet.as_deref().map(|path| files.output(path, "parquet")).transpose()?;
         let merge = Merge::of(&shards)?;
+        let mut draft = rows.draft()?;
         let count = merge.write(&mut draft)?;
         draft.finish()?;
         merge.name(&out)?;
-        if let Some(parquet) = &parquet {
+        if let Some(parquet) = parquet {
             write_parquet(&out, parquet)?;
         }
         Ok(count)

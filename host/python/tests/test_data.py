@@ -211,6 +211,9 @@ def test_shards_are_merged_into_the_whole(case: fre.Case, tmp_path: pathlib.Path
     expected, merged = frame(tmp_path / "whole.csv"), frame(tmp_path / "merged.csv")
     assert merged.drop(columns="elapsed_us").equals(expected.drop(columns="elapsed_us"))
     assert len(frame(tmp_path / "merged.parquet")) == 20
+    for parquet in ("other.csv", "other.csv.sweep"):
+        with pytest.raises(OSError, match="needs a file of its own"):
+            fre.sweep(case, {"object.radius_mm": radii}, out=tmp_path / "other.csv", parquet=tmp_path / parquet)
     with pytest.raises(OSError, match="missing is 2/2"):
         fre.merge(files[:1], tmp_path / "other.csv")
     with pytest.raises(fre.CaseError) as error:

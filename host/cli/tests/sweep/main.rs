@@ -310,6 +310,41 @@ fn a_file_of_something_else_is_not_touched() {
     assert_eq!(std::fs::read_to_string(&file).unwrap(), mine);
 }
 
+/// The file beside the rows is an output as they are.
+#[test]
+fn the_file_beside_the_rows_takes_the_place_of_nothing() {
+    let folder = Folder::new();
+    std::fs::copy(folder.file("case.toml"), folder.file("out.csv.sweep")).unwrap();
+    let run = |command: &str| {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_fre")).args(command.split(' ')).current_dir(folder.0.path()).output();
+        let output = output.unwrap();
+        (output.status.code(), words(&output.stderr))
+    };
+    let vary = "--vary object.radius_mm=38,40 --elements reduced --out out.csv";
+    let same = |what: &str, other: &str| {
+        (
+            Some(1),
+            format!(
+                "fre: {what}: out.csv.sweep is the same file as {other} (out.csv.sweep); an output needs a file of its own\n"
+            ),
+        )
+    };
+    assert_eq!(run(&format!("sweep out.csv.sweep {vary}")), same("the file beside --out", "the case"));
+    let (code, said) = run(&format!("sweep case.toml {vary}"));
+    assert_eq!(code, Some(1));
+    let expected = "fre: out.csv: out.csv.sweep beside it does not belong to a sweep; give another --out, or remove the file to begin \
+                    anew\n";
+    assert_eq!(said, expected);
+    assert!(!folder.file("out.csv").exists());
+    assert_eq!(std::fs::read(folder.file("out.csv.sweep")).unwrap(), std::fs::read(folder.file("case.toml")).unwrap());
+    std::fs::remove_file(folder.file("out.csv.sweep")).unwrap();
+    if cfg!(feature = "parquet") {
+        let parquet = format!("sweep case.toml {vary} --parquet out.csv.sweep");
+        assert_eq!(run(&parquet), same("--parquet", "the file beside --out"));
+    }
+}
+
 #[test]
 fn a_changed_case_is_not_mixed_with_what_is_there() {
     let folder = Folder::new();

@@ -58,6 +58,11 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// The file beside a sweep's file that says which sweep it is.
+    pub fn beside(path: &Path) -> PathBuf {
+        beside(path)
+    }
+
     /// Opens a sweep's file, or makes it. Nothing is written before [`Self::begin`].
     ///
     /// # Errors
@@ -96,6 +101,11 @@ impl Ledger {
         // Nothing is in it yet, or its very beginning is torn.
         if bytes.is_empty() || (written.is_none() && columns.as_bytes().starts_with(&bytes)) {
             ledger.header = Some(header);
+            let side = beside(path);
+            if written.is_none() && !earlier && side.exists() {
+                ledger.abandon();
+                return Err(foreign(format!("{} beside it does not belong to a sweep", side.display())));
+            }
             return Ok(ledger);
         }
         let Some(written) = written else {
