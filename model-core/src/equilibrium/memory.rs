@@ -3,7 +3,8 @@
 use std::boxed::Box;
 
 use super::{Follower, Target};
-use crate::design::ladder_80;
+use crate::design::tests::ribs;
+use crate::design::{Design, LamellaKind, RibEnds, Ribs, ladder_80};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness};
 use crate::object::{Motion, ObjectDesign};
 use crate::real::Real;
@@ -24,9 +25,12 @@ fn left(terms: &[[f64; 2]], seconds: f64) -> f64 {
 }
 
 fn start<T: Real>(how: &Discretisation, terms: &[[f64; 2]], friction: f64) -> Box<Solver<T>> {
+    start_of(&ladder_80(), how, terms, friction)
+}
+
+fn start_of<T: Real>(design: &Design, how: &Discretisation, terms: &[[f64; 2]], friction: f64) -> Box<Solver<T>> {
     let mut follower: Box<Solver<T>> = Box::new(Follower::EMPTY);
-    let design = ladder_80();
-    follower.configure(&design, how).expect("a valid finger");
+    follower.configure(design, how).expect("a valid finger");
     follower.set_prony(terms).expect("valid terms");
     follower.set_friction(friction).expect("a valid coefficient");
     let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
@@ -101,6 +105,35 @@ fn in_single_precision_and_with_friction() {
                     "m = {friction}, tick {tick}: {found} against {expected}"
                 );
             }
+        }
+    }
+}
+
+/// Ribs relax as beams and hinges do, in both precisions, welded and with necks.
+#[test]
+fn ribs_relax_as_their_material() {
+    let mut welded = ladder_80();
+    ribs(&mut welded, 1.2);
+    let mut necked = welded.clone();
+    necked.hinge = ladder_80().hinge;
+    necked.lamellae.kind = LamellaKind::Rib(Ribs { ends: RibEnds::Hinged, ..Ribs::WELDED });
+    for design in [&welded, &necked] {
+        let how = how(Scheme::Simpson, Softness::Fixed(1e-9));
+        let mut double = start_of::<f64>(design, &how, &TERMS, 0.0);
+        let mut single = start_of::<f32>(design, &self::how(Scheme::Simpson, Softness::Local), &TERMS, 0.0);
+        to(&mut double, 6.0, 0.0);
+        to(&mut single, 6.0, 0.0);
+        let sudden = (size(&double), size(&single));
+        let mut time = 0.0;
+        for step in [0.03, 1.0, 40.0] {
+            to(&mut double, 6.0, step);
+            to(&mut single, 6.0, step);
+            time += step;
+            let expected = left(&TERMS, time);
+            let found = (size(&double) / sudden.0, size(&single) / sudden.1);
+            std::println!("{:?} {time} s: {found:?} against {expected}", design.lamellae.kind);
+            assert!((found.0 / expected - 1.0).abs() < 1e-6, "{time} s: {found:?} against {expected}");
+            assert!((found.1 / expected - 1.0).abs() < 5e-3, "{time} s: {found:?} against {expected}");
         }
     }
 }
