@@ -133,7 +133,7 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
                 link.set_settings(&settings)?;
             }
             if let Some(path) = case {
-                let case = standard::case(path)?.frictionless("a gripper")?;
+                let case = standard::case(path)?.frictionless("a gripper")?.elastic("a gripper")?;
                 let how = Discretisation::estimator(physics.physics());
                 let design = Finger { design: case.finger.design, how };
                 link.set_finger(*finger, &design)?;

@@ -215,7 +215,8 @@ impl LoadArgs {
     /// The case, if one is named.
     pub fn case(&self) -> Result<Option<Case>, String> {
         let read = |file: &PathBuf| {
-            let case = standard::case(file).and_then(|case| case.frictionless("the simulated servo"));
+            let case = standard::case(file)
+                .and_then(|case| case.frictionless("the simulated servo")?.elastic("the simulated servo"));
             case.map_err(|error| error.to_string())
         };
         self.case.as_ref().map(read).transpose()

@@ -42,7 +42,8 @@ pub struct Args {
     plot: PlotArgs,
     /// What is drawn, one below the other, separated by commas
     ///
-    /// The default is the finger at the last trustworthy angle and, for several angles, the force over the angle.
+    /// The default is the finger at the last trustworthy angle and, for several angles, the force over the angle, or over time with the loop of
+    /// a motion that comes back.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND,…", requires = "plot")]
     plot_kind: Vec<KindWord>,
     /// Place of the pictures finger, pressure and strain: one of the case's
@@ -68,8 +69,10 @@ enum Format {
 enum KindWord {
     /// Deformed finger, object and contact forces to scale.
     Finger,
-    /// Force over the motion, with branches and snap-throughs.
+    /// Force over the motion, with branches and snap-throughs; where time passes, over time.
     Force,
+    /// Force and torque while the motion closes and opens, and the work that is lost.
+    Loop,
     /// Contact force per length of the front beam (N/mm).
     Pressure,
     /// Strain at the outer fibres of both beams and in the hinges (%), with the material's limit.
@@ -83,9 +86,10 @@ impl KindWord {
         match self {
             Self::Finger => &[Kind::Finger],
             Self::Force => &[Kind::Force],
+            Self::Loop => &[Kind::Loop],
             Self::Pressure => &[Kind::Pressure],
             Self::Strain => &[Kind::Strain],
-            Self::All => &[Kind::Finger, Kind::Force, Kind::Pressure, Kind::Strain],
+            Self::All => &[Kind::Finger, Kind::Force, Kind::Loop, Kind::Pressure, Kind::Strain],
         }
     }
 }

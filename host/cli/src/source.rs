@@ -151,7 +151,7 @@ impl SourceArgs {
         let cases = self
             .case
             .iter()
-            .map(|path| standard::case(path)?.frictionless("an estimate"))
+            .map(|path| standard::case(path)?.frictionless("an estimate")?.elastic("an estimate"))
             .collect::<Result<Vec<_>, _>>()?;
         // The last of either stands for those behind it.
         let model = |number: usize| {

@@ -198,7 +198,7 @@ fn csv_and_text_say_the_same() {
         force_x_per_deg_n,force_y_per_deg_n,gap_mm,force_x_per_centre_x_mm_n,force_y_per_centre_x_mm_n,\
         force_x_per_centre_y_mm_n,force_y_per_centre_y_mm_n,max_pressure_n_per_mm2,beyond_max_strain,branch,\
         first_branch_max_force_n,first_branch_max_force_at_deg,snap_after_deg,snap_before_deg,overlap_mm,force_magnitude_n,\
-        friction_normal_n,friction_tangential_n,friction_mobilised,friction_dissipated_nmm";
+        friction_normal_n,friction_tangential_n,friction_mobilised,friction_dissipated_nmm,time_s";
     assert_eq!(header, expected.split(',').collect::<Vec<_>>(), "the header is stable: add at its end only");
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert!(rows.len() == 2 && rows.iter().all(|row| row.len() == header.len()), "{csv}");

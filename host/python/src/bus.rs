@@ -40,6 +40,7 @@ impl Bus {
         }
         for case in &cases {
             case.case.refuse_friction("an estimate").map_err(|error| of_case(&error, false))?;
+            case.case.refuse_memory("an estimate").map_err(|error| of_case(&error, false))?;
         }
         let model = |case: &PyRef<'_, Case>| Modelled {
             finger: Some(Finger { design: case.case.finger.design.clone(), how: options.discretisation }),

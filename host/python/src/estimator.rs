@@ -25,6 +25,7 @@ impl Estimator {
         let physics = word("physics", physics, &[("paper", Physics::Paper), ("extended", Physics::Extended)])?;
         let case = &case.case;
         case.refuse_friction("an estimator").map_err(|error| of_case(&error, false))?;
+        case.refuse_memory("an estimator").map_err(|error| of_case(&error, false))?;
         if matches!(case.path.motion, Motion::Translating { .. }) {
             let reason = "motion.direction: an estimator needs a motor; allowed is motion.motor_angles_deg";
             return Err(case_error(reason, Some("motion.direction"), None));

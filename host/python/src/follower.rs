@@ -28,6 +28,8 @@ pub(crate) struct Follower {
     case: Arc<fre::case::Case>,
     model: Model,
     branch: Option<u32>,
+    /// Time that has passed, s; none before any has.
+    time_s: Option<f64>,
 }
 
 #[pymethods]
@@ -48,22 +50,32 @@ impl Follower {
                 (Walking::Double(Box::new(walk)), model)
             }
         };
-        Ok(Self { walking, case, model, branch: Some(1) })
+        Ok(Self { walking, case, model, branch: Some(1), time_s: None })
     }
 
-    /// Goes to a motor angle (degrees) or distance (mm); the JSON of the place.
-    fn follow(&mut self, py: Python<'_>, to: f64) -> PyResult<String> {
+    /// Goes to a motor angle (degrees) or distance (mm) within a time, s; the JSON of the place.
+    #[pyo3(signature = (to, dt_s = None))]
+    fn follow(&mut self, py: Python<'_>, to: f64, dt_s: Option<f64>) -> PyResult<String> {
         let most = if self.case.path.unit() == "°" { fre::case::MAX_ANGLE } else { fre::case::MAX_DISTANCE };
         if to.is_nan() || to.abs() > most {
             return Err(case_error(format!("to = {to}: allowed is {} to {most}", -most), Some("to"), None));
         }
+        let seconds = dt_s.unwrap_or(0.0);
+        if !(0.0..=fre::case::MAX_TIME).contains(&seconds) {
+            let reason = format!("dt_s = {seconds}: allowed is 0 to {:e}", fre::case::MAX_TIME);
+            return Err(case_error(reason, Some("dt_s"), None));
+        }
+        if dt_s.is_some() {
+            self.time_s = Some(self.time_s.unwrap_or(0.0) + seconds);
+        }
         py.detach(|| {
             let (mut place, snaps): (Place, u32) = match &mut self.walking {
-                Walking::Single(walk) => walk.go(to),
-                Walking::Double(walk) => walk.go(to),
+                Walking::Single(walk) => walk.go(to, seconds),
+                Walking::Double(walk) => walk.go(to, seconds),
             };
             self.branch = next_branch(self.branch, place.status, snaps);
             place.branch = self.branch;
+            place.time_s = self.time_s;
             place.overlap_mm = overlap::depth(&self.case, &place);
             let places = vec![place];
             let run = Run { model: self.model, first_branch: None, warnings: warnings(&self.case, &places), places };

@@ -70,6 +70,7 @@ impl Gripper {
     fn set_case(&self, py: Python<'_>, case: &Case, finger: u8, physics: &str) -> PyResult<()> {
         let physics = word("physics", physics, &[("paper", Physics::Paper), ("extended", Physics::Extended)])?;
         case.case.refuse_friction("a gripper").map_err(|error| of_case(&error, false))?;
+        case.case.refuse_memory("a gripper").map_err(|error| of_case(&error, false))?;
         let (design, object) = (case.case.finger.design.clone(), case.case.object);
         py.detach(|| {
             let design = Finger { design, how: Discretisation::estimator(physics) };

@@ -132,6 +132,11 @@ impl Solved {
         PyArray1::from_slice(py, &self.case.case.path.places)
     }
 
+    /// Times since the motion began, s.
+    fn time_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.column(py, |row| row.time_s)
+    }
+
     /// Forces on the object, world frame, N: a row per place.
     fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.pairs(py, |row| row.force_n)
@@ -160,8 +165,13 @@ impl Solved {
     /// A picture: as `fre solve --plot` draws it, or of kinds one below the other, at a place.
     #[pyo3(signature = (kinds, at = None))]
     fn svg(&self, py: Python<'_>, kinds: Vec<String>, at: Option<usize>) -> PyResult<Option<String>> {
-        let all =
-            [("finger", Kind::Finger), ("force", Kind::Force), ("pressure", Kind::Pressure), ("strain", Kind::Strain)];
+        let all = [
+            ("finger", Kind::Finger),
+            ("force", Kind::Force),
+            ("loop", Kind::Loop),
+            ("pressure", Kind::Pressure),
+            ("strain", Kind::Strain),
+        ];
         let kinds = kinds.iter().map(|kind| word("kind", kind, &all)).collect::<PyResult<Vec<Kind>>>()?;
         py.detach(|| {
             let (case, run) = (&self.case.case, self.run()?);

@@ -179,7 +179,7 @@ def test_a_file_with_a_fault_names_line_and_key(tmp_path: pathlib.Path) -> None:
     ("values", "key"),
     [
         ({"front.clamp_mm": 5.0}, "finger.front.clamp_mm"),
-        ({"material.prony": [[0.15, 0.1]]}, "finger.material.prony"),
+        ({"material.prony": [[0.6, 0.1], [0.6, 1.0]]}, "finger.material.prony"),
     ],
 )
 def test_physics_that_is_missing_is_refused_by_name(values: dict[str, object], key: str) -> None:
@@ -282,6 +282,34 @@ def test_a_follower_goes_the_way_of_a_solution(case: fre.Case) -> None:
             follower.follow(wrong)
         assert error.value.key == "to"
     assert pickle.loads(pickle.dumps(follower)).follow(2.0).status is fre.Status.converged
+
+
+def test_a_material_with_memory_relaxes_in_cases_and_followers() -> None:
+    finger = fre.Finger.preset("ladder-80").with_values({"material.prony": [[0.2, 1.0], [0.2, 50.0]]})
+    motion = fre.Rotation([6.0, 6.0, 6.0], times_s=[0.0, 1.0, 1000.0])
+    case = fre.Case(finger, fre.Circle(40.0, (41.0, 45.0)), motion)
+    assert case.motion == motion
+    solution = fre.solve(case)
+    np.testing.assert_array_equal(solution.time_s, [0.0, 1.0, 1000.0])
+    sudden, second, late = solution.force_magnitude_n
+    assert late / sudden == pytest.approx(0.6, rel=1e-3)
+    assert second / sudden == pytest.approx(1.0 - 0.2 * (1.0 - np.exp(-1.0)) - 0.2 * (1.0 - np.exp(-0.02)), rel=1e-3)
+    assert np.isnan(solution.energy_nmm).all() and solution[0].sensitivity is None
+    assert "over time" in (solution.svg("force") or "") and "<svg" in (solution.svg("loop") or "")
+    # A follower takes the time with every step.
+    follower = fre.Follower(case)
+    for place, dt_s in zip(solution, (0.0, 1.0, 999.0), strict=True):
+        found = follower.follow(6.0, dt_s)
+        assert (found.force_magnitude_n, found.time_s) == (place.force_magnitude_n, place.time_s)
+    with pytest.raises(fre.CaseError) as error:
+        follower.follow(6.0, -1.0)
+    assert error.value.key == "dt_s"
+    with pytest.raises(fre.CaseError) as error:
+        fre.Estimator(case)
+    assert error.value.key == "finger.material.prony"
+    with pytest.raises(fre.CaseError) as error:
+        fre.Case(finger, fre.Circle(40.0, (41.0, 45.0)), fre.Rotation([6.0, 6.0], times_s=[1.0, 1.0]))
+    assert error.value.key == "motion.times_s[1]"
 
 
 def test_pictures_of_matplotlib_show_the_solution(case: fre.Case) -> None:

@@ -51,7 +51,7 @@ use crate::model::Model;
 pub use crate::newton::attempt::NEAR_ENOUGH;
 use crate::newton::gaps::Sweep;
 use crate::newton::history::Way;
-pub use crate::newton::memory::{PARTS as PRONY_PARTS, TIMES as PRONY_TIMES};
+pub use crate::newton::memory::{MOST_TERMS as PRONY_TERMS, PARTS as PRONY_PARTS, TIMES as PRONY_TIMES};
 use crate::newton::residual::Largest;
 use crate::newton::{Hessian, Workspace};
 use crate::object::{Motion, Object, Shape};

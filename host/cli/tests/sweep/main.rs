@@ -110,7 +110,7 @@ fn rows_are_those_of_a_direct_solution() {
                     ("force_y_n", state.force_n[1]),
                     ("force_n", state.force_magnitude_n()),
                     ("motor_torque_nmm", state.motor_torque_nmm),
-                    ("energy_nmm", state.energy_nmm),
+                    ("energy_nmm", state.energy_nmm.unwrap()),
                     ("tip_x_mm", state.tip_mm[0]),
                     ("tip_y_mm", state.tip_mm[1]),
                     ("max_strain_front", strain.front),

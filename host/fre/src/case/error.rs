@@ -84,6 +84,12 @@ pub enum CaseError {
         /// The coefficient.
         friction: String,
     },
+    /// The case's material has memory, and what it is for computes without.
+    #[error("finger.material.prony: {who} computes without memory; allowed is an elastic material")]
+    Memory {
+        /// What it is for.
+        who: &'static str,
+    },
     /// A value of the right type that cannot be accepted.
     #[error("{place}: {reason}")]
     Refused {
@@ -164,7 +170,7 @@ impl CaseError {
     /// Line of the file, from 1, where there is one.
     pub fn line(&self) -> Option<usize> {
         match self {
-            Self::Unreadable { .. } | Self::TooLarge { .. } | Self::Friction { .. } => None,
+            Self::Unreadable { .. } | Self::TooLarge { .. } | Self::Friction { .. } | Self::Memory { .. } => None,
             Self::NotText { line, .. } | Self::Syntax { line, .. } => Some(*line),
             Self::UnknownKey { place, .. }
             | Self::Missing { place, .. }
@@ -178,6 +184,7 @@ impl CaseError {
         match self {
             Self::Unreadable { .. } | Self::TooLarge { .. } | Self::NotText { .. } | Self::Syntax { .. } => None,
             Self::Friction { .. } => Some("object.friction"),
+            Self::Memory { .. } => Some("finger.material.prony"),
             Self::UnknownKey { place, .. }
             | Self::Missing { place, .. }
             | Self::WrongType { place, .. }

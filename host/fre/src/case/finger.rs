@@ -4,6 +4,7 @@ use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, LamellaKind, Lamellae, Material, MaterialLaw, PlaneStrain,
     Profile, RibEnds, Ribs,
 };
+use model_core::equilibrium::{PRONY_PARTS, PRONY_TIMES};
 
 use super::check::{self, Purpose};
 use super::error::CaseError;
@@ -27,6 +28,8 @@ pub struct Finger {
     pub has_motor: bool,
     /// The strain that the material bears, dimensionless; none if it is not known.
     pub max_strain: Option<f64>,
+    /// Terms [gᵢ, τᵢ in s] of a material with memory; none of an elastic one.
+    pub prony: Vec<[f64; 2]>,
 }
 
 /// Reads the keys of a finger's table that is to be drawn or meshed: all that are known, whether they are computed yet or not.
@@ -84,7 +87,32 @@ pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result
         design,
         has_motor: keys.motor.is_some(),
         max_strain: keys.material.max_strain,
+        prony: prony(keys.material.prony.as_deref().unwrap_or_default(), table)?,
     })
+}
+
+/// The terms of a material with memory.
+fn prony(terms: &[(f64, f64)], finger: &Table<'_>) -> Result<Vec<[f64; 2]>, CaseError> {
+    let table = finger.child("material").unwrap_or_else(|| finger.clone());
+    let list = table.find("prony");
+    for (index, &(part, time)) in terms.iter().enumerate() {
+        for (at, name, value, [least, most], unit) in
+            [(0, "gᵢ", part, PRONY_PARTS, ""), (1, "τᵢ", time, PRONY_TIMES, " s")]
+        {
+            if !(least..=most).contains(&value) {
+                let reason = format!("{name}: allowed is {}{unit}", check::range(least, most));
+                let entry = list.as_ref().and_then(|list| list.entries("", usize::MAX).ok()?.into_iter().nth(index));
+                let number = entry.as_ref().and_then(|pair| pair.entries("", usize::MAX).ok()?.into_iter().nth(at));
+                return Err(number.map_or_else(|| table.refuse("prony", &*reason), |number| number.refuse(&*reason)));
+            }
+        }
+    }
+    let sum: f64 = terms.iter().map(|(part, _)| part).sum();
+    if sum > PRONY_PARTS[1] {
+        let reason = format!("Σ gᵢ is {}; allowed is up to {}", (1e6 * sum).round() / 1e6, PRONY_PARTS[1]);
+        return Err(table.refuse("prony", reason));
+    }
+    Ok(terms.iter().map(|&(part, time)| [part, time]).collect())
 }
 
 fn beam(keys: &BeamTable, table: Option<Table<'_>>, finger: &Table<'_>) -> Result<Beam, CaseError> {
@@ -262,7 +290,8 @@ impl From<&Finger> for FingerTable {
                     MaterialLaw::Linear => keys::MaterialLaw::Linear,
                 },
                 max_strain: finger.max_strain,
-                prony: None,
+                prony: (!finger.prony.is_empty())
+                    .then(|| finger.prony.iter().map(|&[part, time]| (part, time)).collect()),
             },
             front: (&design.front).into(),
             back: (&design.back).into(),

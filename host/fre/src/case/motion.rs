@@ -59,6 +59,18 @@ impl Coordinate {
     }
 }
 
+/// How time passes along a motion.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Clock {
+    /// It does not: what remembers sees sudden changes.
+    #[default]
+    Stopped,
+    /// Time at each place, s, since the motion began with an open hand.
+    Times(Vec<f64>),
+    /// The motor's speed, degrees per second, from the open hand on; the first place has time 0.
+    Speed(f64),
+}
+
 /// A motion and the places along it that are asked for, in the order of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
@@ -66,6 +78,8 @@ pub struct Path {
     pub motion: Motion,
     /// Coordinates in the file's unit: motor angles in degrees, or distances in mm.
     pub places: Vec<f64>,
+    /// How time passes.
+    pub clock: Clock,
 }
 
 impl Path {
@@ -84,7 +98,47 @@ impl Path {
 
     /// A rotation about the finger's motor axis by angles in degrees.
     pub fn rotating(finger: &Finger, angles_deg: Vec<f64>) -> Self {
-        Self { motion: Motion::Rotating { axis: finger.design.motor_axis }, places: angles_deg }
+        Self { motion: Motion::Rotating { axis: finger.design.motor_axis }, places: angles_deg, clock: Clock::Stopped }
+    }
+
+    /// Asks for other places, at which no time is known: only a speed stays.
+    pub fn set_places(&mut self, places: Vec<f64>) {
+        self.places = places;
+        if let Clock::Times(_) = self.clock {
+            self.clock = Clock::Stopped;
+        }
+    }
+
+    /// True if time passes.
+    pub fn has_time(&self) -> bool {
+        self.clock != Clock::Stopped
+    }
+
+    /// Time on the way to each place from the one before, s; `begin` is where the motion begins, in the unit of the places.
+    pub fn time_steps(&self, begin: f64) -> Vec<f64> {
+        let before =
+            |first: f64, values: &[f64]| core::iter::once(first).chain(values.iter().copied()).collect::<Vec<_>>();
+        match &self.clock {
+            Clock::Stopped => vec![0.0; self.places.len()],
+            Clock::Times(times) => times.iter().zip(before(0.0, times)).map(|(time, earlier)| time - earlier).collect(),
+            Clock::Speed(speed) => {
+                let from = before(begin, &self.places);
+                self.places.iter().zip(from).map(|(place, from)| (place - from).abs() / speed).collect()
+            }
+        }
+    }
+
+    /// Time at each place, s; none where no time passes.
+    pub fn times(&self) -> Option<Vec<f64>> {
+        match &self.clock {
+            Clock::Stopped => None,
+            Clock::Times(times) => Some(times.clone()),
+            Clock::Speed(_) => {
+                let mut time = 0.0;
+                let steps = self.time_steps(self.places.first().copied().unwrap_or_default());
+                Some(steps.into_iter().map(|step| (time += step, time).1).collect())
+            }
+        }
     }
 
     /// The solver's coordinate (rad or mm) of a place in the file's unit (degrees or mm).
@@ -120,7 +174,13 @@ pub(super) fn build(keys: &MotionTable, table: &Table<'_>, finger: &Finger) -> R
                 table.refuse("motor_angles_deg", "the finger has no motor; needed is motor.axis_mm in the finger")
             );
         }
-        return Ok(Path::rotating(finger, angles.clone()));
+        return Ok(Path {
+            clock: clock(keys, table, angles.len(), "angle")?,
+            ..Path::rotating(finger, angles.clone())
+        });
+    }
+    if table.has("speed_deg_per_s") {
+        return Err(table.refuse("speed_deg_per_s", "the base moves along a line; allowed is times_s"));
     }
     let (Some([x, y]), Some(places)) = (keys.direction, &keys.distances_mm) else {
         return Err(match (keys.direction, &keys.distances_mm) {
@@ -134,5 +194,33 @@ pub(super) fn build(keys: &MotionTable, table: &Table<'_>, finger: &Finger) -> R
         let reason = "has no length to speak of; allowed is a length of 1e-6 to 1e6 (it is scaled to 1)";
         return Err(table.refuse("direction", reason));
     }
-    Ok(Path { motion: Motion::Translating { direction: [x / length, y / length] }, places: places.clone() })
+    Ok(Path {
+        motion: Motion::Translating { direction: [x / length, y / length] },
+        clock: clock(keys, table, places.len(), "distance")?,
+        places: places.clone(),
+    })
+}
+
+/// How time passes along so many places; `place` names one of them.
+fn clock(keys: &MotionTable, table: &Table<'_>, count: usize, place: &str) -> Result<Clock, CaseError> {
+    let Some(times) = &keys.times_s else {
+        return Ok(keys.speed_deg_per_s.map_or(Clock::Stopped, Clock::Speed));
+    };
+    if table.has("speed_deg_per_s") {
+        let reason = "cannot be given together with times_s; allowed is one or the other";
+        return Err(table.refuse("speed_deg_per_s", reason));
+    }
+    if times.len() != count {
+        let found = times.len();
+        return Err(table.refuse("times_s", format!("has {found} entries; allowed is one per {place} ({count})")));
+    }
+    let Some(late) = times.windows(2).position(|pair| pair[0] >= pair[1]) else {
+        return Ok(Clock::Times(times.clone()));
+    };
+    let reason = format!("is not after the time before, {} s; allowed are times that increase", times[late]);
+    let entries = table.find("times_s").and_then(|list| list.entries("", usize::MAX).ok());
+    Err(match entries.as_ref().and_then(|entries| entries.get(late + 1)) {
+        Some(entry) => entry.refuse(reason),
+        None => table.refuse("times_s", reason),
+    })
 }

@@ -73,6 +73,22 @@ impl Case {
         }
     }
 
+    /// The case, for a command that computes without a material with memory.
+    ///
+    /// # Errors
+    /// The finger's material has memory.
+    pub fn elastic(self, who: &'static str) -> Result<Self, CaseError> {
+        self.refuse_memory(who).map(|()| self)
+    }
+
+    /// The same for a case that is only looked at.
+    ///
+    /// # Errors
+    /// As [`Self::elastic`].
+    pub fn refuse_memory(&self, who: &'static str) -> Result<(), CaseError> {
+        if self.finger.prony.is_empty() { Ok(()) } else { Err(CaseError::Memory { who }) }
+    }
+
     fn from_source(source: &Source, folder: Option<&Path>) -> Result<Self, CaseError> {
         let tree = source.parse()?;
         let root = Table::root(source, tree.get_ref());

@@ -24,6 +24,9 @@ pub enum CompareError {
     /// The case has friction.
     #[error(transparent)]
     Friction(CaseError),
+    /// The case's material has memory.
+    #[error(transparent)]
+    Memory(CaseError),
     /// The measurements have another motion than the case.
     #[error("{file}: has {found}; the case's motion needs {needed}")]
     Coordinate {

@@ -40,6 +40,7 @@ pub fn with_measurements_watched(
     order: Order,
     watch: impl FnMut(Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Comparison, CompareError> {
+    case.refuse_memory("a comparison with measurements").map_err(CompareError::Memory)?;
     let needed = case.path.along();
     if measured.coordinate != needed {
         let (found, needed) = (measured.coordinate.column(), needed.column());
@@ -49,7 +50,7 @@ pub fn with_measurements_watched(
         Order::Closing => measured.closing(),
         Order::File => measured.visits(),
     };
-    case.path.places = measurements.iter().map(|m| m.place).collect();
+    case.path.set_places(measurements.iter().map(|m| m.place).collect());
     let run = run::solve_watched(case, options, watch)?;
     let mut rows: Vec<Row> = run.places.iter().zip(&measurements).map(|(place, m)| Row::measured(place, m)).collect();
     mark_outliers(&mut rows);

@@ -96,14 +96,14 @@ impl Problem {
                 return Err(KeyError::NotComputed { key: variable.key.clone() }.into());
             }
         }
-        document.case()?.frictionless(OPTIMISE)?;
+        document.case()?.frictionless(OPTIMISE)?.elastic(OPTIMISE)?;
         let mut documents = vec![document];
         for numbers in objects {
             let mut other = documents[0].clone();
             for (key, number) in numbers {
                 other.set(key, *number)?;
             }
-            other.case()?.frictionless(OPTIMISE)?;
+            other.case()?.frictionless(OPTIMISE)?.elastic(OPTIMISE)?;
             documents.push(other);
         }
         let mut problem =
@@ -205,7 +205,7 @@ impl Problem {
             places.extend((0..=DRAWN).map(|step| last * f64::from(step) / f64::from(DRAWN)));
             places.sort_by(f64::total_cmp);
             places.dedup();
-            case.path.places = places;
+            case.path.set_places(places);
         }
         Some(case)
     }
@@ -220,7 +220,7 @@ impl Problem {
 
     fn closing(&self, document: &Document) -> Option<Case> {
         let mut case = document.case().ok()?;
-        case.path.places.clone_from(&self.places);
+        case.path.set_places(self.places.clone());
         Some(case)
     }
 
@@ -395,7 +395,7 @@ impl Problem {
 /// If the finger cannot be discretised as asked.
 pub fn value(case: &Case, measure: Measure, options: &Options) -> Result<Option<f64>, DiscretiseError> {
     let mut case = case.clone();
-    case.path.places = places(core::iter::once(measure));
+    case.path.set_places(places(core::iter::once(measure)));
     let stiffness = stiffness_places(core::iter::once(measure));
     let wanted = Wanted { stiffness: &stiffness, snap: matches!(measure, Measure::Snap(_)), ..Wanted::default() };
     Ok(measure.value(&Grasp::solve(&case, options, wanted)?))

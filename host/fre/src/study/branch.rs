@@ -1,6 +1,6 @@
 //! The first branch of a motion: how far it reaches, and the largest force on it.
 
-use model_core::equilibrium::Follower;
+use model_core::equilibrium::{Follower, Target};
 use model_core::object::Motion;
 use model_core::real::Real;
 use model_core::size::Size;
@@ -52,6 +52,8 @@ impl FirstBranch {
 pub struct Found {
     /// Place in the case's unit.
     pub place: f64,
+    /// Time since the place before, s.
+    pub seconds: f64,
     /// Its status.
     pub status: Status,
     /// Snap-throughs since the place before.
@@ -115,7 +117,9 @@ pub fn first_branch<T: Real, S: Size>(
             for step in 1..=steps {
                 let place =
                     if step == steps { one.place } else { start + (one.place - start) * step as f64 / steps as f64 };
-                let outcome = follower.follow_within(path.coordinate(place), budget);
+                let time_step_s = one.seconds / steps as f64;
+                let outcome =
+                    follower.follow_within(Target { coordinate: path.coordinate(place), time_step_s }, budget);
                 if outcome.snaps > 0 || !outcome.status.is_trustworthy() {
                     snap = (outcome.snaps > 0).then_some([before, place]);
                     ended = true;
@@ -154,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_snap_begins_a_branch_and_an_open_hand_the_first() {
-        let found = |status, snaps| Found { place: 0.0, status, snaps, force: None, slope: None };
+        let found = |status, snaps| Found { place: 0.0, seconds: 0.0, status, snaps, force: None, slope: None };
         let path = [
             found(Status::NoContact, 0),
             found(Status::Converged, 0),

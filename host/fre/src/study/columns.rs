@@ -161,6 +161,8 @@ pub(super) const PLACE: Column = Column {
     ..Column::new("", |_, place| Cell::Number(place.at.value()))
         .shown(|along| [along.word(), along.unit().trim_ascii_start()], 3)
 };
+/// Where time passes along a case's motion.
+pub(super) const AT_TIME: Column = Column::new("time_s", |_, place| place.time_s.into()).shown(|_| ["at time", "s"], 3);
 pub(super) const STATUS: Column =
     Column::new("status", |_, place| Cell::Word(place.status.to_string())).words(|_| ["status", ""]);
 pub(super) const FORCE: Column =
@@ -177,7 +179,8 @@ pub(super) const TORQUE: Column = Column::new("motor_torque_nmm", |_, place| of(
     2,
 );
 pub(super) const ENERGY: Column =
-    Column::new("energy_nmm", |_, place| of(place, |s| s.energy_nmm)).shown(|_| ["energy", "N·mm"], 3);
+    Column::new("energy_nmm", |_, place| place.state.as_ref().and_then(|s| s.energy_nmm).into())
+        .shown(|_| ["energy", "N·mm"], 3);
 pub(super) const TIP_X: Column =
     Column::new("tip_x_mm", |_, place| of(place, |s| s.tip_mm[0])).shown(|_| ["tip x", "mm"], 3);
 pub(super) const TIP_Y: Column =
@@ -241,7 +244,7 @@ pub(super) const DISSIPATED: Column =
         .shown(|_| ["dissipated", "N·mm"], 3);
 
 /// Columns of CSV files. New ones are added at the end only: files that were written before are read on.
-pub(super) const CSV: [Column; 44] = [
+pub(super) const CSV: [Column; 45] = [
     STATUS,
     PLACE,
     FORCE_X,
@@ -293,6 +296,7 @@ pub(super) const CSV: [Column; 44] = [
     TANGENTIAL,
     MOBILISED,
     DISSIPATED,
+    AT_TIME,
 ];
 
 /// One of the places between which the finger snaps through.

@@ -3,6 +3,7 @@
 pub mod branch;
 pub mod choice;
 mod columns;
+pub mod course;
 pub mod csv;
 pub mod follow;
 pub mod friction;

@@ -5,6 +5,7 @@ use model_core::status::Status;
 
 use crate::case::Case;
 use crate::draw::{self, Chart, FingerPicture, Mark, Panel, Scene, Series, Style, literal};
+use crate::study::course;
 use crate::study::headline::headline;
 use crate::study::place::{Place, State};
 use crate::study::run::Run;
@@ -15,8 +16,10 @@ use crate::study::strains::{Section, percent};
 pub enum Kind {
     /// Deformed finger, object, contact forces to scale, at one place.
     Finger,
-    /// Force over the motion, with branches and snap-throughs.
+    /// Force over the motion, with branches and snap-throughs; where time passes, over time.
     Force,
+    /// Force and torque while the motion closes and opens.
+    Loop,
     /// Contact pressure along the front beam, at one place.
     Pressure,
     /// Strains along both beams and in the hinges, at one place.
@@ -30,31 +33,39 @@ pub fn stacked(case: &Case, run: &Run, at: usize, kinds: &[Kind]) -> Option<Scen
     let state = place.state.as_ref()?;
     let scenes = kinds.iter().map(|kind| match kind {
         Kind::Finger => finger(case, run, place, state),
-        Kind::Force => force(case, run).scene(),
+        Kind::Force => course(case, run).scene(),
+        Kind::Loop => course::hysteresis(case, run, &subject(case)).scene(),
         Kind::Pressure => pressure(case, place, state).scene(),
         Kind::Strain => strain(case, place, state).scene(),
     });
     scenes.reduce(|above, below| above.above(&below))
 }
 
-/// The finger at the last trustworthy place and, if there are several, the force over the places; `None` without any.
+/// The finger at the last trustworthy place and, if there are several, the force over the places; in time also the loop of a motion that
+/// comes back. `None` without any.
 pub fn overview(case: &Case, run: &Run) -> Option<Scene> {
-    let kinds = [Kind::Finger, Kind::Force];
-    stacked(case, run, run.last_known()?, &kinds[..if run.places.len() < 2 { 1 } else { 2 }])
+    let kinds = [Kind::Finger, Kind::Force, Kind::Loop];
+    let turns = run.places.windows(2).any(|pair| pair[1].at.value() < pair[0].at.value());
+    let shown = match run.places.len() {
+        0 | 1 => 1,
+        _ if turns && case.path.has_time() => 3,
+        _ => 2,
+    };
+    stacked(case, run, run.last_known()?, &kinds[..shown])
 }
 
 /// The finger on its object and its force at each place that has a state, in the case's order: the frames of a moving picture.
 pub fn film(case: &Case, run: &Run) -> Vec<Scene> {
     let known = || run.places.iter().filter_map(|place| Some((place, place.state.as_ref()?)));
     let pictures: Vec<FingerPicture> = known().map(|(place, state)| picture(case, run, place, state)).collect();
-    let chart = force(case, run);
+    let chart = course(case, run);
     draw::frames(&pictures)
         .into_iter()
         .zip(known())
         .map(|(finger, (place, state))| {
             let mut chart = chart.clone();
-            let at = [place.at.value(), state.force_magnitude_n()];
-            for panel in &mut chart.panels {
+            let at = [place.time_s.unwrap_or(place.at.value()), state.force_magnitude_n()];
+            if let Some(panel) = chart.panels.first_mut() {
                 panel.marks.push(Mark::Ring { at, words: String::new() });
             }
             finger.above(&chart.scene())
@@ -101,6 +112,16 @@ fn place_words(case: &Case, place: &Place) -> String {
     }
 }
 
+/// Finger and object in a chart's subtitle.
+fn subject(case: &Case) -> String {
+    literal(&with_minus(&headline(case)))
+}
+
+/// The force over time, or where none passes over the motion.
+fn course(case: &Case, run: &Run) -> Chart {
+    course::over_time(case, run, &subject(case), jumps).unwrap_or_else(|| force(case, run))
+}
+
 /// The force over the places of a case; a line per branch.
 fn force(case: &Case, run: &Run) -> Chart {
     let (title, x_title) = match case.path.motion {
@@ -137,11 +158,7 @@ fn force(case: &Case, run: &Run) -> Chart {
     if !jump.is_empty() {
         shown.push(Series { name: "jump of |*F*|".into(), colour: 6, style: Style::Dashed, points: jump });
     }
-    let mut chart = Chart::new(
-        title,
-        format!("{}; force on the object, world frame", literal(&with_minus(&headline(case)))),
-        x_title,
-    );
+    let mut chart = Chart::new(title, format!("{}; force on the object, world frame", subject(case)), x_title);
     chart.height = 400.0;
     // Places without a trustworthy solution belong to the axis: what failed is not cut off.
     chart.x_range = Some(range(run));

@@ -98,8 +98,8 @@ pub struct State {
     /// Torque that the contact demands of the motor, N·mm, positive when it must push to close. For a translated base:
     /// the force against its motion, N.
     pub motor_torque_nmm: f64,
-    /// Elastic energy, N·mm.
-    pub energy_nmm: f64,
+    /// Elastic energy, N·mm; `None` of a material with memory.
+    pub energy_nmm: Option<f64>,
     /// Smallest gap between the finger and the object, mm: the distance before contact, and in contact what the contact's
     /// softness lets the samples sink in (negative).
     pub gap_mm: f64,
@@ -121,7 +121,7 @@ pub struct State {
     pub friction: Option<Friction>,
     /// Between which values the forces lie if the path is unknown; `None` without friction, and where one of both has no trustworthy status.
     pub force_interval: Option<ForceInterval>,
-    /// Derivatives; `None` if more samples touch than the solver has room for, and with friction.
+    /// Derivatives; `None` if more samples touch than the solver has room for, and with friction or memory.
     pub sensitivity: Option<Sensitivity>,
 }
 
@@ -154,6 +154,8 @@ impl State {
 pub struct Place {
     /// Where it is.
     pub at: At,
+    /// Time since the motion began, s; `None` where no time passes, and where it is what places are counted by.
+    pub time_s: Option<f64>,
     /// Whether a state was found, and how.
     pub status: Status,
     /// What was spent on it.

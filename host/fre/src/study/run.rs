@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use model_core::discretise::DiscretiseError;
-use model_core::equilibrium::Follower;
+use model_core::equilibrium::{Follower, Target};
 use model_core::real::Real;
 use model_core::sensitivity::Probe;
 use model_core::size::Size;
@@ -129,7 +129,7 @@ fn solve_with_room<T: Real, B>(case: &Case, options: &Options, watch: Watch<'_, 
     let run = solve_in::<T, Host, B>(case, options, watch)?;
     let crowded = |place: &Place| {
         let full = |state: &State| {
-            (state.sensitivity.is_none() && case.friction == 0.0)
+            (state.sensitivity.is_none() && case.friction == 0.0 && case.finger.prony.is_empty())
                 || 2 * state.shape.contacts.len() > <Host as Size>::CONTACTS
         };
         place.status == Status::ContactCapacity || place.state.as_ref().is_some_and(full)
@@ -140,8 +140,9 @@ fn solve_with_room<T: Real, B>(case: &Case, options: &Options, watch: Watch<'_, 
 /// A follower at the beginning of the path, without contact.
 fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T, S>, DiscretiseError> {
     let mut follower = follower(&case.finger.design, case.object, case.path.motion, options)?;
-    // A case's coefficient is within the range, and the sizes on a heap have room.
+    // A case's coefficient and terms are within their ranges, and the sizes on a heap have room.
     let _ = follower.set_friction(case.friction);
+    let _ = follower.set_prony(&case.finger.prony);
     if let Some(&first) = case.path.places.first() {
         // A start that is not free of contact shows in the status of every place.
         follower.start(case.path.coordinate(first));
@@ -179,21 +180,28 @@ impl<T: Real, S: Size> Walk<T, S> {
         self.model
     }
 
-    /// Goes to a motor angle (degrees) or distance (mm). The place has no branch yet; the number is that of the snap-throughs on the
-    /// way.
-    pub fn go(&mut self, value: f64) -> (Place, u32) {
+    /// Where it is: a motor angle (degrees) or distance (mm).
+    pub fn at(&self) -> f64 {
+        self.case.path.place(self.follower.coordinate())
+    }
+
+    /// Goes to a motor angle (degrees) or distance (mm) within a time, s. The place has no branch yet; the number is that of the
+    /// snap-throughs on the way.
+    pub fn go(&mut self, value: f64, seconds: f64) -> (Place, u32) {
         let begin = Instant::now();
-        let outcome = self.follower.follow_within(self.case.path.coordinate(value), MOST_ITERATIONS);
+        let target = Target { coordinate: self.case.path.coordinate(value), time_step_s: seconds };
+        let outcome = self.follower.follow_within(target, MOST_ITERATIONS);
         let elapsed_us = begin.elapsed().as_secs_f64() * 1e6;
         let known = outcome.status.is_trustworthy();
         let mut state =
             known.then(|| state(&mut self.follower, &mut self.probe, &self.case, &self.options, &self.samples));
-        let interval = self.interval(value);
+        let interval = self.interval(target);
         if let Some(state) = &mut state {
             state.force_interval = interval;
         }
         let place = Place {
             at: At::new(self.case.path.along(), value),
+            time_s: None,
             status: outcome.status,
             effort: Effort {
                 iterations: outcome.iterations,
@@ -210,10 +218,9 @@ impl<T: Real, S: Size> Walk<T, S> {
 
 impl<T: Real, S: Size> Walk<T, S> {
     /// What the forces at a place lie between if the path is unknown.
-    fn interval(&mut self, value: f64) -> Option<ForceInterval> {
+    fn interval(&mut self, target: Target) -> Option<ForceInterval> {
         let bounds = self.bounds.as_mut()?;
-        let coordinate = self.case.path.coordinate(value);
-        let known = bounds.each_mut().map(|follower| follower.follow_within(coordinate, MOST_ITERATIONS).status);
+        let known = bounds.each_mut().map(|follower| follower.follow_within(target, MOST_ITERATIONS).status);
         known.iter().all(|status| status.is_trustworthy()).then(|| ForceInterval::between(bounds))
     }
 }
@@ -236,10 +243,13 @@ fn solve_in<T: Real, S: Size, B>(case: &Case, options: &Options, watch: Watch<'_
     let mut walk = Walk::<T, S>::begin(case, options)?;
     let total = case.path.places.len();
     let (mut places, mut found) = (Vec::with_capacity(total), Vec::with_capacity(total));
-    for &value in &case.path.places {
-        let (place, snaps) = walk.go(value);
+    let (seconds, times) = (case.path.time_steps(walk.at()), case.path.times());
+    for (index, (&value, seconds)) in case.path.places.iter().zip(seconds).enumerate() {
+        let (mut place, snaps) = walk.go(value, seconds);
+        place.time_s = times.as_ref().and_then(|times| times.get(index)).copied();
         found.push(Found {
             place: value,
+            seconds,
             status: place.status,
             snaps,
             force: place.force_magnitude_n(),
@@ -280,7 +290,7 @@ fn state<T: Real, S: Size>(
         force_n: follower.force_world().map(number),
         force_finger_frame_n: follower.force_finger().map(number),
         motor_torque_nmm: number(follower.motor_torque()),
-        energy_nmm: number(follower.energy()),
+        energy_nmm: case.finger.prony.is_empty().then(|| number(follower.energy())),
         gap_mm: number(follower.distance()),
         tip_mm: follower.tip().map(number),
         contact_pressure: pressures(&case.finger.design, samples, &shape.contacts),
@@ -291,6 +301,6 @@ fn state<T: Real, S: Size>(
         self_contact,
         friction: (case.friction > 0.0).then(|| Friction::of(follower)),
         force_interval: None,
-        sensitivity: sensitivity(follower, probe, case, options),
+        sensitivity: if case.finger.prony.is_empty() { sensitivity(follower, probe, case, options) } else { None },
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::case::{Case, Coordinate};
-use crate::study::columns::{Column, DESIGN, GAINS, RESULTS, RUBBING};
+use crate::study::columns::{AT_TIME, Column, DESIGN, GAINS, RESULTS, RUBBING};
 use crate::study::headline::headline;
 use crate::study::number::short;
 use crate::study::place::Place;
@@ -16,6 +16,16 @@ pub fn text(case: &Case, run: &Run) -> String {
     let mut out = String::new();
     let _ = writeln!(out, "{}", headline(case));
     let _ = writeln!(out, "{}, {} unknowns", run.model.words(), run.model.unknowns);
+    if !case.finger.prony.is_empty() {
+        let terms: Vec<String> = case.finger.prony.iter().map(|[part, time]| format!("{part} in {time} s")).collect();
+        let stays = 1.0 - case.finger.prony.iter().map(|[part, _]| part).sum::<f64>();
+        let _ = writeln!(
+            out,
+            "material with memory: of a sudden stress fades {}; {} stays",
+            terms.join(", "),
+            short(stays)
+        );
+    }
     out.push('\n');
     table(&mut out, &RESULTS, along, run, |_| true);
     if case.friction > 0.0 {
@@ -55,7 +65,10 @@ pub fn text(case: &Case, run: &Run) -> String {
 fn table(out: &mut String, columns: &[Column], along: Coordinate, run: &Run, shown: impl Fn(&Place) -> bool) {
     let places: Vec<&Place> = run.places.iter().filter(|place| shown(place)).collect();
     let mut lines = vec![String::new(); 2 + places.len()];
-    for column in columns {
+    // A motion that comes back, or holds, meets a place several times: its time says which one it is.
+    let timed = run.places.iter().any(|place| place.time_s.is_some());
+    let (first, others) = columns.split_at(1.min(columns.len()));
+    for column in first.iter().chain(timed.then_some(&AT_TIME)).chain(others) {
         let cells: Vec<String> = column
             .heading(along)
             .into_iter()

@@ -21,6 +21,10 @@ const BEYOND: f64 = 0.01;
 pub enum Warning {
     /// With friction the force depends on the path.
     Friction,
+    /// With memory the force depends on the path and its time.
+    Memory,
+    /// The material has memory, and no time passes.
+    Sudden,
     /// Welded lamellae are rigid in the model.
     RigidLamellae,
     /// A taper ends where the finger does not.
@@ -87,7 +91,7 @@ impl Warning {
     /// The place that it speaks of; `None` if it is about the finger itself.
     pub fn at(&self) -> Option<At> {
         match self {
-            Self::Friction | Self::RigidLamellae | Self::Taper(_) => None,
+            Self::Friction | Self::Memory | Self::Sudden | Self::RigidLamellae | Self::Taper(_) => None,
             Self::Lost { at, .. } | Self::Touching { at, .. } | Self::Strained { at, .. } => Some(*at),
             Self::Reached(overlap) => Some(overlap.at),
         }
@@ -100,6 +104,14 @@ impl fmt::Display for Warning {
             Self::Friction => f.write_str(
                 "object.friction: the force depends on the path, which is from an open hand through the places in their order; \
                  derivatives are left out",
+            ),
+            Self::Memory => f.write_str(
+                "finger.material.prony: the force depends on the path and its time, from an open hand through the places in their \
+                 order; derivatives and energies are left out",
+            ),
+            Self::Sudden => f.write_str(
+                "finger.material.prony: no time passes, so that forces are those of a sudden motion; motion.times_s or \
+                 motion.speed_deg_per_s says how time passes",
             ),
             Self::RigidLamellae => f.write_str(
                 "finger.hinge.kind = \"welded\": the model's lamellae are rigid, real ones bend with the beams; the force is too \
@@ -148,6 +160,7 @@ pub fn warnings(case: &Case, places: &[Place]) -> Vec<Warning> {
     (case.friction > 0.0)
         .then_some(Warning::Friction)
         .into_iter()
+        .chain(remembered(case, places))
         .chain(left_out(case))
         .chain(tapers(case))
         .chain(lost(case, places))
@@ -155,6 +168,15 @@ pub fn warnings(case: &Case, places: &[Place]) -> Vec<Warning> {
         .chain(touching(places))
         .chain(strained(places))
         .collect()
+}
+
+/// What a material with memory makes of the results.
+fn remembered(case: &Case, places: &[Place]) -> impl Iterator<Item = Warning> {
+    let remembers = !case.finger.prony.is_empty();
+    let is_sudden = !case.path.has_time() && places.iter().all(|place| place.time_s.is_none());
+    [(remembers, Warning::Memory), (remembers && is_sudden, Warning::Sudden)]
+        .into_iter()
+        .filter_map(|(applies, warning)| applies.then_some(warning))
 }
 
 /// What the model leaves out of a finger, so much that its forces are wrong by more than a few percent.

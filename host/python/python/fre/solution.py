@@ -16,7 +16,7 @@ from .record import Record, array, wrapped
 from .status import STATUSES, Status
 
 Array = NDArray[np.float64]
-Kind = Literal["finger", "force", "pressure", "strain"]
+Kind = Literal["finger", "force", "loop", "pressure", "strain"]
 T = TypeVar("T")
 
 
@@ -70,7 +70,7 @@ class Place:
     force_magnitude_n = _Field(_NAN, "Its magnitude, N.")
     force_finger_frame_n = _Field(_PAIR, "Force on the object, finger frame, N.")
     motor_torque_nmm = _Field(_NAN, "Torque that the contact demands of the motor, N·mm; of a translated base a force, N.")
-    energy_nmm = _Field(_NAN, "Elastic energy, N·mm.")
+    energy_nmm = _Field(_NAN, "Elastic energy, N·mm; NaN of a material with memory.")
     gap_mm = _Field(_NAN, "Smallest gap between finger and object, mm; slightly negative in contact.")
     tip_mm = _Field(_PAIR, "Tip of the front beam, finger frame, mm.")
     front_mm = _Field(_points(0, 2), "Front centreline, base to tip, finger frame, mm.")
@@ -84,7 +84,7 @@ class Place:
         None, "Between which values the forces lie if the path is unknown: normal, magnitude, torque_nmm; None without friction."
     )
     max_strain: _Field[Record | None] = _Field(None, "Largest strains: front, back, hinge.")
-    sensitivity: _Field[Record | None] = _Field(None, "Derivatives by name, such as force_per_deg_n; None with friction.")
+    sensitivity: _Field[Record | None] = _Field(None, "Derivatives by name, such as force_per_deg_n; None with friction or memory.")
     iterations = _Field(0, "Newton iterations since the place before.")
     steps = _Field(0, "Steps of the coordinate since the place before.")
     elapsed_us = _Field(_NAN, "Time since the place before, µs.")
@@ -172,9 +172,10 @@ class Follower:
         """The case."""
         return self._case
 
-    def follow(self, to: float) -> Place:
-        """Goes to a motor angle (degrees) or a distance (mm); ``first_branch`` is None there."""
-        return Place(json.loads(self._follower.follow(to)))
+    def follow(self, to: float, dt_s: float | None = None) -> Place:
+        """Goes to a motor angle (degrees) or a distance (mm) within ``dt_s`` seconds; ``first_branch`` is None there. Without a time the
+        motion is sudden; the time matters to a material with memory only."""
+        return Place(json.loads(self._follower.follow(to, dt_s)))
 
     def __repr__(self) -> str:
         return f"<fre.Follower of {self._case!r}>"
@@ -237,6 +238,11 @@ class Solution(Sequence[Place]):
     def places(self) -> Array:
         """Motor angles in degrees, or distances in mm."""
         return self._solved.places()
+
+    @property
+    def time_s(self) -> Array:
+        """Times since the motion began, s; NaN where no time passes."""
+        return self._solved.time_s()
 
     @property
     def force_n(self) -> Array:

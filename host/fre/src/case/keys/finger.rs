@@ -1,6 +1,7 @@
 //! Keys of `[finger]`.
 
 use model_core::design::{Field, MAX_KNOTS, MAX_LAMELLAE};
+use model_core::equilibrium::{PRONY_PARTS, PRONY_TERMS, PRONY_TIMES};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +18,12 @@ fn one() -> f64 {
 /// The range of a modulus in the file's unit.
 fn pascals(range: Option<[f64; 2]>) -> Option<[f64; 2]> {
     range.map(|range| range.map(|limit| limit * PA_PER_MPA))
+}
+
+/// The range of the terms of a material with memory.
+fn prony_limits() -> String {
+    let ([least, most], [shortest, longest]) = (PRONY_PARTS, PRONY_TIMES);
+    format!("gᵢ and Σ gᵢ {least} to {most}, τᵢ {shortest} to {longest:e} s; up to {PRONY_TERMS} entries")
 }
 
 /// Two flexible beams that meet at the tip, and lamellae between them. Finger frame: origin at the front beam's base, y
@@ -95,9 +102,13 @@ pub struct MaterialTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("x-range" = MAX_STRAIN, "x-note" = " (a share: 0.05 is 5 %)", "x-default" = "unknown"))]
     pub max_strain: Option<f64>,
-    /// Relaxation: pairs of a share gᵢ of the stiffness and the time τᵢ (s) in which it relaxes (Prony series).
+    /// Relaxation: pairs of a share gᵢ of a sudden stress and the time τᵢ (s) in which it fades (Prony series). Young's modulus is that
+    /// of a sudden strain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-pair" = "[gᵢ, τᵢ in s]", "x-default" = "elastic", "x-computed" = []))]
+    #[schemars(extend(
+        "x-pair" = "[gᵢ, τᵢ in s]", "x-default" = "elastic", "maxItems" = PRONY_TERMS, "x-needed" = "an array of pairs [gᵢ, τᵢ in s]",
+        "x-limits" = prony_limits()
+    ))]
     pub prony: Option<Vec<(f64, f64)>>,
 }
 

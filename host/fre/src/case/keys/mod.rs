@@ -30,7 +30,7 @@ pub use finger::{
     BeamTable, FingerTable, HingeFrom, HingeKind, HingeTable, LamellaKind, LamellaeTable, MaterialLaw, MaterialTable,
     MotorTable, PlaneStrain, RibEnds, TipTable,
 };
-pub use motion::{MAX_ANGLE, MAX_DISTANCE, MotionTable};
+pub use motion::{MAX_ANGLE, MAX_DISTANCE, MAX_TIME, MotionTable};
 pub use object::ObjectTable;
 pub use values::{Along, PerRib, RibThickness};
 

@@ -7,6 +7,10 @@ use serde::{Deserialize, Serialize};
 pub const MAX_ANGLE: f64 = 180.0;
 /// The largest distance, mm.
 pub const MAX_DISTANCE: f64 = 1000.0;
+/// The latest time, s.
+pub const MAX_TIME: f64 = 1e9;
+/// The least and the greatest speed of a motor, degrees per second.
+const SPEEDS: [f64; 2] = [1e-6, 1e6];
 /// The most places along a motion.
 const MAX_PLACES: usize = 10_000;
 
@@ -35,12 +39,15 @@ pub struct MotionTable {
         "x-default" = "needed without a motor"
     ))]
     pub distances_mm: Option<Vec<f64>>,
-    /// Time at each place.
+    /// Time at each place since the motion began with an open hand, increasing: one per place. The same place at a later time is a hold.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-unit" = "s", "x-default" = "no time passes", "x-computed" = []))]
+    #[schemars(extend(
+        "x-unit" = "s", "x-range" = [0.0, MAX_TIME], "x-default" = "no time passes", "maxItems" = MAX_PLACES, "minItems" = 1,
+        "x-needed" = "an array of s, one per place"
+    ))]
     pub times_s: Option<Vec<f64>>,
-    /// Speed of the motor, in place of `times_s`.
+    /// Speed of the motor, in place of `times_s`: from the open hand to the first place, whose time is 0, and from place to place.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-unit" = "degrees/s", "x-default" = "no time passes", "x-computed" = []))]
+    #[schemars(extend("x-unit" = "degrees/s", "x-range" = SPEEDS, "x-default" = "no time passes"))]
     pub speed_deg_per_s: Option<f64>,
 }

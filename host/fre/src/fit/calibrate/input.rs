@@ -125,7 +125,9 @@ impl Input {
     ) -> Result<Self, InputError> {
         drive.validate()?;
         fit_together(measurements.len(), documents.len())?;
-        let cases = documents.iter().map(|(_, document)| document.case()?.frictionless("a calibration"));
+        let cases = documents
+            .iter()
+            .map(|(_, document)| document.case()?.frictionless("a calibration")?.elastic("a calibration"));
         let cases = cases.map(|case| case.map_err(Box::new));
         let cases: Vec<Case> = cases.collect::<Result<_, _>>()?;
         let (Some((first_name, document)), Some(first)) = (documents.first().cloned(), cases.first()) else {
