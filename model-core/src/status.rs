@@ -33,6 +33,9 @@ pub enum Status {
     Precision,
     /// Which samples touch did not settle, so that nothing can be said about the branch.
     Unsettled,
+    /// The work is spread over ticks: the numbers are the present measurement's, but only within 1 % or 0.05 N of the force,
+    /// whichever is more. What has no such bound is [`Self::MaxIterations`].
+    Updating,
 }
 
 impl Status {
@@ -56,6 +59,7 @@ impl Status {
             Self::Stale => "stale",
             Self::Precision => "precision",
             Self::Unsettled => "unsettled",
+            Self::Updating => "updating",
         }
     }
 }

@@ -92,6 +92,7 @@ fn a_force_that_is_not_to_be_trusted_says_so() {
     assert_eq!(show(&mut table, |state| state.estimate.status = Status::Stale), (9, 0));
     assert_eq!(show(&mut table, |state| state.estimate.status = Status::Precision), (10, 0));
     assert_eq!(show(&mut table, |state| state.estimate.status = Status::Unsettled), (11, 0));
+    assert_eq!(show(&mut table, |state| state.estimate.status = Status::Updating), (12, 0));
     // No number at all is 0, one that does not fit the greatest.
     show(&mut table, |state| state.estimate.force = [f32::NAN, -f32::INFINITY]);
     assert_eq!(numbers(&read(&mut table, FIRST_BLOCK, 8).1), [0, i32::MIN]);

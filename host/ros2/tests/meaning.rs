@@ -140,6 +140,7 @@ fn the_numbers_of_the_statuses_stay() {
         Status::Stale,
         Status::Precision,
         Status::Unsettled,
+        Status::Updating,
     ];
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/ros2.md");
     let page = std::fs::read_to_string(page).unwrap();

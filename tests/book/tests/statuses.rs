@@ -4,7 +4,7 @@ use book::page::{Page, all};
 use model_core::status::Status;
 
 /// All statuses, by their codes.
-const ALL: [Status; 12] = [
+const ALL: [Status; 13] = [
     Status::Converged,
     Status::Tracking,
     Status::NoContact,
@@ -17,6 +17,7 @@ const ALL: [Status; 12] = [
     Status::Stale,
     Status::Precision,
     Status::Unsettled,
+    Status::Updating,
 ];
 
 /// The code; a status that is added does not compile until it is listed.
@@ -34,6 +35,7 @@ fn code(status: Status) -> usize {
         Status::Stale => 9,
         Status::Precision => 10,
         Status::Unsettled => 11,
+        Status::Updating => 12,
     }
 }
 

@@ -346,5 +346,6 @@ const fn code(status: Status) -> u8 {
         Status::Stale => 9,
         Status::Precision => 10,
         Status::Unsettled => 11,
+        Status::Updating => 12,
     }
 }

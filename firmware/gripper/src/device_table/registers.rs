@@ -54,7 +54,7 @@ pub struct FingerBlock {
     pub torque: Register<i32>,
     /// Status of the numbers above: 0 converged, 1 tracking, 2 no-contact, 3 snapped (up to here they may be used),
     /// 4 max-iterations, 5 stagnated, 6 folded, 7 contact-capacity, 8 out-of-range, 9 stale,
-    /// 10 precision, 11 unsettled.
+    /// 10 precision, 11 unsettled, 12 updating.
     pub status: Register<u8>,
     /// 1 if the numbers may be used.
     pub trustworthy: Register<u8>,

@@ -33,7 +33,7 @@ class Status(enum.Enum):
     unsettled = "unsettled"
     """Which samples touch did not settle."""
     updating = "updating"
-    """The work is spread over ticks; trusted only within its stated bound."""
+    """The work is spread over ticks: within 1 % or 0.05 N of the force, whichever is more."""
 
     @property
     def is_trustworthy(self) -> bool:
