@@ -407,8 +407,8 @@ impl<'a, B: Board> Core<'a, B> {
         unit.model.set_budget(unit.budget.iterations(left));
         let estimate = unit.model.update(unit.calibration.finger_angle(reading.position));
         let cost = B::cost_ticks().wrapping_sub(start);
-        // Without a finger or an object an estimate costs nothing, and tells nothing of what one costs.
-        if estimate.status != Status::OutOfRange {
+        // Without a finger, an object or a motion an estimate costs nothing, and tells nothing of what one costs.
+        if estimate.status != Status::OutOfRange && !unit.model.has_rested() {
             unit.budget.spent(cost, u32::from(estimate.iterations));
         }
         self.shared.add(|counters| &mut counters.estimates);

@@ -4,6 +4,7 @@ use dynamixel::Id;
 use grip::{Budget, Calibration, Contact, Faults, Grip, Health, Phase, Told, Touch, Why};
 use messages::{Difference, Direction, Mount, Report};
 use model_core::estimator::{Estimate, EstimatorSettings};
+use model_core::status::Status;
 use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
 use crate::Model;
@@ -232,10 +233,11 @@ impl<'a> Unit<'a> {
             return;
         };
         let estimate = &self.last.estimate;
-        let trust = estimate.status.is_trustworthy() && estimate.age == 0;
+        // A force within 1 % or 0.05 N is near enough to grip by.
+        let is_present = estimate.status.is_trustworthy() && estimate.age == 0 || estimate.status == Status::Updating;
         let touch = Touch {
             angle: self.calibration.angle(reading.position),
-            force: trust.then(|| f64::from(estimate.force_magnitude())),
+            force: is_present.then(|| f64::from(estimate.force_magnitude())),
             slope: force_slope(estimate),
             has_model: self.has_design && self.has_object,
             current: match mount.direction {

@@ -69,6 +69,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let forces = self.forces();
         if converged && !passed && !self.passes_a_fall(target, forces) {
             self.drift = attempt.drift;
+            self.factored |= attempt.iterations > 0;
             if untouched && attempt.iterations == 0 {
                 // The open hand as it was, and evaluated as it is.
                 self.keep(target);
@@ -82,7 +83,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let reaches = reaches && !(remaining == T::ZERO && self.remembers() && self.timeline.elapsed() > T::ZERO);
             return (reaches && self.phase == Phase::Following).then(|| self.standing());
         }
-        self.timeline.reject(&self.model);
+        self.reject();
         if left == 0 && attempt.status == Status::MaxIterations {
             // Nothing was tried, so that nothing is known of the step.
             return Some(Status::MaxIterations);

@@ -41,16 +41,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let (mut shift, mut spent) = (shift, spent);
         let (mut used, mut polishes, mut slow) = (0, 6, false);
         loop {
+            if used >= budget {
+                self.phase = Phase::Folding { target, shift, spent };
+                return;
+            }
             let (residual, sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, margin);
             self.sweep = sweep;
             self.note(&residual, outcome);
             let settled = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
             if spent >= FOLD_ITERATIONS || residual.gradient >= T::of(1e12) {
                 self.give_up(target);
-                return;
-            }
-            if used >= budget {
-                self.phase = Phase::Folding { target, shift, spent };
                 return;
             }
             used += 1;
@@ -67,7 +67,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     }
                     let passed = self.presses_from_behind();
                     self.phase = Phase::Following;
-                    self.drift = T::ZERO;
+                    (self.drift, self.factored) = (T::ZERO, true);
                     self.begin_fall(target);
                     self.accept(target);
                     if passed {
@@ -114,7 +114,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Goes back to the end of the branch, to try further beyond it or to leave it at that.
     fn give_up(&mut self, target: T) {
-        self.timeline.reject(&self.model);
+        self.reject();
         let further = (target - self.timeline.at()) * T::of(4.0);
         self.phase = if further.abs() <= self.max_step() {
             Phase::Folding { target: self.timeline.at() + further, shift: T::of(FOLD_SHIFT), spent: 0 }

@@ -161,6 +161,8 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     snapped: bool,
     /// Largest difference of an angle between the accepted state and the one whose inertia says that it is stable, rad.
     drift: T,
+    /// The last factorisation is that of the accepted state, or of one within the drift.
+    factored: bool,
     /// Why the smallest step failed where the branch could not be followed.
     failed: Status,
     fall: Fall<T>,
@@ -189,6 +191,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         phase: Phase::Lost,
         snapped: false,
         drift: T::ZERO,
+        factored: false,
         // Never read; all zeros.
         failed: Status::Converged,
         fall: Fall::NONE,
@@ -258,8 +261,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.timeline.rest();
         self.phase = Phase::Following;
         self.snapped = false;
-        (self.drift, self.fall) = (T::ZERO, Fall::NONE);
-        self.barred = Barred::NONE;
+        (self.drift, self.fall, self.factored) = (T::ZERO, Fall::NONE, false);
+        (self.barred, self.sweep) = (Barred::NONE, Sweep::NONE);
         self.allow_steps();
         self.work.contacts.count = 0;
         self.pause = T::of(LONGEST_PAUSE);
@@ -391,10 +394,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Brings the workspace, which results are read from, back to the accepted state.
     #[inline(never)]
     pub(crate) fn show_accepted(&mut self) {
-        self.timeline.reject(&self.model);
+        self.reject();
         self.aim(self.timeline.at());
         let object = self.seen(self.timeline.at());
         (_, self.sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::ZERO);
+    }
+
+    /// Goes back to the accepted state; what was factorised is of another one.
+    fn reject(&mut self) {
+        self.timeline.reject(&self.model);
+        self.factored = false;
     }
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.

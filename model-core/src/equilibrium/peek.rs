@@ -87,7 +87,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if !self.has_equilibrium() || self.timeline.is_marked() {
             return None;
         }
-        self.timeline.reject(&self.model);
+        self.reject();
         let at = self.timeline.at();
         let object = self.object;
         let [x, y] = aside.shift;

@@ -64,7 +64,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     }
                     folds += u32::from(spent == 0);
                     if folds > FOLDS {
-                        self.timeline.reject(&self.model);
+                        self.reject();
                         self.phase = Phase::Ended { forward: target > self.timeline.at() };
                         continue;
                     }

@@ -42,6 +42,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.model.cells() > 0 && self.phase == Phase::Following
     }
 
+    /// The last factorisation is that of the accepted state, or nearly.
+    pub(crate) fn is_factored(&self) -> bool {
+        self.factored
+    }
+
     pub(crate) fn has_snapped(&self) -> bool {
         self.snapped
     }

@@ -31,6 +31,11 @@ impl Tracking {
 /// Gap within which a sample takes part in the one step, mm: one that the step would press into the object unseen. *Measured*:
 /// without, 18 mN off where a sample comes in (test `tracking`); with it, 1.3 mN.
 const NEAR: f64 = 0.002;
+/// Rows that do not touch yet in a tick that has time for one step only.
+const FEW: usize = 3;
+/// How far a first step into an object is meant to press, mm, and the least part of a step that it is cut to.
+const PRESSED: f64 = 0.02;
+const LEAST_PART: f64 = 1.0 / 16.0;
 /// Steps after which the whole method decides.
 const MOST: u32 = 4;
 /// Where the budget ends, a step from residuals up to this many times the bounds is kept, untrusted: the next tick goes on from
@@ -53,13 +58,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// The same in the time that has passed.
     fn track_on(&mut self, to: T, within: Tracking, budget: u32) -> Outcome {
-        let far = self.max_step() * T::of(0.25);
         let remaining = to - self.timeline.at();
         let ready = self.phase == Phase::Following && budget > 0;
         let is_short = budget <= MOST;
+        let is_open = is_short && self.timeline.accepted.touching_count == 0;
+        let far = self.max_step() * if is_open { T::one() } else { T::of(0.25) };
         // With time for the whole method only what it would not do better.
         let begins = if is_short {
-            self.timeline.accepted.touching_count > 0
+            self.timeline.accepted.load == [T::ZERO; 2]
         } else {
             self.timeline.predicts() && remaining.abs() <= far
         };
@@ -72,33 +78,52 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         {
             return self.follow_on(to, budget);
         }
-        let size = self.step.min(far);
-        let reaches = remaining.abs() <= size;
-        let target = if reaches { to } else { self.timeline.at() + if remaining > T::ZERO { size } else { -size } };
+        let mut outcome = Outcome::at(Status::MaxIterations);
+        if is_open && remaining.abs() > self.max_step() && self.is_clear(to) {
+            // From one open hand to another nothing happens on the way.
+            self.accept(to);
+            return Outcome { status: self.standing(), steps: 1, ..outcome };
+        }
+        let mut size = self.step.min(far);
+        let mut reaches = remaining.abs() <= size;
         if !reaches && !is_short {
             return self.follow_on(to, budget);
         }
+        let towards = |size: T, at: T| at + if remaining > T::ZERO { size } else { -size };
+        let mut target = if reaches { to } else { towards(size, self.timeline.at()) };
         self.timeline.take(target, to);
         self.timeline.predict(target, self.work.history.slip.rubs(), &self.model);
-        let object = self.seen(target);
-        let mut outcome = Outcome::at(Status::MaxIterations);
+        let mut object = self.seen(target);
+        let clearance = self.sweep.nearest;
+        let mut shortens = is_open;
         let (near, mut moved) = (T::of(NEAR_ENOUGH), T::ZERO);
-        let mut trusted;
+        let (mut trusted, mut spare);
         loop {
             let (residual, sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::of(NEAR));
             if outcome.iterations == 0 && self.model.fineness <= 1 {
                 self.work.contacts.thin(MANY);
+                if is_short {
+                    self.work.contacts.cut(FEW);
+                }
             }
             self.sweep = sweep;
             self.note(&residual, &mut outcome);
             let tolerance = T::TOLERANCE;
             let converged = residual.gradient <= tolerance.gradient && residual.length <= tolerance.length;
+            if converged && is_open && sweep.nearest_free >= T::ZERO {
+                self.drift = T::ZERO;
+                self.keep(target);
+                self.step = (size + size).min(self.max_step());
+                let status = if reaches { self.standing() } else { Status::MaxIterations };
+                return Outcome { status, steps: 1, ..outcome };
+            }
             if converged && reaches {
                 // As where the motor stands: the factorisation that judged the last step has judged this state.
                 let drift = if outcome.iterations == 0 { self.drift + self.timeline.moved(&self.model) } else { moved };
                 let forces = self.forces();
                 if drift <= near && !self.passes_a_fall(target, forces) {
                     self.drift = drift;
+                    self.factored |= outcome.iterations > 0;
                     outcome.hops += u32::from(self.hops(target, forces));
                     self.accept(target);
                     return Outcome { status: self.standing(), steps: 1, ..outcome };
@@ -108,6 +133,18 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 let bound = |bound: f64| T::of(times * bound);
                 residual.gradient <= bound(within.gradient) && residual.length <= bound(within.length)
             };
+            if shortens && !is_within(COARSE) {
+                // Far into the object: no further than it begins, as far as is known.
+                shortens = false;
+                let part = (clearance + T::of(PRESSED)) / (clearance + residual.length);
+                let whole = if reaches { remaining.abs() } else { size };
+                size = whole * part.max(T::of(LEAST_PART)).min(T::of(1.0 - LEAST_PART));
+                (reaches, target) = (false, towards(size, self.timeline.at()));
+                self.reject();
+                self.timeline.take(target, to);
+                object = self.seen(target);
+                continue;
+            }
             let inertia = self.work.solve(&self.model, Hessian::Newton, T::ZERO);
             moved = self.work.increment.largest;
             self.work.apply(&self.model, &mut self.timeline.present, T::one());
@@ -116,9 +153,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 self.timeline.present.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
             // Without a stable factorisation, or with a step that wants clipping, the whole method decides.
             let odd = self.timeline.present.touching_count == 0 || self.presses_from_behind();
+            if self.timeline.present.touching_count == 0 && finite && self.opens(to) {
+                return Outcome { status: self.standing(), steps: 1, ..outcome };
+            }
             if !inertia.is_stable() || !finite || moved > T::of(CLIP) || odd {
                 return self.pursue(to, budget, outcome, size);
             }
+            // What a step leaves grows with its square.
+            spare = is_within(1.0 / 16.0);
             trusted = is_within(1.0) && !sweep.overflow && moved <= near;
             if trusted {
                 break;
@@ -135,23 +177,34 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return self.pursue(to, budget, outcome, size);
         }
         self.work.contacts.settle(&self.timeline.present);
-        self.drift = moved;
+        (self.drift, self.factored) = (moved, true);
         outcome.hops += u32::from(self.hops(target, forces));
         self.accept(target);
-        self.step = (size + size).min(self.max_step());
+        self.step = (if spare { T::of(4.0) * size } else { size + size }).min(self.max_step());
         let status = match self.standing() {
             // An object against the base has no status of this mode's own.
             Status::OutOfRange => Status::OutOfRange,
-            _ if !trusted || !reaches => Status::MaxIterations,
+            _ if !reaches || moved > near + near => Status::MaxIterations,
+            _ if !trusted => Status::Updating,
             Status::Snapped => Status::Snapped,
             _ => Status::Tracking,
         };
         Outcome { status, steps: 1, ..outcome }
     }
 
+    /// A step has let the object go. Where the open hand lies clear of it, that is the equilibrium, and accepted.
+    fn opens(&mut self, to: T) -> bool {
+        let clear = self.is_clear(to);
+        if clear {
+            self.rest();
+            self.accept(to);
+        }
+        clear
+    }
+
     /// Goes back to the accepted state, and on from there with what a step of this size has left of the budget.
     fn pursue(&mut self, to: T, budget: u32, so_far: Outcome, size: T) -> Outcome {
-        self.timeline.reject(&self.model);
+        self.reject();
         let left = budget.saturating_sub(so_far.iterations);
         if left == 0 {
             self.step = size * T::of(0.5);

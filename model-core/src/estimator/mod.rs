@@ -27,6 +27,7 @@ use crate::drive::{Drive, DriveError};
 use crate::equilibrium::{Follower, Outcome, Settings, Tracking};
 use crate::object::{ObjectDesign, ObjectError};
 use crate::real::Real;
+use crate::sensitivity::Derivative;
 use crate::size::{Size, Storage};
 use crate::status::Status;
 use crate::uncertainty::{Slopes, Uncertainty, UncertaintyError};
@@ -105,7 +106,7 @@ pub struct Estimate {
     /// Standard deviation of the force's magnitude from what the estimator's [`Uncertainty`] says, N: infinite while no
     /// derivatives are known, zero without contact (`distance` says how near a contact is).
     pub standard_deviation: f32,
-    /// Ticks since the derivatives behind the last two were taken.
+    /// Ticks since the derivatives behind the last two were those of the present equilibrium.
     pub sensitivity_age: u16,
 }
 
@@ -160,20 +161,36 @@ pub struct Estimator<T: Real, S: Size> {
     slopes: Slopes,
     /// The derivatives are those of this contact and branch.
     differentiated: bool,
+    /// The equilibrium was found to be one after the last step: at the same angle there is nothing left to do.
+    settled: bool,
+    /// The derivatives are those of this equilibrium.
+    is_fresh: bool,
+    /// In the last tick the motor was where it had been.
+    has_rested: bool,
     /// What friction keeps, if there is room for it.
     rub: S::SlipOnce<Rub>,
 }
 
 /// Iterations in which a tick of one servo count converges, but for few.
 const CONVERGES_WITHIN: u32 = 3;
-/// Angles at which a beginning is looked for in one tick.
+/// Angles at which a beginning is looked for in one tick: as many as it may do iterations, but within these.
 const CHECKS_PER_TICK: u32 = 8;
+const LEAST_CHECKS: u32 = 2;
 /// Derivatives are taken anew after this many ticks: at 500 Hz and 20°/s the finger has then turned by 0.3°.
 const DIFFERENTIATE_EVERY: u16 = 8;
 /// ... in the next tick that needs no more Newton iterations than this, which bounds the worst tick's cost.
 const DIFFERENTIATE_WITHIN: u32 = 2;
+/// Touching samples up to which derivatives fit into a tick beside its one step, where it has no more.
+const FEW_TOUCHING: usize = 6;
+/// Ticks after which they have a tick of their own there, and how far the motor may go in it, rad: three counts.
+const DIFFERENTIATE_AT_LAST: u16 = 2 * DIFFERENTIATE_EVERY;
+const SHORT_WAY: f64 = 3.1 * core::f64::consts::TAU / 4096.0;
 /// Their distance, rad.
 const SEARCH_PACE: f64 = core::f64::consts::PI / 180.0;
+
+fn single<T: Real>(v: [T; 2]) -> [f32; 2] {
+    v.map(|x| x.to_f64() as f32)
+}
 
 impl<T: Real, S: Size> Estimator<T, S> {
     /// An estimator without finger and object: every estimate is `out-of-range`.
@@ -195,6 +212,9 @@ impl<T: Real, S: Size> Estimator<T, S> {
         uncertainty: None,
         slopes: Slopes { angle: 0.0, youngs_modulus: 0.0, centre: [0.0; 2], radius: 0.0 },
         differentiated: false,
+        settled: false,
+        is_fresh: false,
+        has_rested: false,
         rub: <S::SlipOnce<Rub> as Storage<Rub>>::EMPTY,
     };
 
@@ -242,7 +262,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if self.configured && self.has_object {
             self.follower.set_object(self.object, self.drive.motion(self.axis));
         }
-        (self.placed, self.searched, self.differentiated) = (false, 0.0, false);
+        (self.placed, self.searched, self.differentiated, self.settled) = (false, 0.0, false, false);
         self.keep(Rub::EMPTY);
     }
 
@@ -307,6 +327,11 @@ impl<T: Real, S: Size> Estimator<T, S> {
         &self.follower
     }
 
+    /// The last estimate found the motor where it had been, and had nothing to do: what it took says nothing of what others take.
+    pub fn has_rested(&self) -> bool {
+        self.has_rested
+    }
+
     /// The object as it was set.
     pub fn object(&self) -> Option<&ObjectDesign> {
         self.has_object.then_some(&self.object)
@@ -315,6 +340,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// The solver, for who moves the object from where it was set ([`crate::grasp::Grasp::resume`]); [`Self::reread`]
     /// afterwards.
     pub fn follower_mut(&mut self) -> &mut Follower<T, S> {
+        self.settled = false;
         &mut self.follower
     }
 
@@ -341,6 +367,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let mut estimate = self.last;
         estimate.motor_angle = motor_angle as f32;
         estimate.iterations = 0;
+        self.has_rested = false;
         let ready = self.configured && self.has_object && (least..=most).contains(&motor_angle);
         let rubs = self.follower.rubs();
         let followed = if rubs && ready { self.follow_path(motor_angle) } else { motor_angle };
@@ -350,14 +377,23 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if place.is_none() {
             estimate.status = Status::OutOfRange;
         } else if !self.placed && !self.place(followed, least) {
-            estimate.status = if self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
+            estimate.status =
+                if self.placed || self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
+        } else if !rubs
+            && self.differentiates_first(coordinate, &settings)
+            && self.move_along(&mut estimate, motor_angle)
+        {
+            estimate.status = Status::Updating;
         } else {
             let supposing = if rubs { self.suppose_path(settings.budget) } else { 0 };
             let budget = settings.budget - supposing;
             // Where there is no time to converge, what there is time for has to do.
             let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
+            // The same angle again: nothing has moved, and nothing is left to do.
+            let stands = if rubs { self.rests(coordinate) } else { self.stands(coordinate) };
+            self.has_rested = stands;
             let outcome = match settings.one_iteration.or(short) {
-                _ if rubs && self.rests(coordinate) => Outcome::at(self.follower.standing()),
+                _ if stands => Outcome::at(self.follower.standing()),
                 Some(within) => self.follower.track(coordinate, within, budget),
                 None => self.follower.follow_within(coordinate, budget),
             };
@@ -366,9 +402,18 @@ impl<T: Real, S: Size> Estimator<T, S> {
             estimate.status = outcome.status;
             estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
             estimate.iterations = (supposing + outcome.iterations).min(u32::from(u16::MAX)) as u16;
-            estimate.residual = outcome.gradient as f32;
-            if outcome.status.is_trustworthy() {
+            if !stands {
+                estimate.residual = outcome.gradient as f32;
+                self.is_fresh = false;
+                // In one-iteration mode nobody has looked at what the last step left.
+                self.settled = outcome.iterations == 0 || outcome.status == Status::Converged;
+            }
+            if outcome.status == Status::Updating {
                 self.read(&mut estimate);
+            } else if outcome.status.is_trustworthy() {
+                if rubs || !stands {
+                    self.read(&mut estimate);
+                }
                 if rubs {
                     self.read_rubbing(&mut estimate, supposing + outcome.iterations);
                 } else {
@@ -381,9 +426,12 @@ impl<T: Real, S: Size> Estimator<T, S> {
         estimate
     }
 
-    /// Looks for an angle, from the measured one back, at which the open finger can begin; a bounded number per tick.
+    /// Looks for an angle, from the measured one back, at which the open finger can begin; a bounded number per tick. Returns whether the
+    /// tick has room for following from there.
     fn place(&mut self, motor_angle: f64, least: f64) -> bool {
-        for _ in 0..CHECKS_PER_TICK {
+        let budget = self.settings().budget;
+        let begins = self.searched == 0.0;
+        for _ in 0..budget.clamp(LEAST_CHECKS, CHECKS_PER_TICK) {
             let angle = motor_angle - self.searched;
             let place = self.drive.coordinate(angle).filter(|_| angle >= least);
             let Some([coordinate, _]) = place else {
@@ -393,11 +441,12 @@ impl<T: Real, S: Size> Estimator<T, S> {
             };
             if self.follower.begin(coordinate) {
                 // The way from there is not the one that the contact has come.
-                if self.searched > 0.0 && self.follower.rubs() {
+                let at_once = self.searched == 0.0;
+                if !at_once && self.follower.rubs() {
                     self.forget_path();
                 }
                 (self.placed, self.searched) = (true, 0.0);
-                return true;
+                return at_once || begins && budget >= CONVERGES_WITHIN;
             }
             self.searched += SEARCH_PACE;
         }
@@ -411,32 +460,23 @@ impl<T: Real, S: Size> Estimator<T, S> {
             (estimate.force_per_angle, estimate.standard_deviation, estimate.sensitivity_age) = ([0.0; 2], 0.0, 0);
             return;
         }
-        let is_old = estimate.sensitivity_age >= DIFFERENTIATE_EVERY && iterations <= DIFFERENTIATE_WITHIN;
-        // Without any, as soon as they fit into the tick's budget: they cost less than an iteration.
-        let is_new = !self.differentiated && iterations < self.settings().budget.max(DIFFERENTIATE_WITHIN + 1);
-        let size = estimate.force_magnitude();
-        if (is_old || is_new)
-            && let Some(found) = self.follower.sensitivity()
-        {
-            let single = |v: [T; 2]| v.map(|x| x.to_f64() as f32);
-            let [x, y] = estimate.force.map(|f| f / size);
-            let along = |v: [T; 2]| {
-                let [u, v] = single(v);
-                u * x + v * y
-            };
-            let per_angle = found.coordinate.force.map(|part| part * T::of(self.ratio));
-            estimate.force_per_angle = single(per_angle);
-            self.slopes = Slopes {
-                angle: along(per_angle),
-                youngs_modulus: size,
-                centre: [along(found.centre[0].force), along(found.centre[1].force)],
-                radius: along(found.radius.force),
-            };
-            self.differentiated = true;
+        if self.is_fresh {
             estimate.sensitivity_age = 0;
         }
+        let budget = self.settings().budget;
+        // Without any, as soon as they fit into the tick's budget: they cost less than an iteration.
+        let within =
+            if self.differentiated { DIFFERENTIATE_WITHIN } else { budget.saturating_sub(1).max(DIFFERENTIATE_WITHIN) };
+        let fits = match iterations {
+            0 => true,
+            _ if budget < CONVERGES_WITHIN => self.follower.touching() <= FEW_TOUCHING,
+            _ => iterations <= within,
+        };
+        if fits && (estimate.sensitivity_age >= DIFFERENTIATE_EVERY || !self.differentiated) {
+            self.take_derivatives(estimate);
+        }
         // The force is proportional to the modulus but for the contact's softness.
-        self.slopes.youngs_modulus = size;
+        self.slopes.youngs_modulus = estimate.force_magnitude();
         let given = self.uncertainty.unwrap_or(Uncertainty::DEFAULT);
         estimate.standard_deviation =
             if self.differentiated { given.standard_deviation(&self.slopes) } else { f32::INFINITY };
@@ -445,8 +485,64 @@ impl<T: Real, S: Size> Estimator<T, S> {
         }
     }
 
+    /// Takes derivatives at the equilibrium, whose force the estimate has: those of the coordinate, if there are any.
+    fn take_derivatives(&mut self, estimate: &mut Estimate) -> Option<Derivative<T>> {
+        let found = self.follower.sensitivity_of_step()?;
+        let size = estimate.force_magnitude();
+        let [x, y] = estimate.force.map(|f| f / size);
+        let along = |v: [T; 2]| {
+            let [u, v] = single(v);
+            u * x + v * y
+        };
+        let per_angle = found.coordinate.force.map(|part| part * T::of(self.ratio));
+        estimate.force_per_angle = single(per_angle);
+        self.slopes = Slopes {
+            angle: along(per_angle),
+            youngs_modulus: size,
+            centre: [along(found.centre[0].force), along(found.centre[1].force)],
+            radius: along(found.radius.force),
+        };
+        (self.differentiated, self.is_fresh) = (true, true);
+        estimate.sensitivity_age = 0;
+        Some(found.coordinate)
+    }
+
+    /// The motor is where it was, and there the equilibrium is known: nothing is left to do.
+    fn stands(&self, coordinate: f64) -> bool {
+        let is_known =
+            self.settled && self.last.age == 0 && self.follower.has_equilibrium() && !self.follower.remembers();
+        is_known && T::of(coordinate).to_f64() == self.follower.coordinate()
+    }
+
+    /// The derivatives are so old that a tick is theirs. With many touching samples they cost as much as a step: both do not fit into one.
+    fn differentiates_first(&self, coordinate: f64, settings: &EstimatorSettings) -> bool {
+        let way = (T::of(coordinate).to_f64() - self.follower.coordinate()) / self.ratio;
+        let is_due = !self.differentiated || self.last.sensitivity_age >= DIFFERENTIATE_AT_LAST;
+        is_due
+            && settings.budget < CONVERGES_WITHIN
+            && self.last.age == 0
+            && self.last.status.is_trustworthy()
+            && self.follower.has_equilibrium()
+            && self.follower.touching() > FEW_TOUCHING
+            && way != 0.0
+            && way.abs() <= SHORT_WAY
+    }
+
+    /// The last force, moved along to an angle nearby by fresh derivatives; false if there are none.
+    fn move_along(&mut self, estimate: &mut Estimate, motor_angle: f64) -> bool {
+        let way = (motor_angle - f64::from(self.last.motor_angle)) as f32;
+        let Some(found) = self.take_derivatives(estimate) else { return false };
+        self.is_fresh = false;
+        let [x, y] = estimate.force_per_angle;
+        estimate.force = [estimate.force[0] + way * x, estimate.force[1] + way * y];
+        let ratio = self.ratio as f32;
+        let [u, v] = single(found.contact_centre).map(|part| part * ratio * way);
+        estimate.contact_centre = [estimate.contact_centre[0] + u, estimate.contact_centre[1] + v];
+        estimate.torque += found.torque.to_f64() as f32 * ratio * ratio * way;
+        true
+    }
+
     fn read(&self, estimate: &mut Estimate) {
-        let single = |v: [T; 2]| v.map(|x| x.to_f64() as f32);
         estimate.force = single(self.follower.force_world());
         estimate.torque = (self.ratio * self.follower.motor_torque().to_f64()) as f32;
         estimate.distance = self.follower.distance().to_f64() as f32;

@@ -113,6 +113,13 @@ impl<T: Real, S: Size> Workspace<T, S> {
         negative
     }
 
+    /// Borders the last factorisation by the present rows.
+    pub(crate) fn border(&mut self, model: &Model<T, S>) {
+        let Self { kinematics, contacts, factorisation, border, right, solution, increment, .. } = self;
+        border.make(Evaluated { model, kinematics, contacts }, factorisation, right, increment.angle.as_mut());
+        solution.forget();
+    }
+
     /// Factorises at the evaluated state, settles the active set and finds the increments.
     pub(crate) fn solve(&mut self, model: &Model<T, S>, hessian: Hessian, shift: T) -> Inertia {
         self.effort.solves();

@@ -54,6 +54,31 @@ impl<T: Real, S: Size> Contacts<T, S> {
     }
 }
 
+impl<T: Real, S: Size> Contacts<T, S> {
+    /// Keeps of the rows that do not touch the deepest ones, at most `most`: where there is time for a single step, its cost is bounded, and the
+    /// next one sees what this one has left out. Without friction only: a tangent would lose its normal.
+    pub fn cut(&mut self, most: usize) {
+        let is_new = |row: &Row<T>| row.only_pushes() && !row.touches();
+        let mut new = self.rows().iter().filter(|row| is_new(row)).count();
+        while new > most {
+            let rows = self.rows().iter().enumerate().filter(|(_, row)| is_new(row));
+            let farthest = rows.fold(None, |found: Option<(usize, T)>, (index, row)| match found {
+                Some((_, gap)) if row.gap <= gap => found,
+                _ => Some((index, row.gap)),
+            });
+            let Some((index, _)) = farthest else { return };
+            if let Some([_, above @ ..]) = self.rows().get(index..) {
+                let above = index..index + above.len();
+                for j in above {
+                    let row = self.rows.as_ref().at(j + 1);
+                    self.rows.as_mut().put(j, row);
+                }
+            }
+            (self.count, new) = (self.count - 1, new - 1);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -62,8 +87,8 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec;
 
-    /// Samples that are left of rows with these gaps, from sample 10 on, of which some touch.
-    fn thinned(gaps: &[f64], touching: &[u16], many: usize) -> Vec<u16> {
+    /// Rows with these gaps, from sample 10 on, of which some touch.
+    fn contacts(gaps: &[f64], touching: &[u16]) -> Box<Contacts<f64, Paper>> {
         let mut contacts: Box<Contacts<f64, Paper>> = Box::new(Contacts::EMPTY);
         for (j, &gap) in gaps.iter().enumerate() {
             let sample = 10 + j as u16;
@@ -72,6 +97,12 @@ mod tests {
             contacts.rows[j] = Row { sample, state, gap, multiplier, ..Row::BLANK };
         }
         contacts.count = gaps.len();
+        contacts
+    }
+
+    /// Samples that are left.
+    fn thinned(gaps: &[f64], touching: &[u16], many: usize) -> Vec<u16> {
+        let mut contacts = contacts(gaps, touching);
         contacts.thin(many);
         contacts.rows().iter().map(|row| row.sample).collect()
     }
@@ -84,6 +115,18 @@ mod tests {
         assert_eq!(thinned(&GAPS, &[11], 5), [10, 11, 12, 13, 15, 20]);
         // The last one touches as well.
         assert_eq!(thinned(&GAPS, &[11, 21], 5), [10, 11, 12, 13, 15, 19, 20, 21]);
+    }
+
+    #[test]
+    fn of_rows_that_do_not_touch_the_deepest_are_kept() {
+        let cut = |touching: &[u16], most: usize| {
+            let mut contacts = contacts(&GAPS, touching);
+            contacts.cut(most);
+            contacts.rows().iter().map(|row| row.sample).collect::<Vec<_>>()
+        };
+        assert_eq!(cut(&[11, 12], 3), [11, 12, 15, 19, 20]);
+        assert_eq!(cut(&[11, 20], 0), [11, 20]);
+        assert_eq!(cut(&[], 20).len(), GAPS.len());
     }
 
     #[test]

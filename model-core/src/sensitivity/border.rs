@@ -76,7 +76,7 @@ fn cross<T: Real>(a: [T; 2], b: [T; 2]) -> T {
 }
 
 /// Turning rows where there is no room for one per sample: more make it more expensive than a Newton step and no more exact.
-const FEW: usize = 4;
+pub(super) const FEW: usize = 4;
 
 /// Where the rows are: those of the gaps, base to tip, and behind the middle one of each run of neighbours the run's turning row.
 #[derive(Clone, Copy)]
@@ -88,9 +88,9 @@ pub(super) struct Layout {
 
 impl Layout {
     /// `None` if there is no room for a single turning row.
-    fn new(touching: usize, capacity: usize) -> Option<Self> {
+    fn new(touching: usize, capacity: usize, most: usize) -> Option<Self> {
         let room = capacity.checked_sub(touching)?;
-        let runs = if room >= touching { touching } else { room.min(FEW) };
+        let runs = if room >= touching { touching.min(most) } else { room.min(FEW) };
         (runs > 0).then_some(Self { touching, runs })
     }
 
@@ -131,11 +131,11 @@ impl Layout {
     }
 }
 
-/// Gives the touching samples their turning rows and notes where the samples are; `None` if there is no room. [`narrow`] undoes
+/// Gives the touching samples their turning rows, at most so many, and notes where the samples are; `None` if there is no room. [`narrow`] undoes
 /// it.
-pub(super) fn widen<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>) -> Option<Layout> {
+pub(super) fn widen<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>, most: usize) -> Option<Layout> {
     let touching = work.contacts.rows().iter().filter(|row| row.touches()).count();
-    let layout = Layout::new(touching, S::CONTACTS)?;
+    let layout = Layout::new(touching, S::CONTACTS, most)?;
     let mut kept = 0;
     for j in 0..work.contacts.count {
         let row = work.contacts.rows.as_ref().at(j);
@@ -207,6 +207,17 @@ pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layou
 /// Factorises the KKT at the equilibrium and the dense border on all rows.
 pub(super) fn factorise<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>, layout: Layout) {
     work.factorise(model, Diagonal::of(Hessian::Newton, T::ZERO));
+    settle(work, layout);
+}
+
+/// As [`factorise`] with the factorised KKT of the last step.
+pub(super) fn keep<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>, layout: Layout) {
+    work.border(model);
+    settle(work, layout);
+}
+
+/// Factorises the dense border.
+fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layout) {
     // The turning rows first: their block is the identity's with a sign and a little more, and what they leave of the gap rows'
     // is no worse than it was. The other way round the gap rows of neighbouring samples, which are almost the same, would spoil
     // the turning ones.

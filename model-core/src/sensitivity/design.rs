@@ -152,7 +152,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let frame = self.frame();
         let layout = {
             let Parts { model, work } = self.parts();
-            border::widen(model, work)?
+            border::widen(model, work, usize::MAX)?
         };
         let differed = self.differ(probe, layout, designs, how, step);
         let answer = differed.map(|softening| {

@@ -74,6 +74,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     ///
     /// `None` if there is no room for a single one of those, with friction, or without an equilibrium; zero without contact.
     pub fn sensitivity(&mut self) -> Option<Sensitivity<T>> {
+        self.derive(false)
+    }
+
+    /// The same on the last step's factorisation where that is near: for a part of the cost, as exact as the state was near
+    /// ([`crate::equilibrium::NEAR_ENOUGH`]).
+    pub(crate) fn sensitivity_of_step(&mut self) -> Option<Sensitivity<T>> {
+        self.derive(true)
+    }
+
+    fn derive(&mut self, is_rough: bool) -> Option<Sensitivity<T>> {
         if !self.has_equilibrium() {
             return None;
         }
@@ -87,10 +97,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.complete_tangent();
         let frame = self.frame();
         let motion = self.motion;
+        let keeps = is_rough && self.is_factored();
         let Parts { model, work } = self.parts();
-        let layout = border::widen(model, work)?;
-        work.effort.solves();
-        border::factorise(model, work, layout);
+        let layout = border::widen(model, work, if is_rough { border::FEW } else { usize::MAX })?;
+        if keeps {
+            border::keep(model, work, layout);
+        } else {
+            work.effort.solves();
+            border::factorise(model, work, layout);
+        }
         let mut derivative =
             |cause: Cause<T>| frame.derivative(&border::respond(model, work, layout, &cause, |_| T::ZERO, frame.axis));
 
@@ -152,7 +167,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let pivot = frame.displacement.point(Vec2::new(point[0], point[1]));
         let pivot = [pivot.x, pivot.y];
         let Parts { model, work } = self.parts();
-        let layout = border::widen(model, work)?;
+        let layout = border::widen(model, work, usize::MAX)?;
         work.effort.solves();
         border::factorise(model, work, layout);
         let (one, zero) = (T::one(), T::ZERO);

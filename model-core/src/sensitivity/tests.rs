@@ -11,9 +11,10 @@ use std::vec::Vec;
 use super::{Derivative, DesignParameter, Probe};
 use crate::design::{Attachments, Beam, Design, MAX_LAMELLAE, Profile, ladder_80};
 use crate::discretise::{Discretisation, Physics, Sampling, Scheme, Softness};
-use crate::equilibrium::Follower;
+use crate::equilibrium::{Follower, Tracking};
 use crate::object::{Corners, Motion, ObjectDesign};
 use crate::random_designs::{Random, Round, first_contact, random_case};
+use crate::size::Reduced;
 use crate::status::Status;
 
 crate::fixed_size!(
@@ -454,6 +455,39 @@ fn neighbours_share_a_turning_row_where_room_is_short() {
         }
     }
     assert!(alike >= 80 && shared >= 20, "{alike} alike, {shared} shared");
+}
+
+/// The estimator's derivatives take the last step's factorisation: within a few per cent, and the factorisation is not made anew.
+#[test]
+fn derivatives_on_the_factorisation_of_a_step_are_near() {
+    let how = Discretisation::estimator(Physics::Extended);
+    let design = ladder_80();
+    let mut stepped: Box<Follower<f32, Reduced>> = Box::new(Follower::EMPTY);
+    stepped.configure(&design, &how).expect("a valid design");
+    stepped.set_object(
+        ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 },
+        Motion::Rotating { axis: design.motor_axis },
+    );
+    assert!(stepped.start(0.0));
+    let mut compared = 0;
+    for count in 0..125 {
+        let at = f64::from(count) * core::f64::consts::TAU / 4096.0;
+        let status = stepped.track(at, Tracking::DEFAULT, 1).status;
+        if status != Status::Tracking || count % 8 > 0 {
+            continue;
+        }
+        let before = stepped.effort();
+        let found = stepped.sensitivity_of_step().expect("in contact");
+        assert_eq!(stepped.effort().since(before).solves, 0);
+        let exact = stepped.sensitivity().expect("in contact");
+        for (exact, found) in [(exact.coordinate, found.coordinate), (exact.radius, found.radius)] {
+            let [x, y] = exact.force;
+            let off = (x - found.force[0]).hypot(y - found.force[1]) / x.hypot(y);
+            assert!(off < 0.05, "count {count}: {off}");
+        }
+        compared += 1;
+    }
+    assert!(compared >= 10, "{compared}");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 #[cfg(not(target_os = "none"))]
 extern crate std;
 
+pub mod campaign;
 #[cfg(not(target_os = "none"))]
 pub mod friction;
 #[cfg(not(target_os = "none"))]

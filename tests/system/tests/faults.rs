@@ -317,7 +317,8 @@ fn a_slow_processor_tells_old_forces_in_time() {
         bench.run_with(SECOND, |report, truth| {
             judge.look(report, truth);
             dearest = dearest.max(report.estimate.iterations);
-            if is_sound(report) {
+            // One within its bound is repeated as well.
+            if is_sound(report) || report.estimate.status == Status::Updating {
                 good = Some(report.estimate.force);
             } else if report.estimate.status == Status::MaxIterations {
                 old += 1;

@@ -1,0 +1,134 @@
+//! With a quota of one Newton iteration a tick's work is bounded, whatever happens to the finger; what does not fit is spread over ticks, and
+//! no force is called better than it is.
+
+use model_core::discretise::{Discretisation, Physics, Sampling};
+use model_core::estimator::{Estimate, Estimator};
+use model_core::real::Real;
+use model_core::size::Reduced;
+use model_core::status::Status;
+use reference_tests::campaign::{self, Tick};
+use reference_tests::{COUNT, ladder_80};
+
+/// Newton iterations per tick.
+const QUOTA: u32 = 1;
+const SAMPLES: [u8; 3] = [2, 4, 5];
+
+fn estimator<T: Real>(samples: u8, budget: u32) -> Box<Estimator<T, Reduced>> {
+    let mut estimator: Box<Estimator<T, Reduced>> = Box::new(Estimator::EMPTY);
+    let how = Discretisation { sampling: Sampling::PerElement(samples), ..Discretisation::reduced(Physics::Extended) };
+    estimator.configure(&ladder_80(), &how).expect("a valid finger");
+    estimator.set_budget(budget);
+    estimator
+}
+
+/// The estimates with the quota, and those of double precision with all the time they need.
+fn estimates(
+    samples: u8,
+    quota: u32,
+    ticks: impl Iterator<Item = Tick>,
+) -> impl Iterator<Item = (Tick, Estimate, Estimate)> {
+    let (mut short, mut exact) = (estimator::<f32>(samples, quota), estimator::<f64>(samples, 1000));
+    ticks.map(move |tick| {
+        assert!(tick.prepare(&mut short) && tick.prepare(&mut exact));
+        (tick, short.update(tick.angle()), exact.update(tick.angle()))
+    })
+}
+
+fn difference(one: &Estimate, other: &Estimate) -> f32 {
+    (one.force[0] - other.force[0]).hypot(one.force[1] - other.force[1])
+}
+
+#[test]
+fn a_tick_takes_one_step_and_three_evaluations_at_most() {
+    for samples in SAMPLES {
+        let mut estimator = estimator::<f32>(samples, QUOTA);
+        for tick in campaign::ticks() {
+            assert!(tick.prepare(&mut estimator));
+            let before = estimator.follower().effort();
+            let estimate = estimator.update(tick.angle());
+            let spent = estimator.follower().effort().since(before);
+            assert!(
+                spent.solves <= 1 && spent.evaluations <= 3,
+                "{samples} samples, {tick:?}: {spent:?}, {estimate:?}"
+            );
+            assert!(u32::from(estimate.iterations) <= QUOTA, "{estimate:?}");
+        }
+    }
+}
+
+#[test]
+fn a_force_is_as_good_as_its_status_says() {
+    for samples in SAMPLES {
+        let (mut sound, mut updating, mut worst) = (0, 0, [0.0_f32; 2]);
+        for (tick, estimate, exact) in estimates(samples, QUOTA, campaign::ticks()) {
+            let off = difference(&estimate, &exact);
+            if estimate.status.is_trustworthy() {
+                sound += 1;
+                worst[0] = worst[0].max(off);
+                assert!(off < 0.01 && estimate.age == 0, "{samples} samples, {tick:?}: off by {off} N, {estimate:?}");
+            } else if estimate.status == Status::Updating {
+                updating += 1;
+                let bound = f32::max(0.01 * exact.force_magnitude(), 0.05);
+                worst[1] = worst[1].max(off / bound);
+                assert!(off < bound && estimate.age > 0, "{samples} samples, {tick:?}: off by {off} N, {estimate:?}");
+            }
+        }
+        println!(
+            "{samples} samples: {sound} good, at most {:.1} mN off; {updating} updating, at most {:.2} of their bound",
+            1e3 * worst[0],
+            worst[1]
+        );
+        assert!(sound > 3000 && updating > 10, "{sound} good, {updating} updating");
+    }
+}
+
+/// Closing and opening, slow and fast: the force is never old for long.
+#[test]
+fn a_moving_finger_is_kept_up_with() {
+    for (quota, speed, least) in
+        [(1, 0.1, 0.97), (1, 0.35, 0.95), (1, 1.0, 0.85), (2, 0.1, 0.99), (2, 0.35, 0.99), (2, 1.0, 0.95)]
+    {
+        let ticks = (0.19 / (speed * 0.002)) as i32;
+        let ticks = (0..=ticks).chain((0..ticks).rev()).map(move |tick| {
+            let position = (f64::from(tick) * speed * 0.002 / COUNT).round() as i32;
+            Tick { position, height: (tick == 0).then_some(45.0) }
+        });
+        let (mut touching, mut sound, mut usable, mut oldest) = (0, 0, 0, 0);
+        for (_, estimate, exact) in estimates(5, quota, ticks) {
+            oldest = oldest.max(estimate.age);
+            if exact.status != Status::NoContact {
+                touching += 1;
+                sound += u32::from(estimate.status.is_trustworthy());
+                usable += u32::from(estimate.status.is_trustworthy() || estimate.status == Status::Updating);
+            }
+        }
+        println!(
+            "{quota} iterations, {speed} rad/s: {sound} of {touching} good, {usable} with those updating, {oldest} ticks old at most"
+        );
+        let part = |count: u32| f64::from(count) / f64::from(touching);
+        assert!(part(sound) > least && part(usable) > 0.95 && oldest <= 5, "{sound}, {usable} of {touching}, {oldest}");
+    }
+}
+
+/// Another object while the finger is closed by 11°: approached from the open finger within 60 ticks, and until then the old force has its age.
+#[test]
+fn another_object_is_approached_over_ticks() {
+    for samples in SAMPLES {
+        let closed = (11_f64.to_radians() / COUNT).round() as i32;
+        let closing = (-11..=closed).map(|position| Tick { position, height: (position == -11).then_some(45.0) });
+        let holding = (0..90).map(|tick| Tick { position: closed, height: (tick == 0).then_some(56.0) });
+        let held: Vec<_> = estimates(samples, QUOTA, closing.chain(holding)).collect();
+        let held = held.get(held.len() - 90..).expect("ninety ticks");
+        let first = held.iter().position(|(_, estimate, _)| estimate.status.is_trustworthy()).expect("an estimate");
+        println!("{samples} samples: the other object's force after {first} ticks");
+        assert!((20..=60).contains(&first), "{first}");
+        for (tick, (_, estimate, exact)) in held.iter().enumerate() {
+            let good = estimate.status.is_trustworthy();
+            assert!(good == (tick >= first) || estimate.status == Status::Updating, "{tick}: {estimate:?}");
+            assert!(
+                if good { difference(estimate, exact) < 0.01 } else { estimate.age as usize == tick + 1 },
+                "{estimate:?}"
+            );
+        }
+    }
+}
