@@ -24,9 +24,18 @@ fn main() {
             digests.push((digest, lost));
         }
     }
+    let campaigns = [2, 4, 5].map(|samples| {
+        let mut digest = sweep::DIGEST;
+        let sound = sweep::campaign(&mut estimator, samples, |work| work(), |numbers, _, ()| {
+            digest = numbers.into_iter().fold(digest, sweep::mix);
+        });
+        assert!(sound, "the campaign's finger and objects are sound");
+        (samples, digest)
+    });
     let folder = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let text = format!(
-        "/// Digest and lost ticks per physics and height, as the PC computes them.\npub const ON_THE_PC: [(u64, usize); {}] = {digests:?};\n",
+        "/// Digest and lost ticks per physics and height, as the PC computes them.\npub const ON_THE_PC: [(u64, usize); {}] = {digests:?};\n\
+         /// Samples per element and the campaign's digest.\npub const CAMPAIGN_ON_THE_PC: [(u8, u64); 3] = {campaigns:?};\n",
         digests.len()
     );
     std::fs::write(folder.join("on_the_pc.rs"), text).expect("the build folder can be written");

@@ -136,6 +136,39 @@ mod tests {
         }
     }
 
+    /// Stated cost of a tick of the campaign by samples per element, instructions: mean in contact and most of all (docs/real-time.md). The
+    /// count depends on the compiler a little, on the change a lot.
+    const STATED: [(u32, u32); 3] = [(51_000, 221_000), (61_000, 260_000), (66_000, 296_000)];
+    const INSTRUCTIONS_PER_TICK: u32 = 10;
+
+    /// What a tick costs, whatever happens to the finger, and that its forces are those of the PC bit for bit.
+    #[test]
+    #[timeout(240)]
+    fn a_tick_costs_no_more_than_stated(_board: Board) {
+        let estimator = ESTIMATOR.take();
+        for ((samples, expected), (mean, most)) in CAMPAIGN_ON_THE_PC.into_iter().zip(STATED) {
+            let (mut digest, mut sum, mut count, mut worst) = (sweep::DIGEST, 0_u64, 0_u64, 0);
+            let sound = sweep::campaign(
+                estimator,
+                samples,
+                |work| mps2::cycles::of(work).1 * INSTRUCTIONS_PER_TICK,
+                |numbers, touches, cost| {
+                    digest = numbers.into_iter().fold(digest, sweep::mix);
+                    worst = cost.max(worst);
+                    if touches {
+                        (sum, count) = (sum + u64::from(cost), count + 1);
+                    }
+                },
+            );
+            assert!(sound && count > 1000, "{samples} samples: {count} ticks in contact");
+            assert!(digest == expected, "{samples} samples: not the PC's result");
+            let found = (sum / count) as u32;
+            defmt::println!("{} samples: {} instructions in contact, {} at most", samples, found, worst);
+            assert!(found <= mean + mean / 10, "{samples} samples: {found} instructions on average, stated are {mean}");
+            assert!(worst <= most + most / 10, "{samples} samples: {worst} instructions at most, stated are {most}");
+        }
+    }
+
     #[test]
     fn refusals_and_honest_statuses(_board: Board) {
         let estimator = ESTIMATOR.take();

@@ -1,8 +1,9 @@
 //! A closing and opening finger as the target estimates it: shared by the build on the PC and the test on the target.
 
-use model_core::discretise::{Discretisation, Physics};
-use model_core::estimator::Estimator;
+use model_core::discretise::{Discretisation, Physics, Sampling};
+use model_core::estimator::{Estimate, Estimator};
 use model_core::size::Reduced;
+use model_core::status::Status;
 
 /// Contact heights of the 80 mm circle: Low, Mid, High.
 pub const HEIGHTS: [f64; 3] = [30.0, 45.0, 60.0];
@@ -26,6 +27,30 @@ pub fn closing_and_opening(
         each([estimate.force[0], estimate.force[1], estimate.torque]);
     }
     lost
+}
+
+/// Newton iterations of a tick of the campaign, as the firmware allows.
+pub const QUOTA: u32 = 1;
+
+/// Calls `each` with (force x, force y, torque) and the cost of every tick of the campaign with so many samples per element, as `costs`
+/// measures it; false if finger or object were refused.
+pub fn campaign<C>(
+    estimator: &mut Estimator<f32, Reduced>,
+    samples: u8,
+    mut costs: impl FnMut(&mut dyn FnMut()) -> C,
+    mut each: impl FnMut([f32; 3], bool, C),
+) -> bool {
+    let how = Discretisation { sampling: Sampling::PerElement(samples), ..Discretisation::estimator(Physics::Extended) };
+    let mut sound = estimator.configure(&reference_tests::ladder_80(), &how).is_ok();
+    estimator.set_budget(QUOTA);
+    for tick in reference_tests::campaign::ticks() {
+        sound &= tick.prepare(estimator);
+        let mut estimate = Estimate::blank(Status::Stale);
+        let cost = costs(&mut || estimate = estimator.update(tick.angle()));
+        let touches = estimate.force != [0.0; 2] && estimate.age == 0;
+        each([estimate.force[0], estimate.force[1], estimate.torque], touches, cost);
+    }
+    sound
 }
 
 /// Mixes a number's bits into a digest (FNV-1a).
