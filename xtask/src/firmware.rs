@@ -2,7 +2,7 @@
 
 use crate::command::{headline, run as run_command};
 use crate::cross::{Cross, TRIPLE};
-use crate::{paths, setup};
+use crate::{in_ram, paths, setup};
 use anyhow::{Context, Result, bail};
 use fre_boards::Board;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
@@ -20,12 +20,17 @@ pub fn run(board: &str) -> Result<()> {
     show(board).map(drop)
 }
 
-/// Builds a board's image and prints its sections; returns the ELF's path. An image over its budget is an error.
+/// Builds a board's image and prints its sections; returns the ELF's path. An image over its budget is an error, and so is one that needs
+/// flash where it has to run from RAM.
 pub fn show(board: &str) -> Result<PathBuf> {
     headline(&format!("image for {board}"));
     let image = build(board)?;
     println!("{}", image.display());
-    print_sections(check(board)?, &std::fs::read(&image).context("cannot read the image")?)?;
+    let (listed, bytes) = (check(board)?, std::fs::read(&image).context("cannot read the image")?);
+    print_sections(listed, &bytes)?;
+    if listed.probe.is_some() {
+        in_ram::check(listed, &bytes).with_context(|| format!("the image for {board}"))?;
+    }
     Ok(image)
 }
 

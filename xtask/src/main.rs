@@ -10,6 +10,7 @@ mod derivation;
 mod docs;
 mod firmware;
 mod fuzz;
+mod in_ram;
 mod on_target;
 mod panic_free;
 mod paths;

@@ -27,6 +27,8 @@ pub struct Board {
     pub ram: u32,
     /// What the variables may take of it, bytes.
     pub ram_budget: u32,
+    /// Nothing can be fetched while the settings are written: they lie in the program's own bank of the flash.
+    pub flash_stalls: bool,
     /// How it is reached with a debug probe; a virtual board has none.
     pub probe: Option<Probe>,
 }
@@ -43,7 +45,7 @@ pub struct Probe {
 const KB: u32 = 1024;
 const ST_LINK: &str = "the board's own ST-LINK, by its USB connector";
 
-/// QEMU's mps2-an500, which the tests run.
+/// QEMU's mps2-an500, which the tests run. Its flash is RAM; it takes turns with the bus all the same, as on the boards.
 pub const MPS2: Board = Board {
     name: "mps2",
     title: "QEMU mps2-an500",
@@ -55,6 +57,7 @@ pub const MPS2: Board = Board {
     flash_budget: 512 * KB,
     ram: 3584 * KB,
     ram_budget: 512 * KB,
+    flash_stalls: true,
     probe: None,
 };
 
@@ -71,6 +74,7 @@ pub const OPENCR: Board = Board {
     flash_budget: 544 * KB,
     ram: 288 * KB - 256,
     ram_budget: 192 * KB,
+    flash_stalls: true,
     probe: Some(Probe {
         chip: "STM32F746ZG",
         connection: "a debug probe (ST-LINK, CMSIS-DAP, J-Link) at the board's JTAG/SWD connector",
@@ -89,6 +93,7 @@ pub const NUCLEO_H743ZI: Board = Board {
     flash_budget: 544 * KB,
     ram: 512 * KB,
     ram_budget: 448 * KB,
+    flash_stalls: false,
     probe: Some(Probe { chip: "STM32H743ZI", connection: ST_LINK }),
 };
 
@@ -102,8 +107,9 @@ pub const NUCLEO_G474RE: Board = Board {
     wanted_hz: 500,
     flash: [0x0800_0000, 0x0807_c000],
     flash_budget: 486 * KB,
-    ram: 112 * KB - 256,
-    ram_budget: 110 * KB,
+    ram: 110 * KB - 256,
+    ram_budget: 109 * KB,
+    flash_stalls: true,
     probe: Some(Probe { chip: "STM32G474RE", connection: ST_LINK }),
 };
 
@@ -117,8 +123,9 @@ pub const NUCLEO_F429ZI: Board = Board {
     wanted_hz: 500,
     flash: [0x0800_0000, 0x0810_0000],
     flash_budget: 512 * KB,
-    ram: 192 * KB - 256,
+    ram: 190 * KB - 256,
     ram_budget: 160 * KB,
+    flash_stalls: false,
     probe: Some(Probe { chip: "STM32F429ZI", connection: ST_LINK }),
 };
 

@@ -7,8 +7,8 @@ fn main() {
     fs::copy("memory.x", folder.join("memory.x")).expect("memory.x can be copied");
     println!("cargo::rustc-link-search={}", folder.display());
     println!("cargo::rerun-if-changed=memory.x");
-    // `survivor.x` is the crate stm32's.
-    for script in ["link.x", "survivor.x", "defmt.x"] {
+    // `survivor.x` and `fast.x` are the crate stm32's.
+    for script in ["link.x", "survivor.x", "fast.x", "defmt.x"] {
         println!("cargo::rustc-link-arg-bins=-T{script}");
     }
 }

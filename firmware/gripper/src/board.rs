@@ -30,8 +30,7 @@ pub trait Board {
     /// Where settings live: all of it, from address 0 to its capacity; at least two erase sectors, and one sector less
     /// than the whole holds [`Self::FINGERS`] + 1 kilobytes.
     ///
-    /// Writing may hold the processor (a sector's erasure takes up to a second or two where program and settings share a
-    /// bank): the settings are written only when the host changes them.
+    /// Writing may hold the processor (see [`Self::FLASH_STALLS`]): the settings are written only when the host changes them.
     type Flash: NorFlash;
     /// Its watchdog, running since the start.
     type Watchdog: Watchdog;
@@ -45,6 +44,9 @@ pub trait Board {
     const COST_HZ: u32;
     /// After how long without food the watchdog restarts the processor, ms; more than writing the settings takes.
     const WATCHDOG_MS: u32;
+    /// Writing [`Self::Flash`] holds the processor, for up to a second or two while a sector is erased: program and settings share a
+    /// bank. It is then written between transactions on the bus.
+    const FLASH_STALLS: bool;
     /// A clock that wraps, to measure what the estimate costs.
     fn cost_ticks() -> u32;
     /// Starts the program anew, as after [`ResetCause::Software`]; the words, if there are any, are the next start's

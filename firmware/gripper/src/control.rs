@@ -278,9 +278,15 @@ impl<'a, B: Board> Core<'a, B> {
         }
     }
 
-    /// Waits for the bus; periods that pass meanwhile are reported as stale.
+    /// Waits for a transaction on the bus; periods that pass meanwhile are reported as stale.
     pub(crate) async fn patiently<F: Future>(&mut self, transaction: F) -> F::Output {
-        let mut transaction = pin!(transaction);
+        let _asking = self.shared.quiet.ask();
+        self.meanwhile(transaction).await
+    }
+
+    /// Waits for something else in the same way.
+    pub(crate) async fn meanwhile<F: Future>(&mut self, something: F) -> F::Output {
+        let mut transaction = pin!(something);
         loop {
             match select(transaction.as_mut(), Timer::at(self.end)).await {
                 Either::First(output) => return output,

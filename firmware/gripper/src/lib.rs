@@ -42,6 +42,7 @@ mod last_words;
 mod link;
 mod listening;
 mod provoke;
+mod quiet;
 mod rate;
 mod scan;
 mod servo;

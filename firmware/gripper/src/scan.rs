@@ -48,8 +48,10 @@ pub(crate) async fn scan<B: Board>(
             all = all.saturating_add(1);
             let (id, model, firmware) = (id.get(), identity.model, identity.firmware);
             core.shared.tell(Event::DeviceFound { id, model, firmware, baud, alert });
-            core.patiently(Timer::after_micros(TELLING_US)).await;
+            core.meanwhile(Timer::after_micros(TELLING_US)).await;
         }
+        // What waits for a moment without a transaction, too.
+        core.meanwhile(Timer::after_micros(TELLING_US)).await;
     }
     servos.go_on_at(bus);
     core.is_scanning = false;

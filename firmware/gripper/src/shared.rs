@@ -17,6 +17,7 @@ use messages::{
 use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
 
+use crate::quiet::Quiet;
 use crate::store::Key;
 
 /// Reports that wait for the link: an eighth of a second at 500 Hz.
@@ -105,6 +106,8 @@ pub struct Shared {
     outcome: Channel<Raw, (u32, Moved), 1>,
     /// The order that may still be taken up; 0: none.
     open_order: AtomicU32,
+    /// Whether a transaction is under way on the bus.
+    pub(crate) quiet: Quiet,
     /// When each task was last seen to run.
     pub(crate) alive: Alive,
     /// When the host was last heard, ms since the start; wraps after 49 days.
@@ -137,6 +140,7 @@ impl Shared {
             orders: Channel::new(),
             outcome: Channel::new(),
             open_order: AtomicU32::new(0),
+            quiet: Quiet::new(),
             alive: Alive::new(),
             heard_host: AtomicU32::new(0),
             keep: Channel::new(),

@@ -22,6 +22,7 @@ use sequential_storage::map::{MapConfig, MapStorage};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::quiet::Quiet;
 use crate::shared::Setup;
 use seal::Digests;
 
@@ -91,8 +92,8 @@ pub(crate) struct Store<F: NorFlash> {
 
 impl<F: NorFlash> Store<F> {
     pub(crate) fn new(flash: F) -> Self {
-        let flash = Blocking(flash);
-        let all = 0..u32::try_from(ReadNorFlash::capacity(&flash.0)).unwrap_or(0);
+        let flash = Blocking { flash, quiet: None };
+        let all = 0..u32::try_from(ReadNorFlash::capacity(&flash.flash)).unwrap_or(0);
         let config = MapConfig::try_new(all).ok();
         let map = config.map(|config| MapStorage::new(flash, config, Cache::new_uncached()));
         Self {
@@ -103,6 +104,13 @@ impl<F: NorFlash> Store<F> {
             is_current: false,
             is_void: false,
             writes: 0,
+        }
+    }
+
+    /// Writes in moments without a transaction only: the flash holds the processor.
+    pub(crate) fn wait_for(&mut self, quiet: &'static Quiet) {
+        if let Some(map) = &mut self.map {
+            map.flash().quiet = Some(quiet);
         }
     }
 
@@ -276,11 +284,25 @@ fn encode(key: Key, setup: &Setup, record: &mut [u8]) -> Result<usize, NotKept> 
 ///
 /// A word whose programming or erasing lost its power cannot be read where the flash corrects errors: the board says so by an error. It
 /// counts as zeros, which are part of no sound record and cannot be taken for erased.
-struct Blocking<F>(F);
+struct Blocking<F> {
+    flash: F,
+    /// What a change waits for, if it holds more than the task that asks for it.
+    quiet: Option<&'static Quiet>,
+}
+
+impl<F> Blocking<F> {
+    async fn change<R>(&mut self, mut change: impl FnMut(&mut F) -> R) -> R {
+        let flash = &mut self.flash;
+        match self.quiet {
+            Some(quiet) => quiet.when(|| change(flash)).await,
+            None => change(flash),
+        }
+    }
+}
 
 impl<F: NorFlash> Blocking<F> {
     fn read_torn(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), F::Error> {
-        let Err(error) = self.0.read(offset, bytes) else { return Ok(()) };
+        let Err(error) = self.flash.read(offset, bytes) else { return Ok(()) };
         if error.kind() == NorFlashErrorKind::OutOfBounds || error.kind() == NorFlashErrorKind::NotAligned {
             return Err(error);
         }
@@ -289,7 +311,7 @@ impl<F: NorFlash> Blocking<F> {
         while !rest.is_empty() {
             let left = (word - at as usize % word).min(rest.len());
             let Some((part, behind)) = rest.split_at_mut_checked(left) else { return Err(error) };
-            if self.0.read(at, part).is_err() {
+            if self.flash.read(at, part).is_err() {
                 part.fill(0);
             }
             at += part.len() as u32;
@@ -311,7 +333,7 @@ impl<F: NorFlash> waiting::ReadNorFlash for Blocking<F> {
     }
 
     fn capacity(&self) -> usize {
-        self.0.capacity()
+        self.flash.capacity()
     }
 }
 
@@ -319,12 +341,12 @@ impl<F: NorFlash> waiting::NorFlash for Blocking<F> {
     const WRITE_SIZE: usize = F::WRITE_SIZE;
     const ERASE_SIZE: usize = F::ERASE_SIZE;
 
-    fn erase(&mut self, from: u32, to: u32) -> impl Future<Output = Result<(), F::Error>> {
-        core::future::ready(self.0.erase(from, to))
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), F::Error> {
+        self.change(|flash| flash.erase(from, to)).await
     }
 
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> impl Future<Output = Result<(), F::Error>> {
-        core::future::ready(self.0.write(offset, bytes))
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), F::Error> {
+        self.change(|flash| flash.write(offset, bytes)).await
     }
 }
 

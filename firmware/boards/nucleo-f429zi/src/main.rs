@@ -12,7 +12,7 @@ use fre_boards::NUCLEO_F429ZI;
 use gripper::{Board, ResetCause};
 use stm32::port::{Receiver, Sender, halves};
 use stm32::usart::{self, Direction, Wired};
-use stm32::{Care, Dog, Line, Settings, critical, cycles, reset};
+use stm32::{Care, Dog, Line, Settings, critical, cycles, fast, reset};
 
 /// Room for received and for sent bytes.
 type Bus = stm32::Bus<512, 256>;
@@ -41,6 +41,7 @@ impl Board for Nucleo {
     const COST_HZ: u32 = NUCLEO_F429ZI.clock_hz;
     // Much longer than a sector of 16 KB takes to erase.
     const WATCHDOG_MS: u32 = 3_000;
+    const FLASH_STALLS: bool = NUCLEO_F429ZI.flash_stalls;
 
     fn cost_ticks() -> u32 {
         cycles::now()
@@ -69,6 +70,7 @@ gripper::tasks!(Nucleo, sends: Sender<2048, 2048>, hears: Receiver<2048, 2048>);
 async fn main(spawner: Spawner) {
     let boot = reset::boot(cause());
     if let Some(mut core) = cortex_m::Peripherals::take() {
+        fast::load(&mut core.SCB);
         critical::prepare(&mut core.SCB, &mut core.NVIC);
         cycles::start(&mut core.DCB, &mut core.DWT);
     }

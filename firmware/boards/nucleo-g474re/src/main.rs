@@ -7,13 +7,14 @@ mod clocks;
 
 use cortex_m_rt::exception;
 use embassy_executor::Spawner;
-use embassy_stm32::flash::Flash;
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::{pac, peripherals::IWDG};
+use embedded_storage::nor_flash::NorFlashErrorKind;
 use fre_boards::NUCLEO_G474RE;
 use gripper::{Board, ResetCause};
 use stm32::port::{Receiver, Sender, halves};
 use stm32::usart::{Direction, Wired};
-use stm32::{Care, Dog, Line, Settings, critical, cycles, reset, torn};
+use stm32::{Care, Dog, Line, Settings, critical, cycles, fast, reset, stalling, torn};
 
 /// Room for received and for sent bytes.
 type Bus = stm32::Bus<512, 256>;
@@ -27,8 +28,10 @@ const LINK_USART: Wired = Wired::new(pac::USART2, Direction::None);
 /// Rate of the virtual serial port, which the PC has to set as well.
 const LINK_BAUD: u32 = 1_000_000;
 
+/// Bytes of a page.
+const PAGE: u32 = 0x800;
 /// The last pages of bank 2.
-type Store = Settings<Correcting, 0x7_c000, 0x4000, 0x800>;
+type Store = Settings<Correcting, 0x7_c000, 0x4000, PAGE>;
 
 struct Nucleo;
 
@@ -42,6 +45,7 @@ impl Board for Nucleo {
     const COST_HZ: u32 = NUCLEO_G474RE.clock_hz;
     // Much longer than a page of 2 KB takes to erase.
     const WATCHDOG_MS: u32 = 2_000;
+    const FLASH_STALLS: bool = NUCLEO_G474RE.flash_stalls;
 
     fn cost_ticks() -> u32 {
         cycles::now()
@@ -52,10 +56,18 @@ impl Board for Nucleo {
     }
 }
 
-/// The flash interface's own caches are the driver's matter. A word that its error correction gives up raises a non-maskable interrupt.
+/// The program goes on in the bank of the settings. A word that its error correction gives up raises a non-maskable interrupt.
 struct Correcting;
 
 impl Care for Correcting {
+    fn erase(_: &mut Flash<'static, Blocking>, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        stalling::erase::<PAGE>(from, to)
+    }
+
+    fn write(_: &mut Flash<'static, Blocking>, place: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        stalling::write(place, bytes)
+    }
+
     fn read(address: u32, into: &mut [u8]) -> bool {
         // SAFETY: `Settings` asks for addresses inside the flash.
         unsafe { torn::read(address, into) }
@@ -87,6 +99,7 @@ gripper::tasks!(Nucleo, sends: Sender<1536, 1024>, hears: Receiver<1536, 1024>);
 async fn main(spawner: Spawner) {
     let boot = reset::boot(cause());
     if let Some(mut core) = cortex_m::Peripherals::take() {
+        fast::load(&mut core.SCB);
         critical::prepare(&mut core.SCB, &mut core.NVIC);
         cycles::start(&mut core.DCB, &mut core.DWT);
     }

@@ -12,7 +12,7 @@ use fre_boards::NUCLEO_H743ZI;
 use gripper::{Board, ResetCause};
 use stm32::port::{Receiver, Sender, halves};
 use stm32::usart::{Direction, Wired};
-use stm32::{Care, Dog, Line, Settings, critical, cycles, reset, torn};
+use stm32::{Care, Dog, Line, Settings, critical, cycles, fast, reset, torn};
 
 /// Room for received and for sent bytes.
 type Bus = stm32::Bus<512, 256>;
@@ -44,6 +44,7 @@ impl Board for Nucleo {
     const COST_HZ: u32 = NUCLEO_H743ZI.clock_hz;
     // Longer than a sector of 128 KB takes to erase, which holds the link, not the control task.
     const WATCHDOG_MS: u32 = 4_000;
+    const FLASH_STALLS: bool = NUCLEO_H743ZI.flash_stalls;
 
     fn cost_ticks() -> u32 {
         cycles::now()
@@ -96,6 +97,7 @@ gripper::tasks!(Nucleo, sends: Sender<2048, 2048>, hears: Receiver<2048, 2048>);
 async fn main(spawner: Spawner) {
     let boot = reset::boot(cause());
     if let Some(mut core) = cortex_m::Peripherals::take() {
+        fast::load(&mut core.SCB);
         critical::prepare(&mut core.SCB, &mut core.NVIC);
         core.SCB.enable_icache();
         core.SCB.enable_dcache(&mut core.CPUID);

@@ -9,13 +9,14 @@ mod usb_link;
 mod watchdog;
 
 use embassy_executor::Spawner;
-use embassy_stm32::flash::Flash;
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::{bind_interrupts, pac, peripherals, usb};
+use embedded_storage::nor_flash::NorFlashErrorKind;
 use fre_boards::OPENCR;
 use gripper::{Board, ResetCause};
 use stm32::usart::{self, Direction, Wired};
-use stm32::{Care, Line, Settings, critical, cycles, reset};
+use stm32::{Care, Line, Settings, critical, cycles, fast, reset, stalling};
 use usb_link::{Incoming, Outgoing};
 use watchdog::Timer;
 
@@ -26,8 +27,10 @@ static BUS: BusLine = Line::new();
 /// PC9 enables the board's transmitter.
 const BUS_USART: Wired = Wired::new(pac::USART6, Direction::Pin(pac::GPIOC, 9));
 
+/// Bytes of a sector, of the first four.
+const SECTOR: u32 = 0x8000;
 /// Sectors 2 and 3 of the flash, which the boot loader leaves free.
-type Store = Settings<Caches, 0x1_0000, 0x1_0000, 0x8000>;
+type Store = Settings<Caches, 0x1_0000, 0x1_0000, SECTOR>;
 
 struct OpenCr;
 
@@ -40,6 +43,7 @@ impl Board for OpenCr {
     const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
     const COST_HZ: u32 = OPENCR.clock_hz;
     const WATCHDOG_MS: u32 = watchdog::MS;
+    const FLASH_STALLS: bool = OPENCR.flash_stalls;
 
     fn cost_ticks() -> u32 {
         cycles::now()
@@ -50,17 +54,16 @@ impl Board for OpenCr {
     }
 }
 
-/// The flash is erased by words, and what the caches know of it is forgotten.
+/// The flash has one bank, in which the program is as well. What the caches know of it is forgotten.
 struct Caches;
 
 impl Care for Caches {
-    fn before_erasing() {
-        // The width stays as it is set while the driver erases; by bytes it takes twice as long.
-        if pac::FLASH.cr().read().lock() {
-            pac::FLASH.keyr().write_value(0x4567_0123);
-            pac::FLASH.keyr().write_value(0xcdef_89ab);
-        }
-        pac::FLASH.cr().modify(|w| w.set_psize(pac::flash::vals::Psize::PSIZE32));
+    fn erase(_: &mut Flash<'static, Blocking>, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        stalling::erase::<SECTOR>(from, to)
+    }
+
+    fn write(_: &mut Flash<'static, Blocking>, place: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        stalling::write(place, bytes)
     }
 
     fn changed(address: u32, bytes: u32) {
@@ -85,6 +88,7 @@ gripper::tasks!(OpenCr, sends: Outgoing, hears: Incoming);
 async fn main(spawner: Spawner) {
     let boot = reset::boot(cause());
     if let Some(mut core) = cortex_m::Peripherals::take() {
+        fast::load(&mut core.SCB);
         critical::prepare(&mut core.SCB, &mut core.NVIC);
         core.SCB.enable_icache();
         core.SCB.enable_dcache(&mut core.CPUID);

@@ -15,8 +15,20 @@ pub trait Care {
         unsafe { torn::copy(address, into) };
         true
     }
-    /// Called before a sector is erased.
-    fn before_erasing() {}
+    /// Erases whole sectors, those between two places, counted from the flash's start.
+    ///
+    /// # Errors
+    /// The flash has not done so.
+    fn erase(flash: &mut Flash<'static, Blocking>, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        flash.blocking_erase(from, to).map_err(kind)
+    }
+    /// Writes from a place on, counted from the flash's start.
+    ///
+    /// # Errors
+    /// The flash has not done so.
+    fn write(flash: &mut Flash<'static, Blocking>, place: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        flash.blocking_write(place, bytes).map_err(kind)
+    }
     /// Called after flash has changed, from this address on: caches may hold what was there.
     fn changed(_address: u32, _bytes: u32) {}
 }
@@ -82,15 +94,14 @@ impl<C: Care, const START: u32, const BYTES: u32, const SECTOR: u32> NorFlash fo
         if !from.is_multiple_of(SECTOR) || !to.is_multiple_of(SECTOR) {
             return Err(NorFlashErrorKind::NotAligned);
         }
-        C::before_erasing();
-        let outcome = self.flash.blocking_erase(start, START + to).map_err(kind);
+        let outcome = C::erase(&mut self.flash, start, START + to);
         C::changed(FLASH_BASE as u32 + start, to - from);
         outcome
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         let place = Self::place(offset, bytes.len())?;
-        let outcome = self.flash.blocking_write(place, bytes).map_err(kind);
+        let outcome = C::write(&mut self.flash, place, bytes);
         C::changed(FLASH_BASE as u32 + place, bytes.len() as u32);
         outcome
     }

@@ -10,27 +10,27 @@
 /// }
 /// ```
 ///
-/// A line's interrupt takes no lock (see [`critical`](crate::critical)); it has the second one wake whoever waits. The third
+/// A line's interrupt takes no lock (see [`critical`](crate::critical)) and runs from RAM (see [`fast`](crate::fast)); it has the second one wake whoever waits. The third
 /// runs the control task. The board's crate depends on `embassy-executor` and `embassy-stm32`.
 #[macro_export]
 macro_rules! interrupts {
     ($($line:ident by $usart:ident on $interrupt:ident),+; waking on $waking:ident; control task on $control:ident) => {
         embassy_stm32::bind_interrupts!(struct Lines {
-            $($interrupt => Serving;)+
             $waking => Waking;
             $control => Controlling;
         });
 
         static CONTROL: embassy_executor::InterruptExecutor = embassy_executor::InterruptExecutor::new();
 
-        struct Serving;
         $(
-            impl embassy_stm32::interrupt::typelevel::Handler<embassy_stm32::interrupt::typelevel::$interrupt> for Serving {
-                unsafe fn on_interrupt() {
-                    use embassy_stm32::interrupt::typelevel::Interrupt;
-                    if $line.service(&$usart, $crate::cycles::now()) {
-                        embassy_stm32::interrupt::typelevel::$waking::pend();
-                    }
+            // The vector's own name, as `bind_interrupts!` would write it, but from RAM.
+            #[allow(non_snake_case)]
+            #[unsafe(no_mangle)]
+            #[unsafe(link_section = ".fast")]
+            unsafe extern "C" fn $interrupt() {
+                use embassy_stm32::interrupt::typelevel::Interrupt;
+                if $line.service(&$usart, $crate::cycles::now()) {
+                    embassy_stm32::interrupt::typelevel::$waking::pend();
                 }
             }
         )+

@@ -2,7 +2,7 @@
 //!
 //! - [`Line`]: the half-duplex bus, served by one interrupt that also turns its direction round ([`port`] reads and
 //!   writes it).
-//! - [`critical`]: critical sections that let this one interrupt through.
+//! - [`critical`]: critical sections that let this one interrupt through. [`fast`]: what runs from RAM.
 //! - [`usart`]: a chip's USART under a line. [`Settings`]: a stretch of flash; [`torn`]: words
 //!   of it that cannot be read. [`mod@reset`]: last words, why the
 //!   program started, how it ends. [`cycles`]: the processor's cycle counter. [`Dog`]: its watchdog.
@@ -24,6 +24,8 @@ pub mod critical;
 #[cfg(feature = "chip")]
 pub mod cycles;
 #[cfg(feature = "chip")]
+pub mod fast;
+#[cfg(feature = "chip")]
 mod flash;
 #[cfg(feature = "chip")]
 mod interrupts;
@@ -32,6 +34,8 @@ pub mod port;
 #[cfg(feature = "chip")]
 pub mod reset;
 mod ring;
+#[cfg(any(feature = "flash-f7", feature = "flash-g4"))]
+pub mod stalling;
 #[cfg(feature = "chip")]
 pub mod torn;
 #[cfg(feature = "chip")]

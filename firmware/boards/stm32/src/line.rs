@@ -8,6 +8,8 @@
 //! masks: then the line is turned round one interrupt entry after the last stop bit, whatever the program does. What is
 //! heard while the line is driven is one's own echo and is dropped.
 //!
+//! On a chip all of it runs from RAM: whatever [`Line::service`] calls is a part of it.
+//!
 //! Wakers need a lock; so the interrupt notes who is to be woken and has a second interrupt, of ordinary priority, call
 //! [`Line::wake`].
 
@@ -100,6 +102,7 @@ impl<const RX: usize, const TX: usize> Line<RX, TX> {
     }
 
     /// The interrupt's work, begun at `now` (of any clock that wraps); returns whether [`Self::wake`] has to be called.
+    #[inline(always)]
     pub fn service(&self, usart: &impl Usart, now: u32) -> bool {
         let status = usart.status();
         let driving = self.driving.load(Ordering::Relaxed);
@@ -131,6 +134,7 @@ impl<const RX: usize, const TX: usize> Line<RX, TX> {
         due != 0
     }
 
+    #[inline(always)]
     fn send(&self, usart: &impl Usart, status: Status, driving: bool) -> u8 {
         if let Some(byte) = self.transmit.pop() {
             if !driving {

@@ -23,11 +23,13 @@ impl<const N: usize> Ring<N> {
         Self { bytes: [const { AtomicU8::new(0) }; N], first: AtomicUsize::new(0), free: AtomicUsize::new(0) }
     }
 
+    #[inline(always)]
     const fn after(place: usize) -> usize {
         if place + 1 < N { place + 1 } else { 0 }
     }
 
     /// Adds a byte; returns whether there was room.
+    #[inline(always)]
     pub fn push(&self, byte: u8) -> bool {
         let free = self.free.load(Ordering::Relaxed);
         let next = Self::after(free);
@@ -43,6 +45,7 @@ impl<const N: usize> Ring<N> {
     }
 
     /// Takes the oldest byte.
+    #[inline(always)]
     pub fn pop(&self) -> Option<u8> {
         let first = self.first.load(Ordering::Relaxed);
         if first == self.free.load(Ordering::Acquire) {
@@ -54,6 +57,7 @@ impl<const N: usize> Ring<N> {
     }
 
     /// Bytes inside.
+    #[inline(always)]
     pub fn len(&self) -> usize {
         let first = self.first.load(Ordering::Acquire);
         let free = self.free.load(Ordering::Acquire);
@@ -61,11 +65,13 @@ impl<const N: usize> Ring<N> {
     }
 
     /// Whether there is none.
+    #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// Whether half of the room is taken.
+    #[inline(always)]
     pub fn is_half_full(&self) -> bool {
         self.len() * 2 >= N
     }

@@ -145,22 +145,27 @@ impl Running {
 }
 
 impl Usart for Wired {
+    #[inline(always)]
     fn status(&self) -> Status {
         registers::status(self.registers)
     }
 
+    #[inline(always)]
     fn take(&self) -> u8 {
         registers::take(self.registers)
     }
 
+    #[inline(always)]
     fn clear(&self) {
         registers::clear(self.registers);
     }
 
+    #[inline(always)]
     fn give(&self, byte: u8) {
         registers::give(self.registers, byte);
     }
 
+    #[inline(always)]
     fn interrupt(&self, until: Until) {
         self.registers.cr1().modify(|w| {
             w.set_txeie(until == Until::Ready);
@@ -168,6 +173,7 @@ impl Usart for Wired {
         });
     }
 
+    #[inline(always)]
     fn drive(&self, on: bool) {
         if let Direction::Pin(port, pin) = self.direction {
             // One write that touches no other pin.
@@ -175,6 +181,7 @@ impl Usart for Wired {
         }
     }
 
+    #[inline(always)]
     fn is_half_duplex(&self) -> bool {
         !matches!(self.direction, Direction::None)
     }

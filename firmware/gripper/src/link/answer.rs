@@ -38,6 +38,9 @@ pub async fn answer<B: Board, R: Read>(shared: &'static Shared, port: R, flash: 
 async fn restore_and_answer<B: Board, R: Read>(shared: &'static Shared, port: R, flash: B::Flash, boot: Boot) -> ! {
     shared.tell(Event::Started { cause: boot.cause });
     let mut store = Store::new(flash);
+    if B::FLASH_STALLS {
+        store.wait_for(&shared.quiet);
+    }
     let mut setup = shared.setup(Setup::clone);
     let store::Found { records, damaged } = store.restore(&mut setup).await;
     shared.set(|now| *now = setup);

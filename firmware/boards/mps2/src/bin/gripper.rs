@@ -26,6 +26,7 @@ impl Board for Mps2 {
     const BUS_LATENCY_US: u32 = 100_000;
     const COST_HZ: u32 = MPS2.clock_hz;
     const WATCHDOG_MS: u32 = mps2::WATCHDOG_MS;
+    const FLASH_STALLS: bool = MPS2.flash_stalls;
 
     fn cost_ticks() -> u32 {
         cycles::now()

@@ -11,6 +11,7 @@ pub(super) fn frame(usart: Usart, _direction: Direction) {
     usart.cr3().write(|_| ());
 }
 
+#[inline(always)]
 pub(super) fn status(usart: Usart) -> Status {
     let flags = usart.sr().read();
     Status {
@@ -23,6 +24,7 @@ pub(super) fn status(usart: Usart) -> Status {
 }
 
 /// Takes the byte; the flags that [`status`] has read are cleared with it.
+#[inline(always)]
 pub(super) fn take(usart: Usart) -> u8 {
     usart.dr().read().dr() as u8
 }
@@ -30,6 +32,7 @@ pub(super) fn take(usart: Usart) -> u8 {
 /// Clears what taking a byte has not cleared already. A byte that has come meanwhile stays: its own interrupt waits, takes it and
 /// clears the rest. A byte that ends in the few cycles between the two reads is lost: after an idle line that takes an interrupt which
 /// comes a byte's time late.
+#[inline(always)]
 pub(super) fn clear(usart: Usart) {
     let flags = usart.sr().read();
     if !flags.rxne() && (flags.idle() || flags.ore() || flags.fe() || flags.ne()) {
@@ -37,6 +40,7 @@ pub(super) fn clear(usart: Usart) {
     }
 }
 
+#[inline(always)]
 pub(super) fn give(usart: Usart, byte: u8) {
     // Ones leave the other flags as they are.
     usart.sr().write(|w| {

@@ -19,6 +19,7 @@ pub(super) fn frame(usart: Usart, direction: Direction) {
     });
 }
 
+#[inline(always)]
 pub(super) fn status(usart: Usart) -> Status {
     let flags = usart.isr().read();
     Status {
@@ -30,10 +31,12 @@ pub(super) fn status(usart: Usart) -> Status {
     }
 }
 
+#[inline(always)]
 pub(super) fn take(usart: Usart) -> u8 {
     usart.rdr().read().dr() as u8
 }
 
+#[inline(always)]
 pub(super) fn clear(usart: Usart) {
     usart.icr().write(|w| {
         w.set_idle(true);
@@ -43,6 +46,7 @@ pub(super) fn clear(usart: Usart) {
     });
 }
 
+#[inline(always)]
 pub(super) fn give(usart: Usart, byte: u8) {
     usart.icr().write(|w| w.set_tc(true));
     usart.tdr().write(|w| w.set_dr(u16::from(byte)));

@@ -1,0 +1,123 @@
+//! What of a board's image runs from RAM, by its symbols, its vectors and its instructions: the interrupts of the serial lines, their
+//! vectors, and, where the settings lie in the program's own bank of flash, what writes them. QEMU has no flash that stalls, so that no
+//! run shows it.
+
+use crate::panic_free::calls;
+use anyhow::{Context, Result, bail, ensure};
+use fre_boards::Board;
+use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
+use std::ops::Range;
+
+/// Where STM32 chips have RAM from which they run: tightly or core-coupled memory, SRAM.
+const RAM: [Range<u64>; 3] = [0..0x1_0000, 0x1000_0000..0x1001_0000, 0x2000_0000..0x2008_0000];
+/// Their flash. (What the F7 shows of it at 0x0020_0000 is used by nobody here.)
+const FLASH: Range<u64> = 0x0800_0000..0x0820_0000;
+/// Parts of the mangled names of what waits for a flash that stalls.
+const FLASH_CODE: [&str; 2] = ["8stalling5start", "8stalling3put"];
+
+/// Checks an STM32 board's image.
+pub fn check(board: &Board, image: &[u8]) -> Result<()> {
+    let file = object::File::parse(image).context("the image is not an ELF file")?;
+    let symbol = |name: &str| {
+        let found = file.symbols().find(|symbol| symbol.name() == Ok(name));
+        found.map(|symbol| symbol.address()).with_context(|| format!("the image has no symbol {name}"))
+    };
+    let (vectors, code) =
+        (symbol("__sfast_vectors")?..symbol("__efast_vectors")?, symbol("__sfast")?..symbol("__efast")?);
+    for range in [&vectors, &code] {
+        let is_ram = RAM.iter().any(|ram| ram.start <= range.start && range.end <= ram.end);
+        ensure!(
+            is_ram && !range.is_empty(),
+            "{:#x} to {:#x} is not RAM that instructions are fetched from",
+            range.start,
+            range.end
+        );
+    }
+    let section = |name: &str| file.section_by_name(name).with_context(|| format!("the image has no section {name}"));
+    let table = section(".vector_table")?;
+    ensure!(vectors.end - vectors.start >= table.size(), "there is no room for all vectors");
+    let words = words(table.data()?);
+    let mut lines = 0;
+    for function in file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text) {
+        let name = function.name()?;
+        // The linker's own, by which code in flash calls code that is far away.
+        if name.contains("LongThunk") {
+            continue;
+        }
+        let is_line = name.strip_prefix("USART").is_some_and(|number| number.parse::<u8>().is_ok());
+        if is_line || FLASH_CODE.iter().any(|part| name.contains(part)) {
+            let start = function.address() & !1;
+            let is_inside = code.start <= start && start + function.size() <= code.end;
+            ensure!(is_inside, "{name} is at {start:#x}, not in RAM");
+            ensure!(!is_line || words.contains(&(start | 1)), "no vector leads to {name}");
+            lines += usize::from(is_line);
+        }
+    }
+    ensure!(lines > 0, "no serial line has an interrupt");
+    let has = |part: &&str| file.symbols().any(|symbol| symbol.name().is_ok_and(|name| name.contains(*part)));
+    if let Some(missing) = FLASH_CODE.iter().find(|part| board.flash_stalls && !has(part)) {
+        bail!("nothing in the image is called …{missing}…");
+    }
+    leads_out(section(".fast")?.data()?, code.start)?;
+    println!(
+        "in RAM         {:>8} bytes at {:#010x}, the interrupts of {lines} lines among them",
+        code.end - code.start,
+        code.start
+    );
+    Ok(())
+}
+
+/// Words of memory.
+fn words(bytes: &[u8]) -> Vec<u64> {
+    bytes.chunks_exact(4).map(|word| u64::from(u32::from_le_bytes([word[0], word[1], word[2], word[3]]))).collect()
+}
+
+/// That code in RAM neither branches out of its section nor holds an address of flash, in a word or in a MOVT (Armv7-M, encoding T1).
+fn leads_out(code: &[u8], base: u64) -> Result<()> {
+    let all = base..base + code.len() as u64;
+    if let Some(call) = calls(code, base).iter().find(|call| !all.contains(&call.to)) {
+        bail!("the code in RAM calls {:#x}, which is not there, from {:#x}", call.to, call.from);
+    }
+    for (place, word) in words(code).into_iter().enumerate() {
+        ensure!(
+            !FLASH.contains(&word),
+            "the code in RAM holds {word:#x}, an address of flash, at {:#x}",
+            base + 4 * place as u64
+        );
+    }
+    let halfwords: Vec<u32> =
+        code.chunks_exact(2).map(|pair| u32::from(u16::from_le_bytes([pair[0], pair[1]]))).collect();
+    for (place, pair) in halfwords.windows(2).enumerate() {
+        let (high, low) = (pair[0], pair[1]);
+        if high & 0xFBF0 == 0xF2C0 && low & 0x8000 == 0 {
+            let upper = (high & 0xF) << 12 | (high >> 10 & 1) << 11 | (low >> 12 & 7) << 8 | low & 0xFF;
+            let address = u64::from(upper) << 16;
+            ensure!(
+                !FLASH.contains(&address),
+                "the code in RAM makes an address of flash at {:#x}",
+                base + 2 * place as u64
+            );
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn code_that_needs_flash_is_found() {
+        // nop; movt r0, #0x4001; b.w to itself's start: all of it stays.
+        let stays = [0x00, 0xBF, 0xC4, 0xF2, 0x01, 0x00, 0xFF, 0xF7, 0xFB, 0xBF, 0x00, 0xBF];
+        assert!(leads_out(&stays, 0x400).is_ok());
+        for (what, code) in [
+            ("makes an address of flash at 0x402", [0x00, 0xBF, 0xC0, 0xF6, 0x04, 0x00, 0x00, 0xBF]),
+            ("holds 0x8041235, an address of flash, at 0x404", [0x00, 0xBF, 0x00, 0xBF, 0x35, 0x12, 0x04, 0x08]),
+            ("calls 0x414, which is not there, from 0x400", [0x00, 0xF0, 0x08, 0xF8, 0x00, 0xBF, 0x00, 0xBF]),
+        ] {
+            let error = leads_out(&code, 0x400).unwrap_err().to_string();
+            assert!(error.contains(what), "{error}");
+        }
+    }
+}
