@@ -5,6 +5,11 @@ use core::cell::RefCell;
 
 use stm32::{Line, Status, Until, Usart};
 
+/// What the gripper asks.
+const WORDS: &[u8] = b"\xff\xff\xfd\x00\x01\x07\x00\x02";
+/// What the servo answers.
+const ANSWER: &[u8] = b"123456789";
+
 /// What a USART and its transceiver do, by bit times; one step is one byte's time.
 #[derive(Default)]
 struct Wire {
@@ -22,6 +27,10 @@ struct Wire {
     unheard: usize,
     /// How often the line was left before the last stop bit was out.
     cut: usize,
+    /// What a servo answers, so many bytes' time after the last stop bit, and how many bytes of it met a line that was driven still.
+    answer: heapless::Deque<u8, 64>,
+    delay: usize,
+    collisions: usize,
 }
 
 struct Simulated(RefCell<Wire>);
@@ -34,6 +43,9 @@ impl Simulated {
     /// A byte's time passes; what is sent is heard as well.
     fn step(&self) {
         let mut wire = self.0.borrow_mut();
+        if wire.sent.len() == WORDS.len() && wire.shift.is_none() {
+            wire.reply();
+        }
         if let Some(byte) = wire.shift.take() {
             if !wire.driven {
                 wire.unheard += 1;
@@ -65,6 +77,16 @@ impl Simulated {
 }
 
 impl Wire {
+    /// A byte's time of the servo's.
+    fn reply(&mut self) {
+        if self.delay > 0 {
+            self.delay -= 1;
+        } else if let Some(byte) = self.answer.pop_front() {
+            self.collisions += usize::from(self.driven);
+            self.hear(byte);
+        }
+    }
+
     fn hear(&mut self, byte: u8) {
         self.overrun |= self.received.replace(byte).is_some();
     }
@@ -119,8 +141,6 @@ mod tests {
     use super::*;
     use mps2::Board;
 
-    const WORDS: &[u8] = b"\xff\xff\xfd\x00\x01\x07\x00\x02";
-
     #[init]
     fn init() -> Board {
         mps2::init()
@@ -172,6 +192,56 @@ mod tests {
             assert!(send(&line, &usart, late) <= late);
             let wire = usart.0.borrow();
             assert!(!wire.driven && wire.unheard == 0 && wire.cut == 0, "late by {}", late);
+        }
+    }
+
+    /// Asks a servo that answers after so many bytes' time, while the interrupt is served so many bytes' time late once, at the last stop bit.
+    /// Gives what was heard of the answer, and how many of its bytes met a driven line.
+    fn ask(delay: usize, late: usize) -> (heapless::Vec<u8, 32>, usize) {
+        let (line, usart) = (Line::<64, 32>::new(), Simulated::new());
+        {
+            let mut wire = usart.0.borrow_mut();
+            wire.delay = delay;
+            ANSWER.iter().for_each(|byte| assert!(wire.answer.push_back(*byte).is_ok()));
+        }
+        assert_eq!(line.give(WORDS), WORDS.len());
+        line.service(&usart, 0);
+        let mut blocked = 0;
+        for _ in 0..100 {
+            usart.step();
+            let is_out = usart.0.borrow().sent.len() == WORDS.len();
+            if is_out && blocked < late {
+                blocked += 1;
+                continue;
+            }
+            let mut entries = 0;
+            while usart.raised() {
+                line.service(&usart, 0);
+                entries += 1;
+                assert!(entries < 10, "the interrupt does not end");
+            }
+        }
+        assert!(line.is_done());
+        let (mut buffer, mut heard) = ([0; 32], heapless::Vec::new());
+        let taken = line.take(&mut buffer);
+        assert!(heard.extend_from_slice(&buffer[..taken]).is_ok());
+        let collisions = usart.0.borrow().collisions;
+        (heard, collisions)
+    }
+
+    /// As long as the interrupt is not later than the servo's return delay, its answer is heard whole and meets nobody on the line. One
+    /// that is later costs the first bytes: why the interrupt runs from RAM, which no writing of flash holds up.
+    #[test]
+    fn an_answer_is_heard_if_the_interrupt_is_no_later_than_it(_board: Board) {
+        for delay in 0..5 {
+            for late in 0..=delay {
+                let (heard, collisions) = ask(delay, late);
+                assert_eq!((heard.as_slice(), collisions), (ANSWER, 0));
+            }
+            for late in delay + 1..delay + 4 {
+                let (heard, collisions) = ask(delay, late);
+                assert_eq!((heard.as_slice(), collisions), (&ANSWER[late - delay..], late - delay));
+            }
         }
     }
 
