@@ -106,9 +106,9 @@ pub const NUCLEO_G474RE: Board = Board {
     fingers: 1,
     wanted_hz: 500,
     flash: [0x0800_0000, 0x0807_c000],
-    flash_budget: 486 * KB,
-    ram: 110 * KB - 256,
-    ram_budget: 109 * KB,
+    flash_budget: 490 * KB,
+    ram: 112 * KB - 256 - 1536,
+    ram_budget: 110 * KB,
     flash_stalls: true,
     probe: Some(Probe { chip: "STM32G474RE", connection: ST_LINK }),
 };

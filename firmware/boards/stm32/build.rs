@@ -6,10 +6,11 @@ use std::{env, fs, path::PathBuf};
 const SURVIVOR: &str =
     "SECTIONS { .survivor (NOLOAD) : ALIGN(8) { KEEP(*(.survivor)) } > SURVIVOR } INSERT AFTER .uninit;\n";
 
-/// Behind the room for the vectors comes the code that `fast::load` copies to RAM. (A table of vectors begins at a multiple of its size.)
+/// Behind the room for the vectors comes the code that `fast::load` copies to RAM. (A table of vectors begins at a multiple of its size,
+/// rounded up to a power of two.)
 const FAST: &str = "SECTIONS
 {
-  .fast_vectors (NOLOAD) : ALIGN(1024)
+  .fast_vectors (NOLOAD) : ALIGN(1 << LOG2CEIL(SIZEOF(.vector_table)))
   {
     __sfast_vectors = .;
     . += SIZEOF(.vector_table);

@@ -281,12 +281,7 @@ impl<'a, B: Board> Core<'a, B> {
     /// Waits for a transaction on the bus; periods that pass meanwhile are reported as stale.
     pub(crate) async fn patiently<F: Future>(&mut self, transaction: F) -> F::Output {
         let _asking = self.shared.quiet.ask();
-        self.meanwhile(transaction).await
-    }
-
-    /// Waits for something else in the same way.
-    pub(crate) async fn meanwhile<F: Future>(&mut self, something: F) -> F::Output {
-        let mut transaction = pin!(something);
+        let mut transaction = pin!(transaction);
         loop {
             match select(transaction.as_mut(), Timer::at(self.end)).await {
                 Either::First(output) => return output,
@@ -297,6 +292,18 @@ impl<'a, B: Board> Core<'a, B> {
                 }
             }
         }
+    }
+
+    /// Waits without a transaction, for so many µs.
+    pub(crate) async fn pause(&mut self, us: u64) {
+        let until = Instant::now() + Duration::from_micros(us);
+        while self.end < until {
+            Timer::at(self.end).await;
+            self.finish();
+            self.advance();
+            self.obey(false);
+        }
+        Timer::at(until).await;
     }
 
     fn is_any_present(&self) -> bool {

@@ -7,7 +7,6 @@
 //! heard as ever.
 
 use dynamixel::Found;
-use embassy_time::Timer;
 use messages::Event;
 
 use crate::board::{Board, Watchdog};
@@ -48,10 +47,10 @@ pub(crate) async fn scan<B: Board>(
             all = all.saturating_add(1);
             let (id, model, firmware) = (id.get(), identity.model, identity.firmware);
             core.shared.tell(Event::DeviceFound { id, model, firmware, baud, alert });
-            core.meanwhile(Timer::after_micros(TELLING_US)).await;
+            core.pause(TELLING_US).await;
         }
         // What waits for a moment without a transaction, too.
-        core.meanwhile(Timer::after_micros(TELLING_US)).await;
+        core.pause(TELLING_US).await;
     }
     servos.go_on_at(bus);
     core.is_scanning = false;
