@@ -27,7 +27,8 @@ use fre::study::model::Precision;
 ///
 /// The first CSV belongs to the first case, and so on; a single case serves all CSVs. Each case has its own object, all have
 /// the same finger. Columns: motor_angle_deg and force_n (or fx_n and fy_n), and front_x_mm and front_y_mm for outlines. Rows
-/// of an opening motion are left out, because backlash shifts them. --plot draws forces and residuals.
+/// of an opening motion are left out, because backlash shifts them. If the case's material has memory, every row counts and needs
+/// time_s, the time since the motion began with an open hand. --plot draws forces and residuals.
 ///
 /// Exit status: 0 every parameter is determined; 1 bad input; 2 some parameter is not determined by the data, or the fit did
 /// not converge.
@@ -41,7 +42,8 @@ pub struct Args {
     cases: Vec<PathBuf>,
     /// What is fitted, separated by commas
     ///
-    /// youngs-modulus, zero, object-x, object-y, radius, travel, front-thickness, back-thickness, hinge-thickness, hinge-length.
+    /// youngs-modulus, zero, object-x, object-y, radius, travel, front-thickness, back-thickness, hinge-thickness, hinge-length; of a
+    /// material with memory prony-g1 and prony-tau1 to prony-g4 and prony-tau4, the terms of finger.material.prony in their order.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parameter,
           default_value = "youngs-modulus,zero,object-x,object-y")]
     fit: Vec<Parameter>,
@@ -149,9 +151,12 @@ fn calibrate(args: &Args) -> Result<bool, String> {
         if args.fit[..index].contains(parameter) {
             return Err(format!("--fit names {} twice", parameter.word()));
         }
-        if let Some(obstacle) = parameter.obstacle(design, &input.objects, &input.drive) {
+        if let Some(obstacle) = parameter.obstacle(design, &input.finger.prony, &input.objects, &input.drive) {
             return Err(format!("--fit {}: {obstacle}", parameter.word()));
         }
+    }
+    if let (Some(_), false) = (&args.send, input.finger.prony.is_empty()) {
+        return Err("--send: a gripper computes without memory; allowed is an elastic material".to_owned());
     }
     let default = Noise::default();
     let noise = Noise {
@@ -164,7 +169,8 @@ fn calibrate(args: &Args) -> Result<bool, String> {
             LossWord::Square => Loss::Square,
         },
     };
-    let model = Predictor { design, discretisation: options.discretisation, drive: input.drive };
+    let (discretisation, drive, prony) = (options.discretisation, input.drive, input.finger.prony.as_slice());
+    let model = Predictor { design, discretisation, drive, prony };
     let mut line = ProgressLine::new(false);
     let found = fit_watched(&model, &input.runs, &args.fit, &noise, |progress| {
         line.show(false, || format!("fitting: pass {} of at most {}", progress.passes, progress.most));

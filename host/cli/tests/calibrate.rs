@@ -21,7 +21,7 @@ fn design() -> Design {
 }
 
 fn model(design: &Design) -> Predictor<'_> {
-    Predictor { design, discretisation: Discretisation::reduced(Physics::Extended), drive: Drive::Rotating }
+    Predictor { design, discretisation: Discretisation::reduced(Physics::Extended), drive: Drive::Rotating, prony: &[] }
 }
 
 fn truth() -> Trial {
@@ -115,7 +115,7 @@ fn what_the_data_do_not_tell_is_named() {
     assert!(found.estimates.iter().any(|estimate| !estimate.determined));
     // A direction that nothing tells keeps the doubt it had.
     let doubts: f64 =
-        found.estimates.iter().map(|e| e.standard_deviation / e.parameter.doubt(&design)).fold(0.0, f64::max);
+        found.estimates.iter().map(|e| e.standard_deviation / e.parameter.doubt(&design, &[])).fold(0.0, f64::max);
     assert!(doubts > 0.3 && doubts < 1.5, "{doubts}");
 }
 
@@ -189,7 +189,7 @@ fn a_translating_fingers_travel_is_fitted() {
             );
         }
     }
-    assert!(Parameter::Travel.obstacle(&design, &[], &Drive::Rotating).is_some());
+    assert!(Parameter::Travel.obstacle(&design, &[], &[], &Drive::Rotating).is_some());
 }
 
 /// A folder of its own for each test, removed when dropped.

@@ -323,6 +323,7 @@ fn measured(folder: &Path) -> Vec<(String, String)> {
         design: &design,
         discretisation: Discretisation::reduced(Physics::Extended),
         drive: Drive::Rotating,
+        prony: &[],
     };
     let parameters = vec![Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
     let truth = Trial { parameters, values: vec![46.0, 0.6, 0.8, -0.5] };

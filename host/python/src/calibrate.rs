@@ -71,11 +71,12 @@ pub(crate) fn calibrate(
             if parameters[..index].contains(parameter) {
                 return Err(case_error(format!("fit names {} twice", parameter.word()), Some("fit"), None));
             }
-            if let Some(obstacle) = parameter.obstacle(design, &input.objects, &input.drive) {
+            if let Some(obstacle) = parameter.obstacle(design, &input.finger.prony, &input.objects, &input.drive) {
                 return Err(case_error(format!("fit {}: {obstacle}", parameter.word()), Some("fit"), None));
             }
         }
-        let model = Predictor { design, discretisation: options.discretisation, drive: input.drive };
+        let (discretisation, drive, prony) = (options.discretisation, input.drive, input.finger.prony.as_slice());
+        let model = Predictor { design, discretisation, drive, prony };
         let found = fit(&model, &input.runs, &parameters, &noise).map_err(|error| of_discretise(&error))?;
         let json = document(&input, &found).to_string();
         let scene = picture(&input.finger.name, &input.runs, &found);

@@ -69,9 +69,14 @@ pub fn measure(runs: u64) -> Result<Report> {
         design: &design,
         discretisation: Discretisation::reduced(Physics::Extended),
         drive: Drive::Rotating,
+        prony: &[],
     };
-    let fine =
-        Predictor { design: &design, discretisation: Discretisation::fine(Physics::Extended), drive: Drive::Rotating };
+    let fine = Predictor {
+        design: &design,
+        discretisation: Discretisation::fine(Physics::Extended),
+        drive: Drive::Rotating,
+        prony: &[],
+    };
     let thick = [[30.0, 40.0], [45.0, 40.0], [58.0, 40.0], [40.0, 20.0]];
     let ends = [[20.0, 10.0], [65.0, 10.0], [20.0, 40.0], [65.0, 40.0]];
     let protocols = [

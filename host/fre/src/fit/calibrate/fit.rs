@@ -192,8 +192,8 @@ pub fn fit_watched<B>(
     noise: &Noise,
     mut watch: impl FnMut(Progress) -> ControlFlow<B>,
 ) -> Result<Fit, FitError<B>> {
-    let doubts: Vec<f64> = parameters.iter().map(|parameter| parameter.doubt(model.design)).collect();
-    let mut here = evaluate(model, runs, Trial::start(parameters, model.design), noise, &doubts, None)?;
+    let doubts: Vec<f64> = parameters.iter().map(|parameter| parameter.doubt(model.design, model.prony)).collect();
+    let mut here = evaluate(model, runs, Trial::start(parameters, model.design, model.prony), noise, &doubts, None)?;
     let mut damping = 1e-3;
     let mut settled: Option<Settled> = None;
     let (mut passes, mut converged) = (1, false);
@@ -400,7 +400,7 @@ fn finish(
     let deviation: Vec<f64> = (0..count).map(|i| covariance[(i, i)].sqrt()).collect();
     let estimates = parameters.iter().enumerate().map(|(i, &parameter)| Estimate {
         parameter,
-        start: parameter.start(model.design),
+        start: parameter.start(model.design, model.prony),
         value: here.trial.values[i],
         standard_deviation: deviation[i] * doubts[i],
         determined: open[i] < 0.05,

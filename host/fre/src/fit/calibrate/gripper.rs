@@ -22,7 +22,7 @@ pub fn uncertainty(fit: &Fit, design: &Design) -> Uncertainty {
     let place = |parameter| fit.estimates.iter().position(|estimate| estimate.parameter == parameter);
     let places = order.map(place);
     let deviation = |at: Option<usize>| at.map_or(0.0, |at| fit.estimates[at].standard_deviation);
-    let modulus = Parameter::YoungsModulus.start(design) + fit.trial.change(Parameter::YoungsModulus, design);
+    let modulus = Parameter::YoungsModulus.start(design, &[]) + fit.trial.change(Parameter::YoungsModulus, design);
     let mut correlations = [0.0; PARAMETERS * (PARAMETERS - 1) / 2];
     let mut entries = correlations.iter_mut();
     for (i, &row) in places.iter().enumerate() {

@@ -63,6 +63,14 @@ pub enum InputError {
     /// A file of measurements cannot be used.
     #[error(transparent)]
     Measured(#[from] MeasuredError),
+    /// A row has no time, or one that is not after that of the row before, and the material has memory.
+    #[error("{file}:{line}: needed is time_s, later than in the row before: the case's material has memory")]
+    Time {
+        /// The file.
+        file: String,
+        /// The row's line.
+        line: usize,
+    },
     /// A file has another coordinate than motor angles.
     #[error(
         "{file}: has {found}; needed is motor_angle_deg, for a finger that is moved along a line too (see --drive)"
@@ -80,7 +88,7 @@ const SCATTER_DEG: f64 = 3.0 * 360.0 / 4096.0;
 
 impl Input {
     /// Reads files of measurements and their cases: one case for all files, or one for each in their order. Rows of an opening motion
-    /// are left out unless `both_ways`. `drive` is how the motor moves the base; the cases have to move it so, too.
+    /// are left out unless `both_ways`; of a material with memory all rows count, along their times. `drive` is how the motor moves the base; the cases have to move it so, too.
     ///
     /// # Errors
     /// A file that cannot be used, or cases that do not fit.
@@ -125,9 +133,7 @@ impl Input {
     ) -> Result<Self, InputError> {
         drive.validate()?;
         fit_together(measurements.len(), documents.len())?;
-        let cases = documents
-            .iter()
-            .map(|(_, document)| document.case()?.frictionless("a calibration")?.elastic("a calibration"));
+        let cases = documents.iter().map(|(_, document)| document.case()?.frictionless("a calibration"));
         let cases = cases.map(|case| case.map_err(Box::new));
         let cases: Vec<Case> = cases.collect::<Result<_, _>>()?;
         let (Some((first_name, document)), Some(first)) = (documents.first().cloned(), cases.first()) else {
@@ -135,7 +141,7 @@ impl Input {
         };
         let finger = first.finger.clone();
         for (case, (name, _)) in cases.iter().zip(&documents) {
-            if case.finger.design != finger.design {
+            if case.finger.design != finger.design || case.finger.prony != finger.prony {
                 return Err(InputError::Finger { file: name.clone(), first: first_name });
             }
             agrees(&case.path.motion, &drive).map_err(|error| InputError::Motion { file: name.clone(), error })?;
@@ -146,7 +152,10 @@ impl Input {
                 return Err(InputError::Coordinate { file: name, found: measured.coordinate.column() });
             }
             let object = cases[if cases.len() == 1 { 0 } else { index }].object;
-            let (run, opening) = if both_ways {
+            let (run, opening) = if !finger.prony.is_empty() {
+                let run = Readings::in_time(&name, object, &measured);
+                (run.map_err(|line| InputError::Time { file: name.clone(), line })?, Vec::new())
+            } else if both_ways {
                 (Readings::all(&name, object, &measured), Vec::new())
             } else {
                 Readings::closing(&name, object, &measured, SCATTER_DEG)

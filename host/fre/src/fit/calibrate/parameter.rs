@@ -2,6 +2,7 @@
 
 use model_core::design::{Design, HingeKind};
 use model_core::drive::Drive;
+use model_core::equilibrium::PRONY_TERMS;
 use model_core::object::ObjectDesign;
 use model_core::sensitivity::DesignParameter;
 
@@ -22,11 +23,20 @@ pub enum Parameter {
     Travel,
     /// A dimension of the finger, mm.
     Design(DesignParameter),
+    /// Share g of a term of a material with memory, counted from 0.
+    Share(u8),
+    /// Time τ in which it fades, s.
+    Fading(u8),
 }
+
+/// Words of the terms' shares and times.
+const SHARES: [&str; PRONY_TERMS] = ["prony-g1", "prony-g2", "prony-g3", "prony-g4"];
+/// See [`SHARES`].
+const FADINGS: [&str; PRONY_TERMS] = ["prony-tau1", "prony-tau2", "prony-tau3", "prony-tau4"];
 
 impl Parameter {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 18] = [
         Self::YoungsModulus,
         Self::Zero,
         Self::ObjectX,
@@ -37,6 +47,14 @@ impl Parameter {
         Self::Design(DesignParameter::BackThickness),
         Self::Design(DesignParameter::HingeThickness),
         Self::Design(DesignParameter::HingeLength),
+        Self::Share(0),
+        Self::Fading(0),
+        Self::Share(1),
+        Self::Fading(1),
+        Self::Share(2),
+        Self::Fading(2),
+        Self::Share(3),
+        Self::Fading(3),
     ];
 
     /// The word on the command line and in outputs.
@@ -52,6 +70,16 @@ impl Parameter {
             Self::Design(DesignParameter::BackThickness) => "back-thickness",
             Self::Design(DesignParameter::HingeThickness) => "hinge-thickness",
             Self::Design(DesignParameter::HingeLength) => "hinge-length",
+            Self::Share(term) => SHARES.get(usize::from(term)).copied().unwrap_or_default(),
+            Self::Fading(term) => FADINGS.get(usize::from(term)).copied().unwrap_or_default(),
+        }
+    }
+
+    /// The term that it belongs to, if it is one of a material with memory.
+    pub fn term(self) -> Option<usize> {
+        match self {
+            Self::Share(term) | Self::Fading(term) => Some(usize::from(term)),
+            _ => None,
         }
     }
 
@@ -66,13 +94,18 @@ impl Parameter {
             Self::YoungsModulus => "MPa",
             Self::Zero => "°",
             Self::Travel => "×",
+            Self::Share(_) => "1",
+            Self::Fading(_) => "s",
             _ => "mm",
         }
     }
 
-    /// Where a fit begins: the design's own value, or no correction.
-    pub fn start(self, design: &Design) -> f64 {
+    /// Where a fit begins: the design's own value, or no correction. `prony` are the material's terms [gᵢ, τᵢ in s].
+    pub fn start(self, design: &Design, prony: &[[f64; 2]]) -> f64 {
+        let term = |of: u8, part: usize| prony.get(usize::from(of)).map_or(0.0, |term| term[part]);
         match self {
+            Self::Share(of) => term(of, 0),
+            Self::Fading(of) => term(of, 1),
             Self::YoungsModulus => design.material.youngs_modulus,
             Self::Travel => 1.0,
             Self::Design(dimension) => dimension.size(design),
@@ -82,9 +115,11 @@ impl Parameter {
 
     /// How uncertain it is before anything was measured: a direction in which the data leave more than that open is one
     /// that they do not tell. 20 % of the modulus, 1°, 2 mm of a place, 1 mm of a radius, 5 % of the
-    /// travel, 0.2 mm of a thickness, 0.5 mm of a length.
-    pub fn doubt(self, design: &Design) -> f64 {
+    /// travel, 0.2 mm of a thickness, 0.5 mm of a length, 0.1 of a share, half of a time.
+    pub fn doubt(self, design: &Design, prony: &[[f64; 2]]) -> f64 {
         match self {
+            Self::Share(_) => 0.1,
+            Self::Fading(_) => 0.5 * self.start(design, prony),
             Self::YoungsModulus => 0.2 * design.material.youngs_modulus,
             Self::Zero | Self::Radius => 1.0,
             Self::ObjectX | Self::ObjectY => 2.0,
@@ -95,8 +130,17 @@ impl Parameter {
     }
 
     /// Why it cannot be fitted here.
-    pub fn obstacle(self, design: &Design, objects: &[ObjectDesign], drive: &Drive) -> Option<&'static str> {
+    pub fn obstacle(
+        self,
+        design: &Design,
+        prony: &[[f64; 2]],
+        objects: &[ObjectDesign],
+        drive: &Drive,
+    ) -> Option<&'static str> {
         match self {
+            Self::Share(term) | Self::Fading(term) if usize::from(term) >= prony.len() => {
+                Some("finger.material.prony of the case has no such term to begin with")
+            }
             Self::Design(DesignParameter::HingeThickness | DesignParameter::HingeLength)
                 if design.joint() != HingeKind::Flexible =>
             {

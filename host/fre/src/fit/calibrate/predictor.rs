@@ -3,6 +3,7 @@
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, DiscretiseError};
 use model_core::drive::Drive;
+use model_core::equilibrium::Target;
 use model_core::sensitivity::Probe;
 use model_core::status::Status;
 
@@ -37,6 +38,8 @@ pub struct Predictor<'a> {
     pub discretisation: Discretisation,
     /// How the motor moves the base. Readings are of the motor's angle either way.
     pub drive: Drive,
+    /// Terms [gᵢ, τᵢ in s] of a material with memory, which the parameters change; none of an elastic one.
+    pub prony: &'a [[f64; 2]],
 }
 
 impl Predictor<'_> {
@@ -50,6 +53,9 @@ impl Predictor<'_> {
         trial: &Trial,
         derivatives: bool,
     ) -> Result<Vec<Prediction>, DiscretiseError> {
+        if !self.prony.is_empty() {
+            return self.predict_in_time(run, trial, derivatives);
+        }
         let design = trial.design(self.design);
         let mut probe = Probe::EMPTY;
         let object = trial.object(run.object, self.design);
@@ -102,11 +108,93 @@ impl Predictor<'_> {
                     Parameter::ObjectY => Some(along(found.centre[1].force)),
                     Parameter::Radius => Some(along(found.radius.force)),
                     Parameter::Travel => Some(along(found.coordinate.force) * coordinate / travel),
+                    // Without memory nothing depends on its terms.
+                    Parameter::Share(_) | Parameter::Fading(_) => None,
                     Parameter::Design(dimension) => follower
                         .design_sensitivity(&mut probe, &design, &self.discretisation, dimension)
                         .map(|derivative| along(derivative.force)),
                 };
                 prediction.gradient.push(derivative.unwrap_or(0.0));
+            }
+            prediction
+        });
+        Ok(predictions.collect())
+    }
+}
+
+/// Shift, in doubts, of the differences that derivatives along a path in time are made of.
+const SHIFT: f64 = 1e-3;
+
+impl Predictor<'_> {
+    /// The same of a material with memory: along the readings' times, derivatives from differences of whole paths.
+    fn predict_in_time(
+        &self,
+        run: &Readings,
+        trial: &Trial,
+        derivatives: bool,
+    ) -> Result<Vec<Prediction>, DiscretiseError> {
+        let mut here = self.along_time(run, trial)?;
+        if !derivatives {
+            return Ok(here);
+        }
+        for (index, parameter) in trial.parameters.iter().enumerate() {
+            let shift = SHIFT * parameter.doubt(self.design, self.prony);
+            let mut other = trial.clone();
+            other.values[index] += shift;
+            for (prediction, there) in here.iter_mut().zip(self.along_time(run, &other)?) {
+                let known = prediction.status.is_trustworthy() && there.status.is_trustworthy();
+                prediction.gradient.push(if known { (there.force_n - prediction.force_n) / shift } else { 0.0 });
+            }
+        }
+        Ok(here)
+    }
+
+    /// Forces along the readings' times, without derivatives by parameters.
+    fn along_time(&self, run: &Readings, trial: &Trial) -> Result<Vec<Prediction>, DiscretiseError> {
+        let unknown = || run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect();
+        let design = trial.design(self.design);
+        let object = trial.object(run.object, self.design);
+        if object.validate().is_err() {
+            return Ok(unknown());
+        }
+        let options = Options { discretisation: self.discretisation, ..Options::default() };
+        let motion = self.drive.motion(design.motor_axis);
+        let mut follower = follower::<f64, Host>(&design, object, motion, &options)?;
+        if follower.set_prony(&trial.prony(self.prony)).is_err() {
+            // A material that cannot be is one that nothing is known about.
+            return Ok(unknown());
+        }
+        let zero = trial.change(Parameter::Zero, self.design);
+        let travel = trial.travel(self.design);
+        let scale = if self.drive == Drive::Rotating { 1.0 } else { travel };
+        let at = |reading: &Reading| {
+            let [coordinate, slope] = self.drive.coordinate((reading.angle_deg + zero).to_radians())?;
+            Some([scale * coordinate, scale * slope])
+        };
+        if let Some([first, _]) = run.readings.iter().find_map(at) {
+            follower.start(first);
+        }
+        let mut before = 0.0;
+        let predictions = run.readings.iter().map(|reading| {
+            let time = reading.time_s.unwrap_or(before);
+            let time_step_s = time - before;
+            before = time;
+            let Some([coordinate, slope]) = at(reading) else { return Prediction::unknown(Status::OutOfRange) };
+            let status = follower.follow(Target { coordinate, time_step_s }).status;
+            if !status.is_trustworthy() {
+                return Prediction::unknown(status);
+            }
+            let force = follower.force_world();
+            let size = force[0].hypot(force[1]);
+            let mut prediction = Prediction { force_n: size, ..Prediction::unknown(status) };
+            if !reading.front_mm.is_empty() {
+                prediction.front_mm = follower.front().collect();
+            }
+            if size > 0.0 {
+                let Some(found) = follower.sensitivity() else { return Prediction::unknown(Status::ContactCapacity) };
+                let sudden = found.coordinate.force;
+                prediction.force_per_deg_n =
+                    ((sudden[0] * force[0] + sudden[1] * force[1]) / size * slope).to_radians();
             }
             prediction
         });

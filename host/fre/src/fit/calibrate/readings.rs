@@ -12,20 +12,22 @@ pub struct Reading {
     pub line: usize,
     /// Measured motor angle, degrees.
     pub angle_deg: f64,
+    /// Time since the motion began with an open hand, s; none where it does not matter.
+    pub time_s: Option<f64>,
     /// Measured magnitude of the force, N, if it was.
     pub force_n: Option<f64>,
     /// Points of the front centreline, finger frame, mm, if there are any.
     pub front_mm: Vec<Point>,
 }
 
-/// Readings on one object, in the order of a closing motion.
+/// Readings on one object, in the order of a closing motion; of a material with memory in that of their times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Readings {
     /// What it is called in messages: its file.
     pub name: String,
     /// The object as the case describes it, world frame.
     pub object: ObjectDesign,
-    /// By increasing angle.
+    /// By increasing angle, or by increasing time.
     pub readings: Vec<Reading>,
 }
 
@@ -53,10 +55,34 @@ impl Readings {
                 continue;
             }
             greatest = greatest.max(angle_deg);
-            readings.push(Reading { line, angle_deg, force_n, front_mm: front.to_vec() });
+            readings.push(Reading { line, angle_deg, time_s: None, force_n, front_mm: front.to_vec() });
         }
         readings.sort_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
         (Self { name: name.to_owned(), object, readings }, left_out)
+    }
+
+    /// A run of all measurements along their time, which each row has to have.
+    ///
+    /// # Errors
+    /// The line of the first row without a time, or whose time is not after that of the row before.
+    pub fn in_time(name: &str, object: ObjectDesign, measured: &Measured) -> Result<Self, usize> {
+        let mut readings: Vec<Reading> = Vec::new();
+        for measurement in &measured.measurements {
+            let time = |line: usize| {
+                let at = measurement.times.binary_search_by_key(&line, |(of, _)| *of).ok()?;
+                measurement.times.get(at).map(|(_, time)| *time)
+            };
+            for (index, &(line, force)) in measurement.forces.iter().enumerate() {
+                let front_mm = if index == 0 { measurement.front.clone() } else { Vec::new() };
+                let (angle_deg, time_s) = (measurement.place, Some(time(line).ok_or(line)?));
+                readings.push(Reading { line, angle_deg, time_s, force_n: Some(force), front_mm });
+            }
+        }
+        readings.sort_by_key(|reading| reading.line);
+        match readings.windows(2).find(|pair| pair[0].time_s >= pair[1].time_s) {
+            Some(pair) => Err(pair[1].line),
+            None => Ok(Self { name: name.to_owned(), object, readings }),
+        }
     }
 
     /// A run of all measurements, whatever the motion.

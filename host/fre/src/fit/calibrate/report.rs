@@ -78,6 +78,10 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
     for remark in &input.remarks {
         writeln!(out, "{remark}")?;
     }
+    if !input.finger.prony.is_empty() {
+        // A gripper computes without memory: nothing of this is for it.
+        return Ok(());
+    }
     let given = uncertainty(fit, design);
     writeln!(out, "for the gripper (--send does it):")?;
     writeln!(
@@ -154,6 +158,7 @@ pub fn document(input: &Input, fit: &Fit) -> Value {
         "outline": fit.outline.map(|(points, rms)| json!({ "points": points, "rms_mm": rms })),
         "residuals": residuals.collect::<Vec<_>>(),
         "left_out": input.remarks,
+        "prony": fit.trial.prony(&input.finger.prony),
         "gripper": {
             "zero_counts": zero_counts(fit, design),
             "travel_factor": 1.0 + fit.trial.change(Parameter::Travel, design),
@@ -184,7 +189,8 @@ pub fn fitted_finger(input: &Input, fit: &Fit) -> String {
     remarks.push(
         "zero, travel and object offset belong to the gripper and the case; they are not part of a finger".to_owned(),
     );
-    let fitted = Finger { design: fit.trial.design(design), ..input.finger.clone() };
+    let prony = fit.trial.prony(&input.finger.prony);
+    let fitted = Finger { design: fit.trial.design(design), prony, ..input.finger.clone() };
     let mut document = input.document.clone();
     document.set_finger(&fitted);
     document.finger_text(&remarks)

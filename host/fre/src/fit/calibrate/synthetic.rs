@@ -75,7 +75,7 @@ pub fn draw(
         let mut readings = Vec::new();
         let mut shifted = Vec::new();
         for (place, &angle_deg) in protocol.angles_deg.iter().enumerate() {
-            readings.push(Reading { line: place + 2, angle_deg, force_n: None, front_mm: Vec::new() });
+            readings.push(Reading { line: place + 2, angle_deg, time_s: None, force_n: None, front_mm: Vec::new() });
             let share: f64 = StandardUniform.sample(&mut random);
             shifted.push(angle_deg + errors.angle_deg * (2.0 * share - 1.0));
         }

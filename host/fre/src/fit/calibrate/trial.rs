@@ -17,17 +17,29 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Where a fit begins.
-    pub fn start(parameters: &[Parameter], design: &Design) -> Self {
+    /// Where a fit begins; `prony` are the material's terms.
+    pub fn start(parameters: &[Parameter], design: &Design, prony: &[[f64; 2]]) -> Self {
         Self {
             parameters: parameters.to_vec(),
-            values: parameters.iter().map(|parameter| parameter.start(design)).collect(),
+            values: parameters.iter().map(|parameter| parameter.start(design, prony)).collect(),
         }
+    }
+
+    /// The terms of a material with memory, with these values.
+    pub fn prony(&self, own: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let mut terms = own.to_vec();
+        for (parameter, &value) in self.parameters.iter().zip(&self.values) {
+            let part = usize::from(matches!(parameter, Parameter::Fading(_)));
+            if let Some(term) = parameter.term().and_then(|term| terms.get_mut(term)) {
+                term[part] = value;
+            }
+        }
+        terms
     }
 
     /// A parameter's value less the design's own.
     pub fn change(&self, parameter: Parameter, design: &Design) -> f64 {
-        let own = parameter.start(design);
+        let own = parameter.start(design, &[]);
         let found = self.parameters.iter().zip(&self.values).find(|(other, _)| **other == parameter);
         found.map_or(0.0, |(_, value)| value - own)
     }

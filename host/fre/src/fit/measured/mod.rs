@@ -8,6 +8,7 @@
 //! | `force_n` | magnitude of the net force, N |
 //! | `fx_n`, `fy_n` | its components on the object, world frame, N; used for the magnitude where `force_n` has none |
 //! | `front_x_mm`, `front_y_mm` | points of the deformed front centreline, finger frame, mm, base to tip: lists separated by blanks, or one point per row |
+//! | `time_s` | time since the motion began with an open hand, s; only the calibration of a material with memory reads it |
 //!
 //! Cells are separated by commas; or by semicolons or tabs, if that gives the header its columns or a first line `sep=;` says so,
 //! and there decimals may have a comma instead of a point, as spreadsheets of many countries write them. A cell in quotation
@@ -25,7 +26,7 @@ use std::io::Read;
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
 
-use crate::case::{Coordinate, MAX_ANGLE, MAX_DISTANCE};
+use crate::case::{Coordinate, MAX_ANGLE, MAX_DISTANCE, MAX_TIME};
 use crate::metrics::Point;
 use places::Places;
 use records::{COLUMNS, Record, Records, listed, shown};
@@ -136,13 +137,24 @@ pub struct Measurement {
     pub front: Vec<Point>,
     /// The line that each of them is in.
     pub front_lines: Vec<usize>,
+    /// Times since the motion began, s, of the lines that have one.
+    pub times: Vec<(usize, f64)>,
     /// Sum of the forces, N: a mean of a million readings is not summed anew with each.
     sum: f64,
 }
 
 impl Measurement {
     fn at(place: f64, line: usize) -> Self {
-        Self { line, place, force: None, sum: 0.0, forces: Vec::new(), front: Vec::new(), front_lines: Vec::new() }
+        Self {
+            line,
+            place,
+            force: None,
+            sum: 0.0,
+            forces: Vec::new(),
+            front: Vec::new(),
+            front_lines: Vec::new(),
+            times: Vec::new(),
+        }
     }
 
     fn add_force(&mut self, line: usize, force: f64) {
@@ -180,6 +192,7 @@ impl Measurement {
     /// The same without some of the forces and points, by their indices.
     pub fn without(&self, forces: &[usize], points: &[usize]) -> Self {
         let mut rest = Self::at(self.place, self.line);
+        rest.times.clone_from(&self.times);
         for (_, &(line, force)) in self.forces.iter().enumerate().filter(|(index, _)| !forces.contains(index)) {
             rest.add_force(line, force);
         }
@@ -326,6 +339,7 @@ impl Measured {
             measurement.add_force(line, force);
         }
         row.front.into_iter().for_each(|point| measurement.add_point(line, point));
+        measurement.times.extend(row.time.map(|time| (line, time)));
     }
 
     /// The measurements as one closing motion: every place once, in ascending order.
@@ -385,10 +399,11 @@ struct Row {
     place: f64,
     force: Option<f64>,
     front: Vec<Point>,
+    time: Option<f64>,
 }
 
 impl Row {
-    fn read(row: &[String], columns: &[Option<usize>; 7], coordinate: Coordinate, comma: bool) -> Result<Self, String> {
+    fn read(row: &[String], columns: &[Option<usize>; 8], coordinate: Coordinate, comma: bool) -> Result<Self, String> {
         let cell = |column: usize| {
             columns[column].and_then(|at| row.get(at)).map(String::as_str).filter(|text| !text.is_empty())
         };
@@ -431,7 +446,11 @@ impl Row {
         if force.is_none() && front.is_empty() {
             return Err("has neither a force nor a point".to_owned());
         }
-        Ok(Self { place, force, front })
+        let time = number(7)?;
+        if let Some(time) = time.filter(|time| !(0.0..=MAX_TIME).contains(time)) {
+            return Err(format!("time_s = {time}; allowed is 0 to {MAX_TIME:e}"));
+        }
+        Ok(Self { place, force, front, time })
     }
 }
 
