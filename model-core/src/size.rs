@@ -184,6 +184,10 @@ fixed_size!(
     Rubbing, cells 8, nodes 126, samples 96, contacts 39, friction
 );
 fixed_size!(
+    /// As [`Reduced`], with two terms of a material with memory.
+    Remembering, cells 8, nodes 126, samples 96, contacts 22, memory 2
+);
+fixed_size!(
     /// Up to 16 rungs of any kind on a microcontroller with the memory: `simpson`, 2 elements per span and rib, 3 in the tip span, 1 per
     /// hinge, 5 samples per element.
     Ribs, cells 17, nodes 270, samples 192, contacts 22
@@ -216,6 +220,9 @@ mod tests {
         std::println!("state and workspace, constants: {reduced:?} bytes reduced, {ribs:?} ribs, {paper:?} paper");
         assert!(reduced.0 <= 24 * 1024, "{reduced:?}");
         assert!(ribs.0 <= 48 * 1024, "{ribs:?}");
+        let terms = ram::<Remembering>().0 - reduced.0;
+        std::println!("two terms of memory: {terms} bytes");
+        assert!(terms <= 4640, "{terms}");
         assert!(paper.0 <= 96 * 1024, "{paper:?}");
     }
 

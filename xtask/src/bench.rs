@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The images of the part `target`.
-const IMAGES: [&str; 4] = ["bench-reduced", "bench-rubbing", "bench-paper", "bench-empty"];
+const IMAGES: [&str; 5] = ["bench-reduced", "bench-rubbing", "bench-remembering", "bench-paper", "bench-empty"];
 
 /// Hands the arguments on, with the images and the Python that the wanted parts need.
 pub fn run(arguments: &[&str]) -> Result<()> {

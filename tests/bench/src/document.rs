@@ -145,7 +145,7 @@ const PHYSICS: Kind = Kind::OneOf(&["paper", "extended"]);
 const TARGET: &[(&str, Kind)] = &[
     ("board", Kind::OneOf(&["mps2"])),
     ("case", Kind::OneOf(&[CASE])),
-    ("model", Kind::OneOf(&["simpson-17-1", "simpson-17-1-rubbing", "paper-170-20"])),
+    ("model", Kind::OneOf(&["simpson-17-1", "simpson-17-1-rubbing", "simpson-17-1-memory", "paper-170-20"])),
     ("mode", Kind::OneOf(&["converged", "one-iteration"])),
     ("hessian", Kind::OneOf(&["newton", "gauss-newton"])),
     ("physics", PHYSICS),

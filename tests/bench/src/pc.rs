@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use model_core::discretise::{Discretisation, Physics, Sampling, Scheme};
-use model_core::equilibrium::Follower;
+use model_core::equilibrium::{Follower, Target};
 use model_core::real::Real;
-use model_core::size::{Paper, Reduced, Rubbing, Size};
+use model_core::size::{Paper, Reduced, Remembering, Rubbing, Size};
 use model_core::status::Status;
-use reference_tests::COUNT;
+use reference_tests::{COUNT, TERMS, TICK_S};
 
 use crate::ladder::{PHYSICS, counts, follower, word};
 use crate::peer;
@@ -31,6 +31,8 @@ const PEER_COUNTS: std::ops::RangeInclusive<i32> = 80..=110;
 pub const REDUCED: &str = "simpson-17-1";
 /// The same with room for friction.
 pub const RUBBING: &str = "simpson-17-1-rubbing";
+/// The same with two terms of a material with memory.
+pub const REMEMBERING: &str = "simpson-17-1-memory";
 /// Coefficients of friction of the rows with room for it, in hundredths.
 const FRICTIONS: [u32; 2] = [0, 60];
 /// The paper's.
@@ -216,13 +218,17 @@ pub fn forces() -> Result<Vec<Forces>> {
             all.push(forces_of::<Rubbing>(Model { name: RUBBING, samples, physics, friction }, &how)?);
         }
     }
+    for (samples, how) in [(4, Discretisation::reduced(physics)), (5, Discretisation::estimator(physics))] {
+        all.push(forces_of::<Remembering>(Model { name: REMEMBERING, samples, physics, friction: 0 }, &how)?);
+    }
     Ok(all)
 }
 
-/// The follower of the sweep, with a coefficient of friction in hundredths.
+/// The follower of the sweep, with a coefficient of friction in hundredths, and the terms that its size has room for.
 fn rubbing<T: Real, S: Size>(how: &Discretisation, friction: u32) -> Result<Box<Follower<T, S>>> {
     let mut follower = follower::<T, S>(how)?;
     follower.set_friction(f64::from(friction) * 0.01)?;
+    follower.set_prony(TERMS.get(..S::TERMS).unwrap_or_default())?;
     Ok(follower)
 }
 
@@ -234,11 +240,12 @@ fn forces_of<S: Size>(model: Model, how: &Discretisation) -> Result<Forces> {
     let mut ticks = Vec::new();
     for position in counts(LAST_COUNT) {
         let angle = f64::from(position) * COUNT;
-        let outcome = exact.follow(angle);
+        let target = Target { coordinate: angle, time_step_s: TICK_S };
+        let outcome = exact.follow(target);
         if !outcome.status.is_trustworthy() {
             bail!("{}, {}: {} at count {position}", model.name, word(model.physics), outcome.status);
         }
-        single.follow(angle);
+        single.follow(target);
         let single = single.force_world().map(f32::to_bits);
         ticks.push(Force { position, double: exact.force_world(), single });
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::ladder::word;
-use crate::pc::{PAPER, REDUCED, RUBBING, Time};
+use crate::pc::{PAPER, REDUCED, REMEMBERING, RUBBING, Time};
 use crate::peer::Peer;
 use crate::spread::Spread;
 use crate::target::Row;
@@ -69,10 +69,11 @@ pub fn target(rows: &[Row]) -> String {
             );
         }
     }
-    for (row, without) in rows.iter().filter_map(|row| Some((row, frictionless(rows, row)?))) {
+    for (row, without) in rows.iter().filter_map(|row| Some((row, plain(rows, row)?))) {
         let _ = writeln!(
             text,
-            "{} samples, friction {}: {:.2} times the mean and {:.2} times the worst count of {REDUCED} without, {:+} bytes",
+            "{}, {} samples, friction {}: {:.2} times the mean and {:.2} times the worst count of {REDUCED}, {:+} bytes",
+            row.model.name,
             row.model.samples,
             f64::from(row.model.friction) / 100.0,
             row.per_count.mean / without.per_count.mean,
@@ -90,14 +91,14 @@ pub fn target(rows: &[Row]) -> String {
     text
 }
 
-/// The row of the size without room for friction that one with room is compared with.
-fn frictionless<'a>(rows: &'a [Row], row: &Row) -> Option<&'a Row> {
+/// The row of the size without room for friction or memory that one with room is compared with.
+fn plain<'a>(rows: &'a [Row], row: &Row) -> Option<&'a Row> {
     let same = |other: &&Row| {
         let models = (other.model.name, other.model.samples, other.model.physics);
         models == (REDUCED, row.model.samples, row.model.physics)
             && (&other.mode, &other.hessian) == (&row.mode, &row.hessian)
     };
-    rows.iter().find(same).filter(|_| row.model.name == RUBBING)
+    rows.iter().find(same).filter(|_| [RUBBING, REMEMBERING].contains(&row.model.name))
 }
 
 /// The peer beside us.

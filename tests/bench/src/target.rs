@@ -13,7 +13,7 @@ use model_core::discretise::Physics;
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
 
 use crate::ladder::{PHYSICS, word};
-use crate::pc::{Force, Forces, Model, PAPER, REDUCED, RUBBING};
+use crate::pc::{Force, Forces, Model, PAPER, REDUCED, REMEMBERING, RUBBING};
 use crate::peer::number;
 use crate::spread::Spread;
 
@@ -21,7 +21,12 @@ use crate::spread::Spread;
 const PACE: Pace = Pace::CountedWithoutWaiting { shift: 6 };
 const INSTRUCTIONS_PER_TICK: f64 = 0.625;
 /// Image and what it measures.
-const MODELS: [(&str, &str); 3] = [("bench-reduced", REDUCED), ("bench-rubbing", RUBBING), ("bench-paper", PAPER)];
+const MODELS: [(&str, &str); 4] = [
+    ("bench-reduced", REDUCED),
+    ("bench-rubbing", RUBBING),
+    ("bench-remembering", REMEMBERING),
+    ("bench-paper", PAPER),
+];
 const EMPTY: &str = "bench-empty";
 
 /// A line of the target's table.

@@ -25,6 +25,11 @@ use model_core::design::{Attachments, Design, HingeFrom};
 use model_core::discretise::{Discretisation, Physics, Sampling, Scheme, Softness};
 use model_core::object::ObjectDesign;
 
+/// Terms [gᵢ, τᵢ in s] of a material with memory for tests and benches: tenths of a second and half a minute. No printed TPU was measured.
+pub const TERMS: [[f64; 2]; 2] = [[0.2, 0.1], [0.2, 30.0]];
+/// A tick of a controller at 500 Hz, s.
+pub const TICK_S: f64 = 0.002;
+
 /// The finger of `fea-80.csv` and `fea-80-fine.csv`: six lamellae, necks between faces, a solid wedge at the tip.
 pub fn fea_80() -> Design {
     let mut design = ladder_80();

@@ -1,12 +1,12 @@
 //! The measured sweep: an object closed in on from touch to 11° and let go again, and a record of every tick.
 
 use model_core::discretise::{Discretisation, DiscretiseError, Physics};
-use model_core::equilibrium::{Follower, Settings, Tracking};
+use model_core::equilibrium::{Follower, Settings, Target, Tracking};
 use model_core::newton::Hessian;
 use model_core::object::Motion;
 use model_core::size::Size;
 use mps2::{Exit, cycles, stack};
-use reference_tests::{COUNT, circle_80, ladder_80};
+use reference_tests::{COUNT, TERMS, TICK_S, circle_80, ladder_80};
 use static_cell::ConstStaticCell;
 
 /// Height of the object, mm: Mid.
@@ -93,7 +93,7 @@ pub fn run<S: Size>(follower: &mut Follower<f32, S>, cases: Cases<'_>) -> ! {
     mps2::exit(Exit::Success)
 }
 
-/// Runs a case in every mode: with friction in one only, as every other is the same then.
+/// Runs a case in every mode: where the force depends on the path in one only, as every other is the same then.
 fn run_case<S: Size>(
     follower: &mut Follower<f32, S>,
     (samples, discretisation, physics, friction): (u8, fn(Physics) -> Discretisation, Physics, u32),
@@ -104,12 +104,16 @@ fn run_case<S: Size>(
         Physics::Paper => "paper",
         Physics::Extended => "extended",
     };
-    let rubs = S::RUBS;
+    let depends_on_the_path = S::RUBS || S::TERMS > 0;
     if follower.set_friction(f64::from(friction) * 0.01).is_err() {
         defmt::println!("refused: the size has no room for friction");
         mps2::exit(Exit::Failure)
     }
-    if !rubs {
+    if follower.set_prony(TERMS.get(..S::TERMS).unwrap_or_default()).is_err() {
+        defmt::println!("refused: the size has no room for memory");
+        mps2::exit(Exit::Failure)
+    }
+    if !depends_on_the_path {
         match derivatives(follower, &discretisation(physics)) {
             Ok(found) => defmt::println!(
                 "derivatives {=u8} {=str} {=u32} {=u32} {=u64} {=u64} {=u32}",
@@ -124,7 +128,7 @@ fn run_case<S: Size>(
             Err(_) => defmt::println!("the derivatives' model was refused"),
         }
     }
-    for (hessian, hessian_word, mode) in MODES.into_iter().take(if rubs { 1 } else { MODES.len() }) {
+    for (hessian, hessian_word, mode) in MODES.into_iter().take(if depends_on_the_path { 1 } else { MODES.len() }) {
         let how = discretisation(physics);
         let settings = Settings { hessian, max_iterations: BUDGET, ..Settings::DEFAULT };
         if follower.set_settings(settings).is_err() {
@@ -188,7 +192,7 @@ fn sweep<'a, S: Size>(
     for (entry, position) in record.iter_mut().zip((0..=last).chain((0..last).rev())) {
         let angle = f64::from(position) * step;
         let (outcome, clock) = cycles::of(|| match mode {
-            Mode::Converged => follower.follow_within(angle, BUDGET),
+            Mode::Converged => follower.follow_within(Target { coordinate: angle, time_step_s: TICK_S }, BUDGET),
             Mode::OneIteration => follower.track(angle, Tracking::DEFAULT, BUDGET),
         });
         *entry = Tick {

@@ -1,0 +1,20 @@
+//! Cost of a material with memory: the estimator's model with two terms, a count every 2 ms.
+
+#![no_std]
+#![no_main]
+
+mod sweep;
+
+use model_core::discretise::{Discretisation, Physics};
+use model_core::equilibrium::Follower;
+use model_core::size::Remembering;
+use static_cell::ConstStaticCell;
+
+static FOLLOWER: ConstStaticCell<Follower<f32, Remembering>> = ConstStaticCell::new(Follower::EMPTY);
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let _board = mps2::init();
+    let models: &[sweep::Model] = &[(4, Discretisation::reduced), (5, Discretisation::estimator)];
+    sweep::run(FOLLOWER.take(), sweep::Cases { models, physics: &[Physics::Extended], frictions: &[0] })
+}
