@@ -11,7 +11,8 @@
 //!   executor, over any `embedded-io` port.
 //! - [`Tap`] listens to another master's traffic and learns from it where the servos are.
 //! - [`Device`] is the other side: it answers for a [`ControlTable`].
-//! - [`xm430`] lists the control table of the XM430-W350 as typed [`Register`]s.
+//! - [`xm430`] lists the control table of the XM430-W350 as typed [`Register`]s; a [`Model`] says where another servo has them, in which
+//!   units, and what its own table holds.
 //!
 //! Numbers in packets are little-endian, negative ones in two's complement.
 #![no_std]
@@ -42,6 +43,7 @@ mod master;
 mod models;
 mod packet;
 mod request;
+mod tables;
 mod tap;
 mod timing;
 mod upkeep;
@@ -52,7 +54,7 @@ pub use device::{ControlTable, Device, Reply};
 pub use encode::{EncodeError, Encoder, encode};
 pub use item::{Access, Area, Item, Part, Register, Value, check_read, find, writes};
 pub use master::{Answer, BulkAnswer, BulkWrite, Error, Found, Identity, Master, SyncAnswer};
-pub use models::{Effort, Layout, MODELS, Model};
+pub use models::{Effort, IndirectArea, Layout, MODELS, Model};
 pub use packet::{
     HEADER, Id, Instruction, Packet, Status, StatusError, StatusReturn, longest_packet_length, packet_length,
     status_length,

@@ -4,6 +4,7 @@
 //! Indirect addresses and data (168 and up) are not among the items; [`INDIRECT`] says where they are.
 
 use crate::item::{Area, Item, Register};
+use crate::models::IndirectArea;
 
 use Area::{Eeprom, Ram};
 
@@ -145,24 +146,15 @@ pub const POSITION_TRAJECTORY: Register<i32> = Register::read(140, true, Ram, 0)
 pub const PRESENT_INPUT_VOLTAGE: Register<u16> = Register::read(144, false, Ram, 0);
 /// Temperature inside at present, °C.
 pub const PRESENT_TEMPERATURE: Register<u8> = Register::read(146, false, Ram, 0);
+/// 1 once Control Table Backup has stored a copy.
+pub const BACKUP_READY: Register<u8> = Register::read(147, false, Ram, 0);
 
-/// Registers that show others: each byte of the data shows the byte whose address is at the same place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct IndirectArea {
-    /// The first Indirect Address, two bytes each.
-    pub addresses: u16,
-    /// The first Indirect Data, one byte each.
-    pub data: u16,
-}
-
-/// Bytes of indirect data in one area.
-pub const INDIRECT_LENGTH: usize = 28;
 /// Indirect 1 to 28 and 29 to 56. Addresses return to the factory's at power-on.
 pub const INDIRECT: [IndirectArea; 2] =
-    [IndirectArea { addresses: 168, data: 224 }, IndirectArea { addresses: 578, data: 634 }];
+    [IndirectArea { addresses: 168, data: 224, length: 28 }, IndirectArea { addresses: 578, data: 634, length: 28 }];
 
 /// Every item above, in the order of the addresses.
-pub static ITEMS: [Item; 52] = [
+pub static ITEMS: [Item; 53] = [
     MODEL_NUMBER.item,
     MODEL_INFORMATION.item,
     FIRMWARE_VERSION.item,
@@ -215,6 +207,7 @@ pub static ITEMS: [Item; 52] = [
     POSITION_TRAJECTORY.item,
     PRESENT_INPUT_VOLTAGE.item,
     PRESENT_TEMPERATURE.item,
+    BACKUP_READY.item,
 ];
 
 #[cfg(test)]

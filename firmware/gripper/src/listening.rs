@@ -7,7 +7,7 @@
 //!
 //! A tap has nothing that writes to the bus.
 
-use dynamixel::{Device, Heard, Id, Reply, StatusReturn, Tap, Timing, Watched, xm430};
+use dynamixel::{Device, Heard, Id, Model, Reply, Seen, StatusReturn, Tap, Timing, Watched, xm430};
 use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
 use embedded_io_async::{Read, Write};
@@ -117,8 +117,9 @@ impl Ears {
         for unit in &mut core.units {
             unit.heard_us = None;
             if let Some(id) = unit.id() {
+                let commissioned = unit.mount.and_then(|mount| mount.servo).and_then(|servo| Model::of(servo.model));
                 // There is room for as many as there are fingers.
-                self.tap.watch(id);
+                self.tap.watch_model(id, commissioned.unwrap_or(Model::XM430));
             }
         }
         let Some(Voice { table, .. }) = &mut self.voice else {
@@ -169,6 +170,14 @@ impl Ears {
     }
 }
 
+/// A servo's position as the settings count, 4096 per revolution.
+fn counts(model: &Model, position: i32) -> i32 {
+    let revolution = i64::from(xm430::COUNTS_PER_REVOLUTION);
+    // A model's revolution has more counts than none.
+    let turned = (i64::from(position) * revolution).div_euclid(i64::from(model.counts.max(1)));
+    i32::try_from(turned).unwrap_or(if turned < 0 { i32::MIN } else { i32::MAX })
+}
+
 /// Sends an answer, and has the tap hear it like everybody else: a port does not hear itself.
 async fn say<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, tap: &mut Tap<PACKET, FINGERS>, reply: &Reply<'_>) {
     let speak = async {
@@ -190,17 +199,6 @@ impl<B: Board> Core<'_, B> {
         match *heard {
             Heard::Damaged(_) => self.shared.add(|counters| &mut counters.bus_damaged),
             Heard::Refused { .. } => self.shared.add(|counters| &mut counters.bus_refused),
-            Heard::Read { id, address, bytes, .. } => {
-                let place = xm430::HARDWARE_ERROR_STATUS.address().checked_sub(address);
-                let Some(&hardware_error) = place.and_then(|place| bytes.get(usize::from(place))) else {
-                    return;
-                };
-                if let Some(unit) = self.units.iter_mut().find(|unit| unit.id() == Some(id))
-                    && core::mem::replace(&mut unit.hardware_error, hardware_error) != hardware_error
-                {
-                    self.shared.tell(Event::ServoAlert { finger: unit.last.finger, hardware_error });
-                }
-            }
             _ => {}
         }
     }
@@ -219,8 +217,13 @@ impl<B: Board> Core<'_, B> {
         let Some(unit) = self.units.get_mut(finger) else {
             return;
         };
+        if let Some(Seen { value, .. }) = servo.hardware_error
+            && core::mem::replace(&mut unit.hardware_error, value) != value
+        {
+            self.shared.tell(Event::ServoAlert { finger: finger as u8, hardware_error: value });
+        }
         if let Some(goal) = servo.goal {
-            let goal = unit.calibration.angle(goal.value);
+            let goal = unit.calibration.angle(counts(servo.model, goal.value));
             if goal != unit.grip.goal() {
                 unit.grip.renamed(goal);
             }
@@ -236,12 +239,13 @@ impl<B: Board> Core<'_, B> {
             unit.health = Health::READY;
             self.shared.tell(Event::ServoHeard { finger: finger as u8 });
         }
-        // A current that the master does not read is 0.
-        let current = servo.current.map_or(0.0, |current| f32::from(current.value) * xm430::MILLIAMPERES_PER_UNIT);
+        // A current that the master does not read, or the servo does not show, is 0.
+        let effort = servo.effort.zip(servo.model.milliamperes());
+        let current = effort.map_or(0.0, |(effort, milliamperes)| f32::from(effort.value) * milliamperes);
         let reading = Reading {
             at_us: seen.at_us,
             heard_ticks,
-            position: seen.value,
+            position: counts(servo.model, seen.value),
             current,
             alert: servo.alert,
             refused: None,

@@ -305,7 +305,7 @@ mod tests {
 
     /// A servo's registers; `knows` is whether it does what its firmware promises.
     struct Table {
-        memory: [u8; 147],
+        memory: [u8; 148],
         knows: bool,
     }
 
@@ -344,7 +344,7 @@ mod tests {
         /// Servos 1 and 2 at 1 Mbaud.
         fn new(firmware: [u8; 2], knows: bool) -> Self {
             let servo = |id: u8, firmware| {
-                let mut memory = [0; 147];
+                let mut memory = [0; 148];
                 (memory[6], memory[7], memory[8], memory[132]) = (firmware, id, 3, 10 * id);
                 (Device::new(Timing::at(1_000_000)), Table { memory, knows })
             };

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::ValueEnum;
-use dynamixel::xm430;
+use dynamixel::Model;
 use model_core::discretise::DiscretiseError;
 use model_core::drive::Drive;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -17,17 +17,17 @@ use crate::options::{ModelArgs, refused};
 use crate::standard;
 use fre::case::Case;
 use fre::drive::agrees;
-use fre_gripper::servo::{Clock, Config, Gains, Handle, Hub, Load, LoadError, PortError, Servo};
+use fre_gripper::servo::{Clock, Config, Gains, Handle, Hub, Load, LoadError, PortError, Servo, simulated};
 
-/// Simulate a Dynamixel XM430-W350-T that moves the case's finger against its object.
+/// Simulate a Dynamixel servo that moves the case's finger against its object.
 ///
 /// Each --pty, --unix and --tcp is a party on the bus, and so is the servo; every party hears all others. Standard output has a
 /// line for each port ("pty PATH", "unix PATH", "tcp ADDRESS"), then "ready". The servo runs until it is stopped.
 ///
 /// Simulated: position, extended position, current-based position, velocity, current and PWM control with their gains, limits
-/// and profiles; friction, play, sag under load, heat and shutdown; reversed Drive Mode, Homing Offset, position limits, Bus
-/// Watchdog, torque at start-up, Status Return Level. Not simulated, and refused: feed-forward gains, Secondary ID, other
-/// protocols, the RAM's backup, indirect addresses.
+/// and profiles, as far as the model has them; friction, play, sag under load, heat and shutdown; reversed Drive Mode, Homing
+/// Offset, position limits, Bus Watchdog, torque at start-up, Status Return Level, Secondary ID, indirect registers, Clear,
+/// Control Table Backup. Not simulated, and refused: feed-forward gains, PWM Slope, other protocols, external ports.
 #[derive(Debug, clap::Args)]
 #[command(
     mut_arg("scheme", |arg| arg.default_value("paper")),
@@ -59,16 +59,21 @@ pub struct Args {
     /// They are separated by commas and have the same settings.
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1")]
     id: Vec<u8>,
-    /// What Model Number reads
+    /// Which servo: its registers, units and motor
     ///
-    /// The registers and the motor stay those of the XM430-W350.
-    #[arg(long, value_name = "N", default_value_t = xm430::MODEL)]
-    model_number: u16,
-    /// Version of the servo's firmware
+    /// XM430-W350, XL430-W250, XM540-W270, XL330-M288, XC330-T288 or PM42-010-S260-R.
+    #[arg(long = "model", value_name = "NAME", default_value = "XM430-W350", value_parser = servo_model)]
+    servo: &'static Model,
+    /// What Model Number reads [default: the model's own]
     ///
-    /// Versions below 45 do not support Fast Sync Read.
-    #[arg(long, value_name = "N", default_value_t = xm430::FAST_READ_FIRMWARE)]
-    firmware: u8,
+    /// The registers and the motor stay those of --model.
+    #[arg(long, value_name = "N")]
+    model_number: Option<u16>,
+    /// Version of the servo's firmware [default: the first that supports Fast Sync Read]
+    ///
+    /// That is 45, but 46 for XL330 and XC330, and 12 for PM42.
+    #[arg(long, value_name = "N")]
+    firmware: Option<u8>,
     /// Baud rate of the servo
     #[arg(long, value_name = "BITS_PER_S", default_value_t = 57_600)]
     baud: u32,
@@ -86,9 +91,9 @@ pub struct Args {
     /// Period of the clock "requests"
     #[arg(long, value_name = "US", default_value_t = 2000)]
     period_us: u32,
-    /// Position at motor angle 0, 0 to 4095
-    #[arg(long, value_name = "COUNT", default_value_t = 2048)]
-    zero_count: u16,
+    /// Position at motor angle 0 [default: the middle of the revolution, 2048; 0 for PM42]
+    #[arg(long, value_name = "COUNT")]
+    zero_count: Option<u16>,
     /// Counts decrease as the finger closes
     #[arg(long)]
     reversed: bool,
@@ -98,11 +103,11 @@ pub struct Args {
     /// Play between encoder and finger, 0 to 5; 0.25 for this servo family
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     backlash_deg: f64,
-    /// Position gains after power-on
+    /// Position gains after power-on [default: the factory's, 800,0,0 for XM430-W350]
     ///
-    /// With the factory's gains the servo holds by its error, 29 N·mm per count; 16383,0,0 is twenty times as firm.
-    #[arg(long, value_name = "P,I,D", default_value = "800,0,0", value_parser = gains)]
-    gains: Gains,
+    /// With these an XM430-W350 holds by its error, 29 N·mm per count; 16383,0,0 is twenty times as firm.
+    #[arg(long, value_name = "P,I,D", value_parser = gains)]
+    gains: Option<Gains>,
     /// Standard deviation of Present Current
     #[arg(long, value_name = "MA", default_value_t = 3.0)]
     noise_ma: f64,
@@ -149,6 +154,13 @@ pub fn gains(words: &str) -> Result<Gains, String> {
     }
 }
 
+/// A servo from an argument.
+fn servo_model(words: &str) -> Result<&'static Model, String> {
+    let model = Model::named(words).or_else(|| words.parse().ok().and_then(Model::of));
+    let known = model.filter(|model| Config::of(model).is_simulated());
+    known.ok_or_else(|| format!("{words} is not simulated; simulated are {}", simulated()))
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
     match serve(args) {
@@ -159,10 +171,11 @@ pub fn run(args: &Args) -> ExitCode {
 
 fn serve(args: &Args) -> Result<(), String> {
     let load = Arc::new(args.load.load(args.load.case()?.as_ref(), &args.model)?);
+    let factory = Config::of(args.servo);
     let config = Config {
         id: 0,
-        model: args.model_number,
-        firmware: args.firmware,
+        model_number: args.model_number,
+        firmware: args.firmware.unwrap_or(factory.firmware),
         baud_rate: args.baud,
         return_delay_us: args.return_delay_us,
         wire_time: args.wire_time,
@@ -170,14 +183,15 @@ fn serve(args: &Args) -> Result<(), String> {
             ClockWord::Wall => Clock::Wall,
             ClockWord::Requests => Clock::Requests { period_us: args.period_us },
         },
-        zero_count: args.zero_count,
+        zero_count: args.zero_count.unwrap_or(factory.zero_count),
         closing_up: !args.reversed,
         start_deg: args.start_deg,
         backlash_deg: args.backlash_deg,
-        gains: args.gains,
+        gains: args.gains.unwrap_or(factory.gains),
         noise_ma: args.noise_ma,
         seed: args.seed,
         load,
+        ..factory
     };
     let mut servos = Vec::new();
     for (place, &id) in args.id.iter().enumerate() {

@@ -158,9 +158,8 @@ fn what_the_manual_refuses_is_refused() {
     assert_eq!(bus.refusal(xm430::OPERATING_MODE, 2), Some(StatusError::DataRange), "there is no mode 2");
     // What is not simulated takes its default only.
     assert_eq!(bus.refusal(xm430::FEEDFORWARD_1ST_GAIN, 100), Some(StatusError::DataRange));
-    assert_eq!(bus.refusal(xm430::SECONDARY_ID, 7), Some(StatusError::DataRange));
-    assert_eq!(bus.refusal(xm430::SECONDARY_ID, 255), None);
-    assert_eq!(bus.refusal(xm430::STARTUP_CONFIGURATION, 2), Some(StatusError::DataRange), "no backup of the RAM");
+    assert_eq!(bus.refusal(xm430::PROTOCOL_TYPE, 1), Some(StatusError::DataRange));
+    assert_eq!(bus.refusal(xm430::STARTUP_CONFIGURATION, 4), Some(StatusError::DataRange));
 }
 
 #[test]
@@ -532,5 +531,8 @@ fn no_servo_is_made_from_nonsense() {
     assert!(refused(Config { backlash_deg: f64::NAN, ..Config::default() }).contains("NaN"));
     assert!(refused(Config { noise_ma: -1.0, ..Config::default() }).contains("-1 mA"));
     assert!(refused(Config { start_deg: Some(181.0), ..Config::default() }).contains("181"));
-    assert_eq!(Servo::new(Config { zero_count: 4096, ..Config::default() }).err(), Some(ConfigError::Zero(4096)));
+    assert_eq!(
+        Servo::new(Config { zero_count: 4096, ..Config::default() }).err(),
+        Some(ConfigError::Zero { count: 4096, most: 4095 })
+    );
 }

@@ -160,7 +160,7 @@ fn a_servo_in_velocity_control_is_never_held() {
 
 #[test]
 fn an_unknown_model_is_not_led() {
-    let mut bench = Bench::new(Config { model: 1060, ..geared_servo() }, &Flash::new());
+    let mut bench = Bench::new(Config { model_number: Some(1060), ..geared_servo() }, &Flash::new());
     bench.ask::<SetSettings>(&Settings::of(GEARED_MOUNT)).unwrap();
     let heard = overhear(&mut bench);
     bench.run(2 * SECOND);

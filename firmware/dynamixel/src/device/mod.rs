@@ -238,6 +238,9 @@ impl<const N: usize> State<N> {
             return Outcome::Answer(self.own(packet, table));
         }
         if !packet.id.is_broadcast() {
+            if table.secondary_id() == Some(packet.id) {
+                self.shared(packet, table);
+            }
             return Outcome::Silent;
         }
         match packet.instruction() {
@@ -280,6 +283,30 @@ impl<const N: usize> State<N> {
                 table.backup(what.ok_or(StatusError::DataRange)?).map(|()| 0)
             }
             _ => Err(StatusError::Instruction),
+        }
+    }
+
+    /// An instruction under the second address, which several devices may share: writes to RAM are carried out in silence.
+    fn shared(&mut self, packet: Packet<'_>, table: &mut impl ControlTable) {
+        match packet.instruction() {
+            Some(Instruction::Write) => {
+                if let Ok((address, bytes)) = addressed(packet.parameters)
+                    && table.is_shared(address, bytes)
+                {
+                    let _ = table.write(address, bytes);
+                }
+            }
+            Some(Instruction::RegWrite) => {
+                if let Ok((address, bytes)) = addressed(packet.parameters)
+                    && table.is_shared(address, bytes)
+                {
+                    let _ = self.register(packet.parameters, table);
+                }
+            }
+            Some(Instruction::Action) => {
+                let _ = self.action(table);
+            }
+            _ => {}
         }
     }
 

@@ -9,6 +9,15 @@ use crate::upkeep::{Backup, ResetScope};
 pub trait ControlTable {
     /// The device's address.
     fn id(&self) -> Id;
+    /// A second address, to which the device listens without answering.
+    fn secondary_id(&self) -> Option<Id> {
+        None
+    }
+    /// Whether `bytes` may be written from `address` on under the second address: RAM only.
+    fn is_shared(&self, address: u16, bytes: &[u8]) -> bool {
+        let _ = (address, bytes);
+        false
+    }
     /// Model number, in the answer to Ping.
     fn model_number(&self) -> u16;
     /// Version of the firmware, in the answer to Ping.

@@ -1,30 +1,46 @@
 //! Indirect addresses: registers that show others at another place.
 
-use crate::xm430::{INDIRECT, INDIRECT_LENGTH, IndirectArea};
+use crate::models::IndirectArea;
+
+/// Bytes of indirect data that are followed, over all areas: as many as the X series has. The P series has more, of which those behind
+/// count as not known.
+const FOLLOWED: usize = 56;
 
 /// What the indirect data of one servo show, as far as it is known.
 #[derive(Clone, Debug)]
 pub(super) struct Indirect {
-    /// By area and place in it.
-    shows: [[Option<u16>; INDIRECT_LENGTH]; INDIRECT.len()],
+    areas: &'static [IndirectArea],
+    /// By place over all areas.
+    shows: [Option<u16>; FOLLOWED],
 }
 
 impl Indirect {
-    pub(super) const UNKNOWN: Self = Self { shows: [[None; INDIRECT_LENGTH]; INDIRECT.len()] };
+    pub(super) const fn unknown(areas: &'static [IndirectArea]) -> Self {
+        Self { areas, shows: [None; FOLLOWED] }
+    }
+
+    /// The areas, each with its first place.
+    fn areas(&self) -> impl Iterator<Item = (&'static IndirectArea, usize)> + use<> {
+        self.areas.iter().scan(0, |next, area| {
+            let first = *next;
+            *next += usize::from(area.length);
+            Some((area, first))
+        })
+    }
 
     /// The register that a byte of the control table belongs to; nothing if that is not known.
     pub(super) fn register(&self, address: u16) -> Option<u16> {
-        for (area, shows) in INDIRECT.iter().zip(&self.shows) {
+        for (area, first) in self.areas() {
             if let Some(place) = area.data_place(address) {
-                return shows.get(place).copied().flatten();
+                return self.shows.get(first + place).copied().flatten();
             }
         }
         Some(address)
     }
 
     /// Whether a part of the control table shows others.
-    pub(super) fn covers(address: u16, length: usize) -> bool {
-        INDIRECT.iter().any(|area| area.covers_data(address, length))
+    pub(super) fn covers(&self, address: u16, length: usize) -> bool {
+        self.areas.iter().any(|area| area.covers_data(address, length))
     }
 
     /// Bytes in the control table from `address` on.
@@ -43,8 +59,9 @@ impl Indirect {
     /// Sets every indirect address that the part touches; `value` is given where it begins in the part, if it does.
     fn change(&mut self, address: u16, length: usize, value: impl Fn(Option<usize>) -> Option<u16>) {
         let (from, to) = (usize::from(address), usize::from(address) + length);
-        for (area, shows) in INDIRECT.iter().zip(&mut self.shows) {
-            for (place, shown) in shows.iter_mut().enumerate() {
+        for (area, first) in self.areas() {
+            let places = self.shows.iter_mut().skip(first).take(usize::from(area.length));
+            for (place, shown) in places.enumerate() {
                 let at = usize::from(area.addresses) + 2 * place;
                 if from < at + 2 && at < to {
                     *shown = value(at.checked_sub(from));
@@ -56,23 +73,28 @@ impl Indirect {
 
 impl IndirectArea {
     fn data_place(&self, address: u16) -> Option<usize> {
-        let place = usize::from(address.checked_sub(self.data)?);
-        (place < INDIRECT_LENGTH).then_some(place)
+        let place = address.checked_sub(self.data)?;
+        (place < self.length).then_some(usize::from(place))
     }
 
     fn covers_data(&self, address: u16, length: usize) -> bool {
         let (from, data) = (usize::from(address), usize::from(self.data));
-        from < data + INDIRECT_LENGTH && data < from + length
+        from < data + usize::from(self.length) && data < from + length
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::models::Model;
+
+    fn unknown(model: u16) -> Indirect {
+        Indirect::unknown(Model::of(model).unwrap().indirect)
+    }
 
     #[test]
     fn what_is_not_known_is_not_guessed() {
-        let mut indirect = Indirect::UNKNOWN;
+        let mut indirect = unknown(1020);
         assert_eq!(indirect.register(132), Some(132));
         assert_eq!(indirect.register(224), None);
         // Indirect Address 1 and 2 to Present Position, and the first half of 3.
@@ -89,9 +111,22 @@ mod tests {
     #[test]
     fn the_areas_end_where_they_end() {
         for (data, covered) in [(223, false), (224, true), (251, true), (252, false), (633, false), (634, true)] {
-            assert_eq!(Indirect::covers(data, 1), covered, "{data}");
-            assert_eq!(Indirect::UNKNOWN.register(data).is_none(), covered, "{data}");
+            assert_eq!(unknown(1020).covers(data, 1), covered, "{data}");
+            assert_eq!(unknown(1020).register(data).is_none(), covered, "{data}");
         }
-        assert!(Indirect::covers(200, 100) && Indirect::covers(661, 1) && !Indirect::covers(662, 9));
+        let indirect = unknown(1020);
+        assert!(indirect.covers(200, 100) && indirect.covers(661, 1) && !indirect.covers(662, 9));
+    }
+
+    /// The X330 series has data where the others have addresses, the P series more than are followed.
+    #[test]
+    fn every_model_has_its_own_areas() {
+        let mut x330 = unknown(1200);
+        x330.learn(168, &[132, 0]);
+        assert_eq!([208, 209, 224, 228].map(|data| x330.register(data)), [Some(132), None, None, Some(228)]);
+        let mut p = unknown(2100);
+        p.learn(168, &[68, 2]);
+        p.learn(168 + 2 * 100, &[68, 2]);
+        assert_eq!([634, 634 + 100, 224].map(|data| p.register(data)), [Some(580), None, Some(224)]);
     }
 }

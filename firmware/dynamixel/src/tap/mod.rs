@@ -8,6 +8,7 @@ pub use watched::{Seen, Watched};
 use crate::decode::DecodeError;
 use crate::fast::{FastAnswer, Step};
 use crate::line::{Line, Spoken};
+use crate::models::Model;
 use crate::packet::{ALERT, Id, Instruction, Packet, Status, StatusError, longest_packet_length, status_length};
 use crate::request::Request;
 use crate::timing::Timing;
@@ -77,7 +78,7 @@ pub enum Heard<'a> {
 /// What remains is a master that asks the same servo for as many bytes from elsewhere in a question that leaves no trace
 /// on the line, within the time of the answer to the one before, which did not come.
 ///
-/// The registers are those of the X series ([`crate::xm430`]). Indirect data count as what they show once the tap has heard
+/// The registers are those of each servo's [`Model`]. Indirect data count as what they show once the tap has heard
 /// the indirect addresses, written or read. Until then they count as nothing, and again when the servo may have been
 /// restarted, or got an instruction that the tap has not understood; what leaves no trace on the line (a Sync Write that is
 /// lost whole) it cannot know.
@@ -157,13 +158,19 @@ impl<const N: usize, const S: usize> Tap<N, S> {
         self.state.timing = timing;
     }
 
-    /// Learns from this servo from now on; false if there is no room for it.
+    /// Learns from this servo from now on; false if there is no room for it. It is understood as an XM430-W350 until it says, to its
+    /// master, that it is another known model.
     pub fn watch(&mut self, id: Id) -> bool {
+        self.watch_model(id, Model::XM430)
+    }
+
+    /// The same for a servo that is known to be of this model.
+    pub fn watch_model(&mut self, id: Id, model: &'static Model) -> bool {
         if id.is_broadcast() || self.servo(id).is_some() {
             return !id.is_broadcast();
         }
         let free = self.state.servos.iter_mut().find(|servo| servo.is_none());
-        free.map(|servo| *servo = Some(Watched::new(id))).is_some()
+        free.map(|servo| *servo = Some(Watched::new(id, model))).is_some()
     }
 
     /// Watches no servo any more.
@@ -396,10 +403,12 @@ impl<const N: usize, const S: usize> State<N, S> {
                 let &[low, high, firmware] = status.parameters else {
                     return self.stray(id);
                 };
+                let model = u16::from_le_bytes([low, high]);
                 if let Some(servo) = self.servo(id.get()) {
                     servo.answered(alert);
+                    servo.is(model);
                 }
-                Some(Event::Found { id, model: u16::from_le_bytes([low, high]), firmware })
+                Some(Event::Found { id, model, firmware })
             }
             Some(instruction) if asked == id && !self.request.is_fast() => {
                 if late > self.patience_us(status_length(0)) || !status.parameters.is_empty() {

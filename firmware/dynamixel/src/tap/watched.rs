@@ -2,6 +2,7 @@
 
 use super::indirect::Indirect;
 use crate::item::{Register, Value};
+use crate::models::Model;
 use crate::packet::{Id, StatusReturn};
 use crate::xm430;
 
@@ -30,16 +31,20 @@ impl<T> Seen<T> {
 pub struct Watched {
     /// Its address.
     pub id: Id,
+    /// What it is: by which control table it is understood.
+    pub model: &'static Model,
     /// Present Position, counts.
     pub position: Option<Seen<i32>>,
-    /// Present Velocity, [`xm430::REVOLUTIONS_PER_MINUTE_PER_UNIT`].
+    /// Present Velocity, [`Model::velocity`].
     pub velocity: Option<Seen<i32>>,
-    /// Present Current, [`xm430::MILLIAMPERES_PER_UNIT`].
-    pub current: Option<Seen<i16>>,
+    /// Present Current or Present Load, [`Model::effort`].
+    pub effort: Option<Seen<i16>>,
     /// Torque Enable, read or written.
     pub torque: Option<Seen<u8>>,
     /// Goal Position, read or written.
     pub goal: Option<Seen<i32>>,
+    /// Hardware Error Status.
+    pub hardware_error: Option<Seen<u8>>,
     /// The last answer said that there is a hardware error.
     pub alert: bool,
     /// Answers heard; wraps.
@@ -52,19 +57,21 @@ pub struct Watched {
 }
 
 impl Watched {
-    pub(super) const fn new(id: Id) -> Self {
+    pub(super) const fn new(id: Id, model: &'static Model) -> Self {
         Self {
             id,
+            model,
             position: None,
             velocity: None,
-            current: None,
+            effort: None,
             torque: None,
             goal: None,
+            hardware_error: None,
             alert: false,
             answers: 0,
             silent: 0,
             status_return: None,
-            indirect: Indirect::UNKNOWN,
+            indirect: Indirect::unknown(model.indirect),
         }
     }
 
@@ -79,6 +86,14 @@ impl Watched {
         self.silent = 0;
     }
 
+    /// It has said what it is. What another control table seemed to say is forgotten.
+    pub(super) fn is(&mut self, model: u16) {
+        if let Some(model) = Model::of(model).filter(|model| **model != *self.model) {
+            let Self { id, answers, alert, .. } = *self;
+            *self = Self { answers, alert, ..Self::new(id, model) };
+        }
+    }
+
     pub(super) fn was_silent(&mut self) {
         self.silent = self.silent.saturating_add(1);
         if self.silent >= LOST_AFTER {
@@ -88,7 +103,7 @@ impl Watched {
 
     /// What RAM holds is not known any more.
     pub(super) fn restarted(&mut self) {
-        self.indirect = Indirect::UNKNOWN;
+        self.indirect = Indirect::unknown(self.model.indirect);
         self.torque = None;
         self.goal = None;
         self.status_return = None;
@@ -98,10 +113,12 @@ impl Watched {
     pub(super) fn read(&mut self, address: u16, bytes: &[u8], now_us: u64) {
         self.indirect.learn(address, bytes);
         self.stands(address, bytes, now_us);
+        let model = self.model;
         let seen = Present { indirect: &self.indirect, address, bytes, now_us };
-        seen.show(xm430::PRESENT_POSITION, &mut self.position);
-        seen.show(xm430::PRESENT_VELOCITY, &mut self.velocity);
-        seen.show(xm430::PRESENT_CURRENT, &mut self.current);
+        seen.show(model.at(xm430::PRESENT_POSITION), &mut self.position);
+        seen.show(model.at(xm430::PRESENT_VELOCITY), &mut self.velocity);
+        seen.show(model.at(xm430::PRESENT_CURRENT), &mut self.effort);
+        seen.show(model.at(xm430::HARDWARE_ERROR_STATUS), &mut self.hardware_error);
     }
 
     /// Bytes that the servo has taken.
@@ -117,15 +134,16 @@ impl Watched {
 
     /// It may have received anything.
     pub(super) fn doubt_all(&mut self) {
-        self.indirect = Indirect::UNKNOWN;
+        self.indirect = Indirect::unknown(self.model.indirect);
     }
 
     fn stands(&mut self, address: u16, bytes: &[u8], now_us: u64) {
+        let model = self.model;
         let seen = Present { indirect: &self.indirect, address, bytes, now_us };
-        seen.show(xm430::TORQUE_ENABLE, &mut self.torque);
-        seen.show(xm430::GOAL_POSITION, &mut self.goal);
+        seen.show(model.at(xm430::TORQUE_ENABLE), &mut self.torque);
+        seen.show(model.at(xm430::GOAL_POSITION), &mut self.goal);
         let mut level = None;
-        seen.show(xm430::STATUS_RETURN_LEVEL, &mut level);
+        seen.show(model.at(xm430::STATUS_RETURN_LEVEL), &mut level);
         if let Some(level) = level {
             self.status_return = StatusReturn::from_value(level.value);
         }
@@ -159,7 +177,7 @@ impl Present<'_> {
             // No register that is looked for lies where others are shown.
             return Some(byte);
         }
-        if !Indirect::covers(self.address, self.bytes.len()) {
+        if !self.indirect.covers(self.address, self.bytes.len()) {
             return None;
         }
         let shows = |&(offset, _): &(usize, &u8)| {

@@ -7,7 +7,7 @@ use dynamixel::{
 /// The table, byte by byte.
 #[derive(Clone)]
 pub struct Servo {
-    pub memory: [u8; 147],
+    pub memory: [u8; 148],
     pub reads: u32,
     pub reboots: u32,
     pub clears: u32,
@@ -18,7 +18,7 @@ pub struct Servo {
 impl Servo {
     pub fn new(id: u8) -> Self {
         let mut servo =
-            Servo { memory: [0; 147], reads: 0, reboots: 0, clears: 0, resets: Vec::new(), backups: Vec::new() };
+            Servo { memory: [0; 148], reads: 0, reboots: 0, clears: 0, resets: Vec::new(), backups: Vec::new() };
         for item in xm430::ITEMS {
             let bytes = item.default.to_le_bytes();
             let (from, length) = (usize::from(item.address), usize::from(item.length));

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use dynamixel::{Id, xm430};
+use dynamixel::{Id, Layout, Model, xm430};
 
 use super::control::Gains;
 use super::load::Load;
+use crate::datasheet::Datasheet;
 
 /// What makes the servo's time pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,11 +26,13 @@ pub enum Clock {
 pub struct Config {
     /// Address on the bus.
     pub id: u8,
-    /// What Model Number reads; default 1020, the XM430-W350. The registers and the motor are that one's, whatever it says.
-    pub model: u16,
+    /// Registers and motor; default the XM430-W350.
+    pub model: &'static Model,
+    /// What Model Number reads, if not the model's own.
+    pub model_number: Option<u16>,
     /// Version of its firmware; default 45, the first that knows Fast Sync Read.
     pub firmware: u8,
-    /// Bits per second: one of [`xm430::BAUD_RATES`]; factory 57,600.
+    /// Bits per second: one of [`Model::rates`]; factory 57,600.
     pub baud_rate: u32,
     /// Return delay, µs: an even number up to 508; factory 500.
     pub return_delay_us: u32,
@@ -59,7 +62,8 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             id: 1,
-            model: xm430::MODEL,
+            model: Model::XM430,
+            model_number: None,
             firmware: xm430::FAST_READ_FIRMWARE,
             baud_rate: 57_600,
             return_delay_us: 500,
@@ -84,10 +88,18 @@ pub enum ConfigError {
     #[error("the address is {0}; allowed is 0 to 252")]
     Id(u8),
     /// The baud rate.
-    #[error(
-        "the baud rate is {0}; the servo knows 9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000 and 4500000"
-    )]
-    BaudRate(u32),
+    #[error("the baud rate is {rate}; the {model} knows {known}")]
+    BaudRate {
+        /// What was asked for.
+        rate: u32,
+        /// The servo.
+        model: &'static str,
+        /// What there is.
+        known: String,
+    },
+    /// A model whose control table or motor is not known.
+    #[error("the {0} is not simulated; simulated are {models}", models = simulated())]
+    Model(&'static str),
     /// The return delay.
     #[error("the return delay is {0} µs; allowed are even numbers from 0 to 508")]
     ReturnDelay(u32),
@@ -95,8 +107,13 @@ pub enum ConfigError {
     #[error("the period of the requests is {0} µs; allowed is 1 to 1000000")]
     Period(u32),
     /// The position at which the motor angle is 0.
-    #[error("the zero position is {0}; allowed is 0 to 4095")]
-    Zero(u16),
+    #[error("the zero position is {count}; allowed is 0 to {most}")]
+    Zero {
+        /// What was asked for.
+        count: u16,
+        /// The last one.
+        most: u32,
+    },
     /// Another number.
     #[error("{what} is {value} {unit}; allowed is {min} to {max}")]
     OutOfRange {
@@ -113,19 +130,48 @@ pub enum ConfigError {
     },
 }
 
-/// Counts per radian.
-pub(super) const COUNTS_PER_RADIAN: f64 = 4096.0 / std::f64::consts::TAU;
+/// The names of the models that are simulated.
+pub fn simulated() -> String {
+    let known = |model: &&'static Model| Config::of(model).is_simulated();
+    let names: Vec<&str> = dynamixel::MODELS.iter().filter(known).map(|model| model.name).collect();
+    names.join(", ")
+}
 
 impl Config {
+    /// A servo of this model as it comes from the factory: its gains, and its zero in the middle of its revolution.
+    pub fn of(model: &'static Model) -> Self {
+        let zero_count = match model.layout {
+            Layout::X => 2048,
+            Layout::P => 0,
+        };
+        Self { model, firmware: model.fast_since, gains: Gains::of(model), zero_count, ..Self::default() }
+    }
+
+    /// Counts per radian.
+    pub(super) fn counts_per_radian(&self) -> f64 {
+        f64::from(self.model.counts) / std::f64::consts::TAU
+    }
+
+    /// Whether the model's control table and motor are known.
+    pub fn is_simulated(&self) -> bool {
+        self.datasheet().is_ok()
+    }
+
+    /// Motor and gears.
+    pub(super) fn datasheet(&self) -> Result<Datasheet, ConfigError> {
+        let known = Datasheet::of(self.model).filter(|_| self.model.items().is_some());
+        known.ok_or(ConfigError::Model(self.model.name))
+    }
+
     /// The position (counts, not rounded) at a motor angle α, rad.
     pub fn counts(&self, angle: f64) -> f64 {
-        let counts = angle * COUNTS_PER_RADIAN;
+        let counts = angle * self.counts_per_radian();
         f64::from(self.zero_count) + if self.closing_up { counts } else { -counts }
     }
 
     /// The motor angle α (rad) at a position in counts.
     pub fn angle(&self, counts: f64) -> f64 {
-        let angle = (counts - f64::from(self.zero_count)) / COUNTS_PER_RADIAN;
+        let angle = (counts - f64::from(self.zero_count)) / self.counts_per_radian();
         if self.closing_up { angle } else { -angle }
     }
 
@@ -140,7 +186,12 @@ impl Config {
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         Id::new(self.id).ok_or(ConfigError::Id(self.id))?;
-        xm430::baud_code(self.baud_rate).ok_or(ConfigError::BaudRate(self.baud_rate))?;
+        self.datasheet()?;
+        if self.model.baud_code(self.baud_rate).is_none() {
+            let known: Vec<String> = self.model.rates.iter().map(u32::to_string).collect();
+            let known = known.join(", ");
+            return Err(ConfigError::BaudRate { rate: self.baud_rate, model: self.model.name, known });
+        }
         let delay = self.return_delay_us;
         if !delay.is_multiple_of(xm430::RETURN_DELAY_US_PER_UNIT) || delay > 254 * xm430::RETURN_DELAY_US_PER_UNIT {
             return Err(ConfigError::ReturnDelay(delay));
@@ -150,8 +201,13 @@ impl Config {
         {
             return Err(ConfigError::Period(period_us));
         }
-        if self.zero_count >= xm430::COUNTS_PER_REVOLUTION {
-            return Err(ConfigError::Zero(self.zero_count));
+        // Positions of a revolution: from 0 on, or to both sides of it.
+        let [least, most] = match self.model.layout {
+            Layout::X => [0.0, f64::from(self.model.counts) - 1.0],
+            Layout::P => [-f64::from(self.model.counts) / 2.0, f64::from(self.model.counts) / 2.0],
+        };
+        if f64::from(self.zero_count) > most {
+            return Err(ConfigError::Zero { count: self.zero_count, most: most as u32 });
         }
         let within = |what, value: f64, unit, min, max| {
             if (min..=max).contains(&value) {
@@ -163,6 +219,6 @@ impl Config {
         within("the backlash", self.backlash_deg, "°", 0.0, 5.0)?;
         within("the noise", self.noise_ma, "mA", 0.0, 1000.0)?;
         within("the angle at power-on", self.start_deg.unwrap_or(0.0), "°", -180.0, 180.0)?;
-        within("the position at power-on", self.start(), "counts", 0.0, 4095.0)
+        within("the position at power-on", self.start(), "counts", least, most)
     }
 }

@@ -1,13 +1,13 @@
 //! The servo's own control: the duty or torque that its gains and goals make, as the e-Manual's block diagrams have it.
 //!
 //! Position: PWM = P/128 · error + I/65536 · Σ error + D/16 · change of the error, with counts and units of PWM (885 are the full
-//! voltage). Velocity: PWM = P/128 · error + I/65536 · Σ error, with units of velocity. The manual does not say how often that
+//! voltage of the X series). Velocity: PWM = P/128 · error + I/65536 · Σ error, with units of velocity. The manual does not say how often that
 //! is: a millisecond is assumed. The position's error is not rounded to counts here.
+
+use dynamixel::{Layout, Model, Register, xm430};
 
 use super::motor::{Motor, Supply};
 
-/// Units of PWM that are the whole voltage.
-pub const FULL_PWM: f64 = 885.0;
 /// Milliseconds per second: the sums' clock.
 const PER_SECOND: f64 = 1000.0;
 
@@ -23,10 +23,26 @@ pub struct Gains {
 }
 
 impl Gains {
-    /// As the servo comes from the factory: 29 N·mm per count.
+    /// As the XM430-W350 comes from the factory: 29 N·mm per count.
     pub const FACTORY: Self = Self { p: 800, i: 0, d: 0 };
     /// The greatest that there are: within a second or two the goal's very count.
     pub const GREATEST: Self = Self { p: 16_383, i: 16_383, d: 0 };
+
+    /// As a model comes from the factory. The manual does not say it of the P series: there they are assumed to be as firm, by angle, as
+    /// the XM430-W350's.
+    pub fn of(model: &Model) -> Self {
+        let of = |register: Register<u16>| {
+            let address = model.at(register).address();
+            let item = model.items().and_then(|mut items| items.find(|item| item.address == address));
+            item.and_then(|item| u16::try_from(item.default).ok()).unwrap_or(0)
+        };
+        match model.layout {
+            Layout::X => {
+                Self { p: of(xm430::POSITION_P_GAIN), i: of(xm430::POSITION_I_GAIN), d: of(xm430::POSITION_D_GAIN) }
+            }
+            Layout::P => Self { p: 14, i: 0, d: 0 },
+        }
+    }
 }
 
 /// What the output may not exceed.
@@ -39,13 +55,20 @@ pub struct Ceiling {
 }
 
 /// What control remembers from moment to moment.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Control {
+    /// Units of PWM that are the whole voltage.
+    full_pwm: f64,
     /// Sum of the errors, units times milliseconds.
     sum: f64,
 }
 
 impl Control {
+    /// Of a model.
+    pub fn of(model: &Model) -> Self {
+        Self { full_pwm: f64::from(model.full_pwm), sum: 0.0 }
+    }
+
     /// Forgets: the torque came on, or the mode changed.
     pub fn clear(&mut self) {
         self.sum = 0.0;
@@ -89,12 +112,12 @@ impl Control {
         let output = |sum: f64| f64::from(gains.p) / 128.0 * error + integral * sum + extra;
         let sum = self.sum + error * seconds * PER_SECOND;
         // It does not wind up: what would only saturate the output is not added.
-        if output(sum).abs() <= ceiling.duty * FULL_PWM || output(sum).abs() < output(self.sum).abs() {
+        if output(sum).abs() <= ceiling.duty * self.full_pwm || output(sum).abs() < output(self.sum).abs() {
             self.sum = sum;
         }
         Supply::Duty {
-            at_rest: output(self.sum) / FULL_PWM,
-            per_speed: per_speed / FULL_PWM,
+            at_rest: output(self.sum) / self.full_pwm,
+            per_speed: per_speed / self.full_pwm,
             most: ceiling.duty,
             torque: ceiling.torque,
         }

@@ -8,7 +8,7 @@ use model_core::status::Status;
 use super::config::{Clock, Config, ConfigError};
 use super::fault::{Fault, Faults};
 use super::load::Load;
-use super::table::Xm430;
+use super::table::Table;
 
 /// Longest packet in either direction, bytes.
 const LONGEST: usize = 512;
@@ -61,7 +61,7 @@ pub struct Statistics {
 pub struct Servo {
     config: Config,
     device: Device<LONGEST>,
-    table: Xm430,
+    table: Table,
     faults: Faults,
     statistics: Statistics,
 }
@@ -70,9 +70,9 @@ impl Servo {
     /// A servo that has just been powered on.
     ///
     /// # Errors
-    /// The first thing in the configuration that no XM430 can have.
+    /// The first thing in the configuration that no such servo can have.
     pub fn new(config: Config) -> Result<Self, ConfigError> {
-        let table = Xm430::new(&config)?;
+        let table = Table::new(&config)?;
         Ok(Self {
             config,
             device: Device::new(PATIENCE),
@@ -128,7 +128,7 @@ impl Servo {
 
     /// Bits per second on the bus.
     pub(super) fn rate(&self) -> Option<u32> {
-        xm430::bits_per_second(self.table.get(xm430::BAUD_RATE))
+        self.config.model.bits_per_second(self.table.get(xm430::BAUD_RATE))
     }
 
     /// Gives the answer that is due although nothing was heard: a turn that somebody has let pass.
@@ -202,13 +202,13 @@ impl Servo {
         self.table.fail(bits);
     }
 
-    /// Writes a register as another master would, at once; what the servo refuses stays as it is.
+    /// Writes a register as another master would, at once; what the servo refuses stays as it is. It is named as the XM430's.
     pub fn write<T: Value>(&mut self, register: Register<T>, value: T) {
         let bytes = value.to_bytes();
-        let _ = self.table.write(register.address(), &bytes[..usize::from(T::LENGTH)]);
+        let _ = self.table.write(self.config.model.at(register).address(), &bytes[..usize::from(T::LENGTH)]);
     }
 
-    /// A register as it was last refreshed.
+    /// A register as it was last refreshed, named as the XM430's.
     pub fn read<T: Value>(&self, register: Register<T>) -> T {
         self.table.get(register)
     }

@@ -1,4 +1,4 @@
-//! The simulated servo: a Dynamixel XM430-W350-T that turns a finger against an object.
+//! The simulated servo: a Dynamixel, an XM430-W350-T unless another model is asked for, that turns a finger against an object.
 //!
 //! - [`Servo`] takes the bytes heard on a bus and gives the answers: no thread, no port, no clock of its own.
 //! - [`Load`] is what the finger asks of it, from the model at full resolution.
@@ -12,15 +12,18 @@ mod control;
 mod device;
 mod fault;
 mod hub;
+mod indirect;
 mod load;
 mod mode;
 mod motor;
 mod port;
 mod profile;
+mod registers;
 mod surroundings;
 mod table;
+mod units;
 
-pub use config::{Clock, Config, ConfigError};
+pub use config::{Clock, Config, ConfigError, simulated};
 pub use control::Gains;
 pub use device::{Answer, Servo, Statistics, Truth};
 pub use fault::Fault;

@@ -6,11 +6,13 @@
 use std::sync::Arc;
 
 use super::load::{Contact, Load, OnBranch};
-use crate::datasheet::{FREE_SPEED, FRICTION, NOMINAL_VOLTAGE, STALL_TORQUE};
+use crate::datasheet::Datasheet;
 
 /// From encoder counts to the finger's angle.
 #[derive(Clone, Debug)]
 pub struct Gear {
+    /// Motor and gears.
+    pub data: Datasheet,
     /// Counts at which the finger's angle is 0.
     pub zero: f64,
     /// 1 if greater positions close the finger, otherwise -1.
@@ -21,10 +23,18 @@ pub struct Gear {
     pub half_play: f64,
 }
 
+impl Gear {
+    /// Speed without load, counts/s.
+    pub fn free_speed(&self) -> f64 {
+        self.data.free_speed / 60.0 * std::f64::consts::TAU / self.pitch
+    }
+}
+
 /// Where motor and finger are, in counts of the encoder, and what they feel.
 #[derive(Clone, Debug)]
 pub struct Motor {
-    gear: Gear,
+    /// Motor, gears and finger.
+    pub gear: Gear,
     load: Arc<Load>,
     branch: OnBranch,
     /// Position of the motor, counts.
@@ -91,7 +101,7 @@ impl Motor {
 
     /// Lets a moment pass, s; `volts` is the supply.
     pub fn step(&mut self, supply: Supply, volts: f64, seconds: f64) {
-        let (speed, torque, is_weak) = self.balance(supply, volts / NOMINAL_VOLTAGE);
+        let (speed, torque, is_weak) = self.balance(supply, volts / self.gear.data.volts);
         (self.speed, self.torque) = (speed, torque);
         self.overloaded = if is_weak { self.overloaded + seconds } else { 0.0 };
         if speed != 0.0 {
@@ -103,24 +113,25 @@ impl Motor {
     /// Speed and torque at which motor, friction and load balance, and whether the motor is too weak for its goal.
     fn balance(&self, supply: Supply, strength: f64) -> (f64, f64, bool) {
         let load = self.load_torque();
-        let stall = STALL_TORQUE * strength;
+        let Datasheet { stall_torque, friction, .. } = self.gear.data;
+        let stall = stall_torque * strength;
         // Torque that the full voltage leaves at a speed falls by this, N·mm per count/s.
-        let back_emf = STALL_TORQUE / FREE_SPEED;
+        let back_emf = stall_torque / self.gear.free_speed();
         // Without a motor the load turns the gears against their friction, and against its own losses.
         let yielding = |torque: f64| {
             let rest = load - torque;
-            -((rest.abs() - FRICTION).max(0.0) / back_emf).copysign(rest)
+            -((rest.abs() - friction).max(0.0) / back_emf).copysign(rest)
         };
         match supply {
             Supply::Off => (yielding(0.0), 0.0, false),
             Supply::Torque(torque) => {
                 let torque = torque.max(-stall).min(stall);
                 let free = torque - load;
-                if free.abs() <= FRICTION {
+                if free.abs() <= friction {
                     return (0.0, torque, torque.abs() >= stall);
                 }
                 // It speeds up until the voltage has nothing left.
-                let against = load + FRICTION.copysign(free);
+                let against = load + friction.copysign(free);
                 if against * free.signum() < 0.0 {
                     return (yielding(torque), torque, false);
                 }
@@ -131,10 +142,10 @@ impl Motor {
                 let held = (stall * at_rest.max(-most).min(most)).max(-limit).min(limit);
                 let is_weak = at_rest.abs() > most || (stall * at_rest).abs() > limit;
                 let free = held - load;
-                if free.abs() <= FRICTION {
+                if free.abs() <= friction {
                     return (0.0, held, is_weak);
                 }
-                let against = load + FRICTION.copysign(free);
+                let against = load + friction.copysign(free);
                 if against.abs() > limit {
                     // The load is stronger than what the motor may give and friction together.
                     let torque = limit.copysign(against);

@@ -1,11 +1,11 @@
 //! A servo's surroundings: its supply and its temperature.
 
-use crate::datasheet::{NOMINAL_VOLTAGE, TORQUE_CONSTANT};
+use crate::datasheet::Datasheet;
 
 /// Temperature inside without current, °C.
 const AMBIENT: f64 = 32.0;
-/// What it rises by in the end with a current, K/A², and how fast, s. Assumptions.
-const HEAT: f64 = 40.0;
+/// What it rises by in the end with the stall current, K, and how fast, s. Assumptions; 40 K/A² of the XM430-W350.
+const HEAT: f64 = 210.0;
 const HEATING_TIME: f64 = 300.0;
 
 /// Supply and temperature.
@@ -17,17 +17,15 @@ pub struct Surroundings {
     pub temperature: f64,
 }
 
-impl Default for Surroundings {
-    fn default() -> Self {
-        Self { volts: NOMINAL_VOLTAGE, temperature: AMBIENT }
-    }
-}
-
 impl Surroundings {
-    /// Lets the motor's torque (N·mm) warm it for a time, s.
+    /// The supply that the datasheet names, and a cold motor.
+    pub fn of(data: &Datasheet) -> Self {
+        Self { volts: data.volts, temperature: AMBIENT }
+    }
+
+    /// Lets the motor's torque (a part of the stall torque) warm it for a time, s.
     pub fn warm(&mut self, torque: f64, seconds: f64) {
-        let amperes = torque / TORQUE_CONSTANT;
-        let to = AMBIENT + HEAT * amperes * amperes;
+        let to = AMBIENT + HEAT * torque * torque;
         self.temperature = to + (self.temperature - to) * (-seconds / HEATING_TIME).exp();
     }
 
