@@ -48,6 +48,10 @@ pub struct Touch {
     pub current: f32,
     /// The servo has a hardware error.
     pub alert: bool,
+    /// The part of its force that the finger may use.
+    pub part: f64,
+    /// Why it may neither close nor grip: its servo is about to shut down.
+    pub stop: Option<Why>,
 }
 
 /// Leads one finger's motor.
@@ -202,6 +206,12 @@ impl Grip {
         if touch.alert && (closing || self.phase == Phase::Moving) {
             return self.stop(Why::Alert, limits, reaction);
         }
+        if let Some(why) = touch.stop
+            && closing
+            && (self.asked.is_some() || self.motion.is_moving())
+        {
+            return self.stop(why, limits, faults.strain);
+        }
         if self.stall.is_stalled(self.goal(), touch.angle, f64::from(touch.current), count, seconds)
             && self.phase != Phase::Held(Why::Stall)
         {
@@ -236,9 +246,10 @@ impl Grip {
         match self.asked {
             Some(asked) => {
                 let mean = greater(known, self.slope.mean());
+                let asked = Asked { force: asked.force * touch.part, ..asked };
                 self.follow(&asked, force, [mean, steepest], [touch.angle, ahead], count);
             }
-            None if closing => self.guard(force, steepest, ahead, count, f64::from(limits.force)),
+            None if closing => self.guard(force, steepest, ahead, count, f64::from(limits.force) * touch.part),
             None => {}
         }
     }
@@ -342,6 +353,20 @@ mod tests {
     const LIMITS: Limits =
         Limits { range: [-0.1, 0.3], open_angle: 0.0, speed: core::f32::consts::PI / 9.0, force: 15.0, current: 500.0 };
 
+    const FAULTS: Faults = Faults { reaction: Reaction::Hold, untrusted_s: 0.05, strain: Reaction::Hold };
+
+    /// Nothing is felt.
+    const CALM: Touch = Touch {
+        angle: 0.0,
+        force: Some(0.0),
+        slope: None,
+        has_model: true,
+        current: 0.0,
+        alert: false,
+        part: 1.0,
+        stop: None,
+    };
+
     /// A finger whose force grows with the square of the angle, on a servo that follows after some ticks.
     struct Bench {
         grip: Grip,
@@ -363,6 +388,8 @@ mod tests {
         current: f32,
         /// Whether the model tells the slope.
         knows_slope: bool,
+        /// The part of its force that the finger may use.
+        part: f64,
     }
 
     impl Bench {
@@ -382,6 +409,7 @@ mod tests {
                 sound: true,
                 current: 0.0,
                 knows_slope: false,
+                part: 1.0,
             }
         }
 
@@ -431,8 +459,8 @@ mod tests {
             let force = Self::force(angle);
             let slope = (self.knows_slope && force > 0.0).then(|| Self::slope(angle));
             let force_told = self.sound.then_some(force);
-            let touch = Touch { angle, force: force_told, slope, has_model: true, current: self.current, alert: false };
-            let faults = Faults { reaction: self.reaction, untrusted_s: 0.05 };
+            let touch = Touch { angle, force: force_told, slope, current: self.current, part: self.part, ..CALM };
+            let faults = Faults { reaction: self.reaction, ..FAULTS };
             self.grip.feel(&touch, COUNT, TICK, &self.limits, &faults);
             self.greatest = self.greatest.max(force);
             force
@@ -717,8 +745,8 @@ mod tests {
         let mut bench = Bench::new(0);
         bench.grip.grip(&Target::of(5.0), &LIMITS);
         bench.run(50);
-        let touch = Touch { angle: 0.03, force: Some(0.0), slope: None, has_model: true, current: 0.0, alert: true };
-        bench.grip.feel(&touch, COUNT, TICK, &LIMITS, &Faults { reaction: Reaction::Hold, untrusted_s: 0.05 });
+        let touch = Touch { angle: 0.03, alert: true, ..CALM };
+        bench.grip.feel(&touch, COUNT, TICK, &LIMITS, &FAULTS);
         assert_eq!(bench.grip.phase(), Phase::Held(Why::Alert));
     }
 }

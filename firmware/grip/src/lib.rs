@@ -6,6 +6,7 @@
 //! - [`Contact`] finds the first contact in the motor's current, and compares current and demanded torque.
 //! - [`Calibration`] converts the servo's counts into motor angles and back.
 //! - [`Health`] distinguishes a lost answer from a lost servo.
+//! - [`StrainWatch`] limits the force of a finger whose servo gets hot, or whose supply falls.
 //! - [`Budget`] learns how many iterations of a solver fit into what is left of a period.
 //! - [`Meter`] measures the rate that the loop reaches.
 //!
@@ -27,6 +28,7 @@ pub struct ReadMe;
 mod budget;
 mod calibration;
 mod contact;
+mod derating;
 mod grip;
 mod health;
 mod lag;
@@ -40,6 +42,7 @@ mod stall;
 pub use budget::Budget;
 pub use calibration::{Calibration, Gear};
 pub use contact::{Contact, DELAY_TICKS, Told};
+pub use derating::{Bounds, Derating, Margins, Strain, StrainWatch, Vitals};
 pub use grip::{Grip, Touch};
 pub use health::Health;
 pub use lag::Lag;

@@ -24,6 +24,8 @@ pub struct Faults {
     pub reaction: Reaction,
     /// How long a finger closes on to an angle while its estimate is untrustworthy, s. (A gripping one waits at once.)
     pub untrusted_s: f64,
+    /// What a gripping finger does when its servo is about to shut down.
+    pub strain: Reaction,
 }
 
 /// A grip that is asked for.

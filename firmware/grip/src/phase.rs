@@ -28,6 +28,10 @@ pub enum Why {
     Angle,
     /// The host has fallen silent.
     Host,
+    /// The servo is about to be too hot.
+    Heat,
+    /// The servo's supply is about to be too low.
+    Supply,
 }
 
 /// What a finger is doing.
@@ -79,6 +83,8 @@ impl Why {
             Self::Force => "the force is at its limit",
             Self::Angle => "the angle is at its limit and the force is not reached",
             Self::Host => "nothing comes from the host any more",
+            Self::Heat => "the servo is too hot",
+            Self::Supply => "the servo's supply is too low",
         }
     }
 }

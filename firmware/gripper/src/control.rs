@@ -8,10 +8,10 @@ mod obey;
 use core::future::Future;
 use core::pin::pin;
 
-use dynamixel::Id;
+use dynamixel::{Id, xm430};
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
-use grip::{Faults, Health, Meter};
+use grip::{Faults, Health, Meter, StrainWatch, Vitals};
 use heapless::Vec;
 use messages::{Event, FINGERS, Grasp, Reaction, Report, Role, Settings, Shape, Silence};
 use model_core::estimator::Estimate;
@@ -34,6 +34,9 @@ const SEARCH: Duration = Duration::from_millis(250);
 const OTHER_AGAIN: Duration = Duration::from_secs(10);
 /// How long another master's last word counts as a reason for what goes wrong.
 const OTHER_ABOUT: Duration = Duration::from_secs(1);
+
+/// How often each servo is asked how warm it is and what supplies it.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// A tick that is late leaves one part in so many of its period to what comes behind the control task.
 const LINK_SHARE: u32 = 16;
@@ -121,6 +124,10 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
             let status = core.patiently(servos.hardware_error(id)).await;
             core.alerted(finger, &status);
         }
+        if let Some((finger, id)) = core.strained() {
+            let vitals = core.patiently(servos.vitals(id)).await;
+            core.derate(finger, &vitals);
+        }
         if !core.is_any_present() {
             servos.forget();
         }
@@ -155,6 +162,9 @@ pub(crate) struct Core<'a, B> {
     /// When a servo is looked for next, and where the search goes on.
     search: Instant,
     next_sought: usize,
+    /// When a servo is asked for its temperature next, and which comes after that.
+    look: Instant,
+    next_looked: usize,
     pub(crate) settings_changed: bool,
     /// Something was set that the control table has to show.
     pub(crate) setup_is_new: bool,
@@ -200,6 +210,8 @@ impl<'a, B: Board> Core<'a, B> {
             ticks: 0,
             search: now,
             next_sought: 0,
+            look: now,
+            next_looked: 0,
             settings_changed: false,
             setup_is_new: true,
             unkept: Vec::new(),
@@ -556,6 +568,7 @@ impl<'a, B: Board> Core<'a, B> {
         if let Some(unit) = unit {
             unit.health = Health::READY;
             unit.difference = None;
+            (unit.bounds, unit.watch) = (Some(found.bounds), StrainWatch::FREE);
             unit.grip.found(unit.calibration.angle(goal));
             if !unit.torque.is_on() {
                 unit.relax();
@@ -571,6 +584,38 @@ impl<'a, B: Board> Core<'a, B> {
             && unit.difference.replace(difference) != Some(difference)
         {
             self.shared.tell(Event::ServoDiffers { finger: finger as u8, difference });
+        }
+    }
+
+    /// A servo that is to be asked how warm it is, the fingers in turn.
+    fn strained(&mut self) -> Option<(usize, Id)> {
+        let now = Instant::now();
+        if now < self.look {
+            return None;
+        }
+        let present = |(_, unit): &(usize, &Unit<'_>)| unit.health.is_present() && unit.bounds.is_some();
+        let fingers = self.units.iter().enumerate();
+        let count = fingers.clone().filter(present).count().max(1);
+        let (finger, unit) = fingers.clone().skip(self.next_looked).chain(fingers).find(present)?;
+        let id = unit.id()?;
+        self.look = now + LOOK / count as u32;
+        self.next_looked = finger + 1;
+        Some((finger, id))
+    }
+
+    /// A servo has said how warm it is and what supplies it.
+    fn derate(&mut self, finger: usize, vitals: &Result<Vitals, BusError<B::Bus>>) {
+        match vitals {
+            Ok(vitals) => {
+                let Some(unit) = self.units.get_mut(finger) else { return };
+                let Some(bounds) = unit.bounds else { return };
+                if let Some((derating, strain)) = unit.watch.see(*vitals, bounds, self.settings.margins()) {
+                    let Vitals { temperature, voltage } = *vitals;
+                    let volts = f32::from(voltage) * xm430::VOLTS_PER_UNIT;
+                    self.shared.tell(Event::Derated { finger: finger as u8, derating, strain, temperature, volts });
+                }
+            }
+            Err(error) => self.count::<B::Bus>(error),
         }
     }
 

@@ -5,6 +5,7 @@ mod bring_up;
 use dynamixel::xm430;
 use dynamixel::{Answer, Id, Master, StatusError, StatusReturn, SyncAnswer, Timing};
 use embassy_time::Delay;
+use grip::Vitals;
 use heapless::Vec;
 use messages::{BAUDS, FINGERS};
 
@@ -18,6 +19,11 @@ pub(crate) use bring_up::{Found, Rates};
 const PRESENT: u16 = xm430::PRESENT_CURRENT.address();
 /// Bytes of those registers.
 const PRESENT_BYTES: usize = 10;
+
+/// Present Input Voltage and, behind it, Present Temperature.
+const VITAL: u16 = xm430::PRESENT_INPUT_VOLTAGE.address();
+/// Bytes of those registers.
+const VITAL_BYTES: usize = 3;
 
 /// Why the bus gave nothing.
 pub(crate) type BusError<U> = dynamixel::Error<<U as embedded_io_async::ErrorType>::Error>;
@@ -271,6 +277,14 @@ impl<U: BusPort> Servos<U> {
                 }
             }
         }
+    }
+
+    /// How warm a servo is, and what supplies it.
+    pub(crate) async fn vitals(&mut self, id: Id) -> Result<Vitals, BusError<U>> {
+        let mut bytes = [0; VITAL_BYTES];
+        self.master.read(id, VITAL, &mut bytes).await?;
+        let [low, high, temperature] = bytes;
+        Ok(Vitals { temperature, voltage: u16::from_le_bytes([low, high]) })
     }
 
     /// Which hardware errors a servo has.

@@ -27,7 +27,7 @@ use crate::shared::Setup;
 use seal::Digests;
 
 /// Version of the records' layout. A change of [`Settings`], [`Finger`], [`ObjectDesign`] or [`Uncertainty`] needs another.
-const VERSION: u8 = 6;
+const VERSION: u8 = 7;
 /// The first version that is read as well: settings and fingers had another layout, other records the same.
 const EARLIEST: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).

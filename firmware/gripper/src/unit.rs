@@ -1,7 +1,7 @@
 //! One finger within the control task: its mount, its model, its grip, its last report.
 
 use dynamixel::Id;
-use grip::{Budget, Calibration, Contact, Faults, Grip, Health, Phase, Told, Touch, Why};
+use grip::{Bounds, Budget, Calibration, Contact, Faults, Grip, Health, Phase, StrainWatch, Told, Touch, Why};
 use messages::{Difference, Direction, Mount, Report};
 use model_core::estimator::{Estimate, EstimatorSettings};
 use model_core::status::Status;
@@ -69,6 +69,9 @@ pub(crate) struct Unit<'a> {
     pub(crate) hardware_error: u8,
     /// How its servo is not what it should be, as it was last reported.
     pub(crate) difference: Option<Difference>,
+    /// Where its servo shuts down, and how near it is to that.
+    pub(crate) bounds: Option<Bounds>,
+    pub(crate) watch: StrainWatch,
     /// Whether this tick's report is made.
     pub(crate) is_reported: bool,
 }
@@ -101,6 +104,8 @@ impl<'a> Unit<'a> {
             heard_us: None,
             hardware_error: 0,
             difference: None,
+            bounds: None,
+            watch: StrainWatch::FREE,
             is_reported: false,
         }
     }
@@ -183,6 +188,7 @@ impl<'a> Unit<'a> {
     pub(crate) fn forget_servo(&mut self) {
         (self.health, self.torque) = (Health::Absent, Torque::On);
         (self.heard_us, self.repeats) = (None, 0);
+        (self.bounds, self.watch) = (None, StrainWatch::FREE);
         self.hardware_error = 0;
         self.difference = None;
         self.grip.renamed(self.grip.goal());
@@ -245,6 +251,8 @@ impl<'a> Unit<'a> {
                 Direction::Reversed => -reading.current,
             },
             alert: reading.alert,
+            part: self.watch.part(),
+            stop: self.watch.stops(),
         };
         self.grip.feel(&touch, self.calibration.count(), seconds, &mount.limits(), faults);
     }

@@ -26,7 +26,7 @@ mod support;
 mod topic;
 mod words;
 
-pub use grip::{Calibration, Phase, Reaction, Why};
+pub use grip::{Calibration, Derating, Phase, Reaction, Strain, Why};
 pub use request::{
     BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Heed, Heeds, Mount, Moved, Outcome, Provocation,
     Refusal, ResetCause, SPEEDS, Settings, SettingsField, Side, Silence, TEXT, Text, Version, Which,

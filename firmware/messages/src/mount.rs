@@ -42,7 +42,16 @@ impl Mount {
 impl Settings {
     /// What a finger does when its force cannot be trusted.
     pub fn faults(&self) -> grip::Faults {
-        grip::Faults { reaction: self.on_fault, untrusted_s: 1e-3 * f64::from(self.untrusted_ms) }
+        grip::Faults {
+            reaction: self.on_fault,
+            untrusted_s: 1e-3 * f64::from(self.untrusted_ms),
+            strain: self.on_strain,
+        }
+    }
+
+    /// How far from where its servo shuts down a finger is warned.
+    pub fn margins(&self) -> grip::Margins {
+        grip::Margins { heat: f64::from(self.heat_margin), supply: f64::from(self.supply_margin) }
     }
 }
 

@@ -244,6 +244,16 @@ const fn silence_ms() -> u16 {
     Settings::DEFAULT.silence_ms
 }
 
+/// Of recordings that have none.
+const fn heat_margin() -> u8 {
+    Settings::DEFAULT.heat_margin
+}
+
+/// Of recordings that have none.
+const fn supply_margin() -> f32 {
+    Settings::DEFAULT.supply_margin
+}
+
 /// What belongs to the gripper rather than to a finger's design or an object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Settings {
@@ -263,6 +273,17 @@ pub struct Settings {
     /// How long the host may be silent, ms, 500 to 60,000. (A view asks for something every second.)
     #[serde(default = "silence_ms")]
     pub silence_ms: u16,
+    /// How far below its servo's Temperature Limit a finger is warned, K, 0 to 60; at half of that its force is limited. 0: the temperature
+    /// is not minded.
+    #[serde(default = "heat_margin")]
+    pub heat_margin: u8,
+    /// How far above its servo's Min Voltage Limit a finger is warned, V, 0 to 5; at half of that its force is limited. 0: the supply is
+    /// not minded.
+    #[serde(default = "supply_margin")]
+    pub supply_margin: f32,
+    /// What a gripping finger does when its servo is about to shut down.
+    #[serde(default)]
+    pub on_strain: Reaction,
     /// What holds the object besides the fingers.
     pub support: Support,
     /// How the gripper takes part in the bus.
@@ -290,6 +311,9 @@ impl Settings {
             untrusted_ms: 50,
             on_silence: Silence::GoOn,
             silence_ms: 3000,
+            heat_margin: 20,
+            supply_margin: 1.0,
+            on_strain: Reaction::Hold,
             support: Support::Fixed,
             role: Role::Master,
             baud: None,
@@ -315,6 +339,8 @@ impl Settings {
         SettingsField::Rate.check(f32::from(self.rate_hz), 1.0, 1000.0)?;
         SettingsField::Untrusted.check(f32::from(self.untrusted_ms), 0.0, 10_000.0)?;
         SettingsField::Silence.check(f32::from(self.silence_ms), 500.0, 60_000.0)?;
+        SettingsField::HeatMargin.check(f32::from(self.heat_margin), 0.0, 60.0)?;
+        SettingsField::SupplyMargin.check(self.supply_margin, 0.0, 5.0)?;
         let used = self.fingers.iter().take_while(|mount| mount.is_some()).count();
         // A gap counts as one finger too many.
         let count = if used == self.count() { used } else { FINGERS + 1 };
@@ -429,6 +455,10 @@ pub enum SettingsField {
     Untrusted,
     /// [`Settings::silence_ms`].
     Silence,
+    /// [`Settings::heat_margin`], K.
+    HeatMargin,
+    /// [`Settings::supply_margin`], V.
+    SupplyMargin,
 }
 
 impl SettingsField {
@@ -471,6 +501,8 @@ impl SettingsField {
             Self::Moment => "moment on the free object in N·mm",
             Self::Untrusted => "time of closing without a trustworthy estimate in ms",
             Self::Silence => "time of the host's silence in ms",
+            Self::HeatMargin => "margin below the servo's temperature limit in K",
+            Self::SupplyMargin => "margin above the servo's lowest voltage in V",
         }
     }
 

@@ -7,7 +7,7 @@ use model_core::status::Status;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Difference, Phase, ResetCause, Why};
+use crate::{Derating, Difference, Phase, ResetCause, Strain, Why};
 
 /// Most points of a beam in a [`Shape`].
 pub const POINTS: usize = 64;
@@ -235,6 +235,19 @@ pub enum Event {
         finger: u8,
         /// The bits.
         hardware_error: u8,
+    },
+    /// The servo is hotter, or its supply lower, than it should be: what its finger may do has changed.
+    Derated {
+        /// Whose.
+        finger: u8,
+        /// What it may do from now on.
+        derating: Derating,
+        /// Because of what; what it was, if it may do everything again.
+        strain: Strain,
+        /// Temperature inside, °C.
+        temperature: u8,
+        /// Supply, V.
+        volts: f32,
     },
     /// The servo refused a goal position.
     GoalRefused {

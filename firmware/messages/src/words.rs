@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Display};
 
-use crate::{Difference, Event, ResetCause, ServoField};
+use crate::{Derating, Difference, Event, ResetCause, ServoField, Strain};
 
 impl ResetCause {
     /// The cause, for use after "because".
@@ -69,6 +69,19 @@ impl Display for Event {
             }
             Self::ServoAlert { finger, hardware_error } => {
                 write!(f, "finger {finger}: the servo reports hardware errors {hardware_error:#010b}")
+            }
+            Self::Derated { finger, derating, strain, temperature, volts } => {
+                let limit = match strain {
+                    Strain::Heat => "its Temperature Limit",
+                    Strain::Supply => "its Min Voltage Limit",
+                };
+                write!(f, "finger {finger}: the servo has {temperature} °C and {volts:.1} V, ")?;
+                match derating {
+                    Derating::Free => f.write_str("as it should: it may do everything again"),
+                    Derating::Warned => write!(f, "near {limit}"),
+                    Derating::Limited => write!(f, "nearer to {limit}: its force is limited"),
+                    Derating::Stopped => write!(f, "very near {limit}: it neither closes nor grips"),
+                }
             }
             Self::GoalRefused { finger, position, error } => {
                 write!(f, "finger {finger}: the servo refused the goal {position}, error {error}")

@@ -14,7 +14,7 @@ use grip::{Calibration, Faults, Gear, Grip, Limits, Phase, Reaction, Target, Tou
 /// Ticks per second.
 const RATE_HZ: f64 = 200.0;
 const LIMITS: Limits = Limits { range: [-0.2, 0.8], open_angle: 0.0, speed: 0.35, force: 15.0, current: 500.0 };
-const FAULTS: Faults = Faults { reaction: Reaction::Hold, untrusted_s: 0.05 };
+const FAULTS: Faults = Faults { reaction: Reaction::Hold, untrusted_s: 0.05, strain: Reaction::Hold };
 
 /// A finger and its servo.
 struct Finger<U, D> {
@@ -43,7 +43,8 @@ impl<U: Read + ReadReady + Write, D: DelayNs> Finger<U, D> {
             Ok((position, current, alert)) => {
                 let current = f32::from(current) * xm430::MILLIAMPERES_PER_UNIT;
                 let angle = self.calibration.angle(position);
-                let touch = Touch { angle, force: cell(), slope: None, has_model: true, current, alert };
+                let touch =
+                    Touch { angle, force: cell(), slope: None, has_model: true, current, alert, part: 1.0, stop: None };
                 self.grip.feel(&touch, self.calibration.count(), 1.0 / RATE_HZ, &LIMITS, &FAULTS);
             }
             Err(_) => self.grip.miss(&LIMITS, FAULTS.reaction),

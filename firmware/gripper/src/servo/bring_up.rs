@@ -2,6 +2,7 @@
 
 use dynamixel::xm430;
 use dynamixel::{Id, Identity, Model, Register, StatusReturn, Timing, Value};
+use grip::Bounds;
 use messages::{Difference, ServoField, ServoSetup};
 
 use super::{BusError, Servos};
@@ -24,6 +25,8 @@ pub(crate) struct Found {
     pub(crate) baud: u32,
     /// Where it is taken to, counts.
     pub(crate) goal: i32,
+    /// Where it shuts down.
+    pub(crate) bounds: Bounds,
     /// What is not as it should be: it is not controlled, and nothing was written to it.
     pub(crate) difference: Option<Difference>,
 }
@@ -87,7 +90,8 @@ impl<U: BusPort> Servos<U> {
             // Its registers may mean something else.
             let setup = ServoSetup { model, ..ServoSetup::UNREAD };
             let difference = Some(Difference { field: ServoField::Model, found: i32::from(model), expected: 0 });
-            return Ok(Found { setup, firmware, baud: baud_rate, goal: 0, difference });
+            let bounds = Bounds { temperature: 0, voltage: 0 };
+            return Ok(Found { setup, firmware, baud: baud_rate, goal: 0, bounds, difference });
         }
         let mut live = [0; LIVE_BYTES];
         let level = match self.master.read(id, LIVE, &mut live).await {
@@ -107,6 +111,10 @@ impl<U: BusPort> Servos<U> {
         let mut baud = xm430::bits_per_second(of(xm430::BAUD_RATE, KEPT, &kept)).unwrap_or(baud_rate);
         let torque = of(xm430::TORQUE_ENABLE, LIVE, &live) != 0;
         let mut setup = setup(model, &kept);
+        let bounds = Bounds {
+            temperature: of(xm430::TEMPERATURE_LIMIT, KEPT, &kept),
+            voltage: of(xm430::MIN_VOLTAGE_LIMIT, KEPT, &kept),
+        };
         let watchdog = of(xm430::BUS_WATCHDOG, LIVE, &live);
         let difference = differs(&setup, commissioned, torque, watchdog);
         if difference.is_some() {
@@ -114,7 +122,7 @@ impl<U: BusPort> Servos<U> {
                 // It holds where it stopped; cleared, it takes goals again, and is found so the next time.
                 self.master.set(id, xm430::BUS_WATCHDOG, 0).await?;
             }
-            return Ok(Found { setup, firmware, baud, goal: 0, difference });
+            return Ok(Found { setup, firmware, baud, goal: 0, bounds, difference });
         }
         self.delay = of(xm430::RETURN_DELAY_TIME, KEPT, &kept);
         if !torque {
@@ -149,7 +157,7 @@ impl<U: BusPort> Servos<U> {
                 Err(error) => return Err(error),
             }
         }
-        Ok(Found { setup, firmware, baud, goal, difference: None })
+        Ok(Found { setup, firmware, baud, goal, bounds, difference: None })
     }
 
     /// Writes without waiting for an answer, which may not come.

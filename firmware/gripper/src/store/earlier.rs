@@ -1,10 +1,11 @@
 //! Records as earlier versions of their layout have them.
 //!
-//! Version 5: lamellae that are all rigid and of one thickness.
-//! Version 4: no role that leads nobody, mounts that do not say how their servo was set, and no time of closing without an estimate.
+//! Version 6: settings without heat and supply.
+//! Version 5: besides, lamellae that are all rigid and of one thickness.
+//! Version 4: besides, no role that leads nobody, mounts that do not say how their servo was set, and no time of closing without an estimate.
 //! Version 3: besides, mounts without a drive, as every finger was turned by its motor, and models whose contact softness is a number.
 
-use messages::{Direction, FINGERS, Finger, Mount, Reaction, Role, Settings, Side, Support};
+use messages::{Direction, FINGERS, Finger, Mount, Reaction, Role, Settings, Side, Silence, Support};
 use model_core::design::{Attachments, Beam, Design, Hinge, Lamellae, Material, PlaneStrain, Profile};
 use model_core::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness};
 use model_core::drive::Drive;
@@ -56,6 +57,21 @@ struct Settings4<Mount> {
 
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(serde::Serialize))]
+struct Settings6 {
+    rate_hz: u16,
+    shape_every: u16,
+    on_fault: Reaction,
+    untrusted_ms: u16,
+    on_silence: Silence,
+    silence_ms: u16,
+    support: Support,
+    role: Role,
+    baud: Option<u32>,
+    fingers: [Option<Mount>; FINGERS],
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
 struct Lamellae5 {
     attachments: Attachments,
     thickness: f64,
@@ -96,6 +112,9 @@ struct Finger3 {
 /// A finger, if there was one, from the bytes of a record of that version. The softness that every model of version 3 had by default
 /// becomes the beam's own.
 pub(super) fn finger(version: u8, bytes: &[u8]) -> Option<Option<Finger>> {
+    if version >= 6 {
+        return super::same(bytes);
+    }
     if version >= 4 {
         let kept: Option<Finger5> = postcard::from_bytes(bytes).ok()?;
         return Some(kept.map(|Finger5 { design, how }| Finger { design: design.now(), how }));
@@ -109,8 +128,9 @@ pub(super) fn finger(version: u8, bytes: &[u8]) -> Option<Option<Finger>> {
 
 /// Settings from the bytes of a record of that version, if they are sound. What was the servos' master stays it.
 pub(super) fn settings(version: u8, bytes: &[u8]) -> Option<Settings> {
-    if version == 5 {
-        return super::same(bytes);
+    if version >= 5 {
+        let kept: Settings6 = super::same(bytes)?;
+        return Some(kept.now());
     }
     if version == 4 {
         let kept: Settings4<Mount4> = postcard::from_bytes(bytes).ok()?;
@@ -125,6 +145,24 @@ impl Design5 {
         let Self { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis } = self;
         let lamellae = Lamellae::rigid(lamellae.attachments, lamellae.thickness);
         Design { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis }
+    }
+}
+
+impl Settings6 {
+    fn now(self) -> Settings {
+        Settings {
+            rate_hz: self.rate_hz,
+            shape_every: self.shape_every,
+            on_fault: self.on_fault,
+            untrusted_ms: self.untrusted_ms,
+            on_silence: self.on_silence,
+            silence_ms: self.silence_ms,
+            support: self.support,
+            role: self.role,
+            baud: self.baud,
+            fingers: self.fingers,
+            ..Settings::DEFAULT
+        }
     }
 }
 
@@ -214,6 +252,33 @@ mod tests {
         assert_eq!(settings(3, used), Some(expected()));
         let length = used.len();
         assert_eq!(settings(3, &bytes[..length - 1]), None, "cut short");
+    }
+
+    #[test]
+    fn settings_of_versions_5_and_6_come_back_as_they_were() {
+        let expected = Settings { untrusted_ms: 70, on_silence: Silence::Hold, silence_ms: 900, ..expected() };
+        let Settings { rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, support, role, .. } =
+            expected;
+        let Settings { baud, fingers, .. } = expected;
+        let before = Settings6 {
+            rate_hz,
+            shape_every,
+            on_fault,
+            untrusted_ms,
+            on_silence,
+            silence_ms,
+            support,
+            role,
+            baud,
+            fingers,
+        };
+        let mut bytes = [0; 512];
+        let used = postcard::to_slice(&before, &mut bytes).unwrap();
+        for version in [5, 6] {
+            assert_eq!(settings(version, used), Some(expected));
+        }
+        let length = used.len();
+        assert_eq!(settings(6, &bytes[..length - 1]), None, "cut short");
     }
 
     #[test]

@@ -114,6 +114,9 @@ fn all() -> Vec<String> {
         "untrusted_ms",
         "on_silence",
         "silence_ms",
+        "heat_margin_k",
+        "supply_margin_v",
+        "on_strain",
         "object",
         "load_n",
         "moment_nmm",
@@ -125,7 +128,7 @@ fn all() -> Vec<String> {
 
 /// Keys and values of settings, in the order in which [`set`] takes them.
 pub fn pairs(settings: &Settings) -> Vec<(String, String)> {
-    let on_fault = if settings.on_fault == Reaction::Hold { "hold" } else { "release" };
+    let reaction = |reaction| if reaction == Reaction::Hold { "hold" } else { "release" };
     let silence = match settings.on_silence {
         Silence::GoOn => "go-on",
         Silence::Hold => "hold",
@@ -134,10 +137,13 @@ pub fn pairs(settings: &Settings) -> Vec<(String, String)> {
     let mut pairs = vec![
         ("rate_hz".to_owned(), settings.rate_hz.to_string()),
         ("shape_every".to_owned(), settings.shape_every.to_string()),
-        ("on_fault".to_owned(), on_fault.to_owned()),
+        ("on_fault".to_owned(), reaction(settings.on_fault).to_owned()),
         ("untrusted_ms".to_owned(), settings.untrusted_ms.to_string()),
         ("on_silence".to_owned(), silence.to_owned()),
         ("silence_ms".to_owned(), settings.silence_ms.to_string()),
+        ("heat_margin_k".to_owned(), settings.heat_margin.to_string()),
+        ("supply_margin_v".to_owned(), settings.supply_margin.to_string()),
+        ("on_strain".to_owned(), reaction(settings.on_strain).to_owned()),
     ];
     match settings.support {
         Support::Fixed => pairs.push(("object".to_owned(), "fixed".to_owned())),
@@ -188,12 +194,15 @@ pub fn set(settings: &mut Settings, words: &str) -> Result<(), KeyError> {
             };
             return Ok(());
         }
-        "on_fault" => {
-            settings.on_fault = match value {
+        "heat_margin_k" => return number(value, &mut settings.heat_margin).map_err(wrong),
+        "supply_margin_v" => return number(value, &mut settings.supply_margin).map_err(wrong),
+        "on_fault" | "on_strain" => {
+            let reaction = match value {
                 "hold" => Reaction::Hold,
                 "release" => Reaction::Release,
                 _ => return Err(wrong("hold or release")),
             };
+            *(if key == "on_fault" { &mut settings.on_fault } else { &mut settings.on_strain }) = reaction;
             return Ok(());
         }
         "object" => {

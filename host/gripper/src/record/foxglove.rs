@@ -1,7 +1,7 @@
 //! Foxglove's own message types, which its panels show without a plugin: `foxglove.Log` and `foxglove.SceneUpdate`
 //! (<https://docs.foxglove.dev/docs/sdk/schemas>), in JSON.
 
-use messages::{Event, Phase, Settings, Shape, Side};
+use messages::{Derating, Event, Phase, Settings, Shape, Side};
 use model_core::object::ObjectDesign;
 use serde_json::{Value, json};
 
@@ -32,6 +32,8 @@ pub(super) fn level(event: &Event) -> Level {
     match event {
         Event::ServoLost { .. } | Event::GoalRefused { .. } | Event::OtherMaster { .. } => Level::Error,
         Event::ServoAlert { hardware_error, .. } if *hardware_error != 0 => Level::Error,
+        Event::Derated { derating: Derating::Stopped, .. } => Level::Error,
+        Event::Derated { derating: Derating::Warned | Derating::Limited, .. } => Level::Warning,
         Event::Restored { damaged, .. } if *damaged > 0 => Level::Warning,
         Event::RateReached { hz, chosen_hz } if *hz < 0.95 * chosen_hz => Level::Warning,
         Event::PhaseChanged { phase: Phase::Waiting(_), .. } => Level::Warning,

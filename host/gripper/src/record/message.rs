@@ -111,7 +111,7 @@ mod phase_words {
     use serde::de::Error as _;
     use serde::{Deserialize, Deserializer, Serializer};
 
-    const WHYS: [Why; 10] = [
+    const WHYS: [Why; 12] = [
         Why::Asked,
         Why::Bus,
         Why::ServoLost,
@@ -122,6 +122,8 @@ mod phase_words {
         Why::Force,
         Why::Angle,
         Why::Host,
+        Why::Heat,
+        Why::Supply,
     ];
 
     /// Every phase there is.

@@ -293,6 +293,7 @@ fn is_bad(event: &messages::Event) -> bool {
     match event {
         Event::ServoLost { .. } | Event::GoalRefused { .. } | Event::OtherMaster { .. } => true,
         Event::ServoAlert { hardware_error, .. } => *hardware_error != 0,
+        Event::Derated { derating, .. } => *derating > messages::Derating::Warned,
         Event::RateReached { hz, chosen_hz } => *hz < 0.95 * chosen_hz,
         Event::PhaseChanged { phase, .. } => phase.why().is_some_and(|why| why != Why::Asked),
         _ => false,
