@@ -360,6 +360,8 @@ mod tests {
             let servo = |id: u8, firmware| {
                 let mut memory = [0; 148];
                 (memory[6], memory[7], memory[8], memory[132]) = (firmware, id, 3, 10 * id);
+                // Max Position Limit.
+                [memory[48], memory[49]] = 4095_u16.to_le_bytes();
                 (Device::new(Timing::at(1_000_000)), Table { memory, knows })
             };
             let servos = [servo(1, firmware[0]), servo(2, firmware[1])];

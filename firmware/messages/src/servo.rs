@@ -41,6 +41,10 @@ pub enum ServoField {
     StartupConfiguration,
     /// Bus Watchdog: it has tripped, and the servo takes no goals.
     BusWatchdog,
+    /// Present Position: it is outside the position limits, where the servo takes no goal.
+    PresentPosition,
+    /// ID: pings are answered soundly and reads are not, as by two servos at once.
+    Id,
 }
 
 impl ServoField {
@@ -55,6 +59,8 @@ impl ServoField {
             Self::GreatestPosition => "Max Position Limit",
             Self::StartupConfiguration => "Startup Configuration",
             Self::BusWatchdog => "Bus Watchdog",
+            Self::PresentPosition => "Present Position",
+            Self::Id => "ID",
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use core::fmt::{self, Display};
 
+use dynamixel::{Model, StatusError};
+
 use crate::{Derating, Difference, Event, ResetCause, ServoField, Strain};
 
 impl ResetCause {
@@ -18,12 +20,29 @@ impl ResetCause {
     }
 }
 
+/// What a servo of this model number is called, if it is known.
+fn named(model: i32) -> Option<&'static str> {
+    let model = u16::try_from(model).ok().and_then(Model::of)?;
+    Some(model.name)
+}
+
 impl Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { field, found, expected } = self;
         match field {
-            ServoField::Model if *expected == 0 => {
-                write!(f, "its servo is of model {found}, which the gripper cannot control")
+            ServoField::Model if *expected == 0 => match named(*found) {
+                Some(name) => write!(f, "its servo is an {name} (model {found}), which the gripper cannot control"),
+                None => write!(f, "its servo is of the unknown model {found}, which the gripper cannot control"),
+            },
+            ServoField::StartupConfiguration if *expected == 0 => {
+                f.write_str("its servo's Startup Configuration switches the torque on with the power: set it to 0")
+            }
+            ServoField::PresentPosition => write!(
+                f,
+                "its servo is at {found}, outside its position limits: turn it to {expected}, or change the limits"
+            ),
+            ServoField::Id => {
+                write!(f, "what id {found} answers is garbled, pings are not: two servos seem to have this id")
             }
             ServoField::BusWatchdog => f.write_str("its servo's Bus Watchdog had tripped; it is cleared"),
             _ => write!(f, "its servo's {} is {found}, and {expected} was commissioned", field.name()),
@@ -84,7 +103,12 @@ impl Display for Event {
                 }
             }
             Self::GoalRefused { finger, position, error } => {
-                write!(f, "finger {finger}: the servo refused the goal {position}, error {error}")
+                write!(f, "finger {finger}: the servo refused the goal {position}: ")?;
+                match StatusError::from_code(error) {
+                    Some(StatusError::DataLimit) => f.write_str("it is outside its Min and Max Position Limit"),
+                    Some(error) => write!(f, "{error}"),
+                    None => write!(f, "error {error}"),
+                }
             }
             Self::ModelReady { finger, .. } => write!(f, "finger {finger}: the model was set up anew"),
             Self::Touched { finger, angle } => {

@@ -45,7 +45,7 @@ impl Board for OnPc {
     type Flash = Flash;
     type Watchdog = Dog;
     const NAME: &'static str = "bench";
-    const FINGERS: usize = 2;
+    const FINGERS: usize = 4;
     const BUS_LATENCY_US: u32 = 300;
     const COST_HZ: u32 = 1_000_000;
     const WATCHDOG_MS: u32 = 1_000;
@@ -106,9 +106,11 @@ pub type Meddling = Box<dyn FnMut(bool, Vec<u8>) -> Vec<u8>>;
 
 /// A gripper with its servo.
 pub struct Bench {
-    /// The servo on its bus.
+    /// The first finger's servo on the bus.
     pub servo: Servo,
-    /// Every report the host has heard, with what was true when the servo's answer began.
+    /// Those of the other fingers.
+    pub others: Vec<Servo>,
+    /// Every report the host has heard, with what was true of its finger when the servo's answer began.
     pub reports: Vec<(Report, Truth)>,
     /// Every event the host has heard.
     pub events: Vec<Event>,
@@ -124,9 +126,9 @@ pub struct Bench {
     started_us: u64,
     bus: [Shelf; 2],
     link: [Shelf; 2],
-    /// Answers on their way to the master: when, and what.
-    coming: Vec<(u64, Vec<u8>)>,
-    said: Truth,
+    /// Answers on their way: when, whose and what.
+    coming: Vec<(u64, usize, Vec<u8>)>,
+    said: Vec<Truth>,
     decoder: Box<Decoder>,
     answers: VecDeque<(VarHeader, Vec<u8>)>,
     sequence: u32,
@@ -137,16 +139,25 @@ pub struct Bench {
 impl Bench {
     /// Switches it on. Its servo's clock is the bench's.
     pub fn new(servo: Config, flash: &Flash) -> Self {
+        Self::of(servo, Vec::new(), flash)
+    }
+
+    /// The same with several servos: the first finger's, and the others'.
+    pub fn of(servo: Config, others: Vec<Config>, flash: &Flash) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         COST.store(0, Ordering::Relaxed);
-        let servo = Config { clock: Clock::Wall, wire_time: true, return_delay_us: 0, ..servo };
-        let servo = Servo::new(servo).expect("a servo");
-        let said = servo.truth();
+        let made = |servo| {
+            let servo = Config { clock: Clock::Wall, wire_time: true, return_delay_us: 0, ..servo };
+            Servo::new(servo).expect("a servo")
+        };
+        let (servo, others) = (made(servo), Vec::from_iter(others.into_iter().map(made)));
+        let said = [&servo].into_iter().chain(&others).map(Servo::truth).collect();
         let [bus, link] = [0; 2].map(|_| [0; 2].map(|_| Shelf::default()));
         let fed = Rc::new(RefCell::new(Fed::default()));
         let tasks = start(&bus, &link, &fed, flash, ResetCause::PowerOn);
         Self {
             servo,
+            others,
             reports: Vec::new(),
             events: Vec::new(),
             meddling: Box::new(|_, bytes| bytes),
@@ -226,14 +237,56 @@ impl Bench {
         self.hear_link(look);
         self.now_us += STEP_US;
         MockDriver::get().advance(Duration::from_micros(STEP_US));
-        self.servo.advance(self.now_us);
-        if let Some(answer) = self.servo.poll(self.now_us) {
-            self.coming.push((self.now_us + u64::from(answer.delay_us), answer.bytes));
+        let now_us = self.now_us;
+        for (index, servo) in [&mut self.servo].into_iter().chain(&mut self.others).enumerate() {
+            servo.advance(now_us);
+            if let Some(answer) = servo.poll(now_us) {
+                self.coming.push((now_us + u64::from(answer.delay_us), index, answer.bytes));
+            }
         }
-        while let Some(due) = self.coming.iter().position(|(due, _)| *due <= self.now_us) {
-            let (_, bytes) = self.coming.remove(due);
+        while let Some(due) = self.coming.iter().position(|(due, ..)| *due <= now_us) {
+            let (at, by, mut bytes) = self.coming.remove(due);
+            // Who speaks at the same time pulls the line low where either does.
+            while let Some(other) = self.coming.iter().position(|(due, ..)| *due == at) {
+                let (_, _, others) = self.coming.remove(other);
+                let longest = bytes.len().max(others.len());
+                bytes =
+                    (0..longest).map(|at| bytes.get(at).unwrap_or(&0xFF) & others.get(at).unwrap_or(&0xFF)).collect();
+            }
             let bytes = (self.meddling)(false, bytes);
             give(&self.bus[1], &bytes);
+            self.heard_by_servos(Some(by), &bytes);
+        }
+    }
+
+    /// The servo of a finger.
+    pub fn servo_of(&mut self, finger: usize) -> &mut Servo {
+        match finger.checked_sub(1) {
+            None => &mut self.servo,
+            Some(other) => &mut self.others[other],
+        }
+    }
+
+    /// What another device says on the bus: the gripper and the servos hear it.
+    pub fn interject(&mut self, bytes: &[u8]) {
+        give(&self.bus[1], bytes);
+        self.heard_by_servos(None, bytes);
+    }
+
+    /// What is said on the bus, for every servo but the one that says it.
+    fn heard_by_servos(&mut self, by: Option<usize>, bytes: &[u8]) {
+        let now_us = self.now_us;
+        for (index, servo) in [&mut self.servo].into_iter().chain(&mut self.others).enumerate() {
+            if by == Some(index) {
+                continue;
+            }
+            let reads = servo.statistics().position_reads;
+            for answer in servo.hear(now_us, bytes) {
+                self.coming.push((now_us + u64::from(answer.delay_us), index, answer.bytes));
+            }
+            if servo.statistics().position_reads > reads {
+                self.said[index] = servo.truth();
+            }
         }
     }
 
@@ -254,13 +307,7 @@ impl Bench {
             return;
         }
         let bytes = (self.meddling)(true, bytes);
-        let reads = self.servo.statistics().position_reads;
-        for answer in self.servo.hear(self.now_us, &bytes) {
-            self.coming.push((self.now_us + u64::from(answer.delay_us), answer.bytes));
-        }
-        if self.servo.statistics().position_reads > reads {
-            self.said = self.servo.truth();
-        }
+        self.heard_by_servos(None, &bytes);
     }
 
     fn hear_link(&mut self, look: &mut impl FnMut(&Report, &Truth)) {
@@ -278,9 +325,10 @@ impl Bench {
             let (header, body) = VarHeader::take_from_slice(message).expect("a header");
             if is::<EstimateTopic>(&header) {
                 let report: Report = postcard::from_bytes(body).expect("a report");
-                look(&report, &self.said);
+                let said = self.said.get(usize::from(report.finger)).copied().unwrap_or(self.said[0]);
+                look(&report, &said);
                 if self.keeps {
-                    self.reports.push((report, self.said));
+                    self.reports.push((report, said));
                 }
             } else if is::<EventTopic>(&header) {
                 let notice: Notice = postcard::from_bytes(body).expect("a notice");

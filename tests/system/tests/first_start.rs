@@ -190,6 +190,70 @@ fn ways_out_of_dead_ends() {
     assert!(bench.servo.truth().count > 2060, "{:?}", bench.servo.truth());
 }
 
+/// The difference with which the first servo is refused, and its words.
+fn refused(bench: &mut Bench) -> (ServoField, String) {
+    bench.ask::<SetSettings>(&Settings::of(GEARED_MOUNT)).unwrap();
+    bench.run(3 * SECOND);
+    let differs = |event: &Event| match event {
+        Event::ServoDiffers { difference, .. } => Some((difference.field, event.to_string())),
+        _ => None,
+    };
+    assert!(!bench.events.iter().any(|event| matches!(event, Event::ServoReady { .. })), "{:?}", bench.events);
+    bench.events.iter().find_map(differs).unwrap_or_else(|| panic!("{:?}", bench.events))
+}
+
+/// It refuses the goal at which it is: before, it was looked for again and again without a word.
+#[test]
+fn a_servo_outside_its_limits_is_named() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    bench.servo.write(xm430::MIN_POSITION_LIMIT, 3000);
+    let position = bench.servo.truth().count;
+    let words =
+        format!("its servo is at {position}, outside its position limits: turn it to 3000, or change the limits");
+    assert_eq!(refused(&mut bench), (ServoField::PresentPosition, format!("finger 0 is not controlled: {words}")));
+    // Where that is put right, it is found.
+    bench.servo.write(xm430::MIN_POSITION_LIMIT, 0);
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+}
+
+/// Its torque is on before anything can be set.
+#[test]
+fn a_servo_with_torque_at_start_up_is_named() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    bench.servo.write(xm430::STARTUP_CONFIGURATION, 1);
+    bench.servo.reset();
+    assert_eq!(bench.servo.read(xm430::TORQUE_ENABLE), 1);
+    let (field, words) = refused(&mut bench);
+    assert_eq!(field, ServoField::StartupConfiguration);
+    assert!(
+        words.ends_with("its servo's Startup Configuration switches the torque on with the power: set it to 0"),
+        "{words}"
+    );
+}
+
+/// They answer pings as one, and everything else at the same time.
+#[test]
+fn two_servos_of_one_id_are_named() {
+    let other = Config { start_deg: Some(4.0), ..geared_servo() };
+    let mut bench = Bench::of(geared_servo(), vec![other], &Flash::new());
+    let (field, words) = refused(&mut bench);
+    assert_eq!(field, ServoField::Id);
+    assert!(words.ends_with("two servos seem to have this id"), "{words}");
+}
+
+/// A goal that another limit of the servo forbids.
+#[test]
+fn a_goal_outside_the_servos_limits_is_named() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    bench.servo.write(xm430::MAX_POSITION_LIMIT, 2060);
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.05, speed: None }).unwrap();
+    bench.run(SECOND);
+    let refused = bench.events.iter().find(|event| matches!(event, Event::GoalRefused { .. }));
+    let words = refused.unwrap_or_else(|| panic!("{:?}", bench.events)).to_string();
+    assert!(words.ends_with(": it is outside its Min and Max Position Limit"), "{words}");
+}
+
 /// Closing goes on for 50 ms at most while the estimate is not to be trusted: here, an object that the finger stands in.
 #[test]
 fn closing_stops_when_the_estimate_is_lost() {
