@@ -30,6 +30,9 @@ use crate::unit::{Torque, Unit};
 /// How often a servo that is gone is looked for while others are there: the search takes ticks from them.
 const SEARCH: Duration = Duration::from_millis(250);
 
+/// How often while a finger grips: at the others' rate only, so that it costs a gripping finger a tick or two.
+const SEARCH_GRIPPING: Duration = Duration::from_secs(1);
+
 /// How often another master on the bus is reported.
 const OTHER_AGAIN: Duration = Duration::from_secs(10);
 /// How long another master's last word counts as a reason for what goes wrong.
@@ -81,7 +84,7 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
             let other = bauds.next().unwrap_or(1_000_000);
             elsewhere = !elsewhere;
             let look = match baud.or(wanted) {
-                Some(rate) if !elsewhere || (baud.is_some() && wanted.is_none()) => rate,
+                Some(rate) if !elsewhere || (baud.is_some() && wanted.is_none()) || core.is_any_gripping() => rate,
                 _ => other,
             };
             let commissioned = core.settings.finger(finger as u8).and_then(|mount| mount.servo);
@@ -322,20 +325,23 @@ impl<'a, B: Board> Core<'a, B> {
         self.units.iter().any(|unit| unit.health.is_present())
     }
 
-    /// A servo that is to be looked for now, the fingers in turn. Not while a finger grips: that would cost it ticks.
+    /// Whether a finger whose servo is there grips.
+    fn is_any_gripping(&self) -> bool {
+        self.units.iter().any(|unit| unit.health.is_present() && unit.grip.is_gripping())
+    }
+
+    /// A servo that is to be looked for now, the fingers in turn. Less often while a finger grips: that costs it ticks.
     fn sought(&mut self) -> Option<(usize, Id)> {
         let present = self.is_any_present();
         let now = Instant::now();
-        if present
-            && (now < self.search || self.units.iter().any(|unit| unit.health.is_present() && unit.grip.is_gripping()))
-        {
+        if present && now < self.search {
             return None;
         }
         let missing = |(_, unit): &(usize, &Unit<'_>)| unit.mount.is_some() && !unit.health.is_present();
         let fingers = self.units.iter().enumerate();
         let (finger, unit) = fingers.clone().skip(self.next_sought).chain(fingers).find(missing)?;
         let id = unit.id()?;
-        self.search = now + SEARCH;
+        self.search = now + if self.is_any_gripping() { SEARCH_GRIPPING } else { SEARCH };
         self.next_sought = finger + 1;
         Some((finger, id))
     }
