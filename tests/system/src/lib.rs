@@ -12,6 +12,7 @@
 
 mod bench;
 mod browser;
+mod campaign;
 mod cycles;
 mod flash;
 mod hour;
@@ -23,6 +24,7 @@ mod watch;
 
 pub use bench::{Bench, Meddling};
 pub use browser::Browser;
+pub use campaign::{Campaign, campaign};
 pub use cycles::Cycles;
 pub use flash::Flash;
 pub use hour::{GEARED_MOUNT, Hour, an_hour, geared_servo, ready, set_up};
