@@ -1,10 +1,11 @@
 //! Two fingers' estimators, from a design to the balance of a free object between them and their shapes, and the bus as a master, a device and a
-//! listener see it; nothing else. If the linker keeps a panic handler, there is a way to it.
+//! listener see it, and one finger's state machines; nothing else. If the linker keeps a panic handler, there is a way to it.
 
 #![no_std]
 #![no_main]
 
 mod bus;
+mod finger;
 
 use core::hint::black_box;
 
@@ -24,9 +25,10 @@ fn main() -> ! {
     static mut FINGERS: Fingers = [const { Estimator::EMPTY }; 2];
     // The optimiser knows neither what the estimators were told before nor what becomes of what they say.
     let fingers = black_box(&mut *FINGERS);
-    let mut bus = bus::Bus::new();
+    let (mut bus, mut finger) = (bus::Bus::new(), finger::Finger::new());
     loop {
         bus.run();
+        finger.run();
         set(fingers);
         tick(fingers);
         balance(fingers);

@@ -1,0 +1,76 @@
+//! One finger's state machines: everything that can be asked of them, with anything that can come.
+
+use core::hint::black_box;
+
+use grip::{
+    Budget, Calibration, Contact, Faults, Gear, Grip, Health, Limits, Meter, Phase, Reaction, Target, Touch, Why,
+};
+
+/// A finger.
+pub struct Finger {
+    grip: Grip,
+    contact: Contact,
+    budget: Budget,
+    health: Health,
+    meter: Meter,
+}
+
+impl Finger {
+    /// It has not moved.
+    pub fn new() -> Self {
+        Self {
+            grip: Grip::REST,
+            contact: Contact::NONE,
+            budget: Budget::new(black_box(8)),
+            health: Health::READY,
+            meter: Meter::new(0),
+        }
+    }
+
+    /// Everything once; in a function of its own, whose symbol shows that it is in the image.
+    #[inline(never)]
+    pub fn run(&mut self) {
+        let limits = black_box(Limits { range: [0.0; 2], open_angle: 0.0, speed: 0.0, force: 0.0, current: 0.0 });
+        self.order(&limits);
+        self.tick(&limits);
+        self.watch();
+    }
+
+    fn order(&mut self, limits: &Limits) {
+        let grip = &mut self.grip;
+        grip.found(black_box(0.0));
+        grip.renamed(black_box(0.0));
+        grip.head(black_box(0.0), black_box(0.0));
+        grip.grip(&black_box(Target::of(0.0)), limits);
+        grip.hold();
+        grip.open(limits);
+        grip.leave(limits, black_box(Reaction::Release));
+        grip.relax();
+    }
+
+    fn tick(&mut self, limits: &Limits) {
+        let calibration = Calibration::new(&black_box(Gear::DIRECT));
+        black_box(calibration.position(self.grip.advance(black_box(0.0), limits)));
+        let touch = Touch {
+            angle: calibration.finger_angle(black_box(0)),
+            force: black_box(Some(0.0)),
+            slope: black_box(Some(0.0)),
+            has_model: black_box(true),
+            current: black_box(0.0),
+            alert: black_box(false),
+        };
+        let faults = black_box(Faults { reaction: Reaction::Hold, untrusted_s: 0.0 });
+        self.grip.feel(&touch, calibration.count(), black_box(0.0), limits, &faults);
+        self.grip.miss(limits, faults.reaction);
+        black_box((self.grip.phase().why().map(Why::words), Phase::word(self.grip.phase()), self.grip.is_gripping()));
+    }
+
+    fn watch(&mut self) {
+        black_box(self.contact.feel(black_box(0.0), black_box(0.0), black_box(0.0), black_box(None), black_box(0.0)));
+        self.budget.spent(black_box(0), black_box(0));
+        black_box(self.budget.iterations(black_box(0)));
+        self.health.answered();
+        black_box(self.health.failed());
+        black_box(self.meter.tick(black_box(0), black_box(0.0)));
+    }
+}
