@@ -49,6 +49,8 @@ impl Board for OnPc {
     const BUS_LATENCY_US: u32 = 300;
     const COST_HZ: u32 = 1_000_000;
     const WATCHDOG_MS: u32 = 1_000;
+    // The virtual board's does: both ways are tested.
+    const FLASH_STALLS: bool = false;
 
     fn cost_ticks() -> u32 {
         CLOCK.fetch_add(COST.load(Ordering::Relaxed), Ordering::Relaxed)

@@ -1,7 +1,8 @@
 //! A processor that has time for few iterations a tick, on the estimator itself: it keeps up with the finger, and in its time.
 
-use gripper::{Budget, Model};
-use model_core::estimator::{Estimate, Estimator};
+use grip::Budget;
+use gripper::Model;
+use model_core::estimator::{Estimate, Estimator, EstimatorSettings};
 use model_core::size::Reduced;
 use model_core::status::Status;
 use system_tests::{OBJECT, finger};
@@ -40,7 +41,7 @@ fn motion(speed: f64, left: u32) -> Seen {
     exact.set_budget(1000);
     let last = 11_f64.to_radians();
     let ticks = (last / (speed * TICK)) as u32;
-    let mut budget = Budget::NEW;
+    let mut budget = Budget::new(EstimatorSettings::DEFAULT.budget);
     let mut seen = Seen::default();
     for tick in (0..=ticks).chain((0..ticks).rev()) {
         let angle = (f64::from(tick) * speed * TICK / COUNT).round() * COUNT;
