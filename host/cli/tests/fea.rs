@@ -125,6 +125,29 @@ fn the_deck_has_plane_stress_contact_and_holds_still_at_the_places() {
     assert!(deck.lines().all(|line| line.len() <= 132));
 }
 
+/// A rough object turns in the finger frame, also a round one; and the finger may not open on it.
+#[test]
+fn friction_is_in_the_deck_while_the_finger_closes_and_refused_by_name_where_it_opens() {
+    let circle = "shape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 60.0]";
+    let rough = format!("{circle}\nfriction = 0.6");
+    let closing = on(&rough, "motor_angles_deg = [2.0, 3.0]");
+    let plan = Plan::of(&closing, 1).unwrap();
+    assert!((plan.turns[9].to_degrees() - 3.0).abs() < 1e-9, "{:?}", plan.turns);
+    assert!(plan.deck(&closing).contains("LINEAR\n99.000000\n*FRICTION\n0.6,99.000000\n"));
+    let smooth = on(circle, "motor_angles_deg = [2.0, 3.0]");
+    assert!(!Plan::of(&smooth, 1).unwrap().deck(&smooth).contains("FRICTION"));
+    let error = Plan::of(&on(&rough, "motor_angles_deg = [2.0, 3.0, 2.5]"), 1).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .starts_with("motion.motor_angles_deg[2] = 2.5: the finger opens from 3, and object.friction is 0.6;"),
+        "{error}"
+    );
+    let jaw = on(&rough, "direction = [1.0, 0.0]\ndistances_mm = [3.0, 1.0]");
+    assert!(Plan::of(&jaw, 1).unwrap_err().to_string().starts_with("motion.distances_mm[1] = 1: "));
+    assert!(Plan::of(&on(circle, "motor_angles_deg = [2.0, 3.0, 2.5]"), 1).is_ok());
+}
+
 #[test]
 fn a_motion_that_begins_inside_the_finger_is_opened_to_the_touch() {
     let text = "finger = \"preset:fea-80\"\n[object]\nshape = \"circle\"\nradius_mm = 30.0\ncentre_mm = [29.0, 45.0]\n\

@@ -38,7 +38,6 @@ pub fn with_elements_watched(
     folder: &Path,
     watch: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Comparison, CompareError> {
-    case.refuse_friction("a comparison with finite elements").map_err(CompareError::Friction)?;
     case.refuse_memory("a comparison with finite elements").map_err(CompareError::Memory)?;
     let plan = Plan::of(case, refinement).map_err(CompareError::Mesh)?;
     let run = run::solve(case, options)?;

@@ -21,9 +21,6 @@ pub enum CompareError {
     /// CalculiX did not give a result.
     #[error(transparent)]
     Fea(FeaError),
-    /// The case has friction.
-    #[error(transparent)]
-    Friction(CaseError),
     /// The case's material has memory.
     #[error(transparent)]
     Memory(CaseError),

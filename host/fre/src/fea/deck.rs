@@ -3,7 +3,7 @@
 //!
 //! What was learned by measuring: `CPS8R` with a thickness behaves nearly as plane strain, so plane stress is made from
 //! `CPE8R` with E′ = E(1+2ν)/(1+ν)² and ν′ = ν/(1+ν). Contact is surface to surface with a linear penalty; its projection is
-//! frozen within an increment, so the object holds still for two increments before results are read.
+//! frozen within an increment, so the object holds still for two increments before results are read. Friction is its own `*FRICTION`.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,7 +15,7 @@ use super::mesh::{Mesh, Part};
 use super::plan::Plan;
 use super::region::{Faces, minus};
 
-/// Contact penalty, multiples of Young's modulus per mm.
+/// Contact penalty, multiples of Young's modulus per mm; with friction that of a point that sticks as well.
 const PENALTY: f64 = 2.0;
 /// Stiffness of a pinned lamella's rigid link, multiples of Young's modulus times width: a hundred times that of as long a
 /// piece of a beam, and the elements beside its pins give more.
@@ -30,7 +30,7 @@ pub fn deck(title: &str, design: &Design, plan: &Plan) -> String {
 }
 
 fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fmt::Result {
-    let Plan { mesh, surface, path, turns, pivot, stops } = plan;
+    let Plan { mesh, surface, path, turns, pivot, stops, friction } = plan;
     writeln!(out, "*HEADING\n{}", heading(title))?;
     let ring = surface.nodes();
     writeln!(out, "*NODE,NSET=NALL")?;
@@ -99,6 +99,9 @@ fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fm
     }
     writeln!(out, "*SURFACE INTERACTION,NAME=TOUCH\n*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR")?;
     writeln!(out, "{:.6}", PENALTY * youngs_modulus)?;
+    if *friction != 0.0 {
+        writeln!(out, "*FRICTION\n{friction},{:.6}", PENALTY * youngs_modulus)?;
+    }
     writeln!(out, "*CONTACT PAIR,INTERACTION=TOUCH,TYPE=SURFACE TO SURFACE\nSFINGER,SRING")?;
     writeln!(out, "*BOUNDARY\nNCLAMP,1,2")?;
     // An object that turns moves every node of its own; one that does not (or is round) moves as a whole.

@@ -33,6 +33,21 @@ pub enum FeaError {
         /// What was asked for.
         value: usize,
     },
+    /// The finger opens on a rough object.
+    #[error(
+        "{key} = {value}: the finger opens from {before}, and object.friction is {friction}; CalculiX takes friction for what it is \
+         only while a finger closes: allowed are places that grow, or object.friction = 0"
+    )]
+    Opens {
+        /// The place, as a case file has it.
+        key: String,
+        /// The place, degrees or mm.
+        value: f64,
+        /// The place before it.
+        before: f64,
+        /// The coefficient of friction.
+        friction: f64,
+    },
     /// The object touches the undeformed finger, or lies behind it, wherever the motion began.
     #[error(
         "the object touches the undeformed finger or lies behind its front beam at every place before the first; a place at \

@@ -3,7 +3,7 @@
 //! The finger is meshed with its real thicknesses, hinge necks, lamella bars and solid tip, in second-order elements; the
 //! object is a rigid surface that moves in the finger frame as the motion says. Contact is known to the front beam's outer face and
 //! the tip's end face; a place at which the object nevertheless reaches into the deformed mesh has no force. A pinned lamella is a
-//! stiff link between the centrelines. Frictionless; St. Venant–Kirchhoff material. Forces are those on the object.
+//! stiff link between the centrelines. Coulomb friction while the finger closes; St. Venant–Kirchhoff material. Forces are those on the object.
 
 mod analysis;
 mod ccx;

@@ -26,12 +26,14 @@ pub struct Plan {
     /// Displacement of the object's pivot at the times 1, 2, …, mm, finger frame.
     pub path: Vec<Point>,
     /// Turn of the object about its pivot since the beginning at those times, rad, counter-clockwise, finger frame; 0 for a
-    /// round one.
+    /// round one without friction.
     pub turns: Vec<f64>,
     /// The object's pivot at the beginning, finger frame, mm: the centre of a round one.
     pub pivot: Point,
     /// Time at which each place has been reached and held.
     pub stops: Vec<usize>,
+    /// Coefficient of friction.
+    pub friction: f64,
 }
 
 impl Plan {
@@ -43,6 +45,7 @@ impl Plan {
         if !(1..=MAX_REFINEMENT).contains(&refinement) {
             return Err(FeaError::Refinement { value: refinement });
         }
+        closes(case)?;
         let design = &case.finger.design;
         let region = Region::of(design)?;
         let thickness = design.front.thickness.at(0.0).min(design.back.thickness.at(0.0));
@@ -55,6 +58,8 @@ impl Plan {
             ObjectDesign::Circle { centre, .. } => Some(centre),
             _ => None,
         };
+        // A round object's surface is the same however it has turned, but a finger that rubs on it feels it turn.
+        let turns_unfelt = round.is_some() && case.friction == 0.0;
         let middle = world_point(case, touching, begin);
         let surface = Surface::whole(&case.object, middle, reach, refinement)
             .near(middle, reach)
@@ -62,8 +67,8 @@ impl Plan {
 
         let pivot = round.unwrap_or(middle);
         let origin = in_finger(case, pivot, begin);
-        let turn = |place: f64| match (case.path.motion, round) {
-            (Motion::Rotating { .. }, None) => case.path.coordinate(place) - case.path.coordinate(begin),
+        let turn = |place: f64| match case.path.motion {
+            Motion::Rotating { .. } if !turns_unfelt => case.path.coordinate(place) - case.path.coordinate(begin),
             _ => 0.0,
         };
         let (mut path, mut turns, mut stops) = (Vec::new(), Vec::new(), Vec::new());
@@ -78,6 +83,20 @@ impl Plan {
             stops.push(path.len());
             from = place;
         }
-        Ok(Self { mesh, surface, path, turns, pivot: origin, stops })
+        Ok(Self { mesh, surface, path, turns, pivot: origin, stops, friction: case.friction })
     }
+}
+
+/// That a finger with friction closes all the way: after a reversal, a point that newly touches has slipped by its whole displacement for
+/// CalculiX.
+fn closes(case: &Case) -> Result<(), FeaError> {
+    let places = &case.path.places;
+    let opens = places.windows(2).position(|pair| pair[1] < pair[0]).filter(|_| case.friction != 0.0);
+    let Some(at) = opens else { return Ok(()) };
+    let key = match case.path.motion {
+        Motion::Rotating { .. } => "motion.motor_angles_deg",
+        Motion::Translating { .. } => "motion.distances_mm",
+    };
+    let [before, value] = [places[at], places[at + 1]];
+    Err(FeaError::Opens { key: format!("{key}[{}]", at + 1), value, before, friction: case.friction })
 }
