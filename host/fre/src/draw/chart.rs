@@ -26,6 +26,8 @@ pub enum Style {
     Thick,
     /// A line with the area between it and zero.
     Area,
+    /// A light area that the points go round.
+    Region,
 }
 
 /// A series of points. A point that is not finite interrupts the line.
@@ -202,6 +204,7 @@ impl Chart {
                 continue;
             }
             let sample = match series.stroke() {
+                None if series.style == Style::Region => Sample::Area(Ink::Series(series.colour)),
                 None => Sample::Dot(Ink::Series(series.colour)),
                 Some(stroke) if matches!(series.style, Style::LineAndDots | Style::Thick) => {
                     Sample::LineAndDots(stroke)
@@ -310,6 +313,10 @@ impl PanelView<'_> {
                     let zero = self.at([0.0, 0.0])[1].clamp(top, bottom);
                     let area = run.iter().copied().chain([[last[0], zero], [first[0], zero]]);
                     scene.fill(Path::polygon(area), Ink::Series(series.colour), 0.3);
+                }
+                if series.style == Style::Region {
+                    scene.fill(Path::polygon(run), Ink::Series(series.colour), 0.25);
+                    continue;
                 }
                 draw_series(scene, series, &run);
             }
@@ -443,7 +450,7 @@ impl Series {
             Style::Dashed => Some(Stroke::new(ink, 1.8).dashed(6.0, 4.0)),
             Style::LineAndDots => Some(Stroke::new(ink, 1.2).round()),
             Style::Thick => Some(Stroke::new(ink, 3.4).round()),
-            Style::Dots => None,
+            Style::Dots | Style::Region => None,
         }
     }
 }

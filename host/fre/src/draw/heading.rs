@@ -2,7 +2,7 @@
 
 use super::font::Fonts;
 use super::palette::Ink;
-use super::path::Path;
+use super::path::{Path, Rect};
 use super::scene::{Scene, Stroke, Text, literal, sentences};
 
 pub(crate) const TEXT: f64 = 13.0;
@@ -23,6 +23,8 @@ pub(crate) enum Sample {
     Dot(Ink),
     /// An arrow of a width.
     Arrow(Ink, f64),
+    /// A light area.
+    Area(Ink),
 }
 
 /// Title and conditions for readers who cannot see the picture: without marks.
@@ -65,6 +67,10 @@ pub(crate) fn draw(scene: &mut Scene, fonts: &Fonts, [title, subtitle]: [&str; 2
                 scene.fill(Path::circle([x + 0.5 * SAMPLE, middle], (1.4 * stroke.width).max(3.0)), stroke.ink, 1.0);
             }
             Sample::Dot(ink) => scene.fill(Path::circle([x + 0.5 * SAMPLE, middle], 3.0), ink, 1.0),
+            Sample::Area(ink) => {
+                let area = Rect { left: x, right: x + SAMPLE, top: middle - 4.0, bottom: middle + 4.0 };
+                scene.fill(Path::rectangle(area), ink, 0.25);
+            }
             Sample::Arrow(ink, width) => scene.arrow([x, middle], [x + SAMPLE, middle], ink, width),
         }
         scene.text(Text { at: [x + SAMPLE + 8.0, y], ..text });

@@ -85,6 +85,7 @@ fn picture<'a>(case: &'a Case, run: &Run, place: &Place, state: &'a State) -> Fi
         motion: case.path.motion,
         coordinate: case.path.coordinate(place.at.value()),
         object: case.object,
+        friction: case.friction,
         shape: &state.shape,
         force: Some(state.force_n),
     }
@@ -146,15 +147,24 @@ fn force(case: &Case, run: &Run) -> Chart {
         }
         last = values.map(|values| (place, values)).or(last);
     }
-    let [magnitude, x, y] = lines;
+    let [mut magnitude, x, y] = lines;
     let touches = run.places.iter().any(|place| place.force_magnitude_n().is_some_and(|force| force > 0.0));
     // A component that is nearly all of the force must not hide the magnitude.
     let series = |name: &str, colour, style, points| Series { name: name.into(), colour, style, points };
-    let mut shown = vec![
-        series("magnitude |*F*|", 0, Style::Thick, magnitude),
-        series("*F*_{x}", 1, Style::LineAndDots, x),
-        series("*F*_{y}", 2, Style::LineAndDots, y),
-    ];
+    let mut shown = Vec::new();
+    let interval = interval(run);
+    if !interval.is_empty() {
+        shown.push(series("|*F*| if the path is unknown", 0, Style::Region, interval));
+        let opening = opening(run, &mut magnitude);
+        shown.push(series("|*F*|, closing", 0, Style::Thick, magnitude));
+        if !opening.is_empty() {
+            shown.push(series("|*F*|, opening", 3, Style::Thick, opening));
+        }
+    } else {
+        shown.push(series("magnitude |*F*|", 0, Style::Thick, magnitude));
+    }
+    shown.push(series("*F*_{x}", 1, Style::LineAndDots, x));
+    shown.push(series("*F*_{y}", 2, Style::LineAndDots, y));
     if !jump.is_empty() {
         shown.push(Series { name: "jump of |*F*|".into(), colour: 6, style: Style::Dashed, points: jump });
     }
@@ -170,6 +180,47 @@ fn force(case: &Case, run: &Run) -> Chart {
         ..Panel::default()
     }];
     chart
+}
+
+/// Round the values between which the force's magnitude lies if the path is unknown: the least ones by growing place, and the greatest ones
+/// back. Empty without friction.
+fn interval(run: &Run) -> Vec<[f64; 2]> {
+    let known = run.places.iter().filter_map(|place| {
+        let interval = place.state.as_ref()?.force_interval?;
+        Some((place.at.value(), interval.magnitude))
+    });
+    let mut ends: Vec<(f64, [f64; 2])> = known.collect();
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ends.dedup_by(|a, b| a.0 == b.0);
+    let low = ends.iter().map(|&(at, [low, _])| [at, low]);
+    low.chain(ends.iter().rev().map(|&(at, [_, high])| [at, high])).collect()
+}
+
+/// Parts the opening motions from a line over the places, which begin where the closing ends. (A line has one point per place, and one more
+/// where the finger snaps.)
+fn opening(run: &Run, line: &mut [[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut parted = Vec::new();
+    let mut last: Option<[f64; 2]> = None;
+    let mut opens = false;
+    if !run.places.is_sorted_by(|a, b| a.at.value() <= b.at.value()) {
+        for point in line {
+            let here = *point;
+            let before = last.filter(|before| before[0].is_finite() && here[0].is_finite());
+            if let Some(before) = before.filter(|before| before[0] != here[0]) {
+                let turned = (here[0] < before[0]) != opens;
+                opens = here[0] < before[0];
+                if turned && opens {
+                    parted.extend([[f64::NAN; 2], before]);
+                }
+            }
+            if opens {
+                parted.push(here);
+                *point = [f64::NAN; 2];
+            }
+            last = Some(here);
+        }
+    }
+    parted
 }
 
 /// The least and the greatest place.

@@ -53,6 +53,7 @@ fn an_object_s_name_is_in_the_picture_whatever_its_size() {
             motion: TURNING,
             coordinate: 0.0,
             object,
+            friction: 0.0,
             shape: &shape,
             force: None,
         };
@@ -112,6 +113,7 @@ fn a_finger_of_any_size_has_the_same_picture() {
             },
             coordinate: if turning { 0.1 } else { 0.0 },
             object: ObjectDesign::Circle { centre: [41.0 * factor, 45.0 * factor], radius: 40.0 * factor },
+            friction: 0.0,
             shape: &shape,
             force: None,
         };
@@ -165,6 +167,7 @@ fn forces_and_their_words_stay_in_the_picture_and_off_the_others() {
                     motion,
                     coordinate: 0.0,
                     object,
+                    friction: 0.0,
                     shape: &shape,
                     force: Some([3.0 * angle.cos(), 3.0 * angle.sin()]),
                 };
@@ -220,6 +223,7 @@ fn pins_show_on_the_beams_and_only_where_there_are_pins() {
             motion: Motion::Translating { direction: [1.0, 0.0] },
             coordinate: 0.0,
             object: ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 },
+            friction: 0.0,
             shape: &shape,
             force: None,
         };

@@ -27,6 +27,7 @@ pub fn finger(title: &str, motion: Motion, coordinate: f64, force: f64) -> Scene
         motion,
         coordinate,
         object,
+        friction: 0.0,
         shape: &shape,
         force: Some([force, 0.0]),
     }

@@ -33,6 +33,7 @@ pub fn finger(seen: &Seen) -> Option<Scene> {
             motion: Motion::Rotating { axis: seen.design.motor_axis },
             coordinate: angle,
             object: OBJECT,
+            friction: 0.0,
             shape,
             force: Some([cos * x + sin * y, cos * y - sin * x]),
         }

@@ -87,6 +87,9 @@ impl FingerPicture<'_> {
             if self.shape.contacts.len() > 1 {
                 legend.push(("contact forces", Sample::Arrow(Ink::Series(4), 1.3)));
             }
+            if self.friction > 0.0 {
+                legend.push(("friction cones", Sample::Area(Ink::Series(4))));
+            }
             legend.push(("net force", Sample::Arrow(Ink::Force, 2.6)));
         }
         heading::draw(scene, fonts, [&self.title, &self.subtitle], &legend)
@@ -298,6 +301,11 @@ impl FingerPicture<'_> {
     }
 
     fn draw_forces(&self, scene: &mut Scene, view: &View, net: NetForce, words: Text) {
+        for (from, sides) in self.cones(net) {
+            let [x, y] = view.at(from);
+            let [a, b] = sides.map(|[right, down]| [x + right, y + down]);
+            scene.area(Path::polygon([[x, y], a, b]), Ink::Series(4), 0.25, Stroke::new(Ink::Series(4), 0.5));
+        }
         let arrows = self.arrows(net);
         for (index, &(from, [right, down])) in arrows.iter().enumerate() {
             let from = view.at(from);

@@ -5,7 +5,7 @@ use model_core::object::{Motion, ObjectDesign};
 
 use crate::draw::path::Rect;
 use crate::draw::scene::unit;
-use crate::shape::Shape;
+use crate::shape::{Contact, Shape};
 
 /// What the picture shows.
 #[derive(Clone, Debug)]
@@ -22,6 +22,8 @@ pub struct FingerPicture<'a> {
     pub coordinate: f64,
     /// The object.
     pub object: ObjectDesign,
+    /// Coefficient of friction; with some, contact forces are drawn with their cones.
+    pub friction: f64,
     /// The deformed finger.
     pub shape: &'a Shape,
     /// Net force of the finger on the object, world frame, N; none if it is not known.
@@ -75,13 +77,32 @@ impl FingerPicture<'_> {
         // A single contact force is the net force.
         if self.shape.contacts.len() > 1 {
             arrows.extend(self.shape.contacts.iter().map(|contact| {
-                let n = self.world_direction(contact.normal);
-                let length = net.scale * contact.force;
-                (self.world(contact.position), [-length * n[0], length * n[1]])
+                let [x, y] = self.push(contact, contact.tangential.unwrap_or(0.0));
+                (self.world(contact.position), [net.scale * x, -net.scale * y])
             }));
         }
         arrows.push((net.from, net.arrow));
         arrows
+    }
+
+    /// Force of the finger on the object at a contact with this tangential part (N, towards the finger's tip on the finger), world frame, N.
+    fn push(&self, contact: &Contact, tangential: f64) -> [f64; 2] {
+        let [x, y] = self.world_direction(contact.normal);
+        [-(contact.force * x + tangential * y), -(contact.force * y - tangential * x)]
+    }
+
+    /// The cones within which contact forces lie: a triangle each, whose sides are forces that slip one way and the other. World, mm, and
+    /// from there px.
+    pub(super) fn cones(&self, net: NetForce) -> Vec<([f64; 2], [[f64; 2]; 2])> {
+        let cone = |contact: &Contact| {
+            let most = self.friction * contact.force;
+            let sides = [most, -most].map(|tangential| {
+                let [x, y] = self.push(contact, tangential);
+                [net.scale * x, -net.scale * y]
+            });
+            (self.world(contact.position), sides)
+        };
+        if self.friction > 0.0 { self.shape.contacts.iter().map(cone).collect() } else { Vec::new() }
     }
 
     /// The finger's height, mm: what has no size of its own is drawn in proportion to it.
@@ -103,17 +124,17 @@ impl FingerPicture<'_> {
     /// Where the net force's arrow begins: on its line of action, beside the middle of the contact. World frame, mm.
     pub(super) fn line_of_action(&self, force: [f64; 2]) -> [f64; 2] {
         let magnitude = force[0].hypot(force[1]);
-        if let ObjectDesign::Circle { centre, radius } = self.object {
+        if let (ObjectDesign::Circle { centre, radius }, true) = (self.object, self.friction == 0.0) {
             // Without friction every part points at the circle's centre, and so does their sum.
             let reach = radius / magnitude;
             return [centre[0] - reach * force[0], centre[1] - reach * force[1]];
         }
         let (mut middle, mut total, mut moment) = ([0.0; 2], 0.0, 0.0);
         for contact in &self.shape.contacts {
-            let (p, n) = (self.world(contact.position), self.world_direction(contact.normal));
+            let (p, f) = (self.world(contact.position), self.push(contact, contact.tangential.unwrap_or(0.0)));
             middle = [middle[0] + contact.force * p[0], middle[1] + contact.force * p[1]];
             total += contact.force;
-            moment -= contact.force * (p[0] * n[1] - p[1] * n[0]);
+            moment += p[0] * f[1] - p[1] * f[0];
         }
         if total <= 0.0 {
             return self.world(self.design.front.point(0.5 * self.design.front.length()));

@@ -73,6 +73,7 @@ fn finger(row: &Row, index: usize) -> Markup {
         motion: row.case.path.motion,
         coordinate: row.case.path.coordinate(place.at.value()),
         object: row.case.object,
+        friction: 0.0,
         shape: &state.shape,
         force: Some(state.force_n),
     }
