@@ -32,6 +32,7 @@ mod slip_elastica;
 #[cfg(test)]
 mod slip_stability;
 mod solution;
+mod spin;
 mod strains;
 mod target;
 #[cfg(test)]
@@ -65,6 +66,7 @@ use passing::Barred;
 pub(crate) use peek::{Aside, Reading};
 use phase::Phase;
 pub(crate) use solution::Parts;
+use spin::Spin;
 pub use strains::{Place, Strain};
 use timeline::Timeline;
 
@@ -149,6 +151,7 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     settings: Settings,
     object: O,
     pub(crate) motion: Motion,
+    spin: Spin<T>,
     youngs_modulus: T,
     /// Factor of Young's modulus.
     modulus: T,
@@ -183,6 +186,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         settings: Settings::UNSET,
         object: O::BLANK,
         motion: Motion::Rotating { axis: [0.0; 2] },
+        spin: Spin::NONE,
         youngs_modulus: T::ZERO,
         modulus: T::ZERO,
         step: T::ZERO,
@@ -288,6 +292,19 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         Ok(())
     }
 
+    /// Lets the object turn about a point of the world by so many rad per unit of the motion's coordinate (rad or mm), counter-clockwise; 0, the
+    /// default, for one that does not turn. It is the same wherever it has turned: a cylinder, about its axis. Only friction feels it.
+    ///
+    /// # Errors
+    /// A point or a rate that is not within ±1000.
+    pub fn spin_object(&mut self, about: [f64; 2], rate: f64) -> Result<(), OutOfBounds> {
+        for (name, value) in [("spin.about", about[0]), ("spin.about", about[1]), ("spin.rate", rate)] {
+            check(name, value, [-1e3, 1e3])?;
+        }
+        self.spin = Spin { about: about.map(T::of), rate: T::of(rate) };
+        Ok(())
+    }
+
     /// Lets everything that touches slip one way, whatever the past; the finger is at rest again. `None`, the default, lets the past decide.
     ///
     /// Where the past is unknown, the finger is between the two: normal force and torque lie between those of both ways.
@@ -306,6 +323,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 Motion::Translating { .. } => T::ZERO,
             };
             let by = self.motion.world_to_finger(way);
+            let here = self.motion.world_to_finger(self.timeline.at());
+            let (by, turned) = self.spin.taking_along(&here, &by, turned, way);
             self.work.history.aim(&self.model, &Way { by, turned, seconds: self.timeline.taken() });
             self.stiffen();
         }
