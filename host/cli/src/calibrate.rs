@@ -42,8 +42,8 @@ pub struct Args {
     cases: Vec<PathBuf>,
     /// What is fitted, separated by commas
     ///
-    /// youngs-modulus, zero, object-x, object-y, radius, travel, front-thickness, back-thickness, hinge-thickness, hinge-length; of a
-    /// material with memory prony-g1 and prony-tau1 to prony-g4 and prony-tau4, the terms of finger.material.prony in their order.
+    /// youngs-modulus, zero, object-x, object-y, radius, friction, travel, front-thickness, back-thickness, hinge-thickness, hinge-length;
+    /// of a material with memory prony-g1 and prony-tau1 to prony-g4 and prony-tau4, the terms of finger.material.prony in their order.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parameter,
           default_value = "youngs-modulus,zero,object-x,object-y")]
     fit: Vec<Parameter>,
@@ -67,7 +67,9 @@ pub struct Args {
     /// Weight of readings far from the model
     #[arg(long, value_enum, default_value = "huber")]
     loss: LossWord,
-    /// Uses the rows of opening motions as well
+    /// Uses the rows of opening motions as well, in the file's order
+    ///
+    /// Friction needs them: it raises the force while a finger closes, and lowers it or leaves it as it is while it opens.
     #[arg(long)]
     both_ways: bool,
     /// Writes the finger with the fitted values
@@ -157,6 +159,13 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     }
     if let (Some(_), false) = (&args.send, input.finger.prony.is_empty()) {
         return Err("--send: a gripper computes without memory; allowed is an elastic material".to_owned());
+    }
+    let rough = args.fit.contains(&Parameter::Friction) || input.runs.iter().any(|run| run.friction != 0.0);
+    if args.send.is_some() && rough {
+        return Err(
+            "--send: a gripper computes without friction; allowed are object.friction = 0 and a --fit without friction"
+                .to_owned(),
+        );
     }
     let default = Noise::default();
     let noise = Noise {

@@ -291,12 +291,13 @@ fn bad_input_is_named() {
     let jaw = [tables[0].as_path(), Path::new("--case"), jaw.as_path()];
     let distances = folder.file("d.csv", "distance_mm,force_n\n1,2\n");
     let distances = [distances.as_path(), Path::new("--case"), &cases[0]];
-    let refused: [(&str, &[&Path], &[&str]); 12] = [
+    let refused: [(&str, &[&Path], &[&str]); 13] = [
         ("one", &case, &["--fit", "youngs-modulus,colour"]),
         ("one", &case, &["--fit", "zero,zero"]),
         ("one", &case, &["--force-sd-n", "0"]),
         ("one", &case, &["--drive", "linear 1,0 20"]),
         ("one", &case, &["--fit", "zero,travel"]),
+        ("one", &case, &["--fit", "zero,friction", "--send", "unix:nowhere"]),
         ("three tables, two cases", &two, &[]),
         ("a jaw", &jaw, &[]),
         ("a jaw", &jaw, &["--drive", "sideways"]),
@@ -342,4 +343,33 @@ fn what_is_read_is_never_written() {
         assert!(std::fs::read(path).unwrap() == bytes, "{}", path.display());
     }
     assert_eq!(std::fs::read_to_string(&other).unwrap(), "mine");
+}
+
+/// A closing and an opening give friction beside modulus and zero. A closing alone does not: friction then looks like a stiffer finger.
+#[test]
+fn friction_comes_back_from_a_closing_and_an_opening() {
+    const ALL: [Parameter; 3] = [Parameter::YoungsModulus, Parameter::Zero, Parameter::Friction];
+    let design = design();
+    let truth = Trial { parameters: ALL.to_vec(), values: vec![46.0, 0.3, 0.4] };
+    let closing = Protocol::cylinders(&[[45.0, 40.0]], 24);
+    let both = closing.clone().there_and_back();
+    let fitted = |protocol: &Protocol, seed| {
+        let runs = draw(&model(&design), &truth, protocol, Errors::USUAL, seed).unwrap();
+        fit(&model(&design), &runs, &ALL, &Noise::default()).unwrap()
+    };
+    let mut squares = 0.0;
+    for seed in 0..6 {
+        let found = fitted(&both, seed);
+        assert!(found.converged && found.undetermined.is_empty(), "{found:?}");
+        for (estimate, value) in found.estimates.iter().zip(&truth.values) {
+            squares += ((estimate.value - value) / estimate.standard_deviation).powi(2) / 18.0;
+        }
+        let friction = &found.estimates[2];
+        assert!(friction.standard_deviation < 0.02, "{friction:?}");
+    }
+    assert!((0.2..2.5).contains(&squares), "mean square of errors over stated deviations {squares}");
+    let (one_way, both) = (fitted(&closing, 1), fitted(&both, 1));
+    println!("{squares}: {:?} {:?}, one way {:?}", both.estimates, both.correlation, one_way.estimates);
+    assert!(one_way.estimates[2].standard_deviation > 2.5 * both.estimates[2].standard_deviation, "{one_way:?}");
+    assert!(one_way.correlation[2][0] < -0.85 && both.correlation[2][0].abs() < 0.8, "{one_way:?} {both:?}");
 }

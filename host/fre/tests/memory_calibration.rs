@@ -42,7 +42,7 @@ fn drawn(design: &Design, seed: u64) -> Readings {
         front_mm: Vec::new(),
     };
     let readings = motion().into_iter().enumerate().map(reading).collect();
-    let mut run = Readings { name: "drawn".to_owned(), object, readings };
+    let mut run = Readings { name: "drawn".to_owned(), object, friction: 0.0, readings };
     let truth = Trial { parameters: PARAMETERS.to_vec(), values: TRUE.to_vec() };
     let predicted = model(design).predict(&run, &truth, false).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -78,6 +78,25 @@ fn terms_and_modulus_come_back_within_what_is_stated() {
         assert!(found.correlation[0][1] > 0.3, "{:?}", found.correlation);
     }
     assert!(within * 100 >= all * 75, "{within} of {all} within two deviations");
+}
+
+/// With friction as well: what is drawn without noise comes back, the coefficient from where a fit begins at 0.
+#[test]
+fn friction_comes_back_beside_the_modulus() {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let truth = Trial { parameters: vec![Parameter::YoungsModulus, Parameter::Friction], values: vec![44.0, 0.4] };
+    let mut run = drawn(&design, 0);
+    let predicted = model(&design).predict(&run, &truth, false).unwrap();
+    for (reading, prediction) in run.readings.iter_mut().zip(predicted) {
+        assert!(prediction.status.is_trustworthy(), "{prediction:?}");
+        reading.force_n = Some(prediction.force_n);
+    }
+    let found = fit(&model(&design), &[run], &truth.parameters, &Noise::default()).unwrap();
+    assert!(found.converged && found.undetermined.is_empty(), "{found:?}");
+    for (estimate, truth) in found.estimates.iter().zip(&truth.values) {
+        println!("{}: {} ± {}", estimate.parameter.word(), estimate.value, estimate.standard_deviation);
+        assert!((estimate.value / truth - 1.0).abs() < 0.01, "{estimate:?}, truth {truth}");
+    }
 }
 
 /// What files say: rows in time are read, the fitted finger has its terms, and what has no time is refused with its line.

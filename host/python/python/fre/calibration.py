@@ -88,7 +88,7 @@ def calibrate(
     both_ways: bool = False,
     options: Options = DEFAULT,
 ) -> Calibration:
-    """Fits modulus, zero angle, object offset, dimensions or the terms of a material with memory to files of measurements, with uncertainties.
+    """Fits modulus, zero angle, object offset, friction, dimensions or the terms of a material with memory to files of measurements, with uncertainties.
 
     Each file belongs to the case in the same place, or to the only one. ``fit`` names parameters by the words of
     ``fre calibrate --fit``. Rows of an opening motion are left out unless ``both_ways``.

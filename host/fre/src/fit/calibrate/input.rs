@@ -133,7 +133,7 @@ impl Input {
     ) -> Result<Self, InputError> {
         drive.validate()?;
         fit_together(measurements.len(), documents.len())?;
-        let cases = documents.iter().map(|(_, document)| document.case()?.frictionless("a calibration"));
+        let cases = documents.iter().map(|(_, document)| document.case());
         let cases = cases.map(|case| case.map_err(Box::new));
         let cases: Vec<Case> = cases.collect::<Result<_, _>>()?;
         let (Some((first_name, document)), Some(first)) = (documents.first().cloned(), cases.first()) else {
@@ -151,14 +151,14 @@ impl Input {
             if measured.coordinate != Coordinate::Angle {
                 return Err(InputError::Coordinate { file: name, found: measured.coordinate.column() });
             }
-            let object = cases[if cases.len() == 1 { 0 } else { index }].object;
+            let Case { object, friction, .. } = cases[if cases.len() == 1 { 0 } else { index }];
             let (run, opening) = if !finger.prony.is_empty() {
-                let run = Readings::in_time(&name, object, &measured);
+                let run = Readings::in_time(&name, object, friction, &measured);
                 (run.map_err(|line| InputError::Time { file: name.clone(), line })?, Vec::new())
             } else if both_ways {
-                (Readings::all(&name, object, &measured), Vec::new())
+                (Readings::all(&name, object, friction, &measured), Vec::new())
             } else {
-                Readings::closing(&name, object, &measured, SCATTER_DEG)
+                Readings::closing(&name, object, friction, &measured, SCATTER_DEG)
             };
             if !measured.aside.is_empty() {
                 remarks.push(format!("left out: {name}: columns {}", measured.aside.join(", ")));

@@ -19,6 +19,8 @@ pub enum Parameter {
     ObjectY,
     /// What is added to every circle's radius, mm.
     Radius,
+    /// What is added to every object's coefficient of friction.
+    Friction,
     /// What the distances of a drive that moves the base along a line are multiplied by.
     Travel,
     /// A dimension of the finger, mm.
@@ -36,12 +38,13 @@ const FADINGS: [&str; PRONY_TERMS] = ["prony-tau1", "prony-tau2", "prony-tau3", 
 
 impl Parameter {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::YoungsModulus,
         Self::Zero,
         Self::ObjectX,
         Self::ObjectY,
         Self::Radius,
+        Self::Friction,
         Self::Travel,
         Self::Design(DesignParameter::FrontThickness),
         Self::Design(DesignParameter::BackThickness),
@@ -65,6 +68,7 @@ impl Parameter {
             Self::ObjectX => "object-x",
             Self::ObjectY => "object-y",
             Self::Radius => "radius",
+            Self::Friction => "friction",
             Self::Travel => "travel",
             Self::Design(DesignParameter::FrontThickness) => "front-thickness",
             Self::Design(DesignParameter::BackThickness) => "back-thickness",
@@ -94,7 +98,7 @@ impl Parameter {
             Self::YoungsModulus => "MPa",
             Self::Zero => "°",
             Self::Travel => "×",
-            Self::Share(_) => "1",
+            Self::Friction | Self::Share(_) => "1",
             Self::Fading(_) => "s",
             _ => "mm",
         }
@@ -114,7 +118,7 @@ impl Parameter {
     }
 
     /// How uncertain it is before anything was measured: a direction in which the data leave more than that open is one
-    /// that they do not tell. 20 % of the modulus, 1°, 2 mm of a place, 1 mm of a radius, 5 % of the
+    /// that they do not tell. 20 % of the modulus, 1°, 2 mm of a place, 1 mm of a radius, 0.3 of a coefficient of friction, 5 % of the
     /// travel, 0.2 mm of a thickness, 0.5 mm of a length, 0.1 of a share, half of a time.
     pub fn doubt(self, design: &Design, prony: &[[f64; 2]]) -> f64 {
         match self {
@@ -123,6 +127,7 @@ impl Parameter {
             Self::YoungsModulus => 0.2 * design.material.youngs_modulus,
             Self::Zero | Self::Radius => 1.0,
             Self::ObjectX | Self::ObjectY => 2.0,
+            Self::Friction => 0.3,
             Self::Travel => 0.05,
             Self::Design(DesignParameter::HingeLength) => 0.5,
             Self::Design(_) => 0.2,

@@ -15,6 +15,13 @@ use crate::metrics::Point;
 use crate::study::follow::follower;
 use crate::study::model::Options;
 
+/// Step of differences, in a parameter's doubts.
+const STEP: f64 = 1e-3;
+/// The same with friction, where samples begin to slip one by one.
+const ROUGH_STEP: f64 = 0.02;
+/// The same of the angle, degrees.
+const AHEAD_DEG: f64 = 0.02;
+
 /// What the model says of one reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
@@ -53,9 +60,70 @@ impl Predictor<'_> {
         trial: &Trial,
         derivatives: bool,
     ) -> Result<Vec<Prediction>, DiscretiseError> {
-        if !self.prony.is_empty() {
-            return self.predict_in_time(run, trial, derivatives);
+        let rough = run.friction != 0.0 || trial.parameters.contains(&Parameter::Friction);
+        if self.prony.is_empty() && !rough {
+            return self.follow(run, trial, derivatives, 0.0);
         }
+        let mut here = self.along(run, trial, rough, 0.0)?;
+        if derivatives {
+            self.differences(run, trial, rough, &mut here)?;
+        }
+        Ok(here)
+    }
+
+    /// With friction or with memory a force depends on the whole way there: derivatives are differences of whole runs.
+    fn differences(
+        &self,
+        run: &Readings,
+        trial: &Trial,
+        rough: bool,
+        here: &mut [Prediction],
+    ) -> Result<(), DiscretiseError> {
+        let known =
+            |here: &Prediction, there: &Prediction| here.status.is_trustworthy() && there.status.is_trustworthy();
+        if rough {
+            // The model has no derivative with respect to the angle either.
+            for (here, ahead) in here.iter_mut().zip(self.along(run, trial, rough, AHEAD_DEG)?) {
+                let slope = (ahead.force_n - here.force_n) / AHEAD_DEG;
+                here.force_per_deg_n = if known(here, &ahead) { slope } else { 0.0 };
+            }
+        }
+        let step = if rough { ROUGH_STEP } else { STEP };
+        for (index, parameter) in trial.parameters.iter().enumerate() {
+            let step = step * parameter.doubt(self.design, self.prony);
+            let mut other = trial.clone();
+            other.values[index] += step;
+            for (here, there) in here.iter_mut().zip(self.along(run, &other, rough, 0.0)?) {
+                let slope = (there.force_n - here.force_n) / step;
+                here.gradient.push(if known(here, &there) { slope } else { 0.0 });
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows a run, every angle of which is so many degrees greater than it says, without derivatives by parameters.
+    fn along(
+        &self,
+        run: &Readings,
+        trial: &Trial,
+        rough: bool,
+        ahead_deg: f64,
+    ) -> Result<Vec<Prediction>, DiscretiseError> {
+        if self.prony.is_empty() {
+            self.follow(run, trial, false, ahead_deg)
+        } else {
+            self.along_time(run, trial, rough, ahead_deg)
+        }
+    }
+
+    /// Follows a run of a material without memory, every angle of which is so many degrees greater than it says.
+    fn follow(
+        &self,
+        run: &Readings,
+        trial: &Trial,
+        derivatives: bool,
+        ahead_deg: f64,
+    ) -> Result<Vec<Prediction>, DiscretiseError> {
         let design = trial.design(self.design);
         let mut probe = Probe::EMPTY;
         let object = trial.object(run.object, self.design);
@@ -66,7 +134,10 @@ impl Predictor<'_> {
         let options = Options { discretisation: self.discretisation, ..Options::default() };
         let motion = self.drive.motion(design.motor_axis);
         let mut follower = follower::<f64, Host>(&design, object, motion, &options)?;
-        let zero = trial.change(Parameter::Zero, self.design);
+        if follower.set_friction(trial.friction(run.friction, self.design)).is_err() {
+            return Ok(run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect());
+        }
+        let zero = trial.change(Parameter::Zero, self.design) + ahead_deg;
         let travel = trial.travel(self.design);
         // The motion's coordinate, rad or mm, and its derivative by the motor's angle; none outside a drive's table.
         let at = |reading: &Reading| {
@@ -107,6 +178,8 @@ impl Predictor<'_> {
                     Parameter::ObjectX => Some(along(found.centre[0].force)),
                     Parameter::ObjectY => Some(along(found.centre[1].force)),
                     Parameter::Radius => Some(along(found.radius.force)),
+                    // Of runs with friction: [`Predictor::differences`].
+                    Parameter::Friction => None,
                     Parameter::Travel => Some(along(found.coordinate.force) * coordinate / travel),
                     // Without memory nothing depends on its terms.
                     Parameter::Share(_) | Parameter::Fading(_) => None,
@@ -122,35 +195,15 @@ impl Predictor<'_> {
     }
 }
 
-/// Shift, in doubts, of the differences that derivatives along a path in time are made of.
-const SHIFT: f64 = 1e-3;
-
 impl Predictor<'_> {
-    /// The same of a material with memory: along the readings' times, derivatives from differences of whole paths.
-    fn predict_in_time(
+    /// The same of a material with memory, along the readings' times; the derivative by a sudden angle if there is no friction.
+    fn along_time(
         &self,
         run: &Readings,
         trial: &Trial,
-        derivatives: bool,
+        rough: bool,
+        ahead_deg: f64,
     ) -> Result<Vec<Prediction>, DiscretiseError> {
-        let mut here = self.along_time(run, trial)?;
-        if !derivatives {
-            return Ok(here);
-        }
-        for (index, parameter) in trial.parameters.iter().enumerate() {
-            let shift = SHIFT * parameter.doubt(self.design, self.prony);
-            let mut other = trial.clone();
-            other.values[index] += shift;
-            for (prediction, there) in here.iter_mut().zip(self.along_time(run, &other)?) {
-                let known = prediction.status.is_trustworthy() && there.status.is_trustworthy();
-                prediction.gradient.push(if known { (there.force_n - prediction.force_n) / shift } else { 0.0 });
-            }
-        }
-        Ok(here)
-    }
-
-    /// Forces along the readings' times, without derivatives by parameters.
-    fn along_time(&self, run: &Readings, trial: &Trial) -> Result<Vec<Prediction>, DiscretiseError> {
         let unknown = || run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect();
         let design = trial.design(self.design);
         let object = trial.object(run.object, self.design);
@@ -160,11 +213,12 @@ impl Predictor<'_> {
         let options = Options { discretisation: self.discretisation, ..Options::default() };
         let motion = self.drive.motion(design.motor_axis);
         let mut follower = follower::<f64, Host>(&design, object, motion, &options)?;
-        if follower.set_prony(&trial.prony(self.prony)).is_err() {
-            // A material that cannot be is one that nothing is known about.
+        let friction = trial.friction(run.friction, self.design);
+        if follower.set_prony(&trial.prony(self.prony)).is_err() || follower.set_friction(friction).is_err() {
+            // A material or a coefficient that cannot be is one that nothing is known about.
             return Ok(unknown());
         }
-        let zero = trial.change(Parameter::Zero, self.design);
+        let zero = trial.change(Parameter::Zero, self.design) + ahead_deg;
         let travel = trial.travel(self.design);
         let scale = if self.drive == Drive::Rotating { 1.0 } else { travel };
         let at = |reading: &Reading| {
@@ -190,7 +244,7 @@ impl Predictor<'_> {
             if !reading.front_mm.is_empty() {
                 prediction.front_mm = follower.front().collect();
             }
-            if size > 0.0 {
+            if size > 0.0 && !rough {
                 let Some(found) = follower.sensitivity() else { return Prediction::unknown(Status::ContactCapacity) };
                 let sudden = found.coordinate.force;
                 prediction.force_per_deg_n =

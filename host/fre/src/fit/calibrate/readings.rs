@@ -20,21 +20,46 @@ pub struct Reading {
     pub front_mm: Vec<Point>,
 }
 
-/// Readings on one object, in the order of a closing motion; of a material with memory in that of their times.
+/// Readings on one object, in the order of the motion; of a material with memory in that of their times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Readings {
     /// What it is called in messages: its file.
     pub name: String,
     /// The object as the case describes it, world frame.
     pub object: ObjectDesign,
-    /// By increasing angle, or by increasing time.
+    /// The object's coefficient of friction, as the case has it.
+    pub friction: f64,
+    /// By increasing angle, in the file's order if the motion opens too, or by increasing time.
     pub readings: Vec<Reading>,
 }
 
 impl Readings {
     /// A run of the measurements that belong to a closing motion, and the lines of those left out: rows of the file in which the
     /// angle is less than the greatest before by more than `tolerance_deg` belong to an opening.
-    pub fn closing(name: &str, object: ObjectDesign, measured: &Measured, tolerance_deg: f64) -> (Self, Vec<usize>) {
+    pub fn closing(
+        name: &str,
+        object: ObjectDesign,
+        friction: f64,
+        measured: &Measured,
+        tolerance_deg: f64,
+    ) -> (Self, Vec<usize>) {
+        let mut all = Self::all(name, object, friction, measured);
+        let mut greatest = f64::NEG_INFINITY;
+        let mut left_out = Vec::new();
+        all.readings.retain(|reading| {
+            let opens = reading.angle_deg < greatest - tolerance_deg;
+            greatest = greatest.max(reading.angle_deg);
+            if opens {
+                left_out.push(reading.line);
+            }
+            !opens
+        });
+        all.readings.sort_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
+        (all, left_out)
+    }
+
+    /// A run of all measurements, in the file's order: the way that the finger has come.
+    pub fn all(name: &str, object: ObjectDesign, friction: f64, measured: &Measured) -> Self {
         let mut rows: Vec<(usize, f64, Option<f64>, &[Point])> = Vec::new();
         for measurement in &measured.measurements {
             if measurement.forces.is_empty() {
@@ -47,25 +72,21 @@ impl Readings {
             }
         }
         rows.sort_by_key(|row| row.0);
-        let mut greatest = f64::NEG_INFINITY;
-        let (mut readings, mut left_out) = (Vec::new(), Vec::new());
-        for (line, angle_deg, force_n, front) in rows {
-            if angle_deg < greatest - tolerance_deg {
-                left_out.push(line);
-                continue;
-            }
-            greatest = greatest.max(angle_deg);
-            readings.push(Reading { line, angle_deg, time_s: None, force_n, front_mm: front.to_vec() });
-        }
-        readings.sort_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
-        (Self { name: name.to_owned(), object, readings }, left_out)
+        let reading = |(line, angle_deg, force_n, front): (usize, f64, Option<f64>, &[Point])| Reading {
+            line,
+            angle_deg,
+            time_s: None,
+            force_n,
+            front_mm: front.to_vec(),
+        };
+        Self { name: name.to_owned(), object, friction, readings: rows.into_iter().map(reading).collect() }
     }
 
     /// A run of all measurements along their time, which each row has to have.
     ///
     /// # Errors
     /// The line of the first row without a time, or whose time is not after that of the row before.
-    pub fn in_time(name: &str, object: ObjectDesign, measured: &Measured) -> Result<Self, usize> {
+    pub fn in_time(name: &str, object: ObjectDesign, friction: f64, measured: &Measured) -> Result<Self, usize> {
         let mut readings: Vec<Reading> = Vec::new();
         for measurement in &measured.measurements {
             let time = |line: usize| {
@@ -81,12 +102,7 @@ impl Readings {
         readings.sort_by_key(|reading| reading.line);
         match readings.windows(2).find(|pair| pair[0].time_s >= pair[1].time_s) {
             Some(pair) => Err(pair[1].line),
-            None => Ok(Self { name: name.to_owned(), object, readings }),
+            None => Ok(Self { name: name.to_owned(), object, friction, readings }),
         }
-    }
-
-    /// A run of all measurements, whatever the motion.
-    pub fn all(name: &str, object: ObjectDesign, measured: &Measured) -> Self {
-        Self::closing(name, object, measured, f64::INFINITY).0
     }
 }

@@ -108,6 +108,9 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
             )?;
         }
     }
+    for run in input.runs.iter().filter(|run| fit.trial.friction(run.friction, design) != 0.0) {
+        writeln!(out, "  friction      {:.4} ({})", fit.trial.friction(run.friction, design), run.name)?;
+    }
     writeln!(
         out,
         "  uncertainty   zero {:.4}°, E {:.2} %, place ({:.3}, {:.3}) mm, radius {:.3} mm",
@@ -162,6 +165,7 @@ pub fn document(input: &Input, fit: &Fit) -> Value {
         "gripper": {
             "zero_counts": zero_counts(fit, design),
             "travel_factor": 1.0 + fit.trial.change(Parameter::Travel, design),
+            "friction": input.runs.iter().map(|run| fit.trial.friction(run.friction, design)).collect::<Vec<_>>(),
             "youngs_modulus_mpa": fit.trial.design(design).material.youngs_modulus,
             "uncertainty": uncertainty(fit, design),
         },
@@ -187,7 +191,8 @@ pub fn fitted_finger(input: &Input, fit: &Fit) -> String {
         remarks.push(remark);
     }
     remarks.push(
-        "zero, travel and object offset belong to the gripper and the case; they are not part of a finger".to_owned(),
+        "zero, travel, friction and object offset belong to the gripper and the case; they are not part of a finger"
+            .to_owned(),
     );
     let prony = fit.trial.prony(&input.finger.prony);
     let fitted = Finger { design: fit.trial.design(design), prony, ..input.finger.clone() };

@@ -30,6 +30,8 @@ pub struct Protocol {
     pub objects: Vec<ObjectDesign>,
     /// Degrees, the same for each.
     pub angles_deg: Vec<f64>,
+    /// Coefficient of friction that the cases have.
+    pub friction: f64,
 }
 
 impl Protocol {
@@ -38,7 +40,19 @@ impl Protocol {
     pub fn cylinders(places: &[[f64; 2]], readings: u32) -> Self {
         let circle = |&[y, radius]: &[f64; 2]| ObjectDesign::Circle { centre: [1.0 + radius, y], radius };
         let angle = |i: u32| COUNT_DEG * (12.0 + 96.0 * f64::from(i) / f64::from(readings)).round();
-        Self { objects: places.iter().map(circle).collect(), angles_deg: (0..readings).map(angle).collect() }
+        Self {
+            objects: places.iter().map(circle).collect(),
+            angles_deg: (0..readings).map(angle).collect(),
+            friction: 0.0,
+        }
+    }
+
+    /// The same with half of the readings on the opening: what friction takes from the force then is what distinguishes it from the modulus.
+    pub fn there_and_back(mut self) -> Self {
+        let closing = self.angles_deg.iter().copied().step_by(2);
+        let opening = self.angles_deg.iter().copied().skip(1).step_by(2).collect::<Vec<_>>();
+        self.angles_deg = closing.chain(opening.into_iter().rev()).collect();
+        self
     }
 
     /// What `docs/hardware.md` recommends: a thin and a thick cylinder, each as low and as high as the finger reaches around it. What a
@@ -79,12 +93,14 @@ pub fn draw(
             let share: f64 = StandardUniform.sample(&mut random);
             shifted.push(angle_deg + errors.angle_deg * (2.0 * share - 1.0));
         }
-        // The finger closes on and on: it meets the true angles in their own order.
         let mut order: Vec<usize> = (0..shifted.len()).collect();
-        order.sort_by(|&a, &b| shifted[a].total_cmp(&shifted[b]));
+        if protocol.angles_deg.is_sorted() {
+            // The finger closes on and on: it meets the true angles in their own order.
+            order.sort_by(|&a, &b| shifted[a].total_cmp(&shifted[b]));
+        }
         let closing = order.iter().map(|&i| Reading { angle_deg: shifted[i], ..readings[i].clone() });
         let name = format!("run {}", index + 1);
-        let run = Readings { name: name.clone(), object, readings: closing.collect() };
+        let run = Readings { name: name.clone(), object, friction: protocol.friction, readings: closing.collect() };
         let predictions = model.predict(&run, truth, false)?;
         for (&i, prediction) in order.iter().zip(predictions) {
             let normal: f64 = StandardNormal.sample(&mut random);
@@ -93,7 +109,7 @@ pub fn draw(
             }
         }
         readings.retain(|reading| reading.force_n.is_some());
-        runs.push(Readings { name, object, readings });
+        runs.push(Readings { name, object, friction: protocol.friction, readings });
     }
     Ok(runs)
 }

@@ -80,6 +80,11 @@ impl Trial {
         1.0 + self.change(Parameter::Travel, design)
     }
 
+    /// A coefficient of friction with these values; never below 0.
+    pub fn friction(&self, friction: f64, design: &Design) -> f64 {
+        (friction + self.change(Parameter::Friction, design)).max(0.0)
+    }
+
     /// An object with these values.
     pub fn object(&self, object: ObjectDesign, design: &Design) -> ObjectDesign {
         let shift = [self.change(Parameter::ObjectX, design), self.change(Parameter::ObjectY, design)];
