@@ -15,7 +15,7 @@
 //! use model_core::size::Reduced;
 //! use model_core::status::Status;
 //!
-//! let beam = |base| Beam { base, tip: [0.0, 80.0], sagitta: 0.0, thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
+//! let beam = |base| Beam::straight(base, [0.0, 80.0], Profile::constant(2.0));
 //! let design = Design {
 //!     width: Profile::constant(20.0),
 //!     plane_strain: PlaneStrain::Stress,

@@ -49,10 +49,14 @@ pub struct Model<T: Real, S: Size> {
     /// Half the thickness over the length of the spring or element that begins at a node: strain per bend.
     pub(crate) fibre: S::Nodes<T>,
     pub(crate) samples: S::Samples<Sample<T>>,
-    /// Front beam's base, mm.
+    /// Where the front beam's held part ends, mm.
     pub(crate) base: [T; 2],
-    /// From the front beam's base to the back beam's, mm.
+    /// From there to where the back beam's held part ends, mm.
     pub(crate) base_rung: [T; 2],
+    /// Arc lengths of the held parts of front and back beam, mm.
+    pub(crate) clamps: [T; 2],
+    /// From the end of the front beam's to its start, mm.
+    pub(crate) held: [T; 2],
 }
 
 impl<T: Real, S: Size> Model<T, S> {
@@ -79,6 +83,8 @@ impl<T: Real, S: Size> Model<T, S> {
         samples: <S::Samples<Sample<T>> as Storage<Sample<T>>>::EMPTY,
         base: [T::ZERO; 2],
         base_rung: [T::ZERO; 2],
+        clamps: [T::ZERO; 2],
+        held: [T::ZERO; 2],
     };
 
     /// Forgets everything and makes room for the cells; false if there is none.

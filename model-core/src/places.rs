@@ -53,7 +53,7 @@ impl<T: Real, S: Size> Model<T, S> {
         let below = at.checked_sub(1).map(|below| samples.at(below));
         let between = |from: T, to: T| from + part * (to - from);
         let place = Sample {
-            arc: between(below.map_or(T::ZERO, |below| below.arc), sample.arc),
+            arc: between(below.map_or(self.clamps[0], |below| below.arc), sample.arc),
             half_thickness: between(
                 below.map_or(sample.half_thickness, |below| below.half_thickness),
                 sample.half_thickness,
@@ -119,7 +119,7 @@ impl<T: Real, S: Size> Model<T, S> {
     /// without any radius would, so that a place has the same index on all of them.
     pub(crate) fn refine(&mut self, radius: T) {
         let samples = self.samples.as_ref().run(0..self.sample_count);
-        let mut below = T::ZERO;
+        let mut below = self.clamps[0];
         let (mut longest, mut thinnest) = (T::ZERO, T::of(1e9));
         for sample in samples {
             longest = longest.max(sample.arc - below);
@@ -161,7 +161,7 @@ impl<T: Real, S: Size> Model<T, S> {
     /// Arc length from the sample before to a sample.
     pub(crate) fn way_to(&self, sample: usize) -> T {
         let samples = self.samples.as_ref();
-        let below = sample.checked_sub(1).map_or(T::ZERO, |below| samples.at(below).arc);
+        let below = sample.checked_sub(1).map_or(self.clamps[0], |below| samples.at(below).arc);
         samples.at(sample).arc - below
     }
 }

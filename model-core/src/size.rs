@@ -14,6 +14,8 @@ pub struct Lists {
     pub thicknesses: usize,
     /// Knots of a taper.
     pub knots: usize,
+    /// Points of a centreline between its ends.
+    pub points: usize,
     /// Corners of a polygon.
     pub corners: usize,
 }
@@ -21,9 +23,9 @@ pub struct Lists {
 impl Lists {
     /// A microcontroller's. 12 lamellae are what [`Paper`] has room for; a board of the size [`Ribs`] raises them to 16.
     /// Its lamellae have one thickness, or one taper, for all.
-    pub const TARGET: Self = Self { lamellae: 12, thicknesses: 1, knots: 8, corners: 8 };
+    pub const TARGET: Self = Self { lamellae: 12, thicknesses: 1, knots: 8, points: 2, corners: 8 };
     /// Those of a machine with an operating system.
-    pub const HOSTED: Self = Self { lamellae: 64, thicknesses: 64, knots: 64, corners: 64 };
+    pub const HOSTED: Self = Self { lamellae: 64, thicknesses: 64, knots: 64, points: 62, corners: 64 };
     /// Those of the machine that the program is built for.
     pub const HERE: Self = if cfg!(target_os = "none") { Self::TARGET } else { Self::HOSTED };
 }

@@ -27,7 +27,7 @@ use crate::shared::Setup;
 use seal::Digests;
 
 /// Version of the records' layout. A change of [`Settings`], [`Finger`], [`ObjectDesign`] or [`Uncertainty`] needs another.
-const VERSION: u8 = 7;
+const VERSION: u8 = 8;
 /// The first version that is read as well: settings and fingers had another layout, other records the same.
 const EARLIEST: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).
@@ -441,7 +441,17 @@ mod tests {
     /// A finger with as much of everything as a microcontroller has room for.
     pub(super) fn longest() -> Finger {
         let profile = || Profile { knots: filled([1.5, 2.5], Lists::TARGET.knots) };
-        let beam = || Beam { base: [1.5; 2], tip: [2.5; 2], sagitta: 0.1, thickness: profile(), stiffness_factor: 1.1 };
+        let beam = || Beam {
+            base: [1.5; 2],
+            tip: [2.5; 2],
+            sagitta: 0.1,
+            via: filled([1.5, -2.5], Lists::TARGET.points),
+            thickness: profile(),
+            stiffness_factor: 1.1,
+            bending_factor: 1.2,
+            stretch_factor: 0.9,
+            clamp: 3.5,
+        };
         let arcs =
             Attachments::Arcs { front: filled(0.1, Lists::TARGET.lamellae), back: filled(0.2, Lists::TARGET.lamellae) };
         let design = Design {

@@ -42,7 +42,17 @@ fn through<T: Serialize + DeserializeOwned>(body: &T) -> (usize, T) {
 #[test]
 fn the_largest_finger_fits() {
     let profile = || Profile { knots: filled([f64::MIN, f64::MAX], Lists::TARGET.knots) };
-    let beam = || Beam { base: [1.5; 2], tip: [-2.5; 2], sagitta: 0.1, thickness: profile(), stiffness_factor: 0.1 };
+    let beam = || Beam {
+        base: [1.5; 2],
+        tip: [-2.5; 2],
+        sagitta: 0.1,
+        via: filled([1.5, -2.5], Lists::TARGET.points),
+        thickness: profile(),
+        stiffness_factor: 1.1,
+        bending_factor: 1.2,
+        stretch_factor: 0.9,
+        clamp: 3.5,
+    };
     let design = Design {
         width: profile(),
         plane_strain: PlaneStrain::Auto,

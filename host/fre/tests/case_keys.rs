@@ -5,7 +5,7 @@ use std::path::Path;
 use fre::case::{Case, Document, PICTURES, keys, reference};
 use fre::draw::{self, KEY_PICTURES};
 use fre::study::run;
-use model_core::design::{Design, HingeKind, Ribs};
+use model_core::design::{Beam, Design, HingeKind, Profile, Ribs};
 
 const CASE: &str = r#"
 [finger]
@@ -41,12 +41,8 @@ motor_angles_deg = [6.0, 8]
 const ADDED: &[(&str, &str, bool)] = &[
     ("object", "friction = 0", true),
     ("finger.front", "clamp_mm = 0.0", true),
-    ("finger.back", "clamp_mm = 40", false),
-    ("finger.back", "centreline_mm = [[-28, 0], [-20, 40], [0, 80]]", false),
     ("finger.front", "bending_factor = 1", true),
-    ("finger.front", "bending_factor = 1.2", false),
     ("finger.back", "stretch_factor = 1.0", true),
-    ("finger.back", "stretch_factor = 0.7", false),
     ("finger.lamellae", "bending_factor = 1.0", true),
     ("finger.lamellae", "kind = \"rigid\"", true),
     ("finger.lamellae", "ends = \"gap\"", false),
@@ -88,6 +84,40 @@ fn keys_without_their_physics_are_refused_by_name_and_their_defaults_taken() {
         message("finger.lamellae", "ends = \"gap\""),
         "case.toml:16: finger.lamellae.ends = \"gap\": known word, not yet computed; allowed is \"welded\", \"hinged\""
     );
+}
+
+#[test]
+fn beams_may_go_through_points_be_held_and_have_factors() {
+    let beam = |lines: &str| {
+        let ends = "base_mm = [-28.0, 0.0]\ntip_mm = [0.0, 80.0]\n";
+        Case::parse("case.toml", &CASE.replacen(ends, &format!("{lines}\n"), 1)).map(|case| case.finger.design.back)
+    };
+    let plain = beam("base_mm = [-28.0, 0.0]\ntip_mm = [0.0, 80.0]").unwrap();
+    assert_eq!(plain, Beam::straight([-28.0, 0.0], [0.0, 80.0], Profile::constant(2.0)));
+    let through = beam(
+        "centreline_mm = [[-28, 0], [-20, 40], [0, 80]]\nclamp_mm = 4\nbending_factor = 1.2\nstretch_factor = 0.7\n\
+         stiffness_factor = 0.9",
+    );
+    let through = through.unwrap();
+    assert_eq!((through.base, through.tip, through.via.as_slice()), (plain.base, plain.tip, &[[-20.0, 40.0]][..]));
+    assert_eq!((through.clamp, through.factors()), (4.0, [0.9 * 1.2, 0.9 * 0.7]));
+    let straight = beam("centreline_mm = [[-28, 0], [0, 80]]").unwrap();
+    assert_eq!(straight, plain);
+    for (lines, expected) in [
+        ("centreline_mm = [[-28, 0]]", "has 1 entries; needed is an array of [x, y] in mm, at least 2"),
+        (
+            "centreline_mm = [[-28, 0], [-20, 40], [-18, 40]]",
+            "centreline_mm[2] = [-18, 40]: is not above the one before",
+        ),
+        ("centreline_mm = [[-28, 0], [-27.9, 40], [0, 41]]", "is a corner of more than 60 degrees"),
+        ("centreline_mm = [[-28, 0], [0, 80]]\nsagitta_mm = 2", "sagitta_mm = 2: cannot be given together with"),
+        ("tip_mm = [0, 80]\ncentreline_mm = [[-28, 0], [0, 80]]", "tip_mm = [0, 80]: cannot be given together with"),
+        ("centreline_mm = [[-28, 0], [0, 80]]\nclamp_mm = 79", "finger.back.clamp_mm = 79: allowed is 0 to 76.2826 mm"),
+        ("centreline_mm = [[-28, 0], [0, 80]]\nbending_factor = 0", "bending_factor = 0: allowed is 0.001 to 1000"),
+    ] {
+        let message = beam(lines).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
 }
 
 #[test]

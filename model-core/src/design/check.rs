@@ -24,6 +24,14 @@ pub enum Field {
     FrontThickness,
     /// `front.stiffness_factor`
     FrontStiffness,
+    /// `front.bending_factor`
+    FrontBending,
+    /// `front.stretch_factor`
+    FrontStretch,
+    /// `front.clamp_mm`
+    FrontClamp,
+    /// `front.centreline_mm`
+    FrontCentreline,
     /// `back.base_mm`
     BackBase,
     /// `back.tip_mm`
@@ -34,6 +42,14 @@ pub enum Field {
     BackThickness,
     /// `back.stiffness_factor`
     BackStiffness,
+    /// `back.bending_factor`
+    BackBending,
+    /// `back.stretch_factor`
+    BackStretch,
+    /// `back.clamp_mm`
+    BackClamp,
+    /// `back.centreline_mm`
+    BackCentreline,
     /// `lamellae.heights_mm`
     Heights,
     /// `lamellae.front_arc_mm`
@@ -70,11 +86,19 @@ impl Field {
             Self::FrontSagitta => "front.sagitta_mm",
             Self::FrontThickness => "front.thickness_mm",
             Self::FrontStiffness => "front.stiffness_factor",
+            Self::FrontBending => "front.bending_factor",
+            Self::FrontStretch => "front.stretch_factor",
+            Self::FrontClamp => "front.clamp_mm",
+            Self::FrontCentreline => "front.centreline_mm",
             Self::BackBase => "back.base_mm",
             Self::BackTip => "back.tip_mm",
             Self::BackSagitta => "back.sagitta_mm",
             Self::BackThickness => "back.thickness_mm",
             Self::BackStiffness => "back.stiffness_factor",
+            Self::BackBending => "back.bending_factor",
+            Self::BackStretch => "back.stretch_factor",
+            Self::BackClamp => "back.clamp_mm",
+            Self::BackCentreline => "back.centreline_mm",
             Self::Heights => "lamellae.heights_mm",
             Self::FrontArcs => "lamellae.front_arc_mm",
             Self::BackArcs => "lamellae.back_arc_mm",
@@ -95,14 +119,27 @@ impl Field {
             Self::Width => Some([0.1, MAX_LENGTH]),
             Self::YoungsModulus => Some([1e-3, 1e6]),
             Self::PoissonsRatio => Some([0.0, 0.499]),
-            Self::FrontBase | Self::FrontTip | Self::BackBase | Self::BackTip | Self::MotorAxis => {
-                Some([-MAX_LENGTH, MAX_LENGTH])
-            }
-            Self::FrontStiffness | Self::BackStiffness | Self::RibBending | Self::RibStretch => Some([1e-3, 1e3]),
+            Self::FrontBase
+            | Self::FrontTip
+            | Self::FrontCentreline
+            | Self::BackBase
+            | Self::BackTip
+            | Self::BackCentreline
+            | Self::MotorAxis => Some([-MAX_LENGTH, MAX_LENGTH]),
+            Self::FrontStiffness
+            | Self::FrontBending
+            | Self::FrontStretch
+            | Self::BackStiffness
+            | Self::BackBending
+            | Self::BackStretch
+            | Self::RibBending
+            | Self::RibStretch => Some([1e-3, 1e3]),
             Self::Fillet => Some([0.0, 50.0]),
             Self::LamellaThickness | Self::HingeThickness | Self::HingeLength => Some([MIN_THICKNESS, MAX_LENGTH]),
             Self::FrontSagitta
             | Self::FrontThickness
+            | Self::FrontClamp
+            | Self::BackClamp
             | Self::BackSagitta
             | Self::BackThickness
             | Self::Heights
@@ -155,6 +192,20 @@ pub enum DesignError {
         field: Field,
         /// Height of the tip above the base, mm.
         rise: f64,
+    },
+    /// A point of a centreline is not above the one before, or the centreline turns there too much for one that is smooth.
+    Centreline {
+        /// Where.
+        field: Field,
+        /// Index of the point, from 0 at the base.
+        point: usize,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// A rigid lamella is welded to the part of the back beam that is held: it would hold the front beam as well.
+    WeldedToHeld {
+        /// Index of the lamella, from 0 at the base.
+        lamella: usize,
     },
     /// The back beam's base does not lie behind the front beam's (smaller x).
     BackNotBehindFront {
@@ -254,6 +305,12 @@ impl core::fmt::Display for DesignError {
                     field.key()
                 )
             }
+            Self::Centreline { field, point, what } => write!(f, "{}: point {} {what}", field.key(), point + 1),
+            Self::WeldedToHeld { lamella } => write!(
+                f,
+                "hinge.kind: lamella {} is rigid, welded, and ends on the held part of the back beam; allowed is \"flexible\" or \"pinned\"",
+                lamella + 1
+            ),
             Self::BackNotBehindFront { back_x, front_x } => {
                 write!(f, "back.base_mm: x is {back_x}; it must be less than the front beam's {front_x}")
             }
@@ -335,6 +392,95 @@ fn profile(field: Field, profile: &Profile, admit: impl Fn(f64) -> Result<(), De
     Ok(())
 }
 
+/// A beam's places in the design.
+struct BeamFields {
+    base: Field,
+    tip: Field,
+    sagitta: Field,
+    centreline: Field,
+    thickness: Field,
+    factors: [Field; 3],
+    clamp: Field,
+}
+
+const FRONT: BeamFields = BeamFields {
+    base: Field::FrontBase,
+    tip: Field::FrontTip,
+    sagitta: Field::FrontSagitta,
+    centreline: Field::FrontCentreline,
+    thickness: Field::FrontThickness,
+    factors: [Field::FrontStiffness, Field::FrontBending, Field::FrontStretch],
+    clamp: Field::FrontClamp,
+};
+
+const BACK: BeamFields = BeamFields {
+    base: Field::BackBase,
+    tip: Field::BackTip,
+    sagitta: Field::BackSagitta,
+    centreline: Field::BackCentreline,
+    thickness: Field::BackThickness,
+    factors: [Field::BackStiffness, Field::BackBending, Field::BackStretch],
+    clamp: Field::BackClamp,
+};
+
+/// Cosine of the largest angle by which a centreline may turn from one way between two of its points to the next: 60 degrees.
+const MOST_TURN: f64 = 0.5;
+
+#[inline(never)]
+fn validate_beam(beam: &Beam, fields: &BeamFields) -> Result<(), DesignError> {
+    let is_chain = !beam.via.is_empty();
+    let of_end = |field| if is_chain { fields.centreline } else { field };
+    for (field, point) in [(of_end(fields.base), beam.base), (of_end(fields.tip), beam.tip)] {
+        for coordinate in point {
+            field.admit(coordinate)?;
+        }
+    }
+    let rise = beam.tip[1] - beam.base[1];
+    if rise < 1.0 || rise <= 0.1 * beam.chord() {
+        return Err(DesignError::BeamNotUpright { field: of_end(fields.tip), rise });
+    }
+    if is_chain {
+        validate_chain(beam, fields.centreline)?;
+    }
+    // So far that the ends still rise, and no further than a quarter of the chord (a sixth of a circle's turn each).
+    let lean = libm::asin(rise / beam.chord());
+    let most = 0.5 * beam.chord() * libm::tan(0.5 * (lean - 0.1).min(core::f64::consts::FRAC_PI_3));
+    within(fields.sagitta, beam.sagitta, -most, most)?;
+    let most = 0.5 * beam.length();
+    profile(fields.thickness, &beam.thickness, |value| within(fields.thickness, value, MIN_THICKNESS, most))?;
+    for (field, factor) in
+        fields.factors.into_iter().zip([beam.stiffness_factor, beam.bending_factor, beam.stretch_factor])
+    {
+        field.admit(factor)?;
+    }
+    Ok(())
+}
+
+/// A chain of arcs rises from point to point, and turns little enough at each to be one line.
+#[inline(never)]
+fn validate_chain(beam: &Beam, field: Field) -> Result<(), DesignError> {
+    let mut before: Option<[f64; 2]> = None;
+    let mut from = beam.base;
+    for (point, &at) in beam.via.iter().chain([&beam.tip]).enumerate() {
+        for coordinate in at {
+            field.admit(coordinate)?;
+        }
+        let way = [at[0] - from[0], at[1] - from[1]];
+        if way[1] < MIN_THICKNESS {
+            return Err(DesignError::Centreline { field, point: point + 1, what: "is not above the one before" });
+        }
+        if let Some(before) = before {
+            let sizes = libm::hypot(before[0], before[1]) * libm::hypot(way[0], way[1]);
+            if before[0] * way[0] + before[1] * way[1] < MOST_TURN * sizes {
+                let what = "is a corner of more than 60 degrees; more points there would round it";
+                return Err(DesignError::Centreline { field, point, what });
+            }
+        }
+        (before, from) = (Some(way), at);
+    }
+    Ok(())
+}
+
 /// Largest length of any part, mm.
 const MAX_LENGTH: f64 = 5000.0;
 /// Smallest thickness of a beam or hinge, mm.
@@ -349,14 +495,8 @@ impl Design {
         profile(Field::Width, &self.width, |width| Field::Width.admit(width))?;
         Field::YoungsModulus.admit(self.material.youngs_modulus)?;
         Field::PoissonsRatio.admit(self.material.poissons_ratio)?;
-        self.validate_beam(
-            &self.front,
-            [Field::FrontBase, Field::FrontTip, Field::FrontSagitta, Field::FrontThickness, Field::FrontStiffness],
-        )?;
-        self.validate_beam(
-            &self.back,
-            [Field::BackBase, Field::BackTip, Field::BackSagitta, Field::BackThickness, Field::BackStiffness],
-        )?;
+        validate_beam(&self.front, &FRONT)?;
+        validate_beam(&self.back, &BACK)?;
         if self.back.base[0] >= self.front.base[0] {
             return Err(DesignError::BackNotBehindFront { back_x: self.back.base[0], front_x: self.front.base[0] });
         }
@@ -368,6 +508,10 @@ impl Design {
         if let Some(height) = self.rigid_above {
             let min = self.front.base[1].max(self.back.base[1]);
             within(Field::RigidAbove, height, min + 0.1 * (self.front.tip[1] - min), MAX_LENGTH)?;
+        }
+        for ((beam, fields), end) in [(&self.front, &FRONT), (&self.back, &BACK)].into_iter().zip(self.flexible_ends())
+        {
+            within(fields.clamp, beam.clamp, 0.0, 0.9 * end)?;
         }
         self.validate_lamellae()?;
         for axis in self.motor_axis {
@@ -388,6 +532,12 @@ impl Design {
         ] {
             TooLong::check(field.key(), profile.knots.len(), room.knots)?;
         }
+        for (field, beam) in [(Field::FrontCentreline, &self.front), (Field::BackCentreline, &self.back)] {
+            // The list has the ends as well.
+            if beam.via.len() > room.points {
+                TooLong::check(field.key(), beam.via.len() + 2, room.points + 2)?;
+            }
+        }
         let lamellae = match self.lamellae.attachments {
             Attachments::Heights(_) => Field::Heights,
             Attachments::Arcs { .. } => Field::FrontArcs,
@@ -397,42 +547,19 @@ impl Design {
         TooLong::check(Field::HingeLength.key(), self.hinge.length.len(), room.lamellae)
     }
 
-    fn validate_beam(
-        &self,
-        beam: &Beam,
-        [base, tip, sagitta, thickness, factor]: [Field; 5],
-    ) -> Result<(), DesignError> {
-        for (field, point) in [(base, beam.base), (tip, beam.tip)] {
-            for coordinate in point {
-                field.admit(coordinate)?;
-            }
-        }
-        let rise = beam.tip[1] - beam.base[1];
-        if rise < 1.0 || rise <= 0.1 * beam.chord() {
-            return Err(DesignError::BeamNotUpright { field: tip, rise });
-        }
-        // So far that the ends still rise, and no further than a quarter of the chord (a sixth of a circle's turn each).
-        let lean = libm::asin(rise / beam.chord());
-        let most = 0.5 * beam.chord() * libm::tan(0.5 * (lean - 0.1).min(core::f64::consts::FRAC_PI_3));
-        within(sagitta, beam.sagitta, -most, most)?;
-        let most = 0.5 * beam.length();
-        profile(thickness, &beam.thickness, |value| within(thickness, value, MIN_THICKNESS, most))?;
-        factor.admit(beam.stiffness_factor)
-    }
-
     fn validate_lamellae(&self) -> Result<(), DesignError> {
         let ends = self.flexible_ends();
         match &self.lamellae.attachments {
             Attachments::Heights(heights) => {
                 let top = [self.front.point(ends[0])[1], self.back.point(ends[1])[1]];
-                let bottom = self.front.base[1].max(self.back.base[1]);
+                let bottom = self.front.point(self.front.clamp)[1].max(self.back.base[1]);
                 ascending(Field::Heights, heights, bottom, top[0].min(top[1]))?;
             }
             Attachments::Arcs { front, back } => {
                 if front.len() != back.len() {
                     return Err(DesignError::LamellaCount { front: front.len(), back: back.len() });
                 }
-                ascending(Field::FrontArcs, front, 0.0, ends[0])?;
+                ascending(Field::FrontArcs, front, self.front.clamp, ends[0])?;
                 ascending(Field::BackArcs, back, 0.0, ends[1])?;
             }
         }
@@ -457,6 +584,10 @@ impl Design {
             }
         }
         for lamella in 0..count {
+            let is_weld = self.joint() == HingeKind::Welded && self.lamellae.ribs().is_none();
+            if is_weld && self.is_held(lamella) {
+                return Err(DesignError::WeldedToHeld { lamella });
+            }
             let width = self.lamella_width(lamella);
             let needed = self.hinge_room(lamella);
             if width <= needed || width <= MIN_THICKNESS {
@@ -477,7 +608,7 @@ impl Design {
     /// Ribs bend over some length, and so does each beam between two of them.
     #[inline(never)]
     fn validate_ribs(&self, ends: [f64; 2]) -> Result<(), DesignError> {
-        let mut below = [0.0; 2];
+        let mut below = [self.front.clamp, self.back.clamp];
         for lamella in 0..self.lamella_count() {
             let room = |what, length: f64, needed: f64| {
                 if length > needed { Ok(()) } else { Err(DesignError::NoRoomForRib { lamella, what, length, needed }) }
@@ -492,8 +623,10 @@ impl Design {
             ];
             for side in 0..2 {
                 let [down, up] = weld.reach[side];
-                room(words[side][0], arcs[side] - down - below[side], MIN_THICKNESS)?;
-                below[side] = arcs[side] + up;
+                if !(side == 1 && weld.held) {
+                    room(words[side][0], arcs[side] - down - below[side], MIN_THICKNESS)?;
+                }
+                below[side] = below[side].max(arcs[side] + up);
                 room(words[side][1], ends[side] - below[side], MIN_THICKNESS)?;
             }
         }

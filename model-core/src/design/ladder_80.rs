@@ -7,8 +7,7 @@ use super::{
 /// `ladder-80`, the finger of the reference data: two beams of 80 mm, seven lamellae 9 mm apart, flexible hinges of 2.5 mm measured
 /// from the centrelines.
 pub fn ladder_80() -> Design {
-    let beam =
-        |base| Beam { base, tip: [0.0, 80.0], sagitta: 0.0, thickness: Profile::constant(2.0), stiffness_factor: 1.0 };
+    let beam = |base| Beam::straight(base, [0.0, 80.0], Profile::constant(2.0));
     Design {
         width: Profile::constant(20.0),
         plane_strain: PlaneStrain::Stress,

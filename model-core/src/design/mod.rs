@@ -5,6 +5,7 @@
 
 mod beam;
 mod check;
+mod course;
 pub(crate) mod junction;
 mod ladder_80;
 mod lamella;
@@ -25,6 +26,8 @@ pub const MAX_LAMELLAE: usize = Lists::HERE.lamellae;
 pub const MAX_THICKNESSES: usize = Lists::HERE.thicknesses;
 /// Largest number of knots of a [`Profile`] on this machine.
 pub const MAX_KNOTS: usize = Lists::HERE.knots;
+/// Largest number of points of a centreline between its ends on this machine.
+pub const MAX_POINTS: usize = Lists::HERE.points;
 
 /// A quantity along the finger: constant, or linear between knots and constant beyond the first and last.
 #[derive(Clone, Debug, PartialEq)]
@@ -228,6 +231,11 @@ impl Design {
         libm::hypot(q[0] - p[0], q[1] - p[1])
     }
 
+    /// Lamella k ends on the part of the back beam that is held.
+    pub fn is_held(&self, lamella: usize) -> bool {
+        self.attachment_arcs(lamella)[1] <= self.back.clamp
+    }
+
     /// Arc lengths (front, back), mm, at which the flexible part of the beams ends.
     pub fn flexible_ends(&self) -> [f64; 2] {
         let end = |beam: &Beam| match self.rigid_above {
@@ -277,6 +285,22 @@ pub(crate) mod tests {
             ("front.tip_mm", &|d| d.front.tip[1] = 0.0),
             ("front.thickness_mm", &|d| d.front.thickness = Profile::constant(-2.0)),
             ("front.stiffness_factor", &|d| d.front.stiffness_factor = 0.0),
+            ("front.bending_factor", &|d| d.front.bending_factor = f64::NAN),
+            ("front.stretch_factor", &|d| d.front.stretch_factor = -1.0),
+            ("front.clamp_mm", &|d| d.front.clamp = -1.0),
+            ("front.clamp_mm", &|d| d.front.clamp = 80.0),
+            ("lamellae.heights_mm", &|d| d.front.clamp = 9.5),
+            ("back.clamp_mm", &|d| d.back.clamp = f64::NAN),
+            ("back.bending_factor", &|d| d.back.bending_factor = 0.0),
+            ("back.stretch_factor", &|d| d.back.stretch_factor = 0.0),
+            // A rigid lamella that is welded to what is held would hold the front beam as well.
+            ("hinge.kind", &|d| {
+                d.hinge.kind = HingeKind::Welded;
+                d.back.clamp = 12.0;
+            }),
+            ("front.centreline_mm", &|d| d.front.via = Vec::from_iter([[0.0, f64::NAN]])),
+            ("front.centreline_mm", &|d| d.front.via = Vec::from_iter([[0.0, 40.0], [0.0, 40.0]])),
+            ("back.centreline_mm", &|d| d.back.via = Vec::from_iter([[-27.0, 40.0], [-10.0, 41.0]])),
             ("back.base_mm", &|d| d.back.base = [5.0, 0.0]),
             ("back.tip_mm", &|d| d.back.tip = [-40.0, 80.0]),
             ("back.thickness_mm", &|d| d.back.thickness = Profile::constant(f64::NAN)),

@@ -78,6 +78,8 @@ pub(crate) struct Weld {
     pub start: [f64; 2],
     /// Turn of the rib over each beam's shear strain.
     pub coupling: [f64; 2],
+    /// The back end lies on the part of the back beam that is held, or reaches it: it does not turn.
+    pub held: bool,
 }
 
 impl Weld {
@@ -86,7 +88,7 @@ impl Weld {
     #[inline(never)]
     pub fn of(design: &Design, lamella: usize) -> Self {
         let LamellaKind::Rib(Ribs { ends: RibEnds::Welded, .. }) = design.lamellae.kind else {
-            return Self::default();
+            return Self { held: design.is_held(lamella), ..Self::default() };
         };
         let arcs = design.attachment_arcs(lamella);
         let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
@@ -100,6 +102,11 @@ impl Weld {
             let end = Self::end(beam, arc, along.map(|part| outwards * part), rib);
             (weld.reach[side], weld.coupling[side]) = (end.reach, end.coupling);
             weld.start[side] = (faces[side] - end.root).max(0.0);
+        }
+        weld.held = arcs[1] - weld.reach[1][0] <= design.back.clamp;
+        if weld.held {
+            // What is held gives no way: the rib bends from the face on.
+            (weld.start[1], weld.coupling[1]) = (faces[1], 0.0);
         }
         weld
     }

@@ -293,7 +293,7 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     model.reset(cells).then_some(()).ok_or(DiscretiseError::Capacity)?;
     model.units = Units { length: T::of(units.length), force: T::of(units.force) };
     let widest = design.width.knots.iter().fold(0.0_f64, |most, knot| most.max(knot[1]));
-    let local = 1.0 / (design.material.youngs_modulus * design.front.stiffness_factor * widest);
+    let local = 1.0 / (design.material.youngs_modulus * design.front.factors()[1] * widest);
     model.softness = match how.softness {
         Softness::Local => [T::of(local); 2],
         Softness::Fixed(softness) => [T::of(softness * units.force / units.length), T::of(local)],
@@ -305,7 +305,7 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     let beams = [&design.front, &design.back];
     // Arc length at which span `cell` of a beam starts or, one further, ends.
     let arc = |side: usize, joint: usize| match joint {
-        0 => 0.0,
+        0 => beams[side].clamp,
         _ if joint == cells => ends[side],
         _ => design.attachment_arcs(joint - 1)[side],
     };
@@ -317,7 +317,8 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     };
     // Arc lengths between which a span bends.
     let span = |side: usize, cell: usize| {
-        (arc(side, cell) + at_joint(cell).reach[side][1], arc(side, cell + 1) - at_joint(cell + 1).reach[side][0])
+        let from = (arc(side, cell) + at_joint(cell).reach[side][1]).max(beams[side].clamp);
+        (from, arc(side, cell + 1) - at_joint(cell + 1).reach[side][0])
     };
     let (counts, hinge_elements) = element_counts(how, cells, |cell| {
         let (from, to) = span(0, cell);
@@ -336,12 +337,19 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
         if cell < lamellae {
             with_parts(design, how, cell, hinge_elements, &mut |parts| count = Rung::joints(parts));
         }
-        let joints_used = joints.get_mut(..count).ok_or(DiscretiseError::Capacity)?;
-        joints_used.fill_with(|| model.topology.add_joint());
+        // The joint on a back beam that is held does not turn; the others are then numbered from there on, as a member leads from a joint
+        // that does not turn, or from one of a lower number.
+        let held = cell < lamellae && at_joint(cell + 1).held;
+        let joints_used = joints.get_mut(..count - usize::from(held)).ok_or(DiscretiseError::Capacity)?;
+        if held {
+            joints_used.iter_mut().rev().for_each(|joint| *joint = model.topology.add_joint());
+        } else {
+            joints_used.fill_with(|| model.topology.add_joint());
+        }
         let ends_at = [joints.at(0), joints.at(count - 1)];
         let above = if cell < lamellae { model.topology.add_closure() } else { closure };
 
-        for side in 0..2 {
+        for side in 0..if held { 1 } else { 2 } {
             let beam = beams[side];
             let (from, to) = span(side, cell);
             let section = |at: f64| {
@@ -350,13 +358,14 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
                 let width = design.width.at(beam.point(position)[1]);
                 (width, thickness)
             };
+            let [bending_factor, stretch_factor] = beam.factors();
             let bending = |at: f64| {
                 let (w, t) = section(at);
-                e_modulus * beam.stiffness_factor * w * t * t * t / 12.0 * plate_factor(design, w, t)
+                e_modulus * bending_factor * w * t * t * t / 12.0 * plate_factor(design, w, t)
             };
             let thickness = |at: f64| section(at).1;
             let (w, t) = section(0.5);
-            let mut compliance = compliance(design, how.physics, beam.stiffness_factor * w * t);
+            let mut compliance = compliance(design, how.physics, stretch_factor * w * t);
             let coupling = at_joint(cell).coupling[side] + at_joint(cell + 1).coupling[side];
             if coupling != 0.0 {
                 // What ribs that turn with the face take of the shear, bounded where a span is too short to be a rod.
@@ -370,6 +379,7 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
                 direction: &|at: f64| beam.direction(from + at * (to - from)),
                 compliance,
                 stiffening: 3.0 * design.material.law.second_order() * compliance[0],
+                backwards: false,
             };
             let mut member = write_rod(model, how.scheme, node, &rod)?;
             node = member.nodes().end;
@@ -389,7 +399,7 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
             model.topology.add_scale(index, bending(0.5) / (to - from), to - from);
         }
         if cell < lamellae {
-            let slot = Slot { lamella: cell, joints, closures: [closure, above], node };
+            let slot = Slot { lamella: cell, joints, closures: [closure, above], held, node };
             let mut written = Err(DiscretiseError::Capacity);
             with_parts(design, how, cell, hinge_elements, &mut |parts| {
                 written = write_rung(model, how, &slot, parts);
@@ -403,9 +413,12 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     }
     model.node_count = node;
     write_samples(model, design, how, counts.run(0..cells))?;
-    let (f, b) = (design.front.base, design.back.base);
+    let [f, b] = beams.map(|beam| beam.point(beam.clamp));
     model.base_rung = [T::of(b[0] - f[0]), T::of(b[1] - f[1])];
     model.base = f.map(T::of);
+    model.clamps = beams.map(|beam| T::of(beam.clamp));
+    let held = design.front.base;
+    model.held = [T::of(held[0] - f[0]), T::of(held[1] - f[1])];
     model.complete_stiffness();
     model.close_at_rest();
     Ok(())

@@ -24,7 +24,7 @@ fn stiffness(design: &Design, beam: &Beam) -> f64 {
         let (width, thickness) = (design.width.at(beam.point(arc)[1]), beam.thickness.at(arc));
         compliance += step / (width * thickness * thickness * thickness / 12.0);
     }
-    design.material.youngs_modulus * beam.stiffness_factor / compliance
+    design.material.youngs_modulus * beam.factors()[0] / compliance
 }
 
 /// The units of a valid finger: the unit length from its longer beam, the unit force from its stiffer one.
@@ -52,8 +52,9 @@ pub(super) fn express(design: &mut Design, units: &Units<f64>) {
     let profile = |profile: &mut Profile| profile.knots.iter_mut().flatten().for_each(scale);
     profile(&mut design.width);
     for beam in [&mut design.front, &mut design.back] {
-        beam.base.iter_mut().chain(&mut beam.tip).for_each(scale);
+        beam.base.iter_mut().chain(&mut beam.tip).chain(beam.via.iter_mut().flatten()).for_each(scale);
         scale(&mut beam.sagitta);
+        scale(&mut beam.clamp);
         profile(&mut beam.thickness);
     }
     match &mut design.lamellae.attachments {

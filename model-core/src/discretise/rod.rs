@@ -39,6 +39,8 @@ pub(super) struct Rod<'a> {
     pub compliance: [f64; 2],
     /// 3c/EA, 1/N (see [`Member`]).
     pub stiffening: f64,
+    /// The member leads from the rod's end to its start.
+    pub backwards: bool,
 }
 
 impl Rod<'_> {
@@ -79,7 +81,11 @@ pub(super) fn write_rod<T: Real, S: Size>(
             Scheme::Trapezoid if node == last => 1.0,
             Scheme::Paper | Scheme::Trapezoid => (node as f64 - 0.5) / n as f64,
         };
-        let direction = vec2::<T>((rod.direction)(position));
+        let direction = match rod.backwards {
+            false => (rod.direction)(position),
+            true => (rod.direction)(1.0 - position).map(|part| -part),
+        };
+        let direction = vec2::<T>(direction);
         *slot = [direction.x, direction.y];
     }
     let weights = &mut model.weight;
@@ -87,15 +93,18 @@ pub(super) fn write_rod<T: Real, S: Size>(
     // The node's share of the element below, h/6, which may be another piece's.
     let mut shared = 0.0;
     let mut at = first;
-    for piece in rod.pieces {
+    let pieces = rod.pieces.len();
+    for piece in 0..pieces {
+        let Some(piece) = rod.pieces.get(if rod.backwards { pieces - 1 - piece } else { piece }) else { continue };
         let n = usize::from(piece.elements);
         let h = piece.length / n as f64;
+        let on = |element: f64| if rod.backwards { n as f64 - element } else { element };
         match scheme {
             Scheme::Paper => {
                 for element in 0..n {
                     weight(at + 1, h);
-                    model.coupling.as_mut().put(at, [T::of(-piece.bending(element as f64) / h), T::ZERO]);
-                    model.fibre.as_mut().put(at, piece.fibre(element as f64, h));
+                    model.coupling.as_mut().put(at, [T::of(-piece.bending(on(element as f64)) / h), T::ZERO]);
+                    model.fibre.as_mut().put(at, piece.fibre(on(element as f64), h));
                     at += 1;
                 }
             }
@@ -105,21 +114,21 @@ pub(super) fn write_rod<T: Real, S: Size>(
                     if spring < n {
                         weight(at + 1, h);
                     }
-                    model.coupling.as_mut().put(at, [T::of(-piece.bending(spring as f64) / length), T::ZERO]);
-                    model.fibre.as_mut().put(at, piece.fibre(spring as f64, length));
+                    model.coupling.as_mut().put(at, [T::of(-piece.bending(on(spring as f64)) / length), T::ZERO]);
+                    model.fibre.as_mut().put(at, piece.fibre(on(spring as f64), length));
                     at += 1;
                 }
             }
             Scheme::Simpson => {
                 // Summed in f64 before rounding: interior ends carry h/6 from both sides.
                 for element in 0..n {
-                    let c = piece.bending(element as f64 + 0.5) / (3.0 * h);
+                    let c = piece.bending(on(element as f64 + 0.5)) / (3.0 * h);
                     weight(at, shared + h / 6.0);
                     weight(at + 1, 4.0 * h / 6.0);
                     weight(at + 2, h / 6.0);
                     model.coupling.as_mut().put(at, [T::of(-8.0 * c), T::of(c)]);
                     model.coupling.as_mut().put(at + 1, [T::of(-8.0 * c), T::ZERO]);
-                    model.fibre.as_mut().run_mut(at..at + 2).fill(piece.fibre(element as f64 + 0.5, h));
+                    model.fibre.as_mut().run_mut(at..at + 2).fill(piece.fibre(on(element as f64 + 0.5), h));
                     (at, shared) = (at + 2, h / 6.0);
                 }
             }

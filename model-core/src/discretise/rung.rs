@@ -30,6 +30,8 @@ pub(super) struct Slot {
     pub lamella: usize,
     pub joints: [u16; MOST_JOINTS],
     pub closures: [u16; 2],
+    /// Its back end lies on the part of the back beam that is held.
+    pub held: bool,
     /// The next free node.
     pub node: usize,
 }
@@ -37,7 +39,11 @@ pub(super) struct Slot {
 /// How far lamella k's welds stiffen the beams: not in the physics `paper`, which has no cross-sections.
 #[inline(never)]
 pub(super) fn weld(design: &Design, how: &Discretisation, lamella: usize) -> Weld {
-    if how.physics == Physics::Paper { Weld::default() } else { Weld::of(design, lamella) }
+    if how.physics == Physics::Paper {
+        Weld { held: design.is_held(lamella), ..Weld::default() }
+    } else {
+        Weld::of(design, lamella)
+    }
 }
 
 /// Length of a rib in thicknesses from which it has an element more: it buckles before it is compressed much.
@@ -79,7 +85,7 @@ impl Axis<'_> {
     fn rod<'r>(&self, pieces: &'r [Piece<'r>], direction: &'r dyn Fn(f64) -> [f64; 2], area: f64) -> Rod<'r> {
         let compliance = compliance(self.design, self.how.physics, area);
         let stiffening = 3.0 * self.design.material.law.second_order() * compliance[0];
-        Rod { pieces, direction, compliance, stiffening }
+        Rod { pieces, direction, compliance, stiffening, backwards: false }
     }
 }
 
@@ -210,17 +216,26 @@ pub(super) fn write_rung<T: Real, S: Size>(
         if written.is_err() {
             return;
         }
+        let [mut start, mut end] = part.joints.map(|joint| slot.joints.as_slice().at(joint));
+        let (mut rigid_start, mut rigid_end) = (part.rigid_start, part.rigid_end);
+        let mut sign = 1.0;
+        let backwards = slot.held && part.rod.is_some();
+        if backwards {
+            // It leads from the held beam to the front one.
+            let back = |vector: [f64; 2]| vector.map(|part| -part);
+            (start, end, sign) = (end, start, -1.0);
+            (rigid_start, rigid_end) = (back(rigid_end), back(rigid_start));
+        }
         let made = match part.rod {
-            Some(rod) => write_rod(model, how.scheme, node, rod),
+            Some(rod) => write_rod(model, how.scheme, node, &Rod { backwards, ..*rod }),
             None => write_point(model, how.scheme, node),
         };
         written = made.and_then(|mut member| {
-            let [start, end] = part.joints.map(|joint| slot.joints.as_slice().at(joint));
             (member.role, member.start, member.end) = (Role::Rung(slot.lamella as u8, number), start, end);
-            (member.rigid_start, member.rigid_end) = (part.rigid_start.map(T::of), part.rigid_end.map(T::of));
+            (member.rigid_start, member.rigid_end) = (rigid_start.map(T::of), rigid_end.map(T::of));
             (node, number) = (member.nodes().end, number + 1);
-            // It leads from front to back: with the cell below, against the one above.
-            let entered = [(slot.closures[0], 1.0), (slot.closures[1], -1.0)];
+            // From front to back: with the cell below, against the one above.
+            let entered = [(slot.closures[0], sign), (slot.closures[1], -sign)];
             let index = model.topology.add_member(member, &entered).ok_or(DiscretiseError::Capacity)?;
             if let Some(rod) = part.rod {
                 let (length, stiffness) = rod.size();

@@ -36,7 +36,7 @@ pub(super) fn write_samples<T: Real, S: Size>(
     };
     let cells = counts.len();
     // Where the present span's elements begin.
-    let (mut from, mut start) = (0.0, 0.0);
+    let (mut from, mut start) = (beam.clamp, beam.clamp);
     for (cell, &count) in counts.iter().enumerate() {
         // A weld lies about the lamella's axis; it turns with the joint at the span's end.
         let (to, rigid) = if cell + 1 == cells {

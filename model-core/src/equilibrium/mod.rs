@@ -13,6 +13,8 @@
 
 mod advance;
 mod attempt;
+#[cfg(test)]
+mod beams;
 mod begin;
 mod carry;
 mod fold;
@@ -24,6 +26,7 @@ mod peek;
 mod phase;
 #[cfg(test)]
 mod ribs;
+mod rungs;
 mod settings;
 #[cfg(test)]
 mod slip_capstan;

@@ -15,6 +15,9 @@ const INWARDS: f64 = 0.3;
 /// The same at the tip, whose end is round: a wall across it may lie 45° behind.
 const ROUND_THE_TIP: f64 = 0.7;
 
+/// Parts of the held front beam between which it is looked at.
+const HELD: u8 = 16;
+
 /// The way from the last coordinate at which the object lay clear of the clamped base while something touched: 1 forward, −1 back, 0 if
 /// it lies clear. (Not an `Option`, so that [`Follower::EMPTY`] is all zeros.)
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,13 +84,19 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
     }
 
-    /// The object lies clear of the front beam's clamped end, which carries no sample: it cannot give way, and a model in
-    /// which the beam beside it does has a force that means nothing.
+    /// The object lies clear of the front beam's clamped end, and of the part that is held, which carry no sample: they cannot give way,
+    /// and a model in which the beam beside them does has a force that means nothing.
     pub(super) fn base_is_free(&self, at: T) -> bool {
         // In the world and in mm, where the object is as it was given: one point is moved instead of a whole outline.
         let length = self.model.units.length;
-        let base = self.motion.world_to_finger(at).point_back(vec2_of(self.model.base) * length);
+        let to_world = self.motion.world_to_finger(at);
+        let (base, held) = (vec2_of(self.model.base), vec2_of(self.model.held));
         let half_thickness = self.model.samples.as_ref().first().map_or(T::ZERO, |sample| sample.half_thickness);
-        self.object.gap(base).distance >= (half_thickness - T::TOLERANCE.length) * length
+        let pieces = if self.model.held == [T::ZERO; 2] { 0 } else { HELD };
+        (0..=pieces).all(|piece| {
+            let part = T::of(f64::from(piece) / f64::from(HELD));
+            let point = to_world.point_back((base + held * part) * length);
+            self.object.gap(point).distance >= (half_thickness - T::TOLERANCE.length) * length
+        })
     }
 }

@@ -5,7 +5,6 @@
 use super::{Follower, Phase};
 use crate::access::Access;
 use crate::contact::{Contact, ContactState, Direction, SlipState};
-use crate::element;
 use crate::model::{Model, vec2_of};
 use crate::newton::{Effort, Workspace};
 use crate::object::{Displacement, Motion, Object};
@@ -124,38 +123,46 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
     }
 
-    /// What the clamped base exerts on the front and on the back beam: force (finger frame, N) and moment about the beam's own
-    /// base, N·mm, counter-clockwise.
+    /// What the clamped base exerts on the front and on the back beam: force (finger frame, N) and moment about the end of the beam's own
+    /// held part, N·mm, counter-clockwise. What it exerts on rungs that end on the held back beam is part of the second.
     ///
     /// The derivatives of the Lagrangian with respect to the clamped places and angles: with the contacts they hold the finger in
     /// balance.
     pub fn base_reactions(&self) -> [([T; 2], T); 2] {
-        [0, 1].map(|side| {
-            let role = if side == 0 { Role::Front(0) } else { Role::Back(0) };
-            let index = self.model.topology.find(role).unwrap_or(usize::MAX);
-            let (Some(member), Some(work)) =
-                (self.model.member(index), self.work.kinematics.members.as_ref().get(index))
-            else {
-                return ([T::ZERO; 2], T::ZERO);
-            };
-            let moment = self
-                .work
-                .kinematics
-                .nodes
-                .as_ref()
-                .get(usize::from(member.first))
-                .map_or(T::ZERO, |node| node.gradient);
-            let mut force = work.force;
-            if side == 0 {
-                // A member's force is the one at its end: contacts on the span itself come on top.
-                for row in self.work.contacts.rows().iter() {
-                    if row.place.cell == 0 {
-                        force = [0, 1].map(|i| force[i] - row.multiplier * row.normal[i]);
-                    }
+        let mut reactions = [0, 1].map(|side| self.beam_reaction(side));
+        let unit = self.model.units.moment();
+        for cell in 0..self.model.cells() {
+            if let Some((force, moment)) = self.rung_reaction(cell) {
+                let (sum, total) = &mut reactions[1];
+                let force = self.model.units.newtons(force);
+                *sum = [sum[0] + force[0], sum[1] + force[1]];
+                *total += moment * unit;
+            }
+        }
+        reactions
+    }
+
+    fn beam_reaction(&self, side: usize) -> ([T; 2], T) {
+        // Spans that are held are no members.
+        let mut cells = 0..self.model.cells() as u8;
+        let role = |cell| if side == 0 { Role::Front(cell) } else { Role::Back(cell) };
+        let index = cells.find_map(|cell| self.model.topology.find(role(cell))).unwrap_or(usize::MAX);
+        let (Some(member), Some(work)) = (self.model.member(index), self.work.kinematics.members.as_ref().get(index))
+        else {
+            return ([T::ZERO; 2], T::ZERO);
+        };
+        let moment =
+            self.work.kinematics.nodes.as_ref().get(usize::from(member.first)).map_or(T::ZERO, |node| node.gradient);
+        let mut force = work.force;
+        if side == 0 {
+            // A member's force is the one at its end: contacts on the span itself come on top.
+            for row in self.work.contacts.rows().iter() {
+                if row.place.cell == 0 {
+                    force = [0, 1].map(|i| force[i] - row.multiplier * row.normal[i]);
                 }
             }
-            (self.model.units.newtons(force), moment * self.model.units.moment())
-        })
+        }
+        (self.model.units.newtons(force), moment * self.model.units.moment())
     }
 
     /// Elastic energy V (without the contact term), N·mm.
@@ -237,13 +244,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.model.samples.as_ref()[..self.model.sample_count].iter().map(|sample| sample.arc * self.model.units.length)
     }
 
-    /// Deformed centreline of the front beam, finger frame, mm, base to tip: the ends of its links, or the ends and
-    /// middles of its quadratic elements.
+    /// Deformed centreline of the front beam, finger frame, mm, from where its held part ends to the tip: the ends of its links, or the ends
+    /// and middles of its quadratic elements.
     pub fn front(&self) -> impl Iterator<Item = [T; 2]> + '_ {
         self.centreline(0)
     }
 
-    /// Deformed centreline of the back beam, finger frame, mm, base to tip; as [`Self::front`].
+    /// Deformed centreline of the back beam; as [`Self::front`].
     pub fn back(&self) -> impl Iterator<Item = [T; 2]> + '_ {
         self.centreline(1)
     }
@@ -255,9 +262,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             base[1] += self.model.base_rung[1];
         }
         let mut end = base;
-        let spans = (0..self.model.cells()).flat_map(move |cell| {
+        let indices = (0..self.model.cells()).filter_map(move |cell| {
+            // Spans that are held are no members.
             let role = if side == 0 { Role::Front(cell as u8) } else { Role::Back(cell as u8) };
-            let index = self.model.topology.find(role).unwrap_or(0);
+            self.model.topology.find(role)
+        });
+        let spans = indices.flat_map(move |index| {
             let work = self.work.kinematics.members.as_ref().at(index);
             let nodes = self.model.topology.members.as_ref().at(index).nodes();
             let start = end;
@@ -273,7 +283,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// The point of a member's centreline that belongs to a node after the first; `at` is the last link's or element's
     /// end and moves on.
-    fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
+    pub(super) fn link(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
         let (e, weight) =
             (|node: usize| self.work.kinematics.nodes.as_ref().at(node).strained, self.model.weight.as_ref());
         let nodes = self.model.topology.members.as_ref().at(index).nodes();
@@ -295,47 +305,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         *at = [at[0] + chord[0], at[1] + chord[1]];
         Some(*at)
-    }
-
-    /// Deformed centreline of every rib from where it begins to bend, front to back, finger frame, mm, base to tip; none of rigid lamellae.
-    pub fn ribs(&self) -> impl Iterator<Item = impl Iterator<Item = [T; 2]> + '_> + '_ {
-        (0..self.model.cells().saturating_sub(1)).filter_map(move |cell| {
-            let index = self.model.topology.find(Role::Rung(cell as u8, 0))?;
-            let member = self.model.member(index).filter(|member| member.start != member.end)?;
-            if self.model.topology.find(Role::Rung(cell as u8, 1)).is_some() {
-                return None;
-            }
-            let [x, y] = self.work.kinematics.start.as_ref().at(cell + 1);
-            let out = self.work.kinematics.members.as_ref().get(index)?;
-            let first = [x + out.rigid_start[0], y + out.rigid_start[1]];
-            let nodes = member.nodes();
-            let mut at = first;
-            let links = (nodes.start + 1..nodes.end).filter_map(move |node| self.link(index, node, &mut at));
-            Some(core::iter::once(first).chain(links).map(|point| self.model.units.millimetres(point)))
-        })
-    }
-
-    /// Ends of the lamellae (front, back), finger frame, mm, base to tip: of rigid ones the bar's, of ribs those of what bends.
-    pub fn lamellae(&self) -> impl Iterator<Item = [[T; 2]; 2]> + '_ {
-        (0..self.model.cells().saturating_sub(1)).map(move |cell| {
-            let start = self.work.kinematics.start.as_ref().at(cell + 1);
-            let part = |k: u8| {
-                let index = self.model.topology.find(Role::Rung(cell as u8, k))?;
-                self.work.kinematics.members.as_ref().get(index)
-            };
-            let onwards = |from: [T; 2], d: [T; 2]| [from[0] + d[0], from[1] + d[1]];
-            let d = part(0).map_or([T::ZERO; 2], element::Strain::end_to_end);
-            // Behind the front hinge, or from beam to beam less the welds.
-            let ends = match (part(0), part(1)) {
-                (_, Some(back)) => [onwards(start, d), onwards(onwards(start, d), back.rigid_start)],
-                (Some(rib), None) if rib.chord != [T::ZERO; 2] => {
-                    let from = onwards(start, rib.rigid_start);
-                    [from, onwards(from, rib.chord)]
-                }
-                _ => [start, onwards(start, d)],
-            };
-            ends.map(|end| self.model.units.millimetres(end))
-        })
     }
 
     /// Where the motion has taken the base: how far it has moved, world frame, mm, and how far the motor has turned it about its axis, rad.

@@ -49,8 +49,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Strains of all flexible members, span by span from the base: at the springs of `paper` and `trapezoid`, at both
     /// ends of the quadratic elements (between which the bend is linear). Pins and welds have none.
     pub fn strains(&self) -> impl Iterator<Item = Strain<T>> + '_ {
-        let mut beam_arc = [T::ZERO; 2];
         let model = &self.model;
+        let mut beam_arc = model.clamps;
         model.topology.in_cells().flat_map(move |index| {
             let member = model.topology.members.as_ref()[index];
             let nodes = member.nodes();
@@ -76,6 +76,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 let node = nodes.start + element;
                 let (stretch, bend) = if model.quadratic { self.end(node, element) } else { self.spring(node) };
                 let arc = self.arc(nodes.start, element);
+                // Of a rung's part that leads from back to front: counted from the front, and bent to the other side.
+                let (arc, bend) = if member.is_backwards() { (length - arc, -bend) } else { (arc, bend) };
                 Strain {
                     place,
                     arc: model.units.length * (start + arc),

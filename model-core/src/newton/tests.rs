@@ -53,6 +53,13 @@ fn random_model(random: &mut Random) -> Case {
         let ends = if random.signed() > 0.0 { RibEnds::Welded } else { RibEnds::Hinged };
         design.lamellae.kind = LamellaKind::Rib(Ribs { ends, ..Ribs::WELDED });
     }
+    if random.signed() > 0.0 {
+        // Beams through points, and held over some length.
+        design.front.via = heapless::Vec::from_iter([[1.0 + random.signed(), 30.0], [1.0 + random.signed(), 55.0]]);
+        design.front.clamp = 2.0 + random.signed();
+        let is_bar = design.joint() == HingeKind::Welded && design.lamellae.ribs().is_none();
+        design.back.clamp = if is_bar { 4.0 } else { 18.0 + 15.0 * random.signed() };
+    }
     let scheme = [Scheme::Paper, Scheme::Trapezoid, Scheme::Simpson][(1.5 * (1.0 + random.signed())) as usize % 3];
     let how = Discretisation {
         scheme,

@@ -96,6 +96,11 @@ impl<T: Real> Member<T> {
         usize::from(self.first)..usize::from(self.first) + usize::from(self.interior) + 2
     }
 
+    /// A part of a rung that leads from back to front, as its back end does not turn.
+    pub fn is_backwards(&self) -> bool {
+        matches!(self.role, Role::Rung(..)) && self.terms[0].sign < T::ZERO
+    }
+
     /// The closures that its vector enters.
     #[inline]
     pub fn terms(&self) -> &[Term<T>] {

@@ -75,11 +75,8 @@ impl Iterator for WideCases {
             let typical = length * between(random, 0.012, 0.045);
             let other = typical * between(random, 0.6, 1.6);
             let beam = |base: [f64; 2], thickness: Profile, stiffness_factor| Beam {
-                base,
-                tip: [0.0, length],
-                sagitta: 0.0,
-                thickness,
                 stiffness_factor,
+                ..Beam::straight(base, [0.0, length], thickness)
             };
             let front = taper(random, length, typical);
             let back = taper(random, length, other);

@@ -24,13 +24,8 @@ const ROWS: [[f64; 3]; 6] = [
 fn strips() -> Design {
     let thickness = 0.2;
     let tip = [0.0, 150.16];
-    let beam = |base, factor| Beam {
-        base,
-        tip,
-        sagitta: 0.0,
-        thickness: Profile::constant(thickness),
-        stiffness_factor: factor,
-    };
+    let beam =
+        |base, factor| Beam { stiffness_factor: factor, ..Beam::straight(base, tip, Profile::constant(thickness)) };
     Design {
         width: Profile::constant(28.0),
         plane_strain: PlaneStrain::Stress,

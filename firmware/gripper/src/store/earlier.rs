@@ -1,6 +1,7 @@
 //! Records as earlier versions of their layout have them.
 //!
-//! Version 6: settings without heat and supply.
+//! Version 7: beams without points between their ends, factors apart and clamps.
+//! Version 6: besides, settings without heat and supply.
 //! Version 5: besides, lamellae that are all rigid and of one thickness.
 //! Version 4: besides, no role that leads nobody, mounts that do not say how their servo was set, and no time of closing without an estimate.
 //! Version 3: besides, mounts without a drive, as every finger was turned by its motor, and models whose contact softness is a number.
@@ -79,13 +80,23 @@ struct Lamellae5 {
 
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(serde::Serialize))]
-struct Design5 {
+struct Beam7 {
+    base: [f64; 2],
+    tip: [f64; 2],
+    sagitta: f64,
+    thickness: Profile,
+    stiffness_factor: f64,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
+struct Design7<L> {
     width: Profile,
     plane_strain: PlaneStrain,
     material: Material,
-    front: Beam,
-    back: Beam,
-    lamellae: Lamellae5,
+    front: Beam7,
+    back: Beam7,
+    lamellae: L,
     hinge: Hinge,
     rigid_above: Option<f64>,
     motor_axis: [f64; 2],
@@ -93,15 +104,15 @@ struct Design5 {
 
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(serde::Serialize))]
-struct Finger5 {
-    design: Design5,
+struct Finger7<L> {
+    design: Design7<L>,
     how: Discretisation,
 }
 
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(serde::Serialize))]
 struct Finger3 {
-    design: Design5,
+    design: Design7<Lamellae5>,
     scheme: Scheme,
     elements: Elements,
     sampling: Sampling,
@@ -113,21 +124,28 @@ struct Finger3 {
 /// becomes the beam's own.
 pub(super) fn finger(version: u8, bytes: &[u8]) -> Option<Option<Finger>> {
     if version >= 6 {
-        return super::same(bytes);
+        let kept: Option<Finger7<Lamellae>> = postcard::from_bytes(bytes).ok()?;
+        return Some(kept.map(|Finger7 { design, how }| Finger { design: design.now(|lamellae| lamellae), how }));
     }
     if version >= 4 {
-        let kept: Option<Finger5> = postcard::from_bytes(bytes).ok()?;
-        return Some(kept.map(|Finger5 { design, how }| Finger { design: design.now(), how }));
+        let kept: Option<Finger7<Lamellae5>> = postcard::from_bytes(bytes).ok()?;
+        return Some(kept.map(|Finger7 { design, how }| Finger { design: design.now(Lamellae5::now), how }));
     }
     let kept: Option<Finger3> = postcard::from_bytes(bytes).ok()?;
     Some(kept.map(|Finger3 { design, scheme, elements, sampling, softness, physics }| {
         let softness = if softness == 1e-3 { Softness::Local } else { Softness::Fixed(softness) };
-        Finger { design: design.now(), how: Discretisation { scheme, elements, sampling, softness, physics } }
+        Finger {
+            design: design.now(Lamellae5::now),
+            how: Discretisation { scheme, elements, sampling, softness, physics },
+        }
     }))
 }
 
 /// Settings from the bytes of a record of that version, if they are sound. What was the servos' master stays it.
 pub(super) fn settings(version: u8, bytes: &[u8]) -> Option<Settings> {
+    if version >= 7 {
+        return super::same(bytes);
+    }
     if version >= 5 {
         let kept: Settings6 = super::same(bytes)?;
         return Some(kept.now());
@@ -140,10 +158,24 @@ pub(super) fn settings(version: u8, bytes: &[u8]) -> Option<Settings> {
     Some(kept.now(|mount| mount.now()))
 }
 
-impl Design5 {
-    fn now(self) -> Design {
+impl Beam7 {
+    fn now(self) -> Beam {
+        let Self { base, tip, sagitta, thickness, stiffness_factor } = self;
+        Beam { sagitta, stiffness_factor, ..Beam::straight(base, tip, thickness) }
+    }
+}
+
+impl Lamellae5 {
+    fn now(self) -> Lamellae {
+        Lamellae::rigid(self.attachments, self.thickness)
+    }
+}
+
+impl<L> Design7<L> {
+    fn now(self, lamellae_now: impl Fn(L) -> Lamellae) -> Design {
         let Self { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis } = self;
-        let lamellae = Lamellae::rigid(lamellae.attachments, lamellae.thickness);
+        let lamellae = lamellae_now(lamellae);
+        let [front, back] = [front, back].map(Beam7::now);
         Design { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis }
     }
 }
@@ -302,24 +334,56 @@ mod tests {
     }
 
     /// A finger with as much of everything as one of those versions had room for.
-    fn rigid() -> Design {
+    fn straight() -> Design {
         let mut design = crate::store::tests::longest().design;
+        for beam in [&mut design.front, &mut design.back] {
+            let Beam { base, tip, sagitta, stiffness_factor, .. } = *beam;
+            *beam = Beam { sagitta, stiffness_factor, ..Beam::straight(base, tip, beam.thickness.clone()) };
+        }
+        design
+    }
+
+    /// One with lamellae that are all rigid.
+    fn rigid() -> Design {
+        let mut design = straight();
         design.lamellae = Lamellae::rigid(design.lamellae.attachments, 3.0);
         design
     }
 
-    fn kept(design: &Design) -> Design5 {
+    fn kept<L>(design: &Design, lamellae_before: impl Fn(Lamellae) -> L) -> Design7<L> {
         let Design { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis } =
             design.clone();
-        let lamellae = Lamellae5 { thickness: lamellae.thickness_of(0)[0], attachments: lamellae.attachments };
-        Design5 { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis }
+        let [front, back] = [front, back].map(|beam| {
+            let Beam { base, tip, sagitta, thickness, stiffness_factor, .. } = beam;
+            Beam7 { base, tip, sagitta, thickness, stiffness_factor }
+        });
+        let lamellae = lamellae_before(lamellae);
+        Design7 { width, plane_strain, material, front, back, lamellae, hinge, rigid_above, motor_axis }
+    }
+
+    fn of_one_thickness(lamellae: Lamellae) -> Lamellae5 {
+        Lamellae5 { thickness: lamellae.thickness_of(0)[0], attachments: lamellae.attachments }
+    }
+
+    #[test]
+    fn a_finger_of_versions_6_and_7_comes_back_with_beams_as_they_were() {
+        let (design, how) = (straight(), Discretisation::estimator(Physics::Extended));
+        let mut bytes = [0; super::super::RECORD];
+        let kept = Some(Finger7 { design: kept(&design, |lamellae| lamellae), how });
+        let used = postcard::to_slice(&kept, &mut bytes).unwrap();
+        for version in [6, 7] {
+            assert_eq!(finger(version, used), Some(Some(Finger { design: design.clone(), how })));
+        }
+        let length = used.len();
+        assert_eq!(finger(7, &bytes[..length - 1]), None, "cut short");
     }
 
     #[test]
     fn a_finger_of_versions_4_and_5_comes_back_with_rigid_lamellae() {
         let (design, how) = (rigid(), Discretisation::estimator(Physics::Extended));
-        let mut bytes = [0; 1024];
-        let used = postcard::to_slice(&Some(Finger5 { design: kept(&design), how }), &mut bytes).unwrap();
+        let mut bytes = [0; super::super::RECORD];
+        let used =
+            postcard::to_slice(&Some(Finger7 { design: kept(&design, of_one_thickness), how }), &mut bytes).unwrap();
         for version in [4, 5] {
             assert_eq!(finger(version, used), Some(Some(Finger { design: design.clone(), how })));
         }
@@ -331,9 +395,16 @@ mod tests {
     fn a_finger_of_version_3_comes_back_with_the_beams_own_softness() {
         let design = rigid();
         let Discretisation { scheme, elements, sampling, physics, .. } = Discretisation::estimator(Physics::Extended);
-        let mut bytes = [0; 1024];
+        let mut bytes = [0; super::super::RECORD];
         for (softness, expected) in [(1e-3, Softness::Local), (0.0, Softness::Fixed(0.0))] {
-            let kept = Some(Finger3 { design: kept(&design), scheme, elements, sampling, softness, physics });
+            let kept = Some(Finger3 {
+                design: kept(&design, of_one_thickness),
+                scheme,
+                elements,
+                sampling,
+                softness,
+                physics,
+            });
             let used = postcard::to_slice(&kept, &mut bytes).unwrap();
             let how = Discretisation { scheme, elements, sampling, softness: expected, physics };
             let expected = Some(Some(Finger { design: design.clone(), how }));

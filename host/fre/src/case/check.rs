@@ -123,6 +123,9 @@ fn array(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(
     }
     let entries = found.entries(&expected, most)?;
     if entries.len() < least {
+        if least > 1 {
+            return Err(found.refuse(format!("has {} entries; needed is {expected}, at least {least}", entries.len())));
+        }
         let one = needed(&schema["items"]);
         return Err(found.refuse(format!("is empty; needed is at least one {}", one.trim_start_matches("a "))));
     }

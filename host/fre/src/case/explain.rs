@@ -37,6 +37,15 @@ pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
                 rounded(rise)
             ),
         ),
+        DesignError::Centreline { field, point, what } => entry(field, point, what.into()),
+        DesignError::WeldedToHeld { lamella } => table.refuse(
+            "hinge.kind",
+            format!(
+                "lamella {} (counted from 1 at the base) is rigid, welded, and ends on the held part of the back beam; allowed is \
+                 \"flexible\" or \"pinned\"",
+                lamella + 1
+            ),
+        ),
         DesignError::BackNotBehindFront { back_x, front_x } => table
             .refuse(Field::BackBase.key(), format!("x is {back_x}; it must be less than the front beam's {front_x}")),
         DesignError::TipsApart { distance, max } => table.refuse(

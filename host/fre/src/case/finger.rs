@@ -120,12 +120,33 @@ fn beam(keys: &BeamTable, table: Option<Table<'_>>, finger: &Table<'_>) -> Resul
     let end = |place: Option<[f64; 2]>, key: &str, which: &str| {
         place.ok_or_else(|| table.missing(key, &format!("[x, y] in mm, the {which} of the centreline")))
     };
+    let (base, via, tip) = match keys.centreline_mm.as_deref() {
+        None => (end(keys.base_mm, "base_mm", "start")?, &[][..], end(keys.tip_mm, "tip_mm", "end")?),
+        Some([base, via @ .., tip]) => {
+            for (key, given) in [
+                ("base_mm", keys.base_mm.is_some()),
+                ("tip_mm", keys.tip_mm.is_some()),
+                ("sagitta_mm", keys.sagitta_mm != 0.0),
+            ] {
+                if given {
+                    return Err(
+                        table.refuse(key, "cannot be given together with centreline_mm; allowed is one or the other")
+                    );
+                }
+            }
+            (*base, via, *tip)
+        }
+        // The schema's check refuses fewer than two points before.
+        Some(_) => return Err(table.refuse("centreline_mm", "needed are two points or more")),
+    };
     Ok(Beam {
-        base: end(keys.base_mm, "base_mm", "start")?,
-        tip: end(keys.tip_mm, "tip_mm", "end")?,
         sagitta: keys.sagitta_mm,
-        thickness: profile(&keys.thickness_mm),
+        via: via.iter().copied().collect(),
         stiffness_factor: keys.stiffness_factor,
+        bending_factor: keys.bending_factor,
+        stretch_factor: keys.stretch_factor,
+        clamp: keys.clamp_mm,
+        ..Beam::straight(base, tip, profile(&keys.thickness_mm))
     })
 }
 
@@ -315,16 +336,18 @@ impl From<&Profile> for Along {
 
 impl From<&Beam> for BeamTable {
     fn from(beam: &Beam) -> Self {
+        let is_chain = !beam.via.is_empty();
+        let points = || [beam.base].into_iter().chain(beam.via.iter().copied()).chain([beam.tip]).collect();
         Self {
-            base_mm: Some(beam.base),
-            tip_mm: Some(beam.tip),
-            sagitta_mm: beam.sagitta,
+            base_mm: (!is_chain).then_some(beam.base),
+            tip_mm: (!is_chain).then_some(beam.tip),
+            sagitta_mm: if is_chain { 0.0 } else { beam.sagitta },
             thickness_mm: (&beam.thickness).into(),
             stiffness_factor: beam.stiffness_factor,
-            bending_factor: 1.0,
-            stretch_factor: 1.0,
-            clamp_mm: 0.0,
-            centreline_mm: None,
+            bending_factor: beam.bending_factor,
+            stretch_factor: beam.stretch_factor,
+            clamp_mm: beam.clamp,
+            centreline_mm: is_chain.then(points),
         }
     }
 }

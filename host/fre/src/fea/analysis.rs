@@ -36,7 +36,7 @@ pub struct Pose {
     pub place: f64,
     /// Force on the object, finger frame, N.
     pub force: Point,
-    /// Front centreline, base to tip, finger frame, mm.
+    /// Front centreline from where it is held to the tip, finger frame, mm.
     pub front: Vec<Point>,
     /// Back centreline up to the solid tip, finger frame, mm.
     pub back: Vec<Point>,

@@ -164,21 +164,32 @@ fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     let middle = mesh.middle(element);
     let width = design.width.at(middle[1]);
     let beside = |faces: Faces<'_>| faces.thickness(faces.arc_beside(middle));
-    let (factor, thickness) = match mesh.parts[element] {
-        Part::Front => (design.front.stiffness_factor, beside(Faces::front(design))),
-        Part::Back => (design.back.stiffness_factor, beside(Faces::back(design))),
+    let ([bending, stretch], thickness) = match mesh.parts[element] {
+        Part::Front => (design.front.factors(), beside(Faces::front(design))),
+        Part::Back => (design.back.factors(), beside(Faces::back(design))),
         // A neck's where there are some: of a rigid bar it matters little.
-        Part::Lamella => {
-            let factor = design.lamellae.ribs().map_or(1.0, |ribs| ribs.bending_factor);
+        Part::Lamella(lamella) => {
+            let factors = design.lamellae.ribs().map_or([1.0; 2], |ribs| [ribs.bending_factor, ribs.stretch_factor]);
+            let [front, back] = design.lamella_thickness(lamella);
             let welded = design.joint() == HingeKind::Welded;
-            (factor, if welded { design.lamellae.thickest() } else { design.hinge.thickness })
+            (factors, if welded { 0.5 * (front + back) } else { design.hinge.thickness })
         }
     };
     let plate = match design.plane_strain {
-        PlaneStrain::Auto => mesh.layers[element].factor(plate_factor(design, width, thickness)),
+        PlaneStrain::Auto => plate_factor(design, width, thickness),
         PlaneStrain::Stress | PlaneStrain::Strain => 1.0,
     };
-    factor * plate * width / design.width.at(0.0)
+    let layers = if is_layered(design) { mesh.layers[element].factor(plate * bending / stretch) } else { 1.0 };
+    stretch * layers * width / design.width.at(0.0)
+}
+
+/// Something of the design is stiffer in bending than in stretch by another factor than its section has: as a plate, or as it was printed.
+pub fn is_layered(design: &Design) -> bool {
+    let apart = |[bending, stretch]: [f64; 2]| bending != stretch;
+    let ribs = design.lamellae.ribs().is_some_and(|ribs| apart([ribs.bending_factor, ribs.stretch_factor]));
+    design.plane_strain == PlaneStrain::Auto
+        || ribs
+        || [&design.front, &design.back].iter().any(|beam| apart(beam.factors()))
 }
 
 /// A set, sixteen numbers a line.

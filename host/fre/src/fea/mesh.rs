@@ -22,8 +22,8 @@ pub enum Part {
     Front,
     /// Back beam with its half of the tip wedge.
     Back,
-    /// Necks and bars of the lamellae.
-    Lamella,
+    /// Necks and bars of a lamella, from 0 at the base.
+    Lamella(usize),
 }
 
 /// Where an element lies in the thickness of a part that bends as a plate.
@@ -129,8 +129,12 @@ impl Mesh {
         let tip = sizes(beam_size).fractions(length(region.notch, region.top[1]), [true, false]);
         for front in [true, false] {
             let (faces, merge) = if front { (region.front, region.merge[0]) } else { (region.back, region.merge[1]) };
-            let joints: Vec<[f64; 2]> = region.joints.iter().map(|j| if front { j.front } else { j.back }).collect();
-            let arcs = stations(&joints, merge, &sizes(beam_size), &neck);
+            let free = region.joints.iter().filter(|joint| front || !joint.held);
+            let joints: Vec<[f64; 2]> = free.map(|j| if front { j.front } else { j.back }).collect();
+            // What is held is no part of the mesh.
+            let held = region.joints.iter().filter(|joint| !front && joint.held).map(|joint| joint.back[1]);
+            let clamp = held.fold(faces.clamp(), f64::max);
+            let arcs = stations(clamp, &joints, merge, &sizes(beam_size), &neck);
             let mut lines: Vec<[Point; 2]> = arcs.iter().map(|&s| [faces.outer(s), faces.inner(s)]).collect();
             // The wedge: from the notch to the middle of the tip on one side, along the outer face on the other.
             let end = region.ends[if front { 0 } else { 1 }];
@@ -183,6 +187,9 @@ impl Mesh {
             let middle = |faces: &Faces<'_>, [low, high]: [f64; 2]| faces.centre(0.5 * (low + high));
             let ends = [middle(&region.front, joint.front), middle(&region.back, joint.back)];
             let link = ends.map(|end| self.node(end));
+            if joint.held {
+                self.clamped.push(link[1]);
+            }
             self.links.push(link);
             return;
         }
@@ -194,15 +201,17 @@ impl Mesh {
         let middle: Vec<f64> = neck.iter().map(|&t| lerp([-joint.neck, joint.neck], t)).collect();
         if region.kind == HingeKind::Welded {
             let columns = sizes(joint.bar).fractions(length(front[0], back[0]), [true, true]);
-            self.add_band(&front, &back, &columns, layered.then_some(refinement));
+            self.add_band(&front, &back, &columns, k, layered.then_some(refinement));
+            self.hold(&back, joint.held);
             return;
         }
         // Necks, between a beam's face and an end of the bar.
         let ends = [0.0, joint.length].map(|along| middle.iter().map(|&up| at(along, up)).collect::<Vec<_>>());
         for (face, end) in [(&front, &ends[0]), (&back, &ends[1])] {
             let columns = sizes(joint.neck).fractions(length(face[steps / 2], end[steps / 2]), [true, true]);
-            self.add_band(face, end, &columns, layered.then_some(refinement));
+            self.add_band(face, end, &columns, k, layered.then_some(refinement));
         }
+        self.hold(&back, joint.held);
         let mut ups = middle;
         let rest = joint.bar - joint.neck;
         if rest > 1e-3 {
@@ -214,17 +223,25 @@ impl Mesh {
         let columns = sizes(joint.bar).fractions(joint.length, [true, true]);
         let end = |along: f64| ups.iter().map(|&up| at(along, up)).collect::<Vec<_>>();
         // A bar between two necks hardly bends.
-        self.add_band(&end(0.0), &end(joint.length), &columns, None);
+        self.add_band(&end(0.0), &end(joint.length), &columns, k, None);
     }
 
     /// A patch between two edges of equally many points, in layers along it if their refinement is given.
-    fn add_band(&mut self, from: &[Point], to: &[Point], columns: &[f64], layered: Option<usize>) {
+    fn add_band(&mut self, from: &[Point], to: &[Point], columns: &[f64], lamella: usize, layered: Option<usize>) {
         let rows: Vec<Vec<Point>> =
             from.iter().zip(to).map(|(&a, &b)| columns.iter().map(|&t| mix(a, b, t)).collect()).collect();
         let count = from.len() / 2;
         let layer =
             |r: usize, _: usize| layered.map_or(Layer::Whole, |refinement| Layer::across(r / 2, count, refinement));
-        self.add_patch(&rows, Part::Lamella, layer);
+        self.add_patch(&rows, Part::Lamella(lamella), layer);
+    }
+
+    /// Clamps the points of a lamella's end that lies on a held beam.
+    fn hold(&mut self, end: &[Point], held: bool) {
+        if held {
+            let nodes: Vec<usize> = end.iter().map(|&point| self.node(point)).collect();
+            self.clamped.extend(nodes);
+        }
     }
 
     /// Adds a patch given at half steps (odd counts of rows and columns); returns its nodes, none in element centres.
@@ -303,10 +320,10 @@ impl Mesh {
     }
 }
 
-/// Arcs of a beam at half steps, base to where the beams merge.
-fn stations(joints: &[[f64; 2]], merge: f64, sizes: &Sizes, neck: &[f64]) -> Vec<f64> {
-    let mut arcs = vec![0.0];
-    let mut from = 0.0;
+/// Arcs of a beam at half steps, from where it is held to where the beams merge.
+fn stations(clamp: f64, joints: &[[f64; 2]], merge: f64, sizes: &Sizes, neck: &[f64]) -> Vec<f64> {
+    let mut arcs = vec![clamp];
+    let mut from = clamp;
     let mut extend = |from: f64, to: f64, fractions: &mut dyn Iterator<Item = f64>| {
         arcs.extend(fractions.skip(1).map(|t| lerp([from, to], t)));
     };

@@ -1,8 +1,8 @@
 //! What CalculiX is asked: the mesh, the object's surface and its path through the motion.
 
-use model_core::design::PlaneStrain;
 use model_core::object::{Motion, ObjectDesign};
 
+use super::deck::is_layered;
 use super::error::{FeaError, MAX_REFINEMENT};
 use super::mesh::Mesh;
 use super::place::{in_finger, world_point};
@@ -48,9 +48,9 @@ impl Plan {
         closes(case)?;
         let design = &case.finger.design;
         let region = Region::of(design)?;
-        let thickness = design.front.thickness.at(0.0).min(design.back.thickness.at(0.0));
-        let layered = design.plane_strain == PlaneStrain::Auto;
-        let mesh = Mesh::finger(&region, thickness, layered, refinement);
+        let thinnest = [&design.front, &design.back].map(|beam| beam.thickness.at(beam.clamp));
+        let thickness = thinnest[0].min(thinnest[1]);
+        let mesh = Mesh::finger(&region, thickness, is_layered(design), refinement);
         let begin = start(case, &region)?;
         let touching = closest(case, &region, begin).object;
         let reach = 1.25 * design.front.length();

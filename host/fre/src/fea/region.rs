@@ -27,6 +27,11 @@ impl<'d> Faces<'d> {
         Self { beam: &design.back, side: -1.0 }
     }
 
+    /// Arc below which the beam is held.
+    pub fn clamp(&self) -> f64 {
+        self.beam.clamp
+    }
+
     /// Length of the centreline.
     pub fn length(&self) -> f64 {
         self.beam.length()
@@ -113,10 +118,12 @@ pub struct Joint {
     pub up: Point,
     /// Length of the bar.
     pub length: f64,
-    /// Half the thickness of the neck (for a welded lamella of the bar).
+    /// Half the thickness of the neck (for a welded lamella of the bar, the mean).
     pub neck: f64,
     /// Half the thickness of the bar.
     pub bar: f64,
+    /// It ends on the held part of the back beam.
+    pub held: bool,
 }
 
 /// The region.
@@ -146,14 +153,8 @@ impl<'d> Region<'d> {
     /// # Errors
     /// If a part has no room, or the finger has something that finite elements here do not know.
     pub fn of(design: &'d Design) -> Result<Self, FeaError> {
-        if let Some(ribs) = design.lamellae.ribs() {
-            if ribs.bending_factor != ribs.stretch_factor {
-                let what = "a rib with lamellae.bending_factor other than lamellae.stretch_factor";
-                return Err(FeaError::Unsupported { what, allowed: "one factor for both" });
-            }
-            if ribs.fillet > 0.0 {
-                return Err(FeaError::Unsupported { what: "lamellae.fillet_mm", allowed: "0: sharp corners" });
-            }
+        if design.lamellae.ribs().is_some_and(|ribs| ribs.fillet > 0.0) {
+            return Err(FeaError::Unsupported { what: "lamellae.fillet_mm", allowed: "0: sharp corners" });
         }
         let (front, back) = (Faces::front(design), Faces::back(design));
         let merge = merge(&front, &back)?;
@@ -172,7 +173,7 @@ impl<'d> Region<'d> {
 
 /// Arcs at which the inner faces meet.
 fn merge(front: &Faces<'_>, back: &Faces<'_>) -> Result<[f64; 2], FeaError> {
-    let (mut below, mut above) = (0.0, front.length());
+    let (mut below, mut above) = (front.clamp(), front.length());
     let open = |arc: f64| back.height_over_inner(front.inner(arc)).0;
     if !(open(below) > 0.0 && open(above) < 0.0) {
         return Err(FeaError::Unsupported {
@@ -199,10 +200,11 @@ fn joint(
     back: &Faces<'_>,
     merge: [f64; 2],
 ) -> Result<Joint, FeaError> {
-    let [thickness, other] = design.lamella_thickness(lamella);
-    if thickness != other {
+    let halves = design.lamella_thickness(lamella).map(|thickness| 0.5 * thickness);
+    let welded = design.joint() == HingeKind::Welded;
+    if halves[0] != halves[1] && !welded {
         return Err(FeaError::Unsupported {
-            what: "a tapered lamella",
+            what: "a tapered lamella with hinges",
             allowed: "one with the same thickness at both ends",
         });
     }
@@ -213,15 +215,28 @@ fn joint(
     let up = [along[1], -along[0]];
     let inset = insets(design, lamella);
     let start = [p[0] + inset[0] * along[0], p[1] + inset[0] * along[1]];
-    let bar = 0.5 * thickness;
+    let bar = 0.5 * (halves[0] + halves[1]);
     let neck = match design.joint() {
         HingeKind::Flexible => 0.5 * design.hinge.thickness,
         _ => bar,
     };
+    // A tapered rib's edges run from the one face to the other.
+    let ends = if welded { halves } else { [neck; 2] };
+    let inner = |faces: &Faces<'_>, arc: f64, sign: f64| {
+        let face = Faces::crossing(|s| faces.inner(s), p, along, arc);
+        sign * dot(minus(faces.inner(face), if sign > 0.0 { p } else { q }), along)
+    };
+    let faces_at = [inner(front, arcs[0], 1.0), width - inner(back, arcs[1], -1.0)];
+    let slope = (ends[1] - ends[0]) / (faces_at[1] - faces_at[0]);
+    let half = |at: f64| ends[0] + slope * (at - faces_at[0]);
     let edges = |faces: &Faces<'_>, arc: f64| {
-        [-neck, neck].map(|by| {
-            let edge = [p[0] + by * up[0], p[1] + by * up[1]];
-            Faces::crossing(|s| faces.inner(s), edge, along, arc)
+        [-1.0, 1.0].map(|side| {
+            let corner = |at: f64| {
+                let by = side * half(at);
+                [0, 1].map(|i| p[i] + at * along[i] + by * up[i])
+            };
+            let (edge, end) = (corner(0.0), corner(width));
+            Faces::crossing(|s| faces.inner(s), edge, minus(end, edge), arc)
         })
     };
     // A pin joins the centrelines; the elements beside it are as small as at a bar's edges.
@@ -236,6 +251,7 @@ fn joint(
         length: width - inset[0] - inset[1],
         neck,
         bar: bar.max(neck),
+        held: arcs[1] <= design.back.clamp || sides(back, arcs[1])[0] <= design.back.clamp,
     };
     let room = |value: f64, what: &'static str| {
         if value > 1e-3 { Ok(()) } else { Err(FeaError::NoRoom { lamella, what, value }) }
@@ -243,8 +259,10 @@ fn joint(
     room(joint.length, "the bar's length")?;
     room(merge[0] - joint.front[1], "the front beam above it, below the solid tip")?;
     room(merge[1] - joint.back[1], "the back beam above it, below the solid tip")?;
-    room(joint.front[0], "the front beam below it")?;
-    room(joint.back[0], "the back beam below it")?;
+    room(joint.front[0] - front.clamp(), "the front beam below it")?;
+    if !joint.held {
+        room(joint.back[0] - back.clamp(), "the back beam below it")?;
+    }
     if design.joint() == HingeKind::Flexible {
         // Each corner of the bar's ends must stand clear of the face that the neck comes from.
         let at = |along_by: f64, up_by: f64| {

@@ -2,6 +2,7 @@
 
 use super::{Point, along, cross, distance, dot, minus};
 use crate::case::keys::{Along, BeamTable};
+use model_core::design::{Beam, Profile};
 
 /// Half the angle of an arc below which it is a straight line, rad.
 const STRAIGHT: f64 = 1e-9;
@@ -25,7 +26,7 @@ impl Wall {
     /// The wall of a beam's keys; none without a centreline of some length or a thickness.
     pub(super) fn of(keys: &BeamTable, side: f64) -> Option<Self> {
         let points = match (&keys.centreline_mm, keys.base_mm, keys.tip_mm) {
-            (Some(points), _, _) => points.clone(),
+            (Some(points), _, _) => chain(points)?,
             (None, Some(base), Some(tip)) => arc(base, tip, keys.sagitta_mm),
             _ => return None,
         };
@@ -184,6 +185,22 @@ impl Wall {
     }
 }
 
+/// The solver's chain of arcs through points, in chords: as many between each two points as keep near the arcs, and the points themselves.
+fn chain(points: &[Point]) -> Option<Vec<Point>> {
+    let [base, via @ .., tip] = points else { return None };
+    let beam = Beam { via: via.iter().copied().collect(), ..Beam::straight(*base, *tip, Profile::constant(1.0)) };
+    if via.is_empty() || !beam.length().is_finite() {
+        return Some(points.to_vec());
+    }
+    let (length, mut arc, mut found) = (beam.length(), 0.0, Vec::new());
+    while arc < length {
+        found.push(beam.point(arc));
+        arc += length / CHORDS as f64;
+    }
+    found.push(*tip);
+    Some(found)
+}
+
 /// A straight line, or a circular arc in chords: the rise over the chord is positive to the right of the way.
 fn arc(base: Point, tip: Point, sagitta: f64) -> Vec<Point> {
     let chord = distance(base, tip);
@@ -212,13 +229,9 @@ mod tests {
         // The bow's middle lies its sagitta to the right.
         let middle = wall.centre(0.5 * wall.length());
         assert!((middle[0] - 4.0).abs() < 1e-9 && (middle[1] - 40.0).abs() < 1e-9, "{middle:?}");
-        let beam = model_core::design::Beam {
-            base: [0.0, 0.0],
-            tip: [0.0, 80.0],
-            sagitta: 4.0,
-            thickness: model_core::design::Profile::constant(2.0),
-            stiffness_factor: 1.0,
-        };
+        let thickness = model_core::design::Profile::constant(2.0);
+        let straight = model_core::design::Beam::straight([0.0, 0.0], [0.0, 80.0], thickness);
+        let beam = model_core::design::Beam { sagitta: 4.0, ..straight };
         assert!((wall.length() - beam.length()).abs() < 1e-3);
         for i in 0..=20 {
             let arc = wall.length() * f64::from(i) / 20.0;

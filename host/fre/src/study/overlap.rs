@@ -1,5 +1,6 @@
 //! Parts of the finger that the object reaches into. In the model only the front beam's outer face can touch it.
 
+use model_core::design::Beam;
 use model_core::object::{Object as _, Shape};
 
 use crate::case::Case;
@@ -71,14 +72,22 @@ fn overlaps(case: &Case, place: &Place) -> Vec<Overlap> {
             [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]))
         })
     };
+    let held = |beam: &Beam| {
+        let beam = beam.clone();
+        (0..=ALONG).map(move |i| beam.point(beam.clamp * f64::from(i) / f64::from(ALONG)))
+    };
     let mut base = between(case.finger.design.front.base, beam.base);
     let (back, lamellae) = match &place.state {
         Some(state) => {
             let ribs = state.shape.ribs.iter().flatten();
             let mut lamellae = state.shape.lamellae.iter().flatten().chain(ribs).copied();
-            (deepest(&mut state.shape.back.iter().copied()), deepest(&mut lamellae))
+            (deepest(&mut state.shape.back.iter().copied().chain(held(beam))), deepest(&mut lamellae))
         }
-        None => (deepest(&mut between(beam.base, beam.tip)), f64::NEG_INFINITY),
+        None => {
+            let length = beam.length();
+            let mut at_rest = (0..=ALONG).map(|i| beam.point(length * f64::from(i) / f64::from(ALONG)));
+            (deepest(&mut at_rest), f64::NEG_INFINITY)
+        }
     };
     [(Reached::Base, deepest(&mut base)), (Reached::BackBeam, back), (Reached::Lamellae, lamellae)]
         .into_iter()
@@ -92,10 +101,15 @@ pub fn depth(case: &Case, place: &Place) -> Option<f64> {
     overlaps(case, place).into_iter().map(|overlap| overlap.depth).reduce(f64::max)
 }
 
-/// True if the object lies over the front beam's clamped end at a place.
+/// True if the object lies over the front beam's clamped end, or over the part that is held, at a place.
 pub fn covers_base(case: &Case, at: At) -> bool {
     let design = &case.finger.design;
     let by = case.path.motion.world_to_finger(case.path.coordinate(at.value()));
-    let gap = Shape::<f64>::from(case.object).displaced(&by).gap(design.front.base.into());
-    gap.distance < 0.5 * design.front.thickness.at(0.0)
+    let object = Shape::<f64>::from(case.object).displaced(&by);
+    let front = &design.front;
+    let pieces = if front.clamp > 0.0 { ALONG } else { 0 };
+    (0..=pieces).any(|i| {
+        let arc = front.clamp * f64::from(i) / f64::from(ALONG);
+        object.gap(front.point(arc).into()).distance < 0.5 * front.thickness.at(arc)
+    })
 }

@@ -68,10 +68,8 @@ const LEAST: f64 = 1e-6;
 /// The deepest overlap of the two beams or of neighbouring lamellae in a deformed finger; `None` where they are clear of each other.
 /// Faces are half a thickness from the centrelines.
 pub fn deepest(design: &Design, shape: &Shape) -> Option<SelfContact> {
-    let beams = [
-        Line::of_beam(Member::FrontBeam, &design.front, &shape.front),
-        Line::of_beam(Member::BackBeam, &design.back, &shape.back),
-    ];
+    let beams =
+        [Line::of_beam(Member::FrontBeam, design, &shape.front), Line::of_beam(Member::BackBeam, design, &shape.back)];
     let rungs: Vec<Line> = if shape.ribs.is_empty() {
         let bars = shape.lamellae.iter().enumerate();
         bars.map(|(k, bar)| Line::of_lamella(Member::Lamella(k), design, k, bar)).collect()
@@ -101,9 +99,17 @@ struct Disc {
 }
 
 impl Line {
-    fn of_beam(member: Member, beam: &Beam, points: &[Point]) -> Self {
-        // Arcs counted from the tip, where every centreline ends.
-        let mut arc = beam.length();
+    fn of_beam(member: Member, design: &Design, points: &[Point]) -> Self {
+        let beam = if member == Member::FrontBeam { &design.front } else { &design.back };
+        // Arcs counted from the tip, where every centreline ends. In a solid tip that the back beam ends below, a straight line leads on to
+        // the front beam's tip: that line is left out.
+        let (points, mut arc) = match points {
+            [bends @ .., tip] if beam.tip != design.front.tip && !bends.is_empty() => (
+                bends,
+                arc_apart(beam, design.flexible_ends()[1], design.front.tip, distance(bends[bends.len() - 1], *tip)),
+            ),
+            points => (points, beam.length()),
+        };
         let mut discs = Vec::with_capacity(points.len());
         for (i, &centre) in points.iter().enumerate().rev() {
             arc -= points.get(i + 1).map_or(0.0, |&next| distance(centre, next));
@@ -180,6 +186,20 @@ impl Line {
         *segment = at;
         Some(best)
     }
+}
+
+/// The arc from a start on, mm, at which a beam has come to a distance from a place beyond its end.
+fn arc_apart(beam: &Beam, start: f64, place: Point, away: f64) -> f64 {
+    let (mut low, mut high) = (start, beam.length());
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if distance(beam.point(middle), place) > away {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
 }
 
 /// A point of a centreline, and half the thickness there.

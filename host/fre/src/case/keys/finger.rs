@@ -1,6 +1,6 @@
 //! Keys of `[finger]`.
 
-use model_core::design::{Field, MAX_KNOTS, MAX_LAMELLAE};
+use model_core::design::{Field, MAX_KNOTS, MAX_LAMELLAE, MAX_POINTS};
 use model_core::equilibrium::{PRONY_PARTS, PRONY_TERMS, PRONY_TIMES};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -160,19 +160,26 @@ pub struct BeamTable {
     pub stiffness_factor: f64,
     /// Multiplies the bending stiffness EI alone.
     #[serde(default = "one")]
-    #[schemars(extend("x-computed" = [1.0]))]
+    #[schemars(extend("x-range" = Field::FrontBending.range()))]
     pub bending_factor: f64,
-    /// Multiplies the stretching stiffness EA alone.
+    /// Multiplies the stretching stiffness EA, and with it the shear stiffness, alone.
     #[serde(default = "one")]
-    #[schemars(extend("x-computed" = [1.0]))]
+    #[schemars(extend("x-range" = Field::FrontStretch.range()))]
     pub stretch_factor: f64,
-    /// Arc length from the base below which the beam is held.
+    /// Arc length from the base below which the beam is held. Lamellae may end on the held part of the back beam, but not of the front
+    /// beam.
     #[serde(default)]
-    #[schemars(extend("x-unit" = "mm", "x-computed" = [0.0], "x-picture" = "beam"))]
+    #[schemars(extend(
+        "x-unit" = "mm", "x-limits" = "0 to nine tenths of what bends", "x-picture" = "beam"
+    ))]
     pub clamp_mm: f64,
-    /// The unloaded centreline from the base to the tip, in place of `base_mm` and `tip_mm`.
+    /// The unloaded centreline from the base to the tip, in place of `base_mm` and `tip_mm`: points that rise from one to the next. It
+    /// goes through all of them in circular arcs without a kink; points on a line or a circle give that line or circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-unit" = "mm", "x-default" = "a line or an arc from base to tip", "x-computed" = []))]
+    #[schemars(extend(
+        "x-unit" = "mm", "x-range" = Field::FrontCentreline.range(), "x-default" = "a line or an arc from base to tip",
+        "minItems" = 2, "maxItems" = MAX_POINTS + 2
+    ))]
     pub centreline_mm: Option<Vec<[f64; 2]>>,
 }
 

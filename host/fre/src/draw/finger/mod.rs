@@ -5,7 +5,7 @@ mod picture;
 mod scales;
 mod view;
 
-use model_core::design::{HingeKind, Profile};
+use model_core::design::{Beam, HingeKind, Profile};
 use model_core::object::Motion;
 
 use super::font::Fonts;
@@ -154,11 +154,13 @@ impl FingerPicture<'_> {
         for (lamella, rib) in self.shape.ribs.iter().enumerate() {
             self.draw_rib(scene, view, lamella, rib);
         }
+        let [front, back] = [(&design.front, &self.shape.front), (&design.back, &self.shape.back)]
+            .map(|(beam, line)| whole(beam, line));
         let flexible = design.joint() == HingeKind::Flexible;
         let bars = if self.shape.ribs.is_empty() { &self.shape.lamellae[..] } else { &[] };
         for (lamella, bar) in bars.iter().enumerate() {
             let arcs = design.attachment_arcs(lamella);
-            let ends = [(&self.shape.front, &design.front, arcs[0]), (&self.shape.back, &design.back, arcs[1])];
+            let ends = [(&front, &design.front, arcs[0]), (&back, &design.back, arcs[1])];
             let [p, q] = bar.map(|p| view.at(self.world(p)));
             let along = unit([q[0] - p[0], q[1] - p[1]]);
             if flexible {
@@ -195,8 +197,8 @@ impl FingerPicture<'_> {
             let body = [corner(0, 1.0), corner(1, 1.0), corner(1, -1.0), corner(0, -1.0)];
             scene.area(Path::polygon(body), Ink::Lamella, 1.0, Stroke::new(Ink::Lamella, 1.0).round());
         }
-        self.draw_beam(scene, view, &self.shape.back, &design.back.thickness, Ink::Back);
-        self.draw_beam(scene, view, &self.shape.front, &design.front.thickness, Ink::Front);
+        self.draw_beam(scene, view, &back, &design.back.thickness, Ink::Back);
+        self.draw_beam(scene, view, &front, &design.front.thickness, Ink::Front);
         // Pins lie on the beams' centrelines and show on them; welded lamellae have none.
         if design.joint() == HingeKind::Pinned {
             for end in self.shape.lamellae.iter().flatten() {
@@ -323,4 +325,12 @@ fn ghost_stroke() -> Stroke {
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
+}
+
+/// A beam's deformed centreline with the part that is held, base to tip.
+fn whole(beam: &Beam, bends: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    const HELD: u32 = 24;
+    let pieces = if beam.clamp > 0.0 { HELD } else { 0 };
+    let held = (0..pieces).map(|i| beam.point(beam.clamp * f64::from(i) / f64::from(HELD)));
+    held.chain(bends.iter().copied()).collect()
 }
