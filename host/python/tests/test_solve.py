@@ -199,7 +199,7 @@ def test_a_finger_is_the_same_as_dictionary_toml_and_file(tmp_path: pathlib.Path
     assert (thick["front.thickness_mm"], thick["lamellae.heights_mm.0"], finger["front.thickness_mm"]) == (2.5, 10, 2.0)
     with pytest.raises(KeyError):
         finger["front.colour"]
-    assert fre.PRESETS == ("ladder-80", "fea-80", "dhas-80")
+    assert fre.PRESETS == ("ladder-80", "fea-80", "dhas-80", "umi", "vekkax", "hamburg-80")
     with pytest.raises(ValueError, match="not a preset; allowed is ladder-80"):
         fre.Finger.preset("hand")
 
