@@ -20,8 +20,8 @@ use model_core::uncertainty::Uncertainty;
 use crate::quiet::Quiet;
 use crate::store::Key;
 
-/// Reports that wait for the link: an eighth of a second at 500 Hz.
-const REPORTS: usize = 64;
+/// Reports that wait for the link: an eighth of a second at 500 Hz, half of it where RAM is scarce.
+const REPORTS: usize = if cfg!(feature = "little-ram") { 32 } else { 64 };
 /// Grasps that wait for the link.
 const GRASPS: usize = 16;
 /// Shapes that wait for the link.

@@ -182,7 +182,7 @@ fn friction_makes_the_force_depend_on_the_path() {
     assert!(text.contains("friction 0.6:") && text.contains("dissipated"), "{text}");
     let refused = Command::new(env!("CARGO_BIN_EXE_fre")).args(["compare", "--fea"]).arg(&path).output().unwrap();
     assert_eq!(refused.status.code(), Some(1));
-    assert!(words(&refused.stderr).contains("object.friction = 0.6"), "{}", words(&refused.stderr));
+    assert!(words(&refused.stderr).contains("object.friction is 0.6"), "{}", words(&refused.stderr));
 }
 
 #[test]
