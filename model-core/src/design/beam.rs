@@ -87,7 +87,7 @@ impl Beam {
     }
 
     /// Curvature of the circular arc of [`Self::sagitta`], 1/mm; positive for a positive sagitta.
-    fn curvature(&self) -> f64 {
+    pub fn curvature(&self) -> f64 {
         2.0 * libm::sin(self.half_angle()) / self.chord()
     }
 
