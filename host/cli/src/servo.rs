@@ -69,7 +69,7 @@ pub struct Args {
     /// The registers and the motor stay those of --model.
     #[arg(long, value_name = "N")]
     model_number: Option<u16>,
-    /// Version of the servo's firmware [default: the first that supports Fast Sync Read]
+    /// Version of the servo's firmware [default: the first with Fast Sync Read]
     ///
     /// That is 45, but 46 for XL330 and XC330, and 12 for PM42.
     #[arg(long, value_name = "N")]
@@ -91,7 +91,7 @@ pub struct Args {
     /// Period of the clock "requests"
     #[arg(long, value_name = "US", default_value_t = 2000)]
     period_us: u32,
-    /// Position at motor angle 0 [default: the middle of the revolution, 2048; 0 for PM42]
+    /// Position at motor angle 0 [default: 2048, mid revolution; 0 for PM42]
     #[arg(long, value_name = "COUNT")]
     zero_count: Option<u16>,
     /// Counts decrease as the finger closes
@@ -103,7 +103,7 @@ pub struct Args {
     /// Play between encoder and finger, 0 to 5; 0.25 for this servo family
     #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     backlash_deg: f64,
-    /// Position gains after power-on [default: the factory's, 800,0,0 for XM430-W350]
+    /// Position gains after power-on [default: the factory's; XM430: 800,0,0]
     ///
     /// With these an XM430-W350 holds by its error, 29 N·mm per count; 16383,0,0 is twenty times as firm.
     #[arg(long, value_name = "P,I,D", value_parser = gains)]

@@ -58,8 +58,10 @@ impl Finger {
             has_model: black_box(true),
             current: black_box(0.0),
             alert: black_box(false),
+            part: black_box(1.0),
+            stop: black_box(None),
         };
-        let faults = black_box(Faults { reaction: Reaction::Hold, untrusted_s: 0.0 });
+        let faults = black_box(Faults { reaction: Reaction::Hold, untrusted_s: 0.0, strain: Reaction::Hold });
         self.grip.feel(&touch, calibration.count(), black_box(0.0), limits, &faults);
         self.grip.miss(limits, faults.reaction);
         black_box((self.grip.phase().why().map(Why::words), Phase::word(self.grip.phase()), self.grip.is_gripping()));
