@@ -33,7 +33,7 @@ struct Things {
 
 /// The servo: what is written can be read, and the motor follows its goal.
 struct Servo {
-    memory: [u8; 147],
+    memory: [u8; 148],
     motor: f64,
 }
 
@@ -49,7 +49,7 @@ pub struct Delay(Bench);
 impl Bench {
     /// A servo in the middle of its revolution.
     pub fn new() -> Self {
-        let mut servo = Servo { memory: [0; 147], motor: 2048.0 };
+        let mut servo = Servo { memory: [0; 148], motor: 2048.0 };
         for item in xm430::ITEMS {
             let (from, length) = (usize::from(item.address), usize::from(item.length));
             servo.memory[from..from + length].copy_from_slice(&item.default.to_le_bytes()[..length]);

@@ -148,7 +148,8 @@ fn export(args: &ExportArgs) -> Result<(), String> {
     }
     if described {
         let file = args.output.as_ref().filter(|file| !is_standard(file));
-        let file = file.ok_or("needed is --output FILE.urdf: the finger's solid is written beside the description")?;
+        let file = file
+            .ok_or("--output is missing; needed is FILE.urdf: the finger's solid is written beside the description")?;
         return urdf::write(&args.urdf, &args.finger, &keys, &loops, &bytes, file, &mut files);
     }
     match (&args.output, String::from_utf8(bytes)) {
