@@ -135,7 +135,7 @@ def test_a_notebook_shows_the_picture_of_the_command(program: str, examples: pat
     assert solution._repr_svg_() == (tmp_path / "p.svg").read_text()
     strain = solution.svg("strain", at=0)
     assert strain is not None and strain.startswith("<svg") and strain != solution.svg("strain")
-    with pytest.raises(ValueError, match="kind = \"side\": allowed is finger, force, pressure, strain"):
+    with pytest.raises(ValueError, match="kind = \"side\": allowed is finger, force, loop, pressure, strain"):
         solution.svg("side")  # type: ignore[arg-type]
 
 
@@ -178,7 +178,7 @@ def test_a_file_with_a_fault_names_line_and_key(tmp_path: pathlib.Path) -> None:
 @pytest.mark.parametrize(
     ("values", "key"),
     [
-        ({"front.clamp_mm": 5.0}, "finger.front.clamp_mm"),
+        ({"lamellae.fillet_mm": 0.5}, "finger.lamellae.fillet_mm"),
         ({"material.prony": [[0.6, 0.1], [0.6, 1.0]]}, "finger.material.prony"),
     ],
 )
