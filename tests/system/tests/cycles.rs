@@ -8,7 +8,7 @@ use system_tests::{Cycles, Machine, OBJECT, Watch, finger};
 
 const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const PATIENCE: Duration = Duration::from_secs(120);
-/// Estimates in contact that are looked at.
+/// Estimates in contact that are waited for; the motor moves in about 19 of them.
 const ESTIMATES: usize = 25;
 
 #[test]
@@ -24,13 +24,19 @@ fn ticks_have_bounds_in_cycles_on_every_chip() {
     link.set_object(0, OBJECT).unwrap();
     watch.until_report("trustworthy estimate", PATIENCE, |report| report.estimate.age == 0);
     link.close(Which::All, 11.0 * DEGREE, Some(0.2)).unwrap();
-    let mut costs = Vec::new();
+    let (mut costs, mut angle, mut touching) = (Vec::new(), f32::NAN, 0);
     watch.until_report("estimates in contact", PATIENCE, |report| {
+        // Where the motor stands next to nothing is computed, and misses of the caches decide.
+        let moves = std::mem::replace(&mut angle, report.estimate.motor_angle) != report.estimate.motor_angle;
         if report.estimate.status != Status::Stale && report.estimate.force != [0.0; 2] {
-            costs.push(f64::from(report.cost) * f64::from(Machine::INSTRUCTIONS_PER_TICK));
+            touching += 1;
+            if moves {
+                costs.push(f64::from(report.cost) * f64::from(Machine::INSTRUCTIONS_PER_TICK));
+            }
         }
-        costs.len() >= ESTIMATES
+        touching >= ESTIMATES
     });
+    assert!(costs.len() >= ESTIMATES / 2, "the motor moved in {} of {ESTIMATES} ticks only", costs.len());
     drop(watch);
     drop(link);
     drop(machine);
@@ -43,7 +49,8 @@ fn ticks_have_bounds_in_cycles_on_every_chip() {
     assert!(!report.chips.is_empty());
     for (index, chip) in report.chips.iter().enumerate() {
         let name = format!("{}, {}", chip.board, chip.layout);
-        assert!(chip.by_name > 0.9, "{name}: {} of the instructions are known by name", chip.by_name);
+        // 0.90 in this motion, 0.86 where estimates alone count: the optimiser inlines other functions in the two images.
+        assert!(chip.by_name > 0.85, "{name}: {} of the instructions are known by name", chip.by_name);
         let shares: f64 = chip.dearest.iter().map(|(_, share, _)| share).sum();
         assert!(0.0 < shares && shares <= 1.0, "{name}: {:?}", chip.dearest);
         let mut sums = [0.0_f64; 3];
