@@ -26,9 +26,14 @@ fn main() {
     }
     let campaigns = [2, 4, 5].map(|samples| {
         let mut digest = sweep::DIGEST;
-        let sound = sweep::campaign(&mut estimator, samples, |work| work(), |numbers, _, ()| {
-            digest = numbers.into_iter().fold(digest, sweep::mix);
-        });
+        let sound = sweep::campaign(
+            &mut estimator,
+            samples,
+            |work| work(),
+            |numbers, _, ()| {
+                digest = numbers.into_iter().fold(digest, sweep::mix);
+            },
+        );
         assert!(sound, "the campaign's finger and objects are sound");
         (samples, digest)
     });

@@ -40,7 +40,8 @@ pub fn campaign<C>(
     mut costs: impl FnMut(&mut dyn FnMut()) -> C,
     mut each: impl FnMut([f32; 3], bool, C),
 ) -> bool {
-    let how = Discretisation { sampling: Sampling::PerElement(samples), ..Discretisation::estimator(Physics::Extended) };
+    let how =
+        Discretisation { sampling: Sampling::PerElement(samples), ..Discretisation::estimator(Physics::Extended) };
     let mut sound = estimator.configure(&reference_tests::ladder_80(), &how).is_ok();
     estimator.set_budget(QUOTA);
     for tick in reference_tests::campaign::ticks() {
