@@ -49,7 +49,7 @@ fn ticks_have_bounds_in_cycles_on_every_chip() {
     assert!(!report.chips.is_empty());
     for (index, chip) in report.chips.iter().enumerate() {
         let name = format!("{}, {}", chip.board, chip.layout);
-        // 0.90 in this motion, 0.86 where estimates alone count: the optimiser inlines other functions in the two images.
+        // 0.90 in this motion, 0.86 in a shorter one.
         assert!(chip.by_name > 0.85, "{name}: {} of the instructions are known by name", chip.by_name);
         let shares: f64 = chip.dearest.iter().map(|(_, share, _)| share).sum();
         assert!(0.0 < shares && shares <= 1.0, "{name}: {:?}", chip.dearest);
