@@ -9,16 +9,24 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 struct Symbol {
     start: u32,
     size: u32,
-    /// Its name without the hash that the compiler puts behind it.
+    /// Its name as [`name_of`] makes it.
     name: String,
+}
+
+/// A piece of memory that the linker filled.
+#[derive(Clone, Debug)]
+struct Section {
+    name: String,
+    first: u32,
+    bytes: u32,
 }
 
 /// The addresses of an image.
 #[derive(Clone, Debug)]
 pub struct Image {
     symbols: Vec<Symbol>,
-    /// First address and length of code, constants, and variables.
-    pieces: [(u32, u32); 3],
+    /// Those that are loaded, or cleared at the start.
+    sections: Vec<Section>,
     stack_start: u32,
 }
 
@@ -51,27 +59,25 @@ impl Image {
             if symbol.size() > 0 && matches!(symbol.kind(), SymbolKind::Text | SymbolKind::Data | SymbolKind::Unknown) {
                 // The lowest bit of a function's address says Thumb.
                 let start = if symbol.kind() == SymbolKind::Text { address & !1 } else { address };
-                symbols.push(Symbol { start, size: symbol.size() as u32, name: without_hash(name).to_owned() });
+                symbols.push(Symbol { start, size: symbol.size() as u32, name: name_of(name) });
             }
         }
         if symbols.is_empty() {
             return Err(NotAnImage("without symbols".to_owned()));
         }
         symbols.sort_by_key(|symbol| symbol.start);
-        let extent = |wanted: &[SectionKind]| {
-            let sections =
-                || file.sections().filter(|section| section.address() > 0 || section.name() == Ok(".vector_table"));
-            let sections = || sections().filter(|section| wanted.contains(&section.kind()));
-            let first = sections().map(|section| section.address()).min().unwrap_or(0);
-            let end = sections().map(|section| section.address() + section.size()).max().unwrap_or(0);
-            (first as u32, (end - first) as u32)
+        let in_memory = |kind| {
+            use SectionKind::{Data, ReadOnlyData, ReadOnlyString, Text, UninitializedData};
+            matches!(kind, Text | ReadOnlyData | ReadOnlyString | Data | UninitializedData)
         };
-        let pieces = [
-            extent(&[SectionKind::Text]),
-            extent(&[SectionKind::ReadOnlyData, SectionKind::ReadOnlyString]),
-            extent(&[SectionKind::Data, SectionKind::UninitializedData]),
-        ];
-        Ok(Self { symbols, pieces, stack_start })
+        let sections = file.sections().filter(|section| in_memory(section.kind()) && section.size() > 0);
+        let sections = sections
+            .filter_map(|section| {
+                let name = section.name().ok()?.to_owned();
+                Some(Section { name, first: section.address() as u32, bytes: section.size() as u32 })
+            })
+            .collect();
+        Ok(Self { symbols, sections, stack_start })
     }
 
     /// The symbol at an address, and how far behind its start it lies.
@@ -86,18 +92,24 @@ impl Image {
     pub fn name(&self, address: u32) -> String {
         let Some((index, offset)) = self.symbol(address) else { return format!("{address:#010x}") };
         let name = self.symbols.get(index).map_or("", |symbol| symbol.name.as_str());
-        let name = rustc_demangle::demangle(name).to_string();
         format!("{name} + {offset:#x}")
     }
 }
 
-/// A legacy name ends with `17h` and sixteen digits, which differ from build to build.
-fn without_hash(name: &str) -> &str {
-    let hash = name.len().checked_sub(20).and_then(|at| name.get(at..));
-    match hash {
-        Some(hash) if hash.starts_with("17h") && hash.ends_with('E') => name.get(..name.len() - 20).unwrap_or(name),
-        _ => name,
+/// What the crates of the boards' images are named by, each followed by its board's own name.
+const IMAGE: &str = "gripper_";
+
+/// A symbol's name as it is the same in every image: without the hash that the compiler puts behind it, which differs from build to build,
+/// and with `image` in place of the image's own crate.
+fn name_of(symbol: &str) -> String {
+    let name = format!("{:#}", rustc_demangle::demangle(symbol));
+    let mut pieces = name.split(IMAGE);
+    let mut same = pieces.next().unwrap_or("").to_owned();
+    for piece in pieces {
+        same += "image";
+        same += piece.trim_start_matches(|c: char| c.is_ascii_alphanumeric() || c == '_');
     }
+    same
 }
 
 /// Carries addresses of one image over to another.
@@ -114,7 +126,7 @@ pub struct LinkMap {
 pub struct Carried {
     /// There.
     pub address: u32,
-    /// That it is known by name: the same function or variable, of the same size. Else it lies as far into its section.
+    /// That it is known by name: the same function or variable, of the same size. Else it lies as far into the section of the same name.
     pub by_name: bool,
 }
 
@@ -146,10 +158,12 @@ impl LinkMap {
                 return Carried { address: start + offset.min(other.saturating_sub(1)), by_name: other == size };
             }
         }
-        for ((first, length), (other, _)) in self.from.pieces.iter().zip(&self.to.pieces) {
-            if address >= *first && address - first < *length {
-                return Carried { address: other + (address - first), by_name: false };
-            }
+        let within = |section: &&Section| section.first <= address && address - section.first < section.bytes;
+        if let Some(section) = self.from.sections.iter().find(within)
+            && let Some(other) = self.to.sections.iter().find(|other| other.name == section.name)
+        {
+            let offset = (address - section.first).min(other.bytes - 1);
+            return Carried { address: other.first + offset, by_name: false };
         }
         // The stack grows down from its start, in both images by the same amounts.
         let depth = self.from.stack_start.wrapping_sub(address);
@@ -172,43 +186,60 @@ const STACK_BYTES: u32 = 32 * 1024;
 mod tests {
     use super::*;
 
-    fn image(symbols: &[(u32, u32, &str)], text: u32) -> Image {
-        let symbols = symbols.iter().map(|&(start, size, name)| Symbol { start, size, name: name.to_owned() });
-        Image {
-            symbols: symbols.collect(),
-            pieces: [(text, 0x1000), (text + 0x1000, 0x100), (0x2000_0000, 0x100)],
-            stack_start: text,
-        }
+    fn image(symbols: &[(u32, u32, &str)], sections: &[(u32, u32, &str)]) -> Image {
+        let symbols = symbols.iter().map(|&(start, size, name)| Symbol { start, size, name: name_of(name) });
+        let sections = sections.iter().map(|&(first, bytes, name)| Section { name: name.to_owned(), first, bytes });
+        Image { symbols: symbols.collect(), sections: sections.collect(), stack_start: 0 }
     }
 
     #[test]
     fn an_address_is_carried_by_name_then_by_section() {
         let from = image(
             &[(0x100, 0x20, "solve"), (0x120, 0x10, "only_here"), (0x130, 0x40, "twice"), (0x170, 0x8, "twice")],
-            0,
+            &[(0x100, 0x1000, ".text"), (0x2000_0000, 0x100, ".bss")],
         );
-        let to = image(&[(0x8100, 0x20, "solve"), (0x8200, 0x8, "twice"), (0x8300, 0x40, "twice")], 0x8000);
+        let to = image(
+            &[(0x8100, 0x20, "solve"), (0x8200, 0x8, "twice"), (0x8300, 0x40, "twice")],
+            &[
+                (0x40, 0x20, ".fast"),
+                (0x8100, 0x1000, ".text"),
+                (0x100, 0x20, ".fast_data"),
+                (0x2400_0000, 0x80, ".bss"),
+            ],
+        );
         let map = LinkMap::new(from, to);
         assert_eq!(map.carry(0x104), Carried { address: 0x8104, by_name: true });
         assert_eq!(map.carry(0x124), Carried { address: 0x8124, by_name: false });
         assert_eq!(map.carry(0x134), Carried { address: 0x8304, by_name: true }, "the one of the same size");
         assert_eq!(map.carry(0x172), Carried { address: 0x8202, by_name: true });
+        assert_eq!(map.carry(0x2000_0010), Carried { address: 0x2400_0010, by_name: false }, "whatever lies below it");
+        assert_eq!(map.carry(0x2000_00f0), Carried { address: 0x2400_007f, by_name: false }, "a shorter section");
         assert_eq!(map.carry(0x4000_0000), Carried { address: 0x4000_0000, by_name: false }, "a device stays");
         assert_eq!(map.target().name(0x8104), "solve + 0x4");
     }
 
     #[test]
+    fn what_belongs_to_an_images_own_crate_is_the_same_in_every_image() {
+        let from = image(&[(0x100, 0x20, "_ZN12gripper_mps26MODELS17h6c390203a3e9b6ffE")], &[]);
+        let to = image(&[(0x900, 0x10, "_ZN14gripper_opencr6MODELS17hd68b956599663fd6E")], &[]);
+        let map = LinkMap::new(from, to);
+        assert_eq!(map.carry(0x104), Carried { address: 0x904, by_name: false }, "of another size");
+        assert_eq!(name_of("_ZN12gripper_mps24main17h6c390203a3e9b6ffE"), "image::main");
+        assert_eq!(name_of("_ZN7gripper4core17h6c390203a3e9b6ffE"), "gripper::core");
+    }
+
+    #[test]
     fn the_stack_is_carried_by_its_depth() {
-        let from = Image { stack_start: 0x2008_0000, ..image(&[(0x100, 4, "a")], 0) };
-        let to = Image { stack_start: 0x2000_8000, ..image(&[(0x8100, 4, "a")], 0x8000) };
+        let from = Image { stack_start: 0x2008_0000, ..image(&[(0x100, 4, "a")], &[]) };
+        let to = Image { stack_start: 0x2000_8000, ..image(&[(0x8100, 4, "a")], &[]) };
         let map = LinkMap::new(from, to);
         assert_eq!(map.carry(0x2007_fff0), Carried { address: 0x2000_7ff0, by_name: true });
     }
 
     #[test]
     fn a_hash_is_not_part_of_a_name() {
-        assert_eq!(without_hash("_ZN4core3fmt5write17h0042db6166957f81E"), "_ZN4core3fmt5write");
-        assert_eq!(without_hash("main"), "main");
+        assert_eq!(name_of("_ZN4core3fmt5write17h0042db6166957f81E"), "core::fmt::write");
+        assert_eq!(name_of("main"), "main");
     }
 
     #[test]

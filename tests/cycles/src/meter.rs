@@ -25,8 +25,8 @@ struct Track {
     places: Vec<u32>,
     /// For each place the cycles of the upper bound, in windows.
     cycles: Vec<u64>,
-    /// Instructions in windows whose address is known by name, and all of them.
-    named: [u64; 2],
+    /// The window's instructions whose address in this chip's image is known by name.
+    named: u64,
     by_name: Vec<bool>,
 }
 
@@ -71,7 +71,7 @@ impl Meter {
                 began: 0,
             };
             let sides = [side(Bound::Lower), side(Bound::Upper)];
-            tracks.push(Track { chip, map, sides, places: vec![], cycles: vec![], named: [0; 2], by_name: vec![] });
+            tracks.push(Track { chip, map, sides, places: vec![], cycles: vec![], named: 0, by_name: vec![] });
         }
         Ok(Self {
             clock,
@@ -125,10 +125,7 @@ impl Meter {
         let in_window = self.window.is_some();
         for Track { sides, places, cycles, map, named, by_name, .. } in &mut self.tracks {
             let Some(&at) = places.get(number) else { continue };
-            if in_window {
-                named[1] += 1;
-                named[0] += u64::from(by_name.get(number).copied().unwrap_or(false));
-            }
+            *named += u64::from(by_name.get(number).copied().unwrap_or(false));
             for Side { bound, memory, pipeline, .. } in sides {
                 let before = pipeline.now();
                 let fetch = memory.fetch(at, *bytes, before);
@@ -163,9 +160,12 @@ impl Meter {
             let _ = write!(self.told, "{} {began:#x} {address:#x} {instructions}", report::WINDOW);
             for track in &self.tracks {
                 let [lower, upper] = track.sides.each_ref().map(|side| side.pipeline.now() - side.began);
-                let _ = write!(self.told, " {lower} {upper}");
+                let _ = write!(self.told, " {lower} {upper} {}", track.named);
             }
             self.told.push('\n');
+        }
+        for track in &mut self.tracks {
+            track.named = 0;
         }
         for side in self.tracks.iter_mut().flat_map(|track| &mut track.sides) {
             if side.bound == Bound::Upper {
@@ -189,8 +189,7 @@ impl Meter {
         }
         for (index, track) in self.tracks.iter().enumerate() {
             let Chip { board, layout, clock_hz, .. } = track.chip;
-            let [named, all] = track.named;
-            let _ = writeln!(told, "{} {index} {board} {clock_hz} {named} {all} {layout}", report::CHIP);
+            let _ = writeln!(told, "{} {index} {board} {clock_hz} {layout}", report::CHIP);
             let total: u64 = track.cycles.iter().sum();
             let mut dearest: Vec<(u64, usize)> =
                 track.cycles.iter().enumerate().map(|(number, &cycles)| (cycles, number)).collect();

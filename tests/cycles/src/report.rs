@@ -29,6 +29,8 @@ pub struct Window {
     pub instructions: u64,
     /// Cycles, lower and upper bound, of each chip.
     pub cycles: Vec<[u64; 2]>,
+    /// For each chip, how many of the instructions have an address in its image that is known by name.
+    pub by_name: Vec<u64>,
 }
 
 /// A chip in a layout.
@@ -40,8 +42,6 @@ pub struct Measured {
     pub layout: String,
     /// Hertz.
     pub clock_hz: f64,
-    /// Share of the executed instructions whose address in this board's image is known by name.
-    pub by_name: f64,
     /// The costliest addresses by the upper bound: address, share of all cycles, what lies there.
     pub dearest: Vec<(u32, f64, String)>,
 }
@@ -106,16 +106,15 @@ impl Report {
                 let instructions = words.next()?.parse().ok()?;
                 let numbers: Option<Vec<u64>> = words.map(|word| word.parse().ok()).collect();
                 let numbers = numbers?;
-                let cycles = numbers.chunks_exact(2).map(|pair| pair.try_into().ok()).collect::<Option<_>>()?;
-                self.windows.push(Window { between, instructions, cycles });
+                let (chips, []) = numbers.as_chunks::<3>() else { return None };
+                let (cycles, by_name) = chips.iter().map(|&[lower, upper, named]| ([lower, upper], named)).unzip();
+                self.windows.push(Window { between, instructions, cycles, by_name });
             }
             CHIP => {
                 let (_, board) = (words.next()?, words.next()?.to_owned());
                 let clock_hz = words.next()?.parse().ok()?;
-                let (named, all): (f64, f64) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
                 let layout = words.collect::<Vec<_>>().join(" ");
-                let by_name = if all > 0.0 { named / all } else { 0.0 };
-                self.chips.push(Measured { board, layout, clock_hz, by_name, dearest: Vec::new() });
+                self.chips.push(Measured { board, layout, clock_hz, dearest: Vec::new() });
             }
             ADDRESS => {
                 let chip: usize = words.next()?.parse().ok()?;
@@ -137,14 +136,18 @@ mod tests {
 
     #[test]
     fn what_was_written_is_read() {
-        let windows = "window 0x10 0x20 7 8 9 10 11\nwindow 0x10 0x20 7 8";
-        let summary = "unknown vrsqrte.f32\nchip 0 opencr 216000000 9 10 flash, caches\naddress 0 0x8000100 0.25000 solve + 0x4\n";
+        let windows = "window 0x10 0x20 7 8 9 6 10 11 7\nwindow 0x10 0x20 7 8";
+        let summary =
+            "unknown vrsqrte.f32\nchip 0 opencr 216000000 flash, caches\naddress 0 0x8000100 0.25000 solve + 0x4\n";
         let report = Report::parse(windows, summary).unwrap();
         assert_eq!(report.windows.len(), 1, "the second was cut");
-        assert_eq!(report.windows[0].cycles, [[8, 9], [10, 11]]);
+        assert_eq!(
+            (&report.windows[0].cycles[..], &report.windows[0].by_name[..]),
+            (&[[8, 9], [10, 11]][..], &[6, 7][..])
+        );
         assert_eq!(report.unknown, ["vrsqrte.f32"]);
         let [chip] = report.chips.as_slice() else { panic!("{report:?}") };
-        assert_eq!((chip.board.as_str(), chip.layout.as_str(), chip.by_name), ("opencr", "flash, caches", 0.9));
+        assert_eq!((chip.board.as_str(), chip.layout.as_str()), ("opencr", "flash, caches"));
         assert_eq!(chip.dearest, [(0x0800_0100, 0.25, "solve + 0x4".to_owned())]);
         assert!(Report::parse("nonsense\n", "").is_err());
     }
