@@ -28,6 +28,8 @@ pub fn run(arguments: &[&str]) -> Result<()> {
     setup::run(setup::Parts::Firmware)?;
     let mut command = bench();
     if wanted("rates") {
+        // First: both have the same place until they are copied.
+        command.env("FRE_SMALL_FIRMWARE_ELF", firmware::small()?);
         command.env("FRE_FIRMWARE_ELF", firmware::show(firmware::SIMULATED)?);
         let boards = fre_boards::ALL.iter().map(|board| board.name);
         cycles::provide(&mut command, &boards.filter(|board| *board != firmware::SIMULATED).collect::<Vec<_>>())?;

@@ -42,6 +42,17 @@ fn build(board: &str) -> Result<PathBuf> {
     Ok(image(board))
 }
 
+/// Builds the simulated board's image for size, as the boards' that have little flash; returns the ELF's path, beside the other one's.
+pub fn small() -> Result<PathBuf> {
+    let cross = Cross::find()?;
+    let level = format!("profile.release.package.{SIMULATED}.opt-level=\"s\"");
+    let words = ["--quiet", "--release", "--package", SIMULATED, "--bins", "--config", &level];
+    run_command(cross.cargo("build").args(words))?;
+    let kept = image(SIMULATED).with_file_name("small-mps2");
+    std::fs::copy(image(SIMULATED), &kept).context("cannot keep the small image")?;
+    Ok(kept)
+}
+
 /// Where a board's image is once it is built.
 pub fn image(board: &str) -> PathBuf {
     paths::boards_target().join(TRIPLE).join("release").join(format!("gripper-{board}"))
@@ -139,10 +150,12 @@ mod tests {
     }
 
     #[test]
-    fn every_board_is_a_package_and_has_a_page_and_every_package_is_a_board() {
+    fn every_board_is_a_package_built_as_listed_with_a_page_and_every_package_is_a_board() {
         let manifest = std::fs::read_to_string(paths::boards().join("Cargo.toml")).unwrap();
         for board in fre_boards::ALL {
             assert!(manifest.contains(&format!("\"{}\"", board.name)), "{} is not a member", board.name);
+            let level = format!("[profile.release.package.{}]\nopt-level = \"s\"\n", board.name);
+            assert_eq!(manifest.contains(&level), board.is_small, "{}", board.name);
             // The virtual one has nothing to wire.
             assert!(
                 board.probe.is_none() || paths::boards().join(board.name).join("README.md").exists(),

@@ -27,6 +27,8 @@ pub struct Board {
     pub ram: u32,
     /// What the variables may take of it, bytes.
     pub ram_budget: u32,
+    /// The image is built for size instead of speed: its flash has no room for what unrolled loops and inlined calls take.
+    pub is_small: bool,
     /// Nothing can be fetched while the settings are written: they lie in the program's own bank of the flash.
     pub flash_stalls: bool,
     /// How it is reached with a debug probe; a virtual board has none.
@@ -57,6 +59,7 @@ pub const MPS2: Board = Board {
     flash_budget: 608 * KB,
     ram: 3584 * KB,
     ram_budget: 512 * KB,
+    is_small: false,
     flash_stalls: true,
     probe: None,
 };
@@ -74,6 +77,7 @@ pub const OPENCR: Board = Board {
     flash_budget: 608 * KB,
     ram: 288 * KB - 256,
     ram_budget: 192 * KB,
+    is_small: false,
     flash_stalls: true,
     probe: Some(Probe {
         chip: "STM32F746ZG",
@@ -93,6 +97,7 @@ pub const NUCLEO_H743ZI: Board = Board {
     flash_budget: 608 * KB,
     ram: 512 * KB,
     ram_budget: 448 * KB,
+    is_small: false,
     flash_stalls: false,
     probe: Some(Probe { chip: "STM32H743ZI", connection: ST_LINK }),
 };
@@ -109,6 +114,7 @@ pub const NUCLEO_G474RE: Board = Board {
     flash_budget: 464 * KB,
     ram: 112 * KB - 256 - 1536,
     ram_budget: 110 * KB,
+    is_small: true,
     flash_stalls: true,
     probe: Some(Probe { chip: "STM32G474RE", connection: ST_LINK }),
 };
@@ -125,6 +131,7 @@ pub const NUCLEO_F429ZI: Board = Board {
     flash_budget: 576 * KB,
     ram: 190 * KB - 256,
     ram_budget: 160 * KB,
+    is_small: false,
     flash_stalls: false,
     probe: Some(Probe { chip: "STM32F429ZI", connection: ST_LINK }),
 };

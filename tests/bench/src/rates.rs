@@ -6,6 +6,7 @@ use std::fmt;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
+use fre_boards::Board;
 use fre_cycles::report::{Measured, Window};
 use fre_gripper::servo::{Config, Fault};
 use messages::{Finger, GripTo, Mount, Report, Settings, Which};
@@ -15,7 +16,7 @@ use model_core::status::Status;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use serde_json::{Value, json};
-use system_tests::{Cycles, Machine, OBJECT, Watch, finger};
+use system_tests::{Build, Cycles, Machine, OBJECT, Watch, finger};
 
 const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const MOUNT: Mount =
@@ -35,9 +36,16 @@ const WANTED_BAUD: u32 = 1_000_000;
 const FOUND: f64 = 0.95;
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// The campaign with each number of samples.
+/// Campaigns on an image built for speed, and on one built for size.
 #[derive(Clone, Debug)]
-pub struct Rates(Vec<(u8, Campaign)>);
+pub struct Rates(Vec<Campaigns>);
+
+/// On one image, a campaign with each number of samples.
+#[derive(Clone, Debug)]
+struct Campaigns {
+    build: Build,
+    by_samples: Vec<(u8, Campaign)>,
+}
 
 /// An estimate.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +65,8 @@ struct Campaign {
     /// Estimates, those of which no window was found included.
     seen: usize,
     chips: Vec<Measured>,
+    /// For each chip, the share of the estimates' instructions whose address in its image is known by name.
+    by_name: Vec<f64>,
 }
 
 /// Mean and largest.
@@ -148,20 +158,25 @@ fn rate(cycles: f64, clock_hz: f64, fingers: usize, baud: u32) -> f64 {
     1e6 / (bus_us(baud, fingers) + fingers as f64 * cycles / clock_hz * 1e6)
 }
 
-/// Runs the campaigns on the firmware in QEMU. `FRE_FIRMWARE_ELF`, `FRE_CYCLES_PLUGIN` and `FRE_BOARD_IMAGES` name what is needed.
+/// Runs the campaigns on the firmware in QEMU. `FRE_FIRMWARE_ELF`, `FRE_SMALL_FIRMWARE_ELF`, `FRE_CYCLES_PLUGIN` and
+/// `FRE_BOARD_IMAGES` name what is needed.
 pub fn measure() -> Result<Rates> {
-    let mut campaigns = Vec::new();
-    for samples in [2, 4, 5] {
-        let campaign = campaign(samples)?;
-        campaign.check().with_context(|| format!("{samples} samples"))?;
-        campaigns.push((samples, campaign));
+    let mut rates = Vec::new();
+    for build in [Build::Fast, Build::Small] {
+        let mut by_samples = Vec::new();
+        for samples in [2, 4, 5] {
+            let campaign = campaign(build, samples)?;
+            campaign.check().with_context(|| format!("{samples} samples"))?;
+            by_samples.push((samples, campaign));
+        }
+        rates.push(Campaigns { build, by_samples });
     }
-    Ok(Rates(campaigns))
+    Ok(Rates(rates))
 }
 
 /// Fast and slow motions, grips, another object under way; every twentieth answer is lost, damaged, cut, or comes behind noise.
-fn campaign(samples: u8) -> Result<Campaign> {
-    let cycles = Cycles::new();
+fn campaign(build: Build, samples: u8) -> Result<Campaign> {
+    let cycles = Cycles::of(build);
     let machine = Machine::boot_measured(Config { noise_ma: 5.0, ..Machine::servo() }, &cycles);
     let link = machine.link();
     let mut watch = Watch::new(&link);
@@ -209,9 +224,18 @@ fn campaign(samples: u8) -> Result<Campaign> {
     let costs: Vec<f64> = estimates.iter().map(|estimate| estimate.instructions).collect();
     let windows = report.measured_as(&costs, f64::from(Machine::INSTRUCTIONS_PER_TICK));
     let seen = estimates.len();
+    let by_name = (0..report.chips.len()).map(|chip| share_by_name(&windows, chip)).collect();
     let found = |(estimate, window): (Estimate, Option<&Window>)| Some((estimate, window?.cycles.clone()));
     let estimates = estimates.into_iter().zip(windows).filter_map(found).collect();
-    Ok(Campaign { estimates, seen, chips: report.chips })
+    Ok(Campaign { estimates, seen, chips: report.chips, by_name })
+}
+
+/// The share of the windows' instructions whose address in a chip's image is known by name.
+fn share_by_name(windows: &[Option<&Window>], chip: usize) -> f64 {
+    let windows = || windows.iter().flatten();
+    let named: u64 = windows().filter_map(|window| window.by_name.get(chip)).sum();
+    let all: u64 = windows().map(|window| window.instructions).sum();
+    named as f64 / all.max(1) as f64
 }
 
 /// What happens to an answer of the servo.
@@ -228,9 +252,9 @@ impl Rates {
     /// Rows of the document's `worst_tick`: the dearest estimate of each campaign on each board. `late_ticks` are the estimates that
     /// would be late at the wanted `rate_hz` of one finger at 1 Mbaud by the upper bound, `bounds_hz` what the dearest one allows.
     pub fn document(&self) -> Value {
-        let Self(campaigns) = self;
+        let Self(rates) = self;
         let mut rows = Vec::new();
-        for (samples, campaign) in campaigns {
+        for (samples, campaign) in rates.iter().flat_map(|campaigns| &campaigns.by_samples) {
             let [mean, max] = campaign.instructions();
             for (index, chip) in campaign.chips.iter().enumerate() {
                 let Some(board) = fre_boards::named(&chip.board) else { continue };
@@ -269,44 +293,68 @@ fn grouped(number: f64) -> String {
 
 impl fmt::Display for Rates {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(campaigns) = self;
-        writeln!(f, "| samples | estimates | in contact, mean | worst, instructions | iterations at most |")?;
-        writeln!(f, "|---|---|---|---|---|")?;
-        for (samples, campaign) in campaigns {
-            let [mean, most] = campaign.instructions().map(grouped);
-            let iterations = campaign.estimates.iter().map(|(estimate, _)| estimate.iterations).max().unwrap_or(0);
-            writeln!(f, "| {samples} | {} | {mean} | {most} | {iterations} |", campaign.seen)?;
+        let Self(rates) = self;
+        writeln!(
+            f,
+            "| image built for | samples | estimates | in contact, mean | worst, instructions | iterations at most |"
+        )?;
+        writeln!(f, "|---|---|---|---|---|---|")?;
+        for Campaigns { build, by_samples } in rates {
+            let build = if *build == Build::Fast { "speed" } else { "size" };
+            for (samples, campaign) in by_samples {
+                let [mean, most] = campaign.instructions().map(grouped);
+                let iterations = campaign.estimates.iter().map(|(estimate, _)| estimate.iterations).max().unwrap_or(0);
+                writeln!(f, "| {build} | {samples} | {} | {mean} | {most} | {iterations} |", campaign.seen)?;
+            }
         }
-        let Some((_, first)) = campaigns.first() else { return Ok(()) };
         writeln!(f, "\nCycles of an estimate, by the lower and by the upper bound:\n")?;
         writeln!(f, "| board | layout | samples | in contact, mean | worst |\n|---|---|---|---|---|")?;
-        for (index, chip) in first.chips.iter().enumerate() {
-            for (samples, campaign) in campaigns {
+        rates.iter().try_for_each(|campaigns| campaigns.cycles(f))?;
+        for campaigns in rates {
+            if let Some((samples, campaign)) = campaigns.by_samples.last() {
+                kinds(f, *samples, campaign)?;
+            }
+        }
+        writeln!(f, "\n| board | fingers | samples | 57,600 baud | 1 Mbaud | 2 Mbaud | 4 Mbaud |")?;
+        writeln!(f, "|---|---|---|---|---|---|---|")?;
+        for board in fre_boards::ALL {
+            rates.iter().try_for_each(|campaigns| campaigns.rates(f, board))?;
+        }
+        Ok(())
+    }
+}
+
+impl Campaigns {
+    fn chips(&self) -> &[Measured] {
+        self.by_samples.first().map_or(&[], |(_, campaign)| &campaign.chips)
+    }
+
+    /// Rows of each chip's cycles.
+    fn cycles(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, chip) in self.chips().iter().enumerate() {
+            for (samples, campaign) in &self.by_samples {
                 let [mean, most] = [campaign.mean_cycles(index), campaign.most_cycles(index)]
                     .map(|bounds| bounds.map(grouped).join(" to "));
                 writeln!(f, "| {} | {} | {samples} | {mean} | {most} |", chip.board, chip.layout)?;
             }
         }
-        if let Some((samples, campaign)) = campaigns.last() {
-            kinds(f, *samples, campaign)?;
-        }
-        writeln!(f, "\n| board | fingers | samples | 57,600 baud | 1 Mbaud | 2 Mbaud | 4 Mbaud |")?;
-        writeln!(f, "|---|---|---|---|---|---|---|")?;
-        for board in fre_boards::ALL {
-            // The first layout of a board is the one that its image has.
-            let Some(index) = first.chips.iter().position(|chip| chip.board == board.name) else { continue };
-            for fingers in 1..=board.fingers {
-                for (samples, campaign) in campaigns {
-                    let clock = campaign.chips.get(index).map_or(1.0, |chip| chip.clock_hz);
-                    let [low, high] = campaign.most_cycles(index);
-                    let [_, mean] = campaign.mean_cycles(index);
-                    let rates = BAUDS.map(|baud| {
-                        let [high, low, mean] =
-                            [high, low, mean].map(|cycles| rate(cycles, clock, fingers, baud).floor());
-                        format!("{high} to {low} ({mean})")
-                    });
-                    writeln!(f, "| {} | {fingers} | {samples} | {} |", board.name, rates.join(" | "))?;
-                }
+        Ok(())
+    }
+
+    /// Rows of the rates that a board reaches, if this is the image that it has.
+    fn rates(&self, f: &mut fmt::Formatter<'_>, board: &Board) -> fmt::Result {
+        // The first layout of a board is the one that its image has.
+        let Some(index) = self.chips().iter().position(|chip| chip.board == board.name) else { return Ok(()) };
+        for fingers in 1..=board.fingers {
+            for (samples, campaign) in &self.by_samples {
+                let clock = campaign.chips.get(index).map_or(1.0, |chip| chip.clock_hz);
+                let [low, high] = campaign.most_cycles(index);
+                let [_, mean] = campaign.mean_cycles(index);
+                let rates = BAUDS.map(|baud| {
+                    let [high, low, mean] = [high, low, mean].map(|cycles| rate(cycles, clock, fingers, baud).floor());
+                    format!("{high} to {low} ({mean})")
+                });
+                writeln!(f, "| {} | {fingers} | {samples} | {} |", board.name, rates.join(" | "))?;
             }
         }
         Ok(())
@@ -346,8 +394,8 @@ fn kinds(f: &mut fmt::Formatter<'_>, samples: u8, campaign: &Campaign) -> fmt::R
         let Some(chip) = campaign.chips.get(index) else { continue };
         writeln!(
             f,
-            "\nThe costliest addresses of {board} by the upper bound ({:.0} % known by name):\n",
-            100.0 * chip.by_name
+            "\nThe costliest addresses of {board} by the upper bound ({:.0} % of an estimate's instructions are known by name):\n",
+            100.0 * campaign.by_name.get(index).copied().unwrap_or(0.0)
         )?;
         for (address, share, what) in &chip.dearest {
             writeln!(f, "- `{address:#x}`, {:.1} %: `{what}`", 100.0 * share)?;
@@ -359,7 +407,8 @@ fn kinds(f: &mut fmt::Formatter<'_>, samples: u8, campaign: &Campaign) -> fmt::R
 /// Figures such as a campaign has.
 #[cfg(test)]
 pub fn example() -> Rates {
-    Rates(vec![(5, tests::campaign(400, 380, 1e6, 6))])
+    let by_samples = vec![(5, tests::campaign(400, 380, 1e6, 6))];
+    Rates(vec![Campaigns { build: Build::Fast, by_samples }])
 }
 
 #[cfg(test)]
@@ -372,8 +421,8 @@ mod tests {
         let mut estimates: Vec<_> = (0..contacts).map(|_| (estimate(true, 1e5), cycles(1e5))).collect();
         estimates.extend((0..others).map(|_| (estimate(false, most), cycles(most))));
         let (board, layout) = ("opencr".to_owned(), "flash over AXI, caches".to_owned());
-        let chip = Measured { board, layout, clock_hz: 216e6, by_name: 1.0, dearest: vec![] };
-        Campaign { seen: estimates.len(), estimates, chips: vec![chip] }
+        let chip = Measured { board, layout, clock_hz: 216e6, dearest: vec![] };
+        Campaign { seen: estimates.len(), estimates, chips: vec![chip], by_name: vec![1.0] }
     }
 
     #[test]

@@ -131,8 +131,9 @@ impl Machine {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let sockets = Sockets::new().expect("a folder for the sockets");
         let log = File::create(sockets.folder().join("log")).expect("a file for the log");
-        let machine = fre_qemu::Machine::new(firmware()).pace(COUNTING).listening(&sockets);
-        let machine = cycles.map_or(machine.clone(), |cycles| cycles.on(machine, &firmware()));
+        let image = cycles.map_or_else(firmware, |cycles| cycles.image().to_owned());
+        let machine = fre_qemu::Machine::new(&image).pace(COUNTING).listening(&sockets);
+        let machine = cycles.map_or(machine.clone(), |cycles| cycles.on(machine));
         let mut board = machine.boot(log).unwrap_or_else(|error| panic!("{error}"));
         let connected = board.until("connection to the bus", BOOT, || connect(&mut hub, &sockets.bus()));
         connected.unwrap_or_else(|error| panic!("{error}"));
