@@ -229,8 +229,7 @@ impl LoadArgs {
     /// The case, if one is named.
     pub fn case(&self) -> Result<Option<Case>, String> {
         let read = |file: &PathBuf| {
-            let case = standard::case(file)
-                .and_then(|case| case.frictionless("the simulated servo")?.elastic("the simulated servo"));
+            let case = standard::case(file).and_then(|case| case.elastic("the simulated servo"));
             case.map_err(|error| error.to_string())
         };
         self.case.as_ref().map(read).transpose()
@@ -254,7 +253,8 @@ impl LoadArgs {
             // Places are distances: as far as a servo turns.
             (None, Drive::Translating { .. }) => 180.0,
         };
-        Load::of(&case.finger.design, case.object, drive, &model.options(), highest).map_err(|error| match error {
+        let (design, options) = (&case.finger.design, model.options());
+        Load::rough(design, case.object, case.friction, drive, &options, highest).map_err(|error| match error {
             LoadError::Range { .. } => format!("--highest-deg: {error}"),
             LoadError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", file.display()),
             LoadError::Discretise(error) => refused(&error),

@@ -9,14 +9,16 @@
 use std::f64::consts::PI;
 
 use model_core::design::Design;
-use model_core::discretise::{Discretisation, DiscretiseError, Physics, Scheme};
-use model_core::drive::{Drive, DriveError};
+use model_core::discretise::{Discretisation, Physics, Scheme};
+use model_core::drive::Drive;
 use model_core::equilibrium::Follower;
 use model_core::newton::Hessian;
 use model_core::object::ObjectDesign;
 use model_core::real::Real;
 use model_core::status::Status;
 
+use super::contact::{Contact, LoadError};
+use super::rub::{Rough, Rub};
 use fre::heap::Host;
 use fre::study::follow::follower;
 use fre::study::model::{Options, Precision};
@@ -27,61 +29,11 @@ const PITCH: f64 = PI / 4096.0;
 const HALF_TURN: i64 = 4096;
 /// The table ends where the torque is above this, N·mm: more than the servo can give.
 const MOST_TORQUE: f64 = 5_000.0;
-/// Two branches are the same where torque and force differ by less than this, N·mm and N.
-const SAME: [f64; 2] = [0.05, 1e-3];
 /// A step of the table is a jump if torque departs from the line through the two nodes before it by more than this,
 /// N·mm, and this share of it. (The solver's status says that the finger has snapped, not when.)
 const JUMP: [f64; 2] = [5.0, 0.02];
 /// Branches that are explored.
 const MOST_BRANCHES: usize = 16;
-
-/// Why no table could be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum LoadError {
-    /// The finger cannot be discretised so.
-    #[error("the finger cannot be discretised: {0}")]
-    Discretise(DiscretiseError),
-    /// The motor cannot move it so.
-    #[error("the drive: {0}")]
-    Drive(DriveError),
-    /// A drive's table leaves angle 0 out, where the servo's zero is.
-    #[error("the drive's table has no distance at motor angle 0°")]
-    NoZero,
-    /// The object is in the way of the open finger too.
-    #[error("the finger touches the object at every motor angle up to 0°: it has nowhere to start from")]
-    NoRoom,
-    /// The range of angles is empty.
-    #[error(
-        "the table's highest angle is {highest_deg}°; allowed is from {lowest_deg}° (where the open finger is) to 180°"
-    )]
-    Range {
-        /// What was asked for.
-        highest_deg: f64,
-        /// Where nothing touches yet.
-        lowest_deg: f64,
-    },
-}
-
-/// The contact at one angle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
-    /// Torque that the contact demands of the motor, N·mm; positive pushes the finger open.
-    pub torque: f64,
-    /// Force of the finger on the object, world frame, N.
-    pub force: [f64; 2],
-    /// `no-contact`, `converged`, `snapped` on a branch that the finger has snapped to, `out-of-range` beyond the table.
-    pub status: Status,
-}
-
-impl Contact {
-    const NONE: Self = Self { torque: 0.0, force: [0.0; 2], status: Status::NoContact };
-
-    fn is_like(&self, other: &Self) -> bool {
-        (self.torque - other.torque).abs() < SAME[0]
-            && (self.force[0] - other.force[0]).abs() < SAME[1]
-            && (self.force[1] - other.force[1]).abs() < SAME[1]
-    }
-}
 
 /// One branch of equilibria: nodes at consecutive multiples of the pitch.
 #[derive(Clone, Debug)]
@@ -107,6 +59,8 @@ impl Branch {
 #[derive(Clone, Debug, Default)]
 pub struct Load {
     branches: Vec<Branch>,
+    /// The finger with friction: the branches are those of the same finger without.
+    rough: Option<Rough>,
 }
 
 /// Which branch the finger is on. A finger starts open, on the first.
@@ -143,6 +97,33 @@ impl Load {
             Precision::F64 => explore::<f64>(design, object, drive, options, highest_deg),
             Precision::F32 => explore::<f32>(design, object, drive, options, highest_deg),
         }
+    }
+
+    /// The same with friction between finger and object, which the model follows as the motor moves. [`Self::at`] stays that without.
+    ///
+    /// # Errors
+    /// As [`Load::of`], and a coefficient out of range.
+    pub fn rough(
+        design: &Design,
+        object: ObjectDesign,
+        friction: f64,
+        drive: &Drive,
+        options: &Options,
+        highest_deg: f64,
+    ) -> Result<Self, LoadError> {
+        let smooth = Self::of(design, object, drive, options, highest_deg)?;
+        if friction == 0.0 {
+            return Ok(smooth);
+        }
+        let rough = Rough { design: design.clone(), object, friction, drive: *drive, options: *options };
+        // What can be wrong with it, is said here.
+        rough.open()?;
+        Ok(Self { rough: Some(rough), ..smooth })
+    }
+
+    /// The finger with friction, open.
+    pub(super) fn rub(&self) -> Option<Rub> {
+        self.rough.as_ref().and_then(|rough| rough.open().ok())
     }
 
     /// The contact at a motor angle without play, rad; the branch changes where the finger snaps.
@@ -287,7 +268,7 @@ fn explore<T: Real>(
     for from in 1..branches.len() {
         descend(finger, from, &mut branches)?;
     }
-    Ok(Load { branches })
+    Ok(Load { branches, rough: None })
 }
 
 /// Follows upwards; every snap begins a branch.

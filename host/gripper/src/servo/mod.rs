@@ -8,6 +8,7 @@
 //! The protocol is `dynamixel`'s; here are the control table, the position profile and the physics.
 
 mod config;
+mod contact;
 mod control;
 mod device;
 mod fault;
@@ -19,15 +20,17 @@ mod motor;
 mod port;
 mod profile;
 mod registers;
+mod rub;
 mod surroundings;
 mod table;
 mod units;
 
 pub use config::{Clock, Config, ConfigError, simulated};
+pub use contact::{Contact, LoadError};
 pub use control::Gains;
 pub use device::{Answer, Servo, Statistics, Truth};
 pub use fault::Fault;
 pub use hub::{Handle, Hub, Running};
-pub use load::{Contact, Load, LoadError, OnBranch};
+pub use load::{Load, OnBranch};
 pub use port::PortError;
 pub use profile::{ACCELERATION_UNIT, Kind, Limits, Profile, SPEED_UNIT};

@@ -5,7 +5,9 @@
 
 use std::sync::Arc;
 
-use super::load::{Contact, Load, OnBranch};
+use super::contact::Contact;
+use super::load::{Load, OnBranch};
+use super::rub::Rub;
 use crate::datasheet::Datasheet;
 
 /// From encoder counts to the finger's angle.
@@ -37,6 +39,8 @@ pub struct Motor {
     pub gear: Gear,
     load: Arc<Load>,
     branch: OnBranch,
+    /// The finger, if it has friction.
+    rub: Option<Rub>,
     /// Position of the motor, counts.
     pub position: f64,
     /// Speed, counts/s.
@@ -77,6 +81,7 @@ impl Motor {
         let mut motor = Self {
             gear,
             branch: OnBranch::default(),
+            rub: load.rub(),
             position,
             speed: 0.0,
             torque: 0.0,
@@ -186,7 +191,10 @@ impl Motor {
         }
         self.finger = finger;
         let angle = self.angle(finger);
-        self.contact = self.load.at(angle, &mut self.branch);
+        self.contact = match &self.rub {
+            Some(rub) => rub.at(angle),
+            None => self.load.at(angle, &mut self.branch),
+        };
     }
 
     /// The contact if the finger were there; the branch is not changed.
