@@ -428,6 +428,7 @@ impl<'a, B: Board> Core<'a, B> {
             return;
         };
         unit.health.answered();
+        unit.seen();
         unit.alert_changed |= reading.alert != unit.alert;
         unit.alert = reading.alert;
         if let Some((position, error)) = reading.refused {
@@ -500,6 +501,7 @@ impl<'a, B: Board> Core<'a, B> {
         let Some(unit) = self.units.get_mut(finger) else {
             return;
         };
+        unit.not_seen();
         let estimate = &mut unit.last.estimate;
         estimate.status = Status::Stale;
         estimate.age = estimate.age.saturating_add(1);

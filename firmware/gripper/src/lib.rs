@@ -60,5 +60,10 @@ pub use messages::{FINGERS, ResetCause};
 pub use rate::period_us;
 pub use shared::Shared;
 
+/// Its room: with friction where the board has memory for what that remembers.
+#[cfg(feature = "friction")]
+type Room = model_core::size::Rubbing;
+#[cfg(not(feature = "friction"))]
+type Room = model_core::size::Reduced;
 /// The model that runs on the microcontroller.
-pub type Model = model_core::estimator::Estimator<f32, model_core::size::Reduced>;
+pub type Model = model_core::estimator::Estimator<f32, Room>;

@@ -12,7 +12,7 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
 use embedded_io_async::{Read, Write};
 use grip::Health;
-use messages::{Direction, Event, FINGERS, For, Role, Settings};
+use messages::{Direction, Event, FINGERS, For, Object, Role, Settings};
 
 use crate::board::{Board, BusPort};
 use crate::control::Core;
@@ -132,7 +132,7 @@ impl Ears {
                 let (servo_id, gear_ratio, zero) = (mount.servo_id, mount.gear_ratio, mount.zero);
                 table.set_finger(finger, &FingerSettings { servo_id, reversed, gear_ratio, zero });
             }
-            table.set_object(finger, object.as_ref());
+            table.set_object(finger, object.as_ref().map(|object| &object.design));
         }
     }
 
@@ -303,7 +303,10 @@ impl<B: Board> Core<'_, B> {
                 }
                 (Command::Settings(settings), Key::Settings)
             }
-            Change::Object(finger, what) => {
+            Change::Object(finger, design) => {
+                let object = self.shared.setup(|setup| setup.objects.get(finger).copied().flatten());
+                // The table has no register for friction: it stays.
+                let what = Object { design, friction: object.map_or(0.0, |object| object.friction) };
                 (Command::Object(For { finger: finger as u8, what }), Key::Object(finger as u8))
             }
         };

@@ -11,17 +11,16 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use heapless::Vec;
 use messages::{
-    CloseTo, Counters, Event, FINGERS, Finger, FingerFor, Grasp, GripTo, Moved, Notice, ObjectFor, Report, ServoSetup,
-    Settings, Shape, UncertaintyFor, Which, frame,
+    CloseTo, Counters, Event, FINGERS, Finger, FingerFor, Grasp, GripTo, Moved, Notice, Object, ObjectFor, Report,
+    ServoSetup, Settings, Shape, UncertaintyFor, Which, frame,
 };
-use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
 
 use crate::quiet::Quiet;
 use crate::store::Key;
 
-/// Reports that wait for the link: an eighth of a second at 500 Hz, half of it where RAM is scarce.
-const REPORTS: usize = if cfg!(feature = "little-ram") { 32 } else { 64 };
+/// Reports that wait for the link: an eighth of a second at 500 Hz, a third of it where RAM is scarce.
+const REPORTS: usize = if cfg!(feature = "little-ram") { 24 } else { 64 };
 /// Grasps that wait for the link.
 const GRASPS: usize = 16;
 /// Shapes that wait for the link.
@@ -63,7 +62,7 @@ pub(crate) struct Order {
 pub(crate) struct Setup {
     pub(crate) settings: Settings,
     pub(crate) fingers: [Option<Finger>; FINGERS],
-    pub(crate) objects: [Option<ObjectDesign>; FINGERS],
+    pub(crate) objects: [Option<Object>; FINGERS],
     pub(crate) uncertainties: [Option<Uncertainty>; FINGERS],
     /// How the servos were found set; not kept.
     pub(crate) servos: [Option<ServoSetup>; FINGERS],
@@ -252,7 +251,7 @@ impl Shared {
     }
 
     /// Remembers a finger's object.
-    pub(crate) fn set_object(&self, finger: u8, object: ObjectDesign) {
+    pub(crate) fn set_object(&self, finger: u8, object: Object) {
         self.set(|setup| {
             if let Some(place) = setup.objects.get_mut(usize::from(finger)) {
                 *place = Some(object);

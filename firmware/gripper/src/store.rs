@@ -13,8 +13,7 @@ use core::future::Future;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use embedded_storage_async::nor_flash as waiting;
-use messages::{FINGERS, Finger, Settings};
-use model_core::object::ObjectDesign;
+use messages::{FINGERS, Finger, Object, Settings};
 use model_core::uncertainty::Uncertainty;
 use postcard_rpc::postcard;
 use sequential_storage::cache::{Cache, Uncached};
@@ -26,9 +25,9 @@ use crate::quiet::Quiet;
 use crate::shared::Setup;
 use seal::Digests;
 
-/// Version of the records' layout. A change of [`Settings`], [`Finger`], [`ObjectDesign`] or [`Uncertainty`] needs another.
-const VERSION: u8 = 8;
-/// The first version that is read as well: settings and fingers had another layout, other records the same.
+/// Version of the records' layout. A change of [`Settings`], [`Finger`], [`Object`] or [`Uncertainty`] needs another.
+const VERSION: u8 = 9;
+/// The first version that is read as well: settings, fingers and objects had another layout, uncertainties the same.
 const EARLIEST: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).
 const RECORD: usize = 1088;
@@ -155,7 +154,7 @@ impl<F: NorFlash> Store<F> {
         }
         for finger in 0..FINGERS as u8 {
             let design = self.read::<Option<Finger>>(Key::Finger(finger), earlier::finger, &mut found).await;
-            let object = self.read::<Option<ObjectDesign>>(Key::Object(finger), unchanged, &mut found).await;
+            let object = self.read::<Option<Object>>(Key::Object(finger), earlier::object, &mut found).await;
             let uncertainty = self.read::<Option<Uncertainty>>(Key::Uncertainty(finger), unchanged, &mut found).await;
             if let (Some(place), Some(uncertainty)) = (setup.uncertainties.get_mut(usize::from(finger)), uncertainty) {
                 *place = uncertainty;
@@ -360,6 +359,7 @@ mod tests {
         PlaneStrain, Profile, Ribs,
     };
     use model_core::discretise::{Discretisation, Physics};
+    use model_core::object::ObjectDesign;
     use model_core::size::Lists;
 
     use super::*;
@@ -428,7 +428,8 @@ mod tests {
         setup.settings = Settings { on_fault: Reaction::Release, ..Settings::of(Mount { zero, ..Mount::DEFAULT }) };
         for finger in 0..FINGERS {
             let radius = f64::from(objects) + finger as f64;
-            setup.objects[finger] = Some(ObjectDesign::Circle { centre: [41.0, 45.0], radius });
+            let design = ObjectDesign::Circle { centre: [41.0, 45.0], radius };
+            setup.objects[finger] = Some(Object { design, friction: 0.25 });
             setup.uncertainties[finger] = Some(Uncertainty { radius: radius as f32, ..Uncertainty::DEFAULT });
         }
         setup
@@ -633,23 +634,30 @@ mod tests {
         }
     }
 
-    /// A gripper that was updated: objects and uncertainties of the version before are there.
+    /// A gripper that was updated: objects and uncertainties of earlier versions are there, the objects without friction.
     #[test]
-    fn records_of_the_version_before_come_back() {
-        let mut flash = Flash::<4>::new();
-        let mut store = Store::new(&mut flash);
-        let setup = with(3.0, 5);
-        for key in [Key::Object(1), Key::Uncertainty(2)] {
-            let length = encode(key, &setup, &mut store.record).unwrap();
-            store.record[0] = 4;
-            // Without a seal, as that version had none.
-            let record = store.record[..length].to_vec();
-            let map = store.map.as_mut().unwrap();
-            block_on(map.store_item::<&[u8]>(&mut store.buffer, &key.number(), &record.as_slice())).unwrap();
+    fn records_of_earlier_versions_come_back() {
+        for version in EARLIEST..VERSION {
+            let mut flash = Flash::<4>::new();
+            let mut store = Store::new(&mut flash);
+            let setup = with(3.0, 5);
+            for key in [Key::Object(1), Key::Uncertainty(2)] {
+                let mut length = encode(key, &setup, &mut store.record).unwrap();
+                if key == Key::Object(1) {
+                    let design = setup.objects[1].map(|object| object.design);
+                    length = 1 + postcard::to_slice(&design, &mut store.record[1..]).unwrap().len();
+                }
+                store.record[0] = version;
+                // Without a seal, as the first of these versions had none.
+                let record = store.record[..length].to_vec();
+                let map = store.map.as_mut().unwrap();
+                block_on(map.store_item::<&[u8]>(&mut store.buffer, &key.number(), &record.as_slice())).unwrap();
+            }
+            let (back, found) = restore(&mut flash);
+            assert_eq!(found, Found { records: 2, damaged: 0 });
+            let smooth = setup.objects[1].map(|object| Object::from(object.design));
+            assert_eq!((back.objects[1], back.uncertainties[2]), (smooth, setup.uncertainties[2]));
         }
-        let (back, found) = restore(&mut flash);
-        assert_eq!(found, Found { records: 2, damaged: 0 });
-        assert_eq!((back.objects[1], back.uncertainties[2]), (setup.objects[1], setup.uncertainties[2]));
     }
 
     /// A mount of one time and a finger of another: nothing comes back, and the next record is kept without them.

@@ -2,15 +2,16 @@
 
 use dynamixel::Id;
 use grip::{Bounds, Budget, Calibration, Contact, Faults, Grip, Health, Phase, StrainWatch, Told, Touch, Why};
-use messages::{Difference, Direction, Mount, Report};
+use messages::{Difference, Direction, Mount, Object, Outcome, Refusal, Report, Support};
 use model_core::estimator::{Estimate, EstimatorSettings};
+use model_core::size::Size;
 use model_core::status::Status;
 use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
-use crate::Model;
 use crate::free::Pending;
 use crate::servo::Reading;
 use crate::shared::Shared;
+use crate::{Model, Room};
 
 /// Whether a finger's motor has torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +36,20 @@ impl Torque {
 /// A wait for the bus that passes within this time is only in the reports, not an event, µs.
 const BRIEF_US: u64 = 100_000;
 
+/// Ticks in a row without a position after which the way that the finger has come is unknown.
+const UNSEEN: u8 = 5;
+
+/// Whether a board with or without room for friction takes a coefficient of an object that is held so.
+fn check_friction(friction: f64, has_room: bool, support: Support) -> Outcome {
+    let why = match support {
+        _ if friction == 0.0 => return Ok(()),
+        _ if !has_room => "on this board: its memory has no room for friction",
+        Support::Free { .. } => "for a free object: its balance is without friction",
+        Support::Fixed => return Ok(()),
+    };
+    Err(Refusal::Object(Refusal::text(&format_args!("friction is {friction}; allowed is 0 {why}"))))
+}
+
 /// A finger.
 pub(crate) struct Unit<'a> {
     pub(crate) model: &'a mut Model,
@@ -54,6 +69,10 @@ pub(crate) struct Unit<'a> {
     pub(crate) is_settled: bool,
     /// Ticks since its position was heard, while another master leads.
     pub(crate) repeats: u32,
+    /// Ticks in a row without a position, up to a few.
+    pub(crate) unseen: u8,
+    /// The object's coefficient of friction.
+    friction: f64,
     /// What waits for the other fingers on a free object.
     pub(crate) pending: Option<Pending>,
     pub(crate) alert: bool,
@@ -92,6 +111,8 @@ impl<'a> Unit<'a> {
             torque: Torque::On,
             is_settled: false,
             repeats: 0,
+            unseen: 0,
+            friction: 0.0,
             last: Report::blank(finger),
             told: Report::blank(finger).phase,
             waits_since: None,
@@ -152,7 +173,38 @@ impl<'a> Unit<'a> {
                 shared.set_design(finger, None);
             }
         }
-        self.has_object = object.is_some_and(|object| self.model.set_object(object).is_ok());
+        let support = shared.setup(|setup| setup.settings.support);
+        self.has_object = object.is_some_and(|object| self.set_object(&object, support).is_ok());
+    }
+
+    /// Takes an object; what is wrong with it changes nothing.
+    pub(crate) fn set_object(&mut self, object: &Object, support: Support) -> Outcome {
+        let Object { design, friction } = object;
+        design.validate().map_err(|error| Refusal::Object(Refusal::text(&error)))?;
+        check_friction(*friction, Room::RUBS, support)?;
+        self.model.set_friction(*friction).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
+        self.friction = *friction;
+        // Validated above.
+        self.model.set_object(*design).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
+        self.has_object = true;
+        Ok(())
+    }
+
+    /// Refuses a support that does not go with the object's friction.
+    pub(crate) fn check_support(&self, support: Support) -> Outcome {
+        check_friction(self.friction, true, support)
+    }
+
+    /// The position was not seen in this tick.
+    pub(crate) fn not_seen(&mut self) {
+        self.unseen = self.unseen.saturating_add(1);
+    }
+
+    /// The position is seen again. After several ticks nobody knows which way the finger has come.
+    pub(crate) fn seen(&mut self) {
+        if core::mem::take(&mut self.unseen) >= UNSEEN {
+            self.model.forget_path();
+        }
     }
 
     /// Its servo's address, if the gripper has this finger.
@@ -263,4 +315,22 @@ fn force_slope(estimate: &Estimate) -> Option<f64> {
     let ([x, y], [u, v], force) = (estimate.force, estimate.force_per_angle, estimate.force_magnitude());
     let slope = f64::from((x * u + y * v) / force);
     slope.is_finite().then_some(slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_is_refused_by_name_where_it_has_no_room_and_for_a_free_object() {
+        let free = Support::Free { load: [0.0; 2], moment: 0.0 };
+        let words =
+            |friction, has_room, support| check_friction(friction, has_room, support).map_err(|why| why.to_string());
+        assert_eq!(words(0.0, false, free), Ok(()));
+        assert_eq!(words(0.6, true, Support::Fixed), Ok(()));
+        let board = "friction is 0.6; allowed is 0 on this board: its memory has no room for friction";
+        assert_eq!(words(0.6, false, Support::Fixed), Err(board.to_owned()));
+        let object = "friction is 0.6; allowed is 0 for a free object: its balance is without friction";
+        assert_eq!(words(0.6, true, free), Err(object.to_owned()));
+    }
 }

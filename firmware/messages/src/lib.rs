@@ -18,6 +18,7 @@
 pub mod frame;
 mod grasp;
 mod mount;
+mod object;
 mod request;
 mod role;
 mod servo;
@@ -27,6 +28,7 @@ mod topic;
 mod words;
 
 pub use grip::{Calibration, Derating, Phase, Reaction, Strain, Why};
+pub use object::Object;
 pub use request::{
     BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Heed, Heeds, Mount, Moved, Outcome, Provocation,
     Refusal, ResetCause, SPEEDS, Settings, SettingsField, Side, Silence, TEXT, Text, Version, Which,
@@ -36,18 +38,17 @@ pub use servo::{Difference, ServoField, ServoSetup};
 pub use support::Support;
 pub use topic::{CONTACTS, Contact, Event, FreeObject, Grasp, LAMELLAE, Notice, POINTS, Report, Shape};
 
-use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// Version of what messages mean. (Their layout is distinguished by the keys.)
-pub const PROTOCOL_VERSION: u16 = 6;
+pub const PROTOCOL_VERSION: u16 = 7;
 
 /// Most fingers of a gripper.
 pub const FINGERS: usize = 4;
 
 /// What may be in the gripper's memory.
-pub type MaybeObject = Option<ObjectDesign>;
+pub type MaybeObject = Option<Object>;
 /// What may be in the gripper's memory.
 pub type MaybeFinger = Option<Finger>;
 
@@ -58,7 +59,7 @@ pub type MaybeUncertainty = Option<Uncertainty>;
 pub type MaybeServo = Option<ServoSetup>;
 
 /// An object for a finger, in that finger's world frame.
-pub type ObjectFor = For<ObjectDesign>;
+pub type ObjectFor = For<Object>;
 /// A design for a finger.
 pub type FingerFor = For<Finger>;
 /// The uncertainty of a finger's parameters, or none any more.

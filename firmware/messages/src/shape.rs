@@ -11,9 +11,9 @@ impl Shape {
     /// What the model shows that has made this report.
     pub fn of<T: Real, S: Size>(follower: &Follower<T, S>, report: &Report) -> Self {
         let single = |point: [T; 2]| point.map(|x| x.to_f64() as f32);
-        let contact = |contact: model_core::contact::Contact<T>| {
-            let pushed = contact.normal.map(|n| (-contact.force * n).to_f64() as f32);
-            Contact { position: single(contact.position), force: pushed }
+        let contact = |contact: model_core::contact::Contact<T>| Contact {
+            position: single(contact.position),
+            force: single(contact.on_object()),
         };
         let (shift, turn) = follower.base();
         Self {

@@ -8,7 +8,7 @@ use model_core::design::{
 };
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::{Drive, Knots, MAX_DRIVE_KNOTS, Travel};
-use model_core::estimator::Estimate;
+use model_core::estimator::{Estimate, Interval};
 use model_core::size::Lists;
 use model_core::status::Status;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
@@ -117,6 +117,7 @@ fn a_report_is_small() {
         force_per_angle: [60.0, -20.0],
         standard_deviation: 0.25,
         sensitivity_age: u16::MAX,
+        interval: None,
     };
     let report = Report {
         sequence: u32::MAX,
@@ -133,6 +134,12 @@ fn a_report_is_small() {
     assert_eq!(back, report);
     // 500 of them a second, every count at its greatest, leave two fifths of a 1-Mbaud line.
     assert!(length <= 120, "{length} bytes");
+    // With friction a quarter of it.
+    let interval = Some(Interval { normal: [11.0, 12.0], magnitude: [12.0, 13.0], torque: [850.0, 910.0] });
+    let rough = Report { estimate: Estimate { interval, ..estimate }, ..report };
+    let (length, back) = through(&rough);
+    assert_eq!(back, rough);
+    assert!(length <= 150, "{length} bytes");
 }
 
 #[test]

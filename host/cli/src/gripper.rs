@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use clap::Subcommand;
-use messages::{Event, Finger, GripTo, Heed, Heeds, Notice, Phase, Report, Which};
+use messages::{Event, Finger, GripTo, Heed, Heeds, Notice, Object, Phase, Report, Which};
 use model_core::discretise::Discretisation;
 use model_core::uncertainty::Uncertainty;
 
@@ -17,7 +17,7 @@ use crate::exit::{bad_input, trusted};
 use crate::options::PhysicsWord;
 use crate::output::put_out;
 use crate::standard;
-use fre::case::object_keys;
+use fre::case::{Case, object_keys};
 use fre_gripper::link::{Address, Link, LinkError, Told, pairs, set};
 
 /// Query a gripper, change its settings, and make it grip.
@@ -124,7 +124,7 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
         Action::Info => put_out(&info(&link)?)?,
         Action::Get => put_out(&get(&link)?)?,
         Action::Set { pairs: _, case: Some(path), finger, physics: _, object_only: true } => {
-            link.place_object(*finger, standard::case(path)?.object)?;
+            link.place_object(*finger, object(&standard::case(path)?))?;
         }
         Action::Set { pairs, case, finger, physics, .. } => {
             if !pairs.is_empty() {
@@ -133,11 +133,12 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
                 link.set_settings(&settings)?;
             }
             if let Some(path) = case {
-                let case = standard::case(path)?.frictionless("a gripper")?.elastic("a gripper")?;
+                let case = standard::case(path)?.elastic("a gripper")?;
                 let how = Discretisation::estimator(physics.physics());
+                let object = object(&case);
                 let design = Finger { design: case.finger.design, how };
                 link.set_finger(*finger, &design)?;
-                link.set_object(*finger, case.object)?;
+                link.set_object(*finger, object)?;
             }
         }
         Action::Grip { force_n, speed_deg_per_s, limit_deg, which, wait } => {
@@ -164,6 +165,11 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
         Action::Scan => return scan(&link),
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A case's object with its friction.
+fn object(case: &Case) -> Object {
+    Object { design: case.object, friction: case.friction }
 }
 
 /// What each finger has made of an order. Exit status 2: not every one obeys.
@@ -267,7 +273,9 @@ fn get(link: &Link) -> Result<String, LinkError> {
             || "no design".to_owned(),
             |finger| format!("{} lamellae", finger.design.lamellae.attachments.len()),
         );
-        let object = link.object(finger)?.map_or_else(|| "no object".to_owned(), |object| object_keys(&object));
+        let object = link
+            .object(finger)?
+            .map_or_else(|| "no object".to_owned(), |Object { design, friction }| object_keys(&design, friction));
         let uncertainty = link.uncertainty(finger)?.map_or_else(
             || format!("not calibrated, taken as {}", deviations(&Uncertainty::DEFAULT)),
             |uncertainty| format!("calibrated to {}", deviations(&uncertainty)),

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use messages::{Event, Mount, Phase, Which};
+use messages::{Event, Mount, Object, Phase, Which};
 use model_core::identify::{IdentifyError, Unknown};
 use model_core::object::ObjectDesign;
 
@@ -78,8 +78,14 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Box<dyn std::error::Err
         link.finger(finger)?.ok_or_else(|| format!("finger {finger} has no design: `set --case` gives one"))?;
     let object =
         link.object(finger)?.ok_or_else(|| format!("finger {finger} has no object: `set --case` gives one"))?;
+    let Object { design: object, friction } = object;
     if !matches!(object, ObjectDesign::Circle { .. }) {
         return Err(IdentifyError::NotACircle.into());
+    }
+    if friction != 0.0 {
+        return Err(
+            format!("finger {finger}: friction is {friction}; `identify` is without friction: allowed is 0").into()
+        );
     }
     let [least, most] = mount.range.map(f32::to_degrees);
     if !(least..=most).contains(&args.to_deg) {

@@ -94,7 +94,7 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
         };
         rows += 1;
         trusted += u64::from(is_known(&estimate));
-        let between = estimator.interval().filter(|_| is_known(&estimate)).map(|interval| interval.magnitude);
+        let between = estimate.interval.filter(|_| is_known(&estimate)).map(|interval| interval.magnitude);
         let between = [0, 1].map(|end| between.map_or_else(String::new, |ends| ends[end].to_string()));
         let added = cells(&estimate).into_iter().chain(between.into_iter().filter(|_| rubs));
         out.write_all(delimited::line(row.iter().map(str::to_owned).chain(added)).as_bytes())?;

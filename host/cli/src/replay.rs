@@ -215,13 +215,12 @@ mod run {
     fn changes(args: &Args) -> Result<Changes, Failure> {
         let mut models = Vec::new();
         for path in &args.case {
-            let case = standard::case(path)?
-                .frictionless("the estimate of a recording")?
-                .elastic("the estimate of a recording")?;
+            let case = standard::case(path)?.elastic("the estimate of a recording")?;
             let physics = args.physics.map_or(Physics::Extended, |word| word.physics());
             let how = Discretisation::fine(physics);
             let finger = Some(Finger { design: case.finger.design, how });
-            models.push(Modelled { finger, object: Some(case.object), uncertainty: None });
+            let (object, friction) = (Some(case.object), case.friction);
+            models.push(Modelled { finger, object, friction, uncertainty: None });
         }
         if let Some(modulus) = args.youngs_modulus_pa.filter(|pa| !(*pa > 0.0 && pa.is_finite())) {
             return Err(format!("--youngs-modulus-pa is {modulus}; allowed is above 0").into());

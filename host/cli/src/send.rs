@@ -1,5 +1,6 @@
 //! `fre calibrate --send`: a calibration into a gripper.
 
+use messages::Object;
 use model_core::discretise::Discretisation;
 
 use crate::agreed::agreed;
@@ -24,7 +25,7 @@ pub fn transmit(
     let design = &input.finger.design;
     let finger = messages::Finger { design: fit.trial.design(design), how };
     let object = match input.objects.as_slice() {
-        [one] => Some(fit.trial.object(*one, design)),
+        [one] => Some(Object::from(fit.trial.object(*one, design))),
         // Which of them is in the gripper is not known.
         _ => None,
     };

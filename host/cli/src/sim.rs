@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use messages::{Finger, Mount, Settings};
+use messages::{Finger, Mount, Object, Settings};
 use model_core::discretise::Discretisation;
 use model_core::drive::Drive;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -106,7 +106,7 @@ fn serve(args: &Args) -> Result<(), String> {
     let given = Given {
         settings: Settings::of(Mount { open_angle: open.max(mount.range[0]).min(mount.range[1]), ..mount }),
         finger: Finger { design: case.finger.design.clone(), how: Discretisation::estimator(physics) },
-        object: case.object,
+        object: Object { design: case.object, friction: case.friction },
     };
     let given = (!args.fresh).then_some(&given);
     let mut sim = Sim::boot(args.firmware.clone(), args.icount, servo, given).map_err(|error| {

@@ -148,17 +148,14 @@ impl SourceArgs {
         }
         let options = self.model.options();
         let left = self.uncertainty.iter().map(|path| uncertainty(path)).collect::<Result<Vec<_>, _>>()?;
-        let cases = self
-            .case
-            .iter()
-            .map(|path| standard::case(path)?.frictionless("an estimate")?.elastic("an estimate"))
-            .collect::<Result<Vec<_>, _>>()?;
+        let cases = self.case.iter().map(|path| standard::case(path)?.elastic("an estimate"));
+        let cases = cases.collect::<Result<Vec<_>, _>>()?;
         // The last of either stands for those behind it.
         let model = |number: usize| {
             let case = cases.get(number).or(cases.last())?;
             let finger = Finger { design: case.finger.design.clone(), how: options.discretisation };
             let uncertainty = left.get(number).or(left.last()).copied();
-            Some(Modelled { finger: Some(finger), object: Some(case.object), uncertainty })
+            Some(Modelled { finger: Some(finger), object: Some(case.object), friction: case.friction, uncertainty })
         };
         let models = (0..cases.len().max(left.len())).map_while(model).collect();
         Ok(BusOptions { settings, names_servos, models, precision: options.precision, hessian: options.hessian })

@@ -18,7 +18,7 @@ use messages::{
     Calibration, Event, Finger, FreeObject, Grasp, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings, Side, Why,
 };
 use model_core::discretise::{Discretisation, Physics};
-use model_core::estimator::Estimate;
+use model_core::estimator::{Estimate, Interval};
 use model_core::newton::Hessian;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
@@ -61,7 +61,8 @@ const LEFT: Uncertainty = Uncertainty { youngs_modulus: 0.01, centre: [0.1, 0.2]
 
 fn setup(how: Discretisation) -> Setup {
     let design = preset("ladder-80").unwrap().unwrap().design;
-    let model = Modelled { finger: Some(Finger { design, how }), object: Some(OBJECT), uncertainty: Some(LEFT) };
+    let model =
+        Modelled { finger: Some(Finger { design, how }), object: Some(OBJECT), friction: 0.6, uncertainty: Some(LEFT) };
     let mut settings = Settings::of(Mount::DEFAULT);
     settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..Mount::DEFAULT });
     Setup {
@@ -128,7 +129,12 @@ fn nothing_is_lost_and_others_read_it_bit_for_bit() {
                 force_per_angle: [number(), number()],
                 standard_deviation: if tick % 7 == 0 { f32::INFINITY } else { number() },
                 sensitivity_age: u16::MAX,
+                interval: None,
             };
+            if tick % 3 == 0 {
+                let mut ends = || [number(), number()];
+                report.estimate.interval = Some(Interval { normal: ends(), magnitude: ends(), torque: ends() });
+            }
             (report.goal, report.current) = (number(), number());
             (report.position, report.cost) = (-(tick as i32), u32::MAX);
             report.phase = phases[tick as usize % phases.len()];
@@ -304,7 +310,8 @@ fn a_killed_recorder_loses_at_most_its_last_second() {
 /// A finger that closes on its object and opens again, as a gripper of single precision would tell it.
 fn closing(path: &Path) -> Vec<Report> {
     let how = Discretisation::estimator(Physics::Extended);
-    let setup = setup(how);
+    let mut setup = setup(how);
+    setup.models.iter_mut().for_each(|model| model.friction = 0.0);
     let mut model = estimator(Precision::F32, Hessian::default());
     model.configure(&setup.models[0].finger.as_ref().unwrap().design, &how).unwrap();
     model.set_object(OBJECT).unwrap();

@@ -1,8 +1,7 @@
 //! A calibration into a gripper's memory, and read back.
 
-use messages::{Direction, Finger};
+use messages::{Direction, Finger, Object};
 use model_core::drive::Drive;
-use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
 
 use crate::link::{Link, LinkError};
@@ -19,7 +18,7 @@ pub struct Calibrated {
     /// What the fit leaves uncertain, which the standard deviations of the gripper's forces follow.
     pub uncertainty: Uncertainty,
     /// The fitted object, if it goes with it.
-    pub object: Option<ObjectDesign>,
+    pub object: Option<Object>,
 }
 
 /// Why a gripper has not taken a calibration.

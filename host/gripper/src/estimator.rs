@@ -5,7 +5,7 @@ use model_core::bounds::OutOfBounds;
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, DiscretiseError};
 use model_core::drive::{Drive, DriveError};
-use model_core::estimator::{Estimate, Estimator, Interval};
+use model_core::estimator::{Estimate, Estimator};
 use model_core::newton::Hessian;
 use model_core::object::{ObjectDesign, ObjectError};
 use model_core::real::Real;
@@ -47,11 +47,11 @@ pub trait AnyEstimator: Send {
     /// A coefficient out of range.
     fn set_friction(&mut self, coefficient: f64) -> Result<(), OutOfBounds>;
 
+    /// Ticks were lost, or the finger was moved unseen: with friction the force is unknown within an interval until a motion makes it certain.
+    fn forget_path(&mut self);
+
     /// Estimates at a motor angle, rad.
     fn update(&mut self, motor_angle: f64) -> Estimate;
-
-    /// With friction: between which values the forces of the last estimate lie, where both ends are known.
-    fn interval(&self) -> Option<Interval>;
 
     /// The deformed finger behind a report.
     fn shape(&self, report: &Report) -> Shape;
@@ -81,12 +81,12 @@ where
         self.set_friction(coefficient)
     }
 
-    fn update(&mut self, motor_angle: f64) -> Estimate {
-        self.update(motor_angle)
+    fn forget_path(&mut self) {
+        self.forget_path();
     }
 
-    fn interval(&self) -> Option<Interval> {
-        self.interval()
+    fn update(&mut self, motor_angle: f64) -> Estimate {
+        self.update(motor_angle)
     }
 
     fn shape(&self, report: &Report) -> Shape {

@@ -7,8 +7,7 @@ use std::process::Stdio;
 use std::time::Duration;
 
 use fre_qemu::{Machine, Pace, QemuError, Running as Board, Sockets};
-use messages::{Finger, Settings};
-use model_core::object::ObjectDesign;
+use messages::{Finger, Object, Settings};
 
 use crate::link::{Address, Link, LinkError};
 use crate::servo::{Config, ConfigError, Handle, Hub, PortError, Running, Servo};
@@ -44,7 +43,7 @@ pub struct Given {
     /// The design of its finger.
     pub finger: Finger,
     /// The finger's object, world frame.
-    pub object: ObjectDesign,
+    pub object: Object,
 }
 
 /// A gripper that runs until this is dropped.

@@ -23,7 +23,7 @@ fn record(path: &Path) {
         protocol: PROTOCOL_VERSION,
         cost_hz: 1_000_000,
         settings: Settings::DEFAULT,
-        models: vec![Modelled { finger: None, object: None, uncertainty: None }],
+        models: vec![Modelled::default()],
     };
     let mut recorder = Recorder::create(path, Some(setup)).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(1);

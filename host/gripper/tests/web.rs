@@ -11,7 +11,7 @@ use fre::case::preset;
 use fre_gripper::source::Statistics;
 use fre_gripper::source::{Listeners, Modelled, Order, OrderError, Origin, Setup, Source, Told};
 use fre_gripper::web;
-use messages::{Counters, Finger, Phase, Report, Settings, Which};
+use messages::{Counters, Finger, Object, Phase, Report, Settings, Which};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::Drive;
 use model_core::estimator::Estimate;
@@ -38,7 +38,7 @@ impl Source for Note {
             protocol: messages::PROTOCOL_VERSION,
             cost_hz: 1_000_000,
             settings: Settings::DEFAULT,
-            models: vec![Modelled { finger: Some(finger), object: Some(object), uncertainty: None }],
+            models: vec![Modelled { finger: Some(finger), object: Some(object), friction: 0.0, uncertainty: None }],
         })
     }
 
@@ -239,7 +239,14 @@ fn commands_become_orders_and_nonsense_is_named() {
         (r#"{"release":{"finger":1}}"#, Order::Open(Which::One(1))),
         (
             r#"{"object":{"finger":0,"object":{"shape":"circle","centre_mm":[34,45.5],"radius_mm":30}}}"#,
-            Order::Object(0, ObjectDesign::Circle { centre: [34.0, 45.5], radius: 30.0 }),
+            Order::Object(0, ObjectDesign::Circle { centre: [34.0, 45.5], radius: 30.0 }.into()),
+        ),
+        (
+            r#"{"object":{"finger":0,"object":{"shape":"circle","centre_mm":[34,45.5],"radius_mm":30,"friction":0.6}}}"#,
+            Order::Object(
+                0,
+                Object { design: ObjectDesign::Circle { centre: [34.0, 45.5], radius: 30.0 }, friction: 0.6 },
+            ),
         ),
     ] {
         let (status, text) = served.command(&host, body);

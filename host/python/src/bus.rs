@@ -39,12 +39,12 @@ impl Bus {
             set(&mut all, &format!("{key}={text}")).map_err(|error| case_error(error.to_string(), Some(key), None))?;
         }
         for case in &cases {
-            case.case.refuse_friction("an estimate").map_err(|error| of_case(&error, false))?;
             case.case.refuse_memory("an estimate").map_err(|error| of_case(&error, false))?;
         }
         let model = |case: &PyRef<'_, Case>| Modelled {
             finger: Some(Finger { design: case.case.finger.design.clone(), how: options.discretisation }),
             object: Some(case.case.object),
+            friction: case.case.friction,
             uncertainty: None,
         };
         let options = BusOptions {

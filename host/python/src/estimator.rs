@@ -3,7 +3,7 @@
 use model_core::discretise::{Discretisation, Physics};
 use model_core::estimator::Estimator as Core;
 use model_core::object::Motion;
-use model_core::size::Reduced;
+use model_core::size::Rubbing;
 use pyo3::prelude::*;
 
 use crate::case::Case;
@@ -11,12 +11,13 @@ use crate::error::{case_error, of_case, of_discretise, value};
 use crate::options::word;
 
 /// The status's word; motor angle, force (x, y, magnitude), contact centre (x, y), extent, torque, distance, residual, derivative of
-/// the force (x, y), standard deviation; iterations, age, age of the derivatives.
-type Estimate = (&'static str, [f32; 13], [u32; 3]);
+/// the force (x, y), standard deviation; iterations, age, age of the derivatives; the intervals of the force's magnitude, the normal force and
+/// the torque, where there are any.
+type Estimate = (&'static str, [f32; 13], [u32; 3], [Option<(f32, f32)>; 3]);
 
 /// An estimator of one finger on one object.
 #[pyclass(module = "fre._core")]
-pub(crate) struct Estimator(Box<Core<f32, Reduced>>);
+pub(crate) struct Estimator(Box<Core<f32, Rubbing>>);
 
 #[pymethods]
 impl Estimator {
@@ -24,16 +25,16 @@ impl Estimator {
     fn new(case: &Case, physics: &str) -> PyResult<Self> {
         let physics = word("physics", physics, &[("paper", Physics::Paper), ("extended", Physics::Extended)])?;
         let case = &case.case;
-        case.refuse_friction("an estimator").map_err(|error| of_case(&error, false))?;
         case.refuse_memory("an estimator").map_err(|error| of_case(&error, false))?;
         if matches!(case.path.motion, Motion::Translating { .. }) {
             let reason = "motion.direction: an estimator needs a motor; allowed is motion.motor_angles_deg";
             return Err(case_error(reason, Some("motion.direction"), None));
         }
-        let mut estimator: Box<Core<f32, Reduced>> = Box::new(Core::EMPTY);
+        let mut estimator: Box<Core<f32, Rubbing>> = Box::new(Core::EMPTY);
         let how = Discretisation::estimator(physics);
         estimator.configure(&case.finger.design, &how).map_err(|error| of_discretise(&error))?;
         estimator.set_object(case.object).map_err(|error| value(error.to_string()))?;
+        estimator.set_friction(case.friction).map_err(|error| value(error.to_string()))?;
         Ok(Self(estimator))
     }
 
@@ -61,6 +62,10 @@ impl Estimator {
             found.force_per_angle[1],
             found.standard_deviation,
         ];
-        Ok((found.status.word(), numbers, [found.iterations.into(), found.age, found.sensitivity_age.into()]))
+        let ends = found
+            .interval
+            .map(|known| [known.magnitude, known.normal, known.torque].map(|[low, high]| Some((low, high))));
+        let counts = [found.iterations.into(), found.age, found.sensitivity_age.into()];
+        Ok((found.status.word(), numbers, counts, ends.unwrap_or_default()))
     }
 }

@@ -2,7 +2,7 @@
 
 use fre_gripper::link::{Address, Link, pairs, set};
 use fre_gripper::source::Source as _;
-use messages::{Finger, GripTo, Which};
+use messages::{Finger, GripTo, Object, Which};
 use model_core::discretise::{Discretisation, Physics};
 use pyo3::prelude::*;
 
@@ -69,9 +69,9 @@ impl Gripper {
     /// Gives a finger the design and the object of a case.
     fn set_case(&self, py: Python<'_>, case: &Case, finger: u8, physics: &str) -> PyResult<()> {
         let physics = word("physics", physics, &[("paper", Physics::Paper), ("extended", Physics::Extended)])?;
-        case.case.refuse_friction("a gripper").map_err(|error| of_case(&error, false))?;
         case.case.refuse_memory("a gripper").map_err(|error| of_case(&error, false))?;
-        let (design, object) = (case.case.finger.design.clone(), case.case.object);
+        let design = case.case.finger.design.clone();
+        let object = Object { design: case.case.object, friction: case.case.friction };
         py.detach(|| {
             let design = Finger { design, how: Discretisation::estimator(physics) };
             self.link.set_finger(finger, &design).map_err(|error| system(&error))?;

@@ -37,6 +37,27 @@ def test_it_agrees_with_the_solver(case: fre.Case) -> None:
     assert abs(estimate.force_magnitude_n / force - 1.0) < 2e-3
 
 
+def test_friction_makes_the_force_depend_on_the_way(case: fre.Case) -> None:
+    rough = case.with_values({"object.friction": 0.6})
+    estimator = fre.Estimator(rough)
+    for angle in np.radians(np.arange(-2.0, 8.01, 0.04)):
+        estimate = estimator.update(angle)
+    assert estimate.force_interval_n is not None
+    low, high = estimate.force_interval_n
+    assert low <= estimate.force_magnitude_n <= high and high - low < 0.02 * high
+    angle = estimate.motor_angle_rad
+    solved = fre.solve(fre.Case(rough.finger, rough.object, fre.Rotation([math.degrees(angle)])))[-1]
+    assert abs(estimate.force_magnitude_n / solved.force_magnitude_n - 1.0) < 0.01
+    # Set down anew on the same object: how it came there is not known.
+    blind = fre.Estimator(rough)
+    for _ in range(60):
+        estimate = blind.update(angle)
+    assert estimate.force_interval_n is not None and estimate.torque_interval_nmm is not None
+    low, high = estimate.force_interval_n
+    assert high - low > 0.1 * high and low < solved.force_magnitude_n <= 1.01 * high
+    assert fre.Estimator(case).update(angle).force_interval_n is None
+
+
 def test_two_estimators_give_the_same_bits_and_pickles_begin_anew(case: fre.Case) -> None:
     one = fre.Estimator(case)
     other = pickle.loads(pickle.dumps(one))

@@ -15,7 +15,7 @@ pub const NAMES: [&str; 8] = [
     "force",
     // Its standard deviation, N; infinite while no derivatives are known.
     "force_standard_deviation",
-    // Least and greatest force, N.
+    // Least and greatest force, N, where friction leaves it open; NaN without friction.
     "force_interval_low",
     "force_interval_high",
     // How far the grip is from slipping.
@@ -33,12 +33,14 @@ pub fn certainty(finger: &Finger, report: &Report, age: f64, header: Header) -> 
     let estimate = &report.estimate;
     let trusted = is_trusted(report);
     let known = |number: f32| if trusted { f64::from(number) } else { f64::NAN };
+    // Without friction the force is where it is, and with it an end may not be known yet.
+    let end = |which: usize| estimate.interval.map_or(f64::NAN, |interval| known(interval.magnitude[which]));
     let values = [
         known(estimate.force_magnitude()),
         known(estimate.standard_deviation),
-        // The model has neither an interval nor a margin yet.
-        f64::NAN,
-        f64::NAN,
+        end(0),
+        end(1),
+        // The model has no margin yet.
         f64::NAN,
         f64::from(u8::from(trusted)),
         f64::from(estimate.status as u8),

@@ -9,7 +9,7 @@ use fre_ros2::message::{Action, DiagnosticArray, DynamicJointState, JointState, 
 use fre_ros2::{Message, NAMES, Telling};
 use messages::{Phase, Report, Why};
 use model_core::drive::Drive;
-use model_core::estimator::Estimate;
+use model_core::estimator::{Estimate, Interval};
 use model_core::status::Status;
 use told::{model, report, setup};
 
@@ -96,8 +96,12 @@ fn what_must_not_be_used_is_not_a_number_and_has_its_status() {
             && (said.value("force_standard_deviation") - 0.2).abs() < 1e-6
     );
     assert_eq!(["trusted", "status", "age"].map(|name| said.value(name)), [1.0, 0.0, 0.0]);
-    // The model does not know these yet.
+    // Without friction there is no interval, and no margin yet.
     assert!(["force_interval_low", "force_interval_high", "margin"].iter().all(|name| said.value(name).is_nan()));
+    let interval = Some(Interval { magnitude: [4.5, 5.5], ..Interval::default() });
+    let rough = Told::Report(report(1, Estimate { interval, ..good }));
+    let rough = Said::by(&mut Telling::new(&setup(Drive::Rotating)), 10 * MS, &rough);
+    assert_eq!(["force_interval_low", "force_interval_high"].map(|name| rough.value(name)), [4.5, 5.5]);
     assert_eq!(said.joint.as_ref().unwrap().effort, [0.014]);
 
     // Numbers of a tick ago, and ones that did not converge.

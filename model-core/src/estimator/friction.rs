@@ -19,7 +19,6 @@ pub(super) struct Rub {
     /// The forces if everything slipped as while closing, and as while opening, where that is known.
     closing: Option<Reading<f32>>,
     opening: Option<Reading<f32>>,
-    pub interval: Option<Interval>,
     /// What is looked at in the next tick that has time for it.
     turn: Turn,
     /// The place has moved since the derivatives were begun.
@@ -60,7 +59,6 @@ impl Rub {
         per_angle: NOTHING,
         closing: None,
         opening: None,
-        interval: None,
         turn: Turn::Angle,
         moved: false,
         has_angle: false,
@@ -145,6 +143,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
             path.open();
             self.keep(Rub { path, ..Rub::EMPTY });
             (estimate.force_per_angle, estimate.standard_deviation, estimate.sensitivity_age) = ([0.0; 2], 0.0, 0);
+            estimate.interval = None;
             return;
         }
         rub.reading = self.taken(self.follower.reading());
@@ -166,14 +165,14 @@ impl<T: Real, S: Size> Estimator<T, S> {
         // Where it turned round the finger may be still, as it was.
         let (_, backlash) = self.slack();
         let turned = rub.path.turned(backlash).copied();
-        rub.interval = ends.map(|_| Interval::over(&one, [other].into_iter().chain(turned)));
+        estimate.interval = ends.map(|_| Interval::over(&one, [other].into_iter().chain(turned)));
         // The middle of what may be: of a past that is known, what is.
         rub.shown = one.plus(0.5, &other.plus(-1.0, &one));
         (estimate.force, estimate.torque) = (rub.shown.force, rub.shown.torque);
         estimate.force_per_angle = if rub.has_angle { rub.per_angle.force } else { [0.0; 2] };
         self.slopes.youngs_modulus = estimate.force_magnitude();
         let known = rub.has_angle && rub.has_centre;
-        estimate.standard_deviation = match rub.interval.filter(|_| known) {
+        estimate.standard_deviation = match estimate.interval.filter(|_| known) {
             Some(interval) => libm::hypotf(given.standard_deviation(&self.slopes), interval.deviation()),
             None => f32::INFINITY,
         };

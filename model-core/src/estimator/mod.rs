@@ -108,6 +108,9 @@ pub struct Estimate {
     pub standard_deviation: f32,
     /// Ticks since the derivatives behind the last two were those of the present equilibrium.
     pub sensitivity_age: u16,
+    /// With friction: between which values the forces lie. `None` without friction, without contact, and while an end is not known yet: the
+    /// standard deviation is then infinite.
+    pub interval: Option<Interval>,
 }
 
 impl Estimate {
@@ -132,6 +135,7 @@ impl Estimate {
             force_per_angle: [0.0; 2],
             standard_deviation: 0.0,
             sensitivity_age: 0,
+            interval: None,
         }
     }
 }
@@ -285,10 +289,9 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.keep(rub);
     }
 
-    /// Between which values the forces of the last trustworthy estimate lie. `None` without friction, without contact, and while an end is not
-    /// known yet: the standard deviation is then infinite.
+    /// [`Estimate::interval`] of the last estimate, if that was trustworthy.
     pub fn interval(&self) -> Option<Interval> {
-        self.rub().interval.filter(|_| self.last.age == 0)
+        self.last.interval.filter(|_| self.last.age == 0)
     }
 
     /// Changes the bounds of the estimator and how its solver follows.
@@ -543,6 +546,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
     }
 
     fn read(&self, estimate: &mut Estimate) {
+        estimate.interval = None;
         estimate.force = single(self.follower.force_world());
         estimate.torque = (self.ratio * self.follower.motor_torque().to_f64()) as f32;
         estimate.distance = self.follower.distance().to_f64() as f32;

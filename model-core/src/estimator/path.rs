@@ -15,6 +15,9 @@ use crate::equilibrium::{Reading, SlipWay};
 
 /// Between which values forces lie, N and N·mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Interval {
     /// Sum of the normal forces.
     pub normal: [f32; 2],

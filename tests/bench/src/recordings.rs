@@ -31,8 +31,12 @@ pub fn measure(minutes: u64) -> Result<String> {
         let side = if number % 2 == 0 { Side::Left } else { Side::Right };
         *place = Some(Mount { servo_id: number as u8 + 1, side, ..Mount::DEFAULT });
     }
-    let model =
-        Modelled { finger: Some(Finger { design: design.clone(), how }), object: Some(object), uncertainty: None };
+    let model = Modelled {
+        finger: Some(Finger { design: design.clone(), how }),
+        object: Some(object),
+        friction: 0.0,
+        uncertainty: None,
+    };
     let setup = Setup {
         origin: Origin::Gripper,
         place: "nowhere".to_owned(),

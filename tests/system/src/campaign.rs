@@ -176,7 +176,7 @@ impl Range {
         self.bench.ask::<SetSettings>(&settings).expect("settings");
         for number in 0..FINGERS as u8 {
             self.bench.ask::<SetFinger>(&For { finger: number, what: finger() }).expect("a finger");
-            self.bench.ask::<SetObject>(&For { finger: number, what: OBJECT }).expect("an object");
+            self.bench.ask::<SetObject>(&For { finger: number, what: OBJECT.into() }).expect("an object");
         }
     }
 
@@ -442,7 +442,7 @@ impl Range {
             }
             Hazard::Placing => {
                 for _ in 0..20 {
-                    let _ = self.bench.send::<PlaceObject>(&For { finger: target as u8, what: OBJECT });
+                    let _ = self.bench.send::<PlaceObject>(&For { finger: target as u8, what: OBJECT.into() });
                 }
                 let least = self.run(100_000);
                 self.bench.take_answered();

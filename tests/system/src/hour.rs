@@ -40,7 +40,7 @@ pub fn geared_servo() -> Config {
 pub fn set_up(bench: &mut Bench, settings: &Settings, object: ObjectDesign) {
     bench.ask::<SetSettings>(settings).expect("settings");
     bench.ask::<SetFinger>(&For { finger: 0, what: finger() }).expect("a finger");
-    bench.ask::<SetObject>(&For { finger: 0, what: object }).expect("an object");
+    bench.ask::<SetObject>(&For { finger: 0, what: object.into() }).expect("an object");
     bench.until("sound estimate", 5 * SECOND, is_sound);
 }
 

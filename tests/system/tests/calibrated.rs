@@ -56,8 +56,13 @@ fn what_was_fitted_is_sent_and_read_back() {
     uncertainty.quantisation = Uncertainty::DEFAULT.quantisation;
     uncertainty.correlations[1] = -0.8;
     let (zero, place) = (f64::from(zero_counts), Some(object));
-    let calibrated =
-        Calibrated { finger: fitted.clone(), zero_counts: zero, drive: Drive::Rotating, uncertainty, object: place };
+    let calibrated = Calibrated {
+        finger: fitted.clone(),
+        zero_counts: zero,
+        drive: Drive::Rotating,
+        uncertainty,
+        object: place.map(messages::Object::from),
+    };
     assert_eq!(link.uncertainty(0).unwrap(), None);
     let Sent { before: was, now, was_there } = send(&link, 0, &calibrated, false).unwrap();
     assert!(was == mount.zero && !was_there);
@@ -70,7 +75,7 @@ fn what_was_fitted_is_sent_and_read_back() {
     assert_eq!(link.settings().unwrap().fingers[0].unwrap().zero, now);
     assert!((now - was - zero_counts).abs() < 1e-3, "{was} {now}");
     assert_eq!(link.finger(0).unwrap(), Some(fitted.clone()));
-    assert_eq!(link.object(0).unwrap(), Some(object));
+    assert_eq!(link.object(0).unwrap(), Some(object.into()));
     let after = settled("a force at 7°", 7.0);
     assert_eq!(link.uncertainty(0).unwrap(), Some(uncertainty));
     // The same as the model makes of it on this PC.
@@ -112,7 +117,7 @@ fn what_was_fitted_is_sent_and_read_back() {
     let only_zero = Calibrated { object: None, ..calibrated };
     let Sent { before: was, now, .. } = send(&link, 0, &only_zero, false).unwrap();
     assert!((now - was + 2.0 * zero_counts).abs() < 1e-3, "{was} {now}");
-    assert_eq!(link.object(0).unwrap(), Some(object), "it stays");
+    assert_eq!(link.object(0).unwrap(), Some(object.into()), "it stays");
 
     let error = send(&link, 2, &only_zero, false).unwrap_err();
     assert!(matches!(error, SendError::NoFinger { number: 2, count: 1 }), "{error}");

@@ -37,7 +37,7 @@ fn close(truth: ObjectDesign, told: ObjectDesign, speed: f32, seed: u64) -> (Ben
     let mut bench = Bench::new(servo, &Flash::new());
     bench.ask::<SetSettings>(&Settings::of(MOUNT)).unwrap();
     bench.ask::<SetFinger>(&messages::For { finger: 0, what: finger() }).unwrap();
-    bench.ask::<SetObject>(&messages::For { finger: 0, what: told }).unwrap();
+    bench.ask::<SetObject>(&messages::For { finger: 0, what: told.into() }).unwrap();
     bench.until("sound estimate", 5 * SECOND, |report| report.estimate.status.is_trustworthy());
     // From well before any contact: what a free motion takes has to be learnt.
     bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: -0.04, speed: Some(0.2) }).unwrap();

@@ -276,7 +276,7 @@ fn settings_survive_and_damaged_ones_are_told() {
     assert!(bench.events.contains(&Event::Restored { records: 3, damaged: 0 }), "{:?}", bench.events);
     assert_eq!(bench.ask::<messages::GetSettings>(&()), settings);
     assert_eq!(bench.ask::<messages::GetFinger>(&0), Some(finger()));
-    assert_eq!(bench.ask::<messages::GetObject>(&0), Some(OBJECT));
+    assert_eq!(bench.ask::<messages::GetObject>(&0), Some(OBJECT.into()));
     drop(bench);
 
     let mut random = ChaCha8Rng::seed_from_u64(5);

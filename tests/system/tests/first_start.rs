@@ -73,7 +73,7 @@ fn a_damaged_flash_leads_to_idle() {
             let mount = Mount { zero, ..GEARED_MOUNT };
             bench.ask::<SetSettings>(&Settings { fingers: [Some(mount), None, None, None], ..settings }).unwrap();
             bench.ask::<SetFinger>(&For { finger: 0, what: finger() }).unwrap();
-            bench.ask::<SetObject>(&For { finger: 0, what: OBJECT }).unwrap();
+            bench.ask::<SetObject>(&For { finger: 0, what: OBJECT.into() }).unwrap();
         }
         let expected = bench.ask::<GetSettings>(&());
         drop(bench);
@@ -85,7 +85,7 @@ fn a_damaged_flash_leads_to_idle() {
         // The last generation, or the one before it if the last record is the damaged one: finger, object and mount of one time.
         if found.role == expected.role {
             assert_eq!(bench.ask::<messages::GetFinger>(&0), Some(finger()), "round {round}");
-            assert_eq!(bench.ask::<messages::GetObject>(&0), Some(OBJECT), "round {round}");
+            assert_eq!(bench.ask::<messages::GetObject>(&0), Some(OBJECT.into()), "round {round}");
             whole += 1;
         } else {
             idle += 1;
@@ -265,7 +265,7 @@ fn closing_stops_when_the_estimate_is_lost() {
         bench.run(SECOND / 4);
         let ObjectDesign::Circle { radius, .. } = OBJECT else { panic!("a circle") };
         let inside = ObjectDesign::Circle { centre: [0.0, 45.0], radius };
-        bench.ask::<SetObject>(&For { finger: 0, what: inside }).unwrap();
+        bench.ask::<SetObject>(&For { finger: 0, what: inside.into() }).unwrap();
         let began = bench.now_us();
         bench.until("a stop", 2 * SECOND, |report| report.phase == Phase::Held(Why::Estimate));
         let took_ms = (bench.now_us() - began) / 1000;

@@ -156,7 +156,7 @@ fn finger_object_and_settings_are_kept() {
     link.set_finger(0, &finger()).unwrap();
     assert_eq!(link.finger(0).unwrap(), Some(finger()));
     link.set_object(0, OBJECT).unwrap();
-    assert_eq!(link.object(0).unwrap(), Some(OBJECT));
+    assert_eq!(link.object(0).unwrap(), Some(OBJECT.into()));
 
     let refused = |result: Result<(), LinkError>| match result {
         Err(LinkError::Refused(refusal)) => refusal,
@@ -166,7 +166,7 @@ fn finger_object_and_settings_are_kept() {
         let why = refused(link.set_object(0, ObjectDesign::Circle { centre: [41.0, 45.0], radius })).to_string();
         assert!(why.contains("radius_mm"), "{why}");
     }
-    assert_eq!(link.object(0).unwrap(), Some(OBJECT));
+    assert_eq!(link.object(0).unwrap(), Some(OBJECT.into()));
     let mut crooked = finger();
     crooked.design.hinge.thickness = -0.8;
     let why = refused(link.set_finger(0, &crooked)).to_string();

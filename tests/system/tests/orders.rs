@@ -183,16 +183,19 @@ fn a_placed_object_does_not_wear_the_flash() {
     assert_eq!(stored, 3, "settings, finger, object");
     let at = |y: f64| ObjectDesign::Circle { centre: [41.0, y], radius: 40.0 };
     for step in 0..20 {
-        let what = at(50.0 + 0.1 * f64::from(step));
+        let what = at(50.0 + 0.1 * f64::from(step)).into();
         bench.ask::<PlaceObject>(&For { finger: 0, what }).unwrap();
         assert_eq!(bench.ask::<GetObject>(&0), Some(what));
     }
     assert_eq!(bench.ask::<GetCounters>(&()).flash_writes, stored);
     bench.restart(&flash);
     bench.run(SECOND / 10);
-    assert_eq!((bench.ask::<GetObject>(&0), bench.ask::<GetCounters>(&()).flash_writes), (Some(OBJECT), stored));
-    bench.ask::<SetObject>(&For { finger: 0, what: at(50.0) }).unwrap();
+    assert_eq!((bench.ask::<GetObject>(&0), bench.ask::<GetCounters>(&()).flash_writes), (Some(OBJECT.into()), stored));
+    bench.ask::<SetObject>(&For { finger: 0, what: at(50.0).into() }).unwrap();
     bench.restart(&flash);
     bench.run(SECOND / 10);
-    assert_eq!((bench.ask::<GetObject>(&0), bench.ask::<GetCounters>(&()).flash_writes), (Some(at(50.0)), stored + 1));
+    assert_eq!(
+        (bench.ask::<GetObject>(&0), bench.ask::<GetCounters>(&()).flash_writes),
+        (Some(at(50.0).into()), stored + 1)
+    );
 }

@@ -60,7 +60,7 @@ fn every_end_is_a_beginning() {
         }
         assert_eq!(link.settings().unwrap(), settings);
         assert_eq!(link.finger(0).unwrap(), Some(finger()));
-        assert_eq!(link.object(0).unwrap(), Some(OBJECT));
+        assert_eq!(link.object(0).unwrap(), Some(OBJECT.into()));
         assert_eq!(link.uncertainty(0).unwrap(), uncertainty);
         let mut watch = Watch::new(&link);
         watch.until_report("sound estimate", PATIENCE, |report| {

@@ -58,7 +58,7 @@ fn the_sdk_of_robotis_reads_the_force_from_the_firmware() {
     let settings = link.settings().unwrap();
     assert_eq!(settings.role, Role::Device { id: GRIPPER + 1, return_delay: 5 });
     assert_eq!((settings.baud, settings.fingers[0].unwrap().zero), (Some(57_600), 2048.5));
-    assert_eq!(link.object(0).unwrap(), Some(OBJECT));
+    assert_eq!(link.object(0).unwrap(), Some(OBJECT.into()));
     assert_eq!(link.finger(0).unwrap(), Some(finger()));
 }
 

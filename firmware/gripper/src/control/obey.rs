@@ -61,9 +61,8 @@ impl<'a, B: Board> Core<'a, B> {
                 refusal
             }
             Command::Object(what) => {
-                let unit = self.unit(what.finger)?;
-                unit.model.set_object(what.what).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
-                unit.has_object = true;
+                let support = self.settings.support;
+                self.unit(what.finger)?.set_object(&what.what, support)?;
                 self.put_back();
                 self.shared.set_object(what.finger, what.what);
                 self.setup_is_new = true;
@@ -77,6 +76,7 @@ impl<'a, B: Board> Core<'a, B> {
             }
             Command::Settings(settings) => {
                 settings.validate(self.units.len())?;
+                self.units.iter().try_for_each(|unit| unit.check_support(settings.support))?;
                 for (unit, mount) in self.units.iter_mut().zip(settings.fingers) {
                     unit.set_mount(mount);
                 }

@@ -1,15 +1,17 @@
 //! Records as earlier versions of their layout have them.
 //!
-//! Version 7: beams without points between their ends, factors apart and clamps.
+//! Version 8: objects without friction.
+//! Version 7: besides, beams without points between their ends, factors apart and clamps.
 //! Version 6: besides, settings without heat and supply.
 //! Version 5: besides, lamellae that are all rigid and of one thickness.
 //! Version 4: besides, no role that leads nobody, mounts that do not say how their servo was set, and no time of closing without an estimate.
 //! Version 3: besides, mounts without a drive, as every finger was turned by its motor, and models whose contact softness is a number.
 
-use messages::{Direction, FINGERS, Finger, Mount, Reaction, Role, Settings, Side, Silence, Support};
+use messages::{Direction, FINGERS, Finger, Mount, Object, Reaction, Role, Settings, Side, Silence, Support};
 use model_core::design::{Attachments, Beam, Design, Hinge, Lamellae, Material, PlaneStrain, Profile};
 use model_core::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness};
 use model_core::drive::Drive;
+use model_core::object::ObjectDesign;
 use postcard_rpc::postcard;
 use serde::Deserialize;
 
@@ -123,6 +125,9 @@ struct Finger3 {
 /// A finger, if there was one, from the bytes of a record of that version. The softness that every model of version 3 had by default
 /// becomes the beam's own.
 pub(super) fn finger(version: u8, bytes: &[u8]) -> Option<Option<Finger>> {
+    if version >= 8 {
+        return super::same(bytes);
+    }
     if version >= 6 {
         let kept: Option<Finger7<Lamellae>> = postcard::from_bytes(bytes).ok()?;
         return Some(kept.map(|Finger7 { design, how }| Finger { design: design.now(|lamellae| lamellae), how }));
@@ -139,6 +144,12 @@ pub(super) fn finger(version: u8, bytes: &[u8]) -> Option<Option<Finger>> {
             how: Discretisation { scheme, elements, sampling, softness, physics },
         }
     }))
+}
+
+/// An object, if there was one, from the bytes of a record of any of these versions: without friction.
+pub(super) fn object(_: u8, bytes: &[u8]) -> Option<Option<Object>> {
+    let kept: Option<ObjectDesign> = postcard::from_bytes(bytes).ok()?;
+    Some(kept.map(Object::from))
 }
 
 /// Settings from the bytes of a record of that version, if they are sound. What was the servos' master stays it.
@@ -376,6 +387,26 @@ mod tests {
         }
         let length = used.len();
         assert_eq!(finger(7, &bytes[..length - 1]), None, "cut short");
+    }
+
+    #[test]
+    fn settings_and_a_finger_of_version_8_and_an_object_of_any_come_back() {
+        let mut bytes = [0; super::super::RECORD];
+        let kept = Settings { untrusted_ms: 70, ..expected() };
+        let used = postcard::to_slice(&kept, &mut bytes).unwrap();
+        for version in [7, 8] {
+            assert_eq!(settings(version, used), Some(kept));
+        }
+        let kept = Some(crate::store::tests::longest());
+        let used = postcard::to_slice(&kept, &mut bytes).unwrap();
+        assert_eq!(finger(8, used), Some(kept));
+        let design = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 30.0 };
+        let used = postcard::to_slice(&Some(design), &mut bytes).unwrap();
+        for version in 3..=8 {
+            assert_eq!(object(version, used), Some(Some(Object { design, friction: 0.0 })));
+        }
+        let length = used.len();
+        assert_eq!(object(8, &bytes[..length - 1]), None, "cut short");
     }
 
     #[test]

@@ -7,26 +7,23 @@ use super::error::CaseError;
 use super::keys::{self, ObjectTable};
 use super::source::{Source, Table};
 
-/// Reads an object for an estimate from a text that has the keys of `[object]` at its top; `name` stands for the text in messages.
+/// Reads an object and its coefficient of friction from a text that has the keys of `[object]` at its top; `name` stands for the text in
+/// messages.
 ///
 /// # Errors
 /// The first thing in it that cannot be used.
-pub fn read_object(name: &str, text: &str) -> Result<ObjectDesign, CaseError> {
+pub fn read_object(name: &str, text: &str) -> Result<(ObjectDesign, f64), CaseError> {
     let source = Source { name: name.to_owned(), text: text.to_owned() };
     let tree = source.parse()?;
     let root = Table::root(&source, tree.get_ref());
     check::table(&root, keys::object_schema(), check::Purpose::Solve)?;
     let keys: ObjectTable = root.read()?;
-    if keys.friction() != 0.0 {
-        return Err(root.refuse("friction", "the estimate is without friction; allowed is 0"));
-    }
-    build(&keys, &root)
+    Ok((build(&keys, &root)?, keys.friction()))
 }
 
-impl From<&ObjectDesign> for ObjectTable {
-    /// The keys that describe an object, as [`read_object`] reads them.
-    fn from(object: &ObjectDesign) -> Self {
-        let friction = 0.0;
+impl ObjectTable {
+    /// The keys that describe an object and its coefficient of friction, as [`read_object`] reads them.
+    pub fn of(object: &ObjectDesign, friction: f64) -> Self {
         match *object {
             ObjectDesign::Circle { centre, radius } => Self::Circle { radius_mm: radius, centre_mm: centre, friction },
             ObjectDesign::Ellipse { centre, semi_axes, angle } => {

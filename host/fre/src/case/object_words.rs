@@ -62,12 +62,14 @@ impl ObjectWords {
     }
 }
 
-/// An object by its shape and the keys of a case that an estimate uses: "circle, radius_mm = 40.0, centre_mm = [41.0, 45.0]".
-pub fn object_keys(object: &ObjectDesign) -> String {
+/// An object by its shape and the keys of a case, without the friction that it does not have: "circle, radius_mm = 40.0, centre_mm =
+/// [41.0, 45.0]".
+pub fn object_keys(object: &ObjectDesign, friction: f64) -> String {
     // Numbers, lists and words are always JSON.
-    let Ok(Value::Object(entries)) = serde_json::to_value(ObjectTable::from(object)) else { return String::new() };
+    let table = ObjectTable::of(object, friction);
+    let Ok(Value::Object(entries)) = serde_json::to_value(table) else { return String::new() };
     let words = |(key, value): (&String, &Value)| match (key.as_str(), value) {
-        ("friction", _) => None,
+        ("friction", _) if friction == 0.0 => None,
         ("shape", Value::String(shape)) => Some(shape.clone()),
         _ => Some(format!("{key} = {}", value.to_string().replace(',', ", "))),
     };
@@ -117,7 +119,8 @@ mod tests {
         ];
         for (object, phrase, keys) in cases {
             assert_eq!(ObjectWords::of(&object).phrase(), phrase);
-            assert_eq!(object_keys(&object), keys);
+            assert_eq!(object_keys(&object, 0.0), keys);
+            assert_eq!(object_keys(&object, 0.6), format!("{keys}, friction = 0.6"));
         }
     }
 }

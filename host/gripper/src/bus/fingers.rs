@@ -88,6 +88,10 @@ impl Finger {
     pub(super) fn fresh(&mut self, reading: &Reading, start: Instant) -> bool {
         let was_lost = !self.is_present();
         self.failures = 0;
+        if was_lost {
+            // Which way it has come meanwhile, nobody knows.
+            self.estimator.forget_path();
+        }
         let time_us = start.elapsed().as_micros() as u64;
         let began = Instant::now();
         let estimate = self.estimator.update(self.calibration.finger_angle(reading.position));

@@ -7,9 +7,8 @@ use std::time::{Duration, Instant};
 
 use dynamixel::{Master, SyncAnswer, xm430};
 use messages::{
-    Event, FINGERS, Grasp, Notice, Outcome, PROTOCOL_VERSION, Refusal, Settings, SettingsField, Support, Which,
+    Event, FINGERS, Grasp, Notice, Object, Outcome, PROTOCOL_VERSION, Refusal, Settings, SettingsField, Support, Which,
 };
-use model_core::object::ObjectDesign;
 
 use super::address::BusAddress;
 use super::error::BusError;
@@ -330,7 +329,7 @@ impl Ticks {
             Order::Object(number, object) => {
                 let index = self.finger(*number)?;
                 place(self.fingers[index].estimator.as_mut(), *object)?;
-                self.shared.setup().models[index].object = Some(*object);
+                self.shared.setup().models[index].grasp(Some(*object));
             }
             Order::Finger(number, finger) => {
                 let index = self.finger(*number)?;
@@ -427,12 +426,15 @@ fn made(model: &Modelled, options: &BusOptions) -> Result<Box<dyn AnyEstimator>,
     if let Some(finger) = &model.finger {
         made.configure(&finger.design, &finger.how).map_err(|error| Refusal::Finger(Refusal::text(&error)))?;
     }
-    if let Some(object) = model.object {
+    if let Some(object) = model.grasped() {
         place(made.as_mut(), object)?;
     }
     Ok(made)
 }
 
-fn place(estimator: &mut dyn AnyEstimator, object: ObjectDesign) -> Outcome {
-    estimator.set_object(object).map_err(|error| Refusal::Object(Refusal::text(&error)))
+/// Takes an object; what is wrong with it changes nothing.
+fn place(estimator: &mut dyn AnyEstimator, object: Object) -> Outcome {
+    object.design.validate().map_err(|error| Refusal::Object(Refusal::text(&error)))?;
+    estimator.set_friction(object.friction).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
+    estimator.set_object(object.design).map_err(|error| Refusal::Object(Refusal::text(&error)))
 }

@@ -4,10 +4,9 @@ use std::sync::mpsc::Receiver;
 
 use messages::{
     BootReport, Close, CloseTo, Counters, Finger, For, GetBoot, GetCounters, GetFinger, GetObject, GetServo,
-    GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Heed, Heeds, Hold, Open, PlaceObject, Provocation, Provoke,
-    Relax, Scan, ServoSetup, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, Version, Which,
+    GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Heed, Heeds, Hold, Object, Open, PlaceObject, Provocation,
+    Provoke, Relax, Scan, ServoSetup, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, Version, Which,
 };
-use model_core::object::ObjectDesign;
 use model_core::size::Lists;
 use model_core::uncertainty::Uncertainty;
 use postcard_rpc::Endpoint;
@@ -38,7 +37,7 @@ impl Link {
     ///
     /// # Errors
     /// As [`Link::ask`].
-    pub fn object(&self, finger: u8) -> Result<Option<ObjectDesign>, LinkError> {
+    pub fn object(&self, finger: u8) -> Result<Option<Object>, LinkError> {
         self.ask::<GetObject>(&finger)
     }
 
@@ -46,8 +45,9 @@ impl Link {
     ///
     /// # Errors
     /// As [`Link::ask`], and what is wrong with the object.
-    pub fn set_object(&self, finger: u8, object: ObjectDesign) -> Result<(), LinkError> {
-        object.fits(Lists::TARGET)?;
+    pub fn set_object(&self, finger: u8, object: impl Into<Object>) -> Result<(), LinkError> {
+        let object = object.into();
+        object.design.fits(Lists::TARGET)?;
         Ok(self.ask::<SetObject>(&For { finger, what: object })??)
     }
 
@@ -55,8 +55,9 @@ impl Link {
     ///
     /// # Errors
     /// As [`Link::set_object`].
-    pub fn place_object(&self, finger: u8, object: ObjectDesign) -> Result<(), LinkError> {
-        object.fits(Lists::TARGET)?;
+    pub fn place_object(&self, finger: u8, object: impl Into<Object>) -> Result<(), LinkError> {
+        let object = object.into();
+        object.design.fits(Lists::TARGET)?;
         Ok(self.ask::<PlaceObject>(&For { finger, what: object })??)
     }
 
@@ -211,11 +212,13 @@ impl Source for Link {
         let settings = self.settings()?;
         let mut models = Vec::new();
         for number in 0..settings.count() as u8 {
-            models.push(Modelled {
+            let mut model = Modelled {
                 finger: self.finger(number)?,
-                object: self.object(number)?,
                 uncertainty: self.uncertainty(number)?,
-            });
+                ..Modelled::default()
+            };
+            model.grasp(self.object(number)?);
+            models.push(model);
         }
         Ok(Setup {
             origin: Origin::Gripper,

@@ -48,6 +48,7 @@ pub(super) fn report(sequence: u32) -> Vec<u8> {
         force_per_angle: [40.0, -50.0],
         standard_deviation: 0.1,
         sensitivity_age: 3,
+        interval: None,
     };
     let phase = Phase::Moving;
     let report =

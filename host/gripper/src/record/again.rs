@@ -55,7 +55,12 @@ struct Finger {
     calibration: Calibration,
     estimator: Box<dyn AnyEstimator>,
     last: Option<Estimate>,
+    /// Reports in a row without a position.
+    unseen: u32,
 }
+
+/// As many in a row, and nobody knows which way the finger has come: as the gripper's firmware has it.
+const UNSEEN: u32 = 5;
 
 impl Again {
     /// With these changes; [`Again::set_up`] is to be called first.
@@ -81,13 +86,13 @@ impl Again {
             let model = self.changes.apply(number, model);
             let calibration = Calibration::new(&mount.gear());
             // Another uncertainty is no other equilibrium.
-            let is_same = |known: &Modelled| (&known.finger, &known.object) == (&model.finger, &model.object);
+            let is_same = |known: &Modelled| (&known.finger, known.grasped()) == (&model.finger, model.grasped());
             match self.fingers.get_mut(number).filter(|finger| is_same(&finger.model)) {
                 Some(finger) => finger.calibration = calibration,
                 None => {
                     let made = make(&model, self.changes.precision);
                     let estimator = made.map_err(|why| AgainError::Refused { finger: number, why })?;
-                    let finger = Finger { model: model.clone(), calibration, estimator, last: None };
+                    let finger = Finger { model: model.clone(), calibration, estimator, last: None, unseen: 0 };
                     if number < self.fingers.len() { self.fingers[number] = finger } else { self.fingers.push(finger) }
                 }
             }
@@ -110,8 +115,12 @@ impl Again {
         let Some(finger) = self.fingers.get_mut(usize::from(report.finger)) else { return *report };
         let before = finger.last.unwrap_or(Estimate::blank(Status::Stale));
         let estimate = if report.estimate.status == Status::Stale {
+            finger.unseen += 1;
             Estimate { status: Status::Stale, age: before.age.saturating_add(1), iterations: 0, ..before }
         } else {
+            if std::mem::take(&mut finger.unseen) >= UNSEEN {
+                finger.estimator.forget_path();
+            }
             let estimate = finger.estimator.update(finger.calibration.finger_angle(report.position));
             let age = if estimate.age == 0 { 0 } else { before.age.saturating_add(1) };
             Estimate { age, ..estimate }
@@ -129,11 +138,13 @@ impl Again {
 impl Changes {
     fn apply(&self, number: usize, recorded: Modelled) -> Modelled {
         let other = self.models.get(number).or(self.models.last()).cloned().unwrap_or_default();
+        let grasped = other.grasped().or(recorded.grasped());
         let mut model = Modelled {
             finger: other.finger.or(recorded.finger),
-            object: other.object.or(recorded.object),
             uncertainty: other.uncertainty.or(recorded.uncertainty),
+            ..Modelled::default()
         };
+        model.grasp(grasped);
         if let Some(finger) = &mut model.finger {
             let material = &mut finger.design.material;
             material.youngs_modulus = self.youngs_modulus.unwrap_or(material.youngs_modulus);
@@ -151,6 +162,7 @@ fn make(model: &Modelled, precision: Precision) -> Result<Box<dyn AnyEstimator>,
         made.configure(&finger.design, &finger.how).map_err(|error| error.to_string())?;
     }
     if let Some(object) = model.object {
+        made.set_friction(model.friction).map_err(|error| error.to_string())?;
         made.set_object(object).map_err(|error| error.to_string())?;
     }
     Ok(made)

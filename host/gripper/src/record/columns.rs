@@ -4,6 +4,7 @@ use std::fmt;
 
 use fre::table::{Column, Kind, Table, Values};
 use messages::Report;
+use model_core::estimator::Interval;
 
 /// A report's value in a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +33,7 @@ use Cell::{Integer, Number, Word};
 pub type ReportColumn = (&'static str, fn(&Report) -> Cell);
 
 /// The columns. New ones are added at the end only.
-pub const COLUMNS: [ReportColumn; 24] = [
+pub const COLUMNS: [ReportColumn; 30] = [
     ("sequence", |report| Integer(report.sequence.into())),
     ("time_us", |report| Integer(report.time_us as i64)),
     ("motor_angle_deg", |report| Number(report.estimate.motor_angle.to_degrees())),
@@ -58,7 +59,18 @@ pub const COLUMNS: [ReportColumn; 24] = [
     ("force_y_per_deg_n", |report| Number(report.estimate.force_per_angle[1].to_radians())),
     ("standard_deviation_n", |report| Number(report.estimate.standard_deviation)),
     ("sensitivity_age", |report| Integer(report.estimate.sensitivity_age.into())),
+    // With friction; not a number without, and while an end is not known.
+    ("force_interval_low_n", |report| end(report, |interval| interval.magnitude[0])),
+    ("force_interval_high_n", |report| end(report, |interval| interval.magnitude[1])),
+    ("normal_interval_low_n", |report| end(report, |interval| interval.normal[0])),
+    ("normal_interval_high_n", |report| end(report, |interval| interval.normal[1])),
+    ("torque_interval_low_nmm", |report| end(report, |interval| interval.torque[0])),
+    ("torque_interval_high_nmm", |report| end(report, |interval| interval.torque[1])),
 ];
+
+fn end(report: &Report, of: fn(&Interval) -> f32) -> Cell {
+    Number(report.estimate.interval.as_ref().map_or(f32::NAN, of))
+}
 
 /// Reports as a table of typed columns.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! What is reported, as JSON: one flat object per message, units in the names.
 
 use messages::{Contact, Event, FreeObject, Grasp, Notice, Phase, Report, Shape, Why};
-use model_core::estimator::Estimate;
+use model_core::estimator::{Estimate, Interval};
 use model_core::status::Status;
 use serde::{Deserialize, Serialize};
 
@@ -39,11 +39,31 @@ pub(super) struct EstimateMessage {
     sensitivity_age: u16,
     #[serde(with = "phase_words")]
     phase: Phase,
+    // With friction, where both ends are known. (Recordings of versions before it have none of these.)
+    #[serde(default = "unknown", skip_serializing_if = "Exact::is_nan")]
+    force_interval_low_n: Exact,
+    #[serde(default = "unknown", skip_serializing_if = "Exact::is_nan")]
+    force_interval_high_n: Exact,
+    #[serde(default = "unknown", skip_serializing_if = "Exact::is_nan")]
+    normal_interval_low_n: Exact,
+    #[serde(default = "unknown", skip_serializing_if = "Exact::is_nan")]
+    normal_interval_high_n: Exact,
+    #[serde(default = "unknown", skip_serializing_if = "Exact::is_nan")]
+    torque_interval_low_nmm: Exact,
+    #[serde(default = "unknown", skip_serializing_if = "Exact::is_nan")]
+    torque_interval_high_nmm: Exact,
+}
+
+/// A number that is left out.
+fn unknown() -> Exact {
+    Exact(f32::NAN)
 }
 
 impl From<&Report> for EstimateMessage {
     fn from(report: &Report) -> Self {
         let Report { sequence, finger, phase, time_us, estimate, goal, position, current, cost } = *report;
+        let end =
+            |of: fn(&Interval) -> f32| estimate.interval.as_ref().map_or_else(unknown, |interval| Exact(of(interval)));
         Self {
             sequence,
             finger,
@@ -70,12 +90,23 @@ impl From<&Report> for EstimateMessage {
             standard_deviation_n: Exact(estimate.standard_deviation),
             sensitivity_age: estimate.sensitivity_age,
             phase,
+            force_interval_low_n: end(|interval| interval.magnitude[0]),
+            force_interval_high_n: end(|interval| interval.magnitude[1]),
+            normal_interval_low_n: end(|interval| interval.normal[0]),
+            normal_interval_high_n: end(|interval| interval.normal[1]),
+            torque_interval_low_nmm: end(|interval| interval.torque[0]),
+            torque_interval_high_nmm: end(|interval| interval.torque[1]),
         }
     }
 }
 
 impl From<EstimateMessage> for Report {
     fn from(message: EstimateMessage) -> Self {
+        let interval = Interval {
+            magnitude: [message.force_interval_low_n.0, message.force_interval_high_n.0],
+            normal: [message.normal_interval_low_n.0, message.normal_interval_high_n.0],
+            torque: [message.torque_interval_low_nmm.0, message.torque_interval_high_nmm.0],
+        };
         let estimate = Estimate {
             status: message.status,
             motor_angle: message.motor_angle_deg.0,
@@ -90,6 +121,7 @@ impl From<EstimateMessage> for Report {
             force_per_angle: [message.force_x_per_deg_n.0, message.force_y_per_deg_n.0],
             standard_deviation: message.standard_deviation_n.0,
             sensitivity_age: message.sensitivity_age,
+            interval: (!interval.magnitude[0].is_nan()).then_some(interval),
         };
         Self {
             sequence: message.sequence,

@@ -16,6 +16,12 @@ pub(super) struct Degrees(pub(super) f32);
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PerDegree(pub(super) f32);
 
+impl Exact {
+    pub(super) fn is_nan(&self) -> bool {
+        self.0.is_nan()
+    }
+}
+
 impl Serialize for Exact {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         if self.0.is_finite() { to.serialize_f32(self.0) } else { to.collect_str(&self.0) }

@@ -117,7 +117,8 @@ fields!(EstimateMessage:
     "string": "status" "phase";
     "number": "force_magnitude_n" "force_x_n" "force_y_n" "motor_angle_deg" "goal_deg" "current_ma" "contact_x_mm" "contact_y_mm"
         "contact_extent_mm" "torque_nmm" "distance_mm" "residual_nmm" "force_x_per_deg_n" "force_y_per_deg_n"
-        "standard_deviation_n";
+        "standard_deviation_n" "force_interval_low_n" "force_interval_high_n" "normal_interval_low_n" "normal_interval_high_n"
+        "torque_interval_low_nmm" "torque_interval_high_nmm";
 );
 fields!(GraspMessage:
     "integer": "sequence" "object_iterations" "object_cost";

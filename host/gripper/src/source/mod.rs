@@ -17,8 +17,7 @@ pub use told::Told;
 
 use std::sync::mpsc::Receiver;
 
-use messages::{CloseTo, Counters, Finger, GripTo, Refusal, Settings, Which};
-use model_core::object::ObjectDesign;
+use messages::{CloseTo, Counters, Finger, GripTo, Object, Refusal, Settings, Which};
 
 /// Messages that wait for a listener unless it asks for more: 2 s of four fingers at 500 Hz.
 pub const WAITING: usize = 4096;
@@ -42,7 +41,7 @@ pub struct Statistics {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Order {
     /// Another object for a finger, in that finger's world frame.
-    Object(u8, ObjectDesign),
+    Object(u8, Object),
     /// Another design of a finger.
     Finger(u8, Box<Finger>),
     /// Other settings.

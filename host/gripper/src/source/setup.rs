@@ -1,6 +1,6 @@
 //! What the source is, and how its numbers come about.
 
-use messages::{Finger, FreeObject, Settings, Side};
+use messages::{Finger, FreeObject, Object, Settings, Side};
 use model_core::grasp::Place;
 use model_core::object::ObjectDesign;
 use model_core::uncertainty::Uncertainty;
@@ -25,9 +25,25 @@ pub struct Modelled {
     pub finger: Option<Finger>,
     /// Its object, world frame, if it has one.
     pub object: Option<ObjectDesign>,
+    /// The object's coefficient of friction. (Recordings of versions before it have none: 0.)
+    #[serde(default)]
+    pub friction: f64,
     /// What a calibration has left uncertain, if there was one. (Recordings of versions before it have none.)
     #[serde(default)]
     pub uncertainty: Option<Uncertainty>,
+}
+
+impl Modelled {
+    /// The object with its friction.
+    pub fn grasped(&self) -> Option<Object> {
+        self.object.map(|design| Object { design, friction: self.friction })
+    }
+
+    /// Takes an object, or none.
+    pub fn grasp(&mut self, object: Option<Object>) {
+        (self.object, self.friction) =
+            (object.map(|object| object.design), object.map_or(0.0, |object| object.friction));
+    }
 }
 
 /// Everything that the numbers depend on.

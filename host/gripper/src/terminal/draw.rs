@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use messages::{FreeObject, Side};
+use model_core::estimator::Interval;
 use model_core::status::Status;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -23,6 +24,8 @@ const CHART: u16 = 6;
 const NUMBERS: u16 = 46;
 /// Columns from which there is room for a chart beside them.
 const WIDE: u16 = 76;
+/// Width of an interval that is shown, N.
+const SEEN_N: f32 = 0.01;
 /// Silence that is reported.
 const QUIET_S: f32 = 0.5;
 /// A stop that is not acknowledged by then is shown as NOT STOPPED.
@@ -254,7 +257,12 @@ fn whole(frame: &mut Frame<'_>, area: Rect, seen: &Seen, number: usize, finger: 
             Span::raw(format!(" ± {} ", deviation(estimate.standard_deviation))),
             status(estimate.status, estimate.age, silent),
         ]),
-        row("components", format!("{fx}, {fy} N")),
+        match estimate.interval {
+            Some(Interval { magnitude: [low, high], .. }) if high - low >= SEEN_N => {
+                row("between", format!("{low:.2} and {high:.2} N, by friction"))
+            }
+            _ => row("components", format!("{fx}, {fy} N")),
+        },
         row(
             "motor angle",
             format!("{}° → {}°", fixed(estimate.motor_angle.to_degrees(), 2), fixed(report.goal.to_degrees(), 2)),

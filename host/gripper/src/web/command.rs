@@ -107,8 +107,8 @@ impl Command {
                 let to = CloseTo { fingers: which(finger), angle: angle_deg.to_radians(), speed: None };
                 asked(source.order(&Order::Close(to)), format!("the target goes to {angle_deg}°"))
             }
-            Self::Object { finger, object } => object.design().and_then(|design| {
-                asked(source.order(&Order::Object(finger, design)), "the target has the object".to_owned())
+            Self::Object { finger, object } => object.object().and_then(|object| {
+                asked(source.order(&Order::Object(finger, object)), "the target has the object".to_owned())
             }),
             Self::Limits { finger, limits } => source
                 .setup()

@@ -67,6 +67,8 @@ struct FingerFrame {
     force_xy_n: [f64; 2],
     /// Of the force's magnitude; none while it is not known.
     deviation_n: Option<f64>,
+    /// With friction: between which values the force's magnitude lies; none without friction, and while an end is not known.
+    interval_n: Option<[f32; 2]>,
     /// Centre of the contact, world frame; none without contact.
     centre_mm: Option<[f64; 2]>,
     torque_nmm: f64,
@@ -236,6 +238,7 @@ impl Finger {
             force_n: f64::from(estimate.force_magnitude()),
             force_xy_n: double(estimate.force),
             deviation_n: estimate.standard_deviation.is_finite().then_some(estimate.standard_deviation.into()),
+            interval_n: estimate.interval.map(|interval| interval.magnitude),
             centre_mm: (estimate.force != [0.0; 2]).then_some(double(estimate.contact_centre)),
             torque_nmm: f64::from(estimate.torque),
             distance_mm: f64::from(estimate.distance),

@@ -126,23 +126,24 @@ addEventListener("keydown", event => {
 addEventListener("keyup", event => { if (event.key === " " && event.target.matches("button")) event.preventDefault(); });
 
 // ---- settings
+const FRICTION = ["friction", "Friction (coefficient)", 1, "0"];
 const FIELDS = {
-  "circle": [["radius_mm", "Radius", 1], ["centre_mm", "Centre x, y", 2]],
-  "ellipse": [["centre_mm", "Centre x, y", 2], ["semi_axes_mm", "Semi-axes a, b", 2], ["angle_deg", "Angle (°)", 1]],
-  "polygon": [["corners_mm", "Corners x, y; x, y; …", 3], ["rounding_mm", "Rounding", 1]],
-  "half-plane": [["point_mm", "Point x, y", 2], ["normal", "Normal x, y", 2]],
-  "bore": [["radius_mm", "Radius", 1], ["centre_mm", "Centre x, y", 2]],
+  "circle": [["radius_mm", "Radius", 1], ["centre_mm", "Centre x, y", 2], FRICTION],
+  "ellipse": [["centre_mm", "Centre x, y", 2], ["semi_axes_mm", "Semi-axes a, b", 2], ["angle_deg", "Angle (°)", 1], FRICTION],
+  "polygon": [["corners_mm", "Corners x, y; x, y; …", 3], ["rounding_mm", "Rounding", 1], FRICTION],
+  "half-plane": [["point_mm", "Point x, y", 2], ["normal", "Normal x, y", 2], FRICTION],
+  "bore": [["radius_mm", "Radius", 1], ["centre_mm", "Centre x, y", 2], FRICTION],
 };
 const objectForm = $("object-form"), limitsForm = $("limits-form");
 function objectFields(values) {
   const place = $("object-fields");
   place.replaceChildren();
-  for (const [key, words, kind] of FIELDS[objectForm.shape.value]) {
+  for (const [key, words, kind, usual] of FIELDS[objectForm.shape.value]) {
     const label = document.createElement("label"), input = document.createElement("input");
     input.name = key;
     if (kind === 3) input.className = "wide";
     const value = values ? values[key] : undefined;
-    input.value = value === undefined ? "" : kind === 3 ? value.map(p => p.join(", ")).join("; ") : [].concat(value).join(", ");
+    input.value = value === undefined ? usual ?? "" : kind === 3 ? value.map(p => p.join(", ")).join("; ") : [].concat(value).join(", ");
     label.append(words + " ", input);
     place.append(label);
   }
@@ -238,6 +239,8 @@ function takeFrame(told) {
     is.angle.textContent = fixed(f.angle_deg, 2);
     is.goal.textContent = fixed(f.goal_deg, 2);
     is.deviation.textContent = f.deviation_n === null ? "?" : fixed(f.deviation_n, 2);
+    is.between.hidden = !f.interval_n;
+    if (f.interval_n) is.interval.textContent = f.interval_n.map(x => fixed(x, 2)).join(" and ");
     is.centre.textContent = f.centre_mm ? f.centre_mm.map(x => fixed(x, 1)).join(", ") : "–";
     is.components.textContent = `${fixed(f.force_xy_n[0], 2)}, ${fixed(f.force_xy_n[1], 2)}`;
     is.torque.textContent = fixed(f.torque_nmm, 0);

@@ -134,7 +134,7 @@ impl Setup {
                 name: if count > 1 { format!("Finger {number}, {side}") } else { "Finger".to_owned() },
                 mirrored: mount.side == Side::Right,
                 design: design.map(drawing),
-                object: object.map(ObjectFields::from),
+                object: model.and_then(source::Modelled::grasped).as_ref().map(ObjectFields::from),
                 object_contour_mm: object.map(contour),
                 object_centre_mm: object.and_then(ObjectDesign::reference).map(|(point, _)| point),
                 limits: Limits::of(&told.settings, mount),

@@ -42,6 +42,12 @@ class Estimate(NamedTuple):
     """Ticks since the last trustworthy estimate; 0 for a trustworthy one."""
     sensitivity_age: int
     """Ticks since the derivatives were taken."""
+    force_interval_n: tuple[float, float] | None
+    """With friction: between which values the force's magnitude lies. None without friction, and while an end is not known."""
+    normal_interval_n: tuple[float, float] | None
+    """The same for the sum of the normal forces."""
+    torque_interval_nmm: tuple[float, float] | None
+    """The same for the torque."""
 
 
 class Estimator:
@@ -64,9 +70,13 @@ class Estimator:
         return self._case
 
     def update(self, angle_rad: float, dt_s: float = 0.0) -> Estimate:
-        """The estimate at a motor angle, ``dt_s`` after the one before. Elastic fingers do not depend on the time."""
-        word, numbers, counts = self._estimator.update(angle_rad, dt_s)
-        return Estimate._make([STATUSES[word], *numbers, *counts])
+        """The estimate at a motor angle, ``dt_s`` after the one before. Elastic fingers do not depend on the time.
+
+        With friction it depends on the angles before: after a leap of more than 1° the force is known within an interval only, until a
+        motion makes it certain.
+        """
+        word, numbers, counts, ends = self._estimator.update(angle_rad, dt_s)
+        return Estimate._make([STATUSES[word], *numbers, *counts, *ends])
 
     def __repr__(self) -> str:
         return f"<fre.Estimator of {self._case!r}>"

@@ -40,6 +40,12 @@ class Report(NamedTuple):
     force_y_per_deg_n: float
     standard_deviation_n: float
     sensitivity_age: int
+    force_interval_low_n: float
+    force_interval_high_n: float
+    normal_interval_low_n: float
+    normal_interval_high_n: float
+    torque_interval_low_nmm: float
+    torque_interval_high_nmm: float
 
     @property
     def force_magnitude_n(self) -> float:

@@ -26,7 +26,12 @@ pub fn setup(drive: Drive) -> Setup {
         protocol: PROTOCOL_VERSION,
         cost_hz: 1_000_000,
         settings: Settings::of(Mount { drive, ..Mount::DEFAULT }),
-        models: vec![Modelled { finger: Some(Finger { design, how }), object: Some(OBJECT), uncertainty: None }],
+        models: vec![Modelled {
+            finger: Some(Finger { design, how }),
+            object: Some(OBJECT),
+            friction: 0.0,
+            uncertainty: None,
+        }],
     }
 }
 

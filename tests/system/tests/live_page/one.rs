@@ -97,7 +97,7 @@ fn visit(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_gripp
     page.until("document.querySelector('#object-form output').textContent === 'the target has the object'");
     let object = link.object(0).unwrap();
     let wanted = model_core::object::ObjectDesign::Circle { centre: [34.0, 45.0], radius: 30.0 };
-    assert_eq!(object, Some(wanted));
+    assert_eq!(object, Some(wanted.into()));
     page.until("setup.fingers[0].object.radius_mm === 30");
     page.eval("{ const f = document.forms['object-form']; f.elements.radius_mm.value = 'ten'; f.requestSubmit() }");
     page.until("document.querySelector('#object-form output').className === 'bad'");
