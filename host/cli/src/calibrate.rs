@@ -160,13 +160,6 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     if let (Some(_), false) = (&args.send, input.finger.prony.is_empty()) {
         return Err("--send: a gripper computes without memory; allowed is an elastic material".to_owned());
     }
-    let rough = args.fit.contains(&Parameter::Friction) || input.runs.iter().any(|run| run.friction != 0.0);
-    if args.send.is_some() && rough {
-        return Err(
-            "--send: a gripper computes without friction; allowed are object.friction = 0 and a --fit without friction"
-                .to_owned(),
-        );
-    }
     let default = Noise::default();
     let noise = Noise {
         force_n: args.force_sd_n,

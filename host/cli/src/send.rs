@@ -24,8 +24,11 @@ pub fn transmit(
 ) -> Result<(), String> {
     let design = &input.finger.design;
     let finger = messages::Finger { design: fit.trial.design(design), how };
-    let object = match input.objects.as_slice() {
-        [one] => Some(Object::from(fit.trial.object(*one, design))),
+    let rough: Vec<f64> = input.runs.iter().map(|run| fit.trial.friction(run.friction, design)).collect();
+    let object = match (input.objects.as_slice(), rough.as_slice()) {
+        ([one], [friction, others @ ..]) if others.iter().all(|other| other == friction) => {
+            Some(Object { design: fit.trial.object(*one, design), friction: *friction })
+        }
         // Which of them is in the gripper is not known.
         _ => None,
     };

@@ -397,7 +397,17 @@ fn a_calibration_reaches_the_gripper() {
     assert_eq!(code, Some(0), "{out}{errors}");
     assert!(errors.contains("finger and object, uncertainty"), "{errors}");
     let after = gripper.done(&["gripper", "get"]);
-    assert!(after.contains("circle, radius_mm = 40"), "{after}");
+    assert!(after.contains("circle, radius_mm = 40") && !after.contains("friction"), "{after}");
+
+    // So does its friction.
+    let (table, case) = &files[2];
+    let rough = gripper.sockets.folder().join("rough.toml").display().to_string();
+    let words = std::fs::read_to_string(case).unwrap().replace("radius_mm", "friction = 0.1\nradius_mm");
+    std::fs::write(&rough, words).unwrap();
+    let (code, out, errors) = send(&["--fit", "youngs-modulus", "--on-top"], &[(table.clone(), rough)]);
+    assert_eq!(code, Some(0), "{out}{errors}");
+    let after = gripper.done(&["gripper", "get"]);
+    assert!(after.contains("circle, radius_mm = 40") && after.contains("friction = 0.1"), "{after}");
 }
 
 #[test]
