@@ -9,6 +9,7 @@
 //! Contact is frictionless. A circle's contact forces all pass through its centre, so its balance is that of forces: the
 //! turn is left alone. Other shapes turn as well, until the moments are in balance.
 
+mod margin;
 mod resume;
 
 use heapless::Vec;
@@ -21,6 +22,7 @@ use crate::object::{Motion, ObjectDesign, ObjectError, Shape};
 use crate::real::Real;
 use crate::size::Size;
 use crate::status::Status;
+pub use margin::{Margin, Pull, Touch, margin};
 pub use resume::{Held, Place};
 
 /// The most fingers of a grasp.
