@@ -5,6 +5,7 @@ mod base;
 mod clock;
 mod gap;
 mod listeners;
+mod margin;
 mod setup;
 mod told;
 
@@ -12,6 +13,9 @@ pub use base::Base;
 pub use clock::{Clock, now_ns};
 pub use gap::{Gap, Sequence};
 pub use listeners::Listeners;
+#[cfg(test)]
+pub(crate) use margin::tests;
+pub use margin::{GripMargin, Margins};
 pub use setup::{Modelled, Origin, Setup};
 pub use told::Told;
 

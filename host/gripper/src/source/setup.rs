@@ -71,9 +71,14 @@ impl Setup {
     /// A finger's object where a free one has come to, in the finger's own world frame; where it was set if it is fixed.
     pub fn object(&self, finger: u8, free: Option<&FreeObject>) -> Option<ObjectDesign> {
         let object = self.models.get(usize::from(finger))?.object?;
-        let Some(free) = free else { return Some(object) };
-        let place = Place { shift: free.shift.map(f64::from), turn: f64::from(free.turn) };
         let is_mirrored = self.settings.finger(finger).is_some_and(|mount| mount.side == Side::Right);
-        Some(if is_mirrored { place.mirrored() } else { place }.of(&object))
+        Some(placed(&object, free, is_mirrored))
     }
+}
+
+/// A finger's object where a free one has come to.
+pub(super) fn placed(object: &ObjectDesign, free: Option<&FreeObject>, is_mirrored: bool) -> ObjectDesign {
+    let Some(free) = free else { return *object };
+    let place = Place { shift: free.shift.map(f64::from), turn: f64::from(free.turn) };
+    if is_mirrored { place.mirrored() } else { place }.of(object)
 }

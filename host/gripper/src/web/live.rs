@@ -6,14 +6,14 @@ use messages::{Counters, Grasp, Report, Shape};
 use serde::Serialize;
 
 use crate::shown::Shown;
-use crate::source::Statistics;
-
-use crate::source::Told;
+use crate::source::{GripMargin, Margins, Setup, Statistics, Told};
 
 /// Frames per second.
 const RATE: u32 = 30;
 /// Points of a chart between two frames: the least and the greatest force of each are kept, so that no peak is lost.
 const POINTS: usize = 2;
+/// A margin that is older than this does not count any more.
+const MARGIN_LASTS: Duration = Duration::from_millis(500);
 
 /// What became of the gripper since the last frame.
 #[derive(Debug)]
@@ -21,6 +21,9 @@ pub struct Live {
     cost_hz: u32,
     fingers: Vec<Finger>,
     grasp: Option<Grasp>,
+    margins: Margins,
+    /// What the grip bears, and when that was found.
+    margin: Option<(GripMargin, Instant)>,
     reports: u64,
     /// Reports in the second before the last whole one, and when it began.
     second: (Instant, u64),
@@ -102,6 +105,19 @@ struct GraspFrame {
     balance: f32,
     /// Where a free object has come to; none for one that is fixed.
     free: Option<FreeFrame>,
+    /// What it bears before the object slips; none while that is not known.
+    margin: Option<MarginFrame>,
+}
+
+#[derive(Debug, Serialize)]
+struct MarginFrame {
+    /// In the plane, at equal angles from x of the gripper frame, counter-clockwise.
+    along_n: Vec<f64>,
+    across_n: f64,
+    couple_nmm: f64,
+    /// The least one, in the plane or across, and the finger that then slips first.
+    weakest_n: f64,
+    slips: Option<usize>,
 }
 
 #[derive(Debug, Serialize)]
@@ -112,13 +128,15 @@ struct FreeFrame {
 }
 
 impl Live {
-    /// For a target whose clock of costs has so many ticks a second.
-    pub fn new(cost_hz: u32) -> Self {
+    /// For a target with this set-up.
+    pub fn new(setup: &Setup) -> Self {
         let now = Instant::now();
         Self {
-            cost_hz,
+            cost_hz: setup.cost_hz,
             fingers: Vec::new(),
             grasp: None,
+            margins: Margins::new(setup),
+            margin: None,
             reports: 0,
             second: (now, 0),
             per_second: 0.0,
@@ -131,6 +149,9 @@ impl Live {
     /// Takes what was reported.
     pub fn take(&mut self, told: Told) {
         self.last_told = Instant::now();
+        if let Some(margin) = self.margins.take(&told) {
+            self.margin = Some((margin, self.last_told));
+        }
         match told {
             Told::Report(report) => {
                 self.reports += 1;
@@ -189,6 +210,16 @@ impl Live {
                     status: free.status.word(),
                     shift_mm: free.shift,
                     turn_deg: free.turn.to_degrees(),
+                }),
+                margin: self.margin.as_ref().filter(|(_, then)| now - *then < MARGIN_LASTS).map(|(margin, _)| {
+                    let weakest = margin.weakest();
+                    MarginFrame {
+                        along_n: margin.along.iter().map(|one| one.bears).collect(),
+                        across_n: margin.across.bears,
+                        couple_nmm: margin.couple.bears,
+                        weakest_n: weakest.bears,
+                        slips: weakest.slips,
+                    }
                 }),
             }),
             silent_ms: self.last_told.elapsed().as_millis(),
@@ -299,6 +330,7 @@ fn thin(reports: &[Report]) -> Vec<[f64; 7]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::tests::{gripper, touching};
     use messages::Phase;
     use model_core::estimator::Estimate;
     use model_core::status::Status;
@@ -318,8 +350,23 @@ mod tests {
     }
 
     #[test]
+    fn a_grip_of_two_fingers_shows_what_it_bears_and_nothing_after_half_a_second() {
+        let mut live = Live::new(&gripper(0.5, 2));
+        live.take(Told::Grasp(Grasp::of(std::iter::empty())));
+        live.take(touching(0, 10, Status::Converged));
+        let margin = |live: &mut Live| live.frame(&Statistics::default(), false, false).grasp?.margin;
+        assert!(margin(&mut live).is_none());
+        live.take(touching(1, 11, Status::Converged));
+        let shown = margin(&mut live).expect("a margin");
+        assert!((shown.across_n - 4.0).abs() < 0.01 && shown.along_n.len() == 24, "{shown:?}");
+        assert!(shown.weakest_n <= 4.001 && shown.slips.is_some(), "{shown:?}");
+        live.margin.as_mut().unwrap().1 -= MARGIN_LASTS;
+        assert!(margin(&mut live).is_none());
+    }
+
+    #[test]
     fn thinning_keeps_peaks_and_says_what_is_untrustworthy() {
-        let mut live = Live::new(25_000_000);
+        let mut live = Live::new(&Setup { cost_hz: 25_000_000, ..gripper(0.0, 1) });
         for sequence in 0..16 {
             let force = if sequence == 5 { 9.0 } else { 1.0 };
             live.take(Told::Report(report(sequence, force, Status::Converged)));

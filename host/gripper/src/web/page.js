@@ -261,6 +261,7 @@ function takeFrame(told) {
     const free = grasp.free;
     $("free").hidden = !free;
     if (free) $("place").textContent = `${free.status}, ${free.shift_mm.map(x => fixed(x, 2)).join(", ")}`;
+    drawMargin(grasp.trustworthy ? grasp.margin : null);
   }
   const rows = told.counts;
   const list = $("counts");

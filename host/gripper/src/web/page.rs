@@ -4,5 +4,5 @@
 pub fn page() -> String {
     include_str!("page.html")
         .replace("/*STYLE*/", include_str!("page.css"))
-        .replace("/*SCRIPT*/", include_str!("page.js"))
+        .replace("/*SCRIPT*/", concat!(include_str!("page.js"), include_str!("margin.js")))
 }

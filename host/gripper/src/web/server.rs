@@ -119,7 +119,7 @@ pub fn serve(
     let told = source.hear(source::WAITING);
     let setup = source.setup()?;
     let (events, _) = channel(BEHIND);
-    let live = Mutex::new(Live::new(setup.cost_hz));
+    let live = Mutex::new(Live::new(&setup));
     let first = Mutex::new(Message::of("setup", &()));
     let shared = Arc::new(Shared { source, access, lead, events, setup: first });
     shared.set_up(&setup);
