@@ -18,7 +18,7 @@ pub const NAMES: [&str; 8] = [
     // Least and greatest force, N, where friction leaves it open; NaN without friction.
     "force_interval_low",
     "force_interval_high",
-    // How far the grip is from slipping.
+    // The load that all fingers together bear in the weakest direction before the object slips, N.
     "margin",
     // 1 or 0.
     "trusted",
@@ -28,8 +28,8 @@ pub const NAMES: [&str; 8] = [
     "age",
 ];
 
-/// Of a report; `age`: s since the last trustworthy force.
-pub fn certainty(finger: &Finger, report: &Report, age: f64, header: Header) -> DynamicJointState {
+/// Of a report; `age`: s since the last trustworthy force; `margin`: that of the whole grip, N, if it is known.
+pub fn certainty(finger: &Finger, report: &Report, age: f64, margin: Option<f64>, header: Header) -> DynamicJointState {
     let estimate = &report.estimate;
     let trusted = is_trusted(report);
     let known = |number: f32| if trusted { f64::from(number) } else { f64::NAN };
@@ -40,8 +40,7 @@ pub fn certainty(finger: &Finger, report: &Report, age: f64, header: Header) -> 
         known(estimate.standard_deviation),
         end(0),
         end(1),
-        // The model has no margin yet.
-        f64::NAN,
+        margin.filter(|_| trusted).unwrap_or(f64::NAN),
         f64::from(u8::from(trusted)),
         f64::from(estimate.status as u8),
         age,

@@ -1,6 +1,6 @@
 //! What a source reports, as messages of ROS 2.
 
-use fre_gripper::source::{Sequence, Setup, Told};
+use fre_gripper::source::{Margins, Sequence, Setup, Told};
 use messages::{FINGERS, Report, Shape};
 
 use crate::certainty::certainty;
@@ -17,6 +17,8 @@ use crate::wrench::{is_trusted, wrench};
 const DIAGNOSTICS_NS: u64 = 100_000_000;
 /// A finger is drawn at most 30 times a second.
 const MARKERS_NS: u64 = 1_000_000_000 / 30;
+/// A margin that is older than this does not count any more.
+const MARGIN_NS: u64 = 500_000_000;
 
 /// A message on its way out.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +44,9 @@ pub struct Telling {
     sequence: Sequence,
     missing: u64,
     event: String,
+    margins: Margins,
+    /// The load that the grip bears in its weakest direction, N, and when that was found, ns.
+    margin: Option<(f64, u64)>,
     /// When diagnostics were sent last, ns.
     diagnosed_ns: u64,
 }
@@ -79,6 +84,8 @@ impl Telling {
             sequence: Sequence::default(),
             missing: 0,
             event: "none".to_owned(),
+            margins: Margins::new(setup),
+            margin: None,
             diagnosed_ns: 0,
         }
     }
@@ -90,6 +97,9 @@ impl Telling {
 
     /// Messages of something that was reported; `ns`: its time, since 1970.
     pub fn tell(&mut self, ns: u64, told: &Told) -> Vec<Message> {
+        if let Some(margin) = self.margins.take(told) {
+            self.margin = Some((margin.weakest().bears, ns));
+        }
         match told {
             Told::Report(report) => self.report(ns, report),
             Told::Shape(shape) => self.shape(ns, shape).into_iter().collect(),
@@ -128,7 +138,8 @@ impl Telling {
         if let Some(finger) = self.fingers.get(usize::from(number)) {
             let header = |frame_id| Header { stamp: Time::of_ns(ns), frame_id };
             messages.push(Message::Wrench(number, wrench(finger, report, header(finger.frame()))));
-            messages.push(Message::Certainty(number, certainty(finger, report, age, header(finger.frame()))));
+            let margin = self.margin.filter(|(_, then)| ns.saturating_sub(*then) < MARGIN_NS).map(|(margin, _)| margin);
+            messages.push(Message::Certainty(number, certainty(finger, report, age, margin, header(finger.frame()))));
             messages.extend(joint_state(finger, report, header(String::new())).map(Message::Joint));
         }
         if changed || ns.saturating_sub(self.diagnosed_ns) >= DIAGNOSTICS_NS {

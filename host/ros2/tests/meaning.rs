@@ -7,7 +7,7 @@ use std::path::Path;
 use fre_gripper::source::{Base, Told};
 use fre_ros2::message::{Action, DiagnosticArray, DynamicJointState, JointState, Level, MarkerArray, WrenchStamped};
 use fre_ros2::{Message, NAMES, Telling};
-use messages::{Phase, Report, Why};
+use messages::{Mount, Phase, Report, Side, Why};
 use model_core::drive::Drive;
 use model_core::estimator::{Estimate, Interval};
 use model_core::status::Status;
@@ -82,6 +82,41 @@ fn a_wrench_is_the_sum_of_the_contact_forces_about_its_frame() {
     }
 }
 
+/// Two fingers, mirror images, on a cylinder: what the whole grip bears is with every finger's force, while it is new.
+#[test]
+fn the_margin_of_a_grip_is_with_the_forces_of_its_fingers() {
+    let mut setup = setup(Drive::Rotating);
+    setup.models[0].friction = 0.5;
+    setup.models.push(setup.models[0].clone());
+    setup.settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..Mount::DEFAULT });
+    let (mut model, mut telling) = (model(Drive::Rotating), Telling::new(&setup));
+    let report = (0..90).map(|tick| report(tick, model.update((0.1 * tick as f64).to_radians()))).last().unwrap();
+    let mut of = |ns: u64, told: Told| {
+        let messages = telling.tell(ns, &told).into_iter();
+        let mut margins = messages.filter_map(|message| match message {
+            Message::Certainty(finger, certainty) => Some((finger, certainty.interface_values[0].values[4])),
+            _ => None,
+        });
+        margins.next_back()
+    };
+    let shape = |finger: u8| {
+        let report = Report { finger, sequence: 90 + u32::from(finger), ..report };
+        Told::Shape(Box::new(messages::Shape { finger, sequence: report.sequence, ..model.shape(&report) }))
+    };
+    assert_eq!(of(0, shape(0)), None);
+    assert!(of(0, Told::Report(report)).is_some_and(|(_, margin)| margin.is_nan()), "half of a grip");
+    of(0, shape(1));
+    let all: f64 =
+        model.shape(&report).contacts.iter().map(|contact| f64::from(contact.force[0].hypot(contact.force[1]))).sum();
+    for finger in [0, 1] {
+        let (number, margin) = of(MS, Told::Report(Report { finger, ..report })).expect("a certainty");
+        // Across the plane friction bears 0.5 of both fingers' normal forces; no direction bears more than the weakest.
+        assert!(number == finger && margin > 0.1 * all && margin <= all * 1.001, "{margin} of {all} N");
+    }
+    let late = of(600 * MS, Told::Report(report)).expect("a certainty").1;
+    assert!(late.is_nan(), "a margin that is old: {late}");
+}
+
 #[test]
 fn what_must_not_be_used_is_not_a_number_and_has_its_status() {
     let mut telling = Telling::new(&setup(Drive::Rotating));
@@ -96,7 +131,7 @@ fn what_must_not_be_used_is_not_a_number_and_has_its_status() {
             && (said.value("force_standard_deviation") - 0.2).abs() < 1e-6
     );
     assert_eq!(["trusted", "status", "age"].map(|name| said.value(name)), [1.0, 0.0, 0.0]);
-    // Without friction there is no interval, and no margin yet.
+    // Without friction there is no interval, and one finger grips nothing.
     assert!(["force_interval_low", "force_interval_high", "margin"].iter().all(|name| said.value(name).is_nan()));
     let interval = Some(Interval { magnitude: [4.5, 5.5], ..Interval::default() });
     let rough = Told::Report(report(1, Estimate { interval, ..good }));
