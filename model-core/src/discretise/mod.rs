@@ -8,6 +8,7 @@ mod rod;
 mod rung;
 mod samples;
 mod section;
+mod welded;
 
 use crate::access::Access as _;
 use crate::design::junction::flexible_ends;
@@ -23,6 +24,7 @@ use rung::{MOST_JOINTS, Slot, rigid_tip, weld, with_parts, write_rung};
 use samples::write_samples;
 use section::compliance;
 pub use section::plate_factor;
+use welded::Welded;
 
 /// How a member of N elements is discretised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -359,26 +361,24 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
                 (width, thickness)
             };
             let [bending_factor, stretch_factor] = beam.factors();
-            let bending = |at: f64| {
+            let plain = |at: f64| {
                 let (w, t) = section(at);
                 e_modulus * bending_factor * w * t * t * t / 12.0 * plate_factor(design, w, t)
             };
             let thickness = |at: f64| section(at).1;
             let (w, t) = section(0.5);
-            let mut compliance = compliance(design, how.physics, stretch_factor * w * t);
-            let coupling = at_joint(cell).coupling[side] + at_joint(cell + 1).coupling[side];
-            if coupling != 0.0 {
-                // What ribs that turn with the face take of the shear, bounded where a span is too short to be a rod.
-                let flexibility = (to - from) * (to - from) / (12.0 * bending(0.5));
-                compliance[1] = (compliance[1] * (1.0 - coupling)).max(-0.5 * flexibility);
-            }
+            let compliance = compliance(design, how.physics, stretch_factor * w * t);
+            let stiffening = 3.0 * design.material.law.second_order() * compliance[0];
+            let arms = [at_joint(cell).above(side), at_joint(cell + 1).below(side)];
+            let welded = Welded::new(compliance, arms, to - from, plain(0.5));
+            let bending = |at: f64| plain(at) * welded.bending(at);
             let piece =
                 Piece { elements: counts.at(cell), length: to - from, bending: &bending, thickness: &thickness };
             let rod = Rod {
                 pieces: &[piece],
                 direction: &|at: f64| beam.direction(from + at * (to - from)),
-                compliance,
-                stiffening: 3.0 * design.material.law.second_order() * compliance[0],
+                compliance: welded.compliance,
+                stiffening,
                 backwards: false,
             };
             let mut member = write_rod(model, how.scheme, node, &rod)?;

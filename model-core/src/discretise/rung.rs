@@ -2,6 +2,7 @@
 
 use super::rod::{Piece, Rod, write_point, write_rod};
 use super::section::{compliance, plate_factor};
+use super::welded::Welded;
 use super::{Discretisation, DiscretiseError, Elements, Physics, Scheme};
 use crate::access::Access as _;
 use crate::design::junction::{BAR_ROOT, BEAM_ROOT, face_distances};
@@ -196,11 +197,14 @@ fn with_weld(axis: &Axis<'_>, ribs: &Ribs, lamella: usize, width: f64, with: &mu
         let part = (front + at * length - faces[0]) / (width - faces[0] - faces[1]);
         thin + part.clamp(0.0, 1.0) * (other - thin)
     };
-    let bending = |at: f64| ribs.bending_factor * axis.bending(thickness(at));
+    let plain = |at: f64| ribs.bending_factor * axis.bending(thickness(at));
+    let area = ribs.stretch_factor * mean_area(axis, &thickness);
+    let welded = Welded::new(compliance(design, how.physics, area), weld.rib(), length, plain(0.5));
+    let bending = |at: f64| plain(at) * welded.bending(at);
     let elements = rib_elements(design, how, length, 0.5 * (thin + other));
     let pieces = [Piece { elements, length, bending: &bending, thickness: &thickness }];
     let direction = |_: f64| along;
-    let rib = axis.rod(&pieces, &direction, ribs.stretch_factor * mean_area(axis, &thickness));
+    let rib = Rod { compliance: welded.compliance, ..axis.rod(&pieces, &direction, area) };
     with(&[Part::Link(before), Part::Rod(&rib), Part::Link(behind)]);
 }
 

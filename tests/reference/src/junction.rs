@@ -31,24 +31,29 @@ pub struct Fit {
     pub reach: [f64; 2],
     /// How far inside the beam's face the rib begins to bend, along its axis.
     pub root: f64,
-    /// Angle by which a shear force in the beam turns the rib, over the beam's shear strain.
+    /// Angle by which the mean of the beam's two shear forces turns the rib, over the beam's shear strain.
     pub coupling: f64,
-    /// Largest of the other compliances that the rods leave, of loads about the crossing, over 1/E.
-    pub left: f64,
+    /// Angle by which the rib's own shear force turns it at its root, over its shear strain.
+    pub turn: f64,
+    /// Length of the beam by which it gives way more to a force along it than to the crossing.
+    pub stretch: f64,
+    /// The same to a shear force.
+    pub shear: f64,
 }
 
 impl Fit {
-    /// The numbers that [`model_core::design::weld_numbers`] has, and how far the stiff length's middle is off the root's.
-    pub fn numbers(&self, of: &Junction) -> ([f64; 3], f64) {
+    /// The numbers that [`model_core::design::weld_numbers`] has.
+    pub fn numbers(&self, of: &Junction) -> [f64; 7] {
         let sine = of.angle.sin();
-        let stiff = (self.reach[0] + self.reach[1]) * sine * sine * of.beam / (of.rib * of.rib);
-        let on_face = 0.5 * of.beam / of.angle.tan();
-        ([stiff, self.root / of.rib, self.coupling], 0.5 * (self.reach[1] - self.reach[0]) - on_face)
+        let root = of.rib * of.rib / (sine * sine * of.beam);
+        let lean = (self.reach[1] - self.reach[0]) * of.angle.tan() / of.beam;
+        let stiff = (self.reach[0] + self.reach[1]) / root;
+        [stiff, lean, self.root / of.rib, self.coupling, self.turn, self.stretch / root, self.shear / root]
     }
 }
 
 /// Lengths of the three arms from the crossing (beam) and the face (rib), in thicknesses of the beam and of the rib.
-const ARMS: [f64; 2] = [5.0, 5.0];
+const ARMS: [f64; 2] = [3.0, 3.0];
 /// Power by which elements grow from the corners.
 const GRADING: f64 = 2.5;
 
@@ -276,16 +281,16 @@ impl Junction {
             .collect()
     }
 
-    /// The compliances that rods have.
-    fn rods(&self, reach: [f64; 2], root: f64) -> [[f64; 6]; 6] {
+    /// The compliances of rods that meet in the crossing, the rib's from the beam's face on. Their shear coefficient is that of the
+    /// parabola that the ends' tractions are.
+    fn rods(&self) -> [[f64; 6]; 6] {
         let ends = self.ends();
         let loads = unit_loads(&ends);
-        let kappa = kappa(self.nu);
+        let kappa = 5.0 / 6.0;
         let mut all = [[0.0; 6]; 6];
         // Inner ends of the rods.
-        let sin = self.angle.sin();
-        let begin = 0.5 * self.beam / sin - root;
-        let inner = [[-reach[0], 0.0], [reach[1], 0.0], [begin * self.angle.cos(), begin * sin]];
+        let (sin, cos) = self.angle.sin_cos();
+        let inner = [[0.0; 2], [0.0; 2], [0.5 * self.beam * cos / sin, 0.5 * self.beam]];
         for (arm, (end, from)) in ends.iter().zip(inner).enumerate() {
             let length = (end.middle[0] - from[0]).hypot(end.middle[1] - from[1]);
             let t = end.thickness;
@@ -313,51 +318,54 @@ impl Junction {
         all
     }
 
-    /// The rods that give way as the elements do: bending through the beam, where along it, bending of the rib, and the turn of the rib by
-    /// the beam's shear.
-    pub fn fit(&self) -> Fit {
-        let exact = self.compliance();
-        let whole = self.rods([0.0; 2], 0.0);
-        let stiffness = self.beam.powi(3) / 12.0;
-        // Through the beam: the rigid length, and its middle by the couple with the shear force at the right end.
-        let length = (whole[2][2] - exact[2][2]) * stiffness;
+    /// Compliances that the elements have and rods do not, for what acts at the crossing: the means of the normal forces, shear forces and
+    /// moments in the beam's two arms, then force along x, along y and moment of the rib. No arm is set apart by that.
+    fn excess(&self) -> [[f64; 6]; 6] {
+        let (exact, rods) = (self.compliance(), self.rods());
+        let (sin, cos) = self.angle.sin_cos();
+        let far = 0.5 * self.beam / sin + ARMS[1] * self.rib;
         let arm = ARMS[0] * self.beam;
-        let middle = arm - (whole[1][2] - exact[1][2]) * stiffness / length;
-        let reach = [0.5 * length - middle, 0.5 * length + middle];
-        // Of the rib: its moment's own rotation.
-        let root = (exact[5][5] - self.rods(reach, 0.0)[5][5]) * self.rib.powi(3) / 12.0;
-        let rods = self.rods(reach, root);
-        // What is left, of loads whose moments about the crossing are none but their own.
-        let far = 0.5 * self.beam / self.angle.sin() + ARMS[1] * self.rib;
-        let moved = |load: usize| match load {
-            1 => Some((2, -arm)),
-            4 => Some((5, -far)),
-            _ => None,
+        // The loads of the beam's right end and the rib's end that make up each of them.
+        let turn = |x: f64, y: f64| [x * cos + y * sin, y * cos - x * sin];
+        let rib = |x: f64, y: f64, moment: f64| {
+            let [along, across] = turn(x, y);
+            [-0.5 * x, -0.5 * y, -0.5 * moment + 0.5 * arm * y, along, across, moment - far * across]
         };
-        let left = |i: usize, j: usize| exact[i][j] - rods[i][j];
-        let about = |i: usize, j: usize| {
-            let mut sum = left(i, j);
-            if let Some((moment, by)) = moved(j) {
-                sum += by * left(i, moment);
-            }
-            if let Some((moment, by)) = moved(i) {
-                sum += by * left(moment, j);
-                if let Some((other, also)) = moved(j) {
-                    sum += by * also * left(moment, other);
-                }
-            }
-            sum
-        };
-        let mut most = 0.0_f64;
-        for i in 0..6 {
-            for j in 0..6 {
-                if ![(1, 5), (5, 1)].contains(&(i, j)) {
-                    most = most.max(about(i, j).abs());
-                }
+        let parts = [
+            [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            [0.0, 1.0, -arm, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+            rib(1.0, 0.0, 0.0),
+            rib(0.0, 1.0, 0.0),
+            rib(0.0, 0.0, 1.0),
+        ];
+        let mut all = [[0.0; 6]; 6];
+        for (i, a) in parts.iter().enumerate() {
+            for (j, b) in parts.iter().enumerate() {
+                let more = |k: usize, l: usize| a[k] * b[l] * (exact[k][l] - rods[k][l]);
+                all[i][j] = (0..6).map(|k| (0..6).map(|l| more(k, l)).sum::<f64>()).sum();
             }
         }
+        all
+    }
+
+    /// The rods that give way as the elements do: to bending of the beam, bending of the rib, both at once, the turn of the rib by the beam's
+    /// shear, and the beam's stretch and shear.
+    pub fn fit(&self) -> Fit {
+        let excess = self.excess();
+        let bending = 12.0 / self.beam.powi(3);
+        // What does not bend takes its length from the beam's bending, and half the difference of its two parts from both at once.
+        let (length, lean) = (-excess[2][2] / bending, 2.0 * excess[2][5] / bending);
+        let [a, b] = [0.5 * (length - lean), 0.5 * (length + lean)];
+        let root = (excess[5][5] + 0.25 * bending * length) * self.rib.powi(3) / 12.0;
         let shear = 2.0 * (1.0 + self.nu) / (kappa(self.nu) * self.beam);
-        Fit { reach, root, coupling: about(1, 5) / shear, left: most }
+        let coupling = (excess[1][5] + 0.25 * bending * (a * a + b * b)) / shear;
+        let (sin, cos) = self.angle.sin_cos();
+        let inside = 12.0 / self.rib.powi(3) * root * (0.5 * self.beam / sin - 0.5 * root);
+        let about = 0.125 * bending * (b * b - a * a) * cos - inside;
+        let turn = (about + sin * excess[3][5] - cos * excess[4][5]) * self.rib / (shear * self.beam);
+        let sheared = excess[1][1] + bending * (a.powi(3) + b.powi(3)) / 3.0 - 2.0 * coupling * shear * length;
+        Fit { reach: [a, b], root, coupling, turn, stretch: excess[0][0] * self.beam, shear: sheared / shear }
     }
 }
 

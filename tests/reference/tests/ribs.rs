@@ -40,9 +40,8 @@ fn compare<T: Real, S: Size>(how: &Discretisation) {
         let is_high = row.height > 50.0;
         assert_eq!(outcome.status == Status::Snapped, is_high && row.degrees > 9.0, "{} {}°", row.series, row.degrees);
         if !row.bowed {
-            let within = if row.degrees <= 8.0 { 0.02 } else { 0.03 };
-            assert!(error.abs() < within && moment.abs() < within, "{} {}°: {error} {moment}", row.series, row.degrees);
-            assert!(shape < 0.3, "{} {}°: {shape} mm", row.series, row.degrees);
+            assert!(error.abs() < 0.02 && moment.abs() < 0.02, "{} {}°: {error} {moment}", row.series, row.degrees);
+            assert!(shape < 0.1, "{} {}°: {shape} mm", row.series, row.degrees);
         }
     }
 }
@@ -82,7 +81,7 @@ fn the_snap_at_high() {
     println!("snap at {snap:?}°, back at {back:?}°, peak {peak:.2} N");
     let near = |found: Option<f64>, low: f64, high: f64| found.is_some_and(|found| (low..=high).contains(&found));
     assert!(near(snap, 8.75, 9.2) && near(back, 7.75, 8.5), "{snap:?} {back:?}");
-    // 3.8 % above the finite elements', as the snap comes 0.1° to 0.35° later.
+    // 4.5 % above the finite elements', as the snap comes 0.15° to 0.4° later.
     assert!((peak / 22.5 - 1.0).abs() < 0.05, "{peak}");
 }
 
