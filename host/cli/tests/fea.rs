@@ -221,22 +221,37 @@ fn layers_bend_as_a_plate_and_stretch_as_a_bar() {
 #[test]
 fn only_what_bends_lies_in_layers_and_only_with_a_plate_s_factor() {
     assert!(mesh("fea-80", 2).layers.iter().all(|&layer| layer == Layer::Whole));
+    let case = case("dhas-80", 40.0, 30.0, &[2.0]);
+    let joints = Region::of(&case.finger.design).unwrap().joints;
+    // A neck's junction reaches half a neck's thickness along the beam.
+    let is_junction = |y: f64| {
+        joints.iter().any(|joint| {
+            let [low, high] = joint.front;
+            let near = 0.5 * (high - low);
+            (low - near..=high + near).contains(&y)
+        })
+    };
     for refinement in [1, 2] {
         let mesh = mesh("dhas-80", refinement);
         assert_eq!(mesh.layers.len(), mesh.elements.len());
         // The front beam's layers lie symmetrically about its centreline, x = 0: the core from −0.75 to 0.75 mm.
-        let mut seen = [0, 0];
+        let mut seen = [0, 0, 0];
         for (element, &layer) in mesh.layers.iter().enumerate() {
             let [x, y] = mesh.middle(element);
             if mesh.parts[element] == fre::fea::Part::Front && y < 70.0 {
                 let core = x.abs() < 0.75;
-                assert_eq!(layer, if core { Layer::Core } else { Layer::Skin }, "at ({x}, {y}) mm");
-                seen[usize::from(core)] += 1;
+                let (expected, kind) = match (is_junction(y), core) {
+                    (true, _) => (Layer::Whole, 2),
+                    (false, true) => (Layer::Core, 1),
+                    (false, false) => (Layer::Skin, 0),
+                };
+                assert_eq!(layer, expected, "at ({x}, {y}) mm");
+                seen[kind] += 1;
             }
             // The wedge.
             assert!(y < 77.0 || layer == Layer::Whole, "at ({x}, {y}) mm");
         }
-        assert!(seen[0] == seen[1] && seen[0] > 100, "{seen:?}");
+        assert!(seen[0] == seen[1] && seen[0] > 100 && seen[2] > 50, "{seen:?}");
     }
 }
 

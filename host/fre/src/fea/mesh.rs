@@ -29,7 +29,8 @@ pub enum Part {
 /// Where an element lies in the thickness of a part that bends as a plate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
-    /// The part has one stiffness throughout: it hardly stretches, and yields only near the necks and beams that it holds.
+    /// The part has one stiffness throughout: it hardly stretches, and yields only near the necks and beams that it holds; or it is a
+    /// junction, whose stresses change within a thickness and so find the finger as wide as bending does.
     Whole,
     /// In the middle layer.
     Core,
@@ -97,6 +98,8 @@ const THROUGH_LAYERS: usize = 4;
 const CORE: f64 = 0.75;
 /// Elements through the thickness of a neck at refinement 1.
 const THROUGH_NECK: usize = 3;
+/// How far a junction reaches into what leaves it, over the smaller of the thicknesses that meet.
+const JUNCTION: f64 = 0.5;
 /// Growth of element sizes away from a corner, mm per mm.
 const GROWTH: f64 = 0.4;
 
@@ -144,9 +147,11 @@ impl Mesh {
                 lines.iter().map(|&[a, b]| across.iter().map(|&t| mix(a, b, t)).collect()).collect();
             let part = if front { Part::Front } else { Part::Back };
             // The wedge hardly bends.
-            let layer = |r: usize, c: usize| match layered && r < arcs.len() {
-                true => Layer::across(c / 2, through, refinement),
-                false => Layer::Whole,
+            let layer = |r: usize, c: usize| match arcs.get(r) {
+                Some(&arc) if layered && !is_junction(arc, &joints, faces.thickness(arc)) => {
+                    Layer::across(c / 2, through, refinement)
+                }
+                _ => Layer::Whole,
             };
             let ids = mesh.add_patch(&rows, part, layer);
             mesh.clamped.extend(ids[0].iter().flatten());
@@ -231,8 +236,17 @@ impl Mesh {
         let rows: Vec<Vec<Point>> =
             from.iter().zip(to).map(|(&a, &b)| columns.iter().map(|&t| mix(a, b, t)).collect()).collect();
         let count = from.len() / 2;
-        let layer =
-            |r: usize, _: usize| layered.map_or(Layer::Whole, |refinement| Layer::across(r / 2, count, refinement));
+        let edges = [[from[0], to[0]], [from[from.len() - 1], to[to.len() - 1]]].map(|[a, b]| length(a, b));
+        let least = JUNCTION * length(from[0], from[from.len() - 1]).min(length(to[0], to[to.len() - 1]));
+        let layer = |r: usize, c: usize| {
+            let along = lerp(edges, r as f64 / (from.len() - 1) as f64);
+            match layered {
+                Some(refinement) if columns[c].min(1.0 - columns[c]) * along > least => {
+                    Layer::across(r / 2, count, refinement)
+                }
+                _ => Layer::Whole,
+            }
+        };
         self.add_patch(&rows, Part::Lamella(lamella), layer);
     }
 
@@ -318,6 +332,14 @@ impl Mesh {
         let e = &self.elements[element];
         [0, 1].map(|axis| 0.25 * e[..4].iter().map(|&n| self.nodes[n][axis]).sum::<f64>())
     }
+}
+
+/// That an arc of a beam of this thickness lies at a joint (lower and upper edge) or near it.
+fn is_junction(arc: f64, joints: &[[f64; 2]], thickness: f64) -> bool {
+    joints.iter().any(|[low, high]| {
+        let near = JUNCTION * thickness.min(high - low);
+        (low - near..=high + near).contains(&arc)
+    })
 }
 
 /// Arcs of a beam at half steps, from where it is held to where the beams merge.
