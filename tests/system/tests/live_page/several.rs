@@ -77,6 +77,10 @@ fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_
     };
     let told = found(stream, |it| it.grasps.iter().rev().take(500).find(is_shown).copied());
     assert!(told.is_some(), "no grasp was {shown}");
+    // What the grip bears, drawn: without friction nothing in the weakest direction.
+    page.until("!document.querySelector('.bears').hidden && document.getElementById('bears').textContent === '0.00'");
+    let corners = page.eval("document.querySelector('#margin polygon').getAttribute('points').split(' ').length");
+    assert_eq!(corners, json!(24));
     for (name, size, dark) in [("two-light", WIDE, false), ("two-dark", DESK, true), ("two-phone", PHONE, false)] {
         page.look(size, dark);
         std::thread::sleep(Duration::from_millis(400));
