@@ -3,7 +3,7 @@
 use crate::command::{find, headline, run as run_command};
 use crate::cross::{Cross, TRIPLE, built};
 use crate::pc::{FEATURES, cargo};
-use crate::{cycles, firmware, on_target, panic_free, paths, portable, python, release, setup};
+use crate::{cycles, firmware, new_board, on_target, panic_free, paths, portable, python, release, setup};
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -117,7 +117,7 @@ fn boards(cross: &Cross) -> Result<()> {
         let package = ["--quiet", "--release", "--package", board.name, "--bins"];
         run_command(cross.cargo("clippy").args(package).args(["--", "-D", "warnings"]))?;
     }
-    Ok(())
+    new_board::check(cross)
 }
 
 /// The test programs of the system: the files of their folder.

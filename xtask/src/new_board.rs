@@ -1,0 +1,124 @@
+//! A new board, made by the steps of `firmware/boards/README.md` from the board that they name: in a copy of the firmware, which is then
+//! checked like every board.
+
+use crate::command::{headline, run as run_command};
+use crate::cross::Cross;
+use crate::paths;
+use anyhow::{Context, Result, ensure};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The board that is copied, and the name that its copy gets.
+const MODEL: &str = "nucleo-f429zi";
+const NAME: &str = "template";
+/// The same as constants of the list.
+const LISTED: [&str; 2] = ["NUCLEO_F429ZI", "TEMPLATE"];
+/// What the boards' crates use of the repository, from its root.
+const USED: [&str; 8] = [
+    "model-core",
+    "firmware/board-list",
+    "firmware/dynamixel",
+    "firmware/grip",
+    "firmware/gripper",
+    "firmware/messages",
+    "firmware/boards/stm32",
+    "docs/device.md",
+];
+
+/// Makes the board and checks it.
+pub fn check(cross: &Cross) -> Result<()> {
+    headline("a new board, by the steps of firmware/boards/README.md");
+    let root = make().context("cannot make a new board")?;
+    let mut clippy = cross.cargo("clippy");
+    clippy.current_dir(root.join("firmware/boards"));
+    run_command(clippy.args(["--quiet", "--release", "--package", NAME, "--bins", "--", "-D", "warnings"]))
+}
+
+/// A copy of the firmware with the new board as its only one.
+fn make() -> Result<PathBuf> {
+    let (from, root) = (paths::root(), paths::target().join("new-board"));
+    if root.exists() {
+        fs::remove_dir_all(&root)?;
+    }
+    for part in USED.iter().chain(&["Cargo.toml", "firmware/boards/Cargo.lock"]) {
+        copy(&from.join(part), &root.join(part)).with_context(|| (*part).to_owned())?;
+    }
+    let boards = root.join("firmware/boards");
+    copy(&paths::boards().join(MODEL), &boards.join(NAME))?;
+    for file in ["Cargo.toml", "src/main.rs"] {
+        let file = boards.join(NAME).join(file);
+        let text = fs::read_to_string(&file)?;
+        fs::write(&file, text.replace(MODEL, NAME).replace(LISTED[0], LISTED[1]))?;
+    }
+    let manifest = fs::read_to_string(paths::boards().join("Cargo.toml"))?;
+    fs::write(boards.join("Cargo.toml"), only_member(&manifest)?)?;
+    let list = root.join("firmware/board-list/src/lib.rs");
+    let text = listed(&fs::read_to_string(&list)?)?;
+    fs::write(&list, text)?;
+    Ok(root)
+}
+
+/// A file or a folder, without what was built in it.
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    if from.is_dir() {
+        fs::create_dir_all(to)?;
+        for entry in from.read_dir()? {
+            let name = entry?.file_name();
+            if name != "target" {
+                copy(&from.join(&name), &to.join(&name))?;
+            }
+        }
+    } else {
+        fs::create_dir_all(to.parent().context("a file is in a folder")?)?;
+        fs::copy(from, to)?;
+    }
+    Ok(())
+}
+
+/// The boards' manifest with the new board and what it shares with others as members.
+fn only_member(manifest: &str) -> Result<String> {
+    let mut found = 0;
+    let lines = manifest.lines().filter_map(|line| match line.split_once(" = [") {
+        Some(("members", _)) => {
+            found += 1;
+            Some(format!("members = [\"stm32\", \"{NAME}\"]"))
+        }
+        Some(("default-members", _)) => None,
+        _ => Some(line.to_owned()),
+    });
+    let text = lines.collect::<Vec<_>>().join("\n");
+    ensure!(found == 1, "the boards' Cargo.toml has no line of members");
+    Ok(text)
+}
+
+/// The list of boards with the copied board's constant under the new name, and with that in its `ALL`.
+fn listed(list: &str) -> Result<String> {
+    let start = list.find(&format!("pub const {}", LISTED[0])).context("the list does not have the board")?;
+    let end = start + list[start..].find("};\n").context("the board's constant does not end")? + 3;
+    let new = list[start..end].replace(LISTED[0], LISTED[1]).replace(MODEL, NAME);
+    let all = list.replace(&format!("{}];", LISTED[0]), &format!("{}, {}];", LISTED[0], LISTED[1]));
+    ensure!(all != list, "`ALL` does not end with {}", LISTED[0]);
+    Ok(format!("{}/// The new board.\n{new}\n{}", &all[..start], &all[start..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The page's first step names the board that is copied here.
+    #[test]
+    fn the_page_says_what_is_done_here() {
+        let page = fs::read_to_string(paths::boards().join("README.md")).unwrap();
+        let steps = page.split_once("## A new board").unwrap().1;
+        assert!(steps.contains(&format!("`{MODEL}`")) && steps.contains("`../board-list`, and its place in `ALL`"));
+    }
+
+    #[test]
+    fn the_new_board_is_one_of_the_list() {
+        let text = listed(&fs::read_to_string(paths::root().join("firmware/board-list/src/lib.rs")).unwrap()).unwrap();
+        assert!(
+            text.contains("pub const TEMPLATE: Board = Board {\n    name: \"template\",")
+                && text.contains(", TEMPLATE];")
+        );
+    }
+}
