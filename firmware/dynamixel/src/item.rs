@@ -198,6 +198,17 @@ fn part<'a>(items: &[Item], locked: bool, address: u16, data: &'a [u8]) -> Resul
     Ok(Part { item, bytes, value })
 }
 
+/// Registers that show others: each byte of the data shows the byte whose address is at the same place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IndirectArea {
+    /// The first Indirect Address, two bytes each.
+    pub addresses: u16,
+    /// The first Indirect Data, one byte each.
+    pub data: u16,
+    /// Bytes of data.
+    pub length: u16,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

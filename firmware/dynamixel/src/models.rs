@@ -4,7 +4,7 @@
 //! addresses, so that [`crate::xm430`]'s registers are those of all of them; what address 126 shows differs. The P series has what the
 //! X series keeps in RAM 448 bytes further on.
 
-use crate::item::{Register, Value};
+use crate::item::{IndirectArea, Register, Value};
 use crate::xm430;
 
 /// What a servo shows of the effort of its motor, at the address after Present PWM.
@@ -25,6 +25,25 @@ pub enum Layout {
     P,
 }
 
+/// The registers by which a listener follows a servo.
+#[derive(Clone, Copy, Debug)]
+pub struct Followed {
+    /// Torque Enable.
+    pub torque: Register<u8>,
+    /// Status Return Level.
+    pub status_return: Register<u8>,
+    /// Hardware Error Status.
+    pub hardware_error: Register<u8>,
+    /// Goal Position.
+    pub goal: Register<i32>,
+    /// Present Current or Present Load: [`Model::effort`].
+    pub effort: Register<i16>,
+    /// Present Velocity.
+    pub velocity: Register<i32>,
+    /// Present Position.
+    pub position: Register<i32>,
+}
+
 impl Layout {
     /// Where the X series' RAM begins.
     const RAM: u16 = 64;
@@ -40,6 +59,19 @@ impl Layout {
         }
     }
 
+    /// Where this table has what a listener follows.
+    pub const fn followed(self) -> Followed {
+        Followed {
+            torque: self.at(xm430::TORQUE_ENABLE),
+            status_return: self.at(xm430::STATUS_RETURN_LEVEL),
+            hardware_error: self.at(xm430::HARDWARE_ERROR_STATUS),
+            goal: self.at(xm430::GOAL_POSITION),
+            effort: self.at(xm430::PRESENT_CURRENT),
+            velocity: self.at(xm430::PRESENT_VELOCITY),
+            position: self.at(xm430::PRESENT_POSITION),
+        }
+    }
+
     /// The address that [`crate::xm430`] has for what this table has here; nothing if it has nothing like it.
     pub const fn canonical(self, address: u16) -> Option<u16> {
         match self {
@@ -49,17 +81,6 @@ impl Layout {
             Self::P => None,
         }
     }
-}
-
-/// Registers that show others: each byte of the data shows the byte whose address is at the same place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct IndirectArea {
-    /// The first Indirect Address, two bytes each.
-    pub addresses: u16,
-    /// The first Indirect Data, one byte each.
-    pub data: u16,
-    /// Bytes of data.
-    pub length: u16,
 }
 
 /// A servo.
@@ -169,6 +190,9 @@ impl crate::master::Identity {
 impl Model {
     /// The XM430-W350.
     pub const XM430: &'static Self = &MODELS[0];
+
+    /// What a servo counts as that has not sent its model number.
+    pub const ASSUMED: &'static Self = Self::XM430;
 
     /// The model of this number, if it is known.
     pub fn of(number: u16) -> Option<&'static Self> {

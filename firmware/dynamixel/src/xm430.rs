@@ -3,8 +3,7 @@
 //!
 //! Indirect addresses and data (168 and up) are not among the items; [`INDIRECT`] says where they are.
 
-use crate::item::{Area, Item, Register};
-use crate::models::IndirectArea;
+use crate::item::{Area, IndirectArea, Item, Register};
 
 use Area::{Eeprom, Ram};
 

@@ -119,7 +119,7 @@ impl Ears {
             if let Some(id) = unit.id() {
                 let commissioned = unit.mount.and_then(|mount| mount.servo).and_then(|servo| Model::of(servo.model));
                 // There is room for as many as there are fingers.
-                self.tap.watch_model(id, commissioned.unwrap_or(Model::XM430));
+                self.tap.watch_model(id, commissioned.unwrap_or(Model::ASSUMED));
             }
         }
         let Some(Voice { table, .. }) = &mut self.voice else {

@@ -1,6 +1,6 @@
 //! Indirect addresses: registers that show others at another place.
 
-use crate::models::IndirectArea;
+use crate::item::IndirectArea;
 
 /// Bytes of indirect data that are followed, over all areas: as many as the X series has. The P series has more, of which those behind
 /// count as not known.

@@ -158,13 +158,13 @@ impl<const N: usize, const S: usize> Tap<N, S> {
         self.state.timing = timing;
     }
 
-    /// Learns from this servo from now on; false if there is no room for it. It is understood as an XM430-W350 until it says, to its
-    /// master, that it is another known model.
+    /// Learns from this servo from now on; false if there is no room for it. Its registers count as those of [`Model::ASSUMED`]. When it
+    /// answers its master with the number of another known model, they count as that model's.
     pub fn watch(&mut self, id: Id) -> bool {
-        self.watch_model(id, Model::XM430)
+        self.watch_model(id, Model::ASSUMED)
     }
 
-    /// The same for a servo that is known to be of this model.
+    /// The same; its registers count as this model's from the start.
     pub fn watch_model(&mut self, id: Id, model: &'static Model) -> bool {
         if id.is_broadcast() || self.servo(id).is_some() {
             return !id.is_broadcast();

@@ -4,7 +4,6 @@ use super::indirect::Indirect;
 use crate::item::{Register, Value};
 use crate::models::Model;
 use crate::packet::{Id, StatusReturn};
-use crate::xm430;
 
 /// Answers in a row that did not come, after which a servo may have been without power.
 const LOST_AFTER: u32 = 3;
@@ -113,12 +112,12 @@ impl Watched {
     pub(super) fn read(&mut self, address: u16, bytes: &[u8], now_us: u64) {
         self.indirect.learn(address, bytes);
         self.stands(address, bytes, now_us);
-        let model = self.model;
+        let registers = self.model.layout.followed();
         let seen = Present { indirect: &self.indirect, address, bytes, now_us };
-        seen.show(model.at(xm430::PRESENT_POSITION), &mut self.position);
-        seen.show(model.at(xm430::PRESENT_VELOCITY), &mut self.velocity);
-        seen.show(model.at(xm430::PRESENT_CURRENT), &mut self.effort);
-        seen.show(model.at(xm430::HARDWARE_ERROR_STATUS), &mut self.hardware_error);
+        seen.show(registers.position, &mut self.position);
+        seen.show(registers.velocity, &mut self.velocity);
+        seen.show(registers.effort, &mut self.effort);
+        seen.show(registers.hardware_error, &mut self.hardware_error);
     }
 
     /// Bytes that the servo has taken.
@@ -138,12 +137,12 @@ impl Watched {
     }
 
     fn stands(&mut self, address: u16, bytes: &[u8], now_us: u64) {
-        let model = self.model;
+        let registers = self.model.layout.followed();
         let seen = Present { indirect: &self.indirect, address, bytes, now_us };
-        seen.show(model.at(xm430::TORQUE_ENABLE), &mut self.torque);
-        seen.show(model.at(xm430::GOAL_POSITION), &mut self.goal);
+        seen.show(registers.torque, &mut self.torque);
+        seen.show(registers.goal, &mut self.goal);
         let mut level = None;
-        seen.show(model.at(xm430::STATUS_RETURN_LEVEL), &mut level);
+        seen.show(registers.status_return, &mut level);
         if let Some(level) = level {
             self.status_return = StatusReturn::from_value(level.value);
         }
