@@ -6,8 +6,6 @@ use embedded_storage::nor_flash::NorFlashErrorKind;
 
 /// Words that are written at once.
 pub(super) const WORDS: usize = 1;
-/// The status register's bit for an operation that goes on.
-pub(super) const BUSY: u32 = 1 << 16;
 /// By words (PSIZE at bit 8): bytes take longer.
 const BY_WORDS: u32 = (Psize::PSIZE32 as u32) << 8;
 /// Nothing to do.
@@ -15,7 +13,7 @@ pub(super) const IDLE: Cr = Cr(BY_WORDS);
 /// Words are written.
 pub(super) const WRITING: Cr = Cr(BY_WORDS | 1);
 
-/// A sector is to be erased, once it is [`started`]; those of one size at the flash's start have the numbers from 0.
+/// A sector is to be erased, once it is started; those of one size at the flash's start have the numbers from 0.
 pub(super) fn erasing<const SECTOR: u32>(place: u32) -> Cr {
     let mut value = IDLE;
     value.set_ser(true);
@@ -23,16 +21,10 @@ pub(super) fn erasing<const SECTOR: u32>(place: u32) -> Cr {
     value
 }
 
-pub(super) fn started(mut value: Cr) -> Cr {
-    value.set_strt(true);
-    value
-}
-
-/// What the flash says of the last operation.
-pub(super) fn outcome() -> Result<(), NorFlashErrorKind> {
+/// Whether the flash reports an error of the last operation.
+pub(super) fn failed() -> bool {
     let status = FLASH.sr().read();
-    let is_sound = !(status.erserr() || status.pgperr() || status.pgaerr() || status.wrperr());
-    if is_sound { Ok(()) } else { Err(NorFlashErrorKind::Other) }
+    status.erserr() || status.pgperr() || status.pgaerr() || status.wrperr()
 }
 
 /// The flash interface caches no data; the processor's cache is [`Care::changed`](crate::Care::changed)'s.

@@ -6,8 +6,6 @@ use embedded_storage::nor_flash::NorFlashErrorKind;
 
 /// Words that are written at once.
 pub(super) const WORDS: usize = 2;
-/// The status register's bit for an operation that goes on.
-pub(super) const BUSY: u32 = 1 << 16;
 /// Nothing to do.
 pub(super) const IDLE: Cr = Cr(0);
 /// Words are written.
@@ -15,7 +13,7 @@ pub(super) const WRITING: Cr = Cr(1);
 /// Bytes of a bank.
 const BANK: u32 = 0x4_0000;
 
-/// A page is to be erased, once it is [`started`].
+/// A page is to be erased, once it is started.
 pub(super) fn erasing<const SECTOR: u32>(place: u32) -> Cr {
     let mut value = IDLE;
     value.set_per(true);
@@ -24,16 +22,10 @@ pub(super) fn erasing<const SECTOR: u32>(place: u32) -> Cr {
     value
 }
 
-pub(super) fn started(mut value: Cr) -> Cr {
-    value.set_strt(true);
-    value
-}
-
-/// What the flash says of the last operation.
-pub(super) fn outcome() -> Result<(), NorFlashErrorKind> {
+/// Whether the flash reports an error of the last operation.
+pub(super) fn failed() -> bool {
     let status = FLASH.sr().read();
-    let is_sound = !(status.progerr() || status.wrperr() || status.pgaerr() || status.sizerr() || status.pgserr());
-    if is_sound { Ok(()) } else { Err(NorFlashErrorKind::Other) }
+    status.progerr() || status.wrperr() || status.pgaerr() || status.sizerr() || status.pgserr()
 }
 
 /// Does something while the flash interface caches no data, and has it forget what it held.

@@ -9,8 +9,11 @@ mod family;
 use core::ptr::{read_volatile, write_volatile};
 
 use embassy_stm32::flash::{FLASH_BASE, WRITE_SIZE};
-use embassy_stm32::pac::FLASH;
+use embassy_stm32::pac::{FLASH, flash::regs::Cr};
 use embedded_storage::nor_flash::NorFlashErrorKind;
+
+/// The status register's bit for an operation that goes on.
+const BUSY: u32 = 1 << 16;
 
 /// Erases sectors of `SECTOR` bytes, all of those between two places, counted from the flash's start.
 ///
@@ -22,12 +25,12 @@ pub fn erase<const SECTOR: u32>(from: u32, to: u32) -> Result<(), NorFlashErrorK
             critical_section::with(|_| {
                 let value = family::erasing::<SECTOR>(place);
                 FLASH.cr().write_value(value);
-                let started = family::started(value);
+                let started = started(value);
                 // SAFETY: the flash's own registers.
-                unsafe { start(FLASH.cr().as_ptr().cast(), started.0, FLASH.sr().as_ptr().cast(), family::BUSY) };
+                unsafe { start(FLASH.cr().as_ptr().cast(), started.0, FLASH.sr().as_ptr().cast(), BUSY) };
                 FLASH.cr().write_value(family::IDLE);
             });
-            family::outcome()
+            outcome()
         })
     })
 }
@@ -52,13 +55,24 @@ pub fn write(place: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
             critical_section::with(|_| {
                 FLASH.cr().write_value(family::WRITING);
                 // SAFETY: `Settings` asks for places inside the flash; the flash's own register.
-                unsafe { put(to, &unit, FLASH.sr().as_ptr().cast(), family::BUSY) };
+                unsafe { put(to, &unit, FLASH.sr().as_ptr().cast(), BUSY) };
                 FLASH.cr().write_value(family::IDLE);
             });
             to = to.wrapping_add(1);
-            family::outcome()
+            outcome()
         })
     })
+}
+
+/// The command, begun.
+fn started(mut value: Cr) -> Cr {
+    value.set_strt(true);
+    value
+}
+
+/// What the flash says of the last operation.
+fn outcome() -> Result<(), NorFlashErrorKind> {
+    if family::failed() { Err(NorFlashErrorKind::Other) } else { Ok(()) }
 }
 
 /// Does something with the flash's control register open.
