@@ -70,7 +70,7 @@ pub struct Margins {
     pub supply: f64,
 }
 
-/// StrainWatches a servo's heat and supply.
+/// Watches a servo's heat and supply.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrainWatch {
     derating: Derating,

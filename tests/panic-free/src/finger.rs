@@ -3,7 +3,8 @@
 use core::hint::black_box;
 
 use grip::{
-    Budget, Calibration, Contact, Faults, Gear, Grip, Health, Limits, Meter, Phase, Reaction, Target, Touch, Why,
+    Bounds, Budget, Calibration, Contact, Faults, Gear, Grip, Health, Limits, Margins, Meter, Phase, Reaction,
+    StrainWatch, Target, Touch, Vitals, Why,
 };
 
 /// A finger.
@@ -13,6 +14,7 @@ pub struct Finger {
     budget: Budget,
     health: Health,
     meter: Meter,
+    strain: StrainWatch,
 }
 
 impl Finger {
@@ -24,6 +26,7 @@ impl Finger {
             budget: Budget::new(black_box(8)),
             health: Health::READY,
             meter: Meter::new(0),
+            strain: StrainWatch::FREE,
         }
     }
 
@@ -32,6 +35,7 @@ impl Finger {
     pub fn run(&mut self) {
         let limits = black_box(Limits { range: [0.0; 2], open_angle: 0.0, speed: 0.0, force: 0.0, current: 0.0 });
         self.order(&limits);
+        self.derate();
         self.tick(&limits);
         self.watch();
     }
@@ -58,13 +62,20 @@ impl Finger {
             has_model: black_box(true),
             current: black_box(0.0),
             alert: black_box(false),
-            part: black_box(1.0),
-            stop: black_box(None),
+            part: self.strain.part(),
+            stop: self.strain.stops(),
         };
         let faults = black_box(Faults { reaction: Reaction::Hold, untrusted_s: 0.0, strain: Reaction::Hold });
         self.grip.feel(&touch, calibration.count(), black_box(0.0), limits, &faults);
         self.grip.miss(limits, faults.reaction);
         black_box((self.grip.phase().why().map(Why::words), Phase::word(self.grip.phase()), self.grip.is_gripping()));
+    }
+
+    fn derate(&mut self) {
+        let vitals = black_box(Vitals { temperature: 0, voltage: 0 });
+        let bounds = black_box(Bounds { temperature: 0, voltage: 0 });
+        let margins = black_box(Margins { heat: 0.0, supply: 0.0 });
+        black_box(self.strain.see(vitals, bounds, margins));
     }
 
     fn watch(&mut self) {
