@@ -4,6 +4,10 @@
 //! What only an image needs (pins, clock tree, interrupts) is in its own folder of `firmware/boards`.
 #![no_std]
 
+mod label;
+
+pub use label::{Label, SECTION};
+
 /// A board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Board {
@@ -29,10 +33,17 @@ pub struct Board {
     pub ram_budget: u32,
     /// The image is built for size instead of speed: its flash has no room for what unrolled loops and inlined calls take.
     pub is_small: bool,
+    /// Addresses of memory without wait states beside it, which holds the models of the first two fingers: the first, and the one behind
+    /// the last.
+    pub near: Option<[u32; 2]>,
+    /// Its floating-point unit computes in double precision as well.
+    pub has_double: bool,
     /// Nothing can be fetched while the settings are written: they lie in the program's own bank of the flash.
     pub flash_stalls: bool,
     /// How it is reached with a debug probe; a virtual board has none.
     pub probe: Option<Probe>,
+    /// What its boot loader calls the board, where one takes images by the board's own port.
+    pub loader: Option<&'static str>,
 }
 
 /// How a debug probe reaches a board.
@@ -60,8 +71,11 @@ pub const MPS2: Board = Board {
     ram: 3584 * KB,
     ram_budget: 512 * KB,
     is_small: false,
+    near: None,
+    has_double: false,
     flash_stalls: true,
     probe: None,
+    loader: None,
 };
 
 /// ROBOTIS' OpenCR 1.0. Its flash begins behind the boot loader, which is never overwritten. More than two fingers are hardly served
@@ -78,11 +92,14 @@ pub const OPENCR: Board = Board {
     ram: 288 * KB - 256,
     ram_budget: 192 * KB,
     is_small: false,
+    near: None,
+    has_double: false,
     flash_stalls: true,
     probe: Some(Probe {
         chip: "STM32F746ZG",
         connection: "a debug probe (ST-LINK, CMSIS-DAP, J-Link) at the board's JTAG/SWD connector",
     }),
+    loader: Some("OpenCR R1.0"),
 };
 
 /// ST's NUCLEO-H743ZI2. The settings lie in the last two sectors of the second bank.
@@ -98,8 +115,11 @@ pub const NUCLEO_H743ZI: Board = Board {
     ram: 512 * KB,
     ram_budget: 448 * KB,
     is_small: false,
+    near: Some([0x2000_8100, 0x2002_0000]),
+    has_double: true,
     flash_stalls: false,
     probe: Some(Probe { chip: "STM32H743ZI", connection: ST_LINK }),
+    loader: None,
 };
 
 /// ST's NUCLEO-G474RE. The settings lie in the last 16 KB.
@@ -115,8 +135,11 @@ pub const NUCLEO_G474RE: Board = Board {
     ram: 112 * KB - 256 - 1536,
     ram_budget: 110 * KB,
     is_small: true,
+    near: None,
+    has_double: false,
     flash_stalls: true,
     probe: Some(Probe { chip: "STM32G474RE", connection: ST_LINK }),
+    loader: None,
 };
 
 /// ST's NUCLEO-F429ZI. The settings lie in the first sectors of the second bank.
@@ -132,8 +155,11 @@ pub const NUCLEO_F429ZI: Board = Board {
     ram: 190 * KB - 256,
     ram_budget: 160 * KB,
     is_small: false,
+    near: None,
+    has_double: false,
     flash_stalls: false,
     probe: Some(Probe { chip: "STM32F429ZI", connection: ST_LINK }),
+    loader: None,
 };
 
 /// All of them.

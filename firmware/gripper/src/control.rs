@@ -47,8 +47,13 @@ const LINK_SHARE: u32 = 16;
 /// The records that there are: settings, and each finger's design and object.
 const UNKEPT: usize = 1 + 2 * FINGERS;
 
-/// Runs the gripper for ever. It waits until [`crate::answer`] has read what is kept in flash.
-pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bus, mut watchdog: B::Watchdog) -> ! {
+/// Runs the gripper for ever, with a model for each finger. It waits until [`crate::answer`] has read what is kept in flash.
+pub async fn control<'a, B: Board>(
+    shared: &'a Shared,
+    models: impl IntoIterator<Item = &'a mut Model>,
+    bus: B::Bus,
+    mut watchdog: B::Watchdog,
+) -> ! {
     let mut servos = Servos::new(bus, B::BUS_LATENCY_US);
     let rates = servos.rates();
     let mut bauds = rates.iter().copied().cycle();
@@ -58,7 +63,7 @@ pub async fn control<B: Board>(shared: &Shared, models: &mut [Model], bus: B::Bu
         feed::<B>(shared, &mut watchdog);
         Timer::after_millis(1).await;
     }
-    let mut core = Core::<B>::new(shared, models);
+    let mut core = Core::<B>::new(shared, models.into_iter());
     let mut ears = None;
     loop {
         core.begin().await;
@@ -189,13 +194,13 @@ pub(crate) struct Core<'a, B> {
 }
 
 impl<'a, B: Board> Core<'a, B> {
-    fn new(shared: &'a Shared, models: &'a mut [Model]) -> Self {
+    fn new(shared: &'a Shared, models: impl Iterator<Item = &'a mut Model>) -> Self {
         // What was kept may be of a board with more room.
         let settings = shared.setup(|setup| setup.settings);
-        let settings = if settings.validate(models.len()).is_ok() { settings } else { Settings::DEFAULT };
+        let settings = if settings.validate(B::FINGERS).is_ok() { settings } else { Settings::DEFAULT };
         shared.set(|setup| setup.settings = settings);
         let mut units: Vec<Unit<'a>, FINGERS> = Vec::new();
-        for (number, (model, mount)) in models.iter_mut().zip(settings.fingers).enumerate() {
+        for (number, (model, mount)) in models.zip(settings.fingers).enumerate() {
             // There are as many mounts as there is room.
             let mut unit = Unit::new(number as u8, model, mount);
             unit.restore(shared);

@@ -60,10 +60,14 @@ pub use messages::{FINGERS, ResetCause};
 pub use rate::period_us;
 pub use shared::Shared;
 
+/// Version of the program.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
 /// Its room: with friction where the board has memory for what that remembers.
 #[cfg(feature = "friction")]
 type Room = model_core::size::Rubbing;
 #[cfg(not(feature = "friction"))]
 type Room = model_core::size::Reduced;
+
 /// The model that runs on the microcontroller.
 pub type Model = model_core::estimator::Estimator<f32, Room>;

@@ -8,13 +8,24 @@
 /// run(above, spawner, (bus, watchdog), (tx, rx), (flash, boot));
 /// ```
 ///
-/// The board's crate depends on `defmt`, `embassy-executor` and `static_cell`.
+/// The board's crate depends on `defmt`, `embassy-executor`, `fre-boards` and `static_cell`.
 #[macro_export]
 macro_rules! tasks {
     ($board:ty, sends: $outgoing:ty, hears: $incoming:ty) => {
+        /// What the image's file says of itself; the linker's script keeps it out of the board's memory.
+        #[used]
+        #[unsafe(link_section = ".fre_image")]
+        static LABEL: fre_boards::Label = fre_boards::Label::new(<$board as $crate::Board>::NAME, $crate::VERSION);
+
         static SHARED: $crate::Shared = $crate::Shared::new();
-        static MODELS: static_cell::ConstStaticCell<[$crate::Model; <$board as $crate::Board>::FINGERS]> =
-            static_cell::ConstStaticCell::new([const { $crate::Model::EMPTY }; <$board as $crate::Board>::FINGERS]);
+        const NEAR: usize = <$board as $crate::Board>::NEAR;
+        type Near = [$crate::Model; NEAR];
+        type Far = [$crate::Model; <$board as $crate::Board>::FINGERS - NEAR];
+        #[unsafe(link_section = ".bss.near")]
+        static NEAR_MODELS: static_cell::ConstStaticCell<Near> =
+            static_cell::ConstStaticCell::new([const { $crate::Model::EMPTY }; _]);
+        static MODELS: static_cell::ConstStaticCell<Far> =
+            static_cell::ConstStaticCell::new([const { $crate::Model::EMPTY }; _]);
 
         type BusOf = <$board as $crate::Board>::Bus;
         type WatchdogOf = <$board as $crate::Board>::Watchdog;
@@ -28,7 +39,7 @@ macro_rules! tasks {
             (outgoing, incoming): ($outgoing, $incoming),
             (flash, boot): (FlashOf, $crate::Boot),
         ) {
-            match control(MODELS.take(), bus, watchdog) {
+            match control(NEAR_MODELS.take(), MODELS.take(), bus, watchdog) {
                 Ok(task) => above.spawn(task),
                 Err(_) => defmt::error!("no room for the control task"),
             }
@@ -47,12 +58,8 @@ macro_rules! tasks {
         }
 
         #[embassy_executor::task]
-        async fn control(
-            models: &'static mut [$crate::Model; <$board as $crate::Board>::FINGERS],
-            bus: BusOf,
-            watchdog: WatchdogOf,
-        ) -> ! {
-            $crate::control::<$board>(&SHARED, models, bus, watchdog).await
+        async fn control(near: &'static mut Near, far: &'static mut Far, bus: BusOf, watchdog: WatchdogOf) -> ! {
+            $crate::control::<$board>(&SHARED, near.iter_mut().chain(far), bus, watchdog).await
         }
 
         #[embassy_executor::task]

@@ -105,7 +105,13 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             "fre demo --firmware target/boards/thumbv7em-none-eabihf/release/gripper-mps2",
         )],
     ),
-    ("flash", &[("ROBOTIS' OpenCR", "fre flash opencr")]),
+    (
+        "flash",
+        &[
+            ("ROBOTIS' OpenCR", "fre flash opencr"),
+            ("The same without a probe", "fre flash opencr --port /dev/ttyACM0"),
+        ],
+    ),
     (
         "gripper",
         &[

@@ -1,4 +1,4 @@
-//! `fre flash`: an image into a board's flash, through a debug probe.
+//! `fre flash`: an image into a board's flash, through a debug probe or the board's own boot loader.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -6,12 +6,14 @@ use std::process::ExitCode;
 #[cfg(feature = "probe")]
 use crate::environment::{self, PROBE};
 use crate::exit::bad_input;
+use fre_gripper::loader::{LoaderError, Patience, update};
 use fre_gripper::probe::{Board, Image, ProbeError};
 
-/// Flash a board through a debug probe: write its image, read it back, start it.
+/// Flash a board: write its image, read it back, start it.
 ///
-/// `cargo xtask firmware BOARD` builds the image. Needs a `fre` built with debug probes: cargo run --release -p fre-cli
-/// --features probe --bin fre -- flash BOARD
+/// `cargo xtask firmware BOARD` builds the image; another board's image is refused. With --port the board's own boot loader takes it
+/// (OpenCR). Otherwise a debug probe is needed, and a `fre` built with debug probes: cargo run --release -p fre-cli --features probe
+/// --bin fre -- flash BOARD
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[arg(value_name = "BOARD", help = Board::names(), value_parser = Board::named)]
@@ -22,6 +24,9 @@ pub struct Args {
     /// The probe, if there are several [env: FRE_PROBE]
     #[arg(long, value_name = "VID:PID[:SERIAL]")]
     probe: Option<String>,
+    /// The board's serial port: its boot loader takes the image
+    #[arg(long, value_name = "PORT", conflicts_with = "probe")]
+    port: Option<String>,
 }
 
 /// Runs the command.
@@ -32,10 +37,13 @@ pub fn run(args: &Args) -> ExitCode {
     }
 }
 
-fn flash(args: &Args) -> Result<(), ProbeError> {
+fn flash(args: &Args) -> Result<(), LoaderError> {
     let image = Image::read(&args.image.clone().unwrap_or_else(|| args.board.image()), args.board.name)?;
     image.fits(&args.board)?;
-    write(args, &image)
+    match &args.port {
+        Some(port) => update(&args.board, &image, port, Patience::default(), &mut std::io::stdout()),
+        None => Ok(write(args, &image)?),
+    }
 }
 
 #[cfg(feature = "probe")]

@@ -9,6 +9,7 @@ pub mod demo;
 pub mod estimator;
 pub mod identify;
 pub mod link;
+pub mod loader;
 pub mod probe;
 pub mod record;
 pub mod servo;

@@ -8,16 +8,35 @@ use embassy_stm32::{
 };
 use embassy_usb::class::cdc_acm::{BufferedReceiver, CdcAcmClass, Sender, State};
 use embassy_usb::{Builder, UsbDevice};
+use embedded_io_async::{ErrorType, Read};
 use static_cell::{ConstStaticCell, StaticCell};
+
+use crate::watchdog;
 
 type Otg = Driver<'static, peripherals::USB_OTG_FS>;
 /// What goes to the host.
 pub type Outgoing = Sender<'static, Otg>;
-/// What comes from the host.
-pub type Incoming = BufferedReceiver<'static, Otg>;
+/// What comes from the host. Bytes at [`CALL`] are for the boot loader.
+pub struct Incoming(BufferedReceiver<'static, Otg>);
 
 /// Bytes of a packet at full speed.
 const PACKET: usize = 64;
+/// The port's rate by which a host calls the boot loader, as it does with ROBOTIS' own programs.
+const CALL: u32 = 1200;
+
+impl ErrorType for Incoming {
+    type Error = <BufferedReceiver<'static, Otg> as ErrorType>::Error;
+}
+
+impl Read for Incoming {
+    async fn read(&mut self, into: &mut [u8]) -> Result<usize, Self::Error> {
+        let count = self.0.read(into).await?;
+        if self.0.line_coding().data_rate() == CALL {
+            watchdog::to_boot_loader();
+        }
+        Ok(count)
+    }
+}
 
 /// The parts of the link.
 pub struct Link {
@@ -56,7 +75,7 @@ pub fn start(
     config.max_packet_size_0 = PACKET as u8;
     let mut builder = Builder::new(driver, config, CONFIGURATION.take(), BOS.take(), &mut [], CONTROL.take());
     let (outgoing, incoming) = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16).split();
-    Link { device: builder.build(), outgoing, incoming: incoming.into_buffered(RECEIVED.take()) }
+    Link { device: builder.build(), outgoing, incoming: Incoming(incoming.into_buffered(RECEIVED.take())) }
 }
 
 /// Serves the bus for ever.

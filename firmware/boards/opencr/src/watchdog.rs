@@ -4,9 +4,10 @@
 //! the program. It runs behind the timer, with twice the time, for a processor that takes no interrupts any more.
 
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
-use embassy_stm32::pac::{RCC, TIM7, timer::vals::Urs};
+use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+use embassy_stm32::pac::{IWDG, RCC, TIM7, timer::vals::Urs};
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Peri, peripherals::IWDG};
+use embassy_stm32::{Peri, peripherals};
 use stm32::{critical, reset};
 
 /// After how long it bites, ms: longer than a sector of 32 KB takes to erase, which holds the processor.
@@ -17,11 +18,11 @@ const PER_MS: u32 = 10;
 const TIMER_HZ: u32 = fre_boards::OPENCR.clock_hz / 2;
 
 /// The watchdog.
-pub struct Timer(IndependentWatchdog<'static, IWDG>);
+pub struct Timer(IndependentWatchdog<'static, peripherals::IWDG>);
 
 impl Timer {
     /// Starts it.
-    pub fn start(behind: Peri<'static, IWDG>) -> Self {
+    pub fn start(behind: Peri<'static, peripherals::IWDG>) -> Self {
         const { assert!(MS * PER_MS <= u16::MAX as u32) };
         RCC.apb1enr().modify(|w| w.set_tim7en(true));
         // The clock needs two cycles to reach the timer; reading the register back takes longer.
@@ -40,6 +41,24 @@ impl Timer {
         let mut behind = IndependentWatchdog::new(behind, 2 * MS * 1000);
         behind.unleash();
         Self(behind)
+    }
+}
+
+/// Restarts into the boot loader, which waits for an upload after the chip's own watchdog has bitten.
+pub fn to_boot_loader() -> ! {
+    cortex_m::interrupt::disable();
+    // The shortest time there is. The registers take a new value once the one before has arrived.
+    IWDG.kr().write(|w| w.set_key(Key::ENABLE));
+    IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
+    IWDG.rlr().write(|w| w.set_rl(1));
+    loop {
+        if IWDG.sr().read().0 == 0 {
+            IWDG.kr().write(|w| w.set_key(Key::RESET));
+            break;
+        }
+    }
+    loop {
+        cortex_m::asm::nop();
     }
 }
 

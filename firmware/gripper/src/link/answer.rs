@@ -69,7 +69,7 @@ async fn serve<B: Board, R: Read>(shared: &'static Shared, port: R, boot: Boot) 
     let mut requests = Requests::new(shared, port);
     let version = Version {
         protocol: PROTOCOL_VERSION,
-        firmware: short(env!("CARGO_PKG_VERSION")),
+        firmware: short(crate::VERSION),
         fingers: B::FINGERS as u8,
         board: short(B::NAME),
         cost_hz: B::COST_HZ,

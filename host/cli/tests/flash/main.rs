@@ -1,25 +1,24 @@
-//! `fre flash` and `fre log` where there is no debug probe: an error that says what was looked for, or how to build `fre` with
-//! probes.
+//! `fre flash` without a debug probe: what it says where one is missing, and updates of a simulated board by its boot loader.
 
+mod simulated;
+
+use std::path::Path;
 use std::process::Command;
+use std::time::Duration;
 
-/// An image for the OpenCR's flash: an ELF file for ARM with one segment of four bytes and no symbols.
-fn image() -> Vec<u8> {
-    let mut file = b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0".to_vec();
-    let mut put = |bytes: &[u8]| file.extend(bytes);
-    // Executable, ARM, version 1; header sizes; one program header behind the file header.
-    [2_u16, 40].iter().for_each(|half| put(&half.to_le_bytes()));
-    [1_u32, 0, 52, 0, 0].iter().for_each(|word| put(&word.to_le_bytes()));
-    [52_u16, 32, 1, 40, 0, 0].iter().for_each(|half| put(&half.to_le_bytes()));
-    [1_u32, 84, 0x0804_0000, 0x0804_0000, 4, 4, 5, 4].iter().for_each(|word| put(&word.to_le_bytes()));
-    put(b"code");
-    file
-}
+use fre_gripper::loader::{LoaderError, Patience, update};
+use fre_gripper::probe::{Board, Image};
+use simulated::{Faults, PLACE, Plugged, SECTOR, Simulated, plug};
 
+/// Waits that are long enough on a busy machine where something comes, and short where nothing does.
+const PATIENCE: Patience =
+    Patience { answer: Duration::from_secs(1), erase: Duration::from_secs(5), start: Duration::from_secs(5) };
+
+/// Runs a command that fails, with an image for the OpenCR.
 fn error(words: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("image.elf");
-    std::fs::write(&path, image()).unwrap();
+    std::fs::write(&path, test_bus::elf(40, &[(0x0804_0000, b"code")], Some(("opencr", "0.2.0")))).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).arg("--image").arg(&path).output().unwrap();
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{words:?}: {text}");
@@ -42,9 +41,108 @@ fn without_a_probe_it_says_what_was_looked_for() {
 #[test]
 fn bad_input_is_told_before_a_probe_is_looked_for() {
     assert!(error(&["flash", "uno"]).contains("allowed are opencr, nucleo-h743zi, nucleo-g474re"));
-    let elsewhere = error(&["flash", "nucleo-g474re", "--probe", "dead:beef"]);
-    assert!(!elsewhere.contains("does not belong"), "inside its flash: {elsewhere}");
+    let other = error(&["flash", "nucleo-g474re", "--probe", "dead:beef"]);
+    assert!(other.contains("is an image for opencr, not for nucleo-g474re"), "{other}");
     if cfg!(feature = "probe") {
         assert!(error(&["flash", "opencr", "--probe", "here"]).contains("allowed is VID:PID"));
     }
+}
+
+#[test]
+fn without_a_probe_a_port_is_asked_for_the_board_s_boot_loader() {
+    let gone = error(&["flash", "opencr", "--port", "/dev/a-port-that-is-not-there"]);
+    assert!(gone.contains("/dev/a-port-that-is-not-there cannot be used"), "{gone}");
+    let other = error(&["flash", "nucleo-h743zi", "--port", "/dev/null"]);
+    assert!(other.contains("is an image for opencr, not for nucleo-h743zi"), "{other}");
+    assert!(error(&["flash", "opencr", "--port", "p", "--probe", "dead:beef"]).contains("cannot be used with"));
+}
+
+/// An image of an OpenCR's program, which does not end at a unit of anything.
+fn image(board: &str, version: &str) -> Vec<u8> {
+    let mut program: Vec<u8> = (0..300_001_u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    program[PLACE..PLACE + version.len()].copy_from_slice(version.as_bytes());
+    program[PLACE + version.len()] = 0;
+    let (vectors, rest) = program.split_at(1000);
+    test_bus::elf(40, &[(0x0804_0000, vectors), (0x0804_0000 + 1000, rest)], Some((board, version)))
+}
+
+fn run(board: &Plugged, image: Vec<u8>) -> (Result<(), LoaderError>, String) {
+    let image = Image::parse(Path::new("image"), image).unwrap();
+    let mut out = Vec::new();
+    let opencr = Board::named("opencr").unwrap();
+    let result = update(&opencr, &image, &board.port, PATIENCE, &mut out);
+    (result, String::from_utf8(out).unwrap())
+}
+
+#[test]
+fn a_running_board_is_updated_and_both_versions_are_shown() {
+    let plugged = plug(Simulated::new(Some(("opencr", "0.1.9"))));
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("image.elf");
+    std::fs::write(&file, image("opencr", "0.2.0")).unwrap();
+    let mut fre = Command::new(env!("CARGO_BIN_EXE_fre"));
+    let output = fre.args(["flash", "opencr", "--port", &plugged.port]).arg("--image").arg(&file).output().unwrap();
+    let out = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{out}{}", String::from_utf8_lossy(&output.stderr));
+    let steps: Vec<&str> = out.lines().filter(|line| !line.ends_with('%')).collect();
+    let expected = [
+        "image: opencr, version 0.2.0, 300032 bytes",
+        "before: gripper on opencr, version 0.1.9",
+        "boot loader: OpenCR R1.0, version 17020800",
+        "erasing",
+        "writing",
+        "the flash holds the image",
+        "after: gripper on opencr, version 0.2.0",
+    ];
+    assert_eq!(steps, expected);
+    let board = plugged.board.lock().unwrap();
+    assert!(board.flash[300_001..SECTOR * 2].iter().all(|byte| *byte == 0xff), "the rest is erased");
+}
+
+#[test]
+fn a_loader_that_waits_needs_no_call_and_lost_pieces_are_sent_again() {
+    let mut board = Simulated::new(None);
+    board.faults.lost_pieces = 2;
+    let plugged = plug(board);
+    let (result, out) = run(&plugged, image("opencr", "0.2.0"));
+    result.unwrap();
+    assert!(out.contains("before: no gripper's program answers") && out.contains("version 0.2.0\n"), "{out}");
+}
+
+#[test]
+fn nothing_is_written_to_another_board_or_of_another_board_s_image() {
+    let untouched = |plugged: &Plugged| plugged.board.lock().unwrap().flash.iter().all(|byte| *byte == 0);
+    let plugged = plug(Simulated::new(Some(("mps2", "0.2.0"))));
+    let (result, _) = run(&plugged, image("opencr", "0.2.0"));
+    assert!(matches!(&result, Err(LoaderError::OtherBoard { found, .. }) if found == "mps2"), "{result:?}");
+    assert!(untouched(&plugged));
+
+    let (result, out) = run(&plugged, image("nucleo-h743zi", "0.2.0"));
+    let error = result.unwrap_err().to_string();
+    assert!(error.contains("image is an image for nucleo-h743zi, not for opencr") && out.is_empty(), "{error}");
+
+    let mut other = Simulated::new(None);
+    other.name = "OpenCM9.04";
+    let plugged = plug(other);
+    let error = run(&plugged, image("opencr", "0.2.0")).0.unwrap_err().to_string();
+    assert!(error.contains("the boot loader of `OpenCM9.04`, not opencr; nothing was written"), "{error}");
+    assert!(untouched(&plugged));
+}
+
+#[test]
+fn what_fails_is_named_with_what_helps() {
+    let fails = |faults: Faults, program: Option<(&'static str, &str)>| {
+        let mut board = Simulated::new(program);
+        board.faults = faults;
+        let plugged = plug(board);
+        run(&plugged, image("opencr", "0.2.0")).0.unwrap_err().to_string()
+    };
+    let stuck = fails(Faults { stuck: true, ..Faults::default() }, None);
+    assert!(stuck.contains("error 0x0019 while comparing: the flash differs"), "{stuck}");
+    let mute = fails(Faults { mute: true, ..Faults::default() }, None);
+    assert!(mute.contains("holds the image, but no program answers"), "{mute}");
+    let deaf = fails(Faults { deaf: true, ..Faults::default() }, Some(("opencr", "0.1.9")));
+    assert!(deaf.contains("no boot loader answers") && deaf.contains("SW2"), "{deaf}");
+    let lost = fails(Faults { lost_pieces: 1_000, ..Faults::default() }, None);
+    assert!(lost.contains("flash it again"), "{lost}");
 }

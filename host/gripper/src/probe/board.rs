@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use fre_boards::Probe;
+
 /// A board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Board {
@@ -13,15 +15,17 @@ pub struct Board {
     pub flash: (u64, u64),
     /// What has to be connected.
     pub probe: &'static str,
+    /// What its boot loader calls the board, if that takes images by the board's own port.
+    pub loader: Option<&'static str>,
 }
 
 impl Board {
     /// Those that a debug probe reaches.
     pub fn all() -> impl Iterator<Item = Self> {
         fre_boards::ALL.iter().filter_map(|board| {
-            let probe = board.probe?;
             let [first, end] = board.flash.map(u64::from);
-            Some(Self { name: board.name, chip: probe.chip, flash: (first, end), probe: probe.connection })
+            let Probe { chip, connection } = board.probe?;
+            Some(Self { name: board.name, chip, flash: (first, end), probe: connection, loader: board.loader })
         })
     }
 

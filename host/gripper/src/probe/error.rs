@@ -26,6 +26,16 @@ pub enum ProbeError {
         /// What is wrong with it.
         why: String,
     },
+    /// The image is another board's.
+    #[error("{} is an image for {label}, not for {board}; `cargo xtask firmware {board}` builds the right one", path.display())]
+    OtherBoard {
+        /// Which file.
+        path: PathBuf,
+        /// The board.
+        board: &'static str,
+        /// The board that its label names.
+        label: String,
+    },
     /// The image does not belong into the board's flash.
     #[error(
         "{} does not belong on {board}: it has {bytes} bytes at {address:#010x}, and the board's flash for programs is \

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use fre_log::Log;
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
-use object::{Endianness, Object, ObjectSymbol};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 
 use super::{Board, ProbeError};
 
@@ -16,6 +16,7 @@ pub struct Image {
     bytes: Vec<u8>,
     pieces: Vec<Piece>,
     rtt: Option<u64>,
+    label: Option<(String, String)>,
 }
 
 /// Bytes of an image and where they go.
@@ -47,8 +48,8 @@ impl Image {
     /// As [`Self::read`].
     pub fn parse(path: &Path, bytes: Vec<u8>) -> Result<Self, ProbeError> {
         let bad = |why: String| ProbeError::BadImage { path: path.to_owned(), why };
-        let (pieces, rtt) = contents(&bytes).map_err(bad)?;
-        Ok(Self { path: path.to_owned(), bytes, pieces, rtt })
+        let (pieces, rtt, label) = contents(&bytes).map_err(bad)?;
+        Ok(Self { path: path.to_owned(), bytes, pieces, rtt, label })
     }
 
     /// The file.
@@ -74,11 +75,26 @@ impl Image {
         self.rtt
     }
 
-    /// That all of it belongs into this board's flash.
+    /// The version of its program, as its label says.
+    pub fn version(&self) -> Option<&str> {
+        self.label.as_ref().map(|(_, version)| version.as_str())
+    }
+
+    /// That it is this board's, by its label, and that all of it belongs into the board's flash.
     ///
     /// # Errors
-    /// A piece does not.
+    /// It has no label or another board's, or a piece does not belong there.
     pub fn fits(&self, board: &Board) -> Result<(), ProbeError> {
+        match &self.label {
+            Some((name, _)) if name == board.name => {}
+            Some((name, _)) => {
+                return Err(ProbeError::OtherBoard { path: self.path.clone(), board: board.name, label: name.clone() });
+            }
+            None => {
+                let why = "no label says which board it is for".to_owned();
+                return Err(ProbeError::BadImage { path: self.path.clone(), why });
+            }
+        }
         let (start, end) = board.flash;
         let outside = |piece: &&Piece| piece.address < start || piece.address + piece.bytes.len() as u64 > end;
         match self.pieces.iter().find(outside) {
@@ -95,7 +111,10 @@ impl Image {
     }
 }
 
-fn contents(bytes: &[u8]) -> Result<(Vec<Piece>, Option<u64>), String> {
+/// Pieces, the log's address, the label.
+type Contents = (Vec<Piece>, Option<u64>, Option<(String, String)>);
+
+fn contents(bytes: &[u8]) -> Result<Contents, String> {
     let words = |error: object::Error| error.to_string();
     let header = FileHeader32::<Endianness>::parse(bytes).map_err(|error| format!("no 32-bit ELF file ({error})"))?;
     let endian = header.endian().map_err(words)?;
@@ -115,38 +134,18 @@ fn contents(bytes: &[u8]) -> Result<(Vec<Piece>, Option<u64>), String> {
     pieces.sort_by_key(|piece| piece.address);
     let file = object::File::parse(bytes).map_err(words)?;
     let rtt = file.symbols().find(|symbol| symbol.name() == Ok("_SEGGER_RTT")).map(|symbol| symbol.address());
-    Ok((pieces, rtt))
+    let section = file.section_by_name(fre_boards::SECTION).and_then(|section| section.data().ok());
+    let label = section.and_then(fre_boards::Label::read);
+    Ok((pieces, rtt, label.map(|(board, version)| (board.to_owned(), version.to_owned()))))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// An ELF file with these segments: physical address, bytes.
+    /// An ELF file with these segments (physical address, bytes) for the OpenCR.
     fn elf(machine: u16, segments: &[(u32, &[u8])]) -> Vec<u8> {
-        let mut file = vec![0x7f, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-        let half = |file: &mut Vec<u8>, value: u16| file.extend(value.to_le_bytes());
-        let word = |file: &mut Vec<u8>, value: u32| file.extend(value.to_le_bytes());
-        half(&mut file, 2);
-        half(&mut file, machine);
-        for value in [1, 0, 52, 0, 0] {
-            word(&mut file, value);
-        }
-        for value in [52, 32, segments.len() as u16, 40, 0, 0] {
-            half(&mut file, value);
-        }
-        let mut offset = 52 + 32 * segments.len() as u32;
-        for (address, bytes) in segments {
-            let size = bytes.len() as u32;
-            for value in [1, offset, *address, *address, size, size, 5, 4] {
-                word(&mut file, value);
-            }
-            offset += size;
-        }
-        for (_, bytes) in segments {
-            file.extend(*bytes);
-        }
-        file
+        test_bus::elf(machine, segments, Some(("opencr", "0.2.0")))
     }
 
     const ARM: u16 = 40;
@@ -157,9 +156,19 @@ mod tests {
             Image::parse(Path::new("x"), elf(ARM, &[(0x0804_0100, b"code"), (0x0804_0000, b"vectors")])).unwrap();
         let pieces: Vec<_> = image.pieces().iter().map(|piece| (piece.address, piece.bytes.as_slice())).collect();
         assert_eq!(pieces, [(0x0804_0000, b"vectors".as_slice()), (0x0804_0100, b"code")]);
-        assert_eq!(image.rtt(), None);
+        assert_eq!((image.rtt(), image.version()), (None, Some("0.2.0")));
         assert!(image.fits(&Board::named("opencr").unwrap()).is_ok());
-        assert!(image.fits(&Board::named("nucleo-h743zi").unwrap()).is_ok());
+    }
+
+    #[test]
+    fn an_image_is_its_board_s_by_its_label_whatever_the_addresses() {
+        let image = Image::parse(Path::new("x"), elf(ARM, &[(0x0804_0000, b"code")])).unwrap();
+        let error = image.fits(&Board::named("nucleo-h743zi").unwrap()).unwrap_err().to_string();
+        assert!(error.contains("x is an image for opencr, not for nucleo-h743zi"), "{error}");
+        let bare = test_bus::elf(ARM, &[(0x0804_0000, b"code")], None);
+        let image = Image::parse(Path::new("x"), bare).unwrap();
+        let error = image.fits(&Board::named("opencr").unwrap()).unwrap_err().to_string();
+        assert!(error.contains("no label says which board"), "{error}");
     }
 
     #[test]
@@ -182,7 +191,7 @@ mod tests {
         );
         assert!(why(elf(62, &[(0, b"x")])).contains("another processor"));
         assert!(why(elf(ARM, &[])).contains("nothing to load"));
-        let mut cut = elf(ARM, &[(0x0800_0000, b"four")]);
+        let mut cut = test_bus::elf(ARM, &[(0x0800_0000, b"four")], None);
         cut.truncate(cut.len() - 1);
         assert!(why(cut).contains("cut off"));
         let missing = Image::read(Path::new("/nowhere/gripper"), "opencr").err().unwrap().to_string();
