@@ -6,6 +6,7 @@
 use crate::command::{line, output};
 use crate::paths;
 use anyhow::{Context, Result, bail};
+use fre_boards::Board;
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -13,6 +14,9 @@ use std::process::{Command, Stdio};
 
 /// The microcontroller's target: Cortex-M4F and M7F, hardware floating point in single precision.
 pub const TRIPLE: &str = "thumbv7em-none-eabihf";
+
+/// For a Cortex-M7 whose floating-point unit computes in double precision, as the compiler takes one to be.
+const DOUBLE: &str = "-Ctarget-cpu=cortex-m7";
 
 /// A toolchain that can build for [`TRIPLE`].
 #[derive(Debug, PartialEq)]
@@ -49,13 +53,19 @@ impl Cross {
         command
     }
 
+    /// The same for a board's image: for the floating-point unit that its processor has.
+    pub fn image_cargo(&self, board: &Board, subcommand: &str) -> Command {
+        let mut command = self.cargo(subcommand);
+        if board.has_double {
+            let flags = [self.flags(), vec![DOUBLE.to_owned()]].concat();
+            command.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+        }
+        command
+    }
+
     /// `cargo` with the right toolchain, nothing inherited from the cargo that runs this program, and paths in the image that do
     /// not depend on where the checkout is (they take room in flash, so sizes would).
     fn bare_cargo(&self) -> Command {
-        let mut flags = vec![format!("--remap-path-prefix={}=.", paths::root().display())];
-        if let Some(home) = cargo_home() {
-            flags.push(format!("--remap-path-prefix={}=cargo", home.display()));
-        }
         let mut command = match self {
             Self::Active => {
                 // The cargo that runs us, and by PATH or RUSTUP_TOOLCHAIN the rustc that belongs to it.
@@ -63,14 +73,23 @@ impl Cross {
                 clear_inherited(&mut command);
                 command
             }
-            Self::Debian { sysroot } => {
-                flags.push(format!("--sysroot={}", sysroot.display()));
-                debian_cargo()
-            }
+            Self::Debian { .. } => debian_cargo(),
         };
         // Separated by this character, so that paths may have spaces.
-        command.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+        command.env("CARGO_ENCODED_RUSTFLAGS", self.flags().join("\x1f"));
         command
+    }
+
+    /// Flags of the compiler.
+    fn flags(&self) -> Vec<String> {
+        let mut flags = vec![format!("--remap-path-prefix={}=.", paths::root().display())];
+        if let Some(home) = cargo_home() {
+            flags.push(format!("--remap-path-prefix={}=cargo", home.display()));
+        }
+        if let Self::Debian { sysroot } = self {
+            flags.push(format!("--sysroot={}", sysroot.display()));
+        }
+        flags
     }
 
     /// One line about the compiler, as `rustc --version` says it.

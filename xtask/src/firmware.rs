@@ -2,9 +2,9 @@
 
 use crate::command::{headline, run as run_command};
 use crate::cross::{Cross, TRIPLE};
-use crate::{in_ram, paths, setup};
-use anyhow::{Context, Result, bail};
-use fre_boards::Board;
+use crate::{in_ram, near, paths, setup};
+use anyhow::{Context, Result, bail, ensure};
+use fre_boards::{Board, Label, SECTION};
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 use std::path::PathBuf;
 
@@ -28,17 +28,30 @@ pub fn show(board: &str) -> Result<PathBuf> {
     println!("{}", image.display());
     let (listed, bytes) = (check(board)?, std::fs::read(&image).context("cannot read the image")?);
     print_sections(listed, &bytes)?;
+    labelled(listed, &bytes)?;
+    near::check(listed, &bytes).with_context(|| format!("the image for {board}"))?;
     if listed.probe.is_some() {
         in_ram::check(listed, &bytes).with_context(|| format!("the image for {board}"))?;
     }
     Ok(image)
 }
 
+/// That the image's file says which board and version it is: `fre flash` refuses all others.
+fn labelled(board: &Board, image: &[u8]) -> Result<()> {
+    let file = object::File::parse(image).context("the image is not an ELF file")?;
+    let section = file.section_by_name(SECTION).with_context(|| format!("the image has no section {SECTION}"))?;
+    let SectionFlags::Elf { sh_flags } = section.flags() else { bail!("the image is not an ELF file") };
+    ensure!(sh_flags & u64::from(elf::SHF_ALLOC) == 0, "the label takes room on the board");
+    let found = Label::read(section.data()?);
+    ensure!(found == Some((board.name, env!("CARGO_PKG_VERSION"))), "the image's label is {found:?}");
+    Ok(())
+}
+
 /// Builds a board's image; returns the ELF's path.
 fn build(board: &str) -> Result<PathBuf> {
-    check(board)?;
+    let listed = check(board)?;
     let cross = Cross::find()?;
-    run_command(cross.cargo("build").args(["--quiet", "--release", "--package", board, "--bins"]))?;
+    run_command(cross.image_cargo(listed, "build").args(["--quiet", "--release", "--package", board, "--bins"]))?;
     Ok(image(board))
 }
 
@@ -146,6 +159,9 @@ mod tests {
             let [origin, length] = region(&map, "FLASH");
             assert_eq!([origin, origin + length], board.flash.map(u64::from), "{}", board.name);
             assert_eq!(region(&map, "RAM")[1], u64::from(board.ram), "{}", board.name);
+            let near = map.lines().any(|line| line.trim().starts_with("NEAR")).then(|| region(&map, "NEAR"));
+            let listed = board.near.map(|[first, end]| [u64::from(first), u64::from(end - first)]);
+            assert_eq!(near, listed, "{}", board.name);
         }
     }
 
@@ -169,6 +185,23 @@ mod tests {
             let board = folder.join("memory.x").exists();
             assert!(!board || fre_boards::named(&name).is_some(), "{name} is not in firmware/board-list");
         }
+    }
+
+    #[test]
+    fn every_crate_of_two_versions_has_its_reason() {
+        let lock = std::fs::read_to_string(paths::boards().join("Cargo.lock")).unwrap();
+        let mut names: Vec<&str> = lock.lines().filter_map(|line| line.strip_prefix("name = ")).collect();
+        names.sort_unstable();
+        let mut twice: Vec<&str> =
+            names.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0].trim_matches('"')).collect();
+        twice.dedup();
+        let page = std::fs::read_to_string(paths::boards().join("README.md")).unwrap();
+        let table = page.split_once("## Crates of two versions").unwrap().1;
+        let rows = table.lines().filter_map(|line| line.strip_prefix("| `")?.split_once(" |"));
+        let mut explained: Vec<&str> = rows.flat_map(|(crates, _)| crates.split(", ")).collect();
+        explained.iter_mut().for_each(|name| *name = name.trim_matches('`'));
+        explained.sort_unstable();
+        assert_eq!(explained, twice);
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod docs;
 mod firmware;
 mod fuzz;
 mod in_ram;
+mod near;
 mod new_board;
 mod on_target;
 mod panic_free;

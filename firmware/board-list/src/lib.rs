@@ -33,8 +33,8 @@ pub struct Board {
     pub ram_budget: u32,
     /// The image is built for size instead of speed: its flash has no room for what unrolled loops and inlined calls take.
     pub is_small: bool,
-    /// Addresses of memory without wait states beside it, which holds the models of the first two fingers: the first, and the one behind
-    /// the last.
+    /// Addresses of memory without wait states beside it, which holds the first finger's model and what the tasks share: the first, and the
+    /// one behind the last.
     pub near: Option<[u32; 2]>,
     /// Its floating-point unit computes in double precision as well.
     pub has_double: bool,

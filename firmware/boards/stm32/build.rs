@@ -1,4 +1,5 @@
-//! Puts the sections of the linker that are the boards' own where it finds them: what survives a reset, and what runs from RAM.
+//! Puts the sections of the linker that are the boards' own where it finds them: what survives a reset, what runs from RAM, and the
+//! label of the image's file.
 
 use std::{env, fs, path::PathBuf};
 
@@ -28,9 +29,26 @@ const FAST: &str = "SECTIONS
 } INSERT AFTER .rodata;
 ";
 
+/// Variables in memory of their own, for boards that have a region NEAR; `near::clear` sets them to zero. Before the linker's own
+/// script, which would take them for variables like all others.
+const NEAR: &str = "SECTIONS
+{
+  .near (NOLOAD) : ALIGN(8)
+  {
+    __snear = .;
+    *(.bss.near);
+    . = ALIGN(8);
+    __enear = .;
+  } > NEAR
+} INSERT AFTER .uninit;
+";
+
+/// In the file only: the board and the version that the image is for.
+const LABEL: &str = "SECTIONS { .fre_image 0 (INFO) : { KEEP(*(.fre_image)) } } INSERT AFTER .uninit;\n";
+
 fn main() {
     let folder = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    for (name, script) in [("survivor.x", SURVIVOR), ("fast.x", FAST)] {
+    for (name, script) in [("survivor.x", SURVIVOR), ("fast.x", FAST), ("label.x", LABEL), ("near.x", NEAR)] {
         fs::write(folder.join(name), script).expect("the build folder can be written");
     }
     println!("cargo::rustc-link-search={}", folder.display());

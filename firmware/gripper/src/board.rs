@@ -38,9 +38,6 @@ pub trait Board {
     const NAME: &'static str;
     /// Fingers it has memory for, 1 to [`messages::FINGERS`].
     const FINGERS: usize;
-    /// Of how many fingers, from the first on, the model lies in a section of its own, `.bss.near`: a board's linker script can put it
-    /// into memory without wait states.
-    const NEAR: usize = if Self::FINGERS < 2 { Self::FINGERS } else { 2 };
     /// What port and scheduler add to a servo's answer, µs, at most.
     const BUS_LATENCY_US: u32;
     /// Ticks per second of the clock behind [`Self::cost_ticks`].

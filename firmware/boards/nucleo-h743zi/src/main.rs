@@ -12,7 +12,7 @@ use fre_boards::NUCLEO_H743ZI;
 use gripper::{Board, ResetCause};
 use stm32::port::{Receiver, Sender, halves};
 use stm32::usart::{Direction, Wired};
-use stm32::{Care, Dog, Line, Settings, critical, cycles, fast, reset, torn};
+use stm32::{Care, Dog, Line, Settings, critical, cycles, fast, near, reset, torn};
 
 /// Room for received and for sent bytes.
 type Bus = stm32::Bus<512, 256>;
@@ -95,6 +95,7 @@ gripper::tasks!(Nucleo, sends: Sender<2048, 2048>, hears: Receiver<2048, 2048>);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
+    near::clear();
     let boot = reset::boot(cause());
     if let Some(mut core) = cortex_m::Peripherals::take() {
         fast::load(&mut core.SCB);

@@ -30,6 +30,8 @@ mod flash;
 #[cfg(feature = "chip")]
 mod interrupts;
 mod line;
+#[cfg(feature = "chip")]
+pub mod near;
 pub mod port;
 #[cfg(feature = "chip")]
 pub mod reset;
