@@ -37,7 +37,7 @@ pub fn show(board: &str) -> Result<PathBuf> {
 }
 
 /// That the image's file says which board and version it is: `fre flash` refuses all others.
-fn labelled(board: &Board, image: &[u8]) -> Result<()> {
+pub fn labelled(board: &Board, image: &[u8]) -> Result<()> {
     let file = object::File::parse(image).context("the image is not an ELF file")?;
     let section = file.section_by_name(SECTION).with_context(|| format!("the image has no section {SECTION}"))?;
     let SectionFlags::Elf { sh_flags } = section.flags() else { bail!("the image is not an ELF file") };

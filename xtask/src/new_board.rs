@@ -1,9 +1,9 @@
 //! A new board, made by the steps of `firmware/boards/README.md` from the board that they name: in a copy of the firmware, which is then
-//! checked like every board.
+//! built and checked like every board.
 
 use crate::command::{headline, run as run_command};
-use crate::cross::Cross;
-use crate::paths;
+use crate::cross::{Cross, TRIPLE};
+use crate::{firmware, in_ram, near, paths};
 use anyhow::{Context, Result, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,13 +25,23 @@ const USED: [&str; 8] = [
     "docs/device.md",
 ];
 
-/// Makes the board and checks it.
+/// The board's part of the profile: its image is built soon, for nobody to run.
+const PROFILE: &str = "[profile.release.package.template]\nopt-level = 1\n";
+
+/// Makes the board, builds it and checks it. It is the copied board but for its name.
 pub fn check(cross: &Cross) -> Result<()> {
     headline("a new board, by the steps of firmware/boards/README.md");
     let root = make().context("cannot make a new board")?;
-    let mut clippy = cross.cargo("clippy");
-    clippy.current_dir(root.join("firmware/boards"));
-    run_command(clippy.args(["--quiet", "--release", "--package", NAME, "--bins", "--", "-D", "warnings"]))
+    let boards = root.join("firmware/boards");
+    let mut build = cross.cargo("build");
+    run_command(build.current_dir(&boards).args(["--quiet", "--release", "--package", NAME, "--bins"]))?;
+    let image = paths::boards_target().join(TRIPLE).join("release").join(format!("gripper-{NAME}"));
+    let image = fs::read(&image).with_context(|| format!("cannot read {}", image.display()))?;
+    let mut board = *fre_boards::named(MODEL).with_context(|| format!("{MODEL} is not a board"))?;
+    board.name = NAME;
+    firmware::labelled(&board, &image)?;
+    near::check(&board, &image)?;
+    in_ram::check(&board, &image)
 }
 
 /// A copy of the firmware with the new board as its only one.
@@ -88,7 +98,10 @@ fn only_member(manifest: &str) -> Result<String> {
     });
     let text = lines.collect::<Vec<_>>().join("\n");
     ensure!(found == 1, "the boards' Cargo.toml has no line of members");
-    Ok(text)
+    // Another board's own profile is nobody's here.
+    let (shared, own) = text.split_once("[profile.release.package.").context("no board has a profile of its own")?;
+    ensure!(!own.contains('['), "the boards' Cargo.toml goes on behind the profile of a board");
+    Ok(format!("{shared}{PROFILE}"))
 }
 
 /// The list of boards with the copied board's constant under the new name, and with that in its `ALL`.
@@ -98,7 +111,7 @@ fn listed(list: &str) -> Result<String> {
     let new = list[start..end].replace(LISTED[0], LISTED[1]).replace(MODEL, NAME);
     let all = list.replace(&format!("{}];", LISTED[0]), &format!("{}, {}];", LISTED[0], LISTED[1]));
     ensure!(all != list, "`ALL` does not end with {}", LISTED[0]);
-    Ok(format!("{}/// The new board.\n{new}\n{}", &all[..start], &all[start..]))
+    Ok(format!("{}\n/// The new board.\n{new}{}", &all[..end], &all[end..]))
 }
 
 #[cfg(test)]
@@ -110,7 +123,11 @@ mod tests {
     fn the_page_says_what_is_done_here() {
         let page = fs::read_to_string(paths::boards().join("README.md")).unwrap();
         let steps = page.split_once("## A new board").unwrap().1;
-        assert!(steps.contains(&format!("`{MODEL}`")) && steps.contains("`../board-list`, and its place in `ALL`"));
+        for words in
+            [format!("`{MODEL}`"), "`gripper-NAME`".to_owned(), "`../board-list`, and its place in `ALL`".to_owned()]
+        {
+            assert!(steps.contains(&words), "{words}");
+        }
     }
 
     #[test]
