@@ -19,22 +19,25 @@ pub mod frame;
 mod grasp;
 mod mount;
 mod object;
+mod refusal;
 mod request;
 mod role;
 mod servo;
+mod settings;
 mod shape;
+mod state;
 mod support;
 mod topic;
 mod words;
 
 pub use grip::{Calibration, Derating, Phase, Reaction, Strain, Why};
 pub use object::Object;
-pub use request::{
-    BootReport, CloseTo, Counters, Direction, Finger, For, GripTo, Heed, Heeds, Mount, Moved, Outcome, Provocation,
-    Refusal, ResetCause, SPEEDS, Settings, SettingsField, Side, Silence, TEXT, Text, Version, Which,
-};
+pub use refusal::{Heed, Heeds, Moved, Outcome, Refusal, SettingsField, TEXT, Text};
+pub use request::{CloseTo, Finger, For, GripTo, Provocation, Which};
 pub use role::{BAUDS, Role};
 pub use servo::{Difference, ServoField, ServoSetup};
+pub use settings::{Direction, Mount, SPEEDS, Settings, Side, Silence};
+pub use state::{BootReport, Counters, ResetCause, Version};
 pub use support::Support;
 pub use topic::{CONTACTS, Contact, Event, FreeObject, Grasp, LAMELLAE, Notice, POINTS, Report, Shape};
 
