@@ -111,3 +111,31 @@ fn ribs_that_meet_are_warned_of_from_there_on() {
     assert_eq!(rib(&written.between[0]) + 1, rib(&written.between[1]), "{written:?}");
     assert!(written.depth_mm > 0.0 && written.depth_mm <= deepest, "{written:?}");
 }
+
+/// Forces of CalculiX on the meshes that `fre compare CASE --fea` makes, N, for a cylinder (radius, height of the axis, mm) that touches
+/// the undeformed finger and distances of the base, mm.
+type Pressed = (&'static str, f64, f64, f64, [f64; 5], [f64; 5]);
+const PRESSED: [Pressed; 4] = [
+    ("umi", 0.9, 20.0, 65.0, [1.0, 2.0, 4.0, 7.0, 10.0], [0.7070, 1.4376, 2.9310, 5.2392, 7.4265]),
+    ("umi", 0.9, 20.0, 90.0, [1.0, 2.0, 4.0, 7.0, 10.0], [0.3127, 0.6266, 1.2606, 2.2552, 3.4614]),
+    ("umi", 0.9, 40.0, 65.0, [1.0, 2.0, 4.0, 7.0, 10.0], [0.7331, 1.5374, 3.3903, 6.4346, 9.8350]),
+    ("vekkax", 0.6, 20.0, 45.0, [1.0, 2.0, 3.0, 4.0, 5.0], [0.1796, 0.3642, 0.5553, 0.7544, 0.9623]),
+];
+
+#[test]
+fn printed_fingers_agree_with_finite_elements() {
+    for (finger, half, radius, height, distances, elements) in PRESSED {
+        let text = format!(
+            "finger = \"preset:{finger}\"\n[object]\nshape = \"circle\"\nradius_mm = {radius:?}\ncentre_mm = [{:?}, {height:?}]\n\
+             [motion]\ndirection = [1.0, 0.0]\ndistances_mm = {distances:?}\n",
+            radius + half
+        );
+        let run = solved(&text);
+        for ((place, distance), elements) in run.places.iter().zip(distances).zip(elements) {
+            let state = place.state.as_ref().unwrap_or_else(|| panic!("{finger}: {:?} at {distance} mm", place.status));
+            let error = state.force_magnitude_n() / elements - 1.0;
+            println!("{finger} on {radius} mm at {height} mm, moved by {distance} mm: {:+.2} %", 100.0 * error);
+            assert!(error.abs() < 0.02, "{finger} on {radius} mm at {height} mm, moved by {distance} mm: {error}");
+        }
+    }
+}
