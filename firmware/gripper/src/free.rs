@@ -8,22 +8,11 @@
 //! Until two fingers touch it the object stays where it is: something else holds it. Once no finger touches it any more, it counts
 //! as standing where it was set.
 
-use messages::{FreeObject, Reaction, Side, Support};
-use model_core::estimator::Estimate;
+use messages::{FreeObject, Side, Support};
 use model_core::grasp::{Grasp, Held, Load, Place};
 use model_core::status::Status;
 
-use crate::board::Board;
-use crate::control::Core;
-use crate::servo::Reading;
-
-/// An estimate that waits for the other fingers.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pending {
-    pub(crate) reading: Reading,
-    pub(crate) estimate: Estimate,
-    pub(crate) cost: u32,
-}
+use crate::unit::{Pending, Unit};
 
 /// Distance from where it was set beyond which the object is given up, mm.
 const FARTHEST: f64 = 50.0;
@@ -70,38 +59,20 @@ impl Free {
         let Place { shift: [x, y], turn } = self.place;
         x.abs() + y.abs() + ARM * turn.abs()
     }
-}
 
-impl<B: Board> Core<'_, B> {
-    /// Takes what holds the object besides the fingers.
-    pub(crate) fn support(&mut self, support: Support) {
-        if support == self.settings.support {
-            return;
-        }
-        let new = Free::of(support);
-        match (&mut self.free, new) {
-            // Another load on the same object.
-            (Some(free), Some(new)) => free.load = new.load,
-            (_, new) => {
-                self.put_back();
-                self.free = new;
-                // What waited is stale.
-                self.units.iter_mut().for_each(|unit| unit.pending = None);
-            }
-        }
+    /// Bears another load.
+    pub(crate) fn bear(&mut self, other: &Self) {
+        self.load = other.load;
     }
 
     /// The object is where it was set.
-    pub(crate) fn put_back(&mut self) {
-        let Some(free) = &mut self.free else {
-            return;
-        };
-        if free.place == Place::default() {
+    pub(crate) fn put_back(&mut self, units: &mut [Unit<'_>]) {
+        if self.place == Place::default() {
             return;
         }
-        free.place = Place::default();
-        (free.report.shift, free.report.turn) = ([0.0; 2], 0.0);
-        for unit in &mut self.units {
+        self.place = Place::default();
+        (self.report.shift, self.report.turn) = ([0.0; 2], 0.0);
+        for unit in units {
             if let Some(object) = unit.model.object().copied() {
                 // It was good before.
                 let _ = unit.model.set_object(object);
@@ -109,79 +80,38 @@ impl<B: Board> Core<'_, B> {
         }
     }
 
-    /// What a finger does on a fault. While an object comes to rest it waits.
-    pub(crate) fn on_fault(&self) -> Reaction {
-        let settles = |free: &Free| free.report.status == Status::MaxIterations && free.settling <= SETTLING;
-        if self.free.as_ref().is_some_and(settles) { Reaction::Hold } else { self.settings.on_fault }
+    /// Whether it is still coming to rest.
+    pub(crate) fn settles(&self) -> bool {
+        self.report.status == Status::MaxIterations && self.settling <= SETTLING
     }
 
-    /// Once every finger has its estimate, finds where the object rests, and reports the forces there.
-    pub(crate) fn balance(&mut self) {
-        // A board with room for one finger holds nothing between two, and has no room for what finds it.
-        if B::FINGERS < 2 {
-            return;
-        }
-        let mut fingers = self.units.iter().filter(|unit| unit.mount.is_some());
-        if !fingers.all(|unit| unit.pending.is_some()) {
-            return;
-        }
-        let start = B::cost_ticks();
-        let is_gone = self.find_balance();
-        let cost = B::cost_ticks().wrapping_sub(start);
-        if let Some(free) = &mut self.free {
-            (free.report.cost, free.is_new) = (cost, true);
-        }
-        self.leave_unbalanced();
-        if is_gone {
-            self.put_back();
-        }
+    /// Its balance is of this tick, and has cost so much.
+    pub(crate) fn is_balanced_now(&mut self, cost: u32) {
+        (self.report.cost, self.is_new) = (cost, true);
     }
 
-    /// Reports what waits: by the balance of this tick, or as stale where a finger has no estimate.
-    pub(crate) fn leave_unbalanced(&mut self) {
-        let waits = self.units.iter().any(|unit| unit.pending.is_some());
-        let is_old = self.units.iter().any(|unit| unit.mount.is_some() && unit.last.estimate.status == Status::Stale);
-        let Some(free) = &mut self.free else {
-            return;
-        };
-        if !free.is_new && (waits || is_old) {
-            free.report.status = Status::Stale;
+    /// What its balance is worth at a tick's end: stale if it was not looked for though a finger waits for it or has no estimate.
+    pub(crate) fn status(&mut self, units: &[Unit<'_>]) -> Status {
+        let waits = units.iter().any(|unit| unit.pending.is_some());
+        let is_old = units.iter().any(|unit| unit.mount.is_some() && unit.last.estimate.status == Status::Stale);
+        if !self.is_new && (waits || is_old) {
+            self.report.status = Status::Stale;
         }
-        let status = free.report.status;
-        for finger in 0..self.units.len() {
-            let Some(unit) = self.units.get_mut(finger) else {
-                return;
-            };
-            let Some(Pending { reading, estimate, cost }) = unit.pending.take() else {
-                continue;
-            };
-            let told = if status.is_trustworthy() {
-                unit.model.reread()
-            } else {
-                let Estimate { motor_angle, iterations, residual, age, .. } = estimate;
-                let age = age.max(1);
-                Estimate { status, motor_angle, iterations, residual, age, ..unit.last.estimate }
-            };
-            self.conclude(finger, &reading, told, cost);
-        }
+        self.report.status
     }
 
     /// Returns whether the object counts as standing where it was set from now on: nothing touches it, or it is too far off.
-    fn find_balance(&mut self) -> bool {
-        let left = self.left();
-        let Some(free) = &mut self.free else {
-            return false;
-        };
-        free.settling = free.settling.saturating_add(1);
+    pub(crate) fn find(&mut self, units: &mut [Unit<'_>], left: u64) -> bool {
+        self.settling = self.settling.saturating_add(1);
         let (mut count, mut touching, mut each) = (0_u32, 0, u32::MAX);
-        let fingers = self.units.iter().filter(|unit| unit.mount.is_some()).count().max(1);
+        let fingers = units.iter().filter(|unit| unit.mount.is_some()).count().max(1);
         let share = u32::try_from(left / fingers as u64).unwrap_or(u32::MAX);
-        for unit in &self.units {
+        for unit in &*units {
             let Some(Pending { estimate, .. }) = unit.pending else {
                 continue;
             };
             if !estimate.status.is_trustworthy() || estimate.age > 0 {
-                free.report.status = estimate.status;
+                self.report.status = estimate.status;
                 return false;
             }
             count += 1;
@@ -189,22 +119,22 @@ impl<B: Board> Core<'_, B> {
             each = each.min(unit.budget.iterations(share));
         }
         if touching < 2 {
-            (free.report.status, free.settling) = (Status::NoContact, 0);
+            (self.report.status, self.settling) = (Status::NoContact, 0);
             return touching == 0;
         }
-        let held = self.units.iter_mut().filter_map(|unit| {
+        let held = units.iter_mut().filter_map(|unit| {
             let mirrored = unit.mount?.side == Side::Right;
             let object = *unit.model.object()?;
             Some(Held { follower: unit.model.follower_mut(), mirrored, object })
         });
-        let Ok(mut grasp) = Grasp::resume(held, free.load, free.place) else {
-            free.report.status = Status::OutOfRange;
+        let Ok(mut grasp) = Grasp::resume(held, self.load, self.place) else {
+            self.report.status = Status::OutOfRange;
             return false;
         };
         // With no time left nothing is begun.
         let balance = grasp.release_within(if left == 0 { 0 } else { each.saturating_mul(count) });
-        free.place = grasp.place();
-        let is_far = free.distance() > FARTHEST;
+        self.place = grasp.place();
+        let is_far = self.distance() > FARTHEST;
         let status = match balance.status {
             _ if is_far => Status::OutOfRange,
             // Two fingers touched it, and now nothing holds it.
@@ -212,12 +142,12 @@ impl<B: Board> Core<'_, B> {
             status => status,
         };
         if status.is_trustworthy() {
-            free.settling = 0;
+            self.settling = 0;
         }
-        free.report = FreeObject {
+        self.report = FreeObject {
             status,
-            shift: free.place.shift.map(|x| x as f32),
-            turn: free.place.turn as f32,
+            shift: self.place.shift.map(|x| x as f32),
+            turn: self.place.turn as f32,
             residual: balance.residual as f32,
             iterations: balance.iterations.min(u32::from(u16::MAX)) as u16,
             cost: 0,

@@ -2,7 +2,7 @@
 //! estimates from it; as a device it answers too, under an address of its own, what its control table says.
 //!
 //! A finger's estimate is made as soon as a position is heard, once per period at most. In a period without a new position
-//! the last estimate is reported again, with the time of its position and its age in ticks, as long as that is [`YOUNG_US`] old at
+//! the last estimate is reported again, with the time of its position and its age in ticks, as long as that is a tenth of a second old at
 //! most; after that it is `stale`.
 //!
 //! A tap has nothing that writes to the bus.
@@ -15,19 +15,15 @@ use grip::Health;
 use messages::{Direction, Event, FINGERS, For, Object, Role, Settings};
 
 use crate::board::{Board, BusPort};
-use crate::control::Core;
 use crate::device_table::{BusSettings, Change, DeviceTable, FingerSettings, FingerState};
 use crate::servo::Reading;
+use crate::setup::Key;
 use crate::shared::{Command, now_us};
-use crate::store::Key;
+use crate::ticks::Core;
 use crate::write::write_all;
 
 /// Longest packet that is understood, bytes: an answer with 180 bytes of data.
 const PACKET: usize = 256;
-/// Age up to which a position counts though no newer one was heard, µs.
-const YOUNG_US: u64 = 100_000;
-/// Age of a position from which its servo counts as gone, µs.
-const LOST_US: u64 = 1_000_000;
 /// The longest return delay that servos can be set to, µs.
 const RETURN_DELAY_US: u32 = xm430::RETURN_DELAY_TIME.item.max as u32 * xm430::RETURN_DELAY_US_PER_UNIT;
 /// Version of this program as the control table has it: ten times the major number, and the minor one.
@@ -58,30 +54,31 @@ struct Voice {
 /// One period of a gripper that listens.
 pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, ears: &mut Option<Ears>) {
     let [first, ..] = messages::BAUDS;
-    let baud = core.settings.baud.unwrap_or(first);
-    let is_open = ears.as_ref().is_some_and(|ears| (ears.role, ears.baud) == (core.settings.role, baud));
-    if !is_open || core.settings_changed {
-        core.settings_changed = false;
-        core.pace(1_000_000 / u64::from(core.settings.rate_hz.max(1)));
+    let baud = core.hand.settings.baud.unwrap_or(first);
+    let is_open = ears.as_ref().is_some_and(|ears| (ears.role, ears.baud) == (core.hand.settings.role, baud));
+    if !is_open || core.orders.settings_changed {
+        core.orders.settings_changed = false;
+        core.pace(1_000_000 / u64::from(core.hand.settings.rate_hz.max(1)));
     }
     let ears = match ears {
         Some(ears) if is_open => ears,
         _ => {
             bus.set_baud(baud);
-            core.setup_is_new = true;
-            ears.insert(Ears::new::<B>(&core.settings, baud))
+            core.orders.setup_is_new = true;
+            ears.insert(Ears::new::<B>(&core.hand.settings, baud))
         }
     };
-    if core::mem::take(&mut core.setup_is_new) {
+    if core::mem::take(&mut core.orders.setup_is_new) {
         ears.follow(core);
     }
     let mut chunk = [0; 64];
-    while Instant::now() < core.end {
-        let due = ears.deadline().map_or(core.end, |due_us| core.end.min(Instant::from_micros(due_us)));
+    while Instant::now() < core.scheduler.end {
+        let due =
+            ears.deadline().map_or(core.scheduler.end, |due_us| core.scheduler.end.min(Instant::from_micros(due_us)));
         let heard = match select(bus.read(&mut chunk), Timer::at(due)).await {
             Either::First(Ok(count)) => count,
             Either::First(Err(_)) => {
-                core.shared.add(|counters| &mut counters.bus_other);
+                core.hand.shared.add(|counters| &mut counters.bus_other);
                 // A port that fails at once must not take all of the processor.
                 Timer::after_micros(100).await;
                 0
@@ -114,7 +111,7 @@ impl Ears {
     /// Takes what is set.
     fn follow<B: Board>(&mut self, core: &mut Core<'_, B>) {
         self.tap.forget();
-        for unit in &mut core.units {
+        for unit in &mut core.hand.units {
             unit.heard_us = None;
             if let Some(id) = unit.id() {
                 let commissioned = unit.mount.and_then(|mount| mount.servo).and_then(|servo| Model::of(servo.model));
@@ -125,8 +122,8 @@ impl Ears {
         let Some(Voice { table, .. }) = &mut self.voice else {
             return;
         };
-        let objects = core.shared.setup(|setup| setup.objects);
-        for (finger, (mount, object)) in core.settings.fingers.iter().zip(&objects).enumerate() {
+        let objects = core.hand.shared.setup(|setup| setup.objects);
+        for (finger, (mount, object)) in core.hand.settings.fingers.iter().zip(&objects).enumerate() {
             if let Some(mount) = mount {
                 let reversed = mount.direction == Direction::Reversed;
                 let (servo_id, gear_ratio, zero) = (mount.servo_id, mount.gear_ratio, mount.zero);
@@ -161,8 +158,8 @@ impl Ears {
                 core.change(change);
             }
         }
-        for finger in 0..core.units.len() {
-            let id = core.units.get(finger).and_then(|unit| unit.id());
+        for finger in 0..core.hand.units.len() {
+            let id = core.hand.units.get(finger).and_then(|unit| unit.id());
             if let Some(servo) = id.and_then(|id| self.tap.servo(id)) {
                 core.listen_to(finger, servo, heard_ticks);
             }
@@ -187,7 +184,7 @@ async fn say<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, tap: &mut Tap<P
         write_all(bus, reply.bytes).await && bus.flush().await.is_ok()
     };
     if !core.patiently(speak).await {
-        core.shared.add(|counters| &mut counters.bus_other);
+        core.hand.shared.add(|counters| &mut counters.bus_other);
     }
     let mut own = reply.bytes;
     while tap.hear(now_us(), &mut own).is_some() {}
@@ -197,15 +194,15 @@ impl<B: Board> Core<'_, B> {
     /// Something was said on the bus.
     fn overheard(&mut self, heard: &Heard<'_>) {
         match *heard {
-            Heard::Damaged(_) => self.shared.add(|counters| &mut counters.bus_damaged),
-            Heard::Refused { .. } => self.shared.add(|counters| &mut counters.bus_refused),
+            Heard::Damaged(_) => self.hand.shared.add(|counters| &mut counters.bus_damaged),
+            Heard::Refused { .. } => self.hand.shared.add(|counters| &mut counters.bus_refused),
             _ => {}
         }
     }
 
     /// Shows the master what the fingers feel.
     fn show(&self, table: &mut DeviceTable, now: u64) {
-        for (finger, unit) in self.units.iter().enumerate().filter(|(_, unit)| unit.mount.is_some()) {
+        for (finger, unit) in self.hand.units.iter().enumerate().filter(|(_, unit)| unit.mount.is_some()) {
             let age_us = unit.heard_us.map(|at_us| u32::try_from(now.saturating_sub(at_us)).unwrap_or(u32::MAX - 1));
             let (estimate, position, current) = (unit.last.estimate, unit.last.position, unit.last.current);
             table.show(finger, &FingerState { estimate, position, current, age_us, alert: unit.alert });
@@ -214,13 +211,13 @@ impl<B: Board> Core<'_, B> {
 
     /// Estimates from a position that was not there before, once per period.
     fn listen_to(&mut self, finger: usize, servo: &Watched, heard_ticks: Option<u32>) {
-        let Some(unit) = self.units.get_mut(finger) else {
+        let Some(unit) = self.hand.units.get_mut(finger) else {
             return;
         };
         if let Some(Seen { value, .. }) = servo.hardware_error
             && core::mem::replace(&mut unit.hardware_error, value) != value
         {
-            self.shared.tell(Event::ServoAlert { finger: finger as u8, hardware_error: value });
+            self.hand.shared.tell(Event::ServoAlert { finger: finger as u8, hardware_error: value });
         }
         if let Some(goal) = servo.goal {
             let goal = unit.calibration.angle(counts(servo.model, goal.value));
@@ -237,7 +234,7 @@ impl<B: Board> Core<'_, B> {
         (unit.heard_us, unit.repeats) = (Some(seen.at_us), 0);
         if !unit.health.is_present() {
             unit.health = Health::READY;
-            self.shared.tell(Event::ServoHeard { finger: finger as u8 });
+            self.hand.shared.tell(Event::ServoHeard { finger: finger as u8 });
         }
         // A current that the master does not read, or the servo does not show, is 0.
         let effort = servo.effort.zip(servo.model.milliamperes());
@@ -253,39 +250,9 @@ impl<B: Board> Core<'_, B> {
         self.fresh(finger, &reading);
     }
 
-    /// A period without a new position: the last one counts, as long as it is young. Returns whether it does.
-    pub(crate) fn repeat(&mut self, finger: usize) -> bool {
-        let Some(unit) = self.units.get_mut(finger) else {
-            return false;
-        };
-        let Some(at_us) = unit.heard_us else {
-            return false;
-        };
-        let age_us = now_us().saturating_sub(at_us);
-        if age_us > LOST_US && unit.health.is_present() {
-            unit.health = Health::Absent;
-            self.shared.add(|counters| &mut counters.servo_losses);
-            self.shared.tell(Event::ServoLost { finger: finger as u8, other_master: false });
-            return false;
-        }
-        if age_us > YOUNG_US {
-            return false;
-        }
-        unit.repeats = unit.repeats.saturating_add(1);
-        if !unit.is_settled {
-            // It is not there yet: a further tick at the same position.
-            let (position, current, alert) = (unit.last.position, unit.last.current, unit.alert);
-            self.fresh(finger, &Reading { at_us, heard_ticks: None, position, current, alert, refused: None });
-        } else {
-            unit.last.estimate.age = unit.repeats;
-            self.publish(finger);
-        }
-        true
-    }
-
     /// Does what the master wants.
     fn change(&mut self, change: Change) {
-        let mut settings = self.settings;
+        let mut settings = self.hand.settings;
         let (command, key) = match change {
             Change::Reboot => {
                 self.restart = true;
@@ -304,7 +271,7 @@ impl<B: Board> Core<'_, B> {
                 (Command::Settings(settings), Key::Settings)
             }
             Change::Object(finger, design) => {
-                let object = self.shared.setup(|setup| setup.objects.get(finger).copied().flatten());
+                let object = self.hand.shared.setup(|setup| setup.objects.get(finger).copied().flatten());
                 // The table has no register for friction: it stays.
                 let what = Object { design, friction: object.map_or(0.0, |object| object.friction) };
                 (Command::Object(For { finger: finger as u8, what }), Key::Object(finger as u8))
@@ -317,17 +284,17 @@ impl<B: Board> Core<'_, B> {
             }
             Ok(()) => {}
             // The table says again what holds.
-            Err(_) => self.setup_is_new = true,
+            Err(_) => self.orders.setup_is_new = true,
         }
     }
 
     /// Has one thing that the master has set written to flash; restarts, if it wants that, when all of them are.
     fn keep_next(&mut self) {
         if let Some(&key) = self.unkept.first() {
-            if self.shared.keep_soon(key) {
+            if self.hand.shared.keep_soon(key) {
                 self.unkept.remove(0);
             }
-        } else if self.restart && self.shared.is_all_kept() {
+        } else if self.restart && self.hand.shared.is_all_kept() {
             B::restart("");
         }
     }

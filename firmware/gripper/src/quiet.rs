@@ -60,8 +60,9 @@ mod tests {
     use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
     use super::*;
-    use crate::shared::Setup;
-    use crate::store::{Key, Store};
+    use crate::setup::Key;
+    use crate::setup::Setup;
+    use crate::store::Store;
 
     #[test]
     fn what_holds_the_processor_waits_for_a_transaction_to_end() {

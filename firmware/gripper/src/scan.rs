@@ -10,8 +10,9 @@ use dynamixel::Found;
 use messages::Event;
 
 use crate::board::{Board, Watchdog};
-use crate::control::Core;
+use crate::leadership::count;
 use crate::servo::Servos;
+use crate::ticks::Core;
 
 /// Devices reported per rate, the first ones that answer.
 const ROOM: usize = 16;
@@ -26,18 +27,18 @@ pub(crate) async fn scan<B: Board>(
     bus: Option<u32>,
     watchdog: &mut B::Watchdog,
 ) {
-    core.is_scanning = true;
+    core.orders.is_scanning = true;
     let (mut all, mut tried) = (0_u16, 0);
     for &baud in rates {
         // A change of the role waits for the bus, and whatever is asked for waits for that.
-        if core.waiting.is_some() {
+        if core.orders.waiting.is_some() {
             break;
         }
         tried += 1;
         watchdog.feed();
         let mut found: [Option<Found>; ROOM] = [None; ROOM];
         if let Err(error) = core.patiently(servos.discover(baud, &mut found)).await {
-            core.count::<B::Bus>(&error);
+            count::<B::Bus>(core.hand.shared, &error);
         }
         for Found { id, identity, alert } in found.into_iter().flatten() {
             let own = core.patiently(servos.rate_of(id)).await;
@@ -46,13 +47,13 @@ pub(crate) async fn scan<B: Board>(
             }
             all = all.saturating_add(1);
             let (id, model, firmware) = (id.get(), identity.model, identity.firmware);
-            core.shared.tell(Event::DeviceFound { id, model, firmware, baud, alert });
+            core.hand.shared.tell(Event::DeviceFound { id, model, firmware, baud, alert });
             core.pause(TELLING_US).await;
         }
         // What waits for a moment without a transaction, too.
         core.pause(TELLING_US).await;
     }
     servos.go_on_at(bus);
-    core.is_scanning = false;
-    core.shared.tell(Event::ScanDone { found: all, rates: tried });
+    core.orders.is_scanning = false;
+    core.hand.shared.tell(Event::ScanDone { found: all, rates: tried });
 }

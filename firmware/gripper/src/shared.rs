@@ -11,13 +11,13 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use heapless::Vec;
 use messages::{
-    CloseTo, Counters, Event, FINGERS, Finger, FingerFor, Grasp, GripTo, Moved, Notice, Object, ObjectFor, Report,
-    ServoSetup, Settings, Shape, UncertaintyFor, Which, frame,
+    CloseTo, Counters, Event, Finger, FingerFor, Grasp, GripTo, Moved, Notice, Object, ObjectFor, Report, ServoSetup,
+    Settings, Shape, UncertaintyFor, Which, frame,
 };
 use model_core::uncertainty::Uncertainty;
 
 use crate::quiet::Quiet;
-use crate::store::Key;
+use crate::setup::{Key, Setup};
 
 /// Reports that wait for the link: an eighth of a second at 500 Hz, a third of it where RAM is scarce.
 const REPORTS: usize = if cfg!(feature = "little-ram") { 24 } else { 64 };
@@ -55,28 +55,6 @@ pub(crate) enum Command {
 pub(crate) struct Order {
     pub(crate) ticket: u32,
     pub(crate) command: Command,
-}
-
-/// What is set.
-#[derive(Clone, Debug)]
-pub(crate) struct Setup {
-    pub(crate) settings: Settings,
-    pub(crate) fingers: [Option<Finger>; FINGERS],
-    pub(crate) objects: [Option<Object>; FINGERS],
-    pub(crate) uncertainties: [Option<Uncertainty>; FINGERS],
-    /// How the servos were found set; not kept.
-    pub(crate) servos: [Option<ServoSetup>; FINGERS],
-}
-
-impl Setup {
-    /// Default settings, no finger, no object.
-    pub(crate) const DEFAULT: Self = Self {
-        settings: Settings::DEFAULT,
-        fingers: [const { None }; FINGERS],
-        objects: [None; FINGERS],
-        uncertainties: [None; FINGERS],
-        servos: [None; FINGERS],
-    };
 }
 
 /// The one setup; nothing until it is first looked at, so that it is all zeros before.

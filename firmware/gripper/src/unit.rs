@@ -8,7 +8,6 @@ use model_core::size::Size;
 use model_core::status::Status;
 use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
-use crate::free::Pending;
 use crate::servo::Reading;
 use crate::shared::Shared;
 use crate::{Model, Room};
@@ -48,6 +47,14 @@ fn check_friction(friction: f64, has_room: bool, support: Support) -> Outcome {
         Support::Fixed => return Ok(()),
     };
     Err(Refusal::Object(Refusal::text(&format_args!("friction is {friction}; allowed is 0 {why}"))))
+}
+
+/// An estimate that waits for the other fingers on a free object.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pending {
+    pub(crate) reading: Reading,
+    pub(crate) estimate: Estimate,
+    pub(crate) cost: u32,
 }
 
 /// A finger.

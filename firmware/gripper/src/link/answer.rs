@@ -20,8 +20,9 @@ use super::wire::{Answers, Requests};
 use crate::alive::Task;
 use crate::board::{Board, Boot};
 use crate::provoke::provoke;
-use crate::shared::{Command, Order, Setup, Shared};
-use crate::store::{self, Key, Store};
+use crate::setup::{Key, Setup};
+use crate::shared::{Command, Order, Shared};
+use crate::store::{self, Store};
 
 /// How long a record may take to be written: a sector's erasure, some seconds at most, and what waits before it.
 const WRITING: Duration = Duration::from_secs(10);

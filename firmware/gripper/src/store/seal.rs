@@ -6,7 +6,7 @@
 
 use messages::FINGERS;
 
-use super::Key;
+use crate::setup::Key;
 
 /// Records: settings, and a finger, an object and an uncertainty per finger.
 const RECORDS: usize = 1 + 3 * FINGERS;

@@ -10,8 +10,9 @@ use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 
+use super::Found;
 use super::tests::{keep, longest, restore, with};
-use super::{Found, Key, Setup};
+use crate::setup::{Key, Setup};
 
 const SECTOR: usize = 2048;
 

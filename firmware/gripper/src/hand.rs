@@ -1,0 +1,51 @@
+//! The fingers, as they are set.
+
+use heapless::Vec;
+use messages::{FINGERS, Refusal, Settings, SettingsField};
+
+use crate::Model;
+use crate::board::Board;
+use crate::shared::Shared;
+use crate::unit::Unit;
+
+/// What scheduler, estimation and leadership have in common.
+pub(crate) struct Hand<'a> {
+    pub(crate) shared: &'a Shared,
+    pub(crate) settings: Settings,
+    pub(crate) units: Vec<Unit<'a>, FINGERS>,
+}
+
+impl<'a> Hand<'a> {
+    /// What was kept, as far as the board has room for it.
+    pub(crate) fn new<B: Board>(shared: &'a Shared, models: impl Iterator<Item = &'a mut Model>) -> Self {
+        // What was kept may be of a board with more room.
+        let settings = shared.setup(|setup| setup.settings);
+        let settings = if settings.validate(B::FINGERS).is_ok() { settings } else { Settings::DEFAULT };
+        shared.set(|setup| setup.settings = settings);
+        let mut units: Vec<Unit<'a>, FINGERS> = Vec::new();
+        for (number, (model, mount)) in models.zip(settings.fingers).enumerate() {
+            // There are as many mounts as there is room.
+            let mut unit = Unit::new(number as u8, model, mount);
+            unit.restore(shared);
+            let _ = units.push(unit);
+        }
+        Self { shared, settings, units }
+    }
+
+    /// Whether a finger's servo is there.
+    pub(crate) fn is_any_present(&self) -> bool {
+        self.units.iter().any(|unit| unit.health.is_present())
+    }
+
+    /// Whether a finger whose servo is there grips.
+    pub(crate) fn is_any_gripping(&self) -> bool {
+        self.units.iter().any(|unit| unit.health.is_present() && unit.grip.is_gripping())
+    }
+
+    /// The finger of this number, whether it is mounted or not.
+    pub(crate) fn unit(&mut self, finger: u8) -> Result<&mut Unit<'a>, Refusal> {
+        let last = self.units.len().saturating_sub(1) as f32;
+        SettingsField::Finger.check(f32::from(finger), 0.0, last)?;
+        self.units.get_mut(usize::from(finger)).ok_or(Refusal::NoServo)
+    }
+}

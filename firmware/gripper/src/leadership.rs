@@ -1,0 +1,245 @@
+//! The gripper as its servos' master: whom it looks for, whom it asks, and what it makes of their answers.
+
+use dynamixel::{Id, xm430};
+use embassy_time::{Duration, Instant};
+use grip::{Health, StrainWatch, Vitals};
+use heapless::Vec;
+use messages::{Event, FINGERS, Reaction, Silence};
+
+use crate::board::BusPort;
+use crate::hand::Hand;
+use crate::servo::{BusError, Found, Turn};
+use crate::shared::Shared;
+use crate::unit::{Torque, Unit};
+
+/// How often a servo that is gone is looked for while others are there: the search takes ticks from them.
+const SEARCH: Duration = Duration::from_millis(250);
+
+/// How often while a finger grips: at the others' rate only, so that it costs a gripping finger a tick or two.
+const SEARCH_GRIPPING: Duration = Duration::from_secs(1);
+
+/// How often another master on the bus is reported.
+const OTHER_AGAIN: Duration = Duration::from_secs(10);
+/// How long another master's last word counts as a reason for what goes wrong.
+const OTHER_ABOUT: Duration = Duration::from_secs(1);
+
+/// How often each servo is asked how warm it is and what supplies it.
+const LOOK: Duration = Duration::from_secs(1);
+
+/// What a master remembers from tick to tick.
+pub(crate) struct Leadership {
+    /// When a servo is looked for next, and where the search goes on.
+    search: Instant,
+    next_sought: usize,
+    /// When a servo is asked for its temperature next, and which comes after that.
+    look: Instant,
+    next_looked: usize,
+    /// When another master was last heard, and last reported.
+    heard_other: Option<Instant>,
+    told_other: Option<Instant>,
+}
+
+impl Leadership {
+    /// Every servo is looked for at once.
+    pub(crate) fn new() -> Self {
+        let now = Instant::now();
+        Self { search: now, next_sought: 0, look: now, next_looked: 0, heard_other: None, told_other: None }
+    }
+
+    /// A servo that is to be looked for now, the fingers in turn. Less often while a finger grips: that costs it ticks.
+    pub(crate) fn sought(&mut self, hand: &Hand<'_>) -> Option<(usize, Id)> {
+        let present = hand.is_any_present();
+        let now = Instant::now();
+        if present && now < self.search {
+            return None;
+        }
+        let missing = |(_, unit): &(usize, &Unit<'_>)| unit.mount.is_some() && !unit.health.is_present();
+        let fingers = hand.units.iter().enumerate();
+        let (finger, unit) = fingers.clone().skip(self.next_sought).chain(fingers).find(missing)?;
+        let id = unit.id()?;
+        self.search = now + if hand.is_any_gripping() { SEARCH_GRIPPING } else { SEARCH };
+        self.next_sought = finger + 1;
+        Some((finger, id))
+    }
+
+    /// A servo whose torque is to be changed: off, or on with this goal (counts).
+    pub(crate) fn torque(hand: &Hand<'_>) -> Option<(usize, Id, Option<i32>)> {
+        hand.units.iter().enumerate().filter(|(_, unit)| unit.health.is_present()).find_map(|(finger, unit)| {
+            let goal = match unit.torque {
+                Torque::On | Torque::Off => return None,
+                Torque::Falling => None,
+                Torque::Rising => Some(unit.last.position),
+            };
+            Some((finger, unit.id()?, goal))
+        })
+    }
+
+    /// A servo has or has no torque any more.
+    pub(crate) fn has_torque(hand: &mut Hand<'_>, finger: usize, is_on: bool) {
+        if let Some(unit) = hand.units.get_mut(finger) {
+            // Meanwhile it may have been asked for the opposite.
+            unit.torque = match (unit.torque, is_on) {
+                (Torque::Rising, true) => Torque::On,
+                (Torque::Falling, false) => Torque::Off,
+                (other, _) => other,
+            };
+        }
+    }
+
+    /// So many instructions of another master were heard: an event, and again when it still speaks a while later.
+    pub(crate) fn overheard_others(&mut self, hand: &Hand<'_>, packets: u32) {
+        if packets == 0 {
+            return;
+        }
+        hand.shared.count(|counters| counters.bus_foreign = counters.bus_foreign.wrapping_add(packets));
+        let now = Instant::now();
+        self.heard_other = Some(now);
+        if self.told_other.is_none_or(|told| now.saturating_duration_since(told) >= OTHER_AGAIN) {
+            self.told_other = Some(now);
+            hand.shared.tell(Event::OtherMaster { packets: hand.shared.counters().bus_foreign });
+        }
+    }
+
+    /// Whether another master has spoken just now.
+    fn is_other_about(&self) -> bool {
+        self.heard_other.is_some_and(|heard| Instant::now().saturating_duration_since(heard) <= OTHER_ABOUT)
+    }
+
+    /// Ends motions whose host has gone away, if that is set.
+    fn mind_host(hand: &mut Hand<'_>) {
+        let reaction = match hand.settings.on_silence {
+            Silence::GoOn => return,
+            Silence::Hold => Reaction::Hold,
+            Silence::Release => Reaction::Release,
+        };
+        if hand.shared.host_silence_ms() > u32::from(hand.settings.silence_ms) {
+            for unit in &mut hand.units {
+                if let Some(mount) = &unit.mount {
+                    unit.grip.leave(&mount.limits(), reaction);
+                }
+            }
+        }
+    }
+
+    /// Whom the tick asks, and for what.
+    pub(crate) fn turns<U: BusPort>(hand: &mut Hand<'_>, seconds: f64) -> Vec<Turn<U>, FINGERS> {
+        Self::mind_host(hand);
+        let mut turns = Vec::new();
+        for (finger, unit) in hand.units.iter_mut().enumerate() {
+            if let Some(id) = unit.id()
+                && unit.health.is_present()
+            {
+                // One per finger.
+                let _ = turns.push(Turn::new(finger, id, unit.advance(seconds)));
+            }
+        }
+        turns
+    }
+
+    /// A finger's tick without an answer.
+    pub(crate) fn failed<U: BusPort>(&self, hand: &mut Hand<'_>, finger: usize, error: &BusError<U>) {
+        count::<U>(hand.shared, error);
+        if hand.units.get_mut(finger).is_some_and(|unit| unit.health.failed()) {
+            hand.shared.add(|counters| &mut counters.servo_losses);
+            hand.shared.tell(Event::ServoLost { finger: finger as u8, other_master: self.is_other_about() });
+        }
+    }
+
+    pub(crate) fn found(hand: &mut Hand<'_>, finger: usize, id: Id, found: &Found) {
+        let Found { setup, firmware, baud, goal, .. } = *found;
+        let model = setup.model;
+        hand.shared.set_servo(finger as u8, Some(setup));
+        // Meanwhile the settings may have named another servo: that one is looked for next.
+        let unit = hand.units.get_mut(finger).filter(|unit| unit.id() == Some(id));
+        if let Some(unit) = unit {
+            unit.health = Health::READY;
+            unit.difference = None;
+            (unit.bounds, unit.watch) = (Some(found.bounds), StrainWatch::FREE);
+            unit.grip.found(unit.calibration.angle(goal));
+            if !unit.torque.is_on() {
+                unit.relax();
+            }
+            hand.shared.tell(Event::ServoReady { finger: finger as u8, model, firmware, baud });
+        }
+    }
+
+    /// A servo that is not what it should be: reported once.
+    pub(crate) fn differs(hand: &mut Hand<'_>, finger: usize, found: &Found) {
+        hand.shared.set_servo(finger as u8, Some(found.setup));
+        if let (Some(unit), Some(difference)) = (hand.units.get_mut(finger), found.difference)
+            && unit.difference.replace(difference) != Some(difference)
+        {
+            hand.shared.tell(Event::ServoDiffers { finger: finger as u8, difference });
+        }
+    }
+
+    /// A servo that is to be asked how warm it is, the fingers in turn.
+    pub(crate) fn strained(&mut self, hand: &Hand<'_>) -> Option<(usize, Id)> {
+        let now = Instant::now();
+        if now < self.look {
+            return None;
+        }
+        let present = |(_, unit): &(usize, &Unit<'_>)| unit.health.is_present() && unit.bounds.is_some();
+        let fingers = hand.units.iter().enumerate();
+        let count = fingers.clone().filter(present).count().max(1);
+        let (finger, unit) = fingers.clone().skip(self.next_looked).chain(fingers).find(present)?;
+        let id = unit.id()?;
+        self.look = now + LOOK / count as u32;
+        self.next_looked = finger + 1;
+        Some((finger, id))
+    }
+
+    /// A servo has said how warm it is and what supplies it.
+    pub(crate) fn derate<U: BusPort>(hand: &mut Hand<'_>, finger: usize, vitals: &Result<Vitals, BusError<U>>) {
+        match vitals {
+            Ok(vitals) => {
+                let Some(unit) = hand.units.get_mut(finger) else { return };
+                let Some(bounds) = unit.bounds else { return };
+                if let Some((derating, strain)) = unit.watch.see(*vitals, bounds, hand.settings.margins()) {
+                    let Vitals { temperature, voltage } = *vitals;
+                    let volts = f32::from(voltage) * xm430::VOLTS_PER_UNIT;
+                    hand.shared.tell(Event::Derated { finger: finger as u8, derating, strain, temperature, volts });
+                }
+            }
+            Err(error) => count::<U>(hand.shared, error),
+        }
+    }
+
+    /// A servo whose hardware errors have changed.
+    pub(crate) fn alerting(hand: &Hand<'_>) -> Option<(usize, Id)> {
+        let alerting = |(_, unit): &(usize, &Unit<'_>)| unit.health.is_present() && unit.alert_changed;
+        let (finger, unit) = hand.units.iter().enumerate().find(alerting)?;
+        Some((finger, unit.id()?))
+    }
+
+    pub(crate) fn alerted<U: BusPort>(hand: &mut Hand<'_>, finger: usize, status: &Result<u8, BusError<U>>) {
+        let Ok(hardware_error) = *status else {
+            if let Err(error) = status {
+                count::<U>(hand.shared, error);
+            }
+            return;
+        };
+        if let Some(unit) = hand.units.get_mut(finger) {
+            unit.alert_changed = false;
+            if hardware_error == 0 {
+                // Only a restart clears an error, and it leaves the torque off: the servo is set up anew.
+                unit.health = Health::Absent;
+            }
+        }
+        hand.shared.tell(Event::ServoAlert { finger: finger as u8, hardware_error });
+    }
+}
+
+/// Counts an error of the bus.
+pub(crate) fn count<U: BusPort>(shared: &Shared, error: &BusError<U>) {
+    use dynamixel::Error;
+    shared.count(|counters| {
+        let counter = match error {
+            Error::Timeout { .. } | Error::Truncated { .. } => &mut counters.bus_timeouts,
+            Error::Damaged(_) | Error::Babble { .. } | Error::Block { .. } => &mut counters.bus_damaged,
+            Error::Refused { .. } => &mut counters.bus_refused,
+            _ => &mut counters.bus_other,
+        };
+        *counter = counter.wrapping_add(1);
+    });
+}

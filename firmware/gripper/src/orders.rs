@@ -1,0 +1,225 @@
+//! What is asked of the gripper while it runs: checked, carried out at a tick's beginning, answered.
+
+use messages::{
+    CloseTo, Event, FINGERS, GripTo, Heed, Heeds, Moved, Outcome, Refusal, Role, SPEEDS, SettingsField, Which,
+};
+
+use crate::board::Board;
+use crate::estimation::Estimation;
+use crate::hand::Hand;
+use crate::shared::{Command, Order};
+use crate::unit::Unit;
+
+/// What was asked for, as far as it is still to be followed.
+pub(crate) struct Orders {
+    /// One that waits for a transaction's end.
+    pub(crate) waiting: Option<Order>,
+    pub(crate) settings_changed: bool,
+    /// Something was set that the control table has to show.
+    pub(crate) setup_is_new: bool,
+    /// The bus is to be searched, or is just being searched.
+    pub(crate) scan: bool,
+    pub(crate) is_scanning: bool,
+}
+
+impl Orders {
+    /// Nothing yet; the control table shows nothing either.
+    pub(crate) const NONE: Self =
+        Self { waiting: None, settings_changed: false, setup_is_new: true, scan: false, is_scanning: false };
+
+    /// Obeys one order, if there is one. The role changes between transactions only: after that nothing more is sent.
+    pub(crate) fn obey<B: Board>(&mut self, hand: &mut Hand<'_>, estimation: &mut Estimation, between: bool) {
+        let Some(Order { ticket, command }) = self.waiting.take().or_else(|| hand.shared.orders.try_receive().ok())
+        else {
+            return;
+        };
+        if !between && matches!(&command, Command::Settings(settings) if settings.role != hand.settings.role) {
+            self.waiting = Some(Order { ticket, command });
+            return;
+        }
+        // One that was refused meanwhile, because nobody waits for it any more, is never done.
+        if hand.shared.claim(ticket) {
+            let outcome = match command {
+                Command::Open(which) => each(hand, which, |unit, mount| {
+                    unit.rise();
+                    unit.grip.open(&mount.limits());
+                }),
+                // A finger without torque stays so.
+                Command::Hold(which) => each(hand, which, |unit, _| {
+                    if unit.torque.is_on() {
+                        unit.grip.hold();
+                    }
+                }),
+                Command::Relax(which) => each(hand, which, |unit, _| unit.relax()),
+                command => self.execute::<B>(hand, estimation, command).map(|()| Heeds::default()),
+            };
+            hand.shared.answer(ticket, outcome);
+        }
+    }
+
+    /// Carries out what is asked for, or changes nothing.
+    pub(crate) fn execute<B: Board>(
+        &mut self,
+        hand: &mut Hand<'_>,
+        estimation: &mut Estimation,
+        command: Command,
+    ) -> Outcome {
+        match command {
+            // Each finger by itself.
+            Command::Open(_) | Command::Hold(_) | Command::Relax(_) => Ok(()),
+            Command::Finger(what) => {
+                let unit = hand.unit(what.finger)?;
+                let start = B::cost_ticks();
+                let made = unit.model.configure(&what.what.design, &what.what.how);
+                let cost = B::cost_ticks().wrapping_sub(start);
+                unit.has_design = made.is_ok();
+                let refusal = made.map_err(|error| Refusal::Finger(Refusal::text(&error)));
+                let finger = what.finger;
+                hand.shared.set_design(finger, refusal.is_ok().then_some(what.what));
+                // It starts anew, on the object where it was set: so do the others.
+                estimation.put_back(hand);
+                if refusal.is_ok() {
+                    hand.shared.tell(Event::ModelReady { finger, cost });
+                }
+                refusal
+            }
+            Command::Object(what) => {
+                let support = hand.settings.support;
+                hand.unit(what.finger)?.set_object(&what.what, support)?;
+                estimation.put_back(hand);
+                hand.shared.set_object(what.finger, what.what);
+                self.setup_is_new = true;
+                Ok(())
+            }
+            Command::Uncertainty(what) => {
+                let refused = |error| Refusal::Uncertainty(Refusal::text(&error));
+                hand.unit(what.finger)?.set_uncertainty(what.what).map_err(refused)?;
+                hand.shared.set_uncertainty(what.finger, what.what);
+                Ok(())
+            }
+            Command::Settings(settings) => {
+                settings.validate(hand.units.len())?;
+                hand.units.iter().try_for_each(|unit| unit.check_support(settings.support))?;
+                for (unit, mount) in hand.units.iter_mut().zip(settings.fingers) {
+                    unit.set_mount(mount);
+                }
+                if settings.role != hand.settings.role {
+                    hand.units.iter_mut().for_each(Unit::forget_servo);
+                    self.scan = false;
+                }
+                if settings.fingers != hand.settings.fingers {
+                    estimation.put_back(hand);
+                }
+                estimation.support(hand, settings.support);
+                hand.settings = settings;
+                (self.settings_changed, self.setup_is_new) = (true, true);
+                hand.shared.set(|setup| setup.settings = settings);
+                Ok(())
+            }
+            Command::Hang => crate::provoke::hang(),
+            Command::Close(CloseTo { fingers, angle, speed }) => lead(
+                hand,
+                fingers,
+                |_, mount| {
+                    SettingsField::Angle.check(angle, mount.range[0], mount.range[1])?;
+                    SettingsField::Speed.check(speed.unwrap_or(mount.speed), SPEEDS[0], SPEEDS[1])
+                },
+                |unit, mount| {
+                    unit.rise();
+                    unit.grip.head(f64::from(angle), f64::from(speed.unwrap_or(mount.speed)));
+                },
+            ),
+            Command::Scan => {
+                if !matches!(hand.settings.role, Role::Master | Role::Idle) {
+                    return Err(Refusal::NotMaster);
+                }
+                if hand.units.iter().any(|unit| unit.grip.is_gripping()) {
+                    return Err(Refusal::Gripping);
+                }
+                self.scan = true;
+                Ok(())
+            }
+            // Nobody reads the servo meanwhile.
+            Command::Grip(_) if self.scan || self.is_scanning => Err(Refusal::Scanning),
+            Command::Grip(to) => lead(
+                hand,
+                to.fingers,
+                |unit, mount| grippable(&to, unit, mount),
+                |unit, mount| {
+                    unit.rise();
+                    unit.grip.grip(&to.target(), &mount.limits());
+                },
+            ),
+        }
+    }
+}
+
+/// Whether this gripper controls its servos, and has the finger.
+fn may_lead(hand: &Hand<'_>, which: Which) -> Outcome {
+    match hand.settings.role {
+        Role::Master => {}
+        Role::Idle => return Err(Refusal::Idle),
+        Role::Tap | Role::Device { .. } => return Err(Refusal::NotMaster),
+    }
+    match which {
+        Which::One(finger) => {
+            SettingsField::Finger.check(f32::from(finger), 0.0, hand.settings.count().saturating_sub(1) as f32)
+        }
+        Which::All => Ok(()),
+    }
+}
+
+/// Leads each of the fingers meant that can be: one without a servo does not keep the others from it.
+fn each(hand: &mut Hand<'_>, which: Which, lead: impl Fn(&mut Unit<'_>, &messages::Mount)) -> Moved {
+    may_lead(hand, which)?;
+    let mut heeds: Heeds = [None; FINGERS];
+    for (number, (unit, heed)) in hand.units.iter_mut().zip(&mut heeds).enumerate() {
+        if let Some(mount) = unit.mount
+            && which.is(number)
+        {
+            *heed = Some(if unit.health.is_present() { Heed::Done } else { Heed::NoServo });
+            if unit.health.is_present() {
+                lead(unit, &mount);
+            }
+        }
+    }
+    if heeds.contains(&Some(Heed::Done)) { Ok(heeds) } else { Err(Refusal::NoServo) }
+}
+
+/// Leads all the fingers meant, or none if one of them cannot be.
+fn lead(
+    hand: &mut Hand<'_>,
+    which: Which,
+    check: impl Fn(&Unit<'_>, &messages::Mount) -> Outcome,
+    lead: impl Fn(&mut Unit<'_>, &messages::Mount),
+) -> Outcome {
+    may_lead(hand, which)?;
+    let meant = |(number, unit): (usize, &Unit<'_>)| which.is(number) && unit.mount.is_some();
+    for (number, unit) in hand.units.iter().enumerate() {
+        if let Some(mount) = &unit.mount
+            && meant((number, unit))
+        {
+            check(unit, mount)?;
+            if !unit.health.is_present() {
+                return Err(Refusal::NoServo);
+            }
+        }
+    }
+    for (number, unit) in hand.units.iter_mut().enumerate() {
+        if let Some(mount) = unit.mount
+            && which.is(number)
+        {
+            lead(unit, &mount);
+        }
+    }
+    Ok(())
+}
+
+/// Whether a finger can be asked to grip so.
+fn grippable(to: &GripTo, unit: &Unit<'_>, mount: &messages::Mount) -> Outcome {
+    SettingsField::Force.check(to.force, 0.01, mount.force_limit)?;
+    SettingsField::Speed.check(to.speed.unwrap_or(mount.speed), SPEEDS[0], SPEEDS[1])?;
+    let [least, most] = mount.range;
+    SettingsField::Limit.check(to.limit.unwrap_or(most), least, most)?;
+    if unit.has_design && unit.has_object { Ok(()) } else { Err(Refusal::NoModel) }
+}

@@ -1,0 +1,216 @@
+//! Transactions of a tick with devices in memory.
+
+use super::*;
+use core::convert::Infallible;
+use core::future::poll_fn;
+use core::pin::pin;
+use core::task::{Context, Poll, Waker};
+use dynamixel::{ControlTable, Device, Instruction};
+use embassy_time::{Duration, MockDriver};
+use embedded_io_async::{ErrorType, Read, Write};
+use std::collections::VecDeque;
+
+/// A servo's registers; `knows` is whether it does what its firmware promises.
+struct Table {
+    memory: [u8; 148],
+    knows: bool,
+}
+
+impl ControlTable for Table {
+    fn id(&self) -> Id {
+        Id::new(self.memory[7]).unwrap()
+    }
+    fn model_number(&self) -> u16 {
+        xm430::MODEL
+    }
+    fn firmware_version(&self) -> u8 {
+        self.memory[6]
+    }
+    fn fast_reads(&self) -> bool {
+        self.knows
+    }
+    fn read(&mut self, address: u16, bytes: &mut [u8]) -> Result<(), StatusError> {
+        bytes.copy_from_slice(&self.memory[usize::from(address)..][..bytes.len()]);
+        Ok(())
+    }
+    fn write(&mut self, address: u16, bytes: &[u8]) -> Result<(), StatusError> {
+        self.memory[usize::from(address)..][..bytes.len()].copy_from_slice(bytes);
+        Ok(())
+    }
+}
+
+/// Two servos, whose answers come at once.
+struct Wire {
+    servos: [(Device<128>, Table); 2],
+    inbox: VecDeque<u8>,
+    asked: Vec<u8, 64>,
+    baud: u32,
+}
+
+impl Wire {
+    /// Servos 1 and 2 at 1 Mbaud.
+    fn new(firmware: [u8; 2], knows: bool) -> Self {
+        let servo = |id: u8, firmware| {
+            let mut memory = [0; 148];
+            (memory[6], memory[7], memory[8], memory[132]) = (firmware, id, 3, 10 * id);
+            // Max Position Limit.
+            [memory[48], memory[49]] = 4095_u16.to_le_bytes();
+            (Device::new(Timing::at(1_000_000)), Table { memory, knows })
+        };
+        let servos = [servo(1, firmware[0]), servo(2, firmware[1])];
+        Self { servos, inbox: VecDeque::new(), asked: Vec::new(), baud: 1_000_000 }
+    }
+}
+
+impl ErrorType for Wire {
+    type Error = Infallible;
+}
+
+impl Read for Wire {
+    async fn read(&mut self, into: &mut [u8]) -> Result<usize, Infallible> {
+        poll_fn(|_| {
+            let count = into.len().min(self.inbox.len());
+            into.iter_mut().zip(self.inbox.drain(..count)).for_each(|(to, byte)| *to = byte);
+            if count > 0 { Poll::Ready(Ok(count)) } else { Poll::Pending }
+        })
+        .await
+    }
+}
+
+impl Write for Wire {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        let _ = self.asked.push(bytes[7]);
+        let mut spoken = VecDeque::from([(None, bytes.to_vec())]);
+        while let Some((by, words)) = spoken.pop_front() {
+            for (index, (device, table)) in self.servos.iter_mut().enumerate().filter(|it| by != Some(it.0)) {
+                if xm430::bits_per_second(table.memory[8]) != Some(self.baud) {
+                    continue;
+                }
+                let mut rest = words.as_slice();
+                while let Some(reply) = device.hear(0, &mut rest, table) {
+                    self.inbox.extend(reply.bytes);
+                    spoken.push_back((Some(index), reply.bytes.to_vec()));
+                }
+            }
+        }
+        Ok(bytes.len())
+    }
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+impl BusPort for Wire {
+    fn set_baud(&mut self, baud: u32) -> u32 {
+        // No further than the slowest board.
+        self.baud = baud.min(1_500_000);
+        self.baud
+    }
+}
+
+/// Polls, and lets time pass: a silent servo is waited for.
+fn wait_for<F: Future>(future: F) -> F::Output {
+    let mut future = pin!(future);
+    for _ in 0..10_000 {
+        if let Poll::Ready(output) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return output;
+        }
+        MockDriver::get().advance(Duration::from_micros(100));
+    }
+    panic!("a second has passed");
+}
+
+fn ready(wire: Wire) -> Servos<Wire> {
+    let mut servos = Servos::new(wire, 2_000);
+    for finger in [0, 1] {
+        let id = Id::new(finger as u8 + 1).unwrap();
+        let rates = Rates { look: 1_000_000, wanted: None, bus: None };
+        wait_for(servos.bring_up(finger, id, rates, None, true)).unwrap();
+    }
+    servos
+}
+
+/// A tick that leads nobody anywhere: the positions read, and the instruction that asked for them.
+fn tick(servos: &mut Servos<Wire>) -> ([Option<i32>; 2], u8) {
+    let mut turns =
+        [0, 1].map(|finger| Turn::new(finger, Id::new(finger as u8 + 1).unwrap(), Some(10 + 10 * finger as i32)));
+    servos.master.port_mut().asked.clear();
+    wait_for(servos.tick(&mut turns));
+    let asked = servos.master.port_mut().asked[0];
+    (turns.map(|turn| turn.result.ok().map(|reading| reading.position)), asked)
+}
+
+#[test]
+fn servos_are_read_together_as_fast_as_all_of_them_know_how() {
+    let (fast, plain) = (Instruction::FastSyncRead.code(), Instruction::SyncRead.code());
+    for (firmware, asked) in [([45, 45], fast), ([45, 44], plain), ([44, 44], plain)] {
+        let mut servos = ready(Wire::new(firmware, true));
+        assert_eq!(tick(&mut servos), ([Some(10), Some(20)], asked), "{firmware:?}");
+        assert_eq!(tick(&mut servos), ([Some(10), Some(20)], asked), "{firmware:?}");
+    }
+}
+
+#[test]
+fn a_servo_that_does_not_keep_its_promise_costs_one_tick() {
+    let mut servos = ready(Wire::new([45, 45], false));
+    assert_eq!(tick(&mut servos), ([None, None], Instruction::FastSyncRead.code()));
+    for _ in 0..APART {
+        assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::Read.code()));
+    }
+    assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::SyncRead.code()));
+}
+
+#[test]
+fn servos_come_to_the_rate_that_is_set() {
+    let mut wire = Wire::new([45, 45], true);
+    // The second as it comes from the factory.
+    wire.servos[1].1.memory[8] = xm430::baud_code(57_600).unwrap();
+    let mut servos = Servos::new(wire, 2_000);
+    let [one, two] = [1, 2].map(|id| Id::new(id).unwrap());
+    let at = |look, wanted, bus| Rates { look, wanted, bus };
+    wait_for(servos.bring_up(0, one, at(1_000_000, Some(1_000_000), None), None, true)).unwrap();
+    // Not there at the others' rate, found at its own, led at the others'.
+    assert!(wait_for(servos.bring_up(1, two, at(1_000_000, Some(1_000_000), Some(1_000_000)), None, true)).is_err());
+    // Where no rate is set it stays as it is, and the bus goes on at the others' rate.
+    assert!(wait_for(servos.bring_up(1, two, at(57_600, None, Some(1_000_000)), None, true)).is_err());
+    assert_eq!(servos.port_mut().baud, 1_000_000);
+    servos.port_mut().servos[1].1.memory[64] = 0;
+    let found = wait_for(servos.bring_up(1, two, at(57_600, Some(1_000_000), Some(1_000_000)), None, true)).unwrap();
+    assert_eq!(
+        (found.baud, servos.port_mut().servos[1].1.memory[8], servos.port_mut().servos[1].1.memory[9]),
+        (1_000_000, 3, 0)
+    );
+    assert_eq!(servos.master.timing().baud_rate, 1_000_000);
+    assert_eq!(tick(&mut servos).0, [Some(10), Some(20)]);
+}
+
+#[test]
+fn everybody_is_discovered_at_his_own_rate() {
+    assert_eq!(BAUDS.len(), xm430::BAUD_RATES.len() - 1, "all of the servo's but 9,600");
+    assert!(xm430::BAUD_RATES[1..].iter().all(|rate| BAUDS.contains(rate)));
+    let mut wire = Wire::new([45, 44], true);
+    wire.servos[1].1.memory[8] = xm430::baud_code(57_600).unwrap();
+    let mut servos = Servos::new(wire, 2_000);
+    // What the port does not reach is not tried; it is left at its rate.
+    let rates = servos.rates();
+    assert_eq!(rates, [1_000_000, 57_600, 115_200]);
+    assert_eq!(servos.port_mut().baud, 1_000_000);
+    let mut heard = Vec::<_, 8>::new();
+    for rate in rates {
+        let mut found = [None; 4];
+        let count = wait_for(servos.discover(rate, &mut found)).unwrap();
+        assert_eq!(count, found.iter().flatten().count());
+        heard.extend(found.into_iter().flatten().map(|found| (rate, found.id.get(), found.identity.firmware)));
+    }
+    assert_eq!(heard, [(1_000_000, 1, 45), (57_600, 2, 44)]);
+    servos.go_on_at(Some(1_000_000));
+    assert_eq!((servos.port_mut().baud, servos.master.timing().baud_rate), (1_000_000, 1_000_000));
+}
+
+#[test]
+fn a_rate_that_the_board_does_not_have_is_left_alone() {
+    let mut servos = Servos::new(Wire::new([45, 45], true), 2_000);
+    let rates = Rates { look: 1_000_000, wanted: Some(4_000_000), bus: None };
+    let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, None, true)).unwrap();
+    assert_eq!((found.baud, servos.port_mut().servos[0].1.memory[8]), (1_000_000, 3));
+}

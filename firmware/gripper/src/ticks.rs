@@ -1,0 +1,119 @@
+//! What the control task has besides its bus, and how its ticks pass.
+
+use core::future::Future;
+use core::marker::PhantomData;
+use core::pin::pin;
+
+use embassy_futures::select::{Either, select};
+use embassy_time::{Duration, Instant, Timer};
+use heapless::Vec;
+use messages::{FINGERS, Outcome};
+
+use crate::Model;
+use crate::board::Board;
+use crate::estimation::Estimation;
+use crate::hand::Hand;
+use crate::leadership::Leadership;
+use crate::orders::Orders;
+use crate::scheduler::Scheduler;
+use crate::servo::Reading;
+use crate::setup::Key;
+use crate::shared::{Command, Shared};
+
+/// The records that there are: settings, and each finger's design and object.
+const UNKEPT: usize = 1 + 2 * FINGERS;
+
+/// Everything but the bus.
+pub(crate) struct Core<'a, B> {
+    pub(crate) hand: Hand<'a>,
+    pub(crate) scheduler: Scheduler,
+    pub(crate) estimation: Estimation,
+    pub(crate) leadership: Leadership,
+    pub(crate) orders: Orders,
+    /// What the bus's master has set and the flash has not got yet.
+    pub(crate) unkept: Vec<Key, UNKEPT>,
+    /// The bus's master wants a restart.
+    pub(crate) restart: bool,
+    board: PhantomData<B>,
+}
+
+impl<'a, B: Board> Core<'a, B> {
+    /// As it was kept in flash.
+    pub(crate) fn new(shared: &'a Shared, models: impl Iterator<Item = &'a mut Model>) -> Self {
+        let hand = Hand::new::<B>(shared, models);
+        Self {
+            scheduler: Scheduler::new(hand.settings.rate_hz),
+            estimation: Estimation::new(hand.settings.support),
+            leadership: Leadership::new(),
+            orders: Orders::NONE,
+            hand,
+            unkept: Vec::new(),
+            restart: false,
+            board: PhantomData,
+        }
+    }
+
+    /// Waits for the next period and obeys one order.
+    pub(crate) async fn begin(&mut self) {
+        self.scheduler.wait().await;
+        self.advance();
+        self.obey(true);
+    }
+
+    fn advance(&mut self) {
+        self.scheduler.advance(self.hand.shared);
+        self.estimation.begin(&mut self.hand);
+    }
+
+    fn obey(&mut self, between: bool) {
+        self.orders.obey::<B>(&mut self.hand, &mut self.estimation, between);
+    }
+
+    /// Does at once what is asked for.
+    pub(crate) fn execute(&mut self, command: Command) -> Outcome {
+        self.orders.execute::<B>(&mut self.hand, &mut self.estimation, command)
+    }
+
+    /// A position came: estimates and reports.
+    pub(crate) fn fresh(&mut self, finger: usize, reading: &Reading) {
+        self.estimation.fresh::<B>(&mut self.hand, &self.scheduler, finger, reading);
+    }
+
+    /// Ends a tick.
+    pub(crate) fn finish(&mut self) {
+        self.estimation.finish::<B>(&mut self.hand, &self.scheduler);
+    }
+
+    /// Takes another period.
+    pub(crate) fn pace(&mut self, period_us: u64) {
+        self.scheduler.pace(period_us, self.hand.settings.rate_hz, self.hand.shared);
+    }
+
+    /// Waits for a transaction on the bus; periods that pass meanwhile are reported as stale.
+    pub(crate) async fn patiently<F: Future>(&mut self, transaction: F) -> F::Output {
+        let _asking = self.hand.shared.quiet.ask();
+        let mut transaction = pin!(transaction);
+        loop {
+            match select(transaction.as_mut(), Timer::at(self.scheduler.end)).await {
+                Either::First(output) => return output,
+                Either::Second(()) => {
+                    self.finish();
+                    self.advance();
+                    self.obey(false);
+                }
+            }
+        }
+    }
+
+    /// Waits without a transaction, for so many µs.
+    pub(crate) async fn pause(&mut self, us: u64) {
+        let until = Instant::now() + Duration::from_micros(us);
+        while self.scheduler.end < until {
+            Timer::at(self.scheduler.end).await;
+            self.finish();
+            self.advance();
+            self.obey(false);
+        }
+        Timer::at(until).await;
+    }
+}
