@@ -6,13 +6,14 @@
 mod beam;
 mod check;
 mod course;
+mod error;
 pub(crate) mod junction;
 mod ladder_80;
 mod lamella;
 pub(crate) mod weld;
 
 pub use beam::Beam;
-pub use check::{DesignError, Field};
+pub use error::{DesignError, Field};
 use heapless::Vec;
 pub use ladder_80::ladder_80;
 pub use lamella::{Attachments, LamellaKind, Lamellae, RibEnds, Ribs};
