@@ -1,5 +1,6 @@
 //! A finger that holds something goes on holding it, whatever happens to the bus and to the microcontroller.
 
+use dynamixel::xm430;
 use fre_gripper::servo::Truth;
 use messages::{Close, CloseTo, Event, Grip, GripTo, Phase, Settings, Which, Why};
 use system_tests::{Bench, Flash, GEARED_MOUNT, Judge, OBJECT, geared_servo, is_sound, set_up};
@@ -17,7 +18,10 @@ fn force(truth: &Truth) -> f64 {
 
 /// Grips with 5 N on a servo as it comes from the factory, which holds by its error.
 fn gripping(flash: &Flash) -> Bench {
-    let mut bench = Bench::new(geared_servo(), flash);
+    grip(Bench::new(geared_servo(), flash))
+}
+
+fn grip(mut bench: Bench) -> Bench {
     set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
     bench.ask::<Grip>(&GripTo { fingers: Which::All, force: 5.0, speed: None, limit: None }).unwrap();
     bench.until("grip", 10 * SECOND, |report| report.phase == Phase::Gripped);
@@ -73,6 +77,23 @@ fn a_microcontroller_that_restarts_keeps_the_force() {
     // And it still opens and grips.
     bench.ask::<messages::Open>(&Which::All).unwrap();
     bench.until("open finger", 5 * SECOND, |report| report.estimate.force == [0.0; 2] && is_sound(report));
+}
+
+/// Another program has left its Bus Watchdog armed: it would stop the servo where it is, without the torque it holds with, as soon as the
+/// gripper is silent for that long.
+#[test]
+fn an_armed_bus_watchdog_does_not_cost_the_force() {
+    let flash = Flash::new();
+    let bench = Bench::new(geared_servo(), &flash);
+    // 20 ms; it waits for the torque.
+    bench.servo.write(xm430::BUS_WATCHDOG, 1);
+    let mut bench = grip(bench);
+    let before = force(&bench.servo.truth());
+    bench.restart(&flash);
+    bench.run(SECOND);
+    let after = force(&bench.servo.truth());
+    assert!(after > (1.0 - LOST) * before, "{after} N left of {before} N");
+    assert_eq!(bench.servo.read(xm430::BUS_WATCHDOG), 0);
 }
 
 /// What another master has under way is stopped where it is, not finished.

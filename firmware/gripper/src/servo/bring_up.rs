@@ -50,7 +50,8 @@ impl<U: BusPort> Servos<U> {
     /// Looks for a finger's servo at one rate, makes it answer at once and, if it `holds`, hold its position.
     ///
     /// One that is not set as it was commissioned, or of a model that is not known, is left as it is. One that already has torque keeps
-    /// that, its settings and its goal: it may be holding something, and it holds with what its goal is ahead of its position.
+    /// that, its settings and its goal: it may be holding something, and it holds with what its goal is ahead of its position. Its Bus
+    /// Watchdog alone is switched off.
     pub(crate) async fn bring_up(
         &mut self,
         finger: usize,
@@ -134,6 +135,11 @@ impl<U: BusPort> Servos<U> {
                 self.master.set(id, xm430::BUS_WATCHDOG, 0).await?;
             }
             return Ok(Found { setup, firmware, baud, goal: 0, bounds, difference });
+        }
+        if watchdog > 0 {
+            // Another program has armed it: in any pause of the bus, that of a restart too, the servo would stop where it is, without the
+            // torque that it holds with.
+            self.master.set(id, xm430::BUS_WATCHDOG, 0).await?;
         }
         self.delay = of(xm430::RETURN_DELAY_TIME, KEPT, &kept);
         if !torque {
