@@ -1,7 +1,5 @@
 //! `fre log`: a board's log as text, through a debug probe or out of QEMU.
 
-use std::io::Write;
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -9,12 +7,13 @@ use std::time::Duration;
 #[cfg(feature = "probe")]
 use crate::environment::{self, PROBE};
 use crate::exit::bad_input;
-use fre_gripper::probe::{Board, ProbeError, emulated};
+use fre_gripper::probe::{Board, ProbeError};
 
 /// Show a board's log: time, level, message, and place in the source.
 ///
-/// The firmware keeps running while its log is read. Ctrl-C ends the command. A board needs a `fre` built with debug probes: cargo run --release
-/// -p fre-cli --features probe --bin fre -- log BOARD; --qemu boots the image for QEMU and needs no probe.
+/// The firmware keeps running while its log is read. Ctrl-C ends the command. A board needs a `fre` built with debug probes:
+/// cargo run --release -p fre-cli --features probe --bin fre -- log BOARD; --qemu boots the image for QEMU and needs a build with
+/// `--features log`, but no probe.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[arg(value_name = "BOARD", help = Board::names(), value_parser = Board::named, required_unless_present = "qemu", conflicts_with = "qemu")]
@@ -40,17 +39,7 @@ pub fn run(args: &Args) -> ExitCode {
         Err(_) => return bad_input(&"--seconds is not a time; allowed is 0 and more"),
     };
     let shown = match args.board {
-        None => {
-            let image = args.image.clone().unwrap_or_else(emulated::image);
-            let mut out = std::io::stdout().lock();
-            emulated::log(&image, longest, |_, lines| {
-                for line in lines {
-                    writeln!(out, "{line}")?;
-                }
-                out.flush()?;
-                Ok(ControlFlow::Continue(()))
-            })
-        }
+        None => emulate(args, longest),
         Some(board) => listen(args, &board, longest),
     };
     match shown {
@@ -59,6 +48,28 @@ pub fn run(args: &Args) -> ExitCode {
         Err(ProbeError::Log { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => bad_input(&error),
     }
+}
+
+#[cfg(feature = "log")]
+fn emulate(args: &Args, longest: Option<Duration>) -> Result<(), ProbeError> {
+    use fre_gripper::probe::emulated;
+    use std::io::Write;
+    use std::ops::ControlFlow;
+
+    let image = args.image.clone().unwrap_or_else(emulated::image);
+    let mut out = std::io::stdout().lock();
+    emulated::log(&image, longest, |_, lines| {
+        for line in lines {
+            writeln!(out, "{line}")?;
+        }
+        out.flush()?;
+        Ok(ControlFlow::Continue(()))
+    })
+}
+
+#[cfg(not(feature = "log"))]
+fn emulate(_: &Args, _: Option<Duration>) -> Result<(), ProbeError> {
+    Err(ProbeError::NoLog)
 }
 
 #[cfg(feature = "probe")]

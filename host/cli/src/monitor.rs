@@ -15,8 +15,9 @@ use fre_gripper::link::Ends;
 
 /// Show the forces of a gripper (--link) or of servos on this PC's own bus (--bus)
 ///
-/// They are shown live in the terminal, on a page in the browser (--web), or as one line per report if the output is not a
-/// terminal (or with --lines). Without --link or --bus, the serial ports of this machine are listed.
+/// They are shown on a page in the browser (--web), live in the terminal (in a build with `--features terminal`), or as one
+/// line per report if the output is not a terminal (or with --lines). Without --link or --bus, the serial ports of this
+/// machine are listed.
 ///
 /// Columns of the lines: the gripper's time, motor angle and goal, force on the object (magnitude, x, y in the world frame),
 /// torque demanded of the motor, the servo's current, status and its age in ticks. A force whose status is not converged,

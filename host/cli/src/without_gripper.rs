@@ -18,7 +18,7 @@ pub enum Hardware {
     Flash(Rest),
     /// Query a gripper, change its settings, make it grip (needs `--features gripper`)
     Gripper(Rest),
-    /// Show a board's log (needs a build with `--features probe`; --qemu with `--features gripper`)
+    /// Show a board's log (needs a build with `--features probe`; --qemu with `--features log`)
     Log(Rest),
     /// Watch a gripper or servos live (needs a build with `--features gripper`)
     Monitor(Rest),
@@ -28,6 +28,8 @@ pub enum Hardware {
     Ros2(Rest),
     /// Simulate Dynamixel servos on a bus (needs a build with `--features gripper`)
     Servo(Rest),
+    /// Run a gripper without hardware (needs a build with `--features gripper`)
+    Sim(Rest),
 }
 
 /// Arguments that this program does not know.
@@ -49,6 +51,7 @@ impl Hardware {
             Self::Replay(rest) => ("replay", rest, "record"),
             Self::Ros2(rest) => ("ros2", rest, "ros2"),
             Self::Servo(rest) => ("servo", rest, "gripper"),
+            Self::Sim(rest) => ("sim", rest, "gripper"),
         };
         let words = [vec![command.to_owned()], rest.words].concat().join(" ");
         bad_input(&not_built(command, feature, &words))

@@ -10,6 +10,8 @@ fn main() -> ExitCode {
         Feature { name: "cad", on: cfg!(feature = "cad"), needs: "the libraries for drawings and solids" },
         Feature { name: "outline", on: cfg!(feature = "outline"), needs: "the libraries for photographs" },
         Feature { name: "parquet", on: cfg!(feature = "parquet"), needs: "the library for Parquet" },
+        Feature { name: "log", on: cfg!(feature = "log"), needs: "the decoder of a firmware's log" },
+        Feature { name: "terminal", on: cfg!(feature = "terminal"), needs: "the library for a terminal's picture" },
         Feature { name: "probe", on: cfg!(feature = "probe"), needs: "the library for debug probes" },
         Feature { name: "web", on: cfg!(feature = "web"), needs: "the libraries of the live page" },
         Feature { name: "record", on: cfg!(feature = "record"), needs: "the library for recordings" },

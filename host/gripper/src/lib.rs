@@ -1,5 +1,5 @@
-//! A gripper and its servos on a PC: the link to the gripper, the servos' bus, simulated servos, recordings, the terminal and the
-//! live page.
+//! A gripper and its servos on a PC: the link to the gripper, the servos' bus, simulated servos, recordings, views in
+//! the terminal and on a page.
 
 pub mod bus;
 pub mod calibrated;
@@ -16,6 +16,7 @@ pub mod servo;
 pub mod shown;
 pub mod sim;
 pub mod source;
+#[cfg(feature = "terminal")]
 pub mod terminal;
 #[cfg(feature = "web")]
 pub mod web;

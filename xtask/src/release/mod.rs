@@ -18,7 +18,7 @@ use std::process::Command;
 use std::time::Instant;
 
 /// Features of the released command. `probe` is left out: it doubles the time to build and the size.
-const FEATURES: [&str; 2] = ["--features", "gripper,web,record,outline,parquet"];
+const FEATURES: [&str; 2] = ["--features", "gripper,log,web,record,outline,parquet,terminal"];
 
 /// Files that go with the command.
 const BESIDE: [&str; 5] = ["README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE", "CITATION.cff"];

@@ -1,16 +1,13 @@
 //! How a source is shown: the options, and what they choose.
 
-use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use super::stop::Stop;
-use super::{lines, page};
-use crate::output::put_out;
+use super::{lines, page, terminal};
 use fre_gripper::source::Source;
-use fre_gripper::terminal;
 
 /// How a source is shown.
 #[derive(Debug, clap::Args)]
@@ -39,7 +36,7 @@ pub struct ViewArgs {
 impl ViewArgs {
     /// Whether a person watches, in the terminal or in a browser: lines end with their source.
     pub fn is_live(&self) -> bool {
-        self.web || (!self.lines && std::io::stdout().is_terminal() && std::io::stdin().is_terminal())
+        self.web || (!self.lines && terminal::is_possible())
     }
 
     /// Shows it until the time is over, somebody stops it, or nothing more comes.
@@ -48,14 +45,16 @@ impl ViewArgs {
     /// A source that does not answer, or an output that cannot be written.
     pub fn show(&self, source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBool) -> Result<(), Stop> {
         if self.web {
-            page::serve(source, self.listen, self.open, length, stop)
-        } else if self.is_live() {
-            let origin = source.setup()?.origin;
-            let ended = terminal::show(source, length, stop)?;
-            let ending = lines::ending(&ended, origin, &source.statistics());
-            put_out(&format!("{ending}\n")).map_err(Stop::Input)
-        } else {
-            lines::show(source, length, self.every, stop)
+            return page::serve(source, self.listen, self.open, length, stop);
         }
+        #[cfg(feature = "terminal")]
+        if self.is_live() {
+            return terminal::show(source, length, stop);
+        }
+        #[cfg(not(feature = "terminal"))]
+        if !self.lines {
+            terminal::hint();
+        }
+        lines::show(source, length, self.every, stop)
     }
 }

@@ -9,9 +9,7 @@ use std::time::{Duration, Instant};
 use messages::{PROTOCOL_VERSION, Report};
 
 use super::stop::Stop;
-use fre_gripper::source::Statistics;
-use fre_gripper::source::{Origin, Source, Told, WAITING};
-use fre_gripper::terminal::Ended;
+use fre_gripper::source::{Ended, Origin, Source, Statistics, Told, WAITING};
 
 /// How long a gripper may be silent before the silence is reported.
 const SILENCE: Duration = Duration::from_secs(2);

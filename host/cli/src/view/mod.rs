@@ -4,6 +4,7 @@ mod args;
 mod lines;
 mod page;
 mod stop;
+mod terminal;
 
 pub use args::ViewArgs;
 pub use stop::Stop;

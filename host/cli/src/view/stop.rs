@@ -5,7 +5,6 @@ use std::process::ExitCode;
 use crate::exit::bad_input;
 use fre::files::FileError;
 use fre_gripper::source::OrderError;
-use fre_gripper::terminal;
 
 /// Why nothing more is shown.
 pub enum Stop {
@@ -45,8 +44,9 @@ impl From<OrderError> for Stop {
     }
 }
 
-impl From<terminal::TerminalError> for Stop {
-    fn from(error: terminal::TerminalError) -> Self {
+#[cfg(feature = "terminal")]
+impl From<fre_gripper::terminal::TerminalError> for Stop {
+    fn from(error: fre_gripper::terminal::TerminalError) -> Self {
         Self::Input(error.to_string())
     }
 }

@@ -62,6 +62,11 @@ pub enum ProbeError {
          fre -- …"
     )]
     NotBuilt,
+    /// This program was built without the log's decoder.
+    #[error(
+        "this `fre` was built without logs; build it with them: cargo run --release -p fre-cli --features log --bin fre -- …"
+    )]
+    NoLog,
     /// There is no probe.
     #[error(
         "no debug probe was found. Looked for ST-LINK, CMSIS-DAP (v2), J-Link and the other USB probes that probe-rs knows, \

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+#[cfg(feature = "log")]
 use fre_log::Log;
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
@@ -13,6 +14,7 @@ use super::{Board, ProbeError};
 /// An image.
 pub struct Image {
     path: PathBuf,
+    #[cfg(feature = "log")]
     bytes: Vec<u8>,
     pieces: Vec<Piece>,
     rtt: Option<u64>,
@@ -49,7 +51,14 @@ impl Image {
     pub fn parse(path: &Path, bytes: Vec<u8>) -> Result<Self, ProbeError> {
         let bad = |why: String| ProbeError::BadImage { path: path.to_owned(), why };
         let (pieces, rtt, label) = contents(&bytes).map_err(bad)?;
-        Ok(Self { path: path.to_owned(), bytes, pieces, rtt, label })
+        Ok(Self {
+            path: path.to_owned(),
+            pieces,
+            rtt,
+            label,
+            #[cfg(feature = "log")]
+            bytes,
+        })
     }
 
     /// The file.
@@ -61,6 +70,7 @@ impl Image {
     ///
     /// # Errors
     /// It does not log by defmt, or by another version of it.
+    #[cfg(feature = "log")]
     pub fn log(&self) -> Result<Log, ProbeError> {
         Log::of(&self.bytes).map_err(|why| ProbeError::BadImage { path: self.path.clone(), why: why.to_string() })
     }

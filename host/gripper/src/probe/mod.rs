@@ -1,7 +1,8 @@
-//! Boards from the PC's side: what is flashed ([`Image`]), how its log is read ([`fre_log`]), and the two ways to it: a debug
-//! probe (feature `probe`) or QEMU ([`emulated`]).
+//! Boards from the PC's side: what is flashed ([`Image`]), how its log is read (feature `log`), and the two ways to it: a debug
+//! probe (feature `probe`) or QEMU (`emulated`).
 
 mod board;
+#[cfg(feature = "log")]
 pub mod emulated;
 mod error;
 mod image;

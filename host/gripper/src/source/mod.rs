@@ -3,6 +3,7 @@
 
 mod base;
 mod clock;
+mod ended;
 mod gap;
 mod listeners;
 mod margin;
@@ -11,6 +12,7 @@ mod told;
 
 pub use base::Base;
 pub use clock::{Clock, now_ns};
+pub use ended::Ended;
 pub use gap::{Gap, Sequence};
 pub use listeners::Listeners;
 #[cfg(test)]

@@ -16,23 +16,12 @@ use std::time::{Duration, Instant};
 use messages::{Counters, Which};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use crate::source::{Order, OrderError, Source, Told, WAITING};
+use crate::source::{Ended, Order, OrderError, Source, Told, WAITING};
 
 /// Pictures are so far apart.
 const PICTURE: Duration = Duration::from_millis(50);
 /// How often a gripper's counters are asked for.
 const COUNTERS: Duration = Duration::from_secs(1);
-
-/// How it ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ended {
-    /// Reports that came.
-    pub reports: u64,
-    /// Over this time.
-    pub after: Duration,
-    /// Nothing more comes from the source.
-    pub closed: bool,
-}
 
 /// Why there is no live view.
 #[derive(Debug, thiserror::Error)]
