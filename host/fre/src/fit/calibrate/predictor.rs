@@ -62,9 +62,12 @@ impl Predictor<'_> {
     ) -> Result<Vec<Prediction>, DiscretiseError> {
         let rough = run.friction != 0.0 || trial.parameters.contains(&Parameter::Friction);
         if self.prony.is_empty() && !rough {
-            return self.follow(run, trial, derivatives, 0.0);
+            let wanted = if derivatives { Wanted::Derivatives } else { Wanted::Force };
+            return self.follow(run, trial, wanted, 0.0);
         }
-        let mut here = self.along(run, trial, rough, 0.0)?;
+        // The derivative by a sudden angle is known with memory, and with friction none is.
+        let wanted = if rough { Wanted::Force } else { Wanted::Slope };
+        let mut here = self.follow(run, trial, wanted, 0.0)?;
         if derivatives {
             self.differences(run, trial, rough, &mut here)?;
         }
@@ -83,7 +86,7 @@ impl Predictor<'_> {
             |here: &Prediction, there: &Prediction| here.status.is_trustworthy() && there.status.is_trustworthy();
         if rough {
             // The model has no derivative with respect to the angle either.
-            for (here, ahead) in here.iter_mut().zip(self.along(run, trial, rough, AHEAD_DEG)?) {
+            for (here, ahead) in here.iter_mut().zip(self.follow(run, trial, Wanted::Force, AHEAD_DEG)?) {
                 let slope = (ahead.force_n - here.force_n) / AHEAD_DEG;
                 here.force_per_deg_n = if known(here, &ahead) { slope } else { 0.0 };
             }
@@ -93,7 +96,7 @@ impl Predictor<'_> {
             let step = step * parameter.doubt(self.design, self.prony);
             let mut other = trial.clone();
             other.values[index] += step;
-            for (here, there) in here.iter_mut().zip(self.along(run, &other, rough, 0.0)?) {
+            for (here, there) in here.iter_mut().zip(self.follow(run, &other, Wanted::Force, 0.0)?) {
                 let slope = (there.force_n - here.force_n) / step;
                 here.gradient.push(if known(here, &there) { slope } else { 0.0 });
             }
@@ -101,59 +104,50 @@ impl Predictor<'_> {
         Ok(())
     }
 
-    /// Follows a run, every angle of which is so many degrees greater than it says, without derivatives by parameters.
-    fn along(
-        &self,
-        run: &Readings,
-        trial: &Trial,
-        rough: bool,
-        ahead_deg: f64,
-    ) -> Result<Vec<Prediction>, DiscretiseError> {
-        if self.prony.is_empty() {
-            self.follow(run, trial, false, ahead_deg)
-        } else {
-            self.along_time(run, trial, rough, ahead_deg)
-        }
-    }
-
-    /// Follows a run of a material without memory, every angle of which is so many degrees greater than it says.
+    /// Follows a run, every angle of which is so many degrees greater than it says; along the readings' times if the material has memory.
     fn follow(
         &self,
         run: &Readings,
         trial: &Trial,
-        derivatives: bool,
+        wanted: Wanted,
         ahead_deg: f64,
     ) -> Result<Vec<Prediction>, DiscretiseError> {
+        // What cannot be is something that nothing is known about.
+        let unknown = || run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect();
         let design = trial.design(self.design);
-        let mut probe = Probe::EMPTY;
         let object = trial.object(run.object, self.design);
         if object.validate().is_err() {
-            // An object that cannot be is one that nothing is known about.
-            return Ok(run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect());
+            return Ok(unknown());
         }
         let options = Options { discretisation: self.discretisation, ..Options::default() };
         let motion = self.drive.motion(design.motor_axis);
         let mut follower = follower::<f64, Host>(&design, object, motion, &options)?;
+        let remembers = !self.prony.is_empty();
+        if remembers && follower.set_prony(&trial.prony(self.prony)).is_err() {
+            return Ok(unknown());
+        }
         if follower.set_friction(trial.friction(run.friction, self.design)).is_err() {
-            return Ok(run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect());
+            return Ok(unknown());
         }
         let zero = trial.change(Parameter::Zero, self.design) + ahead_deg;
         let travel = trial.travel(self.design);
+        let scale = if self.drive == Drive::Rotating { 1.0 } else { travel };
         // The motion's coordinate, rad or mm, and its derivative by the motor's angle; none outside a drive's table.
         let at = |reading: &Reading| {
             let [coordinate, slope] = self.drive.coordinate((reading.angle_deg + zero).to_radians())?;
-            Some(if self.drive == Drive::Rotating {
-                [coordinate, slope]
-            } else {
-                [travel * coordinate, travel * slope]
-            })
+            Some([scale * coordinate, scale * slope])
         };
         if let Some([first, _]) = run.readings.iter().find_map(at) {
             follower.start(first);
         }
+        let mut before = 0.0;
+        let mut probe = Probe::EMPTY;
         let predictions = run.readings.iter().map(|reading| {
+            let time = reading.time_s.filter(|_| remembers).unwrap_or(before);
+            let time_step_s = time - before;
+            before = time;
             let Some([coordinate, slope]) = at(reading) else { return Prediction::unknown(Status::OutOfRange) };
-            let status = follower.follow(coordinate).status;
+            let status = follower.follow(Target { coordinate, time_step_s }).status;
             if !status.is_trustworthy() {
                 return Prediction::unknown(status);
             }
@@ -163,14 +157,18 @@ impl Predictor<'_> {
             if !reading.front_mm.is_empty() {
                 prediction.front_mm = follower.front().collect();
             }
-            if size == 0.0 || !derivatives {
-                prediction.gradient = vec![0.0; if derivatives { trial.parameters.len() } else { 0 }];
+            if size == 0.0 || wanted == Wanted::Force {
+                let count = if wanted == Wanted::Derivatives { trial.parameters.len() } else { 0 };
+                prediction.gradient = vec![0.0; count];
                 return prediction;
             }
             let along = |v: [f64; 2]| (v[0] * force[0] + v[1] * force[1]) / size;
             // More samples touch than there is room for: no derivative, and the status says so.
             let Some(found) = follower.sensitivity() else { return Prediction::unknown(Status::ContactCapacity) };
             prediction.force_per_deg_n = (along(found.coordinate.force) * slope).to_radians();
+            if wanted == Wanted::Slope {
+                return prediction;
+            }
             for &parameter in &trial.parameters {
                 let derivative = match parameter {
                     Parameter::YoungsModulus => Some(along(found.youngs_modulus.force)),
@@ -195,65 +193,14 @@ impl Predictor<'_> {
     }
 }
 
-impl Predictor<'_> {
-    /// The same of a material with memory, along the readings' times; the derivative by a sudden angle if there is no friction.
-    fn along_time(
-        &self,
-        run: &Readings,
-        trial: &Trial,
-        rough: bool,
-        ahead_deg: f64,
-    ) -> Result<Vec<Prediction>, DiscretiseError> {
-        let unknown = || run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect();
-        let design = trial.design(self.design);
-        let object = trial.object(run.object, self.design);
-        if object.validate().is_err() {
-            return Ok(unknown());
-        }
-        let options = Options { discretisation: self.discretisation, ..Options::default() };
-        let motion = self.drive.motion(design.motor_axis);
-        let mut follower = follower::<f64, Host>(&design, object, motion, &options)?;
-        let friction = trial.friction(run.friction, self.design);
-        if follower.set_prony(&trial.prony(self.prony)).is_err() || follower.set_friction(friction).is_err() {
-            // A material or a coefficient that cannot be is one that nothing is known about.
-            return Ok(unknown());
-        }
-        let zero = trial.change(Parameter::Zero, self.design) + ahead_deg;
-        let travel = trial.travel(self.design);
-        let scale = if self.drive == Drive::Rotating { 1.0 } else { travel };
-        let at = |reading: &Reading| {
-            let [coordinate, slope] = self.drive.coordinate((reading.angle_deg + zero).to_radians())?;
-            Some([scale * coordinate, scale * slope])
-        };
-        if let Some([first, _]) = run.readings.iter().find_map(at) {
-            follower.start(first);
-        }
-        let mut before = 0.0;
-        let predictions = run.readings.iter().map(|reading| {
-            let time = reading.time_s.unwrap_or(before);
-            let time_step_s = time - before;
-            before = time;
-            let Some([coordinate, slope]) = at(reading) else { return Prediction::unknown(Status::OutOfRange) };
-            let status = follower.follow(Target { coordinate, time_step_s }).status;
-            if !status.is_trustworthy() {
-                return Prediction::unknown(status);
-            }
-            let force = follower.force_world();
-            let size = force[0].hypot(force[1]);
-            let mut prediction = Prediction { force_n: size, ..Prediction::unknown(status) };
-            if !reading.front_mm.is_empty() {
-                prediction.front_mm = follower.front().collect();
-            }
-            if size > 0.0 && !rough {
-                let Some(found) = follower.sensitivity() else { return Prediction::unknown(Status::ContactCapacity) };
-                let sudden = found.coordinate.force;
-                prediction.force_per_deg_n =
-                    ((sudden[0] * force[0] + sudden[1] * force[1]) / size * slope).to_radians();
-            }
-            prediction
-        });
-        Ok(predictions.collect())
-    }
+/// What is wanted of a run besides its forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    Force,
+    /// Also the derivative with respect to the motor angle, if that is sudden.
+    Slope,
+    /// Also the derivatives with respect to the parameters, of a finger without memory and friction.
+    Derivatives,
 }
 
 impl Prediction {
