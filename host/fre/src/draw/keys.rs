@@ -232,10 +232,11 @@ fn half_plane() -> Scene {
 
 fn bore() -> Scene {
     let centre = [160.0, 105.0];
-    let mut scene = object("Keys of a bore", Path::default());
+    let mut scene = Scene::new(300.0, 210.0, "Keys of a bore");
     // The material goes on beyond the picture.
-    scene.fill(Path::rectangle(Rect { left: 78.0, top: 0.0, right: 300.0, bottom: 210.0 }), Ink::Object, 1.0);
+    scene.fill(Path::rectangle(Rect { left: 0.0, top: 0.0, right: 300.0, bottom: 210.0 }), Ink::Object, 1.0);
     scene.area(Path::circle(centre, 80.0), Ink::Paper, 1.0, Stroke::new(Ink::ObjectEdge, 2.0));
+    axes(&mut scene, [24.0, 190.0]);
     scene.arrow(centre, [centre[0] + 69.0, centre[1] - 40.0], Ink::Force, 1.3);
     label(&mut scene, [190.0, 62.0], Anchor::Middle, "radius_mm");
     point(&mut scene, centre, [160.0, 126.0], Anchor::Middle, "centre_mm");
