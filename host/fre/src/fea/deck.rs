@@ -13,7 +13,7 @@ use model_core::discretise::plate_factor;
 
 use super::mesh::{Mesh, Part};
 use super::plan::Plan;
-use super::region::{Faces, minus};
+use super::region::{Faces, is_layered, minus};
 
 /// Contact penalty, multiples of Young's modulus per mm; with friction that of a point that sticks as well.
 const PENALTY: f64 = 2.0;
@@ -181,15 +181,6 @@ fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     };
     let layers = if is_layered(design) { mesh.layers[element].factor(plate * bending / stretch) } else { 1.0 };
     stretch * layers * width / design.width.at(0.0)
-}
-
-/// Something of the design is stiffer in bending than in stretch by another factor than its section has: as a plate, or as it was printed.
-pub fn is_layered(design: &Design) -> bool {
-    let apart = |[bending, stretch]: [f64; 2]| bending != stretch;
-    let ribs = design.lamellae.ribs().is_some_and(|ribs| apart([ribs.bending_factor, ribs.stretch_factor]));
-    design.plane_strain == PlaneStrain::Auto
-        || ribs
-        || [&design.front, &design.back].iter().any(|beam| apart(beam.factors()))
 }
 
 /// A set, sixteen numbers a line.

@@ -2,11 +2,10 @@
 
 use model_core::object::{Motion, ObjectDesign};
 
-use super::deck::is_layered;
 use super::error::{FeaError, MAX_REFINEMENT};
 use super::mesh::Mesh;
 use super::place::{in_finger, world_point};
-use super::region::{self, Point, Region};
+use super::region::{self, Point, Region, is_layered};
 use super::start::{closest, start};
 use super::surface::Surface;
 use crate::case::Case;

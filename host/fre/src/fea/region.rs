@@ -1,6 +1,6 @@
 //! The region that the finger fills as it is built: faces of the beams, where they meet, and where the lamellae are joined.
 
-use model_core::design::{Beam, Design, HingeKind};
+use model_core::design::{Beam, Design, HingeKind, PlaneStrain};
 
 use super::error::FeaError;
 use crate::shape::insets;
@@ -169,6 +169,15 @@ impl<'d> Region<'d> {
         let ends = [front.length(), top_arc];
         Ok(Self { joints, front, back, kind: design.joint(), merge, notch, top, ends })
     }
+}
+
+/// Something of the design is stiffer in bending than in stretch by another factor than its section has: as a plate, or as it was printed.
+pub fn is_layered(design: &Design) -> bool {
+    let apart = |[bending, stretch]: [f64; 2]| bending != stretch;
+    let ribs = design.lamellae.ribs().is_some_and(|ribs| apart([ribs.bending_factor, ribs.stretch_factor]));
+    design.plane_strain == PlaneStrain::Auto
+        || ribs
+        || [&design.front, &design.back].iter().any(|beam| apart(beam.factors()))
 }
 
 /// Arcs at which the inner faces meet.
