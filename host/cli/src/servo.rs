@@ -215,7 +215,7 @@ fn serve(args: &Args) -> Result<(), String> {
     bus.stop();
     for (id, statistics) in args.id.iter().zip(handles.iter().map(Handle::statistics)) {
         tell!(
-            "fre servo: {id}: {} bytes heard, {} answers, {} reads of Present Position",
+            "fre: servo {id}: {} bytes heard, {} answers, {} reads of Present Position",
             statistics.heard,
             statistics.answers,
             statistics.position_reads

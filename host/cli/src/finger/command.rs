@@ -220,7 +220,8 @@ fn report(measured: &Measured) {
             "fre: rung {}: height {:.2} mm, angle {:.2}°, thickness {:.2} to {:.2} mm, clear length {:.2} mm{necks}",
             k + 1,
             rung.height,
-            rung.angle_deg,
+            // No minus before a zero.
+            (100.0 * rung.angle_deg).round() / 100.0 + 0.0,
             rung.thickness[0],
             rung.thickness[1],
             rung.clear

@@ -394,7 +394,9 @@ fn report(outline: &Outline, agreement: &Agreement, marks: usize) -> String {
         outline.scatter
     );
     let percent = 100.0 * (outline.look.ratio - 1.0);
-    let _ = writeln!(text, "thickness    {percent:+.1} % of the design's");
+    // No minus before a zero.
+    let shown = (10.0 * percent).round() / 10.0 + 0.0;
+    let _ = writeln!(text, "thickness    {shown:+.1} % of the design's");
     if percent.abs() > 8.0 {
         let _ = writeln!(text, "             so far off, the marks' scale or the design's thickness is probably wrong");
     }
