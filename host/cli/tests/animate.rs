@@ -39,7 +39,7 @@ fn a_moving_picture_is_an_svg() {
         let refused = animate(folder.path(), file);
         assert_eq!(refused.status.code(), Some(1), "{refused:?}");
         let words = String::from_utf8(refused.stderr).unwrap();
-        assert!(words.contains(&format!("--animate {file}: a moving picture's file ends in .svg")), "{words}");
+        assert_eq!(words, format!("fre: --animate {file}: a moving picture's file ends in .svg\n"));
         assert!(!folder.path().join(file).exists());
     }
 }

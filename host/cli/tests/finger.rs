@@ -22,14 +22,14 @@ fn a_preset_goes_out_and_comes_back_as_a_case_that_can_be_solved() {
         assert!(out.status.success(), "{}", said(&out));
         let back = fre(folder, &["finger", "import", &file, "--output", "a.toml", "--force"]);
         assert!(back.status.success(), "{}", said(&back));
-        assert!(
-            said(&back).contains("6 rungs") && said(&back).contains("necks 0.80 mm thick, 2.50 and 2.50 mm long"),
-            "{}",
-            said(&back)
-        );
+        if ending == "dxf" {
+            snapbox::assert_data_eq!(said(&back), snapbox::str![]);
+        }
         let text = fs::read_to_string(folder.join("a.toml")).unwrap();
-        assert!(text.contains("# TO DECIDE finger.back.clamp_mm") && text.contains("from = \"face\""), "{text}");
-        assert_eq!(text.contains("TO DECIDE: a drawing has no depth"), ending != "stl", "{text}");
+        if ending == "dxf" {
+            snapbox::assert_data_eq!(text.as_str(), snapbox::str![]);
+        }
+        assert_eq!(text.matches("a drawing has no depth").count(), usize::from(ending != "stl"), "{text}");
         let solved = fre(folder, &["solve", "a.toml", "--format", "csv"]);
         assert!(solved.status.success(), "{ending}: {}\n{text}", said(&solved));
         assert_eq!(String::from_utf8_lossy(&solved.stdout).matches("converged").count(), 5);
@@ -38,7 +38,8 @@ fn a_preset_goes_out_and_comes_back_as_a_case_that_can_be_solved() {
     let svg = fre(folder, &["finger", "export", "preset:fea-80", "--format", "svg"]);
     assert!(String::from_utf8_lossy(&svg.stdout).contains("fill-rule=\"evenodd\""));
     let kept = fre(folder, &["finger", "export", "preset:fea-80", "--output", "a.svg"]);
-    assert!(kept.status.code() == Some(1) && said(&kept).contains("--force overwrites it"), "{}", said(&kept));
+    let refused = "fre: --output: a.svg exists; --force overwrites it\n";
+    assert_eq!((kept.status.code(), said(&kept).as_str()), (Some(1), refused));
 }
 
 #[test]
@@ -55,7 +56,54 @@ fn ribs_are_drawn_measured_and_solved() {
     let back = fre(folder, &["finger", "import", "ribs.stl"]);
     assert!(back.status.success(), "{}", said(&back));
     let text = String::from_utf8(back.stdout).unwrap();
-    assert!(text.contains("kind = \"rib\"\nends = \"welded\"") && text.contains("angle_deg = 20.0"), "{text}");
+    snapbox::assert_data_eq!(
+        &text,
+        snapbox::str![[r##"
+# A finger measured in its outline. What is marked TO DECIDE is an assumption.
+# TO DECIDE finger.back.clamp_mm: both beams were taken to be held as far as the solid base reaches; bolts or a holder may hold the back beam higher
+
+[finger]
+name = "ribs"
+width_mm = 20.0
+plane_strain = "auto"
+
+[finger.material]
+youngs_modulus_pa = 1e7    # TO DECIDE: a placeholder; forces are proportional to it (fre calibrate)
+poissons_ratio = 0.45    # TO DECIDE: a placeholder
+
+[finger.front]
+base_mm = [0.0, 0.0]
+tip_mm = [0.0, 80.0]
+thickness_mm = 2.0
+
+[finger.back]
+base_mm = [-28.0, 0.0]
+tip_mm = [0.0, 80.0]
+thickness_mm = 2.0
+
+[finger.lamellae]
+kind = "rib"
+ends = "welded"
+heights_mm = [9.0, 18.0, 27.0, 36.0, 45.0, 54.0, 63.0]
+angle_deg = 20.0
+thickness_mm = 1.2
+# arcs of the axes on the centrelines: front [4.478, 14.051, 23.624, 33.197, 42.771, 52.344, 61.917], back [13.785, 22.782, 31.778, 40.775, 49.772, 58.768, 67.765]
+# clear lengths between the walls' faces: [22.886, 19.724, 16.561, 13.398, 10.235, 7.073, 3.91]
+
+[finger.tip]
+rigid_above_mm = 74.116
+
+[object]    # TO DECIDE: an example
+shape = "circle"
+radius_mm = 40.0
+centre_mm = [41.0, 40.0]
+
+[motion]    # TO DECIDE: an example; a motor needs [finger.motor] axis_mm and motor_angles_deg
+direction = [1.0, 0.0]
+distances_mm = [1, 2, 3, 4, 5]
+
+"##]]
+    );
     fs::write(folder.join("again.toml"), &text).unwrap();
     // A case with ribs can be drawn again, and solved.
     assert!(fre(folder, &["finger", "export", "again.toml", "--output", "again.dxf"]).status.success());

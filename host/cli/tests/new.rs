@@ -32,7 +32,7 @@ fn a_file_that_exists_is_kept() {
     let refused = fre(folder.path(), &["new", "own.toml"]);
     assert_eq!(refused.status.code(), Some(1));
     let words = String::from_utf8(refused.stderr).unwrap();
-    assert!(words.contains("own.toml exists; --force overwrites it"), "{words}");
+    assert_eq!(words, "fre: the case: own.toml exists; --force overwrites it\n");
     assert_eq!(fs::read_to_string(folder.path().join("own.toml")).unwrap(), "mine");
     assert!(fre(folder.path(), &["new", "own.toml", "--force"]).status.success());
     assert_ne!(fs::read_to_string(folder.path().join("own.toml")).unwrap(), "mine");

@@ -196,7 +196,13 @@ fn with_friction_the_way_matters() {
     folder.write("case.toml", &rough.replace("[1, 3.5, 6, 8.25, 11]", "[0, 2, 4, 6, 8, 7.9, 6, 4]"));
     let table = "time_s,angle_deg\n0,-1\n1,2\n2,6\n3,8\n4,7.8\n5,6\n6,4\n";
     let (head, rows, words) = folder.label(table, "");
-    assert!(words.contains("7 positions, 7 with"), "{words}");
+    snapbox::assert_data_eq!(
+        words,
+        snapbox::str![[r#"
+positions.csv: 7 positions, 7 with a trustworthy force
+
+"#]]
+    );
     let column = |name: &str| head.iter().position(|column| column == name).unwrap();
     let number = |row: usize, name: &str| rows[row][column(name)].parse::<f64>().unwrap();
     let solved = solved(&folder);

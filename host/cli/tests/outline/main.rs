@@ -1,5 +1,8 @@
 //! `fre outline` on photographs whose truth is known: accuracy with perspective, lens, noise and blur.
 
+#[path = "../said/mod.rs"]
+mod said;
+
 mod photograph;
 mod refused;
 mod scene;
@@ -172,7 +175,7 @@ fn a_finger_as_bright_as_what_is_behind_it_is_known_by_its_colour() {
     });
     picture.save(folder.path("photo.png")).unwrap();
     let output = folder.fre(&command(&exact_marks(&eye), &[]));
-    assert!(words(&output.stderr).contains("of white's red"), "{}", words(&output.stderr));
+    snapbox::assert_data_eq!(said::words(&words(&output.stderr)), snapbox::str![]);
     let [mean, max] = deviation(&folder.outline(&exact_marks(&eye), &["--plot", "overlay.png"]), solution.front_mm());
     println!("orange on green: mean {mean:.4} mm, max {max:.4} mm");
     assert!(mean < 0.03 && max < 0.1, "mean {mean}, max {max}");
@@ -204,9 +207,13 @@ fn compare_reads_a_series_and_finds_the_model_again() {
     assert!(number(1, "shape_mean_mm") > 2.0 * number(0, "shape_mean_mm"), "{compared}");
 
     std::fs::write(folder.path("measured.csv"), "something,else\n").unwrap();
-    assert!(
-        words(&folder.fre(&command(&marks, &["--output", "measured.csv", "--append"])).stderr)
-            .contains("measured.csv:1")
+    let refused = folder.fre(&command(&marks, &["--output", "measured.csv", "--append"]));
+    snapbox::assert_data_eq!(
+        words(&refused.stderr),
+        snapbox::str![[r#"
+fre: measured.csv:1: --append needs the header motor_angle_deg,force_n,front_x_mm,front_y_mm,arc_mm,deviation_mm
+
+"#]]
     );
 }
 
