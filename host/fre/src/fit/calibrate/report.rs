@@ -29,7 +29,9 @@ pub fn text(input: &Input, fit: &Fit) -> String {
 fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
     let design = &input.finger.design;
     let forces = fit.residuals.len();
-    writeln!(out, "{}: {forces} forces of {} runs", input.finger.name, input.runs.len())?;
+    let runs = input.runs.len();
+    let plural = if runs == 1 { "" } else { "s" };
+    writeln!(out, "{}: {forces} forces of {runs} run{plural}", input.finger.name)?;
     writeln!(out, "{:<16} {:>10} {:>10} {:>10}  unit", "parameter", "start", "fitted", "σ")?;
     for estimate in &fit.estimates {
         let note = if estimate.determined { "" } else { "  not determined by the data" };
