@@ -68,10 +68,19 @@ impl Gripper {
         let bus = hub.spawn().unwrap();
         let gripper = Self { _board: board, sockets, _bus: bus, _turn: turn };
         // Idle at first.
-        let refusals = gripper.refusals(&["hold", "commission", "commission --yes --servo 9"]);
-        snapbox::assert_data_eq!(refusals, snapbox::file!["words/idle.txt"].raw());
+        let (code, _, errors) = gripper.fre(&["gripper", "hold"]);
+        assert!(code == Some(1) && errors.contains("fre gripper commission"), "{code:?} {errors}");
+        let (code, out, errors) = gripper.fre(&["gripper", "commission"]);
+        assert!(code == Some(1) && errors.contains("--yes"), "nobody was asked: {code:?} {out} {errors}");
+        let (code, _, errors) = gripper.fre(&["gripper", "commission", "--yes", "--servo", "9"]);
+        assert!(code == Some(1) && errors.contains("no such servo answers"), "{code:?} {errors}");
         let commissioned = gripper.done(&["gripper", "commission", "--yes"]);
-        snapbox::assert_data_eq!(commissioned, snapbox::str![]);
+        for words in [
+            "id 1: XM430-W350 (model 1020, firmware 45) at 1000000 baud",
+            "finger 0 commissioned: model 1020, Operating Mode 3",
+        ] {
+            assert!(commissioned.contains(words), "no {words}: {commissioned}");
+        }
         gripper.done(&["gripper", "set", "finger.0.current_limit_ma=2000"]);
         gripper
     }
@@ -90,17 +99,6 @@ impl Gripper {
         let (code, out, errors) = self.fre(words);
         assert_eq!(code, Some(0), "{words:?}: {out}{errors}");
         out
-    }
-
-    /// `fre gripper …`, which must be refused: what each says.
-    fn refusals(&self, commands: &[&str]) -> String {
-        let mut said = String::new();
-        for words in commands {
-            let (code, out, errors) = self.fre(&[&["gripper"], &words.split(' ').collect::<Vec<_>>()[..]].concat());
-            assert_eq!((code, out.as_str()), (Some(1), ""), "{words}: {errors}");
-            said += &format!("$ fre gripper {words}\n{errors}\n");
-        }
-        said
     }
 
     /// A motion, which must go well at last: a busy PC loses the servo for a moment now and then, which is said.
@@ -141,28 +139,34 @@ fn a_script_sets_grips_holds_and_releases() {
         assert!(after.contains(words), "no {words}: {after}");
     }
     // What is wrong is named, by this program or by the gripper, and changes nothing.
-    let refusals = gripper.refusals(&[
-        "set finger.0.colour=red",
-        "set finger.0.side=up",
-        "set rate_hz=4000",
-        "set finger.0.force_limit_n=-1",
-        "set object=free",
-        "grip --force-n 9",
-        "release --finger 3",
-    ]);
-    snapbox::assert_data_eq!(refusals, snapbox::file!["words/gripper.txt"].raw());
+    for (pair, words) in [
+        ("finger.0.colour=red", "is not a key"),
+        ("finger.0.side=up", "left or right"),
+        ("rate_hz=4000", "4000"),
+        ("finger.0.force_limit_n=-1", "-1"),
+    ] {
+        let (code, _, errors) = gripper.fre(&["gripper", "set", pair]);
+        assert!(code == Some(1) && errors.contains(words), "{pair}: {code:?} {errors}");
+    }
     assert_eq!(gripper.done(&["gripper", "get"]), after);
+    let (code, _, errors) = gripper.fre(&["gripper", "grip", "--force-n", "9"]);
+    assert!(code == Some(1) && errors.contains('9'), "beyond its limit: {code:?} {errors}");
 
     let gripped = gripper.moved(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
-    snapbox::assert_data_eq!(gripped.as_str(), snapbox::str![]);
+    assert!(gripped.starts_with("finger 0") && gripped.contains("gripped"), "{gripped}");
     let force: f64 = gripped.split_whitespace().nth(2).and_then(|word| word.parse().ok()).unwrap();
     assert!((force - 4.0).abs() < 0.4, "{gripped}");
     gripper.moved(&["gripper", "hold"]);
     assert!(lines_until(&gripper, "held").contains("held"));
     gripper.moved(&["gripper", "release", "--finger", "0"]);
     lines_until(&gripper, ",released,");
+    assert_eq!(gripper.fre(&["gripper", "release", "--finger", "3"]).0, Some(1));
+
     let found = gripper.moved(&["gripper", "scan"]);
-    snapbox::assert_data_eq!(found, snapbox::str![]);
+    assert!(found.contains("id 1: model 1020, firmware 45, answers at 1000000 baud"), "{found}");
+    assert!(found.trim_end().ends_with("devices"), "{found}");
+    let (code, _, errors) = gripper.fre(&["gripper", "set", "object=free"]);
+    assert!(code == Some(1) && errors.contains("number of fingers"), "one finger holds nothing: {errors}");
 }
 
 /// A finger told of an object 7 mm too high finds by closing on it where it is; and one told of a smaller one, how large.
@@ -197,17 +201,18 @@ fn closing_tells_where_a_round_object_is() {
     let whole = height.split('.').next().unwrap();
     assert!(objects.contains(&format!("centre_mm = [41.0, {whole}")), "{height}: {objects}");
     // What is wrong is named.
-    let refusals = gripper.refusals(&[
-        "identify height --range-mm 60:30 --to-deg 9",
-        "identify height --range-mm 30:60 --to-deg 900",
-        "identify height --finger 3 --range-mm 30:60",
-    ]);
-    snapbox::assert_data_eq!(refusals, snapbox::file!["words/identify.txt"].raw());
+    for (words, said) in [
+        (["--range-mm", "60:30", "--to-deg", "9"], "LEAST < MOST"),
+        (["--range-mm", "30:60", "--to-deg", "900"], "900"),
+        (["--finger", "3", "--range-mm", "30:60"], "to-deg"),
+    ] {
+        let (code, _, errors) = gripper.fre(&[["gripper", "identify", "height"].as_slice(), &words].concat());
+        assert!(code == Some(1) && errors.contains(said), "{words:?}: {code:?} {errors}");
+    }
     // The object is nowhere in the range: said, by status 2.
     let (code, out, errors) =
         gripper.fre(&["gripper", "identify", "height", "--range-mm", "60:70", "--to-deg", "9", "--wait", "120"]);
-    assert_eq!(code, Some(2), "{out}{errors}");
-    snapbox::assert_data_eq!(out, snapbox::str![]);
+    assert!(code == Some(2) && out.contains("positions seen"), "{code:?} {out}{errors}");
 }
 
 /// What the CSV of `fre monitor` says as soon as some row has a word.
@@ -362,17 +367,15 @@ fn a_calibration_reaches_the_gripper() {
     let table = gripper.sockets.folder().join("few.csv").display().to_string();
     std::fs::write(&table, few).unwrap();
     let (code, out, errors) = send(&[], &[(table, files[2].1.clone())]);
-    assert_eq!(code, Some(2), "{out}{errors}");
-    snapbox::assert_data_eq!(errors, snapbox::str![]);
+    assert!(code == Some(2) && errors.contains("nothing was sent"), "{code:?} {out}{errors}");
     assert_eq!(gripper.done(&["gripper", "get"]), before);
     let (code, _, errors) = send(&["--finger", "3"], &files);
-    assert_eq!(code, Some(1), "{errors}");
-    snapbox::assert_data_eq!(errors, snapbox::str![]);
+    assert!(code == Some(1) && errors.contains("no finger 3"), "{code:?} {errors}");
     assert_eq!(gripper.done(&["gripper", "get"]), before);
 
     let (code, out, errors) = send(&[], &files);
     assert_eq!(code, Some(0), "{out}{errors}");
-    snapbox::assert_data_eq!(errors, snapbox::str![]);
+    assert!(errors.contains("sent to finger 0") && errors.contains("read back: finger, uncertainty, zero"), "{errors}");
     let after = gripper.done(&["gripper", "get"]);
     let moved = value(&after, "finger.0.zero_counts") - zero;
     assert!((moved + 0.6 * 4096.0 / 360.0).abs() < 1.2, "0.6° are −6.8 counts: {moved}");
@@ -386,14 +389,13 @@ fn a_calibration_reaches_the_gripper() {
 
     // Again: the zero is a difference, which is not added twice.
     let (code, _, errors) = send(&[], &files);
-    assert_eq!(code, Some(0), "{errors}");
-    snapbox::assert_data_eq!(errors, snapbox::str![]);
+    assert!(code == Some(0) && errors.contains("has this calibration already"), "{code:?} {errors}");
     assert_eq!(gripper.done(&["gripper", "get"]), after);
 
     // One object: it goes along.
     let (code, out, errors) = send(&["--fit", "youngs-modulus"], &files[2..]);
     assert_eq!(code, Some(0), "{out}{errors}");
-    snapbox::assert_data_eq!(errors, snapbox::str![]);
+    assert!(errors.contains("finger and object, uncertainty"), "{errors}");
     let after = gripper.done(&["gripper", "get"]);
     assert!(after.contains("circle, radius_mm = 40") && !after.contains("friction"), "{after}");
 
@@ -419,11 +421,11 @@ fn the_log_out_of_qemu_is_shown() {
     });
     let shown = shown.expect("a line within a minute");
     let line = shown.lines().next().unwrap();
-    snapbox::assert_data_eq!(line, snapbox::str![]);
+    assert!(line.trim_start().starts_with("0.") && line.contains(" INFO "), "time and level: {line}");
+    assert!(line.contains("gripper on mps2-an500, version") && line.contains("gripper.rs:"), "words and place: {line}");
 
     let (code, _, errors) = fre(&["log", "--qemu", "--image", "/nowhere/gripper"]);
-    assert_eq!(code, Some(1), "{errors}");
-    snapbox::assert_data_eq!(errors, snapbox::str![]);
+    assert!(code == Some(1) && errors.contains("/nowhere/gripper"), "{errors}");
     let (code, _, errors) = fre(&["log", "--qemu", "--image", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")]);
     assert_eq!(code, Some(1), "no image at all: {errors}");
     assert_eq!(fre(&["log", "opencr", "--qemu"]).0, Some(1), "a board or QEMU");
@@ -464,8 +466,7 @@ fn a_simulated_gripper_serves_several_programs() {
     std::fs::write(&case, CASE).unwrap();
     let case = case.to_str().unwrap();
     let (code, _, errors) = fre(&["sim", case, "--firmware", "/nowhere"]);
-    assert_eq!(code, Some(1), "{errors}");
-    snapbox::assert_data_eq!(errors, snapbox::str![]);
+    assert!(code == Some(1) && errors.contains("cargo xtask firmware mps2"), "{code:?} {errors}");
     let firmware = firmware();
     let coarse = ["--elements", "reduced", "--scheme", "simpson"];
     let (mut sim, mut lines) = Program::start(&[&["sim", case, "--firmware", &firmware], &coarse[..]].concat());

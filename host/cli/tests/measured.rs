@@ -220,11 +220,33 @@ fn outliers_are_named_by_their_own_line_and_small_differences_are_none() {
     // Residuals of about −0.1 N but for one of +0.07 N: less than a load cell tells apart.
     let good = "motor_angle_deg,force_n\n2,1.3\n4,2.5\n6,3.9\n8,6.1\n10,10.5\n";
     let (told, _) = compare("good", good.as_bytes(), &[]);
-    snapbox::assert_data_eq!(said::words(&told), snapbox::str![]);
+    assert!(told.lines().any(|line| line.starts_with("force error: mean 3.6")), "{told}");
+    snapbox::assert_data_eq!(
+        said::words(&told),
+        snapbox::str![[r#"
+at ° force N measured N diff. N error % shape mean mm shape max mm status
+# # # # # – – converged
+force error: mean # %, max # % (at #°)
+force difference: mean # N, max # N (at #°): # and # % of the largest measured force
+"#]]
+    );
     // One of three readings of a place: not the place's first line.
     let bad = "motor_angle_deg,force_n\n2,1.3\n4,2.5\n6,3.9\n8,6.1\n8,6.2\n8,12.2\n10,10.5\n";
     let (told, _) = compare("bad", bad.as_bytes(), &[]);
-    snapbox::assert_data_eq!(said::words(&told), snapbox::str![]);
+    let ending = "converged, mean of 3 readings (6.1 to 12.2 N), outlier (line 7)";
+    assert_eq!(told.lines().filter(|line| line.ends_with(ending)).count(), 1, "{told}");
+    assert!(told.lines().any(|line| line.starts_with("without these (1 reading): force error: mean 3.")), "{told}");
+    snapbox::assert_data_eq!(
+        said::words(&told),
+        snapbox::str![[r#"
+at ° force N measured N diff. N error % shape mean mm shape max mm status
+# # # # # – – converged
+# # # # # – – converged, mean of # readings (# to # N), outlier (line #)
+force error: mean # %, max # % (at #°)
+force difference: mean # N, max # N (at #°): # and # % of the largest measured force
+without these (# reading): force error: mean # %, max # %; force difference: mean # N, max # N
+"#]]
+    );
     let (json, _) = compare("json", bad.as_bytes(), &["--format", "json"]);
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     let row = &json["rows"][3];
@@ -239,7 +261,18 @@ fn outliers_are_named_by_their_own_line_and_small_differences_are_none() {
         outline += &format!("8,{},{y}\n", if i == 9 { 3.0 } else { x });
     }
     let (told, _) = compare("outline", outline.as_bytes(), &[]);
-    snapbox::assert_data_eq!(said::words(&told), snapbox::str![]);
+    assert!(told.lines().any(|line| line.starts_with("outlier: the point (3, 45) mm of line 11, at 8°")), "{told}");
+    snapbox::assert_data_eq!(
+        said::words(&told),
+        snapbox::str![[r#"
+at ° force N measured N diff. N error % shape mean mm shape max mm status
+# # – – – # # converged
+shape deviation (nearest distance): mean # mm, max # mm (at #° near (#, #) mm, finger frame)
+outlier: the point (#, #) mm of line #, at #°, is # mm from the model
+without these (# point): shape deviation: mean # mm, max # mm
+# of # places have no measured force
+"#]]
+    );
 }
 
 /// The model's front centreline at an angle, its first and its last point 1 mm off.
@@ -344,7 +377,14 @@ fn outliers_count_and_the_figures_without_them_stand_beside() {
     assert!(rows.iter().all(|row| row.len() == rows[0].len()), "{csv}");
     assert_eq!(rows[4][rows[0].len() - 2..], ["6", "38"], "{csv}");
     assert_eq!(rows[1][rows[0].len() - 2..], ["", ""], "{csv}");
-    snapbox::assert_data_eq!(said::words(&beside), snapbox::str![]);
+    snapbox::assert_data_eq!(
+        said::words(&beside),
+        snapbox::str![[r#"
+fre: note: the places go back at line #; every reading is compared with a closing motion (--order file follows the file)
+fre: outlier: the point (-#, #) mm of line #, at #°, is # mm from the model
+fre: without these (# reading, # point): force error: mean # %, max # %; force difference: mean # N, max # N; shape deviation: mean # mm, max # mm
+"#]]
+    );
 }
 
 #[test]
@@ -360,7 +400,17 @@ fn wrong_units_are_doubted() {
         notes += &format!("{name}\n");
         notes.extend(told.lines().filter(|line| line.starts_with("note")).map(|line| format!("{line}\n")));
     }
-    snapbox::assert_data_eq!(said::words(&notes), snapbox::str![]);
+    snapbox::assert_data_eq!(
+        said::words(&notes),
+        snapbox::str![[r#"
+millinewtons
+note: the measured forces are about # times the model's: check the units (N, and degrees or mm) and where the case has its object
+radians
+centimetres
+note: the outline of line # is # mm long, the front beam # mm: only that part is compared
+right
+"#]]
+    );
 }
 
 #[test]
@@ -374,7 +424,13 @@ fn a_table_of_places_has_its_columns_and_notes_stand_beside_it() {
     assert!(rows.iter().all(|row| row.len() == rows[0].len()), "{csv}");
     let places: Vec<_> = rows[1..].iter().map(|row| (row[0], row[1], row[3])).collect();
     assert_eq!(places, [("10", "converged", "10.5"), ("6", "converged", "3.9"), ("10", "converged", "10.4")]);
-    snapbox::assert_data_eq!(said::words(&beside), snapbox::str![]);
+    snapbox::assert_data_eq!(
+        said::words(&beside),
+        snapbox::str![[r#"
+fre: note: columns left aside: note
+fre: left out: m.csv:#: force_n = "abc" is not a finite number (the unit belongs in the header)
+"#]]
+    );
 }
 
 /// A gauge's noise before contact is a hundred percent of itself, and nothing against the forces.

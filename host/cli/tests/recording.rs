@@ -305,7 +305,13 @@ fn a_killed_recorder_loses_at_most_its_last_second() {
     assert_eq!(found["last"], reports.last().unwrap().sequence);
     let csv = file("killed.csv");
     let out = printed(&["replay", path_, "--force", "--csv", csv.to_str().unwrap()]);
-    snapbox::assert_data_eq!(said::words(&out.replace(path_, "killed.mcap")), snapbox::str![]);
+    snapbox::assert_data_eq!(
+        said::words(&out.replace(path_, "killed.mcap")),
+        snapbox::str![[r#"
+killed.mcap (firmware # on this PC, /dev/pts/# at # baud): # reports, # events; # reports missing in # gaps
+the end of the file is missing: its recorder was stopped by force, what came before it is whole
+"#]]
+    );
     assert_eq!(std::fs::read_to_string(&csv).unwrap().lines().count(), 1 + reports.len());
 }
 
@@ -399,7 +405,15 @@ fn a_recording_is_shown_as_it_was() {
     assert_eq!(forces(&out), expected);
     let lines: Vec<&str> = out.lines().collect();
     let words = [&lines[..3], &lines[lines.len() - 1..]].concat().join("\n").replace(path, "shown.mcap");
-    snapbox::assert_data_eq!(said::words(&words), snapbox::str![]);
+    snapbox::assert_data_eq!(
+        said::words(&words),
+        snapbox::str![[r#"
+recording shown.mcap of a test
+time_s angle_deg goal_deg force_n fx_n fy_n torque_nmm current_ma status
+# # # # # # # # no-contact
+# reports, # a second; # missing, # frames damaged; the recording is over
+"#]]
+    );
     // Half a second, ten times as fast; with twice the modulus.
     let options = ["--again", "--show", "--youngs-modulus-pa", "9.9e7", "--speed", "10", "--every", "1"];
     let out = printed(&[&["replay", path][..], &options].concat());

@@ -1,7 +1,5 @@
 //! Objects of every shape from case file to result, picture, sweep, servo and comparison.
 
-mod said;
-
 use std::path::Path;
 
 use fre::case::{Case, Document, ObjectWords};
@@ -201,6 +199,6 @@ fn measurements_on_any_shape_are_compared() {
         let words = String::from_utf8(output.stdout).unwrap();
         assert_eq!(output.status.code(), Some(0), "{name}: {words}{}", String::from_utf8_lossy(&output.stderr));
         let error = words.lines().find(|line| line.starts_with("force error: ")).unwrap_or(&words);
-        snapbox::assert_data_eq!(said::words(error), snapbox::str![]);
+        assert_eq!(error.split(" (at ").next(), Some("force error: mean 0.00 %, max 0.00 %"), "{name}: {words}");
     }
 }

@@ -81,13 +81,47 @@ fn marks_that_disagree_or_check_nothing_are_warned_of() {
         let told = words(&output.stderr);
         told
     };
-    snapbox::assert_data_eq!(said::words(&told(&[], 0.0)), snapbox::str![]);
+    snapbox::assert_data_eq!(
+        said::words(&told(&[], 0.0)),
+        snapbox::str![[r#"
+marks #, no residual: four marks fit any perspective, a fifth or a camera would check them
+outline # points, arc length # to # mm, # mm per pixel
+edges contrast # % of white, blur # px, scatter # mm before smoothing
+thickness # % of the design's
+"#]]
+    );
     // Off the lines between the others all are checked.
     let inside = [[-30.0, 10.0], [12.0, 60.0]];
-    snapbox::assert_data_eq!(said::words(&told(&inside, 0.0)), snapbox::str![]);
-    snapbox::assert_data_eq!(said::words(&told(&inside, 12.0)), snapbox::str![]);
+    snapbox::assert_data_eq!(
+        said::words(&told(&inside, 0.0)),
+        snapbox::str![[r#"
+marks #, residual # px (# mm) rms
+outline # points, arc length # to # mm, # mm per pixel
+edges contrast # % of white, blur # px, scatter # mm before smoothing
+thickness # % of the design's
+"#]]
+    );
+    snapbox::assert_data_eq!(
+        said::words(&told(&inside, 12.0)),
+        snapbox::str![[r#"
+marks #, residual # px (# mm) rms
+# mm is more than # mm: a mark's pixel or millimetres are probably wrong, the marks lie in no plane, or the lens bends lines (--checkerboard); the outline is off by as much
+outline # points, arc length # to # mm, # mm per pixel
+edges contrast # % of white, blur # px, scatter # mm before smoothing
+thickness # % of the design's
+"#]]
+    );
     // Between the first two: the others may lie anywhere on a line.
-    snapbox::assert_data_eq!(said::words(&told(&[[-9.0, -13.0]], 0.0)), snapbox::str![]);
+    snapbox::assert_data_eq!(
+        said::words(&told(&[[-9.0, -13.0]], 0.0)),
+        snapbox::str![[r#"
+marks #, residual # px (# mm) rms
+an error of #,#=#,# or #,#=-#,# may not show in the residual: the others do not check it in every direction; more marks, off the lines between these, or a camera would
+outline # points, arc length # to # mm, # mm per pixel
+edges contrast # % of white, blur # px, scatter # mm before smoothing
+thickness # % of the design's
+"#]]
+    );
 }
 
 /// A finger cut out: black under what is transparent, and how much of the finger a pixel is of in its alpha.
@@ -110,7 +144,16 @@ fn what_is_transparent_is_white_and_a_torn_picture_is_told() {
     let (opaque, plain) = save_rgba(&|light| [light, light, light, 255]);
     let (cut, said) = save_rgba(&|light| [0, 0, 0, 255 - light]);
     assert_ne!(plain, said);
-    snapbox::assert_data_eq!(said::words(&said), snapbox::str![]);
+    snapbox::assert_data_eq!(
+        said::words(&said),
+        snapbox::str![[r#"
+picture transparent in places: taken as before white
+marks #, no residual: four marks fit any perspective, a fifth or a camera would check them
+outline # points, arc length # to # mm, # mm per pixel
+edges contrast # % of white, blur # px, scatter # mm before smoothing
+thickness # % of the design's
+"#]]
+    );
     let points = |csv: &str| Measured::parse("outline", csv).unwrap().measurements[0].front.clone();
     let [a, b] = [points(&opaque), points(&cut)];
     assert_eq!(a.len(), b.len());
