@@ -78,8 +78,7 @@ fn marks_that_disagree_or_check_nothing_are_warned_of() {
         marks[2] = mark([x + off, y], MARKS[2]);
         let output = folder.fre(&command(&marks, &[]));
         assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
-        let told = words(&output.stderr);
-        told
+        words(&output.stderr)
     };
     snapbox::assert_data_eq!(
         said::words(&told(&[], 0.0)),
