@@ -32,7 +32,7 @@ pub type Heeds = [Option<Heed>; FINGERS];
 /// What an order comes to that each finger obeys as far as it can. Refused if none of them can.
 pub type Moved = Result<Heeds, Refusal>;
 
-/// Values of [`Settings`], [`Mount`], [`CloseTo`] and [`GripTo`].
+/// Values of [`crate::Settings`], [`crate::Mount`], [`crate::CloseTo`] and [`crate::GripTo`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum SettingsField {
     /// Address of the servo.
@@ -77,11 +77,11 @@ pub enum SettingsField {
     Moment,
     /// How long a finger closes on without a trustworthy estimate, ms.
     Untrusted,
-    /// [`Settings::silence_ms`].
+    /// [`crate::Settings::silence_ms`].
     Silence,
-    /// [`Settings::heat_margin`], K.
+    /// [`crate::Settings::heat_margin`], K.
     HeatMargin,
-    /// [`Settings::supply_margin`], V.
+    /// [`crate::Settings::supply_margin`], V.
     SupplyMargin,
 }
 

@@ -34,7 +34,7 @@ pub struct Finger {
 pub struct CloseTo {
     /// Which fingers.
     pub fingers: Which,
-    /// Motor angle, rad, within [`Mount::range`].
+    /// Motor angle, rad, within [`crate::Mount::range`].
     pub angle: f32,
     /// Speed, rad/s, positive; `None`: the settings' own.
     pub speed: Option<f32>,
@@ -73,10 +73,10 @@ impl Which {
 pub struct GripTo {
     /// Which fingers.
     pub fingers: Which,
-    /// Force of each (magnitude), N, positive, at most its [`Mount::force_limit`].
+    /// Force of each (magnitude), N, positive, at most its [`crate::Mount::force_limit`].
     pub force: f32,
     /// Greatest speed of closing, rad/s; `None`: the settings' own.
     pub speed: Option<f32>,
-    /// Motor angle beyond which no finger closes, rad, within its [`Mount::range`]; `None`: the range's end.
+    /// Motor angle beyond which no finger closes, rad, within its [`crate::Mount::range`]; `None`: the range's end.
     pub limit: Option<f32>,
 }
