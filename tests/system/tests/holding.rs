@@ -84,7 +84,7 @@ fn a_microcontroller_that_restarts_keeps_the_force() {
 #[test]
 fn an_armed_bus_watchdog_does_not_cost_the_force() {
     let flash = Flash::new();
-    let bench = Bench::new(geared_servo(), &flash);
+    let mut bench = Bench::new(geared_servo(), &flash);
     // 20 ms; it waits for the torque.
     bench.servo.write(xm430::BUS_WATCHDOG, 1);
     let mut bench = grip(bench);
