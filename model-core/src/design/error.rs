@@ -5,7 +5,7 @@ pub(super) const MAX_LENGTH: f64 = 5000.0;
 /// Smallest thickness of a beam or hinge, mm.
 pub(super) const MIN_THICKNESS: f64 = 0.01;
 
-/// Places in a [`Design`], named as in a case file.
+/// Places in a [`crate::design::Design`], named as in a case file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
     /// `width_mm`
@@ -158,7 +158,7 @@ impl Field {
     }
 }
 
-/// Why a [`Design`] is refused. Values are in mm, MPa or pure numbers, as the design's.
+/// Why a [`crate::design::Design`] is refused. Values are in mm, MPa or pure numbers, as the design's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DesignError {
     /// A number is infinite or NaN.
