@@ -101,6 +101,10 @@ impl Free {
     }
 
     /// Returns whether the object counts as standing where it was set from now on: nothing touches it, or it is too far off.
+    ///
+    /// Inlined, so that it is compiled where the loop is, in the board's own crate: the solver is then in the image once, and as that
+    /// image is optimised.
+    #[inline]
     pub(crate) fn find(&mut self, units: &mut [Unit<'_>], left: u64) -> bool {
         self.settling = self.settling.saturating_add(1);
         let (mut count, mut touching, mut each) = (0_u32, 0, u32::MAX);
