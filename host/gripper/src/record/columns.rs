@@ -124,6 +124,7 @@ impl ReportTable {
 #[cfg(test)]
 mod tests {
     use messages::Report;
+    use model_core::estimator::Interval;
 
     use super::super::Csv;
     use super::{COLUMNS, ReportTable};
@@ -132,7 +133,10 @@ mod tests {
     fn the_csv_and_the_table_have_the_same_rows() {
         let (mut csv, mut table) = (Csv::new(Vec::new()).unwrap(), ReportTable::default());
         for finger in 0..3 {
-            let report = Report { current: 0.1, time_us: 7, ..Report::blank(finger) };
+            let mut report = Report { current: 0.1, time_us: 7, ..Report::blank(finger) };
+            // Without one these cells are no numbers, which are not equal to themselves.
+            report.estimate.interval =
+                Some(Interval { magnitude: [4.1, 6.2], normal: [3.9, 6.0], torque: [410.0, 530.0] });
             csv.write(&report).unwrap();
             table.take(&report);
         }
