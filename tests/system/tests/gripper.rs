@@ -11,7 +11,7 @@ use messages::{Direction, Event, Mount, Reaction, Refusal, Report, Settings, Sid
 use model_core::estimator::Estimator;
 use model_core::object::ObjectDesign;
 use model_core::real::Real;
-use model_core::size::Reduced;
+use model_core::size::Rubbing;
 use model_core::status::Status;
 use system_tests::{Machine, OBJECT, Watch, finger};
 
@@ -55,7 +55,7 @@ fn is_fresh(report: &Report) -> bool {
 
 /// The estimates of this precision at the reports' positions, on this PC.
 fn replay<T: Real>(reports: &[Report], budget: Option<u32>) -> Vec<model_core::estimator::Estimate> {
-    let mut estimator: Box<Estimator<T, Reduced>> = Box::new(Estimator::EMPTY);
+    let mut estimator: Box<Estimator<T, Rubbing>> = Box::new(Estimator::EMPTY);
     let finger = finger();
     estimator.configure(&finger.design, &finger.how).unwrap();
     estimator.set_object(OBJECT).unwrap();
