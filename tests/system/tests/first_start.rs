@@ -254,7 +254,7 @@ fn a_goal_outside_the_servos_limits_is_named() {
     assert!(words.ends_with(": it is outside its Min and Max Position Limit"), "{words}");
 }
 
-/// Closing goes on for 50 ms at most while the estimate is not to be trusted: here, an object that the finger stands in.
+/// Closing goes on for 50 ms at most while the estimate is not to be trusted: here, an object around the finger's base.
 #[test]
 fn closing_stops_when_the_estimate_is_lost() {
     for ms in [50_u16, 500] {
@@ -264,7 +264,7 @@ fn closing_stops_when_the_estimate_is_lost() {
         bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.15, speed: Some(0.1) }).unwrap();
         bench.run(SECOND / 4);
         let ObjectDesign::Circle { radius, .. } = OBJECT else { panic!("a circle") };
-        let inside = ObjectDesign::Circle { centre: [0.0, 45.0], radius };
+        let inside = ObjectDesign::Circle { centre: [0.0, 30.0], radius };
         bench.ask::<SetObject>(&For { finger: 0, what: inside.into() }).unwrap();
         let began = bench.now_us();
         bench.until("a stop", 2 * SECOND, |report| report.phase == Phase::Held(Why::Estimate));
