@@ -69,7 +69,8 @@ def test_a_bus_of_this_pc_estimates_the_servos_force(bus_port: str, case: fre.Ca
     assert abs(last.motor_angle_deg - 6.0) < 1.0
     assert abs(last.force_magnitude_n - expected) < 0.02 * expected
     assert [report.sequence for report in reports] == list(range(reports[0].sequence, reports[0].sequence + len(reports)))
-    assert pickle.loads(pickle.dumps(last)) == last
+    # By its words: an interval that is not known is not a number, which equals nothing.
+    assert repr(pickle.loads(pickle.dumps(last))) == repr(last)
 
 
 def test_what_a_bus_cannot_take_is_named(folder: pathlib.Path, case: fre.Case) -> None:
@@ -104,7 +105,7 @@ def test_a_recording_is_read_as_columns(program: str, bus_port: str, case_file: 
     table = pandas.read_parquet(parquet)
     assert list(table) == names
     for name in names:
-        assert table[name].tolist() == list(recording[name]), name
+        np.testing.assert_array_equal(table[name].to_numpy(), np.asarray(recording[name]), err_msg=name)
     assert (np.diff(recording["log_time_ns"]) >= 0).all()
     assert (recording.missing, recording.damages, recording.is_cut) == (0, [], False)
     assert recording.setup.origin == "bus" and all(isinstance(status, fre.Status) for status in recording.status)
