@@ -169,9 +169,15 @@ pub fn document(input: &Input, fit: &Fit) -> Value {
             "travel_factor": 1.0 + fit.trial.change(Parameter::Travel, design),
             "friction": input.runs.iter().map(|run| fit.trial.friction(run.friction, design)).collect::<Vec<_>>(),
             "youngs_modulus_mpa": fit.trial.design(design).material.youngs_modulus,
-            "uncertainty": uncertainty(fit, design),
+            "uncertainty": as_written(&uncertainty(fit, design)),
         },
     })
+}
+
+/// Numbers of single precision with the digits that they are written with. A JSON value keeps them so or doubles their digits, as another
+/// crate in the build would have it.
+fn as_written(value: &impl serde::Serialize) -> serde_json::Value {
+    serde_json::to_string(value).and_then(|text| serde_json::from_str(&text)).unwrap_or_default()
 }
 
 /// The finger file of the first case with the fitted values, their standard deviations in its comments; what was not fitted stays as
