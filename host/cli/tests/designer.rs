@@ -188,13 +188,26 @@ fn strains_beyond_the_limit_are_warned_of_in_every_format() {
 First branch: largest force # N at #°; the motion meets no snap-through
 warning: front hinge of lamella #: strain # %, the material bears # % (at #°)
 warning: back hinge of lamella #: strain # %, the material bears # % (at #°)
+warning: front hinge of lamella #: strain # %, the material bears # % (at #°)
+warning: back hinge of lamella #: strain # %, the material bears # % (at #°)
+warning: front hinge of lamella #: strain # %, the material bears # % (at #°)
+warning: back hinge of lamella #: strain # %, the material bears # % (at #°)
 "#]]
     );
     let csv = fre(folder, &low, &["solve", "--format", "csv"]);
-    assert!(said.lines().any(|line| line.starts_with("warning: back hinge of lamella 6: strain 10.4")), "{said}");
+    let is_sixth = |line: &str| {
+        line.starts_with("warning: back hinge of lamella 6: strain 10.4")
+            && line.ends_with("%, the material bears 5 % (at 6°)")
+    };
+    assert!(said.lines().any(is_sixth), "{said}");
+    assert!(words(&csv.stderr).lines().filter_map(|line| line.strip_prefix("fre: ")).any(is_sixth));
     snapbox::assert_data_eq!(
         said::words(&words(&csv.stderr)),
         snapbox::str![[r#"
+fre: warning: front hinge of lamella #: strain # %, the material bears # % (at #°)
+fre: warning: back hinge of lamella #: strain # %, the material bears # % (at #°)
+fre: warning: front hinge of lamella #: strain # %, the material bears # % (at #°)
+fre: warning: back hinge of lamella #: strain # %, the material bears # % (at #°)
 fre: warning: front hinge of lamella #: strain # %, the material bears # % (at #°)
 fre: warning: back hinge of lamella #: strain # %, the material bears # % (at #°)
 "#]]
@@ -234,6 +247,8 @@ fre: warning: 1 of 4 rows are strained beyond finger.material.max_strain, or bey
     let expected = "First branch: largest force # N at #°; the motion meets no snap-through\n\
                     Strains are checked against # %: finger.material.max_strain is not given";
     assert_eq!(said::words(&notes(&said)), expected);
+    let last = notes(&said).lines().last().map(str::to_owned);
+    assert_eq!(last.as_deref(), Some("Strains are checked against 30 %: finger.material.max_strain is not given"));
     let json: serde_json::Value =
         serde_json::from_slice(&fre(folder, &text(""), &["solve", "--format", "json"]).stdout).unwrap();
     assert_eq!(json[1]["beyond_max_strain"], serde_json::json!([]));
@@ -289,7 +304,9 @@ fn implausible_strains_are_warned_of_without_a_limit_and_for_every_kind_of_finge
         let said = String::from_utf8_lossy(&fre(folder, &text, &["solve"]).stdout).into_owned();
         let warnings =
             said.lines().filter(|line| line.starts_with("warning: ")).map(|line| format!("{kind}: {line}\n"));
-        all += &warnings.collect::<String>();
+        let warnings = warnings.collect::<String>();
+        assert!(warnings.lines().any(|line| line.contains("%, more than 30 %: check where")), "{warnings}");
+        all += &warnings;
     }
     snapbox::assert_data_eq!(
         said::words(&all),
@@ -297,6 +314,7 @@ fn implausible_strains_are_warned_of_without_a_limit_and_for_every_kind_of_finge
 flexible: warning: lamella # and lamella # touch each other (from #° on; at #° they overlap by # mm at x = # mm, y = # mm), which the model does not know: its force is too small from there on
 flexible: warning: front hinge of lamella #: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 flexible: warning: back hinge of lamella #: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
+flexible: warning: front hinge of lamella #: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 pinned: warning: lamella # and lamella # touch each other (from #° on; at #° they overlap by # mm at x = # mm, y = # mm), which the model does not know: its force is too small from there on
 pinned: warning: back beam at # mm: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 welded: warning: finger.hinge.kind = "welded": the model's lamellae are rigid, real ones bend with the beams; the force is too large (by # % for fea-# with lamellae of # mm; `fre compare --fea` measures it for this case)
@@ -305,6 +323,7 @@ welded: warning: front beam at # mm: strain # %, more than # %: check where the 
 bowed: warning: lamella # and lamella # touch each other (from #° on; at #° they overlap by # mm at x = # mm, y = # mm), which the model does not know: its force is too small from there on
 bowed: warning: front hinge of lamella #: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 bowed: warning: back hinge of lamella #: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
+bowed: warning: front hinge of lamella #: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 without lamellae: warning: the object reaches # mm into the back beam (at #°), which the model lets it pass through: check where the case has it
 without lamellae: warning: front beam and back beam touch each other (from #° on; at #° they overlap by # mm at x = # mm, y = # mm), which the model does not know: its force is too small from there on
 without lamellae: warning: front beam at # mm: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
@@ -359,6 +378,7 @@ branch #
 motor angle α (°)
 "#]]
     );
+    assert!(force.lines().any(|line| line.starts_with("snap-through at 11.")), "{force}");
     // The largest force lies between two places; it is marked where it is.
     assert!(force.lines().any(|line| line.starts_with("22.3") && line.contains(" N at 10.")), "{force}");
     // Rounding of an undeformed finger is not drawn as if it were something.
@@ -387,7 +407,10 @@ arc length of the beam from the base s (mm); dashed: lamellae
     let output = fre(folder, &failing, &["solve", "--force", "--plot", "a.svg", "--plot-kind", "finger,force"]);
     assert_eq!(output.status.code(), Some(2));
     let lost = words("a.svg");
-    assert!(lost.lines().any(|word| word == "12"), "{lost}");
+    assert!(
+        lost.lines().any(|word| word == "12") && lost.lines().any(|word| word.contains("cylinder Ø2000 mm")),
+        "{lost}"
+    );
     snapbox::assert_data_eq!(
         labels(&lost),
         snapbox::str![[r#"
@@ -434,8 +457,10 @@ force per length (N/mm)
 arc length from the base s (mm); dashed: lamellae, numbered from the base
 "#]]
     );
+    let strain = drawn("strain", &["--plot-at", "9"]);
+    assert!(strain.lines().any(|line| line.starts_with("α = 9°: ")), "{strain}");
     snapbox::assert_data_eq!(
-        labels(&drawn("strain", &["--plot-at", "9"])),
+        labels(&strain),
         snapbox::str![[r#"
 Strain at the outer fibres
 α = #°: bending and stretch, positive where drawn out; the material's limit is not known
@@ -478,9 +503,11 @@ snap-through at #°
 branch #
 motor angle α (°)
 Force and torque while closing and opening
+fea-# on a cylinder Ø# mm at (#, #) mm
 closing
 force |F| (N)
 torque (N·mm)
+motor angle α (°)
 Contact force per length along the front beam
 α = #°: F = # N; largest # N/mm at # mm, that is # N/mm² over the finger's width
 touching samples, each over the length it stands for

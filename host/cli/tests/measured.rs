@@ -242,6 +242,7 @@ force difference: mean # N, max # N (at #°): # and # % of the largest measured 
 at ° force N measured N diff. N error % shape mean mm shape max mm status
 # # # # # – – converged
 # # # # # – – converged, mean of # readings (# to # N), outlier (line #)
+# # # # # – – converged
 force error: mean # %, max # % (at #°)
 force difference: mean # N, max # N (at #°): # and # % of the largest measured force
 without these (# reading): force error: mean # %, max # %; force difference: mean # N, max # N
@@ -377,6 +378,10 @@ fn outliers_count_and_the_figures_without_them_stand_beside() {
     assert!(rows.iter().all(|row| row.len() == rows[0].len()), "{csv}");
     assert_eq!(rows[4][rows[0].len() - 2..], ["6", "38"], "{csv}");
     assert_eq!(rows[1][rows[0].len() - 2..], ["", ""], "{csv}");
+    let outlier =
+        |line: &str| line.starts_with("fre: outlier: the point (") && line.split(" of line 38, at 8°").count() == 2;
+    assert!(beside.lines().any(outlier), "{beside}");
+    assert!(beside.lines().any(|line| line.strip_prefix("fre: ") == Some(without)), "{beside}");
     snapbox::assert_data_eq!(
         said::words(&beside),
         snapbox::str![[r#"
@@ -400,12 +405,15 @@ fn wrong_units_are_doubted() {
         notes += &format!("{name}\n");
         notes.extend(told.lines().filter(|line| line.starts_with("note")).map(|line| format!("{line}\n")));
     }
+    let lengths = "is 8.0 mm long, the front beam 80.0 mm: only that part is compared";
+    assert!(notes.lines().any(|line| line.ends_with(lengths)), "{notes}");
     snapbox::assert_data_eq!(
         said::words(&notes),
         snapbox::str![[r#"
 millinewtons
 note: the measured forces are about # times the model's: check the units (N, and degrees or mm) and where the case has its object
 radians
+note: the measured forces are about # times the model's: check the units (N, and degrees or mm) and where the case has its object
 centimetres
 note: the outline of line # is # mm long, the front beam # mm: only that part is compared
 right

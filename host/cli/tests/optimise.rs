@@ -66,6 +66,10 @@ least mass at # kg/m³ least strain up to #° finger.front.thickness_mm finger.b
 before: # g, #
 "#]]
     );
+    let asked = ["least mass at 1200 kg/m³ ", "force at 6° ≥ 2.7 N ", "2 starts, "];
+    for words in asked {
+        assert!(text.lines().any(|line| line.starts_with(words)), "{words}: {text}");
+    }
     let read = |name: &str| fs::read_to_string(folder.path().join("found").join(name)).unwrap();
     let page = read("report.html");
     assert!(page.matches("<svg").count() >= 3 && page.contains("All limits are kept."), "{}", page.len());

@@ -111,8 +111,12 @@ thickness # % of the design's
 "#]]
     );
     // Between the first two: the others may lie anywhere on a line.
+    let between = told(&[[-9.0, -13.0]], 0.0);
+    let [x, y] = eye.pixel(MARKS[2]);
+    let named = format!("an error of {x:.0},{y:.0}=14,97 or ");
+    assert!(between.lines().any(|line| line.trim_start().starts_with(&named)), "{named}: {between}");
     snapbox::assert_data_eq!(
-        said::words(&told(&[[-9.0, -13.0]], 0.0)),
+        said::words(&between),
         snapbox::str![[r#"
 marks #, residual # px (# mm) rms
 an error of #,#=#,# or #,#=-#,# may not show in the residual: the others do not check it in every direction; more marks, off the lines between these, or a camera would
@@ -175,6 +179,8 @@ fre: photo.png: cannot be read: it is truncated: the file ends before the pictur
 
 "#]]
             );
+        } else {
+            assert!(!told.lines().any(|line| line.starts_with("fre: ")), "{told}");
         }
     }
     // What cameras put behind the picture is none of it.

@@ -1,13 +1,9 @@
 //! What a command says, to compare it as a whole where its figures are the model's or a clock's.
 
-/// The text's lines, each once, with `#` for every number and one blank for several.
+/// The text's lines, those of a row that are alike once, with `#` for every number and one blank for several.
 pub fn words(text: &str) -> String {
-    let mut lines: Vec<String> = Vec::new();
-    for line in text.lines().map(without_numbers) {
-        if !lines.contains(&line) {
-            lines.push(line);
-        }
-    }
+    let mut lines: Vec<String> = text.lines().map(without_numbers).collect();
+    lines.dedup();
     lines.join("\n")
 }
 
