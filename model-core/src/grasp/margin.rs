@@ -48,7 +48,7 @@ pub struct Margin {
     /// A larger load than this is not borne. The two differ where the bounded search ended early.
     pub most: f64,
     /// The finger that slips first at that load: the one that slides fastest as the object begins to move; of equal ones the one
-    /// with the least friction. `None` where none slides.
+    /// with the least friction. `None` where none slides, or where nothing is borne.
     pub slips: Option<usize>,
 }
 
@@ -119,8 +119,10 @@ pub fn margin(touches: impl Iterator<Item = Touch> + Clone, about: [f64; 2], arm
             break;
         }
     }
-    let slips = first_slip(touches, about, arm, is_plain, &plane);
-    Margin { bears: portal.reach() / length, most: most / length, slips }
+    let reach = portal.reach();
+    let holds = reach > CLOSE * all;
+    let slips = if holds { first_slip(touches, about, arm, is_plain, &plane) } else { None };
+    Margin { bears: reach / length, most: most / length, slips }
 }
 
 /// The wrenches of a place's directions.
@@ -316,6 +318,7 @@ mod tests {
     fn nothing_is_borne_without_friction_across_the_normals_and_by_one_finger() {
         let smooth = [at(0, 180.0, 5.0, 0.0), at(1, 0.0, 5.0, 0.0)];
         assert!(found(&smooth, &DOWN).bears < 1e-4);
+        assert_eq!(found(&smooth, &DOWN).slips, None);
         near(found(&smooth, &Pull { force: [1.0, 0.0], ..Pull::default() }).bears, 5.0);
         let one = [at(0, 180.0, 5.0, 0.6)];
         assert!(found(&one, &DOWN).bears < 1e-4);
