@@ -131,7 +131,7 @@ fn what_must_not_be_used_is_not_a_number_and_has_its_status() {
             && (said.value("force_standard_deviation") - 0.2).abs() < 1e-6
     );
     assert_eq!(["trusted", "status", "age"].map(|name| said.value(name)), [1.0, 0.0, 0.0]);
-    // Without friction there is no interval, and one finger grips nothing.
+    // Without friction there is no interval; a single finger does not grip.
     assert!(["force_interval_low", "force_interval_high", "margin"].iter().all(|name| said.value(name).is_nan()));
     let interval = Some(Interval { magnitude: [4.5, 5.5], ..Interval::default() });
     let rough = Told::Report(report(1, Estimate { interval, ..good }));

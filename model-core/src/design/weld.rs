@@ -2,8 +2,8 @@
 //!
 //! Seven numbers per weld, from linear finite elements of the junction alone (`tests/reference/src/junction.rs`, which makes the tables
 //! below): over how much of its length the beam does not bend and where that lies, how far inside the face the rib bends, how the beam's
-//! shear turns the rib, how the rib's own does, and how much less the beam stretches and shears. They depend on the angle between rib and beam and on the ratio
-//! of their thicknesses, and on Poisson's ratio by less than a tenth.
+//! shear turns the rib, how the rib's own does, and how much less the beam stretches and shears. They depend on the angle between rib and
+//! beam and on the ratio of their thicknesses, and on Poisson's ratio by less than a tenth.
 
 use super::junction::face_distances;
 use super::{Beam, Design, LamellaKind, RibEnds, Ribs};

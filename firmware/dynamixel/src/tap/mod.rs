@@ -158,8 +158,8 @@ impl<const N: usize, const S: usize> Tap<N, S> {
         self.state.timing = timing;
     }
 
-    /// Learns from this servo from now on; false if there is no room for it. Its registers count as those of [`Model::ASSUMED`]. When it
-    /// answers its master with the number of another known model, they count as that model's.
+    /// Learns from this servo from now on; false if there is no room for it. Its registers are read as those of [`Model::ASSUMED`], until
+    /// it answers its master with the number of another known model.
     pub fn watch(&mut self, id: Id) -> bool {
         self.watch_model(id, Model::ASSUMED)
     }
