@@ -1,5 +1,8 @@
 //! Calibrations: of measurements drawn from the model, the truth comes back, and the stated deviations cover it.
 
+mod said;
+mod transcript;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -13,6 +16,7 @@ use model_core::object::ObjectDesign;
 use model_core::sensitivity::DesignParameter;
 use serde_json::Value;
 use tempfile::TempDir;
+use transcript::Transcript;
 
 const USUAL: [Parameter; 4] = [Parameter::YoungsModulus, Parameter::Zero, Parameter::ObjectX, Parameter::ObjectY];
 
@@ -270,10 +274,13 @@ fn the_command_fits_writes_and_draws() {
     }
     assert!(std::fs::read_to_string(&plot).unwrap().contains("residual"));
 
-    let text = fre(&words, "--elements reduced --fit youngs-modulus,zero");
-    let text = String::from_utf8(text.stdout).unwrap();
-    assert!(text.contains("correlation") && text.contains("for the gripper (--send does it)"), "{text}");
-    assert!(text.contains("left out: ") && text.contains(": columns gauge_mv"), "{text}");
+    let options = "--elements reduced --fit youngs-modulus,zero";
+    let output = fre(&words, options);
+    let mut said = Transcript::default();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let text = said::words(&text.replace(&format!("{}/", folder.0.path().display()), ""));
+    said.add(&format!("fre calibrate {options}"), folder.0.path(), (output.status.code(), &text));
+    snapbox::assert_data_eq!(said.text(), snapbox::file!["words/calibrated.txt"].raw());
 }
 
 #[test]
@@ -322,22 +329,25 @@ fn what_is_read_is_never_written() {
     let folder = Folder::new();
     let (tables, cases) = files(&folder);
     let words = [tables[0].as_path(), Path::new("--case"), cases[0].as_path()];
-    let said = |options: &str| {
-        let output = fre(&words, options);
-        assert_eq!(output.status.code(), Some(1));
-        String::from_utf8(output.stderr).unwrap()
-    };
     let kept = [&tables[0], &cases[0]].map(|path| (path, std::fs::read(path).unwrap()));
     let link = folder.0.path().join("link.toml");
     std::os::unix::fs::symlink(&cases[0], &link).unwrap();
-    for output in [&tables[0], &cases[0], &link] {
-        let message = said(&format!("--force --write {}", output.display()));
-        assert!(message.contains("is the same file as"), "{message}");
-    }
     let other = folder.file("finger.toml", "mine");
-    assert!(said(&format!("--write {}", other.display())).contains("exists; --force overwrites it"));
     let both = folder.0.path().join("both.svg");
-    assert!(said(&format!("--write {0} --plot {0}", both.display())).contains("is the same file as --write"));
+    let mut said = Transcript::default();
+    for options in [
+        format!("--force --write {}", tables[0].display()),
+        format!("--force --write {}", cases[0].display()),
+        format!("--force --write {}", link.display()),
+        format!("--write {}", other.display()),
+        format!("--write {0} --plot {0}", both.display()),
+    ] {
+        let output = fre(&words, &options);
+        assert_eq!(output.status.code(), Some(1), "{options}");
+        let errors = String::from_utf8(output.stderr).unwrap();
+        said.add(&format!("fre calibrate {options}"), folder.0.path(), (Some(1), &errors));
+    }
+    snapbox::assert_data_eq!(said.text(), snapbox::file!["words/calibrate_files.txt"].raw());
     for (path, bytes) in kept {
         assert!(std::fs::read(path).unwrap() == bytes, "{}", path.display());
     }

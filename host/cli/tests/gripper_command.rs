@@ -2,6 +2,10 @@
 //!
 //! `cargo xtask test system` builds the firmware, names it in `FRE_FIRMWARE_ELF`, and turns the feature `qemu` on.
 
+mod said;
+mod transcript;
+
+use std::cell::RefCell;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,6 +20,8 @@ use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
 
+use transcript::Transcript;
+
 /// Of the case below.
 const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
 const CASE: &str = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 45.0]\n\
@@ -29,7 +35,7 @@ fn firmware() -> String {
 
 /// `fre …`: exit status, output, errors.
 fn fre(words: &[&str]) -> (Option<i32>, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).output().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).env("COLUMNS", "100").output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (output.status.code(), text(&output.stdout), text(&output.stderr))
 }
@@ -39,6 +45,7 @@ struct Gripper {
     _board: Board,
     sockets: Sockets,
     _bus: Running,
+    said: RefCell<Transcript>,
     _turn: MutexGuard<'static, ()>,
 }
 
@@ -66,21 +73,17 @@ impl Gripper {
         board.until("connection to the bus", PATIENCE, || hub.connect_unix(&sockets.bus())).unwrap();
         hub.servo(Servo::new(servo).unwrap());
         let bus = hub.spawn().unwrap();
-        let gripper = Self { _board: board, sockets, _bus: bus, _turn: turn };
-        // Idle at first.
-        let (code, _, errors) = gripper.fre(&["gripper", "hold"]);
-        assert!(code == Some(1) && errors.contains("fre gripper commission"), "{code:?} {errors}");
-        let (code, out, errors) = gripper.fre(&["gripper", "commission"]);
-        assert!(code == Some(1) && errors.contains("--yes"), "nobody was asked: {code:?} {out} {errors}");
-        let (code, _, errors) = gripper.fre(&["gripper", "commission", "--yes", "--servo", "9"]);
-        assert!(code == Some(1) && errors.contains("no such servo answers"), "{code:?} {errors}");
-        let commissioned = gripper.done(&["gripper", "commission", "--yes"]);
-        for words in [
-            "id 1: XM430-W350 (model 1020, firmware 45) at 1000000 baud",
-            "finger 0 commissioned: model 1020, Operating Mode 3",
+        let gripper = Self { _board: board, sockets, _bus: bus, said: RefCell::default(), _turn: turn };
+        // Idle at first; nobody is asked where no person is.
+        for (words, code) in [
+            (&["gripper", "hold"][..], 1),
+            (&["gripper", "commission"], 1),
+            (&["gripper", "commission", "--yes", "--servo", "9"], 1),
+            (&["gripper", "commission", "--yes"], 0),
         ] {
-            assert!(commissioned.contains(words), "no {words}: {commissioned}");
+            gripper.keep(words, code);
         }
+        gripper.compare(snapbox::file!["words/commission.txt"]);
         gripper.done(&["gripper", "set", "finger.0.current_limit_ma=2000"]);
         gripper
     }
@@ -88,6 +91,25 @@ impl Gripper {
     /// `fre …` on its link: exit status, output, errors.
     fn fre(&self, words: &[&str]) -> (Option<i32>, String, String) {
         fre(&[words, &["--link", &self.link()]].concat())
+    }
+
+    /// The same with the status that is expected, and what it says kept for the transcript.
+    fn keep(&self, words: &[&str], expected: i32) -> String {
+        let (code, out, errors) = self.fre(words);
+        assert_eq!(code, Some(expected), "{words:?}: {out}{errors}");
+        let text = format!("{out}{errors}");
+        self.add(&words.join(" "), code, &text);
+        out
+    }
+
+    fn add(&self, words: &str, code: Option<i32>, text: &str) {
+        let folder = self.sockets.folder();
+        self.said.borrow_mut().add(&format!("fre {words}"), folder, (code, text));
+    }
+
+    /// Compares what was kept so far.
+    fn compare(&self, expected: snapbox::Data) {
+        snapbox::assert_data_eq!(self.said.take().text(), expected.raw());
     }
 
     fn link(&self) -> String {
@@ -124,49 +146,34 @@ impl Gripper {
 fn a_script_sets_grips_holds_and_releases() {
     let gripper = Gripper::boot();
     let info = gripper.done(&["gripper", "info"]);
-    for words in ["mps2", "protocol", "room for", "started because", "estimates", "bus", "link"] {
-        assert!(info.contains(words), "no {words}: {info}");
-    }
-    let before = gripper.done(&["gripper", "get"]);
-    assert!(before.contains("rate_hz = 500") && before.contains("finger 0: no design"), "{before}");
-
+    gripper.add("gripper info", Some(0), &said::words(&info));
+    gripper.keep(&["gripper", "get"], 0);
     let case = gripper.sockets.folder().join("case.toml");
     std::fs::write(&case, CASE).unwrap();
     let case = case.to_str().unwrap();
-    gripper.done(&["gripper", "set", "rate_hz=400", "finger.0.force_limit_n=8.5", "--case", case]);
-    let after = gripper.done(&["gripper", "get"]);
-    for words in ["rate_hz = 400", "finger.0.force_limit_n = 8.5", "7 lamellae", "circle, radius_mm = 40"] {
-        assert!(after.contains(words), "no {words}: {after}");
-    }
+    gripper.keep(&["gripper", "set", "rate_hz=400", "finger.0.force_limit_n=8.5", "--case", case], 0);
+    let after = gripper.keep(&["gripper", "get"], 0);
     // What is wrong is named, by this program or by the gripper, and changes nothing.
-    for (pair, words) in [
-        ("finger.0.colour=red", "is not a key"),
-        ("finger.0.side=up", "left or right"),
-        ("rate_hz=4000", "4000"),
-        ("finger.0.force_limit_n=-1", "-1"),
-    ] {
-        let (code, _, errors) = gripper.fre(&["gripper", "set", pair]);
-        assert!(code == Some(1) && errors.contains(words), "{pair}: {code:?} {errors}");
+    for wrong in ["finger.0.colour=red", "finger.0.side=up", "rate_hz=4000", "finger.0.force_limit_n=-1", "object=free"]
+    {
+        gripper.keep(&["gripper", "set", wrong], 1);
     }
     assert_eq!(gripper.done(&["gripper", "get"]), after);
-    let (code, _, errors) = gripper.fre(&["gripper", "grip", "--force-n", "9"]);
-    assert!(code == Some(1) && errors.contains('9'), "beyond its limit: {code:?} {errors}");
+    gripper.keep(&["gripper", "grip", "--force-n", "9"], 1);
+    gripper.keep(&["gripper", "release", "--finger", "3"], 1);
 
     let gripped = gripper.moved(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
-    assert!(gripped.starts_with("finger 0") && gripped.contains("gripped"), "{gripped}");
+    gripper.add("gripper grip --force-n 4 --wait 60", Some(0), &said::words(&gripped));
     let force: f64 = gripped.split_whitespace().nth(2).and_then(|word| word.parse().ok()).unwrap();
     assert!((force - 4.0).abs() < 0.4, "{gripped}");
     gripper.moved(&["gripper", "hold"]);
     assert!(lines_until(&gripper, "held").contains("held"));
     gripper.moved(&["gripper", "release", "--finger", "0"]);
     lines_until(&gripper, ",released,");
-    assert_eq!(gripper.fre(&["gripper", "release", "--finger", "3"]).0, Some(1));
 
     let found = gripper.moved(&["gripper", "scan"]);
-    assert!(found.contains("id 1: model 1020, firmware 45, answers at 1000000 baud"), "{found}");
-    assert!(found.trim_end().ends_with("devices"), "{found}");
-    let (code, _, errors) = gripper.fre(&["gripper", "set", "object=free"]);
-    assert!(code == Some(1) && errors.contains("number of fingers"), "one finger holds nothing: {errors}");
+    gripper.add("gripper scan", Some(0), &said::words(&found));
+    gripper.compare(snapbox::file!["words/gripper.txt"]);
 }
 
 /// A finger told of an object 7 mm too high finds by closing on it where it is; and one told of a smaller one, how large.
@@ -200,19 +207,19 @@ fn closing_tells_where_a_round_object_is() {
     let objects = gripper.done(&["gripper", "get"]);
     let whole = height.split('.').next().unwrap();
     assert!(objects.contains(&format!("centre_mm = [41.0, {whole}")), "{height}: {objects}");
-    // What is wrong is named.
-    for (words, said) in [
-        (["--range-mm", "60:30", "--to-deg", "9"], "LEAST < MOST"),
-        (["--range-mm", "30:60", "--to-deg", "900"], "900"),
-        (["--finger", "3", "--range-mm", "30:60"], "to-deg"),
+    // What is wrong is named; so is, by status 2, that the object is nowhere in the range.
+    for (wrong, code) in [
+        ("--range-mm 60:30 --to-deg 9", 1),
+        ("--range-mm 30:60 --to-deg 900", 1),
+        ("--finger 3 --range-mm 30:60", 1),
+        ("--range-mm 60:70 --to-deg 9 --wait 120", 2),
     ] {
-        let (code, _, errors) = gripper.fre(&[["gripper", "identify", "height"].as_slice(), &words].concat());
-        assert!(code == Some(1) && errors.contains(said), "{words:?}: {code:?} {errors}");
+        let command = format!("gripper identify height {wrong}");
+        let (found, out, errors) = gripper.fre(&command.split(' ').collect::<Vec<_>>());
+        assert_eq!(found, Some(code), "{command}: {out}{errors}");
+        gripper.add(&command, found, &if code == 1 { errors } else { said::words(&format!("{out}{errors}")) });
     }
-    // The object is nowhere in the range: said, by status 2.
-    let (code, out, errors) =
-        gripper.fre(&["gripper", "identify", "height", "--range-mm", "60:70", "--to-deg", "9", "--wait", "120"]);
-    assert!(code == Some(2) && out.contains("positions seen"), "{code:?} {out}{errors}");
+    gripper.compare(snapbox::file!["words/identify.txt"]);
 }
 
 /// What the CSV of `fre monitor` says as soon as some row has a word.
@@ -351,53 +358,59 @@ fn a_calibration_reaches_the_gripper() {
         let words = text.lines().find_map(|line| line.strip_prefix(&format!("{key} = "))).map(str::to_owned);
         words.and_then(|words| words.parse().ok()).unwrap_or_else(|| panic!("no {key}: {text}"))
     };
-    let before = gripper.done(&["gripper", "get"]);
-    assert!(before.contains("finger 0: not calibrated, taken as zero 0.2000°, E 5.00 %"), "{before}");
+    let before = gripper.keep(&["gripper", "get"], 0);
     let zero = value(&before, "finger.0.zero_counts");
     let link = gripper.link();
     let send = |options: &[&str], which: &[(String, String)]| {
         let tables = which.iter().map(|(table, _)| table.as_str());
         let cases = which.iter().flat_map(|(_, case)| ["--case", case.as_str()]);
         let words: Vec<&str> = ["calibrate"].into_iter().chain(tables).chain(cases).collect();
-        fre(&[&words, ["--elements", "reduced", "--send", &link].as_slice(), options].concat())
+        let result = fre(&[&words, ["--elements", "reduced", "--send", &link].as_slice(), options].concat());
+        let (code, out, errors) = &result;
+        let command = [&words, options].concat().join(" ");
+        gripper.add(&command, *code, &said::words(&errors.replace(&link, "LINK")));
+        assert!(*code != Some(0) || !out.is_empty(), "{errors}");
+        result
+    };
+    // What it has after a calibration, but for the figures that were fitted.
+    let kept = || {
+        let after = gripper.done(&["gripper", "get"]);
+        let is_fitted = |line: &&str| line.contains("zero_counts") || line.contains("calibrated to");
+        let (fitted, set): (Vec<&str>, Vec<&str>) = after.lines().partition(is_fitted);
+        gripper.add("gripper get", Some(0), &format!("{}\n{}", set.join("\n"), said::words(&fitted.join("\n"))));
+        after
     };
 
     // A few low forces in one place tell too little: nothing is sent, and it says so.
     let few = std::fs::read_to_string(&files[2].0).unwrap().lines().take(4).collect::<Vec<_>>().join("\n");
     let table = gripper.sockets.folder().join("few.csv").display().to_string();
     std::fs::write(&table, few).unwrap();
-    let (code, out, errors) = send(&[], &[(table, files[2].1.clone())]);
-    assert!(code == Some(2) && errors.contains("nothing was sent"), "{code:?} {out}{errors}");
+    assert_eq!(send(&[], &[(table, files[2].1.clone())]).0, Some(2));
     assert_eq!(gripper.done(&["gripper", "get"]), before);
-    let (code, _, errors) = send(&["--finger", "3"], &files);
-    assert!(code == Some(1) && errors.contains("no finger 3"), "{code:?} {errors}");
+    assert_eq!(send(&["--finger", "3"], &files).0, Some(1));
     assert_eq!(gripper.done(&["gripper", "get"]), before);
 
     let (code, out, errors) = send(&[], &files);
     assert_eq!(code, Some(0), "{out}{errors}");
-    assert!(errors.contains("sent to finger 0") && errors.contains("read back: finger, uncertainty, zero"), "{errors}");
-    let after = gripper.done(&["gripper", "get"]);
+    // Which of the three objects it has nobody knows: it gets none.
+    let after = kept();
     let moved = value(&after, "finger.0.zero_counts") - zero;
     assert!((moved + 0.6 * 4096.0 / 360.0).abs() < 1.2, "0.6° are −6.8 counts: {moved}");
-    assert!(after.contains("7 lamellae") && after.contains("no object"), "which of three it is nobody knows: {after}");
     // What the fit's own table says.
     let stated =
         out.lines().find_map(|line| line.trim().strip_prefix("uncertainty")).expect("the fit's uncertainty").trim();
     let deviation = stated.strip_prefix("zero ").and_then(|rest| rest.split('°').next()).expect("a zero");
     assert!(after.contains(&format!("finger 0: calibrated to zero {deviation}°")), "{stated}: {after}");
-    assert!(deviation.parse::<f64>().unwrap() < 0.05 && after.contains("correlated; play 0.00°"), "{after}");
+    assert!(deviation.parse::<f64>().unwrap() < 0.05, "{after}");
 
     // Again: the zero is a difference, which is not added twice.
-    let (code, _, errors) = send(&[], &files);
-    assert!(code == Some(0) && errors.contains("has this calibration already"), "{code:?} {errors}");
+    assert_eq!(send(&[], &files).0, Some(0));
     assert_eq!(gripper.done(&["gripper", "get"]), after);
 
     // One object: it goes along.
     let (code, out, errors) = send(&["--fit", "youngs-modulus"], &files[2..]);
     assert_eq!(code, Some(0), "{out}{errors}");
-    assert!(errors.contains("finger and object, uncertainty"), "{errors}");
-    let after = gripper.done(&["gripper", "get"]);
-    assert!(after.contains("circle, radius_mm = 40") && !after.contains("friction"), "{after}");
+    kept();
 
     // So does its friction.
     let (table, case) = &files[2];
@@ -406,8 +419,8 @@ fn a_calibration_reaches_the_gripper() {
     std::fs::write(&rough, words).unwrap();
     let (code, out, errors) = send(&["--fit", "youngs-modulus", "--on-top"], &[(table.clone(), rough)]);
     assert_eq!(code, Some(0), "{out}{errors}");
-    let after = gripper.done(&["gripper", "get"]);
-    assert!(after.contains("circle, radius_mm = 40") && after.contains("friction = 0.1"), "{after}");
+    kept();
+    gripper.compare(snapbox::file!["words/calibrate_send.txt"]);
 }
 
 #[test]
@@ -424,12 +437,21 @@ fn the_log_out_of_qemu_is_shown() {
     assert!(line.trim_start().starts_with("0.") && line.contains(" INFO "), "time and level: {line}");
     assert!(line.contains("gripper on mps2-an500, version") && line.contains("gripper.rs:"), "words and place: {line}");
 
-    let (code, _, errors) = fre(&["log", "--qemu", "--image", "/nowhere/gripper"]);
-    assert!(code == Some(1) && errors.contains("/nowhere/gripper"), "{errors}");
-    let (code, _, errors) = fre(&["log", "--qemu", "--image", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")]);
-    assert_eq!(code, Some(1), "no image at all: {errors}");
-    assert_eq!(fre(&["log", "opencr", "--qemu"]).0, Some(1), "a board or QEMU");
-    assert_eq!(fre(&["log"]).0, Some(1), "neither");
+    let mut said = Transcript::default();
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let manifest = here.join("Cargo.toml").display().to_string();
+    // An image that is not there, a file that is none, a board and QEMU, neither.
+    for words in [
+        &["log", "--qemu", "--image", "/nowhere/gripper"][..],
+        &["log", "--qemu", "--image", &manifest],
+        &["log", "opencr", "--qemu"],
+        &["log"],
+    ] {
+        let (code, _, errors) = fre(words);
+        assert_eq!(code, Some(1), "{words:?}: {errors}");
+        said.add(&format!("fre {}", words.join(" ")), here, (code, &errors));
+    }
+    snapbox::assert_data_eq!(said.text(), snapbox::file!["words/log.txt"].raw());
 }
 
 /// A program that is asked to stop when this is dropped.

@@ -217,11 +217,17 @@ fn the_umi_finger_is_measured_in_its_mesh() {
 fn what_is_no_finger_is_refused_with_what_is_needed() {
     let square: Loop = vec![[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
     let error = measure(std::slice::from_ref(&square), None, true, Front::Auto).unwrap_err();
-    assert!(error.to_string().contains("0 windows; needed are two or more"), "{error}");
+    snapbox::assert_data_eq!(
+        error.to_string(),
+        snapbox::str!["the outline has 0 windows; needed are two or more, with a rung between each two"]
+    );
     for format in FORMATS {
         assert!(decode(b"no such thing", format).is_err(), "{format:?}");
     }
-    assert!(Format::of(Path::new("finger.step")).unwrap_err().to_string().contains("allowed is .dxf, .svg and .stl"));
+    snapbox::assert_data_eq!(
+        Format::of(Path::new("finger.step")).unwrap_err().to_string(),
+        snapbox::str!["finger.step: the ending names no format; allowed is .dxf, .svg and .stl"]
+    );
     // A pinned finger is not one piece.
     let pinned = RIBS.replace("kind = \"rib\"\nends = \"welded\"", "kind = \"rigid\"")
         + "thickness_mm = 2\n[hinge]\nkind = \"pinned\"\n";

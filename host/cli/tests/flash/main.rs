@@ -1,6 +1,8 @@
 //! `fre flash` without a debug probe: what it says where one is missing, and updates of a simulated board by its boot loader.
 
 mod simulated;
+#[path = "../transcript/mod.rs"]
+mod transcript;
 
 use std::path::Path;
 use std::process::Command;
@@ -9,52 +11,56 @@ use std::time::Duration;
 use fre_gripper::loader::{LoaderError, Patience, update};
 use fre_gripper::probe::{Board, Image};
 use simulated::{Faults, PLACE, Plugged, SECTOR, Simulated, plug};
+use transcript::Transcript;
 
 /// Waits that are long enough on a busy machine where something comes, and short where nothing does.
 const PATIENCE: Patience =
     Patience { answer: Duration::from_secs(1), erase: Duration::from_secs(5), start: Duration::from_secs(5) };
 
 /// Runs a command that fails, with an image for the OpenCR.
-fn error(words: &[&str]) -> String {
+fn refused(said: &mut Transcript, words: &str) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("image.elf");
     std::fs::write(&path, test_bus::elf(40, &[(0x0804_0000, b"code")], Some(("opencr", "0.2.0")))).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(words).arg("--image").arg(&path).output().unwrap();
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let mut fre = Command::new(env!("CARGO_BIN_EXE_fre"));
+    let output = fre.args(words.split(' ')).arg("--image").arg(&path).env("COLUMNS", "100").output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{words:?}: {text}");
-    text
+    // Which devices this machine has.
+    let devices = text.split_once(", among ").and_then(|(_, rest)| rest.split_once(". Needed")).map(|(names, _)| names);
+    let text = devices.map_or_else(|| text.to_string(), |names| text.replace(names, "DEVICES"));
+    said.add(&format!("fre {words}"), folder.path(), (output.status.code(), &text));
+}
+
+#[test]
+fn bad_input_is_told_before_a_probe_or_a_port_is_looked_for() {
+    let mut said = Transcript::default();
+    for words in [
+        "flash uno",
+        "flash nucleo-g474re --probe dead:beef",
+        "flash opencr --port /dev/a-port-that-is-not-there",
+        "flash nucleo-h743zi --port /dev/null",
+        "flash opencr --port p --probe dead:beef",
+    ] {
+        refused(&mut said, words);
+    }
+    snapbox::assert_data_eq!(said.text(), snapbox::file!["../words/flash.txt"].raw());
 }
 
 #[test]
 fn without_a_probe_it_says_what_was_looked_for() {
+    let mut said = Transcript::default();
+    if cfg!(feature = "probe") {
+        refused(&mut said, "flash opencr --probe here");
+    }
     // A probe that nobody makes: a real one on this PC is left alone.
-    let text = error(&["flash", "opencr", "--probe", "dead:beef"]);
-    if cfg!(feature = "probe") {
-        let said =
-            ["no debug probe was found", "ST-LINK, CMSIS-DAP (v2), J-Link", "USB devices", "Needed: a debug probe"];
-        assert!(said.iter().all(|words| text.contains(words)), "{text}");
+    refused(&mut said, "flash opencr --probe dead:beef");
+    let expected = if cfg!(feature = "probe") {
+        snapbox::file!["../words/flash_probe.txt"]
     } else {
-        assert!(text.contains("built without debug probes") && text.contains("--features probe"), "{text}");
-    }
-}
-
-#[test]
-fn bad_input_is_told_before_a_probe_is_looked_for() {
-    assert!(error(&["flash", "uno"]).contains("allowed are opencr, nucleo-h743zi, nucleo-g474re"));
-    let other = error(&["flash", "nucleo-g474re", "--probe", "dead:beef"]);
-    assert!(other.contains("is an image for opencr, not for nucleo-g474re"), "{other}");
-    if cfg!(feature = "probe") {
-        assert!(error(&["flash", "opencr", "--probe", "here"]).contains("allowed is VID:PID"));
-    }
-}
-
-#[test]
-fn without_a_probe_a_port_is_asked_for_the_board_s_boot_loader() {
-    let gone = error(&["flash", "opencr", "--port", "/dev/a-port-that-is-not-there"]);
-    assert!(gone.contains("/dev/a-port-that-is-not-there cannot be used"), "{gone}");
-    let other = error(&["flash", "nucleo-h743zi", "--port", "/dev/null"]);
-    assert!(other.contains("is an image for opencr, not for nucleo-h743zi"), "{other}");
-    assert!(error(&["flash", "opencr", "--port", "p", "--probe", "dead:beef"]).contains("cannot be used with"));
+        snapbox::file!["../words/flash_no_probe.txt"]
+    };
+    snapbox::assert_data_eq!(said.text(), expected.raw());
 }
 
 /// An image of an OpenCR's program, which does not end at a unit of anything.
@@ -106,7 +112,10 @@ fn a_loader_that_waits_needs_no_call_and_lost_pieces_are_sent_again() {
     let plugged = plug(board);
     let (result, out) = run(&plugged, image("opencr", "0.2.0"));
     result.unwrap();
-    assert!(out.contains("before: no gripper's program answers") && out.contains("version 0.2.0\n"), "{out}");
+    let [first, second, .., last] = out.lines().collect::<Vec<_>>()[..] else { panic!("{out}") };
+    assert_eq!(first, "image: opencr, version 0.2.0, 300032 bytes");
+    assert_eq!(second, "before: no gripper's program answers");
+    assert_eq!(last, "after: gripper on opencr, version 0.2.0");
 }
 
 #[test]
@@ -118,31 +127,38 @@ fn nothing_is_written_to_another_board_or_of_another_board_s_image() {
     assert!(untouched(&plugged));
 
     let (result, out) = run(&plugged, image("nucleo-h743zi", "0.2.0"));
-    let error = result.unwrap_err().to_string();
-    assert!(error.contains("image is an image for nucleo-h743zi, not for opencr") && out.is_empty(), "{error}");
+    assert_eq!(
+        result.unwrap_err().to_string(),
+        "image is an image for nucleo-h743zi, not for opencr; `cargo xtask firmware opencr` builds the right one"
+    );
+    assert_eq!(out, "");
 
     let mut other = Simulated::new(None);
     other.name = "OpenCM9.04";
     let plugged = plug(other);
-    let error = run(&plugged, image("opencr", "0.2.0")).0.unwrap_err().to_string();
-    assert!(error.contains("the boot loader of `OpenCM9.04`, not opencr; nothing was written"), "{error}");
+    let error = run(&plugged, image("opencr", "0.2.0")).0.unwrap_err().to_string().replace(&plugged.port, "PORT");
+    snapbox::assert_data_eq!(
+        error,
+        snapbox::str!["at PORT is the boot loader of `OpenCM9.04`, not opencr; nothing was written"]
+    );
     assert!(untouched(&plugged));
 }
 
 #[test]
 fn what_fails_is_named_with_what_helps() {
-    let fails = |faults: Faults, program: Option<(&'static str, &str)>| {
+    let program = Some(("opencr", "0.1.9"));
+    let mut said = Transcript::default();
+    for (what, faults, program) in [
+        ("the flash keeps what it had", Faults { stuck: true, ..Faults::default() }, None),
+        ("the new program does not answer", Faults { mute: true, ..Faults::default() }, None),
+        ("no boot loader after the call", Faults { deaf: true, ..Faults::default() }, program),
+        ("pieces get lost", Faults { lost_pieces: 1_000, ..Faults::default() }, None),
+    ] {
         let mut board = Simulated::new(program);
         board.faults = faults;
         let plugged = plug(board);
-        run(&plugged, image("opencr", "0.2.0")).0.unwrap_err().to_string()
-    };
-    let stuck = fails(Faults { stuck: true, ..Faults::default() }, None);
-    assert!(stuck.contains("error 0x0019 while comparing: the flash differs"), "{stuck}");
-    let mute = fails(Faults { mute: true, ..Faults::default() }, None);
-    assert!(mute.contains("holds the image, but no program answers"), "{mute}");
-    let deaf = fails(Faults { deaf: true, ..Faults::default() }, Some(("opencr", "0.1.9")));
-    assert!(deaf.contains("no boot loader answers") && deaf.contains("SW2"), "{deaf}");
-    let lost = fails(Faults { lost_pieces: 1_000, ..Faults::default() }, None);
-    assert!(lost.contains("flash it again"), "{lost}");
+        let error = run(&plugged, image("opencr", "0.2.0")).0.unwrap_err().to_string();
+        said.add(what, Path::new("."), (Some(1), &error.replace(&plugged.port, "PORT")));
+    }
+    snapbox::assert_data_eq!(said.text(), snapbox::file!["../words/loader.txt"].raw());
 }

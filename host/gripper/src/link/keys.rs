@@ -310,8 +310,18 @@ mod tests {
     fn nonsense_is_explained() {
         let error = |words: &str| set(&mut Settings::DEFAULT.clone(), words).unwrap_err().to_string();
         assert_eq!(error("rate_hz"), "`rate_hz` is not KEY=VALUE");
-        assert!(error("finger.0.colour=red").contains("finger.N.servo_id"));
-        assert!(error("finger.7.side=left").contains("is not a key"));
+        snapbox::assert_data_eq!(
+            error("finger.0.colour=red"),
+            snapbox::str![
+                "`finger.0.colour` is not a key; the keys are rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, heat_margin_k, supply_margin_v, on_strain, object, load_n, moment_nmm, role, device_id, return_delay_us, baud, finger.N.servo_id, finger.N.zero_counts, finger.N.reversed, finger.N.gear_ratio, finger.N.backlash_deg, finger.N.side, finger.N.least_deg, finger.N.most_deg, finger.N.open_deg, finger.N.speed_deg_per_s, finger.N.force_limit_n, finger.N.current_limit_ma, finger.N.drive"
+            ]
+        );
+        snapbox::assert_data_eq!(
+            error("finger.7.side=left"),
+            snapbox::str![
+                "`finger.7.side` is not a key; the keys are rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, heat_margin_k, supply_margin_v, on_strain, object, load_n, moment_nmm, role, device_id, return_delay_us, baud, finger.N.servo_id, finger.N.zero_counts, finger.N.reversed, finger.N.gear_ratio, finger.N.backlash_deg, finger.N.side, finger.N.least_deg, finger.N.most_deg, finger.N.open_deg, finger.N.speed_deg_per_s, finger.N.force_limit_n, finger.N.current_limit_ma, finger.N.drive"
+            ]
+        );
         assert_eq!(error("finger.0.side=up"), "finger.0.side: `up` is not left or right");
         assert_eq!(error("role=slave"), "role: `slave` is not idle, master, tap or device");
         assert_eq!(error("device_id=7"), "device_id: `7` is not for this role: set role=device first");

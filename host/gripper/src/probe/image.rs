@@ -174,37 +174,60 @@ mod tests {
     fn an_image_is_its_board_s_by_its_label_whatever_the_addresses() {
         let image = Image::parse(Path::new("x"), elf(ARM, &[(0x0804_0000, b"code")])).unwrap();
         let error = image.fits(&Board::named("nucleo-h743zi").unwrap()).unwrap_err().to_string();
-        assert!(error.contains("x is an image for opencr, not for nucleo-h743zi"), "{error}");
+        let right = "`cargo xtask firmware nucleo-h743zi` builds the right one";
+        assert_eq!(error, format!("x is an image for opencr, not for nucleo-h743zi; {right}"));
         let bare = test_bus::elf(ARM, &[(0x0804_0000, b"code")], None);
         let image = Image::parse(Path::new("x"), bare).unwrap();
         let error = image.fits(&Board::named("opencr").unwrap()).unwrap_err().to_string();
-        assert!(error.contains("no label says which board"), "{error}");
+        snapbox::assert_data_eq!(
+            error,
+            snapbox::str!["x is not an image for a board: no label says which board it is for"]
+        );
     }
 
     #[test]
     fn an_opencr_keeps_its_boot_loader() {
         let opencr = Board::named("opencr").unwrap();
+        let mut said = String::new();
         for (address, bytes) in [(0x0800_0000, 4), (0x0803_fffe, 4), (0x080f_fffe, 4)] {
             let image = Image::parse(Path::new("other"), elf(ARM, &[(address, &vec![0; bytes])])).unwrap();
-            let error = image.fits(&opencr).unwrap_err().to_string();
-            assert!(error.contains("other") && error.contains("opencr"), "{error}");
-            assert!(error.contains(&format!("{address:#010x}")) && error.contains("0x08040000"), "{error}");
+            said += &format!("{}\n", image.fits(&opencr).unwrap_err());
         }
+        snapbox::assert_data_eq!(
+            said,
+            snapbox::str![[r#"
+other does not belong on opencr: it has 4 bytes at 0x08000000, and the board's flash for programs is 0x08040000 to 0x08100000; `cargo xtask firmware opencr` builds the right one
+other does not belong on opencr: it has 4 bytes at 0x0803fffe, and the board's flash for programs is 0x08040000 to 0x08100000; `cargo xtask firmware opencr` builds the right one
+other does not belong on opencr: it has 4 bytes at 0x080ffffe, and the board's flash for programs is 0x08040000 to 0x08100000; `cargo xtask firmware opencr` builds the right one
+
+"#]]
+        );
     }
 
     #[test]
     fn what_is_no_image_is_refused_with_the_reason() {
         let why = |bytes: Vec<u8>| Image::parse(Path::new("x.elf"), bytes).err().unwrap().to_string();
-        assert!(why(Vec::new()).contains("x.elf"));
-        assert!(
-            why(b"not an ELF file, but long enough to hold the header of one, if it were".to_vec()).contains("ELF")
-        );
-        assert!(why(elf(62, &[(0, b"x")])).contains("another processor"));
-        assert!(why(elf(ARM, &[])).contains("nothing to load"));
         let mut cut = test_bus::elf(ARM, &[(0x0800_0000, b"four")], None);
         cut.truncate(cut.len() - 1);
-        assert!(why(cut).contains("cut off"));
-        let missing = Image::read(Path::new("/nowhere/gripper"), "opencr").err().unwrap().to_string();
-        assert!(missing.contains("/nowhere/gripper") && missing.contains("cargo xtask firmware opencr"), "{missing}");
+        let bad = [
+            Vec::new(),
+            b"not an ELF file, but long enough to hold the header of one, if it were".to_vec(),
+            elf(62, &[(0, b"x")]),
+            elf(ARM, &[]),
+            cut,
+        ];
+        let mut said: String = bad.into_iter().map(|bytes| format!("{}\n", why(bytes))).collect();
+        said += &Image::read(Path::new("/nowhere/gripper"), "opencr").err().unwrap().to_string();
+        snapbox::assert_data_eq!(
+            said,
+            snapbox::str![[r#"
+x.elf is not an image for a board: no 32-bit ELF file (Invalid ELF header size or alignment)
+x.elf is not an image for a board: no 32-bit ELF file (Unsupported ELF header)
+x.elf is not an image for a board: it is for another processor than an Arm
+x.elf is not an image for a board: it has nothing to load
+x.elf is not an image for a board: it is cut off
+/nowhere/gripper cannot be read (No such file or directory (os error 2)); `cargo xtask firmware opencr` builds the image for opencr
+"#]]
+        );
     }
 }
