@@ -12,6 +12,7 @@ use crate::firmware;
 use crate::pc::cargo;
 use crate::{paths, python};
 use anyhow::{Context, Result, bail, ensure};
+use pulldown_cmark::{Event, Options, Parser, Tag};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -21,7 +22,19 @@ use std::time::Instant;
 const FEATURES: [&str; 2] = ["--features", "gripper,log,web,record,outline,parquet,terminal"];
 
 /// Files that go with the command.
-const BESIDE: [&str; 5] = ["README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE", "CITATION.cff"];
+const BESIDE: [&str; 8] = [
+    "README.md",
+    "CHANGELOG.md",
+    "LICENSE-MIT",
+    "LICENSE-APACHE",
+    "CITATION.cff",
+    "ARCHITECTURE.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
+];
+
+/// Folders that go with it: the pages that the README sends its reader to, and the cases that they use.
+const FOLDERS: [&str; 2] = ["docs", "examples"];
 
 /// What a release is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,6 +132,12 @@ fn pack(program: &Path, name: &str, folder: &Path) -> Result<PathBuf> {
     for file in BESIDE {
         copy(&paths::root().join(file), &packed)?;
     }
+    let listed = capture(Command::new("git").current_dir(paths::root()).args(["ls-files", "-z"]).args(FOLDERS))?;
+    for file in String::from_utf8(listed.stdout).context("names of files")?.split_terminator('\0') {
+        let to = packed.join(file);
+        fs::create_dir_all(to.parent().unwrap_or(&packed))?;
+        copy(&paths::root().join(file), to.parent().unwrap_or(&packed))?;
+    }
     words::write(program, &packed)?;
     let archive = folder.join(format!("{name}.tar.gz"));
     // The same input makes the same archive.
@@ -127,11 +146,18 @@ fn pack(program: &Path, name: &str, folder: &Path) -> Result<PathBuf> {
     Ok(archive)
 }
 
-/// That the archive's program runs and is of this version, and that its pages are beside it.
+/// That the archive's program runs and is of this version, that its pages are beside it, and what the README links to as well.
 fn check_archive(archive: &Path, name: &str, version: &str) -> Result<()> {
     let folder = tempfile::tempdir().context("cannot make a folder")?;
     output(Command::new("tar").arg("-xzf").arg(archive).arg("--directory").arg(folder.path()))?;
     words::check(&folder.path().join(name))?;
+    let readme = fs::read_to_string(folder.path().join(name).join("README.md")).context("no README in the archive")?;
+    for link in links(&readme) {
+        ensure!(
+            folder.path().join(name).join(&link).exists(),
+            "README.md links to {link}, which is not in the archive"
+        );
+    }
     let program = folder.path().join(name).join("fre");
     let said = capture(Command::new(&program).arg("--version"))?;
     let said = String::from_utf8_lossy(&said.stdout);
@@ -139,6 +165,17 @@ fn check_archive(archive: &Path, name: &str, version: &str) -> Result<()> {
         bail!("the packed command says `{}`, not `fre {version}`", said.trim());
     }
     Ok(())
+}
+
+/// The files that a page links to.
+fn links(page: &str) -> Vec<String> {
+    let target = |event| match event {
+        Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => Some(dest_url.into_string()),
+        _ => None,
+    };
+    let mut links: Vec<String> = Parser::new_ext(page, Options::ENABLE_TABLES).filter_map(target).collect();
+    links.retain(|link| !link.contains("://"));
+    links.into_iter().filter_map(|link| link.split('#').next().map(str::to_owned)).collect()
 }
 
 fn copy(file: &Path, folder: &Path) -> Result<()> {
@@ -150,4 +187,15 @@ fn copy(file: &Path, folder: &Path) -> Result<()> {
     }
     fs::copy(file, &to).with_context(|| format!("cannot copy {} to {}", file.display(), to.display()))?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_of_a_page_are_its_files() {
+        let page = "[a](docs/a.md#b) and [web](https://example.org)\n\n| x |\n|---|\n| [c](c.md) ![d](d.svg) |\n";
+        assert_eq!(links(page), ["docs/a.md", "c.md", "d.svg"]);
+    }
 }
