@@ -1,4 +1,4 @@
-//! How long the command takes to build and how large it is: for people who change it, and for people who install it.
+//! How long the command takes to build and how large it is, for people who change it and people who install it; and `cargo test` alone.
 
 use std::fs;
 use std::fs::OpenOptions;
@@ -22,7 +22,8 @@ struct Time {
     processors: Option<f64>,
 }
 
-/// Builds a copy of what git tracks: from nothing, after a change of one line in the library, and as `cargo install` does.
+/// Builds a copy of what git tracks: from nothing, after a change of one line in the library, and as `cargo install` does. Tests it by
+/// `cargo test` alone.
 pub fn measure() -> Result<String> {
     let folder = tempfile::tempdir()?;
     let copy = folder.path().join("copy");
@@ -48,7 +49,34 @@ pub fn measure() -> Result<String> {
     let program = installed.join("bin").join(format!("fre{}", std::env::consts::EXE_SUFFIX));
     let bytes = fs::metadata(&program).with_context(|| format!("{} was not installed", program.display()))?.len();
     text += &format!("size of the installed command: {:.1} MB\n", bytes as f64 / 1e6);
-    Ok(text)
+    let (time, said) = test_alone(&copy, &target)?;
+    text += &row("cargo test", time);
+    Ok(text + &said)
+}
+
+/// `cargo test` as on a laptop that has Rust and no QEMU, by the user who runs this. Returns what it took, how many tests passed, and
+/// what it says that it left out.
+fn test_alone(copy: &Path, target: &Path) -> Result<(Time, String)> {
+    let mut test = cargo(copy, target, "test");
+    for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with("FRE_")) {
+        test.env_remove(name);
+    }
+    // As it goes on, its words go to the file: a pipe that nobody reads would stop it.
+    let file = target.with_file_name("words");
+    test.stdout(fs::File::create(&file)?);
+    let time = timed(test).with_context(|| fs::read_to_string(&file).unwrap_or_default())?;
+    Ok((time, outcome(&fs::read_to_string(&file)?)?))
+}
+
+/// What a run of `cargo test` says, in short. It must leave out what needs QEMU, and say so.
+fn outcome(words: &str) -> Result<String> {
+    let passed = |line: &str| line.strip_prefix("test result: ok. ")?.split(' ').next()?.parse::<usize>().ok();
+    let count: usize = words.lines().filter_map(passed).sum();
+    let left_out: Vec<&str> = words.lines().filter(|line| line.starts_with("left out: ")).collect();
+    if count == 0 || !left_out.iter().any(|line| line.contains("QEMU")) {
+        bail!("{count} tests passed, and what needs QEMU was not named as left out:\n{words}");
+    }
+    Ok(format!("{count} tests passed\n{}\n", left_out.join("\n")))
 }
 
 fn row(what: &str, time: Time) -> String {
@@ -116,6 +144,15 @@ fn change(copy: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_left_out_must_be_said() {
+        let passed = "test result: ok. 7 passed; 0 failed\ntest result: ok. 5 passed; 0 failed\n";
+        let line =
+            "left out: 1 test program of a (b), feature `qemu`: the firmware and QEMU; `cargo xtask test` runs them\n";
+        assert_eq!(outcome(&format!("{line}{passed}")).unwrap(), format!("12 tests passed\n{line}"));
+        assert!(outcome(passed).is_err() && outcome(line).is_err());
+    }
 
     #[test]
     fn time_of_children_is_read_behind_any_name() {

@@ -63,6 +63,28 @@ fn the_ci_file_is_valid_and_its_commands_exist() {
     assert!(count > 10, "only {count} commands were found");
 }
 
+/// The command's features that are no tests' are checked one by one.
+#[test]
+fn the_ci_file_checks_each_feature() {
+    let text = std::fs::read_to_string(root().join(".github/workflows/ci.yml")).expect("the CI file");
+    let document = YamlLoader::load_from_str(&text).expect("YAML");
+    let mut checked: Vec<&str> = document[0]["jobs"]["features"]["strategy"]["matrix"]["features"]
+        .as_vec()
+        .expect("a list of features")
+        .iter()
+        .map(|feature| feature.as_str().expect("a name"))
+        .filter(|feature| !feature.is_empty())
+        .collect();
+    let manifest = std::fs::read_to_string(root().join("host/cli/Cargo.toml")).expect("the command's manifest");
+    let manifest: toml::Table = toml::from_str(&manifest).expect("TOML");
+    let features = manifest["features"].as_table().expect("features").keys();
+    let mut features: Vec<&str> = features.map(String::as_str).collect();
+    features.retain(|feature| !["default", "qemu", "python", "fea"].contains(feature));
+    checked.sort_unstable();
+    features.sort_unstable();
+    assert_eq!(checked, features);
+}
+
 /// What is wrong with a command of the CI file.
 fn fault(repository: &Repository, words: &[String]) -> Option<String> {
     // What is before a program: `sudo` and `env`, with options and variables.
