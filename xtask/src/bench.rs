@@ -28,11 +28,11 @@ pub fn run(arguments: &[&str]) -> Result<()> {
     setup::run(setup::Parts::Firmware)?;
     let mut command = bench();
     if wanted("rates") {
-        // First: both have the same place until they are copied.
-        command.env("FRE_SMALL_FIRMWARE_ELF", firmware::small()?);
-        command.env("FRE_FIRMWARE_ELF", firmware::show(firmware::SIMULATED)?);
-        let boards = fre_boards::ALL.iter().map(|board| board.name);
-        cycles::provide(&mut command, &boards.filter(|board| *board != firmware::SIMULATED).collect::<Vec<_>>())?;
+        let boards: Vec<&str> = fre_boards::ALL.iter().map(|board| board.name).collect();
+        let boards: Vec<&str> = boards.into_iter().filter(|board| *board != firmware::SIMULATED).collect();
+        let twins = boards.iter().map(|board| firmware::twin(board)).collect::<Result<Vec<_>>>()?;
+        command.env("FRE_TWIN_IMAGES", env::join_paths(twins).context("a folder's name has a colon")?);
+        cycles::provide(&mut command, &boards)?;
     }
     if wanted("peer") {
         match setup::python::PEER.provide() {

@@ -55,14 +55,22 @@ fn build(board: &str) -> Result<PathBuf> {
     Ok(image(board))
 }
 
-/// Builds the simulated board's image for size, as the boards' that have little flash; returns the ELF's path, beside the other one's.
-pub fn small() -> Result<PathBuf> {
+/// Builds the simulated board's image as a board's own is made: optimised alike, for the same floating-point unit, with the same room.
+/// What QEMU runs of it is then found in that board's image. Returns the ELF's path, beside the others.
+pub fn twin(board: &str) -> Result<PathBuf> {
+    let listed = check(board)?;
     let cross = Cross::find()?;
-    let level = format!("profile.release.package.{SIMULATED}.opt-level=\"s\"");
-    let words = ["--quiet", "--release", "--package", SIMULATED, "--bins", "--config", &level];
-    run_command(cross.cargo("build").args(words))?;
-    let kept = image(SIMULATED).with_file_name("small-mps2");
-    std::fs::copy(image(SIMULATED), &kept).context("cannot keep the small image")?;
+    let mut build = cross.image_cargo(listed, "build");
+    build.args(["--quiet", "--release", "--package", SIMULATED, "--bins"]);
+    if listed.is_small {
+        build.arg("--config").arg(format!("profile.release.package.{SIMULATED}.opt-level=\"s\""));
+    }
+    if !listed.has_friction {
+        build.arg("--no-default-features");
+    }
+    run_command(&mut build)?;
+    let kept = image(SIMULATED).with_file_name(format!("twin-{board}"));
+    std::fs::copy(image(SIMULATED), &kept).with_context(|| format!("cannot keep the image as {}", kept.display()))?;
     Ok(kept)
 }
 
@@ -172,6 +180,8 @@ mod tests {
             assert!(manifest.contains(&format!("\"{}\"", board.name)), "{} is not a member", board.name);
             let level = format!("[profile.release.package.{}]\nopt-level = \"s\"\n", board.name);
             assert_eq!(manifest.contains(&level), board.is_small, "{}", board.name);
+            let own = std::fs::read_to_string(paths::boards().join(board.name).join("Cargo.toml")).unwrap();
+            assert_eq!(own.contains("friction"), board.has_friction, "{}", board.name);
             // The virtual one has nothing to wire.
             assert!(
                 board.probe.is_none() || paths::boards().join(board.name).join("README.md").exists(),

@@ -38,6 +38,8 @@ pub struct Board {
     pub near: Option<[u32; 2]>,
     /// Its floating-point unit computes in double precision as well.
     pub has_double: bool,
+    /// Its image has room for friction.
+    pub has_friction: bool,
     /// Nothing can be fetched while the settings are written: they lie in the program's own bank of the flash.
     pub flash_stalls: bool,
     /// How it is reached with a debug probe; a virtual board has none.
@@ -73,6 +75,7 @@ pub const MPS2: Board = Board {
     is_small: false,
     near: None,
     has_double: false,
+    has_friction: true,
     flash_stalls: true,
     probe: None,
     loader: None,
@@ -94,6 +97,7 @@ pub const OPENCR: Board = Board {
     is_small: false,
     near: None,
     has_double: false,
+    has_friction: true,
     flash_stalls: true,
     probe: Some(Probe {
         chip: "STM32F746ZG",
@@ -117,6 +121,7 @@ pub const NUCLEO_H743ZI: Board = Board {
     is_small: false,
     near: Some([0x2000_8100, 0x2002_0000]),
     has_double: true,
+    has_friction: true,
     flash_stalls: false,
     probe: Some(Probe { chip: "STM32H743ZI", connection: ST_LINK }),
     loader: None,
@@ -137,6 +142,7 @@ pub const NUCLEO_G474RE: Board = Board {
     is_small: true,
     near: None,
     has_double: false,
+    has_friction: false,
     flash_stalls: true,
     probe: Some(Probe { chip: "STM32G474RE", connection: ST_LINK }),
     loader: None,
@@ -157,6 +163,7 @@ pub const NUCLEO_F429ZI: Board = Board {
     is_small: false,
     near: None,
     has_double: false,
+    has_friction: true,
     flash_stalls: false,
     probe: Some(Probe { chip: "STM32F429ZI", connection: ST_LINK }),
     loader: None,

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use fre_boards::Board;
+use fre_cycles::chip;
 use fre_cycles::report::{Measured, Window};
 use fre_gripper::servo::{Config, Fault};
 use messages::{Finger, GripTo, Mount, Report, Settings, Which};
@@ -16,7 +17,7 @@ use model_core::status::Status;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use serde_json::{Value, json};
-use system_tests::{Build, Cycles, Machine, OBJECT, Watch, finger};
+use system_tests::{Cycles, Machine, OBJECT, Watch, finger};
 
 const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const MOUNT: Mount =
@@ -34,16 +35,18 @@ const BAUDS: [u32; 4] = [57_600, 1_000_000, 2_000_000, 4_000_000];
 const WANTED_BAUD: u32 = 1_000_000;
 /// Part of the estimates whose window must be found: a report may be lost where the link is busy.
 const FOUND: f64 = 0.95;
+/// Part of the instructions whose address in a board's image must be known by name: the others are followed anywhere.
+const KNOWN: f64 = 0.9;
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// Campaigns on an image built for speed, and on one built for size.
+/// Campaigns for each board.
 #[derive(Clone, Debug)]
 pub struct Rates(Vec<Campaigns>);
 
-/// On one image, a campaign with each number of samples.
+/// A campaign with each number of samples, on the firmware for QEMU made as a board's is.
 #[derive(Clone, Debug)]
 struct Campaigns {
-    build: Build,
+    board: String,
     by_samples: Vec<(u8, Campaign)>,
 }
 
@@ -136,6 +139,9 @@ impl Campaign {
                 self.seen
             );
         }
+        if let Some(known) = self.by_name.iter().find(|known| **known < KNOWN) {
+            bail!("{:.0} % only of the instructions are known by name in the board's image", 100.0 * known);
+        }
         if (self.estimates.len() as f64) < FOUND * self.seen as f64 {
             bail!("the cycles of {} of {} estimates only were found", self.estimates.len(), self.seen);
         }
@@ -158,25 +164,27 @@ fn rate(cycles: f64, clock_hz: f64, fingers: usize, baud: u32) -> f64 {
     1e6 / (bus_us(baud, fingers) + fingers as f64 * cycles / clock_hz * 1e6)
 }
 
-/// Runs the campaigns on the firmware in QEMU. `FRE_FIRMWARE_ELF`, `FRE_SMALL_FIRMWARE_ELF`, `FRE_CYCLES_PLUGIN` and
-/// `FRE_BOARD_IMAGES` name what is needed.
+/// Runs the campaigns on the firmware in QEMU. `FRE_TWIN_IMAGES`, `FRE_CYCLES_PLUGIN` and `FRE_BOARD_IMAGES` name what is
+/// needed.
 pub fn measure() -> Result<Rates> {
     let mut rates = Vec::new();
-    for build in [Build::Fast, Build::Small] {
+    let mut boards: Vec<&str> = chip::all().iter().map(|chip| chip.board).collect();
+    boards.dedup();
+    for board in boards {
         let mut by_samples = Vec::new();
         for samples in [2, 4, 5] {
-            let campaign = campaign(build, samples)?;
-            campaign.check().with_context(|| format!("{samples} samples"))?;
+            let campaign = campaign(board, samples)?;
+            campaign.check().with_context(|| format!("{board}, {samples} samples"))?;
             by_samples.push((samples, campaign));
         }
-        rates.push(Campaigns { build, by_samples });
+        rates.push(Campaigns { board: board.to_owned(), by_samples });
     }
     Ok(Rates(rates))
 }
 
 /// Fast and slow motions, grips, another object under way; every twentieth answer is lost, damaged, cut, or comes behind noise.
-fn campaign(build: Build, samples: u8) -> Result<Campaign> {
-    let cycles = Cycles::of(build);
+fn campaign(board: &str, samples: u8) -> Result<Campaign> {
+    let cycles = Cycles::twin(board);
     let machine = Machine::boot_measured(Config { noise_ma: 5.0, ..Machine::servo() }, &cycles);
     let link = machine.link();
     let mut watch = Watch::new(&link);
@@ -296,15 +304,14 @@ impl fmt::Display for Rates {
         let Self(rates) = self;
         writeln!(
             f,
-            "| image built for | samples | estimates | in contact, mean | worst, instructions | iterations at most |"
+            "| made as for | samples | estimates | in contact, mean | worst, instructions | iterations at most |"
         )?;
         writeln!(f, "|---|---|---|---|---|---|")?;
-        for Campaigns { build, by_samples } in rates {
-            let build = if *build == Build::Fast { "speed" } else { "size" };
+        for Campaigns { board, by_samples } in rates {
             for (samples, campaign) in by_samples {
                 let [mean, most] = campaign.instructions().map(grouped);
                 let iterations = campaign.estimates.iter().map(|(estimate, _)| estimate.iterations).max().unwrap_or(0);
-                writeln!(f, "| {build} | {samples} | {} | {mean} | {most} | {iterations} |", campaign.seen)?;
+                writeln!(f, "| {board} | {samples} | {} | {mean} | {most} | {iterations} |", campaign.seen)?;
             }
         }
         writeln!(f, "\nCycles of an estimate, by the lower and by the upper bound:\n")?;
@@ -408,7 +415,7 @@ fn kinds(f: &mut fmt::Formatter<'_>, samples: u8, campaign: &Campaign) -> fmt::R
 #[cfg(test)]
 pub fn example() -> Rates {
     let by_samples = vec![(5, tests::campaign(400, 380, 1e6, 6))];
-    Rates(vec![Campaigns { build: Build::Fast, by_samples }])
+    Rates(vec![Campaigns { board: "opencr".to_owned(), by_samples }])
 }
 
 #[cfg(test)]
@@ -432,6 +439,7 @@ mod tests {
         assert!(campaign(90, 10, 1e6, 6).check().is_err());
         assert!(campaign(400, 380, 1e6, 9).check().is_err());
         assert!(Campaign { seen: 1000, ..campaign(400, 380, 1e6, 6) }.check().is_err(), "windows are missing");
+        assert!(Campaign { by_name: vec![0.3], ..campaign(400, 380, 1e6, 6) }.check().is_err(), "another image");
     }
 
     #[test]

@@ -55,6 +55,8 @@ pub struct Instruction {
     pub writes: Registers,
     /// That it may or may not jump: a conditional branch.
     pub conditional: bool,
+    /// That it computes in double precision.
+    pub double: bool,
 }
 
 const CONDITIONS: [&str; 16] =
@@ -142,10 +144,7 @@ impl Instruction {
         let (mnemonic, operands) = text.split_once(char::is_whitespace).unwrap_or((&text, ""));
         let mut parts = mnemonic.split('.');
         let word = parts.next().unwrap_or_default();
-        // The images are built for units of single precision.
-        if parts.any(|part| part == "f64") {
-            return Err(mnemonic.to_owned());
-        }
+        let double = parts.any(|part| part == "f64");
         let (word, mut kind, conditional) = known(word).ok_or_else(|| mnemonic.to_owned())?;
         let operands = split(operands);
         let registers: Vec<Registers> = operands.iter().map(|operand| named(operand)).collect();
@@ -166,7 +165,7 @@ impl Instruction {
                 if word.starts_with("strex") {
                     (reads, writes) = (rest, first);
                 }
-                return Ok(Self { kind, words, reads, writes, conditional: jumps });
+                return Ok(Self { kind, words, reads, writes, conditional: jumps, double: false });
             }
             Kind::Branch | Kind::IndirectBranch => (reads, writes) = (first | rest, 0),
             Kind::Nothing | Kind::System => (reads, writes) = (0, if word == "mrs" { first } else { 0 }),
@@ -196,7 +195,7 @@ impl Instruction {
                 }
             }
         }
-        Ok(Self { kind, words: 0, reads, writes, conditional })
+        Ok(Self { kind, words: 0, reads, writes, conditional, double })
     }
 
     /// That the next instruction need not be the one behind it.

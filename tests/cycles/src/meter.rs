@@ -93,7 +93,14 @@ impl Meter {
                 self.unknown.push(mnemonic);
             }
             // What is not known costs at worst as much as anything does.
-            Instruction { kind: crate::instruction::Kind::System, words: 0, reads: 0, writes: 0, conditional: false }
+            Instruction {
+                kind: crate::instruction::Kind::System,
+                words: 0,
+                reads: 0,
+                writes: 0,
+                conditional: false,
+                double: false,
+            }
         });
         self.places.push(Place { address, bytes, instruction });
         for track in &mut self.tracks {

@@ -9,7 +9,12 @@
 //! | `vadd`, `vmul` | 1, another if the next one needs it | result after 3 |
 //! | `vmla`, `vfma` | 3, another if the next one needs it | result after 6, its addend needed after 3 |
 //! | `vdiv`, `vsqrt` | 14 | 14 to 16, the unit busy |
+//! | the same of doubles: `vadd`, `vmul` | – | result after 4 to 7 |
+//! | `vmla`, `vfma` | – | result after 11, its addend needed after 4 to 7 |
+//! | `vdiv`, `vsqrt` | – | 28 to 32, the unit busy |
 //! | `sdiv`, `udiv` | 2 to 12 | 7, bracketed by 2 and 12 |
+//!
+//! How often doubles may issue is not published: at best every cycle, at worst when the one before has its result.
 
 use std::collections::HashMap;
 
@@ -67,6 +72,16 @@ impl Processor {
                 Kind::FloatDivide | Kind::FloatRoot => cost(ONE, Range::between(14, 16)),
                 Kind::System => cost(Range::between(1, 12), Range::between(1, 12)),
             },
+        }
+    }
+
+    /// The same of an instruction. A Cortex-M4 has no unit for doubles.
+    fn cost_of(self, instruction: &Instruction) -> Cost {
+        match instruction.kind {
+            Kind::Float if instruction.double => cost(Range::between(1, 7), Range::between(4, 7)),
+            Kind::FloatChain if instruction.double => cost(Range::between(1, 11), Range::between(7, 11)),
+            Kind::FloatDivide | Kind::FloatRoot if instruction.double => cost(ONE, Range::between(28, 32)),
+            kind => self.cost(kind),
         }
     }
 
@@ -168,7 +183,7 @@ impl Pipeline {
 
     /// Issues an instruction that was waited for so many cycles, and whose data are waited for so many.
     pub fn issue(&mut self, instruction: &Instruction, fetch: u32, data: u32) {
-        let Cost { issue, result } = self.processor.cost(instruction.kind);
+        let Cost { issue, result } = self.processor.cost_of(instruction);
         let (mut issue, result) = (issue.at(self.bound), result.at(self.bound));
         if matches!(instruction.kind, Kind::Load | Kind::Store) {
             let beside = self.last.is_some_and(|last| matches!(last.kind, Kind::Load | Kind::Store));
@@ -286,6 +301,9 @@ mod tests {
         assert_eq!(both(M7, &["vmla.f32 s0, s1, s2"]), [1.0, 6.0], "an addend may come late");
         assert_eq!(both(M7, &["vdiv.f32 s0, s1, s2"]), [14.0, 16.0]);
         assert_eq!(both(M7, &["vdiv.f32 s0, s1, s2", "vadd.f32 s3, s4, s5"])[0], 14.0, "beside the division");
+        assert_eq!(both(M7, &["vadd.f64 d0, d1, d2"]), [1.0, 7.0]);
+        assert_eq!(both(M7, &["vadd.f64 d0, d0, d1"]), [4.0, 7.0], "a chain of doubles");
+        assert_eq!(both(M7, &["vdiv.f64 d0, d1, d2"]), [28.0, 32.0]);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A run whose ticks are measured in cycles of the real chips, by QEMU's plugin.
 
+use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -11,15 +12,6 @@ use crate::machine::firmware;
 /// The cost clock of QEMU's board: a read of it ends a window and begins the next (`dual_timer::VALUE` of the board).
 const CLOCK: &str = "0x40002004";
 
-/// How an image was made. What QEMU runs must be made as what its instructions are carried over to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Build {
-    /// For speed.
-    Fast,
-    /// For size, where the flash is small.
-    Small,
-}
-
 /// What the plugin needs, and where it writes.
 pub struct Cycles {
     plugin: PathBuf,
@@ -29,28 +21,33 @@ pub struct Cycles {
 }
 
 impl Cycles {
-    /// Of the boards that have such an image. By `FRE_CYCLES_PLUGIN` (the plugin), `FRE_BOARD_IMAGES` (boards' images, `gripper-BOARD`,
-    /// with colons between them), and `FRE_FIRMWARE_ELF` or `FRE_SMALL_FIRMWARE_ELF`, the image that QEMU runs.
+    /// Of the firmware that QEMU runs, on the boards whose images are made as that is. By `FRE_FIRMWARE_ELF`, `FRE_CYCLES_PLUGIN` (the
+    /// plugin), and `FRE_BOARD_IMAGES` (boards' images, `gripper-BOARD`, with colons between them).
     ///
     /// # Panics
     /// They do not name what they should.
-    pub fn of(build: Build) -> Self {
-        let named = |variable: &str| {
-            std::env::var_os(variable).unwrap_or_else(|| panic!("{variable} is not set: run this by `cargo xtask`"))
+    pub fn new() -> Self {
+        Self::of(firmware(), images("FRE_BOARD_IMAGES", "gripper-"))
+    }
+
+    /// Of a board's twin, the firmware for QEMU made as that board's is, on that board: `FRE_TWIN_IMAGES` has them (`twin-BOARD`).
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn twin(board: &str) -> Self {
+        let only = |variable: &str, prefix: &str| {
+            let mut found = images(variable, prefix);
+            found.retain(|(name, _)| name == board);
+            assert_eq!(found.len(), 1, "{variable} has no image of {board}");
+            found
         };
+        let (_, image) = only("FRE_TWIN_IMAGES", "twin-").remove(0);
+        Self::of(image, only("FRE_BOARD_IMAGES", "gripper-"))
+    }
+
+    fn of(image: PathBuf, boards: Vec<(String, PathBuf)>) -> Self {
         let plugin = PathBuf::from(named("FRE_CYCLES_PLUGIN"));
         assert!(plugin.is_file(), "{} is no plugin", plugin.display());
-        let image = match build {
-            Build::Fast => firmware(),
-            Build::Small => named("FRE_SMALL_FIRMWARE_ELF").into(),
-        };
-        let board = |image: PathBuf| {
-            let board = image.file_name().and_then(|name| name.to_str()?.strip_prefix("gripper-")).map(str::to_owned);
-            (board.unwrap_or_else(|| panic!("{} is no board's image", image.display())), image)
-        };
-        let is_so = |name: &str| fre_boards::named(name).is_some_and(|board| board.is_small == (build == Build::Small));
-        let images = std::env::split_paths(&named("FRE_BOARD_IMAGES")).map(board).collect::<Vec<_>>();
-        let boards = images.into_iter().filter(|(name, _)| is_so(name)).collect();
         Self { plugin, image, boards, folder: tempfile::tempdir().expect("a folder for the cycles") }
     }
 
@@ -82,4 +79,23 @@ impl Cycles {
         let bad = |error: BadLine| io::Error::new(io::ErrorKind::InvalidData, error);
         Report::parse(&windows, &std::fs::read_to_string(summary)?).map_err(bad)
     }
+}
+
+impl Default for Cycles {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+fn named(variable: &str) -> OsString {
+    std::env::var_os(variable).unwrap_or_else(|| panic!("{variable} is not set: run this by `cargo xtask`"))
+}
+
+/// Boards and their images, by a variable that has their paths and what a file's name begins with.
+fn images(variable: &str, prefix: &str) -> Vec<(String, PathBuf)> {
+    let board = |image: PathBuf| {
+        let board = image.file_name().and_then(|name| name.to_str()?.strip_prefix(prefix)).map(str::to_owned);
+        (board.unwrap_or_else(|| panic!("{} is no board's image", image.display())), image)
+    };
+    std::env::split_paths(&named(variable)).map(board).collect()
 }

@@ -25,7 +25,7 @@ mod watch;
 pub use bench::{Bench, Meddling};
 pub use browser::Browser;
 pub use campaign::{Campaign, campaign};
-pub use cycles::{Build, Cycles};
+pub use cycles::Cycles;
 pub use flash::Flash;
 pub use hour::{GEARED_MOUNT, Hour, an_hour, geared_servo, ready, set_up};
 pub use judge::{Judge, is_sound};

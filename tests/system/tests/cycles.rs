@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use messages::{Mount, Settings, Which};
 use model_core::status::Status;
-use system_tests::{Build, Cycles, Machine, OBJECT, Watch, finger};
+use system_tests::{Cycles, Machine, OBJECT, Watch, finger};
 
 const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -13,7 +13,7 @@ const ESTIMATES: usize = 25;
 
 #[test]
 fn ticks_have_bounds_in_cycles_on_every_chip() {
-    let cycles = Cycles::of(Build::Fast);
+    let cycles = Cycles::new();
     let machine = Machine::boot_measured(Machine::servo(), &cycles);
     let link = machine.link();
     let mut watch = Watch::new(&link);
