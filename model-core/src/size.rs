@@ -21,13 +21,20 @@ pub struct Lists {
 }
 
 impl Lists {
-    /// A microcontroller's. 12 lamellae are what [`Paper`] has room for; a board of the size [`Ribs`] raises them to 16.
+    /// A microcontroller's. 12 lamellae are what [`Paper`] has room for.
     /// Its lamellae have one thickness, or one taper, for all.
     pub const TARGET: Self = Self { lamellae: 12, thicknesses: 1, knots: 8, points: 2, corners: 8 };
+    /// A microcontroller's with the memory for the size [`Ribs`] (feature `ribs`): every rib has a thickness of its own, or a taper, and
+    /// walls curve and taper as those of printed fingers do. A description of a finger takes 1,104 bytes more than with [`Self::TARGET`].
+    pub const RIBS: Self = Self { lamellae: 16, thicknesses: 16, knots: 16, points: 14, corners: 8 };
     /// Those of a machine with an operating system.
     pub const HOSTED: Self = Self { lamellae: 64, thicknesses: 64, knots: 64, points: 62, corners: 64 };
     /// Those of the machine that the program is built for.
-    pub const HERE: Self = if cfg!(target_os = "none") { Self::TARGET } else { Self::HOSTED };
+    pub const HERE: Self = match (cfg!(target_os = "none"), cfg!(feature = "ribs")) {
+        (false, _) => Self::HOSTED,
+        (true, false) => Self::TARGET,
+        (true, true) => Self::RIBS,
+    };
 }
 
 /// A list of a description is longer than another machine has room for.
@@ -192,7 +199,7 @@ fixed_size!(
 fixed_size!(
     /// Up to 16 rungs of any kind on a microcontroller with the memory: `simpson`, 2 elements per span and rib, 3 in the tip span, 1 per
     /// hinge, 5 samples per element.
-    Ribs, cells 17, nodes 270, samples 192, contacts 22
+    Ribs, cells 17, nodes 270, samples 224, contacts 22
 );
 fixed_size!(
     /// The resolution of *Geometrico-Static Modelling of a FRE Finger*: 170 elements per beam and 20 per hinge with up to 7 lamellae, contact at nodes; fewer elements
@@ -241,6 +248,12 @@ mod tests {
                 Ok(()),
                 "{kind:?}"
             );
+            // Welded ribs, between which the face is sampled as well.
+            let mut ribbed = design.clone();
+            crate::design::tests::ribs(&mut ribbed, 1.6);
+            ribbed.rigid_above = Some(70.0);
+            let found = discretise(&ribbed, &Discretisation::estimator(Physics::Extended), &mut model);
+            assert_eq!(found, Ok(()), "ribs");
             set_heights(&mut design, 17);
             let found = discretise(&design, &Discretisation::estimator(Physics::Extended), &mut model);
             assert_eq!(found, Err(DiscretiseError::Capacity), "{kind:?}");

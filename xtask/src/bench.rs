@@ -9,8 +9,11 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The images of the part `target`.
-const IMAGES: [&str; 5] = ["bench-reduced", "bench-rubbing", "bench-remembering", "bench-paper", "bench-empty"];
+/// The images of the part `target`, by the features that they are built with.
+const IMAGES: [(&str, &[&str]); 2] = [
+    ("bench", &["bench-reduced", "bench-rubbing", "bench-remembering", "bench-paper", "bench-empty"]),
+    ("bench-ribs", &["bench-ribs"]),
+];
 
 /// Hands the arguments on, with the images and the Python that the wanted parts need.
 pub fn run(arguments: &[&str]) -> Result<()> {
@@ -78,14 +81,17 @@ fn bench() -> Command {
     command
 }
 
-/// Builds the images in one go; their folder and optimisation level.
+/// Builds the images; their folder and optimisation level.
 fn images(cross: &Cross) -> Result<(PathBuf, String)> {
-    let mut build = cross.cargo("build");
-    build.args(["--quiet", "--release", "--package", "mps2", "--features", "bench"]);
-    for image in IMAGES {
-        build.args(["--bin", image]);
+    let mut built = Vec::new();
+    for (features, images) in IMAGES {
+        let mut build = cross.cargo("build");
+        build.args(["--quiet", "--release", "--package", "mps2", "--features", features]);
+        for image in images {
+            build.args(["--bin", image]);
+        }
+        built.extend(crate::cross::built(&mut build)?);
     }
-    let built = crate::cross::built(&mut build)?;
     let image = built.iter().find(|message| message["executable"].is_string()).context("cargo named no image")?;
     let folder = image["executable"].as_str().and_then(|path| Path::new(path).parent());
     let opt_level = image["profile"]["opt_level"].as_str().context("cargo named no optimisation level")?;

@@ -10,7 +10,7 @@ use crate::rates::Rates;
 use crate::spread::Spread;
 use crate::target::Row;
 
-const CASE: &str = "ladder-80 R40-Mid";
+const CASE: Kind = Kind::OneOf(&["ladder-80 R40-Mid", "ribs-7", "umi"]);
 
 /// What was measured; parts that were not asked for are absent.
 #[derive(Clone, Copy)]
@@ -77,7 +77,7 @@ impl Figures<'_> {
 fn row(row: &Row) -> Value {
     let mut value = json!({
         "board": "mps2",
-        "case": CASE,
+        "case": row.model.case,
         "model": row.model.name,
         "mode": row.mode,
         "hessian": row.hessian,
@@ -113,6 +113,7 @@ fn whole(spread: Spread) -> Value {
 
 fn time(time: &Time) -> Value {
     json!({
+        "case": time.case,
         "model": time.model,
         "physics": word(time.physics),
         "friction": f64::from(time.friction) / 100.0,
@@ -144,8 +145,11 @@ const PHYSICS: Kind = Kind::OneOf(&["paper", "extended"]);
 
 const TARGET: &[(&str, Kind)] = &[
     ("board", Kind::OneOf(&["mps2"])),
-    ("case", Kind::OneOf(&[CASE])),
-    ("model", Kind::OneOf(&["simpson-17-1", "simpson-17-1-rubbing", "simpson-17-1-memory", "paper-170-20"])),
+    ("case", CASE),
+    (
+        "model",
+        Kind::OneOf(&["simpson-17-1", "simpson-17-1-rubbing", "simpson-17-1-memory", "simpson-ribs", "paper-170-20"]),
+    ),
     ("mode", Kind::OneOf(&["converged", "one-iteration"])),
     ("hessian", Kind::OneOf(&["newton", "gauss-newton"])),
     ("physics", PHYSICS),
@@ -161,6 +165,7 @@ const TARGET: &[(&str, Kind)] = &[
 ];
 
 const PC: &[(&str, Kind)] = &[
+    ("case", CASE),
     ("model", Kind::Text),
     ("physics", PHYSICS),
     ("friction", Kind::NotNegative),
@@ -229,7 +234,7 @@ mod tests {
     fn with<T>(take: impl FnOnce(Figures<'_>) -> T) -> T {
         let spread = Spread { mean: 100.4, max: 200.0 };
         let row = Row {
-            model: Model { name: REDUCED, samples: 4, physics: Physics::Extended, friction: 0 },
+            model: Model { case: "umi", name: REDUCED, samples: 4, physics: Physics::Extended, friction: 0 },
             mode: "converged".into(),
             hessian: "newton".into(),
             ticks: 250,
@@ -245,6 +250,7 @@ mod tests {
             differs_from_pc: Some(0),
         };
         let time = Time {
+            case: "ribs-7",
             model: "fine",
             physics: Physics::Paper,
             friction: 0,
@@ -280,6 +286,7 @@ mod tests {
         let document = with(|figures| figures.document());
         assert_eq!(document["target"][0]["instructions_per_count"], json!({ "mean": 100, "max": 200 }));
         assert_eq!(document["target"][0]["physics"], "extended");
+        assert_eq!((&document["target"][0]["case"], &document["pc"][0]["case"]), (&json!("umi"), &json!("ribs-7")));
         assert_eq!(document["pc"][0]["cold_us"], 20.0);
         assert_eq!(document["peer"]["ratio_warm"], 200.0);
     }
@@ -313,6 +320,7 @@ mod tests {
     fn values_out_of_range_are_found() {
         let is_refused = |change: fn(&mut Value)| refused(change).is_some();
         assert!(is_refused(|d| d["target"][0]["mode"] = "warm".into()));
+        assert!(is_refused(|d| d["pc"][0]["case"] = "ladder-90".into()));
         assert!(is_refused(|d| d["target"][0]["instructions_per_count"]["max"] = 3.into()), "less than the mean");
         assert!(is_refused(|d| d["target"][0]["force_error_vs_f64_n"] = f64::NAN.into()));
         assert!(is_refused(|d| d["pc"][0]["warm_us"] = 0.into()));

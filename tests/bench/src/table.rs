@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::ladder::word;
-use crate::pc::{PAPER, REDUCED, REMEMBERING, RUBBING, Time};
+use crate::pc::{PAPER, REDUCED, REMEMBERING, RIBS, RUBBING, Time};
 use crate::peer::Peer;
 use crate::spread::Spread;
 use crate::target::Row;
@@ -11,11 +11,14 @@ use crate::target::Row;
 /// The target's table, instructions in thousands.
 pub fn target(rows: &[Row]) -> String {
     let mut text = format!(
-        "ladder-80, cylinder of 80 mm at Mid height, 0 → 11 → 0°, ticks in contact; instructions in thousands, f32\n\
-         {:<13} {:>7} {:<9} {:<13} {:<13} {:>6} {:>6} {:>11} {:>15} {:>15} {:>8} {:>8} {:>6} {:>9}\n",
+        "cylinder of 80 mm, 0 → 11 → 0° in counts of 0.088°, or 0 → 10 → 0 mm of jaw in counts of 0.05 mm (umi; 0.5 mm for a degree); ticks \
+         in contact; instructions in thousands, f32\n\
+         {:<17} {:<20} {:>7} {:<9} {:>8} {:<13} {:<13} {:>6} {:>6} {:>11} {:>15} {:>15} {:>8} {:>8} {:>6} {:>9}\n",
+        "case",
         "model",
         "samples",
         "physics",
+        "friction",
         "hessian",
         "mode",
         "ticks",
@@ -33,7 +36,8 @@ pub fn target(rows: &[Row]) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "{:<20} {:>7} {:<9} {:>8} {:<13} {:<13} {:>6} {:>6} {:>11} {:>15} {:>15} {:>8} {:>8} {:>6} {:>9.1e}",
+            "{:<17} {:<20} {:>7} {:<9} {:>8} {:<13} {:<13} {:>6} {:>6} {:>11} {:>15} {:>15} {:>8} {:>8} {:>6} {:>9.1e}",
+            row.model.case,
             row.model.name,
             row.model.samples,
             word(row.model.physics),
@@ -56,8 +60,9 @@ pub fn target(rows: &[Row]) -> String {
         if let Some(derivatives) = row.derivatives {
             let _ = writeln!(
                 text,
-                "{}, {} samples, {}: derivatives with respect to angle, object and modulus take {:.0} / {:.0}, a Newton step {:.0} \
+                "{}, {}, {} samples, {}: derivatives with respect to angle, object and modulus take {:.0} / {:.0}, a Newton step {:.0} \
                  (ratio {:.2}); no room for them in {} ticks",
+                row.model.case,
                 row.model.name,
                 row.model.samples,
                 word(row.model.physics),
@@ -72,7 +77,8 @@ pub fn target(rows: &[Row]) -> String {
     for (row, without) in rows.iter().filter_map(|row| Some((row, plain(rows, row)?))) {
         let _ = writeln!(
             text,
-            "{}, {} samples, friction {}: {:.2} times the mean and {:.2} times the worst count of {REDUCED}, {:+} bytes",
+            "{}, {}, {} samples, friction {}: {:.2} times the mean and {:.2} times the worst count of {REDUCED}, {:+} bytes",
+            row.model.case,
             row.model.name,
             row.model.samples,
             f64::from(row.model.friction) / 100.0,
@@ -91,14 +97,14 @@ pub fn target(rows: &[Row]) -> String {
     text
 }
 
-/// The row of the size without room for friction or memory that one with room is compared with.
+/// The row of hinges without room for friction or memory that one with room, or with ribs, is compared with.
 fn plain<'a>(rows: &'a [Row], row: &Row) -> Option<&'a Row> {
     let same = |other: &&Row| {
         let models = (other.model.name, other.model.samples, other.model.physics);
         models == (REDUCED, row.model.samples, row.model.physics)
             && (&other.mode, &other.hessian) == (&row.mode, &row.hessian)
     };
-    rows.iter().find(same).filter(|_| [RUBBING, REMEMBERING].contains(&row.model.name))
+    rows.iter().find(same).filter(|_| [RUBBING, REMEMBERING, RIBS].contains(&row.model.name))
 }
 
 /// The peer beside us.
@@ -113,13 +119,22 @@ pub fn peer(peer: &Peer) -> String {
 /// The PC's table.
 pub fn pc(times: &[Time]) -> String {
     let mut text = format!(
-        "{:<20} {:<9} {:>8} {:<9} {:>12} {:>13} {:>16} {:>18}\n",
-        "model", "physics", "friction", "precision", "a count, µs", "mean / max", "0 to 11°, µs", "places of 1° per s"
+        "{:<17} {:<20} {:<9} {:>8} {:<9} {:>12} {:>13} {:>16} {:>18}\n",
+        "case",
+        "model",
+        "physics",
+        "friction",
+        "precision",
+        "a count, µs",
+        "mean / max",
+        "0 to 11°, µs",
+        "places of 1° per s"
     );
     for time in times {
         let _ = writeln!(
             text,
-            "{:<20} {:<9} {:>8} {:<9} {:>12.1} {:>13} {:>16.1} {:>18.0}",
+            "{:<17} {:<20} {:<9} {:>8} {:<9} {:>12.1} {:>13} {:>16.1} {:>18.0}",
+            time.case,
             time.model,
             word(time.physics),
             f64::from(time.friction) / 100.0,

@@ -11,9 +11,10 @@ use fre_log::Log;
 use fre_qemu::{Machine, Pace};
 use model_core::discretise::Physics;
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
+use reference_tests::closing::CLOSINGS;
 
 use crate::ladder::{PHYSICS, word};
-use crate::pc::{Force, Forces, Model, PAPER, REDUCED, REMEMBERING, RUBBING};
+use crate::pc::{Force, Forces, Model, PAPER, REDUCED, REMEMBERING, RIBS, RUBBING};
 use crate::peer::number;
 use crate::spread::Spread;
 
@@ -21,10 +22,11 @@ use crate::spread::Spread;
 const PACE: Pace = Pace::CountedWithoutWaiting { shift: 6 };
 const INSTRUCTIONS_PER_TICK: f64 = 0.625;
 /// Image and what it measures.
-const MODELS: [(&str, &str); 4] = [
+const MODELS: [(&str, &str); 5] = [
     ("bench-reduced", REDUCED),
     ("bench-rubbing", RUBBING),
     ("bench-remembering", REMEMBERING),
+    ("bench-ribs", RIBS),
     ("bench-paper", PAPER),
 ];
 const EMPTY: &str = "bench-empty";
@@ -109,6 +111,7 @@ fn flash(elf: &Path) -> Result<u64> {
 
 /// One sweep of the target.
 struct Run {
+    case: &'static str,
     samples: u8,
     physics: Physics,
     /// Coefficient of friction, in hundredths.
@@ -142,8 +145,15 @@ impl Tick {
     }
 }
 
-/// Derivatives by samples per element and physics.
-type ByModel = Vec<(u8, Physics, Derivatives)>;
+/// Derivatives by case, samples per element and physics.
+type ByModel = Vec<((&'static str, u8, Physics), Derivatives)>;
+
+/// A closing's name from a message's words.
+fn case_of(words: &[&str]) -> Result<&'static str> {
+    let text = words.join(" ");
+    let known = CLOSINGS.iter().find(|closing| closing.case == text);
+    known.map(|closing| closing.case).with_context(|| format!("`{text}` is not the name of a closing"))
+}
 
 /// The physics of a word of the target.
 fn physics_of(text: &str) -> Result<Physics> {
@@ -151,13 +161,16 @@ fn physics_of(text: &str) -> Result<Physics> {
     physics.with_context(|| format!("`{text}` is no physics"))
 }
 
-/// Reads the target's log: `derivatives` lines; `run` lines, each followed by its `tick` lines; and `end`.
+/// Reads the target's log: `closing` lines, each followed by its `derivatives` lines and its `run` lines, each followed by its `tick`
+/// lines; and `end`.
 fn runs(log: &[String]) -> Result<(Vec<Run>, ByModel)> {
     let mut runs: Vec<Run> = Vec::new();
     let mut derivatives = ByModel::new();
+    let mut case = None;
     for line in log {
         let words: Vec<&str> = line.split_whitespace().collect();
         match (words.as_slice(), runs.last_mut()) {
+            (["closing", words @ ..], _) => case = Some(case_of(words)?),
             (["derivatives", samples, physics, taken, refused, step, clock, most], _) => {
                 let mean = |clock: &str| -> Result<f64> {
                     Ok(number::<f64>(clock)? * INSTRUCTIONS_PER_TICK / number::<f64>(taken)?.max(1.0))
@@ -168,9 +181,11 @@ fn runs(log: &[String]) -> Result<(Vec<Run>, ByModel)> {
                     newton_step: mean(step)?,
                     cost: Spread { mean: mean(clock)?, max },
                 };
-                derivatives.push((number(samples)?, physics_of(physics)?, found));
+                let case = case.context("derivatives before a closing")?;
+                derivatives.push(((case, number(samples)?, physics_of(physics)?), found));
             }
             (["run", samples, physics, friction, hessian, mode, step, ram, stack], _) => runs.push(Run {
+                case: case.context("a run before a closing")?,
                 samples: number(samples)?,
                 physics: physics_of(physics)?,
                 friction: number(friction)?,
@@ -208,11 +223,13 @@ fn table(
     for run in runs.iter().filter(|run| run.step == "count") {
         let same = |other: &&Run| {
             other.step == "degree"
-                && (other.samples, other.physics, other.friction, &other.hessian, &other.mode)
-                    == (run.samples, run.physics, run.friction, &run.hessian, &run.mode)
+                && (other.case, other.samples, other.physics, other.friction)
+                    == (run.case, run.samples, run.physics, run.friction)
+                && (&other.hessian, &other.mode) == (&run.hessian, &run.mode)
         };
         let degrees = runs.iter().find(same).context("a sweep by counts without one by degrees")?;
-        let model = Model { name, samples: run.samples, physics: run.physics, friction: run.friction };
+        let Run { case, samples, physics, friction, .. } = *run;
+        let model = Model { case, name, samples, physics, friction };
         let forces = forces.iter().find(|forces| forces.model == model);
         let forces = &forces.with_context(|| format!("no forces from the PC for {model:?}"))?.ticks;
         let contact = || run.ticks.iter().filter(|tick| tick.counts());
@@ -231,8 +248,8 @@ fn table(
             force_error_n: error(&run.ticks, forces)?,
             derivatives: derivatives
                 .iter()
-                .find(|(samples, physics, _)| newton && (*samples, *physics) == (run.samples, run.physics))
-                .map(|(.., derivatives)| *derivatives),
+                .find(|(model, _)| newton && *model == (case, samples, physics))
+                .map(|(_, derivatives)| *derivatives),
             differs_from_pc: newton
                 .then(|| run.ticks.iter().zip(forces).filter(|(tick, pc)| tick.force != pc.single).count()),
             model,
@@ -266,6 +283,8 @@ fn error(ticks: &[Tick], forces: &[Force]) -> Result<f64> {
 
 #[cfg(test)]
 mod tests {
+    use reference_tests::closing::LADDER;
+
     use super::*;
 
     fn log(lines: &[&str]) -> Vec<String> {
@@ -273,14 +292,15 @@ mod tests {
     }
 
     fn forces() -> Vec<Forces> {
-        let model = Model { name: REDUCED, samples: 4, physics: Physics::Paper, friction: 0 };
+        let model = Model { case: LADDER.case, name: REDUCED, samples: 4, physics: Physics::Paper, friction: 0 };
         let force =
             |position, double: [f64; 2]| Force { position, double, single: double.map(|x| (x as f32).to_bits()) };
         vec![Forces { model, ticks: vec![force(0, [0.0, 0.0]), force(1, [1.0, 0.0]), force(0, [0.5, 0.0])] }]
     }
 
     /// Forces 0, 1.25 (bits 1067450368) and, failed, 8 (1090519040).
-    const LINES: [&str; 8] = [
+    const LINES: [&str; 9] = [
+        "closing ladder-80 R40-Mid",
         "run 4 paper 0 newton converged count 1000 200",
         "tick 0 1000 0 1 0 0 0",
         "tick 1 1600 2 1 1 1067450368 0",
@@ -314,7 +334,9 @@ mod tests {
 
     #[test]
     fn a_log_that_breaks_off_is_an_error() {
-        assert!(runs(&log(&LINES[..7])).is_err());
+        assert!(runs(&log(&LINES[..8])).is_err());
+        assert!(runs(&log(&LINES[1..])).is_err(), "a run before its closing");
+        assert!(runs(&log(&["closing ladder-90"])).is_err());
         assert!(runs(&log(&["tick 0 1 0 1 0 0 0"])).is_err(), "a tick before its run");
         assert!(runs(&log(&["(a damaged line)"])).is_err());
     }
@@ -322,13 +344,13 @@ mod tests {
     #[test]
     fn another_sweep_or_no_number_is_an_error() {
         let mut lines = LINES;
-        lines[2] = "tick 2 1600 2 1 1 1067450368 0";
+        lines[3] = "tick 2 1600 2 1 1 1067450368 0";
         let refused = |lines: &[&str]| {
             let (runs, derivatives) = runs(&log(lines)).unwrap();
             table(REDUCED, 7, &runs, &derivatives, &forces()).is_err()
         };
         assert!(refused(&lines));
-        lines[2] = "tick 1 1600 2 1 1 2143289344 0"; // NaN
+        lines[3] = "tick 1 1600 2 1 1 2143289344 0"; // NaN
         assert!(refused(&lines));
     }
 }

@@ -4,14 +4,15 @@
 mod tests {
     use crate::sweep::{self, closing_and_opening};
     use model_core::design::{Design, DesignError, Profile};
-    use model_core::discretise::{Discretisation, DiscretiseError, Physics};
+    use model_core::discretise::{Discretisation, DiscretiseError, Physics, Sampling};
     use model_core::equilibrium::Follower;
     use model_core::estimator::Estimator;
     use model_core::object::Motion;
     use model_core::real::Real;
-    use model_core::size::{Paper, Reduced, Size};
+    use model_core::size::{Paper, Reduced, Ribs, Size};
     use model_core::status::Status;
     use mps2::Board;
+    use reference_tests::closing::{Closing, LADDER, RIBS_7, UMI};
     use reference_tests::{LadderRow, fea_80, fea_rows, ladder_80, ladder_rows};
     use static_cell::ConstStaticCell;
 
@@ -20,6 +21,7 @@ mod tests {
     static ESTIMATOR: ConstStaticCell<Estimator<f32, Reduced>> = ConstStaticCell::new(Estimator::EMPTY);
     static FULL: ConstStaticCell<Follower<f32, Paper>> = ConstStaticCell::new(Follower::EMPTY);
     static REDUCED: ConstStaticCell<Follower<f32, Reduced>> = ConstStaticCell::new(Follower::EMPTY);
+    static RIBS: ConstStaticCell<Follower<f32, Ribs>> = ConstStaticCell::new(Follower::EMPTY);
     static DOUBLE: ConstStaticCell<Follower<f64, Reduced>> = ConstStaticCell::new(Follower::EMPTY);
 
     #[init]
@@ -166,6 +168,42 @@ mod tests {
             defmt::println!("{} samples: {} instructions in contact, {} at most", samples, found, worst);
             assert!(found <= mean + mean / 10, "{samples} samples: {found} instructions on average, stated are {mean}");
             assert!(worst <= most + most / 10, "{samples} samples: {worst} instructions at most, stated are {most}");
+        }
+    }
+
+    /// Instructions of a count in contact of a closing and opening finger, mean.
+    fn per_count<S: Size>(follower: &mut Follower<f32, S>, closing: &Closing, samples: u8) -> u32 {
+        let design = (closing.design)();
+        let sampling = Sampling::PerElement(samples);
+        let how = Discretisation { sampling, ..Discretisation::reduced(Physics::Extended) };
+        assert!(follower.configure(&design, &how).is_ok());
+        follower.set_object((closing.object)(), closing.motion(&design));
+        assert!(follower.start(0.0));
+        let (mut sum, mut count) = (0_u64, 0);
+        for position in Closing::ticks(closing.count) {
+            let coordinate = f64::from(position) * closing.count.0;
+            let (outcome, cycles) = mps2::cycles::of(|| follower.follow(coordinate));
+            assert!(outcome.status.is_trustworthy(), "{} at {position}: {}", closing.case, outcome.status);
+            if follower.touching() > 0 {
+                (sum, count) = (sum + u64::from(cycles * INSTRUCTIONS_PER_TICK), count + 1);
+            }
+        }
+        assert!(count > 200, "{}: {count} counts in contact", closing.case);
+        let mean = (sum / count) as u32;
+        defmt::println!("{}, {} samples: {} instructions a count", closing.case, samples, mean);
+        mean
+    }
+
+    /// Ribs that bend: seven at most 1.3 times the hinged finger, a printed finger with fifteen within its bounds (docs/cost.md).
+    #[test]
+    #[timeout(240)]
+    fn ribs_cost_no_more_than_stated(_board: Board) {
+        let (hinged, ribs) = (REDUCED.take(), RIBS.take());
+        for (samples, most) in [(2, 350_000), (5, 480_000)] {
+            let (seven, without) = (per_count(ribs, &RIBS_7, samples), per_count(hinged, &LADDER, samples));
+            assert!(seven <= without + without / 10 * 3, "{samples} samples: {seven} and {without}");
+            let umi = per_count(ribs, &UMI, samples);
+            assert!(umi <= most, "{samples} samples: {umi}");
         }
     }
 

@@ -6,16 +6,17 @@
 extern crate std;
 
 pub mod campaign;
+pub mod closing;
 #[cfg(not(target_os = "none"))]
 pub mod friction;
 #[cfg(not(target_os = "none"))]
 pub mod junction;
 #[cfg(not(target_os = "none"))]
 pub mod random;
-#[cfg(not(target_os = "none"))]
 pub mod ribs;
 #[cfg(not(target_os = "none"))]
 pub mod twins;
+pub mod umi;
 #[cfg(not(target_os = "none"))]
 pub mod wide;
 

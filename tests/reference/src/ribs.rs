@@ -11,7 +11,7 @@ const MESH: f64 = 0.0083;
 /// the front end is lower.
 pub fn ribbed_80(thickness: f64, degrees: f64) -> Design {
     let mut design = ladder_80();
-    let slope = degrees.to_radians().tan();
+    let slope = libm::tan(degrees.to_radians());
     let (mut front, mut back) = (Vec::new(), Vec::new());
     for k in 1..=7 {
         // Through the point midway between the centrelines, whose back one lies at x = −28 + 0.35 y.
@@ -19,7 +19,7 @@ pub fn ribbed_80(thickness: f64, degrees: f64) -> Design {
         let on_front = y - slope * half;
         let on_back = (y - slope * (-28.0 + half)) / (1.0 + 0.35 * slope);
         front.push(on_front).expect("seven ribs");
-        back.push(on_back * 28_f64.hypot(80.0) / 80.0).expect("seven ribs");
+        back.push(on_back * libm::hypot(28.0, 80.0) / 80.0).expect("seven ribs");
     }
     design.lamellae = Lamellae {
         attachments: Attachments::Arcs { front, back },

@@ -8,6 +8,7 @@ mod sweep;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Follower;
 use model_core::size::Rubbing;
+use reference_tests::closing::LADDER;
 use static_cell::ConstStaticCell;
 
 static FOLLOWER: ConstStaticCell<Follower<f32, Rubbing>> = ConstStaticCell::new(Follower::EMPTY);
@@ -16,5 +17,8 @@ static FOLLOWER: ConstStaticCell<Follower<f32, Rubbing>> = ConstStaticCell::new(
 fn main() -> ! {
     let _board = mps2::init();
     let models: &[sweep::Model] = &[(4, Discretisation::reduced), (5, Discretisation::estimator)];
-    sweep::run(FOLLOWER.take(), sweep::Cases { models, physics: &[Physics::Extended], frictions: &[0, 60] })
+    sweep::run(
+        FOLLOWER.take(),
+        sweep::Cases { closings: &[LADDER], models, physics: &[Physics::Extended], frictions: &[0, 60] },
+    )
 }

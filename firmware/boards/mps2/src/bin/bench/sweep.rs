@@ -1,20 +1,14 @@
-//! The measured sweep: an object closed in on from touch to 11° and let go again, and a record of every tick.
+//! The measured sweep: a finger that closes on an object from touch on and opens again, and a record of every tick.
 
 use model_core::discretise::{Discretisation, DiscretiseError, Physics};
 use model_core::equilibrium::{Follower, Settings, Target, Tracking};
 use model_core::newton::Hessian;
-use model_core::object::Motion;
 use model_core::size::Size;
 use mps2::{Exit, cycles, stack};
-use reference_tests::{COUNT, TERMS, TICK_S, circle_80, ladder_80};
+use reference_tests::closing::{Closing, LADDER, MOST_TICKS};
+use reference_tests::{TERMS, TICK_S};
 use static_cell::ConstStaticCell;
 
-/// Height of the object, mm: Mid.
-const HEIGHT: f64 = 45.0;
-/// The last motor angle, degrees.
-const LAST_DEG: i32 = 11;
-/// The last motor angle in whole counts.
-const LAST_COUNT: i32 = LAST_DEG * 4096 / 360;
 /// Newton iterations allowed per tick. Newton's method needs 2 or 3; Gauss–Newton, where it fails, would go on for ever.
 const BUDGET: u32 = 100;
 
@@ -29,10 +23,9 @@ struct Tick {
     force: [f32; 2],
 }
 
-const TICKS: usize = 2 * LAST_COUNT as usize + 1;
 const BLANK: Tick = Tick { position: 0, clock: 0, iterations: 0, trusted: false, touching: false, force: [0.0; 2] };
 
-static RECORD: ConstStaticCell<[Tick; TICKS]> = ConstStaticCell::new([BLANK; TICKS]);
+static RECORD: ConstStaticCell<[Tick; MOST_TICKS]> = ConstStaticCell::new([BLANK; MOST_TICKS]);
 
 /// Samples per element, and the model with them.
 pub type Model = (u8, fn(Physics) -> Discretisation);
@@ -40,6 +33,7 @@ pub type Model = (u8, fn(Physics) -> Discretisation);
 /// What is measured of a size.
 #[derive(Clone, Copy)]
 pub struct Cases<'a> {
+    pub closings: &'a [Closing],
     pub models: &'a [Model],
     pub physics: &'a [Physics],
     /// Coefficients of friction, in hundredths.
@@ -51,7 +45,7 @@ impl Cases<'static> {
     // Each image has a size of its own, and not every one these cases.
     #[allow(dead_code)]
     pub const fn without_friction(models: &'static [Model]) -> Self {
-        Self { models, physics: &[Physics::Paper, Physics::Extended], frictions: &[0] }
+        Self { closings: &[LADDER], models, physics: &[Physics::Paper, Physics::Extended], frictions: &[0] }
     }
 }
 
@@ -81,14 +75,16 @@ const MODES: [(Hessian, &str, Mode); 3] = [
 pub fn run<S: Size>(follower: &mut Follower<f32, S>, cases: Cases<'_>) -> ! {
     let record = RECORD.take();
     let ram = Follower::<f32, S>::STATE_BYTES;
-    let each = |(samples, discretisation): &Model| {
-        for physics in cases.physics {
-            for friction in cases.frictions {
-                run_case(follower, (*samples, *discretisation, *physics, *friction), ram, record);
+    for closing in cases.closings {
+        defmt::println!("closing {=str}", closing.case);
+        for (samples, discretisation) in cases.models {
+            for physics in cases.physics {
+                for friction in cases.frictions {
+                    run_case(follower, closing, (*samples, *discretisation, *physics, *friction), ram, record);
+                }
             }
         }
-    };
-    cases.models.iter().for_each(each);
+    }
     defmt::println!("end");
     mps2::exit(Exit::Success)
 }
@@ -96,9 +92,10 @@ pub fn run<S: Size>(follower: &mut Follower<f32, S>, cases: Cases<'_>) -> ! {
 /// Runs a case in every mode: where the force depends on the path in one only, as every other is the same then.
 fn run_case<S: Size>(
     follower: &mut Follower<f32, S>,
+    closing: &Closing,
     (samples, discretisation, physics, friction): (u8, fn(Physics) -> Discretisation, Physics, u32),
     ram: usize,
-    record: &mut [Tick; TICKS],
+    record: &mut [Tick; MOST_TICKS],
 ) {
     let physics_word = match physics {
         Physics::Paper => "paper",
@@ -114,7 +111,7 @@ fn run_case<S: Size>(
         mps2::exit(Exit::Failure)
     }
     if !depends_on_the_path {
-        match derivatives(follower, &discretisation(physics)) {
+        match derivatives(follower, closing, &discretisation(physics)) {
             Ok(found) => defmt::println!(
                 "derivatives {=u8} {=str} {=u32} {=u32} {=u64} {=u64} {=u32}",
                 samples,
@@ -135,10 +132,8 @@ fn run_case<S: Size>(
             defmt::println!("refused: the settings are not allowed");
             mps2::exit(Exit::Failure)
         }
-        for (step, step_word, last) in
-            [(COUNT, "count", LAST_COUNT), (core::f64::consts::PI / 180.0, "degree", LAST_DEG)]
-        {
-            let (result, peak) = stack::peak_of(|| sweep(follower, &how, mode, step, last, record));
+        for (steps, step_word) in [(closing.count, "count"), (closing.step, "degree")] {
+            let (result, peak) = stack::peak_of(|| sweep(follower, closing, &how, mode, steps, record));
             let ticks = match result {
                 Ok(ticks) => ticks,
                 Err(_) => {
@@ -178,22 +173,19 @@ fn run_case<S: Size>(
 #[inline(never)]
 fn sweep<'a, S: Size>(
     follower: &mut Follower<f32, S>,
+    closing: &Closing,
     how: &Discretisation,
     mode: Mode,
-    step: f64,
-    last: i32,
+    steps: (f64, i32),
     record: &'a mut [Tick],
 ) -> Result<&'a [Tick], DiscretiseError> {
-    let design = ladder_80();
-    follower.configure(&design, how)?;
-    follower.set_object(circle_80(HEIGHT), Motion::Rotating { axis: design.motor_axis });
-    follower.start(0.0);
+    configure(follower, closing, how)?;
     let mut used = 0;
-    for (entry, position) in record.iter_mut().zip((0..=last).chain((0..last).rev())) {
-        let angle = f64::from(position) * step;
+    for (entry, position) in record.iter_mut().zip(Closing::ticks(steps)) {
+        let coordinate = f64::from(position) * steps.0;
         let (outcome, clock) = cycles::of(|| match mode {
-            Mode::Converged => follower.follow_within(Target { coordinate: angle, time_step_s: TICK_S }, BUDGET),
-            Mode::OneIteration => follower.track(angle, Tracking::DEFAULT, BUDGET),
+            Mode::Converged => follower.follow_within(Target { coordinate, time_step_s: TICK_S }, BUDGET),
+            Mode::OneIteration => follower.track(coordinate, Tracking::DEFAULT, BUDGET),
         });
         *entry = Tick {
             position,
@@ -206,6 +198,19 @@ fn sweep<'a, S: Size>(
         used += 1;
     }
     Ok(record.get(..used).unwrap_or_default())
+}
+
+/// The finger at touch.
+fn configure<S: Size>(
+    follower: &mut Follower<f32, S>,
+    closing: &Closing,
+    how: &Discretisation,
+) -> Result<(), DiscretiseError> {
+    let design = (closing.design)();
+    follower.configure(&design, how)?;
+    follower.set_object((closing.object)(), closing.motion(&design));
+    follower.start(0.0);
+    Ok(())
 }
 
 /// Cost of derivatives beside that of a Newton step, in ticks of the clock.
@@ -222,17 +227,19 @@ struct Derivatives {
 /// Derivatives with respect to angle, object and modulus at every count on the way to the last position. A Newton step is what a
 /// tick costs beyond an evaluation at its result, over its iterations.
 #[inline(never)]
-fn derivatives<S: Size>(follower: &mut Follower<f32, S>, how: &Discretisation) -> Result<Derivatives, DiscretiseError> {
-    let design = ladder_80();
-    follower.configure(&design, how)?;
+fn derivatives<S: Size>(
+    follower: &mut Follower<f32, S>,
+    closing: &Closing,
+    how: &Discretisation,
+) -> Result<Derivatives, DiscretiseError> {
+    configure(follower, closing, how)?;
     follower.set_hessian(Hessian::Newton);
-    follower.set_object(circle_80(HEIGHT), Motion::Rotating { axis: design.motor_axis });
-    follower.start(0.0);
     let mut sums = Derivatives { taken: 0, refused: 0, step_clock: 0, clock: 0, most: 0 };
-    for position in 0..=LAST_COUNT {
-        let angle = f64::from(position) * COUNT;
-        let (outcome, tick) = cycles::of(|| follower.follow_within(angle, BUDGET));
-        let (_, evaluation) = cycles::of(|| follower.follow_within(angle, BUDGET));
+    let (count, last) = closing.count;
+    for position in 0..=last {
+        let coordinate = f64::from(position) * count;
+        let (outcome, tick) = cycles::of(|| follower.follow_within(coordinate, BUDGET));
+        let (_, evaluation) = cycles::of(|| follower.follow_within(coordinate, BUDGET));
         let (found, clock) = cycles::of(|| follower.sensitivity());
         if follower.touching() == 0 || outcome.iterations == 0 {
             continue;
