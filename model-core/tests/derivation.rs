@@ -3,8 +3,8 @@
 // Every user of the examples' finger has its own copy.
 #![allow(clippy::duplicate_mod)]
 
-use model_core::design::{Design, HingeFrom, MaterialLaw, PlaneStrain, Profile, ladder_80};
-use model_core::discretise::{Discretisation, Physics, plate_factor};
+use model_core::design::{Design, HingeFrom, MaterialLaw, PlaneStrain, ladder_80};
+use model_core::discretise::{Discretisation, Physics, Plate, plate_factor};
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
 use model_core::size::Paper;
@@ -381,19 +381,26 @@ fn effective_hinges_and_bar_span_the_width() {
     }
 }
 
-/// Derivation (57), (58): between plane stress and plane strain, and the one result that the automatic factor rests on.
+/// Derivation (57), (58): between plane stress and plane strain, and how wide walls and long spans differ.
 #[test]
 fn plates_are_between_plane_stress_and_plane_strain() {
-    let with = |plane_strain, width: f64| {
-        let design = Design { plane_strain, width: Profile::constant(width), ..ladder_80() };
-        plate_factor(&design, width, 2.0)
-    };
-    let strain = 1.0 / (1.0 - 0.48 * 0.48);
-    assert_eq!(with(PlaneStrain::Stress, 20.0), 1.0);
-    assert!((with(PlaneStrain::Strain, 20.0) - strain).abs() < 1e-15);
-    for width in [3.0, 4.8, 10.0, 20.0, 200.0] {
-        let held = f64::clamp(1.0 - 2.0 * 1.2 * 2.0 / width, 0.0, 1.0);
-        assert!((with(PlaneStrain::Auto, width) - (1.0 + (strain - 1.0) * held)).abs() < 1e-15);
+    let nu: f64 = 0.48;
+    let plate = |width: f64, clear: f64| Plate { width, thickness: 2.0, clear, holders: [1.0, f64::INFINITY] };
+    let with = |plane_strain, plate: &Plate| plate_factor(&Design { plane_strain, ..ladder_80() }, plate);
+    let strain = 1.0 / (1.0 - nu * nu);
+    assert_eq!(with(PlaneStrain::Stress, &plate(20.0, 9.0)), 1.0);
+    assert!((with(PlaneStrain::Strain, &plate(20.0, 9.0)) - strain).abs() < 1e-15);
+    for (width, clear) in [(2.0, 4.0), (4.8, 9.0), (20.0, 9.0), (20.0, 78.0), (60.0, 9.0)] {
+        // The formula, in the hyperbolic functions that the derivation has.
+        let length = 0.7 * clear + 2.0 * (2.0 + 0.25 * 2.0 / 1.0);
+        let beta = 0.5 * std::f64::consts::PI * width * width / (width + 2.0) / length;
+        let waves = 2.0 * beta / (2.0 * beta).sinh();
+        let curled = 2.0 * (1.0 + nu) * beta.tanh() / (beta * (3.0 + nu - (1.0 - nu) * waves));
+        let found = with(PlaneStrain::Auto, &plate(width, clear));
+        assert!((found - (1.0 + (strain - 1.0) * (1.0 - curled))).abs() < 1e-12, "{width} {clear}: {found}");
+        assert!((1.0..strain).contains(&found));
     }
-    assert!((with(PlaneStrain::Auto, 20.0) / strain - 0.945).abs() < 5e-4, "94.5 % of plane strain");
+    let share = |width, clear| plate(width, clear).share(nu);
+    assert!(share(1e-3, 9.0) < 1e-6 && share(2000.0, 9.0) > 0.99, "a beam, a plate");
+    assert!(share(20.0, 2.0) > share(20.0, 9.0) && share(20.0, 9.0) > share(20.0, 78.0), "held at its ends");
 }

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use fre::case::Case;
 use fre::fea::{Plan, Progress};
+use reference_tests::plates::{Span, spans};
 
 /// A watcher that lets CalculiX end.
 fn on(_: Progress) -> ControlFlow<()> {
@@ -199,4 +200,20 @@ fn calculix_reproduces_a_mid_pose() {
 #[test]
 fn calculix_reproduces_a_high_pose() {
     reproduce("R40_High", 40.0, 60.0, 4.0);
+}
+
+/// Two short rows of the series in three dimensions behind `plane_strain = "auto"`; `cargo xtask bench plates` solves all.
+#[test]
+fn wide_walls_bend_as_the_table_has_it() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("plates");
+    std::fs::create_dir_all(&folder).unwrap();
+    for (width, nu) in [(5.0, 0.45), (8.0, 0.3)] {
+        let is_it =
+            |span: &Span| (span.width, span.clear, span.rib, span.nu, span.curvature) == (width, 2.0, 0.5, nu, 0.0);
+        let (span, table, _) = spans().find(|row| is_it(&row.0)).unwrap();
+        let found = span.elements(&folder).unwrap();
+        println!("{span:?}: {found:.5} by elements, {table} in the table, {:.5} by the formula", span.formula());
+        assert!((found / table - 1.0).abs() < 2e-4, "{span:?}: {found} and {table}");
+        assert!((span.formula() / found - 1.0).abs() < 0.01, "{span:?}: {found} and {}", span.formula());
+    }
 }

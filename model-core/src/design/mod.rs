@@ -113,7 +113,7 @@ pub enum PlaneStrain {
     Stress,
     /// Plane strain: EI/(1−ν²).
     Strain,
-    /// Between the two, from width and thickness.
+    /// Between the two, from width, thickness and clear length.
     #[default]
     Auto,
 }

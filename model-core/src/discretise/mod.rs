@@ -4,6 +4,7 @@
 //! constants it can have, and the same ones on every machine.
 
 mod natural;
+mod plate;
 mod rod;
 mod rung;
 mod samples;
@@ -19,11 +20,11 @@ use crate::real::Real;
 use crate::size::Size;
 use crate::topology::{CLAMPED, Role, Rung};
 use crate::units::Units;
+pub use plate::{Plate, plate_factor};
 use rod::{Piece, Rod, write_rod};
 use rung::{MOST_JOINTS, Slot, rigid_tip, weld, with_parts, write_rung};
 use samples::write_samples;
 use section::compliance;
-pub use section::plate_factor;
 use welded::Welded;
 
 /// How a member of N elements is discretised.
@@ -361,9 +362,11 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
                 (width, thickness)
             };
             let [bending_factor, stretch_factor] = beam.factors();
+            let plate = Plate::of_beam(design, side, 0.5 * (from + to));
             let plain = |at: f64| {
                 let (w, t) = section(at);
-                e_modulus * bending_factor * w * t * t * t / 12.0 * plate_factor(design, w, t)
+                let plate = Plate { width: w, thickness: t, ..plate };
+                e_modulus * bending_factor * w * t * t * t / 12.0 * plate_factor(design, &plate)
             };
             let thickness = |at: f64| section(at).1;
             let (w, t) = section(0.5);

@@ -1,7 +1,8 @@
 //! Rungs: hinges and bar, pins, welds, ribs, each a chain of parts; and the rigid part at the tip.
 
+use super::plate::{Plate, plate_factor};
 use super::rod::{Piece, Rod, write_point, write_rod};
-use super::section::{compliance, plate_factor};
+use super::section::compliance;
 use super::welded::Welded;
 use super::{Discretisation, DiscretiseError, Elements, Physics, Scheme};
 use crate::access::Access as _;
@@ -74,11 +75,12 @@ struct Axis<'a> {
 }
 
 impl Axis<'_> {
-    /// Bending stiffness of a section of this thickness, N·mm².
+    /// Bending stiffness of a section of this thickness in a part that is held as a plate is, N·mm².
     #[inline(never)]
-    fn bending(&self, t: f64) -> f64 {
+    fn bending(&self, t: f64, plate: &Plate) -> f64 {
         let (design, w) = (self.design, self.width);
-        design.material.youngs_modulus * w * t * t * t / 12.0 * plate_factor(design, w, t)
+        let plate = Plate { width: w, thickness: t, ..*plate };
+        design.material.youngs_modulus * w * t * t * t / 12.0 * plate_factor(design, &plate)
     }
 
     /// A straight rod of pieces whose sections have this area, on the mean.
@@ -123,7 +125,8 @@ pub(super) fn with_parts(
             (clear + (BEAM_ROOT + BAR_ROOT) * t, faces.map(|face| face - BEAM_ROOT * t), bar)
         }
     };
-    let stiffness = axis.bending(t);
+    let plate = Plate::of_rung(design, lamella);
+    let stiffness = axis.bending(t, &plate);
     let neck = Piece { elements, length, bending: &|_: f64| stiffness, thickness: &|_: f64| t };
     let direction = |_: f64| along;
     let Some(ribs) = ribs else {
@@ -134,7 +137,7 @@ pub(super) fn with_parts(
     // A rib with necks is one rod: were its ends joints, a rung would have more of them than the band has room for.
     let [front, back] = design.lamella_thickness(lamella);
     let thickness = |at: f64| front + at * (back - front);
-    let bending = |at: f64| ribs.bending_factor * axis.bending(thickness(at));
+    let bending = |at: f64| ribs.bending_factor * axis.bending(thickness(at), &plate);
     let rib_elements = rib_elements(design, how, bar, 0.5 * (front + back));
     let rib = Piece { elements: rib_elements, length: bar, bending: &bending, thickness: &thickness };
     // The necks' area at their length, the rib's at its own: it is their sum that gives way.
@@ -197,7 +200,8 @@ fn with_weld(axis: &Axis<'_>, ribs: &Ribs, lamella: usize, width: f64, with: &mu
         let part = (front + at * length - faces[0]) / (width - faces[0] - faces[1]);
         thin + part.clamp(0.0, 1.0) * (other - thin)
     };
-    let plain = |at: f64| ribs.bending_factor * axis.bending(thickness(at));
+    let plate = Plate::of_rung(design, lamella);
+    let plain = |at: f64| ribs.bending_factor * axis.bending(thickness(at), &plate);
     let area = ribs.stretch_factor * mean_area(axis, &thickness);
     let welded = Welded::new(compliance(design, how.physics, area), weld.rib(), length, plain(0.5));
     let bending = |at: f64| plain(at) * welded.bending(at);

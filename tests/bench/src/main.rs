@@ -10,6 +10,7 @@ mod document;
 mod ladder;
 mod pc;
 mod peer;
+mod plates;
 mod rates;
 mod recordings;
 mod scales;
@@ -50,6 +51,8 @@ enum Part {
     Branches,
     /// Fingers of every scale, in both precisions
     Scales,
+    /// How much stiffer wide walls bend, by finite elements in three dimensions, where CalculiX is installed
+    Plates,
     /// How long the command takes to build, and how large it is
     Build,
     /// Instructions, flash, RAM and stack on the target, in QEMU
@@ -171,6 +174,10 @@ fn run(options: &Options) -> Result<()> {
             Some(number) => print!("{}", scales::look_into(number)?),
             None => PHYSICS.iter().for_each(|&physics| print!("{}", scales::measure(options.cases, physics))),
         }
+    }
+    if options.wants(Part::Plates) {
+        headline("wide walls between ribs, by finite elements in three dimensions");
+        print!("{}", plates::measure()?);
     }
     if options.wants(Part::Build) {
         headline("building the command");

@@ -12,6 +12,8 @@ pub mod friction;
 #[cfg(not(target_os = "none"))]
 pub mod junction;
 #[cfg(not(target_os = "none"))]
+pub mod plates;
+#[cfg(not(target_os = "none"))]
 pub mod random;
 pub mod ribs;
 #[cfg(not(target_os = "none"))]

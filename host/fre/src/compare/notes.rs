@@ -1,7 +1,7 @@
 //! What a reader of a comparison must know of its two sides.
 
 use model_core::design::{Design, HingeFrom, HingeKind, MaterialLaw, PlaneStrain};
-use model_core::discretise::{Physics, plate_factor};
+use model_core::discretise::{Physics, Plate, plate_factor};
 
 use super::comparison::Row;
 use super::order::Order;
@@ -104,7 +104,7 @@ const TIP: f64 = 1e-6;
 
 /// What the two sides make of a finger that bends as a plate: the model's physics have the factor in bending only.
 fn plates(design: &Design, physics: Physics) -> Option<String> {
-    let factor = plate_factor(design, design.width.at(0.0), design.front.thickness.at(0.0));
+    let factor = plate_factor(design, &Plate::of_beam(design, 0, design.front.clamp));
     if physics == Physics::Paper || factor == 1.0 {
         return None;
     }

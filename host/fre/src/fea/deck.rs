@@ -8,8 +8,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use model_core::design::{Design, HingeKind, PlaneStrain};
-use model_core::discretise::plate_factor;
+use model_core::design::{Design, PlaneStrain};
+use model_core::discretise::{Plate, plate_factor};
 
 use super::mesh::{Mesh, Part};
 use super::plan::Plan;
@@ -163,20 +163,21 @@ fn heading(title: &str) -> String {
 fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     let middle = mesh.middle(element);
     let width = design.width.at(middle[1]);
-    let beside = |faces: Faces<'_>| faces.thickness(faces.arc_beside(middle));
-    let ([bending, stretch], thickness) = match mesh.parts[element] {
-        Part::Front => (design.front.factors(), beside(Faces::front(design))),
-        Part::Back => (design.back.factors(), beside(Faces::back(design))),
+    let beside = |side: usize| {
+        let faces = [Faces::front, Faces::back][side](design);
+        Plate { width, ..Plate::of_beam(design, side, faces.arc_beside(middle)) }
+    };
+    let ([bending, stretch], plate) = match mesh.parts[element] {
+        Part::Front => (design.front.factors(), beside(0)),
+        Part::Back => (design.back.factors(), beside(1)),
         // A neck's where there are some: of a rigid bar it matters little.
         Part::Lamella(lamella) => {
             let factors = design.lamellae.ribs().map_or([1.0; 2], |ribs| [ribs.bending_factor, ribs.stretch_factor]);
-            let [front, back] = design.lamella_thickness(lamella);
-            let welded = design.joint() == HingeKind::Welded;
-            (factors, if welded { 0.5 * (front + back) } else { design.hinge.thickness })
+            (factors, Plate { width, ..Plate::of_rung(design, lamella) })
         }
     };
     let plate = match design.plane_strain {
-        PlaneStrain::Auto => plate_factor(design, width, thickness),
+        PlaneStrain::Auto => plate_factor(design, &plate),
         PlaneStrain::Stress | PlaneStrain::Strain => 1.0,
     };
     let layers = if is_layered(design) { mesh.layers[element].factor(plate * bending / stretch) } else { 1.0 };
