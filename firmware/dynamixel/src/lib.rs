@@ -54,7 +54,7 @@ pub use device::{ControlTable, Device, Reply};
 pub use encode::{EncodeError, Encoder, encode};
 pub use item::{Access, Area, IndirectArea, Item, Part, Register, Value, check_read, find, writes};
 pub use master::{Answer, BulkAnswer, BulkWrite, Error, Found, Identity, Master, SyncAnswer};
-pub use models::{Effort, Followed, Layout, MODELS, Model};
+pub use models::{Effort, Followed, Layout, MODELS, Model, Motor, name_of};
 pub use packet::{
     HEADER, Id, Instruction, Packet, Status, StatusError, StatusReturn, longest_packet_length, packet_length,
     status_length,

@@ -16,6 +16,38 @@ pub enum Effort {
     Load,
 }
 
+/// A servo's motor with its gears, by ROBOTIS' specifications.
+///
+/// Of the XM430-W350 its performance graph is used: 1.79 N·m/A behind a dead zone of 0.23 N·m, which is the friction of its gears. Of the
+/// others stall torque and current; that their friction is the same part of the stall torque is an assumption.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motor {
+    /// Torque at the horn over current, N·mm/mA.
+    pub torque_constant: f32,
+    /// Friction, N·mm.
+    pub friction: f32,
+    /// Current at stall, mA.
+    pub stall_current: f32,
+}
+
+impl Motor {
+    /// Of the XM430-W350: its performance graph is a line through (600 mA, 840 N·mm) and (1500 mA, 2450 N·mm).
+    const XM430: Self = {
+        let torque_constant = (2450.0 - 840.0) / (1500.0 - 600.0);
+        Self { torque_constant, friction: torque_constant * 600.0 - 840.0, stall_current: 2300.0 }
+    };
+
+    /// Stall torque, N·mm, and current, mA.
+    const fn of_stall(torque: f32, current: f32) -> Self {
+        // The XM430-W350's stall torque is 4100 N·mm.
+        Self {
+            torque_constant: torque / current,
+            friction: torque * Self::XM430.friction / 4100.0,
+            stall_current: current,
+        }
+    }
+}
+
 /// Which control table a servo has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
@@ -96,6 +128,8 @@ pub struct Model {
     pub counts: u32,
     /// Its motor's effort.
     pub effort: Effort,
+    /// Its motor.
+    pub motor: Motor,
     /// Revolutions per minute of one unit of velocity.
     pub velocity: f32,
     /// Revolutions per minute squared of one unit of acceleration.
@@ -121,13 +155,14 @@ static P_RATES: [u32; 10] =
     [9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000, 6_000_000, 10_500_000];
 
 /// Of the X430 and X540 series.
-const fn x(number: u16, name: &'static str, effort: Effort) -> Model {
+const fn x(number: u16, name: &'static str, effort: Effort, motor: Motor) -> Model {
     Model {
         number,
         name,
         layout: Layout::X,
         counts: 4096,
         effort,
+        motor,
         velocity: xm430::REVOLUTIONS_PER_MINUTE_PER_UNIT,
         acceleration: xm430::REVOLUTIONS_PER_MINUTE_SQUARED_PER_UNIT,
         full_pwm: 885,
@@ -142,19 +177,20 @@ const fn x(number: u16, name: &'static str, effort: Effort) -> Model {
 }
 
 /// Of the X330 series.
-const fn x330(number: u16, name: &'static str) -> Model {
-    Model { rates: &X330_RATES, indirect: &X330_INDIRECT, fast_since: 46, ..x(number, name, Effort::Current(1.0)) }
+const fn x330(number: u16, name: &'static str, motor: Motor) -> Model {
+    let like = x(number, name, Effort::Current(1.0), motor);
+    Model { rates: &X330_RATES, indirect: &X330_INDIRECT, fast_since: 46, ..like }
 }
 
 /// Every model that is known.
 pub static MODELS: [Model; 8] = [
-    x(1020, "XM430-W350", Effort::Current(2.69)),
-    x(1030, "XM430-W210", Effort::Current(2.69)),
-    x(1060, "XL430-W250", Effort::Load),
-    x(1120, "XM540-W270", Effort::Current(2.69)),
-    x330(1200, "XL330-M288"),
-    x330(1220, "XC330-T288"),
-    x330(1240, "XC330-M288"),
+    x(1020, "XM430-W350", Effort::Current(2.69), Motor::XM430),
+    x(1030, "XM430-W210", Effort::Current(2.69), Motor::of_stall(3_000.0, 2_300.0)),
+    x(1060, "XL430-W250", Effort::Load, Motor::of_stall(1_500.0, 1_400.0)),
+    x(1120, "XM540-W270", Effort::Current(2.69), Motor::of_stall(10_600.0, 4_400.0)),
+    x330(1200, "XL330-M288", Motor::of_stall(520.0, 1_470.0)),
+    x330(1220, "XC330-T288", Motor::of_stall(1_000.0, 880.0)),
+    x330(1240, "XC330-M288", Motor::of_stall(930.0, 1_800.0)),
     Model {
         layout: Layout::P,
         counts: 526_374,
@@ -165,9 +201,47 @@ pub static MODELS: [Model; 8] = [
         modes: &[0, 1, 3, 4, 16],
         indirect: &P_INDIRECT,
         fast_since: 12,
-        ..x(2100, "PM42-010-S260-R", Effort::Current(1.0))
+        // No stall torque is given: that of its Current Limit, by the ratio of its continuous torque (1.7 N·m) and current (0.6 A).
+        ..x(2100, "PM42-010-S260-R", Effort::Current(1.0), Motor::of_stall(1_461.0 * 1_700.0 / 600.0, 1_461.0))
     },
 ];
+
+/// Other servos of Protocol 2.0, by name only.
+static OTHERS: [(u16, &str); 27] = [
+    (30, "MX-28"),
+    (311, "MX-64"),
+    (321, "MX-106"),
+    (350, "XL-320"),
+    (1000, "XH430-W350"),
+    (1010, "XH430-W210"),
+    (1040, "XH430-V350"),
+    (1050, "XH430-V210"),
+    (1070, "XC430-W150"),
+    (1080, "XC430-W240"),
+    (1090, "2XL430-W250"),
+    (1100, "XH540-W270"),
+    (1110, "XH540-W150"),
+    (1130, "XM540-W150"),
+    (1140, "XH540-V270"),
+    (1150, "XH540-V150"),
+    (1160, "2XC430-W250"),
+    (1170, "XW540-T260"),
+    (1180, "XW540-T140"),
+    (1190, "XL330-M077"),
+    (1210, "XC330-T181"),
+    (1230, "XC330-M181"),
+    (1270, "XW430-T333"),
+    (1280, "XW430-T200"),
+    (2000, "PH42-020-S300"),
+    (2010, "PH54-100-S500"),
+    (2020, "PH54-200-S500"),
+];
+
+/// What the servo of this model number is called, if that is known; it need not be one of [`MODELS`].
+pub fn name_of(number: u16) -> Option<&'static str> {
+    let known = Model::of(number).map(|model| model.name);
+    known.or_else(|| OTHERS.iter().find(|other| other.0 == number).map(|other| other.1))
+}
 
 impl crate::master::Identity {
     /// Whether this servo is known to understand Fast Sync Read, Fast Bulk Read and Control Table Backup: the X430 and X540 series
@@ -228,13 +302,41 @@ impl Model {
         }
     }
 
-    /// mA of one unit of current, if this servo can move a finger: positions of the X series, and a current that shows its effort.
-    pub fn leads(&self) -> Option<f32> {
-        match *self {
-            Self { layout: Layout::X, counts: 4096, effort: Effort::Current(milliamperes), .. } => Some(milliamperes),
-            _ => None,
+    /// mA of one unit of what is at Present Current's address. A load counts as that part of the current at stall: an estimate, which the
+    /// servo makes from its output.
+    pub const fn effort_milliamperes(&self) -> f32 {
+        match self.effort {
+            Effort::Current(milliamperes) => milliamperes,
+            Effort::Load => self.motor.stall_current / 1000.0,
         }
     }
+
+    /// Whether it has current-based position control: positions with no more than Goal Current.
+    pub fn limits_current(&self) -> bool {
+        self.modes.contains(&xm430::CURRENT_BASED_POSITION_CONTROL)
+    }
+
+    /// A position in counts of the X series, 4096 per revolution; the nearest one.
+    pub fn to_4096ths(&self, position: i32) -> i32 {
+        scaled(position, u32::from(xm430::COUNTS_PER_REVOLUTION), self.counts)
+    }
+
+    /// The position of counts of the X series.
+    pub fn from_4096ths(&self, counts: i32) -> i32 {
+        scaled(counts, self.counts, u32::from(xm430::COUNTS_PER_REVOLUTION))
+    }
+}
+
+/// A number times a ratio, rounded to the nearest one, half away from zero.
+fn scaled(number: i32, times: u32, over: u32) -> i32 {
+    if times == over {
+        return number;
+    }
+    // A model's revolution has more counts than none.
+    let (product, over) = (i64::from(number) * i64::from(times), i64::from(over.max(1)));
+    let half = if product < 0 { -over / 2 } else { over / 2 };
+    let nearest = (product + half).checked_div(over).unwrap_or(0);
+    i32::try_from(nearest).unwrap_or(if nearest < 0 { i32::MIN } else { i32::MAX })
 }
 
 #[cfg(test)]
@@ -246,11 +348,30 @@ mod tests {
         assert!(MODELS.windows(2).all(|pair| pair[0].number < pair[1].number));
         let ours = Model::of(xm430::MODEL).unwrap();
         assert_eq!((ours, Model::named("xm430-w350")), (Model::XM430, Some(Model::XM430)));
-        assert_eq!(ours.leads(), Some(xm430::MILLIAMPERES_PER_UNIT));
+        assert_eq!(ours.effort_milliamperes(), xm430::MILLIAMPERES_PER_UNIT);
         assert_eq!(ours.counts, u32::from(xm430::COUNTS_PER_REVOLUTION));
-        assert_eq!(Model::of(1060).and_then(Model::leads), None, "it shows no current");
-        assert_eq!(Model::of(2100).and_then(Model::leads), None, "other addresses");
+        assert_eq!(Model::of(1060).map(Model::effort_milliamperes), Some(1.4), "a thousandth of its current at stall");
         assert_eq!(Model::of(12), None);
+        assert!(OTHERS.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        assert!(OTHERS.iter().all(|(number, _)| Model::of(*number).is_none()));
+        assert_eq!([1060, 1130, 12].map(name_of), [Some("XL430-W250"), Some("XM540-W150"), None]);
+        let fenced: std::vec::Vec<_> =
+            MODELS.iter().filter(|model| model.limits_current()).map(|model| model.number).collect();
+        assert_eq!(fenced, [1020, 1030, 1120, 1200, 1220, 1240]);
+    }
+
+    #[test]
+    fn positions_of_every_model_are_4096ths() {
+        for model in &MODELS {
+            let quarter = (model.counts / 4) as i32;
+            assert!((model.to_4096ths(quarter) - 1024).abs() <= 1, "{}", model.name);
+            for counts in [-1_048_575, -2048, -1, 0, 1, 7, 2047, 4095, 1_048_575] {
+                assert_eq!(model.to_4096ths(model.from_4096ths(counts)), counts, "{}", model.name);
+            }
+        }
+        let p = Model::of(2100).unwrap();
+        assert_eq!([-65, -64, 0, 64, 65].map(|position| p.to_4096ths(position)), [-1, 0, 0, 0, 1]);
+        assert_eq!((p.from_4096ths(i32::MAX), p.from_4096ths(1)), (i32::MAX, 129));
     }
 
     #[test]

@@ -23,6 +23,8 @@ pub const VOLTS_PER_UNIT: f32 = 0.1;
 pub const RETURN_DELAY_US_PER_UNIT: u32 = 2;
 /// Value of [`OPERATING_MODE`] for position control within one revolution.
 pub const POSITION_CONTROL: u8 = 3;
+/// Value of [`OPERATING_MODE`] for position control with no more than [`GOAL_CURRENT`]; positions may be of several revolutions.
+pub const CURRENT_BASED_POSITION_CONTROL: u8 = 5;
 
 /// First version of the firmware of the X430 and X540 servos that knows Fast Sync Read and Fast Bulk Read.
 pub const FAST_READ_FIRMWARE: u8 = 45;

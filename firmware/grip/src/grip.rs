@@ -17,7 +17,7 @@
 use crate::lag::Lag;
 use crate::motion::Motion;
 use crate::slope::Slope;
-use crate::stall::{Stall, explained};
+use crate::stall::{Firmness, Stall};
 use crate::{Faults, Limits, Phase, Reaction, Target, Why};
 
 /// Part of what is missing by which the goal moves in a tick. An integrator with a delay of two ticks (the answer's and the
@@ -46,6 +46,8 @@ pub struct Touch {
     pub has_model: bool,
     /// Current, mA; positive drives towards closing.
     pub current: f32,
+    /// How firmly the servo holds.
+    pub firmness: Firmness,
     /// The servo has a hardware error.
     pub alert: bool,
     /// The part of its force that the finger may use.
@@ -212,11 +214,11 @@ impl Grip {
         {
             return self.stop(why, limits, faults.strain);
         }
-        if self.stall.is_stalled(self.goal(), touch.angle, f64::from(touch.current), count, seconds)
+        if self.stall.is_stalled(&touch.firmness, self.goal(), touch.angle, f64::from(touch.current), count, seconds)
             && self.phase != Phase::Held(Why::Stall)
         {
             // A weak motor stays behind its goal by more than its torque explains: it must not jump there when its strength comes back.
-            let held = explained(f64::from(touch.current), count);
+            let held = touch.firmness.explained(f64::from(touch.current), count);
             self.motion.start(touch.angle + self.lag.sag().max(-held).min(held));
             self.ahead = 0.0;
             // A finger that cannot open stays: to release it would change nothing.

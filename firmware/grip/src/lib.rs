@@ -41,7 +41,7 @@ mod stall;
 
 pub use budget::Budget;
 pub use calibration::{Calibration, Gear};
-pub use contact::{Contact, DELAY_TICKS, Told};
+pub use contact::{Contact, DELAY_TICKS, Motor, Told};
 pub use derating::{Bounds, Derating, Margins, Strain, StrainWatch, Vitals};
 pub use grip::{Grip, Touch};
 pub use health::Health;
@@ -51,4 +51,4 @@ pub use motion::Motion;
 pub use phase::{Phase, Reaction, Why};
 pub use rate::{Meter, Second};
 pub use slope::Slope;
-pub use stall::Stall;
+pub use stall::{Firmness, Stall};

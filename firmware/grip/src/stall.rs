@@ -1,12 +1,29 @@
 //! Whether a motor gets where it is moved.
 
-/// Distance of goal and motor at which the servo's control gives all it has, rad: 141 counts with the factory's gain. Below that a motor at
-/// rest may just hold its load by the error.
-const ALL: f64 = 0.217;
-/// What the current explains of the distance, counts per mA: 1.79 N·mm/mA over 29 N·mm per count of the factory's gain.
-const EXPLAINED: f64 = 1.79 / 29.0;
-/// How much further away the goal may go while the motor does not move, rad: friction alone takes 16 counts when the motion turns round.
-const FAR: f64 = 0.035;
+/// How firmly a servo's position control holds a load, which it does by its error: counts of the servo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Firmness {
+    /// Error at which it gives all it has. Below that a motor at rest may just hold its load by the error.
+    pub all: f64,
+    /// Error per mA of its current.
+    pub per_milliampere: f64,
+    /// Error that makes up for its friction.
+    pub friction: f64,
+}
+
+impl Firmness {
+    /// The XM430-W350 with the factory's gain: 29 N·mm per count, 1.79 N·mm/mA, 233 N·mm.
+    pub const XM430: Self = Self { all: 141.6, per_milliampere: 1.79 / 29.0, friction: 233.0 / 29.0 };
+
+    /// Distance of goal and motor that makes this current (mA), rad.
+    pub(crate) fn explained(&self, current: f64, count: f64) -> f64 {
+        self.per_milliampere * current.abs() * count
+    }
+}
+
+/// How much further away the goal may go while the motor does not move, errors of the friction: twice the friction alone when the motion
+/// turns round.
+const FAR: f64 = 2.85;
 /// Time without a count of progress after which it has, s.
 const LONG: f64 = 0.3;
 
@@ -25,26 +42,30 @@ impl Stall {
     pub const NONE: Self = Self { at: f64::INFINITY, away: 0.0, since: 0.0 };
 
     /// A tick of so many seconds with an answer and a current, mA; whether the motor is stalled.
-    pub fn is_stalled(&mut self, goal: f64, angle: f64, current: f64, count: f64, seconds: f64) -> bool {
+    pub fn is_stalled(
+        &mut self,
+        firmness: &Firmness,
+        goal: f64,
+        angle: f64,
+        current: f64,
+        count: f64,
+        seconds: f64,
+    ) -> bool {
         let away = (goal - angle).abs();
         if (angle - self.at).abs() > 0.5 * count {
             *self = Self { at: angle, away, since: 0.0 };
             return false;
         }
         self.away = self.away.min(away);
-        let explained = FAR + 1.5 * explained(current, count);
-        if away < ALL.min(explained) && away - self.away < FAR {
+        let far = FAR * firmness.friction * count;
+        let explained = far + 1.5 * firmness.explained(current, count);
+        if away < explained.min(firmness.all * count) && away - self.away < far {
             self.since = 0.0;
             return false;
         }
         self.since += seconds;
         self.since > LONG
     }
-}
-
-/// Distance of goal and motor that makes this current (mA) with the factory's gain, rad.
-pub fn explained(current: f64, count: f64) -> f64 {
-    EXPLAINED * current.abs() * count
 }
 
 #[cfg(test)]
@@ -64,7 +85,7 @@ mod tests {
         let (mut stall, mut angle) = (Stall::NONE, 0.0_f64);
         (0..5000).find(|&tick| {
             angle = (angle + pace).min(stop).min(goal(tick));
-            stall.is_stalled(goal(tick), angle, current, COUNT, TICK)
+            stall.is_stalled(&Firmness::XM430, goal(tick), angle, current, COUNT, TICK)
         })
     }
 
@@ -97,7 +118,7 @@ mod tests {
         let (mut stall, mut goal) = (Stall::NONE, 0.1);
         for tick in 0..2000 {
             goal += if tick < 160 { -0.1 * COUNT } else { 0.0 };
-            assert!(!stall.is_stalled(goal, 0.085, 0.0, COUNT, TICK));
+            assert!(!stall.is_stalled(&Firmness::XM430, goal, 0.085, 0.0, COUNT, TICK));
         }
     }
 }

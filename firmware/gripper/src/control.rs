@@ -11,7 +11,7 @@ use crate::board::{Board, Watchdog};
 use crate::leadership::{Leadership, count};
 use crate::listening;
 use crate::scan::scan;
-use crate::servo::{Rates, Servos};
+use crate::servo::{Rates, Servos, Wanted};
 use crate::shared::Shared;
 use crate::ticks::Core;
 
@@ -62,8 +62,10 @@ pub async fn control<'a, B: Board>(
             };
             let commissioned = core.hand.settings.finger(finger as u8).and_then(|mount| mount.servo);
             let rates = Rates { look, wanted, bus: baud };
-            let holds = core.hand.units.get(finger).is_none_or(|unit| unit.torque.is_on());
-            let found = core.patiently(servos.bring_up(finger, id, rates, commissioned, holds)).await;
+            let unit = core.hand.units.get(finger);
+            let holds = unit.is_none_or(|unit| unit.torque.is_on());
+            let wanted = Wanted { commissioned, fence: unit.and_then(|unit| unit.fence()), holds };
+            let found = core.patiently(servos.bring_up(finger, id, rates, wanted)).await;
             if !core.hand.is_any_present() {
                 // Found once, the servos are looked for at their rate first, then at the others.
                 baud = None;
@@ -84,6 +86,12 @@ pub async fn control<'a, B: Board>(
                 Err(error) => count::<B::Bus>(core.hand.shared, &error),
             }
         }
+        if let Some((finger, id, goal_current)) =
+            Leadership::unfenced(&core.hand, |finger, fence| servos.unfenced(finger, fence))
+            && let Err(error) = core.patiently(servos.fence(finger, id, goal_current)).await
+        {
+            count::<B::Bus>(core.hand.shared, &error);
+        }
         let mut turns = Leadership::turns::<B::Bus>(&mut core.hand, core.scheduler.seconds());
         if !turns.is_empty() {
             core.patiently(servos.tick(&mut turns)).await;
@@ -97,11 +105,11 @@ pub async fn control<'a, B: Board>(
         core.leadership.overheard_others(&core.hand, servos.take_foreign());
         core.finish();
         if let Some((finger, id)) = Leadership::alerting(&core.hand) {
-            let status = core.patiently(servos.hardware_error(id)).await;
+            let status = core.patiently(servos.hardware_error(finger, id)).await;
             Leadership::alerted::<B::Bus>(&mut core.hand, finger, &status);
         }
         if let Some((finger, id)) = core.leadership.strained(&core.hand) {
-            let vitals = core.patiently(servos.vitals(id)).await;
+            let vitals = core.patiently(servos.vitals(finger, id)).await;
             Leadership::derate::<B::Bus>(&mut core.hand, finger, &vitals);
         }
         if !core.hand.is_any_present() {

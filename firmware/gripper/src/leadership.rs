@@ -1,6 +1,6 @@
 //! The gripper as its servos' master: whom it looks for, whom it asks, and what it makes of their answers.
 
-use dynamixel::{Id, xm430};
+use dynamixel::{Id, Model as ServoModel, xm430};
 use embassy_time::{Duration, Instant};
 use grip::{Health, StrainWatch, Vitals};
 use heapless::Vec;
@@ -8,7 +8,7 @@ use messages::{Event, FINGERS, Reaction, Silence};
 
 use crate::board::BusPort;
 use crate::hand::Hand;
-use crate::servo::{BusError, Found, Turn};
+use crate::servo::{BusError, Fence, Found, Turn};
 use crate::shared::Shared;
 use crate::unit::{Torque, Unit};
 
@@ -71,6 +71,17 @@ impl Leadership {
                 Torque::Rising => Some(unit.last.position),
             };
             Some((finger, unit.id()?, goal))
+        })
+    }
+
+    /// A servo whose own current limit is to be another one, which `unfenced` says.
+    pub(crate) fn unfenced(
+        hand: &Hand<'_>,
+        unfenced: impl Fn(usize, Fence) -> Option<i16>,
+    ) -> Option<(usize, Id, i16)> {
+        hand.units.iter().enumerate().filter(|(_, unit)| unit.health.is_present()).find_map(|(finger, unit)| {
+            let goal_current = unfenced(finger, unit.fence()?)?;
+            Some((finger, unit.id()?, goal_current))
         })
     }
 
@@ -155,6 +166,8 @@ impl Leadership {
             unit.health = Health::READY;
             unit.difference = None;
             (unit.bounds, unit.watch) = (Some(found.bounds), StrainWatch::FREE);
+            unit.servo = ServoModel::of(model).unwrap_or(ServoModel::ASSUMED);
+            unit.gain = found.gain;
             unit.grip.found(unit.calibration.angle(goal));
             if !unit.torque.is_on() {
                 unit.relax();

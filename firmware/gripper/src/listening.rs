@@ -167,14 +167,6 @@ impl Ears {
     }
 }
 
-/// A servo's position as the settings count, 4096 per revolution.
-fn counts(model: &Model, position: i32) -> i32 {
-    let revolution = i64::from(xm430::COUNTS_PER_REVOLUTION);
-    // A model's revolution has more counts than none.
-    let turned = (i64::from(position) * revolution).div_euclid(i64::from(model.counts.max(1)));
-    i32::try_from(turned).unwrap_or(if turned < 0 { i32::MIN } else { i32::MAX })
-}
-
 /// Sends an answer, and has the tap hear it like everybody else: a port does not hear itself.
 async fn say<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, tap: &mut Tap<PACKET, FINGERS>, reply: &Reply<'_>) {
     let speak = async {
@@ -219,8 +211,9 @@ impl<B: Board> Core<'_, B> {
         {
             self.hand.shared.tell(Event::ServoAlert { finger: finger as u8, hardware_error: value });
         }
+        unit.servo = servo.model;
         if let Some(goal) = servo.goal {
-            let goal = unit.calibration.angle(counts(servo.model, goal.value));
+            let goal = unit.calibration.angle(servo.model.to_4096ths(goal.value));
             if goal != unit.grip.goal() {
                 unit.grip.renamed(goal);
             }
@@ -237,12 +230,11 @@ impl<B: Board> Core<'_, B> {
             self.hand.shared.tell(Event::ServoHeard { finger: finger as u8 });
         }
         // A current that the master does not read, or the servo does not show, is 0.
-        let effort = servo.effort.zip(servo.model.milliamperes());
-        let current = effort.map_or(0.0, |(effort, milliamperes)| f32::from(effort.value) * milliamperes);
+        let current = servo.effort.map_or(0.0, |effort| f32::from(effort.value) * servo.model.effort_milliamperes());
         let reading = Reading {
             at_us: seen.at_us,
             heard_ticks,
-            position: counts(servo.model, seen.value),
+            position: servo.model.to_4096ths(seen.value),
             current,
             alert: servo.alert,
             refused: None,

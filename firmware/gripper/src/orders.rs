@@ -70,10 +70,8 @@ impl Orders {
             Command::Finger(what) => {
                 let unit = hand.unit(what.finger)?;
                 let start = B::cost_ticks();
-                let made = unit.model.configure(&what.what.design, &what.what.how);
+                let refusal = unit.set_design(&what.what);
                 let cost = B::cost_ticks().wrapping_sub(start);
-                unit.has_design = made.is_ok();
-                let refusal = made.map_err(|error| Refusal::Finger(Refusal::text(&error)));
                 let finger = what.finger;
                 hand.shared.set_design(finger, refusal.is_ok().then_some(what.what));
                 // It starts anew, on the object where it was set: so do the others.

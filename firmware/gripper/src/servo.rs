@@ -1,9 +1,10 @@
 //! The servos on their bus: controlled and read.
 
 mod bring_up;
+mod fence;
 
 use dynamixel::xm430;
-use dynamixel::{Answer, Id, Master, StatusError, StatusReturn, SyncAnswer, Timing};
+use dynamixel::{Answer, Id, Master, Model, Register, StatusError, StatusReturn, SyncAnswer, Timing};
 use embassy_time::Delay;
 use grip::Vitals;
 use heapless::Vec;
@@ -13,15 +14,16 @@ use crate::board::BusPort;
 use crate::rate;
 use crate::shared::now_us;
 
-pub(crate) use bring_up::{Found, Rates};
+pub(crate) use bring_up::{Found, Rates, Wanted};
+pub(crate) use fence::{Fence, lever, reach};
 
-/// First of the registers read in every tick: Present Current, Velocity, Position.
-const PRESENT: u16 = xm430::PRESENT_CURRENT.address();
+/// First of the registers read in every tick: Present Current (or Load), Velocity, Position.
+const PRESENT: Register<i16> = xm430::PRESENT_CURRENT;
 /// Bytes of those registers.
 const PRESENT_BYTES: usize = 10;
 
 /// Present Input Voltage and, behind it, Present Temperature.
-const VITAL: u16 = xm430::PRESENT_INPUT_VOLTAGE.address();
+const VITAL: Register<u16> = xm430::PRESENT_INPUT_VOLTAGE;
 /// Bytes of those registers.
 const VITAL_BYTES: usize = 3;
 
@@ -35,9 +37,9 @@ pub(crate) struct Reading {
     pub(crate) at_us: u64,
     /// When its last byte came, in ticks of the cost clock.
     pub(crate) heard_ticks: Option<u32>,
-    /// Counts.
+    /// Counts, 4096 per revolution.
     pub(crate) position: i32,
-    /// mA.
+    /// mA; of a servo that shows a load, what that is of its current at stall.
     pub(crate) current: f32,
     /// The servo has a hardware error.
     pub(crate) alert: bool,
@@ -49,7 +51,7 @@ pub(crate) struct Reading {
 pub(crate) struct Turn<U: BusPort> {
     pub(crate) finger: usize,
     pub(crate) id: Id,
-    /// The goal, counts; none for a servo without torque.
+    /// The goal, counts (4096 per revolution); none for a servo without torque.
     pub(crate) goal: Option<i32>,
     /// What came of it.
     pub(crate) result: Result<Reading, BusError<U>>,
@@ -76,8 +78,12 @@ pub(crate) struct Servos<U: BusPort> {
     written: [Option<i32>; FINGERS],
     /// Which servos can be read together in one packet.
     fast: [bool; FINGERS],
-    /// mA of one unit of each servo's current.
-    milliamperes: [f32; FINGERS],
+    /// What the servos are.
+    models: [&'static Model; FINGERS],
+    /// Current Limit, in its unit, of servos that limit their current by themselves.
+    most_current: [Option<i16>; FINGERS],
+    /// Goal Current last written to them.
+    fences: [Option<i16>; FINGERS],
     apart: u8,
 }
 
@@ -90,21 +96,21 @@ impl<U: BusPort> Servos<U> {
             delay: 0,
             written: [None; FINGERS],
             fast: [false; FINGERS],
-            milliamperes: [xm430::MILLIAMPERES_PER_UNIT; FINGERS],
+            models: [Model::ASSUMED; FINGERS],
+            most_current: [None; FINGERS],
+            fences: [None; FINGERS],
             apart: 0,
         }
     }
 
-    fn shows(&mut self, finger: usize, milliamperes: Option<f32>) {
-        if let (Some(known), Some(milliamperes)) = (self.milliamperes.get_mut(finger), milliamperes) {
-            *known = milliamperes;
+    fn is_a(&mut self, finger: usize, model: &'static Model) {
+        if let Some(known) = self.models.get_mut(finger) {
+            *known = model;
         }
     }
 
-    /// A servo's answer as a reading.
-    fn reading(&self, finger: usize, answer: Answer<[u8; PRESENT_BYTES]>) -> Reading {
-        let milliamperes = self.milliamperes.get(finger).copied().unwrap_or(xm430::MILLIAMPERES_PER_UNIT);
-        reading(answer, milliamperes)
+    fn model(&self, finger: usize) -> &'static Model {
+        self.models.get(finger).copied().unwrap_or(Model::ASSUMED)
     }
 
     fn reads_fast(&mut self, finger: usize, fast: bool) {
@@ -138,6 +144,7 @@ impl<U: BusPort> Servos<U> {
     /// The rate to which a device is set, bits per second, if it says.
     pub(crate) async fn rate_of(&mut self, id: Id) -> Option<u32> {
         let code = self.master.get(id, xm430::BAUD_RATE).await.ok()?;
+        // The models have the same codes as far as they have the same rates.
         xm430::bits_per_second(code.value)
     }
 
@@ -185,10 +192,11 @@ impl<U: BusPort> Servos<U> {
     /// Switches a servo's torque off, or on with this goal.
     pub(crate) async fn set_torque(&mut self, finger: usize, id: Id, goal: Option<i32>) -> Result<(), BusError<U>> {
         self.wrote(finger, None);
+        let model = self.model(finger);
         if let Some(goal) = goal {
-            self.master.set(id, xm430::GOAL_POSITION, goal).await?;
+            self.master.set(id, model.at(xm430::GOAL_POSITION), model.from_4096ths(goal)).await?;
         }
-        self.master.set(id, xm430::TORQUE_ENABLE, u8::from(goal.is_some())).await?;
+        self.master.set(id, model.at(xm430::TORQUE_ENABLE), u8::from(goal.is_some())).await?;
         self.wrote(finger, goal);
         Ok(())
     }
@@ -201,7 +209,10 @@ impl<U: BusPort> Servos<U> {
 
     /// One tick: the goals that are new, and what the servos do at present.
     pub(crate) async fn tick(&mut self, turns: &mut [Turn<U>]) {
-        if turns.len() > 1 && self.apart == 0 {
+        // A common question has one address for all.
+        let layout = |turn: &Turn<U>| self.model(turn.finger).layout;
+        let is_alike = turns.first().is_some_and(|first| turns.iter().all(|turn| layout(turn) == layout(first)));
+        if turns.len() > 1 && is_alike && self.apart == 0 {
             self.together(turns).await;
         } else {
             self.apart = self.apart.saturating_sub(1);
@@ -217,8 +228,9 @@ impl<U: BusPort> Servos<U> {
     /// A servo by itself.
     async fn alone(&mut self, turn: &Turn<U>) -> Result<Reading, BusError<U>> {
         let mut refused = None;
+        let model = self.model(turn.finger);
         if let Some(goal) = self.new_goal(turn) {
-            match self.master.set(turn.id, xm430::GOAL_POSITION, goal).await {
+            match self.master.set(turn.id, model.at(xm430::GOAL_POSITION), model.from_4096ths(goal)).await {
                 Ok(_) => {}
                 Err(dynamixel::Error::Refused { error, .. }) => refused = Some((goal, error)),
                 Err(error) => return Err(error),
@@ -226,34 +238,36 @@ impl<U: BusPort> Servos<U> {
             self.wrote(turn.finger, Some(goal));
         }
         let mut bytes = [0; PRESENT_BYTES];
-        let alert = self.master.read(turn.id, PRESENT, &mut bytes).await?.alert;
+        let alert = self.master.read(turn.id, model.at(PRESENT).address(), &mut bytes).await?.alert;
         let heard_ticks = self.master.port_mut().heard_ticks();
-        Ok(Reading { refused, heard_ticks, ..self.reading(turn.finger, Answer { value: bytes, alert }) })
+        Ok(Reading { refused, heard_ticks, ..reading(model, Answer { value: bytes, alert }) })
     }
 
-    /// All of them with one question. (Nobody answers a common write, so that a goal that is refused shows in the position
+    /// All of them with one question, at the same addresses. (Nobody answers a common write, so that a goal that is refused shows in the position
     /// only; a single servo's does.)
     async fn together(&mut self, turns: &mut [Turn<U>]) {
         let mut goals: Vec<(Id, [u8; 4]), FINGERS> = Vec::new();
         let mut answers: Vec<SyncAnswer<U::Error, PRESENT_BYTES>, FINGERS> = Vec::new();
+        let layout = turns.first().map_or(Model::ASSUMED, |turn| self.model(turn.finger)).layout;
+        let [goal_at, present_at] = [layout.at(xm430::GOAL_POSITION).address(), layout.at(PRESENT).address()];
         for turn in turns.iter() {
             // There are as many turns as fingers.
             let _ = answers.push(SyncAnswer::new(turn.id));
             if let Some(goal) = self.new_goal(turn) {
-                let _ = goals.push((turn.id, goal.to_le_bytes()));
+                let _ = goals.push((turn.id, self.model(turn.finger).from_4096ths(goal).to_le_bytes()));
             }
         }
         if !goals.is_empty() {
-            let written = self.master.sync_write(xm430::GOAL_POSITION.address(), &goals).await.is_ok();
+            let written = self.master.sync_write(goal_at, &goals).await.is_ok();
             for turn in turns.iter().filter(|turn| written && turn.goal.is_some()) {
                 self.wrote(turn.finger, turn.goal);
             }
         }
         let fast = turns.iter().all(|turn| self.fast.get(turn.finger) == Some(&true));
         let asked = if fast {
-            self.master.fast_sync_read(PRESENT, &mut answers).await
+            self.master.fast_sync_read(present_at, &mut answers).await
         } else {
-            self.master.sync_read(PRESENT, &mut answers).await
+            self.master.sync_read(present_at, &mut answers).await
         };
         match asked {
             Ok(()) => {
@@ -267,7 +281,8 @@ impl<U: BusPort> Servos<U> {
                 let heard_ticks = self.master.port_mut().heard_ticks();
                 for (turn, answer) in turns.iter_mut().zip(&mut answers) {
                     if let Some(result) = answer.result.take() {
-                        turn.result = result.map(|answer| Reading { heard_ticks, ..self.reading(turn.finger, answer) });
+                        let model = self.model(turn.finger);
+                        turn.result = result.map(|answer| Reading { heard_ticks, ..reading(model, answer) });
                     }
                 }
             }
@@ -280,26 +295,27 @@ impl<U: BusPort> Servos<U> {
     }
 
     /// How warm a servo is, and what supplies it.
-    pub(crate) async fn vitals(&mut self, id: Id) -> Result<Vitals, BusError<U>> {
+    pub(crate) async fn vitals(&mut self, finger: usize, id: Id) -> Result<Vitals, BusError<U>> {
         let mut bytes = [0; VITAL_BYTES];
-        self.master.read(id, VITAL, &mut bytes).await?;
+        self.master.read(id, self.model(finger).at(VITAL).address(), &mut bytes).await?;
         let [low, high, temperature] = bytes;
         Ok(Vitals { temperature, voltage: u16::from_le_bytes([low, high]) })
     }
 
     /// Which hardware errors a servo has.
-    pub(crate) async fn hardware_error(&mut self, id: Id) -> Result<u8, BusError<U>> {
-        Ok(self.master.get(id, xm430::HARDWARE_ERROR_STATUS).await?.value)
+    pub(crate) async fn hardware_error(&mut self, finger: usize, id: Id) -> Result<u8, BusError<U>> {
+        Ok(self.master.get(id, self.model(finger).at(xm430::HARDWARE_ERROR_STATUS)).await?.value)
     }
 }
 
-fn reading(answer: Answer<[u8; PRESENT_BYTES]>, milliamperes: f32) -> Reading {
+/// A servo's answer as a reading.
+fn reading(model: &Model, answer: Answer<[u8; PRESENT_BYTES]>) -> Reading {
     let [c0, c1, _, _, _, _, p0, p1, p2, p3] = answer.value;
     Reading {
         at_us: now_us(),
         heard_ticks: None,
-        position: i32::from_le_bytes([p0, p1, p2, p3]),
-        current: f32::from(i16::from_le_bytes([c0, c1])) * milliamperes,
+        position: model.to_4096ths(i32::from_le_bytes([p0, p1, p2, p3])),
+        current: f32::from(i16::from_le_bytes([c0, c1])) * model.effort_milliamperes(),
         alert: answer.alert,
         refused: None,
     }

@@ -20,7 +20,7 @@ use crate::quiet::Quiet;
 use crate::setup::{Key, Setup};
 
 /// Reports that wait for the link: an eighth of a second at 500 Hz, a third of it where RAM is scarce.
-const REPORTS: usize = if cfg!(feature = "little-ram") { 24 } else { 64 };
+const REPORTS: usize = if cfg!(feature = "little-ram") { 22 } else { 64 };
 /// Grasps that wait for the link.
 const GRASPS: usize = 16;
 /// Shapes that wait for the link.

@@ -1,14 +1,16 @@
 //! One finger within the control task: its mount, its model, its grip, its last report.
 
-use dynamixel::Id;
-use grip::{Bounds, Budget, Calibration, Contact, Faults, Grip, Health, Phase, StrainWatch, Told, Touch, Why};
-use messages::{Difference, Direction, Mount, Object, Outcome, Refusal, Report, Support};
+use dynamixel::{Id, Model as ServoModel, xm430};
+use grip::{
+    Bounds, Budget, Calibration, Contact, Faults, Firmness, Grip, Health, Motor, Phase, StrainWatch, Told, Touch, Why,
+};
+use messages::{Difference, Direction, Finger, Mount, Object, Outcome, Refusal, Report, Support};
 use model_core::estimator::{Estimate, EstimatorSettings};
 use model_core::size::Size;
 use model_core::status::Status;
 use model_core::uncertainty::{Uncertainty, UncertaintyError};
 
-use crate::servo::Reading;
+use crate::servo::{Fence, Reading, lever, reach};
 use crate::shared::Shared;
 use crate::{Model, Room};
 
@@ -63,6 +65,10 @@ pub(crate) struct Unit<'a> {
     /// Nothing: the gripper has no such finger.
     pub(crate) mount: Option<Mount>,
     pub(crate) calibration: Calibration,
+    /// What its servo is.
+    pub(crate) servo: &'static ServoModel,
+    /// Proportional gain of that one's position control.
+    pub(crate) gain: u16,
     pub(crate) grip: Grip,
     pub(crate) contact: Contact,
     pub(crate) budget: Budget,
@@ -86,6 +92,8 @@ pub(crate) struct Unit<'a> {
     pub(crate) alert_changed: bool,
     /// Whether the model has a design and an object: without, no force can be asked for.
     pub(crate) has_design: bool,
+    /// How far from the motor's axis the design's front beam is at most, mm.
+    reach: f32,
     pub(crate) has_object: bool,
     /// What a calibration has left uncertain, if there was one.
     uncertainty: Option<Uncertainty>,
@@ -111,6 +119,8 @@ impl<'a> Unit<'a> {
             model,
             mount,
             calibration: Calibration::new(&of.gear()),
+            servo: ServoModel::ASSUMED,
+            gain: 0,
             grip: Grip::REST,
             contact: Contact::NONE,
             budget: Budget::new(EstimatorSettings::DEFAULT.budget),
@@ -127,6 +137,7 @@ impl<'a> Unit<'a> {
             alert: false,
             alert_changed: false,
             has_design: false,
+            reach: 0.0,
             has_object: false,
             uncertainty: None,
             heard_us: None,
@@ -174,14 +185,32 @@ impl<'a> Unit<'a> {
         if self.set_uncertainty(uncertainty).is_err() {
             shared.set_uncertainty(finger, None);
         }
-        if let Some(design) = design {
-            self.has_design = self.model.configure(&design.design, &design.how).is_ok();
-            if !self.has_design {
-                shared.set_design(finger, None);
-            }
+        if let Some(design) = design
+            && self.set_design(&design).is_err()
+        {
+            shared.set_design(finger, None);
         }
         let support = shared.setup(|setup| setup.settings.support);
         self.has_object = object.is_some_and(|object| self.set_object(&object, support).is_ok());
+    }
+
+    /// Takes a finger; after one that is refused there is none.
+    pub(crate) fn set_design(&mut self, finger: &Finger) -> Outcome {
+        let made = self.model.configure(&finger.design, &finger.how);
+        self.has_design = made.is_ok();
+        self.reach = reach(&finger.design);
+        made.map_err(|error| Refusal::Finger(Refusal::text(&error)))
+    }
+
+    /// What its servo's own current control is to let it give, if that was chosen.
+    pub(crate) fn fence(&self) -> Option<Fence> {
+        let mount = self.mount.as_ref().filter(|mount| mount.current_fence)?;
+        let torque = if self.has_design {
+            mount.force_limit * lever(&mount.drive, mount.range, self.reach) / mount.gear_ratio
+        } else {
+            f32::INFINITY
+        };
+        Some(Fence { torque, current: mount.current_limit })
     }
 
     /// Takes an object; what is wrong with it changes nothing.
@@ -224,7 +253,7 @@ impl<'a> Unit<'a> {
         if mount == self.mount {
             return;
         }
-        let id = self.id();
+        let (id, fence) = (self.id(), self.fence().is_some());
         let at = self.calibration.position(self.grip.goal());
         self.mount = mount;
         let of = mount.unwrap_or(Mount::DEFAULT);
@@ -235,7 +264,8 @@ impl<'a> Unit<'a> {
         let _ = self.set_uncertainty(self.uncertainty);
         // The motor stays where it is, at the angle it now is called.
         self.grip.renamed(self.calibration.angle(at));
-        if self.id() != id {
+        if self.id() != id || self.fence().is_some() != fence {
+            // It is set up anew.
             (self.health, self.torque) = (Health::Absent, Torque::On);
         } else if !self.torque.is_on() {
             self.grip.relax();
@@ -278,18 +308,36 @@ impl<'a> Unit<'a> {
         Some(self.calibration.position(goal))
     }
 
+    /// Its servo's motor.
+    fn motor(&self) -> Motor {
+        let dynamixel::Motor { torque_constant, friction, .. } = self.servo.motor;
+        Motor { torque_constant, friction }
+    }
+
+    /// How firmly its servo holds: the whole voltage, which makes the torque at stall, is 128 units of PWM per unit of gain and count (ROBOTIS
+    /// e-Manual). Without a gain no torque depends on the goal: that counts as the least.
+    fn firmness(&self) -> Firmness {
+        let ServoModel { full_pwm, counts, motor, .. } = *self.servo;
+        let all = 128.0 * f64::from(full_pwm) / f64::from(self.gain.max(1));
+        let all = all * f64::from(xm430::COUNTS_PER_REVOLUTION) / f64::from(counts);
+        let per_milliampere = all / f64::from(motor.stall_current);
+        Firmness { all, per_milliampere, friction: f64::from(motor.friction / motor.torque_constant) * per_milliampere }
+    }
+
     /// What the current shows.
     pub(crate) fn witness(&mut self, reading: &Reading, seconds: f64) -> Told {
         let estimate = &self.last.estimate;
         let trust = estimate.status.is_trustworthy() && estimate.age == 0;
-        // Through the gears, and in the finger's direction.
-        let ratio = self.mount.map_or(1.0, |mount| match mount.direction {
-            Direction::Same => mount.gear_ratio,
-            Direction::Reversed => -mount.gear_ratio,
-        });
+        // In the finger's direction, and through its gear.
+        let mount = self.mount.unwrap_or(Mount::DEFAULT);
+        let current = match mount.direction {
+            Direction::Same => reading.current,
+            Direction::Reversed => -reading.current,
+        };
+        let motor = self.motor().through(mount.gear_ratio);
         let demanded = trust.then_some(estimate.torque);
         let angle = self.calibration.angle(reading.position);
-        self.contact.feel(angle, reading.current * ratio, self.calibration.count(), demanded, seconds as f32)
+        self.contact.feel(&motor, angle, current, self.calibration.count(), demanded, seconds as f32)
     }
 
     /// Leads by what the servo and the model say.
@@ -309,6 +357,7 @@ impl<'a> Unit<'a> {
                 Direction::Same => reading.current,
                 Direction::Reversed => -reading.current,
             },
+            firmness: self.firmness(),
             alert: reading.alert,
             part: self.watch.part(),
             stop: self.watch.stops(),

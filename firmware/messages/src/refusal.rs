@@ -195,6 +195,8 @@ pub enum Refusal {
     NotKept,
     /// The control loop has not taken the request in time.
     Busy,
+    /// A servo was commissioned with another Operating Mode than [`crate::Mount::current_fence`] needs.
+    Fence,
 }
 
 impl Refusal {
@@ -234,6 +236,9 @@ impl fmt::Display for Refusal {
             Self::NotProvokable => f.write_str("only a program built for tests goes wrong on purpose"),
             Self::NotKept => f.write_str("in force, but not kept: the flash does not take it"),
             Self::Busy => f.write_str("the control loop has not taken the request in time"),
+            Self::Fence => f.write_str(
+                "current_fence is chosen when servos are commissioned: `fre gripper commission`, with or without --current-fence",
+            ),
         }
     }
 }

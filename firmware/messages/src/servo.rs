@@ -1,5 +1,6 @@
 //! What a servo is and how it is set: what a gripper was commissioned with, and what it finds.
 
+use dynamixel::xm430;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct ServoSetup {
     /// Model Number.
     pub model: u16,
-    /// Operating Mode; 3 is position control.
+    /// Operating Mode; 3 is position control, 5 current-based position control.
     pub operating_mode: u8,
     /// Drive Mode.
     pub drive_mode: u8,
@@ -45,6 +46,8 @@ pub enum ServoField {
     PresentPosition,
     /// ID: pings are answered soundly and reads are not, as by two servos at once.
     Id,
+    /// Goal Current: a model without current-based position control, which [`crate::Mount::current_fence`] needs.
+    GoalCurrent,
 }
 
 impl ServoField {
@@ -61,6 +64,7 @@ impl ServoField {
             Self::BusWatchdog => "Bus Watchdog",
             Self::PresentPosition => "Present Position",
             Self::Id => "ID",
+            Self::GoalCurrent => "Goal Current",
         }
     }
 }
@@ -81,6 +85,11 @@ impl ServoSetup {
     /// Of a servo whose registers were not read.
     pub const UNREAD: Self =
         Self { model: 0, operating_mode: 0, drive_mode: 0, homing_offset: 0, position_limits: [0; 2], startup: 0 };
+
+    /// Whether it limits its current by itself: its Operating Mode is current-based position control.
+    pub fn is_fenced(&self) -> bool {
+        self.operating_mode == xm430::CURRENT_BASED_POSITION_CONTROL
+    }
 
     /// The first register in which another servo differs from this one.
     pub fn difference(&self, other: &Self) -> Option<Difference> {

@@ -53,8 +53,13 @@ pub struct Mount {
     pub speed: f32,
     /// Force (magnitude) that no motion may exceed by the estimate, N.
     pub force_limit: f32,
-    /// Current above which the motor is not moved on, mA.
+    /// Current above which the motor is not moved on, mA. On a servo that shows a load instead (XL430), the load is that part of its
+    /// current at stall.
     pub current_limit: f32,
+    /// Whether the servo itself limits its current, too: by current-based position control with a Goal Current from `force_limit` and
+    /// `current_limit`. It is chosen when the servo is commissioned.
+    #[serde(default)]
+    pub current_fence: bool,
     /// How the motor moves the finger's base: it turns it, or it moves it along a line (parallel jaws). Everything above is of the
     /// motor's angle either way.
     pub drive: Drive,
@@ -81,6 +86,7 @@ impl Mount {
         speed: core::f32::consts::PI / 9.0,
         force_limit: 15.0,
         current_limit: 500.0,
+        current_fence: false,
         drive: Drive::Rotating,
         servo: None,
         calibration: 0,
@@ -101,6 +107,9 @@ impl Mount {
             (SettingsField::CurrentLimit, self.current_limit, 1.0, 10_000.0),
         ];
         checks.into_iter().try_for_each(|(field, value, min, max)| field.check(value, min, max))?;
+        if self.servo.is_some_and(|servo| servo.is_fenced() != self.current_fence) {
+            return Err(Refusal::Fence);
+        }
         self.drive.validate().map_err(|error| Refusal::Drive(Refusal::text(&error)))?;
         // A table says nothing beyond its ends.
         let [first, last] = self.drive.range();

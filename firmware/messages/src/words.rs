@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Display};
 
-use dynamixel::{Model, StatusError};
+use dynamixel::{StatusError, name_of};
 
 use crate::{Derating, Difference, Event, ResetCause, ServoField, Strain};
 
@@ -22,8 +22,7 @@ impl ResetCause {
 
 /// What a servo of this model number is called, if it is known.
 fn named(model: i32) -> Option<&'static str> {
-    let model = u16::try_from(model).ok().and_then(Model::of)?;
-    Some(model.name)
+    u16::try_from(model).ok().and_then(name_of)
 }
 
 impl Display for Difference {
@@ -44,6 +43,9 @@ impl Display for Difference {
             ServoField::Id => {
                 write!(f, "what id {found} answers is garbled, pings are not: two servos seem to have this id")
             }
+            ServoField::GoalCurrent => f.write_str(
+                "its servo has no current-based position control (Operating Mode 5), which current_fence needs",
+            ),
             ServoField::BusWatchdog => f.write_str("its servo's Bus Watchdog had tripped; it is cleared"),
             _ => write!(f, "its servo's {} is {found}, and {expected} was commissioned", field.name()),
         }

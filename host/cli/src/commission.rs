@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use dynamixel::Model;
+use dynamixel::{Model, name_of};
 use fre_gripper::commission::{Device, commission, devices};
 use fre_gripper::link::Link;
 
@@ -18,6 +18,12 @@ pub struct Args {
     /// Servos of the fingers in turn [default: all that can be controlled]
     #[arg(long = "servo", value_name = "ID", value_delimiter = ',')]
     servos: Vec<u8>,
+    /// Lets the servos limit their current by themselves, too
+    ///
+    /// They are set to current-based position control (Operating Mode 5), with a Goal Current from `force_limit_n` and `current_limit_ma`:
+    /// a second, coarser limit, which holds if the object is not as described. XL430 and PM42 have no such mode.
+    #[arg(long)]
+    current_fence: bool,
     /// Writes without asking
     #[arg(long)]
     yes: bool,
@@ -54,14 +60,15 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Box<dyn std::error::Err
     }
     let names: Vec<String> =
         servos.iter().enumerate().map(|(finger, id)| format!("finger {finger}: servo {id}")).collect();
+    let control = if args.current_fence { "current-based position control" } else { "position control" };
     let question = format!(
-        "{}\nServos without torque are set to position control and Return Delay Time 0, and then hold their position.",
+        "{}\nServos without torque are set to {control} and Return Delay Time 0, and then hold their position.",
         names.join(", ")
     );
     if !args.yes && !agreed(&question, "--yes")? {
         return Err("nothing was written".into());
     }
-    let setups = commission(link, &servos)?;
+    let setups = commission(link, &servos, args.current_fence)?;
     let mut text = String::new();
     for (finger, setup) in setups.iter().enumerate() {
         let [least, greatest] = setup.position_limits;
@@ -75,12 +82,12 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Box<dyn std::error::Err
 }
 
 fn leads(device: &Device) -> bool {
-    Model::of(device.model).and_then(Model::leads).is_some()
+    Model::of(device.model).is_some()
 }
 
 fn words(device: &Device) -> String {
     let Device { id, model, firmware, baud } = device;
-    let name = Model::of(*model).map_or("unknown", |model| model.name);
+    let name = name_of(*model).unwrap_or("unknown");
     let cannot = if leads(device) { "" } else { ": cannot be controlled" };
     format!("id {id}: {name} (model {model}, firmware {firmware}) at {baud} baud{cannot}")
 }

@@ -3,6 +3,7 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
+use dynamixel::{Layout, Model};
 use messages::{Difference, Event, FINGERS, Mount, Role, ServoSetup, Settings};
 
 use crate::link::{Link, LinkError, Told};
@@ -83,17 +84,19 @@ pub fn devices(link: &Link) -> Result<Vec<Device>, CommissionError> {
 }
 
 /// Makes the gripper the master of these servos, a finger each, and keeps how they are set. Servos without torque are set to position control
-/// and to answer at once, and hold where they are. Mounts that there are stay but for their servo.
+/// (with `current_fence` to current-based position control, in which they limit their current by themselves) and to answer at once, and hold
+/// where they are. Mounts that there are stay but for their servo.
 ///
 /// # Errors
 /// A servo that is not there or cannot be controlled: the gripper is idle then.
-pub fn commission(link: &Link, servos: &[u8]) -> Result<Vec<ServoSetup>, CommissionError> {
+pub fn commission(link: &Link, servos: &[u8], current_fence: bool) -> Result<Vec<ServoSetup>, CommissionError> {
     if !(1..=FINGERS).contains(&servos.len()) {
         return Err(CommissionError::Count { count: servos.len() });
     }
     let mut settings = link.settings()?;
     for (number, place) in settings.fingers.iter_mut().enumerate() {
-        *place = servos.get(number).map(|&servo_id| Mount { servo_id, servo: None, ..place.unwrap_or(Mount::DEFAULT) });
+        let mount = place.unwrap_or(Mount::DEFAULT);
+        *place = servos.get(number).map(|&servo_id| Mount { servo_id, servo: None, current_fence, ..mount });
     }
     // Every servo is looked for anew.
     link.set_settings(&Settings { role: Role::Idle, ..settings })?;
@@ -133,6 +136,10 @@ fn keep(link: &Link, mut settings: Settings) -> Result<Vec<ServoSetup>, Commissi
         let (finger, id) = (number as u8, mount.servo_id);
         let setup = link.servo(finger)?.ok_or(CommissionError::NotFound { finger, id })?;
         mount.servo = Some(setup);
+        if Model::of(setup.model).is_some_and(|model| model.layout == Layout::P) && mount.zero == Mount::DEFAULT.zero {
+            // The middle of its revolution is 0.
+            mount.zero = 0.0;
+        }
         setups.push(setup);
     }
     link.set_settings(&settings)?;

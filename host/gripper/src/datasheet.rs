@@ -8,7 +8,7 @@
 //! the gears: it adds to the load while the motor drives against it and helps to hold it afterwards.
 //!
 //! Of the others the e-Manual's specifications are used: stall torque and current, and the speed without load. That their friction is the
-//! same part of the stall torque is an assumption.
+//! same part of the stall torque is an assumption. What a gripper needs of all this is in [`dynamixel::Motor`].
 
 use dynamixel::Model;
 
@@ -72,5 +72,20 @@ impl Datasheet {
             2100 => Self::of_stall(1.461 * 1_700.0 / 0.6, 1.461, 28.0, 24.0),
             _ => return None,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gripper_has_the_same_motors() {
+        for model in &dynamixel::MODELS {
+            let Some(Datasheet { torque_constant, friction, .. }) = Datasheet::of(model) else { continue };
+            let near = |found: f32, expected: f64| (f64::from(found) / expected - 1.0).abs() < 1e-6;
+            assert!(near(model.motor.torque_constant * 1000.0, torque_constant), "{}", model.name);
+            assert!(near(model.motor.friction, friction), "{}", model.name);
+        }
     }
 }

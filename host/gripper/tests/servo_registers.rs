@@ -305,8 +305,14 @@ fn a_current_limit_stops_the_finger() {
     let truth = bus.servo(|servo| servo.truth());
     assert!((truth.torque + FRICTION - TORQUE_CONSTANT).abs() < 120.0, "{truth:?}");
     assert_eq!(bus.get(xm430::MOVING_STATUS) & 0x09, 0x08, "it neither arrives nor follows");
-    // Too weak for more than a second: overload, which turns the torque off.
-    for _ in 0..600 {
+    // A motor whose current is limited holds so for ever. One whose voltage does not suffice for more than a second is overloaded, which
+    // turns the torque off.
+    for _ in 0..1000 {
+        bus.get(xm430::PRESENT_POSITION);
+    }
+    assert_eq!(bus.get(xm430::HARDWARE_ERROR_STATUS), 0);
+    bus.set(xm430::GOAL_PWM, 150);
+    for _ in 0..1000 {
         bus.get(xm430::PRESENT_POSITION);
     }
     let errors = bus.try_get(xm430::HARDWARE_ERROR_STATUS).unwrap();

@@ -2,7 +2,10 @@
 //! and that the object is not as described.
 
 use fre_gripper::servo::{Config, Truth};
-use messages::{Close, CloseTo, Event, Mount, Report, SetFinger, SetObject, SetSettings, Settings, Which};
+use messages::{
+    Close, CloseTo, Event, For, GetServo, Grip, GripTo, Mount, Open, Phase, Refusal, Report, SetFinger, SetObject,
+    SetSettings, Settings, Which,
+};
 use model_core::object::ObjectDesign;
 use system_tests::{Bench, Flash, OBJECT, finger, load_of};
 
@@ -108,4 +111,80 @@ fn a_free_motion_meets_nothing() {
         let (bench, _, at) = close(far, far, speed, 6);
         assert_eq!(at, None, "{:?}", bench.events);
     }
+}
+
+/// Force of the finger on its object, N.
+fn force(bench: &Bench) -> f64 {
+    let [x, y] = bench.servo.truth().force;
+    x.hypot(y)
+}
+
+/// A gripper with a force limit of 3 N, on an object that is where `told` says or not.
+fn limited(current_fence: bool, told: ObjectDesign, flash: &Flash) -> Bench {
+    let servo = Config {
+        baud_rate: 1_000_000,
+        backlash_deg: 0.25,
+        start_deg: Some(-1.0),
+        load: load_of(OBJECT, 17.0),
+        ..Config::default()
+    };
+    let mut bench = Bench::new(servo, flash);
+    bench.ask::<SetSettings>(&Settings::of(Mount { force_limit: 3.0, current_fence, ..MOUNT })).unwrap();
+    bench.ask::<SetFinger>(&For { finger: 0, what: finger() }).unwrap();
+    bench.ask::<SetObject>(&For { finger: 0, what: told.into() }).unwrap();
+    bench.until("sound estimate", 5 * SECOND, |report| report.estimate.status.is_trustworthy());
+    let setup = bench.ask::<GetServo>(&0).unwrap();
+    assert_eq!(setup.operating_mode, if current_fence { 5 } else { 3 });
+    bench
+}
+
+/// The object is 20 mm nearer than the gripper believes, so that its estimate has no force to limit. The servo's own current control does:
+/// to the force limit at the finger's far end, which is more of it at the contact.
+#[test]
+fn a_fence_limits_what_the_estimate_does_not_see() {
+    let ObjectDesign::Circle { centre: [x, y], radius } = OBJECT else { panic!("a circle") };
+    let far = ObjectDesign::Circle { centre: [x + 20.0, y], radius };
+    let [unfenced, fenced] = [false, true].map(|current_fence| {
+        let mut bench = limited(current_fence, far, &Flash::new());
+        bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 15.0 * DEGREE, speed: Some(0.1) }).unwrap();
+        bench.run(5 * SECOND);
+        let last = bench.reports.last().unwrap().0;
+        assert!(last.estimate.status.is_trustworthy() && last.estimate.force == [0.0; 2], "{last:?}");
+        let found = (force(&bench), bench.servo.truth().torque);
+        assert!(!bench.events.iter().any(|event| matches!(event, Event::ServoAlert { .. })), "{:?}", bench.events);
+        bench.ask::<Open>(&Which::All).unwrap();
+        bench.run(3 * SECOND);
+        assert_eq!(force(&bench), 0.0, "it opens");
+        found
+    });
+    let design = finger().design;
+    let reach = |point: [f64; 2]| (point[0] - design.motor_axis[0]).hypot(point[1] - design.motor_axis[1]);
+    let lever = fenced.1 / fenced.0;
+    let most = 3.0 * reach(design.front.tip) / lever;
+    eprintln!("{unfenced:?}, with the fence {fenced:?}: {lever:.1} mm of {:.1} mm", reach(design.front.tip));
+    // One unit of current is 0.07 N there.
+    assert!(fenced.0 <= most + 0.1, "{} N, at most {most} N", fenced.0);
+    assert!(fenced.0 > 0.95 * most - 0.1, "{} N, nearly {most} N", fenced.0);
+    assert!(unfenced.0 > 1.5 * most, "{} N without", unfenced.0);
+}
+
+/// It does not keep a finger from its force limit, and a restart of the microcontroller keeps the force. It is chosen with the servo.
+#[test]
+fn a_fenced_finger_grips_with_all_of_its_force() {
+    let flash = Flash::new();
+    let mut bench = limited(true, OBJECT, &flash);
+    bench.ask::<Grip>(&GripTo { fingers: Which::All, force: 3.0, speed: Some(0.1), limit: None }).unwrap();
+    bench.until("grip", 10 * SECOND, |report| report.phase == Phase::Gripped);
+    bench.run(SECOND);
+    let gripped = force(&bench);
+    assert!((gripped - 3.0).abs() < 0.2, "{gripped} N");
+    bench.restart(&flash);
+    bench.run(SECOND);
+    let last = bench.reports.last().unwrap().0;
+    assert!(matches!(last.phase, Phase::Held(_)), "{last:?}");
+    assert!(force(&bench) > 0.95 * gripped, "{} N of {gripped} N", force(&bench));
+    let servo = bench.ask::<GetServo>(&0);
+    let mount = Mount { force_limit: 3.0, servo, ..MOUNT };
+    assert_eq!(bench.ask::<SetSettings>(&Settings::of(mount)), Err(Refusal::Fence));
+    assert_eq!(bench.ask::<SetSettings>(&Settings::of(Mount { current_fence: true, ..mount })), Ok(()));
 }

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use dynamixel::xm430;
+use dynamixel::{Layout, MODELS, Model, xm430};
 use fre_gripper::servo::Config;
 use messages::{
     Close, CloseTo, Event, For, GetServo, GetSettings, Grip, GripTo, Hold, Mount, Phase, Refusal, Role, Scan,
@@ -11,7 +11,7 @@ use messages::{
 };
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
-use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, finger, geared_servo, is_sound, set_up};
+use system_tests::{Bench, Flash, GEARED_MOUNT, Judge, OBJECT, finger, geared_servo, is_sound, set_up};
 
 const SECOND: u64 = 1_000_000;
 /// Instructions of Protocol 2.0 that change nothing: Ping and the reading ones.
@@ -160,13 +160,134 @@ fn a_servo_in_velocity_control_is_never_held() {
 
 #[test]
 fn an_unknown_model_is_not_led() {
-    let mut bench = Bench::new(Config { model_number: Some(1060), ..geared_servo() }, &Flash::new());
-    bench.ask::<SetSettings>(&Settings::of(GEARED_MOUNT)).unwrap();
-    let heard = overhear(&mut bench);
-    bench.run(2 * SECOND);
-    let differs = |event: &Event| matches!(event, Event::ServoDiffers { difference, .. } if difference.field == ServoField::Model && difference.found == 1060);
-    assert!(bench.events.iter().any(differs), "{:?}", bench.events);
-    assert!(heard.borrow().iter().all(|code| HARMLESS.contains(code)), "{:?}", heard.borrow());
+    let cases = [
+        (1130, "its servo is an XM540-W150 (model 1130), which the gripper cannot control"),
+        (4242, "its servo is of the unknown model 4242, which the gripper cannot control"),
+    ];
+    for (number, words) in cases {
+        let mut bench = Bench::new(Config { model_number: Some(number), ..geared_servo() }, &Flash::new());
+        let heard = overhear(&mut bench);
+        assert_eq!(refused(&mut bench), (ServoField::Model, format!("finger 0 is not controlled: {words}")));
+        assert!(heard.borrow().iter().all(|code| HARMLESS.contains(code)), "{:?}", heard.borrow());
+    }
+}
+
+/// Servos that are simulated, each with a finger on it.
+fn models() -> impl Iterator<Item = (&'static Model, Config, Mount)> {
+    let known = MODELS.iter().filter(|model| Config::of(model).is_simulated());
+    known.map(|model| {
+        let Config { baud_rate, backlash_deg, start_deg, load, .. } = geared_servo();
+        let config = Config { baud_rate, backlash_deg, start_deg, load, ..Config::of(model) };
+        // The P series counts from the middle of its revolution.
+        let zero = if model.layout == Layout::P { 0.0 } else { 2048.0 };
+        (model, config, Mount { zero, ..GEARED_MOUNT })
+    })
+}
+
+/// Each is commissioned, moves a finger, keeps its force over a restart of the microcontroller, and is not controlled once it is set
+/// otherwise. Their currents are compared with the torques by their own motors.
+#[test]
+fn every_model_leads_a_finger() {
+    let mut seen = Vec::new();
+    for (model, config, mount) in models() {
+        let name = model.name;
+        let flash = Flash::new();
+        let mut bench = Bench::new(config.clone(), &flash);
+        set_up(&mut bench, &Settings::of(mount), OBJECT);
+        let setup = bench.ask::<GetServo>(&0).expect("a servo that was found");
+        assert_eq!((setup.model, setup.operating_mode), (model.number, 3), "{name}");
+        let mount = Mount { servo: Some(setup), ..mount };
+        bench.ask::<SetSettings>(&Settings::of(mount)).unwrap();
+        bench.until("sound estimate", 5 * SECOND, is_sound);
+        bench.events.clear();
+        // As strong as the small ones can, and so that the friction of the strong ones does not hide the contact.
+        let asked = if model.motor.friction > 200.0 { 6.0 } else { 2.0 };
+        let to = GripTo { fingers: Which::All, force: asked, speed: Some(0.1), limit: None };
+        bench.ask::<Grip>(&to).unwrap();
+        let mut judge = Judge::default();
+        // Great friction makes the last counts slow.
+        bench.until("grip", 30 * SECOND, |report| report.phase == Phase::Gripped);
+        judge.run(&mut bench, SECOND);
+        let force = |bench: &Bench| {
+            let [x, y] = bench.servo.truth().force;
+            x.hypot(y)
+        };
+        let gripped = force(&bench);
+        let last = bench.reports.last().unwrap().0;
+        // Where friction holds a motor between two counts, the grip goes on trying.
+        assert!(matches!(last.phase, Phase::Gripped | Phase::Gripping), "{name}: {gripped} N, {last:?}");
+        assert!((gripped / f64::from(asked) - 1.0).abs() < 0.05, "{name}: {gripped} N");
+        let told = |event: &Event| matches!(event, Event::TorquesDisagree { .. } | Event::ServoAlert { .. });
+        assert!(!bench.events.iter().any(told), "{name}: {:?}", bench.events);
+        assert!(bench.events.iter().any(|event| matches!(event, Event::Touched { .. })), "{name}: {:?}", bench.events);
+        // What it holds with is a current, or the part of the stall torque that it is.
+        let held = f64::from(last.current) * f64::from(model.motor.torque_constant);
+        let torque = f64::from(last.estimate.torque);
+        assert!((held - torque).abs() < 1.1 * f64::from(model.motor.friction), "{name}: {held} N·mm for {torque}");
+        bench.restart(&flash);
+        judge.run(&mut bench, SECOND);
+        let after = force(&bench);
+        assert!(after > 0.95 * gripped, "{name}: {after} N of {gripped} N after a restart");
+        judge.verdict(name, &bench);
+        drop(bench);
+        let mut bench = Bench::new(config, &flash);
+        bench.servo.write(xm430::DRIVE_MODE, 1);
+        let heard = overhear(&mut bench);
+        bench.run(2 * SECOND);
+        let differs = |event: &Event| matches!(event, Event::ServoDiffers { difference, .. } if difference.field == ServoField::DriveMode);
+        assert!(bench.events.iter().any(differs), "{name}: {:?}", bench.events);
+        assert!(heard.borrow().iter().all(|code| HARMLESS.contains(code)), "{name}: {:?}", heard.borrow());
+        seen.push(name);
+    }
+    assert_eq!(seen, ["XM430-W350", "XL430-W250", "XM540-W270", "XL330-M288", "XC330-T288", "PM42-010-S260-R"]);
+}
+
+/// A second fence needs a model that limits its current: another is named and not written to. One that was commissioned with it and is in
+/// position control is not controlled either.
+#[test]
+fn a_fence_that_a_servo_does_not_have_is_named() {
+    for (model, config, mount) in models().filter(|(model, ..)| !model.limits_current()) {
+        let mut bench = Bench::new(config, &Flash::new());
+        let heard = overhear(&mut bench);
+        let (field, words) = refused_with(&mut bench, Mount { current_fence: true, ..mount });
+        assert_eq!(field, ServoField::GoalCurrent, "{}", model.name);
+        assert!(
+            words.ends_with("no current-based position control (Operating Mode 5), which current_fence needs"),
+            "{words}"
+        );
+        assert!(heard.borrow().iter().all(|code| HARMLESS.contains(code)), "{}: {:?}", model.name, heard.borrow());
+    }
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    bench.servo.write(xm430::TORQUE_ENABLE, 1);
+    let (field, words) = refused_with(&mut bench, Mount { current_fence: true, ..GEARED_MOUNT });
+    assert_eq!(field, ServoField::OperatingMode);
+    assert!(words.ends_with("its servo's Operating Mode is 3, and 5 was commissioned"), "{words}");
+}
+
+/// The current limit stops every model: one that shows a load by what that is of its current at stall.
+#[test]
+fn the_current_limit_stops_every_model() {
+    for (model, config, mount) in models() {
+        let name = model.name;
+        // Its friction, and a tenth of its torque at stall, but no more than the finger can be asked for.
+        let motor = model.motor;
+        let most = (0.1 * motor.torque_constant * motor.stall_current).min(300.0);
+        let current_limit = (motor.friction + most) / motor.torque_constant;
+        let mut bench = Bench::new(config, &Flash::new());
+        bench.ask::<SetSettings>(&Settings::of(Mount { current_limit, ..mount })).unwrap();
+        bench.until("answer of the servo", 5 * SECOND, |report| report.estimate.status == Status::OutOfRange);
+        bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.25, speed: Some(0.1) }).unwrap();
+        let (mut over, mut most) = (0, 0.0_f32);
+        bench.until("a stop", 5 * SECOND, |report| {
+            over += u32::from(report.current > current_limit);
+            most = most.max(report.current);
+            report.phase == Phase::Held(Why::Current)
+        });
+        eprintln!("{name}: {most:.0} mA, limit {current_limit:.0} mA");
+        assert_eq!(over, 1, "{name}: the first tick above it is the last one that moves the motor on");
+        bench.run_with(SECOND, |report, _| most = most.max(report.current));
+        assert!(most < 1.1 * current_limit, "{name}: {most} mA, limit {current_limit}");
+    }
 }
 
 /// A servo that answers pings only, and one whose Bus Watchdog has tripped, are found all the same.
@@ -192,7 +313,12 @@ fn ways_out_of_dead_ends() {
 
 /// The difference with which the first servo is refused, and its words.
 fn refused(bench: &mut Bench) -> (ServoField, String) {
-    bench.ask::<SetSettings>(&Settings::of(GEARED_MOUNT)).unwrap();
+    refused_with(bench, GEARED_MOUNT)
+}
+
+/// The same with another mount.
+fn refused_with(bench: &mut Bench, mount: Mount) -> (ServoField, String) {
+    bench.ask::<SetSettings>(&Settings::of(mount)).unwrap();
     bench.run(3 * SECOND);
     let differs = |event: &Event| match event {
         Event::ServoDiffers { difference, .. } => Some((difference.field, event.to_string())),

@@ -9,7 +9,7 @@ use dynamixel::blocking::Master;
 use dynamixel::{Error, Id, Timing, xm430};
 use embedded_hal::delay::DelayNs;
 use embedded_io::{Read, ReadReady, Write};
-use grip::{Calibration, Faults, Gear, Grip, Limits, Phase, Reaction, Target, Touch};
+use grip::{Calibration, Faults, Firmness, Gear, Grip, Limits, Phase, Reaction, Target, Touch};
 
 /// Ticks per second.
 const RATE_HZ: f64 = 200.0;
@@ -43,8 +43,17 @@ impl<U: Read + ReadReady + Write, D: DelayNs> Finger<U, D> {
             Ok((position, current, alert)) => {
                 let current = f32::from(current) * xm430::MILLIAMPERES_PER_UNIT;
                 let angle = self.calibration.angle(position);
-                let touch =
-                    Touch { angle, force: cell(), slope: None, has_model: true, current, alert, part: 1.0, stop: None };
+                let touch = Touch {
+                    angle,
+                    force: cell(),
+                    slope: None,
+                    has_model: true,
+                    current,
+                    firmness: Firmness::XM430,
+                    alert,
+                    part: 1.0,
+                    stop: None,
+                };
                 self.grip.feel(&touch, self.calibration.count(), 1.0 / RATE_HZ, &LIMITS, &FAULTS);
             }
             Err(_) => self.grip.miss(&LIMITS, FAULTS.reaction),

@@ -1,6 +1,7 @@
 //! Grips of a finger on a spring, by a motor that follows, sags, stalls or is lost.
 
 use super::*;
+use crate::Firmness;
 
 const COUNT: f64 = core::f64::consts::TAU / 4096.0;
 const TICK: f64 = 0.002;
@@ -11,6 +12,7 @@ const FAULTS: Faults = Faults { reaction: Reaction::Hold, untrusted_s: 0.05, str
 
 /// Nothing is felt.
 const CALM: Touch = Touch {
+    firmness: Firmness::XM430,
     angle: 0.0,
     force: Some(0.0),
     slope: None,

@@ -1,17 +1,17 @@
 //! How a servo is found and taken over: what is read of it, what may be written to it, and when it is left alone.
 
 use dynamixel::xm430;
-use dynamixel::{Id, Identity, Model, Register, StatusReturn, Timing, Value};
+use dynamixel::{Id, Identity, Layout, Model, Register, StatusReturn, Timing, Value};
 use grip::Bounds;
 use messages::{Difference, ServoField, ServoSetup};
 
-use super::{BusError, Servos};
+use super::{BusError, Fence, Servos};
 use crate::board::BusPort;
 
 /// What outlives the servo's power, from Baud Rate to Startup Configuration, read at once.
 const KEPT: u16 = xm430::BAUD_RATE.address();
 const KEPT_BYTES: usize = (xm430::STARTUP_CONFIGURATION.address() + 1 - KEPT) as usize;
-/// What does not, from Torque Enable to Position Trajectory: all of one instant.
+/// What does not, from Torque Enable to Position Trajectory: all of one instant. (The P series has it elsewhere, in the same order.)
 const LIVE: u16 = xm430::TORQUE_ENABLE.address();
 const LIVE_BYTES: usize = (xm430::POSITION_TRAJECTORY.address() + 4 - LIVE) as usize;
 
@@ -27,8 +27,10 @@ pub(crate) struct Found {
     pub(crate) firmware: u8,
     /// Bits per second.
     pub(crate) baud: u32,
-    /// Where it is taken to, counts.
+    /// Where it is taken to, counts (4096 per revolution).
     pub(crate) goal: i32,
+    /// Its control's proportional gain.
+    pub(crate) gain: u16,
     /// Where it shuts down.
     pub(crate) bounds: Bounds,
     /// What is not as it should be: it is not controlled, and nothing was written to it.
@@ -46,8 +48,29 @@ pub(crate) struct Rates {
     pub(crate) bus: Option<u32>,
 }
 
+/// What a servo is to be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    /// How it was set when it was commissioned.
+    pub(crate) commissioned: Option<ServoSetup>,
+    /// What it is to limit its current to, by current-based position control.
+    pub(crate) fence: Option<Fence>,
+    /// Whether it is to have torque.
+    pub(crate) holds: bool,
+}
+
+impl Wanted {
+    /// Its Operating Mode.
+    fn mode(&self) -> u8 {
+        match self.fence {
+            Some(_) => xm430::CURRENT_BASED_POSITION_CONTROL,
+            None => xm430::POSITION_CONTROL,
+        }
+    }
+}
+
 impl<U: BusPort> Servos<U> {
-    /// Looks for a finger's servo at one rate, makes it answer at once and, if it `holds`, hold its position.
+    /// Looks for a finger's servo at one rate, makes it answer at once and, if it is to have torque, hold its position.
     ///
     /// One that is not set as it was commissioned, or of a model that is not known, is left as it is. One that already has torque keeps
     /// that, its settings and its goal: it may be holding something, and it holds with what its goal is ahead of its position. Its Bus
@@ -57,12 +80,12 @@ impl<U: BusPort> Servos<U> {
         finger: usize,
         id: Id,
         rates: Rates,
-        commissioned: Option<ServoSetup>,
-        holds: bool,
+        wanted: Wanted,
     ) -> Result<Found, BusError<U>> {
         self.wrote(finger, None);
+        self.is_fenced_by(finger, None);
         let others = self.delay;
-        let mut found = self.look_for(id, rates, commissioned, holds).await;
+        let mut found = self.look_for(finger, id, rates, wanted).await;
         self.delay = self.delay.max(others);
         let mut rate = self.master.timing().baud_rate;
         if let Some(bus) = rates.bus.filter(|bus| *bus != rate) {
@@ -75,83 +98,87 @@ impl<U: BusPort> Servos<U> {
         self.listen_at(rate, u32::from(self.delay));
         if let Ok(found) = &found {
             self.wrote(finger, Some(found.goal));
-            self.shows(finger, Model::of(found.setup.model).and_then(Model::leads));
             self.reads_fast(finger, Identity { model: found.setup.model, firmware: found.firmware }.reads_fast());
         }
         found
     }
 
-    async fn look_for(
-        &mut self,
-        id: Id,
-        rates: Rates,
-        commissioned: Option<ServoSetup>,
-        holds: bool,
-    ) -> Result<Found, BusError<U>> {
+    async fn look_for(&mut self, finger: usize, id: Id, rates: Rates, wanted: Wanted) -> Result<Found, BusError<U>> {
         let baud_rate = self.master.port_mut().set_baud(rates.look);
         self.listen_at(baud_rate, xm430::RETURN_DELAY_TIME.item.max as u32);
-        let Identity { model, firmware } = self.master.ping(id).await?.value;
-        if Model::of(model).and_then(Model::leads).is_none() {
+        let Identity { model: number, firmware } = self.master.ping(id).await?.value;
+        let unread = |field, found, expected| Found {
+            setup: ServoSetup { model: number, ..ServoSetup::UNREAD },
+            firmware,
+            baud: baud_rate,
+            goal: 0,
+            gain: 0,
+            bounds: Bounds { temperature: 0, voltage: 0 },
+            difference: Some(Difference { field, found, expected }),
+        };
+        let Some(model) = Model::of(number) else {
             // Its registers may mean something else.
-            let setup = ServoSetup { model, ..ServoSetup::UNREAD };
-            let difference = Some(Difference { field: ServoField::Model, found: i32::from(model), expected: 0 });
-            let bounds = Bounds { temperature: 0, voltage: 0 };
-            return Ok(Found { setup, firmware, baud: baud_rate, goal: 0, bounds, difference });
+            return Ok(unread(ServoField::Model, i32::from(number), 0));
+        };
+        let mode = wanted.mode();
+        if !model.modes.contains(&mode) {
+            return Ok(unread(ServoField::GoalCurrent, 0, i32::from(mode)));
         }
+        self.is_a(finger, model);
+        let live_at = model.at(xm430::TORQUE_ENABLE).address();
         let mut live = [0; LIVE_BYTES];
-        let level = match self.master.read(id, LIVE, &mut live).await {
+        let level = match self.master.read(id, live_at, &mut live).await {
             Ok(_) => of(xm430::STATUS_RETURN_LEVEL, LIVE, &live),
             // It answers nothing but pings.
             Err(dynamixel::Error::Timeout { .. }) => 0,
-            Err(_) if self.is_garbled(id).await => {
-                let setup = ServoSetup { model, ..ServoSetup::UNREAD };
-                let (number, bounds) = (i32::from(id.get()), Bounds { temperature: 0, voltage: 0 });
-                let difference = Some(Difference { field: ServoField::Id, found: number, expected: number });
-                return Ok(Found { setup, firmware, baud: baud_rate, goal: 0, bounds, difference });
+            Err(_) if self.is_garbled(id, model).await => {
+                let address = i32::from(id.get());
+                return Ok(unread(ServoField::Id, address, address));
             }
             Err(error) => return Err(error),
         };
         if level != 2 {
             // The servo forgets this with its power, and without it nothing could be verified.
-            self.tell(id, xm430::STATUS_RETURN_LEVEL, 2).await?;
-            self.master.read(id, LIVE, &mut live).await?;
+            self.tell(id, model.at(xm430::STATUS_RETURN_LEVEL), 2).await?;
+            self.master.read(id, live_at, &mut live).await?;
         }
         let mut kept = [0; KEPT_BYTES];
-        self.master.read(id, KEPT, &mut kept).await?;
+        let there = kept.get_mut(..kept_bytes(model.layout)).unwrap_or_default();
+        self.master.read(id, KEPT, there).await?;
         // The servo knows its rate better than the board's divider.
-        let mut baud = xm430::bits_per_second(of(xm430::BAUD_RATE, KEPT, &kept)).unwrap_or(baud_rate);
+        let mut baud = model.bits_per_second(of(xm430::BAUD_RATE, KEPT, &kept)).unwrap_or(baud_rate);
         let torque = of(xm430::TORQUE_ENABLE, LIVE, &live) != 0;
-        let mut setup = setup(model, &kept);
+        let mut setup = setup(number, &kept);
         let bounds = Bounds {
             temperature: of(xm430::TEMPERATURE_LIMIT, KEPT, &kept),
             voltage: of(xm430::MIN_VOLTAGE_LIMIT, KEPT, &kept),
         };
         let watchdog = of(xm430::BUS_WATCHDOG, LIVE, &live);
         let position = of(xm430::PRESENT_POSITION, LIVE, &live);
-        let difference = differs(&setup, commissioned, torque, watchdog).or_else(|| beyond(&setup, position, torque));
+        let difference = differs(&setup, &wanted, torque, watchdog).or_else(|| beyond(&setup, mode, position, torque));
         if difference.is_some() {
             if watchdog < 0 {
                 // It holds where it stopped; cleared, it takes goals again, and is found so the next time.
-                self.master.set(id, xm430::BUS_WATCHDOG, 0).await?;
+                self.master.set(id, model.at(xm430::BUS_WATCHDOG), 0).await?;
             }
-            return Ok(Found { setup, firmware, baud, goal: 0, bounds, difference });
+            return Ok(Found { setup, firmware, baud, goal: 0, gain: 0, bounds, difference });
         }
         if watchdog > 0 {
             // Another program has armed it: in any pause of the bus, that of a restart too, the servo would stop where it is, without the
             // torque that it holds with.
-            self.master.set(id, xm430::BUS_WATCHDOG, 0).await?;
+            self.master.set(id, model.at(xm430::BUS_WATCHDOG), 0).await?;
         }
         self.delay = of(xm430::RETURN_DELAY_TIME, KEPT, &kept);
         if !torque {
             // Only what is otherwise is written: the EEPROM wears.
-            for (register, value) in [(xm430::RETURN_DELAY_TIME, 0), (xm430::OPERATING_MODE, xm430::POSITION_CONTROL)] {
+            for (register, value) in [(xm430::RETURN_DELAY_TIME, 0), (xm430::OPERATING_MODE, mode)] {
                 if of(register, KEPT, &kept) != value {
                     self.master.set(id, register, value).await?;
                 }
             }
-            (self.delay, setup.operating_mode) = (0, xm430::POSITION_CONTROL);
+            (self.delay, setup.operating_mode) = (0, mode);
             if let Some(wanted) = rates.wanted.filter(|wanted| *wanted != baud)
-                && let Some(code) = xm430::baud_code(wanted)
+                && let Some(code) = model.baud_code(wanted)
                 && self.reaches(wanted, rates.look)
             {
                 // It answers at the old rate.
@@ -163,25 +190,32 @@ impl<U: BusPort> Servos<U> {
             }
         }
         self.listen_at(baud, u32::from(self.delay));
-        let goal = if torque { kept_goal(&live) } else { position };
-        if goal != of(xm430::GOAL_POSITION, LIVE, &live) {
-            self.master.set(id, xm430::GOAL_POSITION, goal).await?;
+        if let Some(fence) = wanted.fence {
+            // Before the torque: its current may be anything else.
+            let most = i16::try_from(of(xm430::CURRENT_LIMIT, KEPT, &kept)).unwrap_or(i16::MAX);
+            self.is_fenced_by(finger, Some(most));
+            self.fence(finger, id, fence.goal_current(model, most)).await?;
         }
-        if !torque && holds {
-            match self.master.set(id, xm430::TORQUE_ENABLE, 1).await {
+        let goal = if torque { kept_goal(model, &live) } else { position };
+        if goal != of(xm430::GOAL_POSITION, LIVE, &live) {
+            self.master.set(id, model.at(xm430::GOAL_POSITION), goal).await?;
+        }
+        if !torque && wanted.holds {
+            match self.master.set(id, model.at(xm430::TORQUE_ENABLE), 1).await {
                 // After a shutdown the servo can be read, not led, until it is restarted; its alert tells.
                 Ok(_) | Err(dynamixel::Error::Refused { alert: true, .. }) => {}
                 Err(error) => return Err(error),
             }
         }
-        Ok(Found { setup, firmware, baud, goal, bounds, difference: None })
+        let (goal, gain) = (model.to_4096ths(goal), of(xm430::POSITION_P_GAIN, LIVE, &live));
+        Ok(Found { setup, firmware, baud, goal, gain, bounds, difference: None })
     }
 
     /// Whether an address answers pings soundly and never a short read that differs from servo to servo: two of them answer at once.
-    async fn is_garbled(&mut self, id: Id) -> bool {
+    async fn is_garbled(&mut self, id: Id, model: &Model) -> bool {
         for _ in 0..GARBLED {
             let mut position = [0; 4];
-            let garbled = match self.master.read(id, xm430::PRESENT_POSITION.address(), &mut position).await {
+            let garbled = match self.master.read(id, model.at(xm430::PRESENT_POSITION).address(), &mut position).await {
                 Ok(_) | Err(dynamixel::Error::Timeout { .. } | dynamixel::Error::Port(_)) => false,
                 Err(_) => self.master.ping(id).await.is_ok(),
             };
@@ -213,51 +247,62 @@ fn of<T: Value>(register: Register<T>, from: u16, bytes: &[u8]) -> T {
     T::from_bytes(value)
 }
 
+/// How many bytes of it a servo has: the P series has no Startup Configuration, which then is 0 here.
+fn kept_bytes(layout: Layout) -> usize {
+    match layout {
+        Layout::X => KEPT_BYTES,
+        Layout::P => usize::from(xm430::MIN_POSITION_LIMIT.item.end() - KEPT),
+    }
+}
+
 /// How a servo is set.
 fn setup(model: u16, kept: &[u8; KEPT_BYTES]) -> ServoSetup {
+    // Signed where the P series has them; the X series' are below 4096.
     let limits = [xm430::MIN_POSITION_LIMIT, xm430::MAX_POSITION_LIMIT].map(|register| of(register, KEPT, kept));
     ServoSetup {
         model,
         operating_mode: of(xm430::OPERATING_MODE, KEPT, kept),
         drive_mode: of(xm430::DRIVE_MODE, KEPT, kept),
         homing_offset: of(xm430::HOMING_OFFSET, KEPT, kept),
-        position_limits: limits.map(|limit| i32::try_from(limit).unwrap_or(i32::MAX)),
+        position_limits: limits.map(|limit| limit.cast_signed()),
         startup: of(xm430::STARTUP_CONFIGURATION, KEPT, kept),
     }
 }
 
 /// The goal of a servo with torque. One that its profile is still moving stops where the profile is, with the torque that it has there.
 /// One that is further from its goal than its torque can grow is held where it is.
-fn kept_goal(live: &[u8; LIVE_BYTES]) -> i32 {
+fn kept_goal(model: &Model, live: &[u8; LIVE_BYTES]) -> i32 {
     let trajectory: i32 = of(xm430::POSITION_TRAJECTORY, LIVE, live);
     let position = of(xm430::PRESENT_POSITION, LIVE, live);
     let gain = of(xm430::POSITION_P_GAIN, LIVE, live);
     // Beyond it the output is the whole voltage. (Without a gain no torque depends on the goal.)
-    let reach = (128 * u32::from(xm430::PWM_LIMIT.item.max as u16)).checked_div(u32::from(gain)).unwrap_or(0);
+    let reach = (128 * u32::from(model.full_pwm)).checked_div(u32::from(gain)).unwrap_or(0);
     if trajectory.abs_diff(position) <= reach { trajectory } else { position }
 }
 
 /// Why a servo is not controlled, if it is not.
-fn differs(found: &ServoSetup, commissioned: Option<ServoSetup>, torque: bool, watchdog: i8) -> Option<Difference> {
+fn differs(found: &ServoSetup, wanted: &Wanted, torque: bool, watchdog: i8) -> Option<Difference> {
     let is = |field, found, expected| Some(Difference { field, found, expected });
-    let difference = match commissioned {
+    let difference = match wanted.commissioned {
         Some(commissioned) => commissioned.difference(found),
         // One without torque is set to it.
         // Its torque is on before anything can be set.
         None if found.startup != 0 => is(ServoField::StartupConfiguration, i32::from(found.startup), 0),
-        None if torque && found.operating_mode != xm430::POSITION_CONTROL => {
-            is(ServoField::OperatingMode, i32::from(found.operating_mode), i32::from(xm430::POSITION_CONTROL))
+        None if torque && found.operating_mode != wanted.mode() => {
+            is(ServoField::OperatingMode, i32::from(found.operating_mode), i32::from(wanted.mode()))
         }
         None => None,
     };
     difference.or_else(|| if watchdog < 0 { is(ServoField::BusWatchdog, i32::from(watchdog), 0) } else { None })
 }
 
-/// A servo without torque that is where it takes no goal: to hold it there is not possible.
-fn beyond(setup: &ServoSetup, position: i32, torque: bool) -> Option<Difference> {
+/// A servo without torque that is where it takes no goal: to hold it there is not possible. Current-based position control takes goals of
+/// several revolutions, whatever the limits are.
+fn beyond(setup: &ServoSetup, mode: u8, position: i32, torque: bool) -> Option<Difference> {
     let [least, most] = setup.position_limits;
     let nearest = position.max(least).min(most);
-    (!torque && nearest != position).then_some(Difference {
+    let is_limited = mode == xm430::POSITION_CONTROL;
+    (is_limited && !torque && nearest != position).then_some(Difference {
         field: ServoField::PresentPosition,
         found: position,
         expected: nearest,

@@ -10,6 +10,9 @@ use embassy_time::{Duration, MockDriver};
 use embedded_io_async::{ErrorType, Read, Write};
 use std::collections::VecDeque;
 
+/// As every servo is wanted here.
+const HOLDS: Wanted = Wanted { commissioned: None, fence: None, holds: true };
+
 /// A servo's registers; `knows` is whether it does what its firmware promises.
 struct Table {
     memory: [u8; 148],
@@ -125,7 +128,7 @@ fn ready(wire: Wire) -> Servos<Wire> {
     for finger in [0, 1] {
         let id = Id::new(finger as u8 + 1).unwrap();
         let rates = Rates { look: 1_000_000, wanted: None, bus: None };
-        wait_for(servos.bring_up(finger, id, rates, None, true)).unwrap();
+        wait_for(servos.bring_up(finger, id, rates, HOLDS)).unwrap();
     }
     servos
 }
@@ -168,14 +171,14 @@ fn servos_come_to_the_rate_that_is_set() {
     let mut servos = Servos::new(wire, 2_000);
     let [one, two] = [1, 2].map(|id| Id::new(id).unwrap());
     let at = |look, wanted, bus| Rates { look, wanted, bus };
-    wait_for(servos.bring_up(0, one, at(1_000_000, Some(1_000_000), None), None, true)).unwrap();
+    wait_for(servos.bring_up(0, one, at(1_000_000, Some(1_000_000), None), HOLDS)).unwrap();
     // Not there at the others' rate, found at its own, led at the others'.
-    assert!(wait_for(servos.bring_up(1, two, at(1_000_000, Some(1_000_000), Some(1_000_000)), None, true)).is_err());
+    assert!(wait_for(servos.bring_up(1, two, at(1_000_000, Some(1_000_000), Some(1_000_000)), HOLDS)).is_err());
     // Where no rate is set it stays as it is, and the bus goes on at the others' rate.
-    assert!(wait_for(servos.bring_up(1, two, at(57_600, None, Some(1_000_000)), None, true)).is_err());
+    assert!(wait_for(servos.bring_up(1, two, at(57_600, None, Some(1_000_000)), HOLDS)).is_err());
     assert_eq!(servos.port_mut().baud, 1_000_000);
     servos.port_mut().servos[1].1.memory[64] = 0;
-    let found = wait_for(servos.bring_up(1, two, at(57_600, Some(1_000_000), Some(1_000_000)), None, true)).unwrap();
+    let found = wait_for(servos.bring_up(1, two, at(57_600, Some(1_000_000), Some(1_000_000)), HOLDS)).unwrap();
     assert_eq!(
         (found.baud, servos.port_mut().servos[1].1.memory[8], servos.port_mut().servos[1].1.memory[9]),
         (1_000_000, 3, 0)
@@ -211,6 +214,6 @@ fn everybody_is_discovered_at_his_own_rate() {
 fn a_rate_that_the_board_does_not_have_is_left_alone() {
     let mut servos = Servos::new(Wire::new([45, 45], true), 2_000);
     let rates = Rates { look: 1_000_000, wanted: Some(4_000_000), bus: None };
-    let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, None, true)).unwrap();
+    let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, HOLDS)).unwrap();
     assert_eq!((found.baud, servos.port_mut().servos[0].1.memory[8]), (1_000_000, 3));
 }

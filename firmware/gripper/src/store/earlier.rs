@@ -1,13 +1,16 @@
 //! Records as earlier versions of their layout have them.
 //!
-//! Version 8: objects without friction.
+//! Version 9: mounts without a choice of the servo's own current limit.
+//! Version 8: besides, objects without friction.
 //! Version 7: besides, beams without points between their ends, factors apart and clamps.
 //! Version 6: besides, settings without heat and supply.
 //! Version 5: besides, lamellae that are all rigid and of one thickness.
 //! Version 4: besides, no role that leads nobody, mounts that do not say how their servo was set, and no time of closing without an estimate.
 //! Version 3: besides, mounts without a drive, as every finger was turned by its motor, and models whose contact softness is a number.
 
-use messages::{Direction, FINGERS, Finger, Mount, Object, Reaction, Role, Settings, Side, Silence, Support};
+use messages::{
+    Direction, FINGERS, Finger, Mount, Object, Reaction, Role, ServoSetup, Settings, Side, Silence, Support,
+};
 use model_core::design::{Attachments, Beam, Design, Hinge, Lamellae, Material, PlaneStrain, Profile};
 use model_core::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness};
 use model_core::drive::Drive;
@@ -29,6 +32,14 @@ struct Mount3 {
     speed: f32,
     force_limit: f32,
     current_limit: f32,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
+struct Mount9 {
+    before: Mount4,
+    servo: Option<ServoSetup>,
+    calibration: u32,
 }
 
 #[derive(Deserialize)]
@@ -70,7 +81,25 @@ struct Settings6 {
     support: Support,
     role: Role,
     baud: Option<u32>,
-    fingers: [Option<Mount>; FINGERS],
+    fingers: [Option<Mount9>; FINGERS],
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
+struct Settings9 {
+    rate_hz: u16,
+    shape_every: u16,
+    on_fault: Reaction,
+    untrusted_ms: u16,
+    on_silence: Silence,
+    silence_ms: u16,
+    heat_margin: u8,
+    supply_margin: f32,
+    on_strain: Reaction,
+    support: Support,
+    role: Role,
+    baud: Option<u32>,
+    fingers: [Option<Mount9>; FINGERS],
 }
 
 #[derive(Deserialize)]
@@ -146,8 +175,11 @@ pub(super) fn finger(version: u8, bytes: &[u8]) -> Option<Option<Finger>> {
     }))
 }
 
-/// An object, if there was one, from the bytes of a record of any of these versions: without friction.
-pub(super) fn object(_: u8, bytes: &[u8]) -> Option<Option<Object>> {
+/// An object, if there was one, from the bytes of a record of that version: before version 9 without friction.
+pub(super) fn object(version: u8, bytes: &[u8]) -> Option<Option<Object>> {
+    if version >= 9 {
+        return super::same(bytes);
+    }
     let kept: Option<ObjectDesign> = postcard::from_bytes(bytes).ok()?;
     Some(kept.map(Object::from))
 }
@@ -155,7 +187,8 @@ pub(super) fn object(_: u8, bytes: &[u8]) -> Option<Option<Object>> {
 /// Settings from the bytes of a record of that version, if they are sound. What was the servos' master stays it.
 pub(super) fn settings(version: u8, bytes: &[u8]) -> Option<Settings> {
     if version >= 7 {
-        return super::same(bytes);
+        let kept: Settings9 = super::same(bytes)?;
+        return Some(kept.now());
     }
     if version >= 5 {
         let kept: Settings6 = super::same(bytes)?;
@@ -163,10 +196,10 @@ pub(super) fn settings(version: u8, bytes: &[u8]) -> Option<Settings> {
     }
     if version == 4 {
         let kept: Settings4<Mount4> = postcard::from_bytes(bytes).ok()?;
-        return Some(kept.now(|Mount4 { before, drive }| Mount { drive, ..before.now() }));
+        return Some(kept.now(Mount4::now));
     }
     let kept: Settings4<Mount3> = postcard::from_bytes(bytes).ok()?;
-    Some(kept.now(|mount| mount.now()))
+    Some(kept.now(Mount3::now))
 }
 
 impl Beam7 {
@@ -203,8 +236,28 @@ impl Settings6 {
             support: self.support,
             role: self.role,
             baud: self.baud,
-            fingers: self.fingers,
+            fingers: self.fingers.map(|kept| kept.map(Mount9::now)),
             ..Settings::DEFAULT
+        }
+    }
+}
+
+impl Settings9 {
+    fn now(self) -> Settings {
+        Settings {
+            rate_hz: self.rate_hz,
+            shape_every: self.shape_every,
+            on_fault: self.on_fault,
+            untrusted_ms: self.untrusted_ms,
+            on_silence: self.on_silence,
+            silence_ms: self.silence_ms,
+            heat_margin: self.heat_margin,
+            supply_margin: self.supply_margin,
+            on_strain: self.on_strain,
+            support: self.support,
+            role: self.role,
+            baud: self.baud,
+            fingers: self.fingers.map(|kept| kept.map(Mount9::now)),
         }
     }
 }
@@ -228,6 +281,19 @@ impl<M> Settings4<M> {
     }
 }
 
+impl Mount9 {
+    fn now(self) -> Mount {
+        let Self { before, servo, calibration } = self;
+        Mount { servo, calibration, ..before.now() }
+    }
+}
+
+impl Mount4 {
+    fn now(self) -> Mount {
+        Mount { drive: self.drive, ..self.before.now() }
+    }
+}
+
 impl Mount3 {
     fn now(self) -> Mount {
         Mount {
@@ -242,6 +308,7 @@ impl Mount3 {
             speed: self.speed,
             force_limit: self.force_limit,
             current_limit: self.current_limit,
+            current_fence: false,
             drive: Drive::Rotating,
             servo: None,
             calibration: 0,
@@ -267,6 +334,11 @@ mod tests {
             force_limit: mount.force_limit,
             current_limit: mount.current_limit,
         }
+    }
+
+    fn before_10(mount: Mount) -> Mount9 {
+        let Mount { drive, servo, calibration, .. } = mount;
+        Mount9 { before: Mount4 { before: before(mount), drive }, servo, calibration }
     }
 
     fn written<M>(settings: Settings, role: Role4, mount: impl Fn(Mount) -> M) -> Settings4<M> {
@@ -313,7 +385,7 @@ mod tests {
             support,
             role,
             baud,
-            fingers,
+            fingers: fingers.map(|kept| kept.map(before_10)),
         };
         let mut bytes = [0; 512];
         let used = postcard::to_slice(&before, &mut bytes).unwrap();
@@ -390,13 +462,39 @@ mod tests {
     }
 
     #[test]
-    fn settings_and_a_finger_of_version_8_and_an_object_of_any_come_back() {
+    fn settings_of_versions_7_to_9_come_back_without_a_fence() {
         let mut bytes = [0; super::super::RECORD];
-        let kept = Settings { untrusted_ms: 70, ..expected() };
-        let used = postcard::to_slice(&kept, &mut bytes).unwrap();
-        for version in [7, 8] {
+        let mut kept = Settings { untrusted_ms: 70, heat_margin: 11, supply_margin: 0.5, ..expected() };
+        let servo = ServoSetup { model: 1020, operating_mode: 3, position_limits: [5, 4000], ..ServoSetup::UNREAD };
+        kept.fingers[1] = kept.fingers[1].map(|mount| Mount { servo: Some(servo), calibration: 77, ..mount });
+        let Settings { rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, heat_margin, .. } = kept;
+        let Settings { supply_margin, on_strain, support, role, baud, fingers, .. } = kept;
+        let before = Settings9 {
+            rate_hz,
+            shape_every,
+            on_fault,
+            untrusted_ms,
+            on_silence,
+            silence_ms,
+            heat_margin,
+            supply_margin,
+            on_strain,
+            support,
+            role,
+            baud,
+            fingers: fingers.map(|kept| kept.map(before_10)),
+        };
+        let used = postcard::to_slice(&before, &mut bytes).unwrap();
+        for version in 7..=9 {
             assert_eq!(settings(version, used), Some(kept));
         }
+        let length = used.len();
+        assert_eq!(settings(9, &bytes[..length - 1]), None, "cut short");
+    }
+
+    #[test]
+    fn a_finger_of_version_8_and_an_object_of_any_come_back() {
+        let mut bytes = [0; super::super::RECORD];
         let kept = Some(crate::store::tests::longest());
         let used = postcard::to_slice(&kept, &mut bytes).unwrap();
         assert_eq!(finger(8, used), Some(kept));
@@ -407,6 +505,9 @@ mod tests {
         }
         let length = used.len();
         assert_eq!(object(8, &bytes[..length - 1]), None, "cut short");
+        let rough = Some(Object { design, friction: 0.5 });
+        let used = postcard::to_slice(&rough, &mut bytes).unwrap();
+        assert_eq!(object(9, used), Some(rough));
     }
 
     #[test]

@@ -55,7 +55,7 @@ fn degrees(words: &str, place: &mut f32) -> Result<(), &'static str> {
     Ok(())
 }
 
-const KEYS: [Key; 13] = [
+const KEYS: [Key; 14] = [
     Key { name: "servo_id", get: |m| m.servo_id.to_string(), set: |m, v| number(v, &mut m.servo_id) },
     Key {
         name: "zero_counts",
@@ -95,6 +95,14 @@ const KEYS: [Key; 13] = [
     Key { name: "speed_deg_per_s", get: |m| shown(m.speed), set: |m, v| degrees(v, &mut m.speed) },
     Key { name: "force_limit_n", get: |m| m.force_limit.to_string(), set: |m, v| number(v, &mut m.force_limit) },
     Key { name: "current_limit_ma", get: |m| m.current_limit.to_string(), set: |m, v| number(v, &mut m.current_limit) },
+    Key {
+        name: "current_fence",
+        get: |m| m.current_fence.to_string(),
+        set: |m, v| {
+            m.current_fence = v.parse().map_err(|_| "true or false")?;
+            Ok(())
+        },
+    },
     Key {
         name: "drive",
         get: |m| drive::words(&m.drive),
@@ -313,13 +321,13 @@ mod tests {
         snapbox::assert_data_eq!(
             error("finger.0.colour=red"),
             snapbox::str![
-                "`finger.0.colour` is not a key; the keys are rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, heat_margin_k, supply_margin_v, on_strain, object, load_n, moment_nmm, role, device_id, return_delay_us, baud, finger.N.servo_id, finger.N.zero_counts, finger.N.reversed, finger.N.gear_ratio, finger.N.backlash_deg, finger.N.side, finger.N.least_deg, finger.N.most_deg, finger.N.open_deg, finger.N.speed_deg_per_s, finger.N.force_limit_n, finger.N.current_limit_ma, finger.N.drive"
+                "`finger.0.colour` is not a key; the keys are rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, heat_margin_k, supply_margin_v, on_strain, object, load_n, moment_nmm, role, device_id, return_delay_us, baud, finger.N.servo_id, finger.N.zero_counts, finger.N.reversed, finger.N.gear_ratio, finger.N.backlash_deg, finger.N.side, finger.N.least_deg, finger.N.most_deg, finger.N.open_deg, finger.N.speed_deg_per_s, finger.N.force_limit_n, finger.N.current_limit_ma, finger.N.current_fence, finger.N.drive"
             ]
         );
         snapbox::assert_data_eq!(
             error("finger.7.side=left"),
             snapbox::str![
-                "`finger.7.side` is not a key; the keys are rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, heat_margin_k, supply_margin_v, on_strain, object, load_n, moment_nmm, role, device_id, return_delay_us, baud, finger.N.servo_id, finger.N.zero_counts, finger.N.reversed, finger.N.gear_ratio, finger.N.backlash_deg, finger.N.side, finger.N.least_deg, finger.N.most_deg, finger.N.open_deg, finger.N.speed_deg_per_s, finger.N.force_limit_n, finger.N.current_limit_ma, finger.N.drive"
+                "`finger.7.side` is not a key; the keys are rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, heat_margin_k, supply_margin_v, on_strain, object, load_n, moment_nmm, role, device_id, return_delay_us, baud, finger.N.servo_id, finger.N.zero_counts, finger.N.reversed, finger.N.gear_ratio, finger.N.backlash_deg, finger.N.side, finger.N.least_deg, finger.N.most_deg, finger.N.open_deg, finger.N.speed_deg_per_s, finger.N.force_limit_n, finger.N.current_limit_ma, finger.N.current_fence, finger.N.drive"
             ]
         );
         assert_eq!(error("finger.0.side=up"), "finger.0.side: `up` is not left or right");

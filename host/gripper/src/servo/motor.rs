@@ -145,7 +145,8 @@ impl Motor {
             }
             Supply::Duty { at_rest, per_speed, most, torque: limit } => {
                 let held = (stall * at_rest.max(-most).min(most)).max(-limit).min(limit);
-                let is_weak = at_rest.abs() > most || (stall * at_rest).abs() > limit;
+                // Overload is of a motor whose voltage does not suffice, not of one whose current is limited.
+                let is_weak = at_rest.abs() > most && stall * most <= limit;
                 let free = held - load;
                 if free.abs() <= friction {
                     return (0.0, held, is_weak);
@@ -161,7 +162,9 @@ impl Motor {
                 if duty.abs() <= most {
                     return (unlimited, against, false);
                 }
-                ((stall * most.copysign(duty) - against) / back_emf, against, false)
+                let speed = (stall * most.copysign(duty) - against) / back_emf;
+                // With all that it may give it is pushed back.
+                (speed, against, is_weak && speed * duty <= 0.0)
             }
         }
     }
