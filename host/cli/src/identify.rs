@@ -10,7 +10,7 @@ use model_core::object::ObjectDesign;
 
 use crate::exit::UNTRUSTWORTHY;
 use crate::output::put_out;
-use fre_gripper::identify::{Error, Found, Motion};
+use fre_gripper::identify::{Error, Found, Motion, open_angle};
 use fre_gripper::link::{Link, Told};
 
 /// Close on a round object, and find its height or radius from the motor
@@ -92,6 +92,10 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Box<dyn std::error::Err
         return Err(format!("--to-deg {}: the finger's range is {least} to {most}", args.to_deg).into());
     }
     let patience = Duration::try_from_secs_f64(args.wait).map_err(|_| "--wait: not a time")?;
+    let open = open_angle(&design, &mount, object, args.unknown.into(), args.range_mm)?;
+    if let Some(open) = open.filter(|open| f64::from(mount.open_angle) > *open) {
+        return Err(room(finger, &mount, open.to_degrees()).into());
+    }
 
     link.open_fingers(Which::One(finger))?;
     go(link, &mount, finger, mount.open_angle, patience)?;
@@ -107,10 +111,30 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Box<dyn std::error::Err
         }
         Err(error @ Error::Unidentified(IdentifyError::Range(_))) => Err(error.into()),
         Err(error) => {
-            put_out(&format!("{} positions seen; {error}\n", motion.positions()))?;
+            let advice = match error {
+                Error::NoFreeWay { open_deg, .. } => format!("; {}", room(finger, &mount, open_deg)),
+                _ => String::new(),
+            };
+            put_out(&format!("{} positions seen; {error}{advice}\n", motion.positions()))?;
             Ok(ExitCode::from(UNTRUSTWORTHY))
         }
     }
+}
+
+/// That a finger does not open far enough, and what to set.
+fn room(finger: u8, mount: &Mount, open_deg: f64) -> String {
+    let [is, least] = [mount.open_angle, mount.range[0]].map(f32::to_degrees);
+    // Downwards, to what the sentence says.
+    let open_deg = (open_deg * 10.0).floor() / 10.0;
+    let range = if open_deg < f64::from(least) {
+        format!(" (and finger.{finger}.least_deg, which is {least:.1})")
+    } else {
+        String::new()
+    };
+    format!(
+        "finger.{finger}.open_deg is {is:.1}: before the contact the motor's friction has to be seen on a free way; \
+         set finger.{finger}.open_deg={open_deg:.1} or less{range}"
+    )
 }
 
 /// What was found.

@@ -14,7 +14,7 @@ use model_core::object::ObjectDesign;
 use model_core::size::Reduced;
 use model_core::status::Status;
 
-use crate::datasheet::TORQUE_CONSTANT;
+use dynamixel::Model;
 
 /// Counts after which the friction of a motion that began has turned around.
 const BEGUN: usize = 8;
@@ -24,6 +24,9 @@ const STOOD: usize = 2;
 const BEFORE: f64 = 1.5 * std::f64::consts::PI / 180.0;
 /// Counts of the free way without which its friction is not known.
 const LEAST_FREE: usize = 8;
+/// Places of the range at which the contact is looked for, and steps of the motor angle, before anything moves.
+const PLACES: u8 = 9;
+const STEP: f64 = 0.1 * std::f64::consts::PI / 180.0;
 /// Standard deviation of a count's torque beyond the noise that was seen: the gears' own, N·mm. An assumption.
 const GEARS: f64 = 5.0;
 /// Standard deviation of the friction, which changes under load, N·mm. An assumption.
@@ -58,13 +61,15 @@ pub enum Error {
     /// The contact is too near the open finger.
     #[error(
         "{counts} counts of free way before the contact at {at_deg:.1}° are too few to know the friction ({LEAST_FREE} are needed, and {BEGUN} to \
-         begin with): let the finger open further"
+         begin with): the finger has to open to {open_deg:.1}°"
     )]
     NoFreeWay {
         /// Counts of the free way.
         counts: usize,
         /// The contact, °.
         at_deg: f64,
+        /// How far it has to be open, °.
+        open_deg: f64,
     },
     /// The gripper's finger.
     #[error("the finger: {0}")]
@@ -72,6 +77,41 @@ pub enum Error {
     /// The measurements.
     #[error("{0}")]
     Unidentified(IdentifyError),
+}
+
+/// The motor angle, rad, to which a finger has to open before it closes on an object whose unknown is within a range, mm: the friction of its
+/// motor has to be known before the contact. It is the least that any value of the range asks for; none if the finger meets none of them
+/// within its own range.
+///
+/// # Errors
+/// The gripper's finger.
+pub fn open_angle(
+    finger: &Finger,
+    mount: &Mount,
+    object: ObjectDesign,
+    unknown: Unknown,
+    range: [f64; 2],
+) -> Result<Option<f64>, Error> {
+    let mut follower: Box<Follower<f64, Reduced>> = Box::new(Follower::EMPTY);
+    follower.configure(&finger.design, &finger.how).map_err(Error::Finger)?;
+    let [least, most] = mount.range.map(f64::from);
+    let angles = (0..).map(|step| least + f64::from(step) * STEP).take_while(|angle| *angle <= most);
+    let contacts = (0..PLACES).filter_map(|place| {
+        let value = range[0] + (range[1] - range[0]) * f64::from(place) / f64::from(PLACES - 1);
+        follower.set_object(with(object, unknown, value), mount.drive.motion(finger.design.motor_axis));
+        let mut meets = |angle: &f64| {
+            let coordinate = mount.drive.coordinate(*angle).map(|[coordinate, _]| coordinate);
+            coordinate.is_none_or(|coordinate| !follower.begin(coordinate))
+        };
+        angles.clone().find(&mut meets)
+    });
+    Ok(contacts.max_by(f64::total_cmp).map(|contact| contact - free_way(mount)))
+}
+
+/// How long the free way before a contact has to be, rad.
+fn free_way(mount: &Mount) -> f64 {
+    let count = Calibration::new(&mount.gear()).count().abs();
+    (BEGUN + LEAST_FREE) as f64 * count + BEFORE + f64::from(mount.backlash)
 }
 
 impl Motion {
@@ -115,7 +155,8 @@ impl Motion {
             Direction::Same => 1.0,
             Direction::Reversed => -1.0,
         };
-        let per_milliampere = along * f64::from(mount.gear_ratio) * TORQUE_CONSTANT * 1e-3;
+        let motor = mount.servo.and_then(|servo| Model::of(servo.model)).unwrap_or(Model::ASSUMED).motor;
+        let per_milliampere = along * f64::from(mount.gear_ratio) * f64::from(motor.torque_constant);
         // At the last positions the motor stands, and may be held by its friction as well.
         let moving = self.currents.len().saturating_sub(STOOD);
         let torques: Vec<(f64, f64, usize)> = self
@@ -132,7 +173,8 @@ impl Motion {
         let free: Vec<f64> =
             torques.iter().filter(|(angle, ..)| *angle < touched - BEFORE).map(|(_, torque, _)| *torque).collect();
         if free.len() < LEAST_FREE {
-            return Err(Error::NoFreeWay { counts: free.len(), at_deg: touched.to_degrees() });
+            let open_deg = (touched - free_way(mount)).to_degrees();
+            return Err(Error::NoFreeWay { counts: free.len(), at_deg: touched.to_degrees(), open_deg });
         }
         let friction = free.iter().sum::<f64>() / free.len() as f64;
         let scatter = free.iter().map(|torque| (torque - friction).powi(2)).sum::<f64>() / (free.len() - 1) as f64;
@@ -175,6 +217,7 @@ mod tests {
     use model_core::estimator::Estimate;
 
     use super::*;
+    use crate::datasheet::TORQUE_CONSTANT;
     use crate::servo::Load;
     use fre::case::preset;
 
@@ -229,6 +272,24 @@ mod tests {
         assert!((found.free - 2.0 * 233.0).abs() < 5.0, "{found:?}");
         let ObjectDesign::Circle { centre, radius } = found.object else { panic!("{found:?}") };
         assert_eq!((centre, radius), ([41.0, found.identified.value], 40.0));
+    }
+
+    /// What is asked for before the motion is enough for it, and not much more.
+    #[test]
+    fn the_room_to_open_is_known_before_the_motion() {
+        let (finger, _) = closing(0.5);
+        let ask = |range| open_angle(&finger, &MOUNT, OBJECT, Unknown::Height, range).expect("a finger");
+        let open = ask([30.0, 60.0]).expect("a contact").to_degrees();
+        let find = |from_deg| {
+            let motion = closing(from_deg).1;
+            motion.identify(&finger, &MOUNT, OBJECT, Unknown::Height, [30.0, 60.0])
+        };
+        assert!(find(open).is_ok(), "{open}: {:?}", find(open));
+        assert!(matches!(find(open + 1.8), Err(Error::NoFreeWay { .. })), "{open}: {:?}", find(open + 1.8));
+        // A finger that does not come so far meets nothing.
+        let short = Mount { range: [-0.2, -0.1], ..MOUNT };
+        let open = open_angle(&finger, &short, OBJECT, Unknown::Height, [30.0, 60.0]).expect("a finger");
+        assert_eq!(open, None);
     }
 
     #[test]
