@@ -10,15 +10,16 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph};
+use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Wrap};
 
 use super::seen::{Finger, Seen, WINDOW_S};
 use crate::source::Origin;
 
 /// Lines of a finger that has its numbers below each other, and of one that has a line only.
 const TALL: u16 = 10;
-/// Lines of the numbers, and least ones of a chart below them.
-const LINES: u16 = 8;
+/// Lines of the numbers between force and phase, all of them, and least ones of a chart below them.
+const BETWEEN: u16 = 6;
+const LINES: u16 = BETWEEN + 2;
 const CHART: u16 = 6;
 /// Columns of the numbers.
 const NUMBERS: u16 = 46;
@@ -26,6 +27,10 @@ const NUMBERS: u16 = 46;
 const WIDE: u16 = 76;
 /// Width of an interval that is shown, N.
 const SEEN_N: f32 = 0.01;
+/// Lines of events.
+const EVENTS: u16 = 3;
+/// Columns at the end of a line that a long word may leave empty.
+const LOST: usize = 8;
 /// Silence that is reported.
 const QUIET_S: f32 = 0.5;
 /// A stop that is not acknowledged by then is shown as NOT STOPPED.
@@ -33,25 +38,48 @@ const LATE_S: f32 = 0.9;
 /// One colour per finger.
 const COLOURS: [Color; 4] = [Color::Cyan, Color::Yellow, Color::Magenta, Color::Green];
 
-/// Draws all of it.
+/// Draws all of it. What is longer than a line goes on in the next one, in a terminal that is high enough.
 pub fn picture(frame: &mut Frame<'_>, seen: &Seen) {
-    let events = if frame.area().height >= 20 { 4 } else { 0 };
+    let area = frame.area();
+    let is_high = area.height >= 20;
+    let (heading, footer) = (heading(seen, area.width), Line::from(footer(seen)));
+    let high = |lines: u16| if is_high { lines } else { 1 };
     let [head, body, below, keys] = Layout::vertical([
-        Constraint::Length(2),
+        Constraint::Length(1 + high(heading.len() as u16 - 1)),
         Constraint::Min(3),
-        Constraint::Length(events),
-        Constraint::Length(1),
+        Constraint::Length(if is_high { 1 + EVENTS } else { 0 }),
+        Constraint::Length(high(lines(&footer, area.width).min(2))),
     ])
-    .areas(frame.area());
-    frame.render_widget(Paragraph::new(heading(seen)), head);
+    .areas(area);
+    frame.render_widget(Paragraph::new(heading), head);
     fingers(frame, body, seen);
-    let skip = seen.events.len().saturating_sub(usize::from(events.saturating_sub(1)));
-    let words = seen.events.iter().skip(skip).map(|words| Line::raw(words.as_str()));
-    frame.render_widget(Paragraph::new(words.collect::<Vec<_>>()).block(Block::new().title("events".dim())), below);
-    frame.render_widget(Paragraph::new(footer(seen)), keys);
+    // The last ones that have room, whole.
+    let mut room = EVENTS;
+    let words = seen.events.iter().map(|words| Line::raw(words.as_str()));
+    let mut words: Vec<_> = words
+        .rev()
+        .take_while(|words| {
+            let rest = room.checked_sub(lines(words, area.width));
+            room = rest.unwrap_or(0);
+            rest.is_some()
+        })
+        .collect();
+    words.reverse();
+    let words = Paragraph::new(words).wrap(Wrap { trim: false });
+    frame.render_widget(words.block(Block::new().title("events".dim())), below);
+    frame.render_widget(Paragraph::new(footer).wrap(Wrap { trim: false }), keys);
 }
 
-fn heading(seen: &Seen) -> Vec<Line<'static>> {
+/// Lines that a text takes where there is so much room, one at least. (Words that do not fit go to the next one: half of the longest word is
+/// lost per line.)
+fn lines(text: &Line<'_>, width: u16) -> u16 {
+    let room = usize::from(width).saturating_sub(LOST).max(1);
+    let long = text.width();
+    if long <= usize::from(width) { 1 } else { u16::try_from(long.div_ceil(room)).unwrap_or(u16::MAX) }
+}
+
+/// Who it is, and its counts in as many lines as they take.
+fn heading(seen: &Seen, width: u16) -> Vec<Line<'static>> {
     let setup = &seen.setup;
     let who = match setup.origin {
         Origin::Gripper => format!("gripper {} on {}, {}", setup.firmware, setup.board, setup.place),
@@ -79,7 +107,16 @@ fn heading(seen: &Seen) -> Vec<Line<'static>> {
         counts.push(count("dropped", dropped.map(u64::from).iter().sum()));
         counts.push(count("servo lost", u64::from(counters.servo_losses)));
     }
-    vec![Line::from(who.bold()), Line::from(counts)]
+    let mut lines = vec![Line::from(who.bold()), Line::default()];
+    for count in counts {
+        let last = lines.last().map_or(0, Line::width);
+        if last > 0 && last + count.width() > usize::from(width) {
+            lines.push(Line::from(Span::styled(count.content.trim_start().to_owned(), count.style)));
+        } else if let Some(last) = lines.last_mut() {
+            last.push_span(count);
+        }
+    }
+    lines
 }
 
 fn count(name: &str, number: u64) -> Span<'static> {
@@ -87,7 +124,7 @@ fn count(name: &str, number: u64) -> Span<'static> {
     if number > 0 { Span::styled(words, Style::new().fg(Color::Yellow)) } else { Span::raw(words).dim() }
 }
 
-fn footer(seen: &Seen) -> Line<'static> {
+fn footer(seen: &Seen) -> Vec<Span<'static>> {
     let mut words = vec![" q ".reversed(), " end  ".into()];
     if seen.moves() {
         let red = Style::new().fg(Color::White).bg(Color::Red).add_modifier(Modifier::BOLD);
@@ -111,7 +148,7 @@ fn footer(seen: &Seen) -> Line<'static> {
         (Some(Err(why)), None) => words.push(Span::styled(why.clone(), bad())),
         (None, None) => {}
     }
-    Line::from(words)
+    words
 }
 
 fn bad() -> Style {
@@ -226,17 +263,27 @@ fn whole(frame: &mut Frame<'_>, area: Rect, seen: &Seen, number: usize, finger: 
         frame.render_widget(Paragraph::new("nothing yet"), inside);
         return;
     };
-    let (numbers, chart) = if inside.width >= WIDE {
-        let [numbers, chart] = Layout::horizontal([Constraint::Length(NUMBERS), Constraint::Fill(1)]).areas(inside);
-        (numbers, Some(chart))
-    } else if inside.height >= LINES + CHART {
-        let [numbers, chart] = Layout::vertical([Constraint::Length(LINES), Constraint::Fill(1)]).areas(inside);
-        (numbers, Some(chart))
-    } else {
-        (inside, None)
-    };
     let estimate = report.estimate;
     let silent = seen.silent();
+    let phase = report.phase.to_string();
+    let doing = Line::from(vec![
+        "doing        ".dim(),
+        if silent.is_some() { phase.dim().crossed_out() } else { phase.into() },
+        lost(finger),
+    ]);
+    // Above and below the numbers: what the chart beside them must not cut.
+    let below = lines(&doing, inside.width).min(inside.height.saturating_sub(LINES) + 1);
+    let rooms = [Constraint::Length(1), Constraint::Fill(1), Constraint::Length(below)];
+    let [above, middle, below] = Layout::vertical(rooms).areas(inside);
+    let (numbers, chart) = if inside.width >= WIDE {
+        let [numbers, chart] = Layout::horizontal([Constraint::Length(NUMBERS), Constraint::Fill(1)]).areas(middle);
+        (numbers, Some(chart))
+    } else if inside.height >= LINES + CHART {
+        let [numbers, chart] = Layout::vertical([Constraint::Length(BETWEEN), Constraint::Fill(1)]).areas(middle);
+        (numbers, Some(chart))
+    } else {
+        (middle, None)
+    };
     let trustworthy = estimate.status.is_trustworthy() && silent.is_none();
     let value = |words: String| if trustworthy { Span::raw(words) } else { words.dim().crossed_out() };
     let row = |name: &'static str, words: String| Line::from(vec![format!("{name:<13}").dim(), value(words)]);
@@ -250,13 +297,13 @@ fn whole(frame: &mut Frame<'_>, area: Rect, seen: &Seen, number: usize, finger: 
         row("distance", format!("{} mm", fixed(estimate.distance, 2)))
     };
     let micros = 1e6 * f64::from(report.cost) / f64::from(seen.setup.cost_hz.max(1));
+    let force = Line::from(vec![
+        "force        ".dim(),
+        if trustworthy { Span::styled(force, Style::new().fg(colour).bold()) } else { force.dim().crossed_out() },
+        Span::raw(format!(" ± {} ", deviation(estimate.standard_deviation))),
+        status(estimate.status, estimate.age, silent),
+    ]);
     let lines = vec![
-        Line::from(vec![
-            "force        ".dim(),
-            if trustworthy { Span::styled(force, Style::new().fg(colour).bold()) } else { force.dim().crossed_out() },
-            Span::raw(format!(" ± {} ", deviation(estimate.standard_deviation))),
-            status(estimate.status, estimate.age, silent),
-        ]),
         match estimate.interval {
             Some(Interval { magnitude: [low, high], .. }) if high - low >= SEEN_N => {
                 row("between", format!("{low:.2} and {high:.2} N, by friction"))
@@ -274,17 +321,10 @@ fn whole(frame: &mut Frame<'_>, area: Rect, seen: &Seen, number: usize, finger: 
             format!("{} mA, limit {:.0}", fixed(report.current, 0), limit(seen, number)).into(),
         ]),
         Line::from(vec!["cost         ".dim(), format!("{micros:.0} µs, {} iterations", estimate.iterations).into()]),
-        Line::from(vec![
-            "doing        ".dim(),
-            if silent.is_some() {
-                report.phase.to_string().dim().crossed_out()
-            } else {
-                report.phase.to_string().into()
-            },
-            lost(finger),
-        ]),
     ];
+    frame.render_widget(Paragraph::new(force), above);
     frame.render_widget(Paragraph::new(lines), numbers);
+    frame.render_widget(Paragraph::new(doing).wrap(Wrap { trim: false }), below);
     if let Some(chart) = chart {
         forces(frame, chart, seen, &[(number, finger)]);
     }
@@ -449,6 +489,48 @@ mod tests {
         assert!(lines.iter().filter(|line| braille(line) > 0).count() >= 5, "{}", lines.join("\n"));
         has(&lines, "6 N");
         has(&lines, "−20 s");
+    }
+
+    /// Whatever a finger does and why, how old its estimate is, and how much has been counted: no word is cut.
+    #[test]
+    fn nothing_is_cut_at_110_columns() {
+        let mut seen = seen(1);
+        let event = Event::TorquesDisagree { finger: 0, disagree: true, demanded: 12_345.0, current: 1_234.0 };
+        seen.take(Told::Event(Notice { time_us: 86_400_000_000, event }));
+        seen.counters = Some(messages::Counters {
+            rate_hz: 498.7,
+            chosen_hz: 500.0,
+            late_ticks: 12_345_678,
+            dropped_reports: 12_345_678,
+            servo_losses: 12_345,
+            ..messages::Counters::default()
+        });
+        seen.statistics.missing_reports = 12_345_678;
+        seen.statistics.damaged = 12_345;
+        let mut last = report(0, 1010, 9.0, Status::ContactCapacity);
+        last.estimate.age = 12_345_678;
+        for phase in [
+            Phase::Released(messages::Why::Angle),
+            Phase::Waiting(messages::Why::Bus),
+            Phase::Held(messages::Why::Host),
+            Phase::Held(messages::Why::Estimate),
+        ] {
+            seen.take(Told::Report(Report { phase, ..last }));
+            seen.asked();
+            seen.stopping = seen.stopping.map(|since| since - Duration::from_secs(100));
+            for (width, height) in [(110, 24), (110, 40), (80, 30)] {
+                let lines = drawn(&seen, width, height);
+                // Words that went on in the next line follow each other without the frame.
+                let text = lines.join(" ").replace(['│', '┃'], " ");
+                let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+                let has = |words: &str| assert!(text.contains(words), "no `{words}` in\n{}", lines.join("\n"));
+                has("± 0.11 contact-capacity, 12345678 ticks old");
+                has(&phase.to_string());
+                has("servo lost 12345");
+                has("the object is not as described");
+                has("Still trying.");
+            }
+        }
     }
 
     #[test]
