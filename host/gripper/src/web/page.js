@@ -57,11 +57,29 @@ async function ask(command, output) {
   }
 }
 const which = () => cards.length > 1 && $("finger").value !== "all" ? Number($("finger").value) : null;
+// What a person has typed that cannot be sent, in a sentence.
+class Wrong extends Error {}
+const label = input => input.closest("label").firstChild.textContent.trim();
 const number = input => {
   const text = input.value.trim().replace(",", ".");
   const value = Number(text);
-  return text === "" || !Number.isFinite(value) ? input.value : value; // the server names what is no number
+  if (text === "" || !Number.isFinite(value)) throw new Wrong(`${label(input)}: “${input.value}” is not a number. Nothing was sent.`);
+  if (input.inputMode === "numeric" && !Number.isInteger(value)) throw new Wrong(`${label(input)}: ${value} is not a whole number. Nothing was sent.`);
+  return value;
 };
+// Asks what `command` makes of the fields, unless one of them is wrong.
+function askWith(command, output) {
+  let made;
+  try {
+    made = command();
+  } catch (error) {
+    if (!(error instanceof Wrong)) throw error;
+    output.textContent = error.message;
+    output.className = "bad";
+    return;
+  }
+  ask(made, output);
+}
 // All fingers, at once, and again ten times a second until the target has taken it. A browser has six connections to a server: most
 // attempts are given up soon, one in fifty waits for a slow target.
 function stop() {
@@ -101,7 +119,7 @@ function answer(words, kind) {
   if (output.textContent !== words) output.textContent = words;
   output.className = kind;
 }
-const grip = () => ask({ grip: { force_n: number($("force")) } }, $("answer"));
+const grip = () => askWith(() => ({ grip: { force_n: number($("force")) } }), $("answer"));
 const release = () => ask({ release: {} }, $("answer"));
 $("stop").addEventListener("click", stop);
 $("release").addEventListener("click", release);
@@ -110,7 +128,7 @@ $("resume").addEventListener("click", () => ask("resume", $("answer")));
 $("grip-form").addEventListener("submit", event => { event.preventDefault(); grip(); });
 $("close-form").addEventListener("submit", event => {
   event.preventDefault();
-  ask({ close: { angle_deg: number($("angle")) } }, $("answer"));
+  askWith(() => ({ close: { angle_deg: number($("angle")) } }), $("answer"));
 });
 addEventListener("keydown", event => {
   const typing = event.target.matches("input, select, textarea");
@@ -148,24 +166,37 @@ function objectFields(values) {
     place.append(label);
   }
 }
-function readField(text, kind) {
-  const pair = words => words.split(/[,\s]+/).filter(Boolean).map(word => Number.isFinite(Number(word)) ? Number(word) : word);
-  if (kind === 3) return text.split(";").map(pair).filter(p => p.length);
-  return kind === 2 ? pair(text) : pair(text)[0] ?? "";
+// One number, two, or pairs apart by semicolons.
+function readField(input, kind) {
+  const text = input.value;
+  const numbers = (words, count) => {
+    const found = words.split(count === 1 ? /\s+/ : /[,\s]+/).filter(Boolean).map(word => Number(count === 1 ? word.replace(",", ".") : word));
+    if (found.length !== count || !found.every(Number.isFinite)) {
+      const allowed = count === 1 ? "a number" : "two numbers apart by a comma, with decimal points";
+      throw new Wrong(`${label(input)}: “${words.trim()}” is not ${allowed}. Nothing was sent.`);
+    }
+    return found;
+  };
+  if (kind === 3) return text.split(";").filter(words => words.trim()).map(words => numbers(words, 2));
+  return kind === 2 ? numbers(text, 2) : numbers(text, 1)[0];
 }
 objectForm.shape.addEventListener("change", () => objectFields(null));
 objectForm.addEventListener("submit", event => {
   event.preventDefault();
-  const shape = objectForm.shape.value, object = { shape };
-  for (const [key, , kind] of FIELDS[shape]) object[key] = readField(objectForm.elements[key].value, kind);
-  ask({ object: { finger: which() ?? 0, object } }, objectForm.querySelector("output"));
+  askWith(() => {
+    const shape = objectForm.shape.value, object = { shape };
+    for (const [key, , kind] of FIELDS[shape]) object[key] = readField(objectForm.elements[key], kind);
+    return { object: { finger: which() ?? 0, object } };
+  }, objectForm.querySelector("output"));
 });
 limitsForm.addEventListener("submit", event => {
   event.preventDefault();
-  const limits = {};
-  for (const input of limitsForm.querySelectorAll("input")) limits[input.name] = input.name === "drive" ? input.value : number(input);
-  limits.on_fault = limitsForm.on_fault.value;
-  ask({ limits: { finger: which() ?? 0, limits } }, limitsForm.querySelector("output"));
+  askWith(() => {
+    const limits = {};
+    for (const input of limitsForm.querySelectorAll("input")) limits[input.name] = input.name === "drive" ? input.value : number(input);
+    limits.on_fault = limitsForm.on_fault.value;
+    return { limits: { finger: which() ?? 0, limits } };
+  }, limitsForm.querySelector("output"));
 });
 $("finger").addEventListener("change", showSettings);
 function showSettings() {
