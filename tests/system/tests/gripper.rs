@@ -13,7 +13,7 @@ use model_core::object::ObjectDesign;
 use model_core::real::Real;
 use model_core::size::Rubbing;
 use model_core::status::Status;
-use system_tests::{Machine, OBJECT, Watch, finger};
+use system_tests::{Machine, OBJECT, Tries, Watch, finger};
 
 const SECONDS: fn(u64) -> Duration = Duration::from_secs;
 /// Motor angle at which the finger holds the object firmly.
@@ -77,7 +77,8 @@ fn the_force_rises_and_falls() {
     link.set_settings(&Settings { rate_hz: 50, shape_every: 5, ..SETTINGS }).unwrap();
     watch.until_report("a report at the new rate", SECONDS(20), is_fresh);
     let missed_before = link.statistics().missing_reports;
-    for attempt in 1.. {
+    let mut tries = Tries::of("a closing and opening");
+    loop {
         watch.reports.clear();
         watch.shapes.clear();
         close_at(&link, &mut watch, 0.06);
@@ -91,7 +92,8 @@ fn the_force_rises_and_falls() {
         if short == 0 {
             break;
         }
-        assert!(attempt < 5, "{short} of {} estimates had no time", watch.reports.len());
+        eprintln!("{short} of {} estimates had no time", watch.reports.len());
+        tries.spoilt();
     }
 
     let reports = &watch.reports;
@@ -268,7 +270,8 @@ fn damage_on_the_bus_costs_one_answer() {
         Fault::Corrupt { index: 2, mask: 0xFF },
     ];
     for damage in damages {
-        let is_kept = (0..5).any(|_| {
+        let mut tries = Tries::of("a damaged answer");
+        loop {
             let losses = link.counters().unwrap().servo_losses;
             let done = machine.servo.statistics().faults;
             machine.servo.inject([damage.clone()]);
@@ -280,10 +283,12 @@ fn damage_on_the_bus_costs_one_answer() {
             }
             watch.until_report("stale estimate", SECONDS(10), |report| report.estimate.status == Status::Stale);
             watch.until_report("recovery", SECONDS(20), |report| report.estimate.age == 0);
-            // A PC that stands still for tenths of a second loses the servo by itself: that says nothing of the damage.
-            link.counters().unwrap().servo_losses == losses
-        });
-        assert!(is_kept, "{damage:?} loses the servo");
+            if link.counters().unwrap().servo_losses == losses {
+                break;
+            }
+            eprintln!("{damage:?}: the servo was lost");
+            tries.spoilt();
+        }
     }
     // Noise before an answer does not even cost that.
     let noise = [0x55, 0xFF, 0xFF, 0xFD, 0x00, 0x01];

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use fre_gripper::servo::Config;
 use messages::{Direction, Grasp, GripTo, Mount, Settings, Side, Which};
 use serde_json::json;
-use system_tests::{Browser, Machine, OBJECT};
+use system_tests::{Browser, Machine, OBJECT, Tries};
 
 use crate::card::equal;
 use crate::page::{DESK, MOUNT, PATIENCE, PHONE, Stream, WIDE, found, on_page, pictures};
@@ -34,7 +34,7 @@ fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_
     assert_eq!(names, json!(["Finger 0, left", "Finger 1, right"]));
 
     // Another force for each: a card that showed its neighbour's would be found out.
-    let mut asked = Instant::now();
+    let (mut asked, mut tries) = (Instant::now(), Tries::of("a grip of two"));
     let again = |link: &fre_gripper::link::Link| {
         for (finger, force) in [(0, 3.0), (1, 5.0)] {
             // Refused while a busy PC has lost the servo.
@@ -48,6 +48,7 @@ fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_
         assert!(Instant::now() < end, "never both gripped");
         if asked.elapsed() > Duration::from_secs(15) {
             asked = Instant::now();
+            tries.spoilt();
             again(link);
         }
         std::thread::sleep(Duration::from_millis(100));
