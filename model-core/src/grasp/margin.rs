@@ -13,20 +13,22 @@
 //! both ways; couples about axes in the plane are left out.
 
 use super::MAX_FINGERS;
+use super::portal::{DIMENSIONS, Portal, Wrench, dot};
+use crate::real::Real;
 
 /// A place where a finger touches the object; grasp's world, mm and N.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
+pub struct Touch<T = f64> {
     /// Which finger, from 0.
     pub finger: usize,
     /// Where.
-    pub point: [f64; 2],
+    pub point: [T; 2],
     /// Unit normal into the object: the way in which the finger pushes.
-    pub normal: [f64; 2],
+    pub normal: [T; 2],
     /// Normal force now, which is the most that counts.
-    pub force: f64,
+    pub force: T,
     /// Coefficient of friction.
-    pub friction: f64,
+    pub friction: T,
 }
 
 /// A load of size 1, by its parts: it acts at the point about which couples are taken.
@@ -57,12 +59,8 @@ impl Margin {
     pub const NONE: Self = Self { bears: 0.0, most: 0.0, slips: None };
 }
 
-/// Force in the plane, couple over the arm, force across.
-type Wrench = [f64; DIMENSIONS];
-const DIMENSIONS: usize = 4;
-
-/// Steps after which the search ends. A body of 12 touches with edges needs about 10, one with round cones about 20.
-const STEPS: u32 = 64;
+/// Passes after which the search ends. A body of 12 touches with edges needs about 10, one with round cones about 20.
+const PASSES: u32 = 64;
 /// Difference of the two bounds at which it ends, as a part of them.
 const CLOSE: f64 = 1e-4;
 /// Size of the first portal as a part of all normal forces, and what the ray is turned by, much less: both are errors.
@@ -86,193 +84,158 @@ const ALIKE: f64 = 1e-3;
 /// let found = margin([left, right].into_iter(), [0.0, 0.0], 20.0, &weight);
 /// assert!((found.bears - 6.0).abs() < 1e-3);
 /// ```
-pub fn margin(touches: impl Iterator<Item = Touch> + Clone, about: [f64; 2], arm: f64, pull: &Pull) -> Margin {
-    let all: f64 = touches.clone().map(|touch| touch.force.max(0.0)).sum();
-    let against = [-pull.force[0], -pull.force[1], -pull.couple / arm, -pull.across];
-    let length = libm::sqrt(dot(&against, &against));
-    let is_plain = pull.across == 0.0;
-    let dimensions = if is_plain { DIMENSIONS - 1 } else { DIMENSIONS };
-    let usable = all > 0.0 && length > 0.0 && arm > 0.0 && (all + length + arm).is_finite();
-    if !usable {
-        return Margin::NONE;
+pub fn margin<T: Real>(
+    touches: impl Iterator<Item = Touch<T>> + Clone,
+    about: [T; 2],
+    arm: f64,
+    pull: &Pull,
+) -> Margin {
+    let cones = touches.map(|touch| Cone::of(&touch, about, T::of(arm)));
+    let Some(mut search) = Search::new(force_of(cones.clone()), arm, pull) else { return Margin::NONE };
+    while search.step(cones.clone()) {}
+    search.found(cones)
+}
+
+/// All normal forces together.
+pub(super) fn force_of<T: Real>(cones: impl Iterator<Item = Cone<T>>) -> f64 {
+    cones.map(|cone| cone.force.to_f64()).sum()
+}
+
+/// The search for one margin, pass by pass.
+#[derive(Clone, Debug)]
+pub(super) struct Search {
+    portal: Portal,
+    /// The least bound so far, and the motion that shows it.
+    most: f64,
+    motion: Wrench,
+    /// Size of a load of 1, and all normal forces.
+    length: f64,
+    all: f64,
+    is_plain: bool,
+    passes: u32,
+}
+
+impl Search {
+    /// None where nothing can be borne: without a pull or a force.
+    pub(super) fn new(all: f64, arm: f64, pull: &Pull) -> Option<Self> {
+        let against = [-pull.force[0], -pull.force[1], -pull.couple / arm, -pull.across];
+        let length = libm::sqrt(dot(&against, &against));
+        let is_plain = pull.across == 0.0;
+        let dimensions = if is_plain { DIMENSIONS - 1 } else { DIMENSIONS };
+        let usable = all > 0.0 && length > 0.0 && arm > 0.0 && (all + length + arm).is_finite();
+        if !usable {
+            return None;
+        }
+        // A little beside the direction, so that the ray meets no edge of a portal.
+        let mut ray = [0.0; DIMENSIONS];
+        for (i, (part, of)) in ray.iter_mut().zip(against).enumerate().take(dimensions) {
+            *part = of / length + ASIDE * (i + 1) as f64;
+        }
+        let portal = Portal::new(&ray, dimensions, SEED * all);
+        Some(Self { portal, most: f64::INFINITY, motion: [0.0; DIMENSIONS], length, all, is_plain, passes: 0 })
     }
-    // A little beside the direction, so that the ray meets no edge of a portal.
-    let mut ray = [0.0; DIMENSIONS];
-    for (i, (part, of)) in ray.iter_mut().zip(against).enumerate().take(dimensions) {
-        *part = of / length + ASIDE * (i + 1) as f64;
-    }
-    let mut portal = Portal::new(&ray, dimensions, SEED * all);
-    let mut most = f64::INFINITY;
-    let mut plane = [0.0; DIMENSIONS];
-    for _ in 0..STEPS {
-        let Some(normal) = portal.plane() else { break };
-        let farthest = touches.clone().fold([0.0; DIMENSIONS], |sum, touch| {
-            let lever = Lever::of(&touch, about, arm, is_plain);
-            let part = lever.farthest(&touch, &normal);
-            [0, 1, 2, 3].map(|i| sum[i] + part[i])
+
+    /// One pass over the places; false once there is nothing left to find.
+    pub(super) fn step<T: Real>(&mut self, cones: impl Iterator<Item = Cone<T>>) -> bool {
+        self.passes += 1;
+        let Some(normal) = self.portal.plane() else { return false };
+        // Of length 1: in single precision the parts of a small portal's plane are too large.
+        let size = libm::sqrt(dot(&normal, &normal));
+        let direction = normal.map(|part| T::of(part / size));
+        let farthest = cones.fold([T::ZERO; DIMENSIONS], |mut sum, cone| {
+            for (of, part) in sum.iter_mut().zip(cone.farthest(&direction, self.is_plain)) {
+                *of += part;
+            }
+            sum
         });
+        let farthest = farthest.map(Real::to_f64);
         let beyond = dot(&normal, &farthest).max(1.0);
-        if portal.reach() * beyond < most {
-            (most, plane) = (portal.reach() * beyond, normal);
+        let most = self.portal.reach() * beyond;
+        if most < self.most {
+            (self.most, self.motion) = (most, normal);
         }
-        if beyond <= 1.0 + CLOSE || !portal.take(&farthest) {
-            break;
-        }
+        beyond > 1.0 + CLOSE && self.portal.take(&farthest) && self.passes < PASSES
     }
-    let reach = portal.reach();
-    let holds = reach > CLOSE * all;
-    let slips = if holds { first_slip(touches, about, arm, is_plain, &plane) } else { None };
-    Margin { bears: reach / length, most: most / length, slips }
+
+    /// What was found.
+    pub(super) fn found<T: Real>(&self, cones: impl Iterator<Item = Cone<T>>) -> Margin {
+        let reach = self.portal.reach();
+        let holds = reach > CLOSE * self.all;
+        let slips = if holds { first_slip(cones, self.is_plain, &self.motion) } else { None };
+        Margin { bears: reach / self.length, most: self.most / self.length, slips }
+    }
 }
 
-/// The wrenches of a place's directions.
-struct Lever {
-    normal: Wrench,
-    along: Wrench,
-    /// 1 where friction has a second way, across the plane.
-    across: f64,
+/// A place's friction cone, by the wrenches of its directions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cone<T> {
+    finger: u8,
+    /// Two forces, and the couple over the arm.
+    normal: [T; 3],
+    along: [T; 3],
+    pub(super) force: T,
+    friction: T,
 }
 
-impl Lever {
-    fn of(touch: &Touch, about: [f64; 2], arm: f64, is_plain: bool) -> Self {
+impl<T: Real> Cone<T> {
+    pub(super) fn of(touch: &Touch<T>, about: [T; 2], arm: T) -> Self {
         let [x, y] = [touch.point[0] - about[0], touch.point[1] - about[1]];
-        let wrench = |[u, v]: [f64; 2]| [u, v, (x * v - y * u) / arm, 0.0];
+        let wrench = |[u, v]: [T; 2]| [u, v, (x * v - y * u) / arm];
         let [n, m] = touch.normal;
-        Self { normal: wrench([n, m]), along: wrench([-m, n]), across: if is_plain { 0.0 } else { 1.0 } }
+        let force = touch.force.max(T::ZERO);
+        Self {
+            finger: touch.finger as u8,
+            normal: wrench([n, m]),
+            along: wrench([-m, n]),
+            force,
+            friction: touch.friction,
+        }
     }
 
     /// How fast the object slides past along the surface in a motion, both ways.
-    fn slides(&self, motion: &Wrench) -> [f64; 2] {
-        [dot(&self.along, motion), self.across * motion[3]]
+    fn slides(&self, motion: &[T; DIMENSIONS], is_plain: bool) -> [T; 2] {
+        [with(&self.along, motion), if is_plain { T::ZERO } else { motion[3] }]
     }
 
-    /// The wrench of its cone, up to the present normal force, that is farthest along a direction.
-    fn farthest(&self, touch: &Touch, direction: &Wrench) -> Wrench {
-        let [along, across] = self.slides(direction);
-        let slides = libm::hypot(along, across);
-        let gain = dot(&self.normal, direction) + touch.friction * slides;
-        if gain <= 0.0 || touch.force <= 0.0 {
-            return [0.0; DIMENSIONS];
+    /// The wrench of the cone, up to the present normal force, that is farthest along a direction of length 1.
+    fn farthest(&self, direction: &[T; DIMENSIONS], is_plain: bool) -> [T; DIMENSIONS] {
+        let [along, across] = self.slides(direction, is_plain);
+        let slides = (along * along + across * across).sqrt();
+        if with(&self.normal, direction) + self.friction * slides <= T::ZERO {
+            return [T::ZERO; DIMENSIONS];
         }
-        let rubs = |part: f64| if slides > 0.0 { touch.friction * part / slides } else { 0.0 };
-        let (along, across) = (rubs(along), self.across * rubs(across));
-        let mut sum = [0, 1, 2, 3].map(|i| touch.force * (self.normal[i] + along * self.along[i]));
-        sum[3] += touch.force * across;
-        sum
+        let rubs = if slides > T::ZERO { self.friction / slides } else { T::ZERO };
+        let (along, across) = (rubs * along, rubs * across);
+        let [x, y, couple] = [0, 1, 2].map(|i| self.force * (self.normal[i] + along * self.along[i]));
+        [x, y, couple, self.force * across]
     }
 }
 
+/// The part of a wrench in the plane along a motion.
+fn with<T: Real>(wrench: &[T; 3], motion: &[T; DIMENSIONS]) -> T {
+    wrench[0] * motion[0] + wrench[1] * motion[1] + wrench[2] * motion[2]
+}
+
 /// The finger that slides fastest in the motion with which the object begins to give way.
-fn first_slip(
-    touches: impl Iterator<Item = Touch>,
-    about: [f64; 2],
-    arm: f64,
-    is_plain: bool,
-    motion: &Wrench,
-) -> Option<usize> {
+fn first_slip<T: Real>(cones: impl Iterator<Item = Cone<T>>, is_plain: bool, motion: &Wrench) -> Option<usize> {
+    let size = libm::sqrt(dot(motion, motion));
+    let motion = motion.map(|part| T::of(part / size));
     // Speed and friction of each finger: of those that do not come off.
-    let mut fingers = [(0.0_f64, 0.0_f64); MAX_FINGERS];
-    for touch in touches {
-        let lever = Lever::of(&touch, about, arm, is_plain);
-        let [along, across] = lever.slides(motion);
-        let speed = libm::hypot(along, across);
-        let stays = dot(&lever.normal, motion) + (touch.friction + ALIKE) * speed > 0.0;
-        if let Some((fastest, rubs)) = fingers.get_mut(touch.finger).filter(|_| stays) {
+    let mut fingers = [(T::ZERO, T::ZERO); MAX_FINGERS];
+    for cone in cones {
+        let [along, across] = cone.slides(&motion, is_plain);
+        let speed = (along * along + across * across).sqrt();
+        let stays = with(&cone.normal, &motion) + (cone.friction + T::of(ALIKE)) * speed > T::ZERO;
+        if let Some((fastest, rubs)) = fingers.get_mut(usize::from(cone.finger)).filter(|_| stays) {
             *fastest = fastest.max(speed);
-            *rubs += touch.friction * touch.force;
+            *rubs += cone.friction * cone.force;
         }
     }
+    let fingers = fingers.map(|(speed, rubs)| (speed.to_f64(), rubs.to_f64()));
     let fastest = fingers.iter().fold(0.0_f64, |most, finger| most.max(finger.0));
     let slides = |finger: &(usize, &(f64, f64))| finger.1.0 > 0.0 && finger.1.0 >= (1.0 - ALIKE) * fastest;
     let numbered = fingers.iter().enumerate().filter(slides);
     numbered.min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1)).map(|(finger, _)| finger)
-}
-
-/// Wrenches, as many as dimensions count, whose cone has the ray in it.
-struct Portal {
-    corners: [Wrench; DIMENSIONS],
-    /// The ray as their sum.
-    parts: [f64; DIMENSIONS],
-    dimensions: usize,
-}
-
-impl Portal {
-    /// Of small wrenches along the axes.
-    fn new(ray: &Wrench, dimensions: usize, size: f64) -> Self {
-        let mut corners = [[0.0; DIMENSIONS]; DIMENSIONS];
-        for (i, corner) in corners.iter_mut().enumerate() {
-            let one = if ray.get(i).is_some_and(|&part| part < 0.0) { -size } else { size };
-            if let Some(part) = corner.get_mut(i) {
-                *part = one;
-            }
-        }
-        Self { corners, parts: ray.map(|part| part.abs() / size), dimensions }
-    }
-
-    /// How far along the ray it is.
-    fn reach(&self) -> f64 {
-        1.0 / self.parts.iter().sum::<f64>()
-    }
-
-    /// Its plane, as the direction along which every corner is at 1.
-    fn plane(&self) -> Option<Wrench> {
-        solve(self.corners, [1.0; DIMENSIONS], self.dimensions)
-    }
-
-    /// Takes a wrench for the corner that then keeps the ray within. False: the numbers do not serve any more.
-    fn take(&mut self, wrench: &Wrench) -> bool {
-        let mut columns = [[0.0; DIMENSIONS]; DIMENSIONS];
-        for (i, row) in columns.iter_mut().enumerate() {
-            *row = self.corners.map(|corner| corner.get(i).copied().unwrap_or_default());
-        }
-        let Some(made_of) = solve(columns, *wrench, self.dimensions) else { return false };
-        let within = self.parts.iter().zip(&made_of).enumerate().take(self.dimensions);
-        let ratios = within.filter(|(_, (_, of))| **of > 0.0).map(|(k, (part, of))| (k, part / of));
-        let Some((leaving, weight)) = ratios.min_by(|a, b| a.1.total_cmp(&b.1)) else { return false };
-        for (part, of) in self.parts.iter_mut().zip(&made_of) {
-            *part = (*part - weight * of).max(0.0);
-        }
-        if let (Some(part), Some(corner)) = (self.parts.get_mut(leaving), self.corners.get_mut(leaving)) {
-            (*part, *corner) = (weight, *wrench);
-        }
-        true
-    }
-}
-
-fn dot(a: &Wrench, b: &Wrench) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-/// Solves rows · x = right in the first so many dimensions by elimination with pivoting; the others are 0.
-fn solve(mut rows: [Wrench; DIMENSIONS], mut right: Wrench, dimensions: usize) -> Option<Wrench> {
-    let n = dimensions.min(DIMENSIONS);
-    for k in 0..n {
-        let size = |i: &usize| rows.get(*i).and_then(|row| row.get(k)).map_or(0.0, |entry| entry.abs());
-        let pivot = (k..n).max_by(|a, b| size(a).total_cmp(&size(b)))?;
-        rows.swap(k, pivot);
-        right.swap(k, pivot);
-        let (top, below) = rows.split_at_mut_checked(k + 1)?;
-        let (top_right, below_right) = right.split_at_mut_checked(k + 1)?;
-        let (row, value) = (top.last()?, *top_right.last()?);
-        let diagonal = *row.get(k)?;
-        if diagonal == 0.0 || !diagonal.is_finite() {
-            return None;
-        }
-        for (other, of) in below.iter_mut().zip(below_right) {
-            let factor = other.get(k)? / diagonal;
-            for (entry, above) in other.iter_mut().zip(row).skip(k) {
-                *entry -= factor * above;
-            }
-            *of -= factor * value;
-        }
-    }
-    let mut x = [0.0; DIMENSIONS];
-    for k in (0..n).rev() {
-        let row = rows.get(k)?;
-        let known: f64 = row.iter().zip(&x).skip(k + 1).map(|(entry, of)| entry * of).sum();
-        *x.get_mut(k)? = (right.get(k)? - known) / row.get(k)?;
-    }
-    Some(x)
 }
 
 #[cfg(test)]
@@ -366,9 +329,11 @@ mod tests {
     fn by_search(touches: &[Touch], pull: &Pull) -> f64 {
         let mut sums = std::vec![[0.0; DIMENSIONS]];
         for touch in touches {
-            let lever = Lever::of(touch, [0.0; 2], ARM, true);
+            let cone = Cone::of(touch, [0.0; 2], ARM);
             let edge = |way: f64| {
-                [0, 1, 2, 3].map(|i| touch.force * (lever.normal[i] + way * touch.friction * lever.along[i]))
+                let [x, y, couple] =
+                    [0, 1, 2].map(|i| touch.force * (cone.normal[i] + way * touch.friction * cone.along[i]));
+                [x, y, couple, 0.0]
             };
             let corners = [[0.0; DIMENSIONS], edge(1.0), edge(-1.0)];
             sums = sums.iter().flat_map(|sum| corners.map(|corner| [0, 1, 2, 3].map(|i| sum[i] + corner[i]))).collect();
@@ -423,8 +388,8 @@ mod tests {
             let ray = [-pull.force[0], -pull.force[1], -pull.couple / ARM, -pull.across];
             let bound = |motion: &Wrench| {
                 let all = touches.iter().map(|touch| {
-                    let lever = Lever::of(touch, [0.0; 2], ARM, false);
-                    dot(&lever.farthest(touch, motion), motion)
+                    let cone = Cone::of(touch, [0.0; 2], ARM);
+                    dot(&cone.farthest(motion, false), motion)
                 });
                 all.sum::<f64>() / dot(motion, &ray)
             };

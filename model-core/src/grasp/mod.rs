@@ -10,7 +10,10 @@
 //! turn is left alone. Other shapes turn as well, until the moments are in balance.
 
 mod margin;
+mod portal;
 mod resume;
+mod survey;
+mod touches;
 
 use heapless::Vec;
 
@@ -24,6 +27,8 @@ use crate::size::Size;
 use crate::status::Status;
 pub use margin::{Margin, Pull, Touch, margin};
 pub use resume::{Held, Place};
+pub use survey::{Bears, Survey};
+pub use touches::touches;
 
 /// The most fingers of a grasp.
 pub const MAX_FINGERS: usize = 4;
