@@ -83,6 +83,10 @@ struct Asked {
     force: f64,
     speed: f64,
     limit: f64,
+    /// The force is a step on the way to one that bears a weight.
+    carries: bool,
+    /// It is the last step, as far as is known.
+    is_enough: bool,
 }
 
 impl Grip {
@@ -127,8 +131,49 @@ impl Grip {
             force: f64::from(to.force),
             speed: f64::from(to.speed.unwrap_or(limits.speed)),
             limit: f64::from(to.limit.unwrap_or(limits.range[1])),
+            carries: false,
+            is_enough: true,
         });
         self.slope = Slope::NONE;
+    }
+
+    /// Closes as for a grip, to the first of several forces: it has gripped once [`Self::keep`] has ended that. Force, speed and limit are
+    /// valid.
+    pub fn carry(&mut self, to: &Target, limits: &Limits) {
+        self.grip(to, limits);
+        if let Some(asked) = &mut self.asked {
+            (asked.carries, asked.is_enough) = (true, false);
+        }
+    }
+
+    /// Presses with another force from now on, while it closes for a weight.
+    pub fn press(&mut self, force: f64) {
+        if let Some(asked) = self.asked.as_mut().filter(|asked| asked.carries) {
+            (asked.force, asked.is_enough) = (force, false);
+            self.has_gripped = false;
+        }
+    }
+
+    /// Keeps the present force: it is enough for the weight.
+    pub fn keep(&mut self) {
+        if let Some(asked) = &mut self.asked {
+            asked.is_enough = true;
+        }
+    }
+
+    /// The force is at its limit, and the weight is not borne: it stays where it is.
+    pub fn give_up(&mut self) {
+        self.settle(Phase::Held(Why::Force));
+    }
+
+    /// Whether it closes, or has closed, for a weight.
+    pub fn carries(&self) -> bool {
+        self.asked.is_some_and(|asked| asked.carries)
+    }
+
+    /// Whether it rests at the force that is asked for, be it the last one or not.
+    pub fn is_there(&self) -> bool {
+        self.has_gripped && matches!(self.phase, Phase::Gripping | Phase::Gripped)
     }
 
     /// Stays where it is.
@@ -273,8 +318,8 @@ impl Grip {
         let next_is_over = (0.0..count).contains(&way) && missing * (count / way - 1.0) > OVER * asked.force;
         if force > 0.0 && slopes[0].is_some() && (is_near || next_is_over) {
             self.has_gripped |= ahead.abs() <= 0.5 * count;
-            (self.phase, self.stride) =
-                if self.has_gripped { (Phase::Gripped, 0.0) } else { (Phase::Gripping, -ahead) };
+            self.phase = if self.has_gripped && asked.is_enough { Phase::Gripped } else { Phase::Gripping };
+            self.stride = if self.has_gripped { 0.0 } else { -ahead };
         } else if way > 0.0 && self.goal() >= asked.limit && angle >= asked.limit - count {
             self.settle(Phase::Held(Why::Angle));
         } else {

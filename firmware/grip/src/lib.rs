@@ -3,6 +3,7 @@
 //! A program that reads a servo and knows the force at its finger, from a model or from a load cell, asks [`Grip`] once per tick
 //! where to move the motor. Around it:
 //!
+//! - [`Carry`] says how hard fingers press to bear a weight, from what the grip bears.
 //! - [`Contact`] finds the first contact in the motor's current, and compares current and demanded torque.
 //! - [`Calibration`] converts the servo's counts into motor angles and back.
 //! - [`Health`] distinguishes a lost answer from a lost servo.
@@ -27,6 +28,7 @@ pub struct ReadMe;
 
 mod budget;
 mod calibration;
+mod carry;
 mod contact;
 mod derating;
 mod grip;
@@ -41,6 +43,7 @@ mod stall;
 
 pub use budget::Budget;
 pub use calibration::{Calibration, Gear};
+pub use carry::{Carry, Step};
 pub use contact::{Contact, DELAY_TICKS, Motor, Told};
 pub use derating::{Bounds, Derating, Margins, Strain, StrainWatch, Vitals};
 pub use grip::{Grip, Touch};
