@@ -8,6 +8,7 @@ use model_core::status::Status;
 use crate::board::Board;
 use crate::free::Free;
 use crate::hand::Hand;
+use crate::margin::Margins;
 use crate::scheduler::Scheduler;
 use crate::servo::Reading;
 use crate::shared::now_us;
@@ -22,6 +23,8 @@ const LOST_US: u64 = 1_000_000;
 pub(crate) struct Estimation {
     /// The object, if it is free.
     free: Option<Free>,
+    /// What the grip bears.
+    pub(crate) margins: Margins,
     /// Reports made.
     sequence: u32,
 }
@@ -29,7 +32,7 @@ pub(crate) struct Estimation {
 impl Estimation {
     /// Of an object that is held so.
     pub(crate) fn new(support: Support) -> Self {
-        Self { free: Free::of(support), sequence: 0 }
+        Self { free: Free::of(support), margins: Margins::new(), sequence: 0 }
     }
 
     /// A tick begins.
@@ -216,8 +219,11 @@ impl Estimation {
         self.leave_unbalanced::<B>(hand, scheduler);
         if hand.settings.count() > 1 {
             let fingers = hand.units.iter().filter_map(|unit| Some((&unit.last, unit.mount?.side)));
-            let free = self.free.as_ref().map(Free::report);
-            hand.shared.grasp(Grasp { free, ..Grasp::of(fingers) });
+            let grasp = Grasp::of(fingers);
+            let place = self.free.as_ref().map(Free::place).unwrap_or_default();
+            self.margins.go_on::<B>(hand, scheduler, grasp.is_trustworthy, place);
+            let (free, margin) = (self.free.as_ref().map(Free::report), self.margins.report(scheduler.ticks));
+            hand.shared.grasp(Grasp { free, margin, ..grasp });
         }
     }
 

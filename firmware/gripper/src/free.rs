@@ -54,6 +54,11 @@ impl Free {
         self.report
     }
 
+    /// How far it has come from where it was set.
+    pub(crate) fn place(&self) -> Place {
+        self.place
+    }
+
     /// How far it is from where it was set, mm, at most.
     fn distance(&self) -> f64 {
         let Place { shift: [x, y], turn } = self.place;

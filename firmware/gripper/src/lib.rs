@@ -44,6 +44,7 @@ mod last_words;
 mod leadership;
 mod link;
 mod listening;
+mod margin;
 mod orders;
 mod provoke;
 mod quiet;

@@ -199,6 +199,7 @@ impl<B: Board> Core<'_, B> {
             let (estimate, position, current) = (unit.last.estimate, unit.last.position, unit.last.current);
             table.show(finger, &FingerState { estimate, position, current, age_us, alert: unit.alert });
         }
+        table.show_margin(self.estimation.margins.report(self.scheduler.ticks).as_ref());
     }
 
     /// Estimates from a position that was not there before, once per period.

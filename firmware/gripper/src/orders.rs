@@ -1,7 +1,9 @@
 //! What is asked of the gripper while it runs: checked, carried out at a tick's beginning, answered.
 
+use grip::Carry;
 use messages::{
-    CloseTo, Event, FINGERS, GripTo, Heed, Heeds, Moved, Outcome, Refusal, Role, SPEEDS, SettingsField, Which,
+    CarryTo, CloseTo, Event, FINGERS, Gravity, GripTo, Heed, Heeds, Moved, Outcome, Refusal, Role, SPEEDS,
+    SettingsField, Which,
 };
 
 use crate::board::Board;
@@ -138,7 +140,7 @@ impl Orders {
                 Ok(())
             }
             // Nobody reads the servo meanwhile.
-            Command::Grip(_) if self.scan || self.is_scanning => Err(Refusal::Scanning),
+            Command::Grip(_) | Command::Carry(_) if self.scan || self.is_scanning => Err(Refusal::Scanning),
             Command::Grip(to) => lead(
                 hand,
                 to.fingers,
@@ -148,6 +150,24 @@ impl Orders {
                     unit.grip.grip(&to.target(), &mount.limits());
                 },
             ),
+            Command::Carry(to) => {
+                may_lead(hand, Which::All)?;
+                let most = carriable(&to, hand)?;
+                let carry = Carry::new(f64::from(to.weight * to.safety), f64::from(most), present(hand));
+                let first = to.target(carry.force());
+                let grip = GripTo { fingers: Which::All, force: most, speed: to.speed, limit: to.limit };
+                lead(
+                    hand,
+                    Which::All,
+                    |unit, mount| grippable(&grip, unit, mount),
+                    |unit, mount| {
+                        unit.rise();
+                        unit.grip.carry(&first, &mount.limits());
+                    },
+                )?;
+                estimation.margins.carry(carry, to.pull());
+                Ok(())
+            }
         }
     }
 }
@@ -211,6 +231,25 @@ fn lead(
         }
     }
     Ok(())
+}
+
+/// The greatest force with which a finger presses, as far as is known, N.
+fn present(hand: &Hand<'_>) -> f64 {
+    let known = hand.units.iter().map(|unit| &unit.last.estimate).filter(|estimate| estimate.status.is_trustworthy());
+    known.map(|estimate| f64::from(estimate.force_magnitude())).fold(0.0, f64::max)
+}
+
+/// Whether fingers can be asked to carry so, and the greatest force of each, N.
+fn carriable(to: &CarryTo, hand: &Hand<'_>) -> Result<f32, Refusal> {
+    // One finger holds nothing.
+    SettingsField::Fingers.check(hand.settings.count() as f32, 2.0, FINGERS as f32)?;
+    SettingsField::Weight.check(to.weight, 1e-3, 1000.0)?;
+    SettingsField::Safety.check(to.safety, 1.0, 10.0)?;
+    if let Gravity::Along(angle) = to.gravity {
+        SettingsField::Gravity.check(angle, -core::f32::consts::TAU, core::f32::consts::TAU)?;
+    }
+    let limits = hand.settings.fingers.iter().flatten().map(|mount| mount.force_limit);
+    Ok(to.force.unwrap_or(limits.fold(f32::INFINITY, f32::min)))
 }
 
 /// Whether a finger can be asked to grip so.

@@ -11,8 +11,8 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use heapless::Vec;
 use messages::{
-    CloseTo, Counters, Event, Finger, FingerFor, Grasp, GripTo, Moved, Notice, Object, ObjectFor, Report, ServoSetup,
-    Settings, Shape, UncertaintyFor, Which, frame,
+    CarryTo, CloseTo, Counters, Event, Finger, FingerFor, Grasp, GripTo, Moved, Notice, Object, ObjectFor, Report,
+    ServoSetup, Settings, Shape, UncertaintyFor, Which, frame,
 };
 use model_core::uncertainty::Uncertainty;
 
@@ -21,8 +21,8 @@ use crate::setup::{Key, Setup};
 
 /// Reports that wait for the link: an eighth of a second at 500 Hz, a third of it where RAM is scarce.
 const REPORTS: usize = if cfg!(feature = "little-ram") { 22 } else { 64 };
-/// Grasps that wait for the link.
-const GRASPS: usize = 16;
+/// Grasps that wait for the link; there are none where RAM is scarce, which is where there is one finger.
+const GRASPS: usize = if cfg!(feature = "little-ram") { 1 } else { 16 };
 /// Shapes that wait for the link.
 const SHAPES: usize = 2;
 /// Events that wait for the link.
@@ -45,6 +45,7 @@ pub(crate) enum Command {
     Open(Which),
     Close(CloseTo),
     Grip(GripTo),
+    Carry(CarryTo),
     Hold(Which),
     Relax(Which),
     Scan,

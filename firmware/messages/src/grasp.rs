@@ -5,8 +5,15 @@ use crate::{Grasp, Report, Side};
 impl Grasp {
     /// Sums up one tick's reports of the fingers, each with its side.
     pub fn of<'a>(fingers: impl Iterator<Item = (&'a Report, Side)>) -> Self {
-        let mut whole =
-            Self { sequence: 0, is_trustworthy: true, sum: [0.0; 2], squeeze: 0.0, balance: 1.0, free: None };
+        let mut whole = Self {
+            sequence: 0,
+            is_trustworthy: true,
+            sum: [0.0; 2],
+            squeeze: 0.0,
+            balance: 1.0,
+            free: None,
+            margin: None,
+        };
         let (mut to_right, mut to_left, mut all) = (0.0, 0.0, 0.0);
         for (report, side) in fingers {
             let [mut x, y] = report.estimate.force;

@@ -33,19 +33,19 @@ mod words;
 pub use grip::{Calibration, Derating, Phase, Reaction, Strain, Why};
 pub use object::Object;
 pub use refusal::{Heed, Heeds, Moved, Outcome, Refusal, SettingsField, TEXT, Text};
-pub use request::{CloseTo, Finger, For, GripTo, Provocation, Which};
+pub use request::{CarryTo, CloseTo, Finger, For, Gravity, GripTo, Provocation, Which};
 pub use role::{BAUDS, Role};
 pub use servo::{Difference, ServoField, ServoSetup};
 pub use settings::{Direction, Mount, SPEEDS, Settings, Side, Silence};
 pub use state::{BootReport, Counters, ResetCause, Version};
 pub use support::Support;
-pub use topic::{CONTACTS, Contact, Event, FreeObject, Grasp, LAMELLAE, Notice, POINTS, Report, Shape};
+pub use topic::{CONTACTS, Contact, Event, FreeObject, Grasp, GripMargin, LAMELLAE, Notice, POINTS, Report, Shape};
 
 use model_core::uncertainty::Uncertainty;
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// Version of what messages mean. (Their layout is distinguished by the keys.)
-pub const PROTOCOL_VERSION: u16 = 7;
+pub const PROTOCOL_VERSION: u16 = 8;
 
 /// Most fingers of a gripper.
 pub const FINGERS: usize = 4;
@@ -87,6 +87,7 @@ endpoints! {
     | Open           | Which          | Moved            | "open"            |
     | Close          | CloseTo        | Outcome          | "close"           |
     | Grip           | GripTo         | Outcome          | "grip"            |
+    | Carry          | CarryTo        | Outcome          | "carry"           |
     | Hold           | Which          | Moved            | "hold"            |
     | Relax          | Which          | Moved            | "relax"           |
     | Scan           | ()             | Outcome          | "scan"            |

@@ -1,9 +1,10 @@
 //! A finger's mount as its state machines and its model take it.
 
 use grip::{Gear, Limits};
+use model_core::grasp::Pull;
 use model_core::uncertainty::Uncertainty;
 
-use crate::{Calibration, Direction, GripTo, Mount, Settings};
+use crate::{Calibration, CarryTo, Direction, Gravity, GripTo, Mount, Settings};
 
 /// Counts of a servo of the X series per revolution.
 const COUNTS_PER_REVOLUTION: f32 = 4096.0;
@@ -52,6 +53,24 @@ impl Settings {
     /// How far from where its servo shuts down a finger is warned.
     pub fn margins(&self) -> grip::Margins {
         grip::Margins { heat: f64::from(self.heat_margin), supply: f64::from(self.supply_margin) }
+    }
+}
+
+impl CarryTo {
+    /// What each finger is asked for first, at this force, N.
+    pub fn target(&self, force: f64) -> grip::Target {
+        grip::Target { force: force as f32, speed: self.speed, limit: self.limit }
+    }
+
+    /// The load of 1 N in the weight's direction.
+    pub fn pull(&self) -> Pull {
+        match self.gravity {
+            Gravity::Along(angle) => {
+                let (sin, cos) = libm::sincos(f64::from(angle));
+                Pull { force: [cos, sin], ..Pull::default() }
+            }
+            Gravity::Across => Pull { across: 1.0, ..Pull::default() },
+        }
     }
 }
 

@@ -83,6 +83,12 @@ pub enum SettingsField {
     HeatMargin,
     /// [`crate::Settings::supply_margin`], V.
     SupplyMargin,
+    /// The weight to carry, N.
+    Weight,
+    /// Where it pulls, rad.
+    Gravity,
+    /// How many times the weight is to be borne.
+    Safety,
 }
 
 impl SettingsField {
@@ -97,6 +103,7 @@ impl SettingsField {
                 | Self::Speed
                 | Self::Angle
                 | Self::Limit
+                | Self::Gravity
         )
     }
 
@@ -127,6 +134,9 @@ impl SettingsField {
             Self::Silence => "time of the host's silence in ms",
             Self::HeatMargin => "margin below the servo's temperature limit in K",
             Self::SupplyMargin => "margin above the servo's lowest voltage in V",
+            Self::Weight => "weight to carry in N",
+            Self::Gravity => "direction of the weight in degrees",
+            Self::Safety => "safety factor of the weight",
         }
     }
 

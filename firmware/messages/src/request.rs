@@ -68,6 +68,32 @@ impl Which {
     }
 }
 
+/// Where a weight pulls at the object that is held.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum Gravity {
+    /// In the fingers' plane: this way in the gripper frame, rad from x, counter-clockwise.
+    Along(f32),
+    /// Across the plane: the hand lies flat, and friction holds the weight next to what it holds in the plane.
+    Across,
+}
+
+/// Close all fingers until together they bear a weight.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct CarryTo {
+    /// Weight, N, positive.
+    pub weight: f32,
+    /// Where it pulls.
+    pub gravity: Gravity,
+    /// How many times the weight the grip is to bear before the object slips; 1 or more.
+    pub safety: f32,
+    /// Greatest force of each finger (magnitude), N, positive, at most its [`crate::Mount::force_limit`]; `None`: the least of those.
+    pub force: Option<f32>,
+    /// Greatest speed of closing, rad/s; `None`: the settings' own.
+    pub speed: Option<f32>,
+    /// Motor angle beyond which no finger closes, rad, within its [`crate::Mount::range`]; `None`: the range's end.
+    pub limit: Option<f32>,
+}
+
 /// Close until the force is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct GripTo {

@@ -75,6 +75,32 @@ pub struct Grasp {
     pub balance: f32,
     /// Where a free object has come to; nothing for one that is fixed.
     pub free: Option<FreeObject>,
+    /// What the grip bears before the object slips; nothing while an estimate is not trustworthy, of an object without an end (a half-plane),
+    /// and until it is known.
+    pub margin: Option<GripMargin>,
+}
+
+/// What a grip bears before the object slips: the largest loads at the object's reference point (centre; of a polygon, the mean of its
+/// corners) for which there are forces within the friction cones, no finger pressing harder than now. Gripper frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct GripMargin {
+    /// Force in the weakest direction in the fingers' plane, N; of directions every 15°.
+    pub least: f32,
+    /// That direction, rad from x, counter-clockwise.
+    pub direction: f32,
+    /// Force across the plane, N.
+    pub across: f32,
+    /// Couple about the reference point, N·mm: the weaker one of both ways.
+    pub couple: f32,
+    /// The finger that slips first, from 0, in the weakest direction in the plane or across it; nothing where none slides, or where nothing
+    /// is borne.
+    pub slips: Option<u8>,
+    /// Force in the direction of the weight that the fingers were asked to carry, N; nothing if they were not.
+    pub carried: Option<f32>,
+    /// Ticks since the contact forces behind the numbers were estimated: the search goes on over several ticks. (Those behind `carried` may
+    /// be newer.)
+    pub age: u16,
 }
 
 /// A free object at one tick, found from the fingers' estimates and their stiffness.

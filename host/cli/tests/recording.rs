@@ -17,7 +17,8 @@ use fre_gripper::record::{Counts, Recorded, Recorder, Recording};
 use fre_gripper::servo::{Config, Gains, Hub, Servo};
 use fre_gripper::source::{Gap, Modelled, Origin, Setup, Told};
 use messages::{
-    Calibration, Event, Finger, FreeObject, Grasp, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings, Side, Why,
+    Calibration, Event, Finger, FreeObject, Grasp, GripMargin, Mount, Notice, PROTOCOL_VERSION, Phase, Report,
+    Settings, Side, Why,
 };
 use model_core::discretise::{Discretisation, Physics};
 use model_core::estimator::{Estimate, Interval};
@@ -156,7 +157,24 @@ fn nothing_is_lost_and_others_read_it_bit_for_bit() {
                 iterations: 7,
                 cost: 1234,
             });
-            told.push(Told::Grasp(Grasp { sequence, is_trustworthy: tick % 2 == 0, sum, squeeze, balance, free }));
+            let margin = (tick % 4 < 2).then(|| GripMargin {
+                least: any(&mut random),
+                direction: any(&mut random),
+                across: any(&mut random),
+                couple: any(&mut random),
+                slips: (tick % 8 == 0).then_some((tick % 5) as u8),
+                carried: (tick % 8 == 1).then(|| any(&mut random)),
+                age: (tick % 500) as u16,
+            });
+            told.push(Told::Grasp(Grasp {
+                sequence,
+                is_trustworthy: tick % 2 == 0,
+                sum,
+                squeeze,
+                balance,
+                free,
+                margin,
+            }));
         }
     }
     let alert = Event::ServoAlert { finger: 1, hardware_error: 32 };
@@ -217,7 +235,8 @@ fn a_free_object_is_drawn_where_it_is() {
     let rests = free(Status::Converged, [1.5, -0.25], 0.0);
     let on_the_way = free(Status::MaxIterations, [9.0, 9.0], 0.0);
     for free in [None, Some(still), Some(rests), Some(on_the_way), Some(rests), Some(still), None] {
-        let grasp = Grasp { sequence: 1, is_trustworthy: true, sum: [0.0; 2], squeeze: 1.0, balance: 1.0, free };
+        let grasp =
+            Grasp { sequence: 1, is_trustworthy: true, sum: [0.0; 2], squeeze: 1.0, balance: 1.0, free, margin: None };
         recorder.take(&Told::Grasp(grasp)).unwrap();
     }
     recorder.finish().unwrap();

@@ -169,6 +169,7 @@ fn the_page_of_messages_is_what_the_definitions_say() {
         endpoint::<Open>(),
         endpoint::<Close>(),
         endpoint::<Grip>(),
+        endpoint::<Carry>(),
         endpoint::<Hold>(),
         endpoint::<Relax>(),
         endpoint::<Scan>(),

@@ -8,11 +8,13 @@ mod registers;
 
 pub use registers::{
     BAUD_RATE, BLOCK, BLOCKS, FINGERS, FIRMWARE_VERSION, FIRST_BLOCK, FingerBlock, HARDWARE_ERROR_STATUS, ID, ITEMS,
-    LENGTH, MODEL, MODEL_NUMBER, PROTOCOL_TYPE, REGISTERED_INSTRUCTION, RETURN_DELAY_TIME, STATUS_RETURN_LEVEL,
+    LENGTH, MARGIN, MARGIN_ACROSS, MARGIN_AGE, MARGIN_COUPLE, MARGIN_DIRECTION, MARGIN_KNOWN, MARGIN_SLIPS, MODEL,
+    MODEL_NUMBER, NO_FINGER, PROTOCOL_TYPE, REGISTERED_INSTRUCTION, RETURN_DELAY_TIME, STATUS_RETURN_LEVEL,
     TABLE_VERSION, VERSION,
 };
 
 use dynamixel::{ControlTable, Id, Item, Register, StatusError, StatusReturn, Value, check_read, writes, xm430};
+use messages::GripMargin;
 use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
@@ -126,6 +128,20 @@ impl DeviceTable {
         let bit = 1u8.checked_shl(finger as u32).unwrap_or(0);
         let errors = self.get(HARDWARE_ERROR_STATUS);
         self.put(HARDWARE_ERROR_STATUS, if *alert { errors | bit } else { errors & !bit });
+    }
+
+    /// Shows what the grip bears, if that is known.
+    pub fn show_margin(&mut self, margin: Option<&GripMargin>) {
+        self.put(MARGIN_KNOWN, u8::from(margin.is_some()));
+        let Some(margin) = margin else {
+            return;
+        };
+        self.put(MARGIN, scaled(margin.least, 1e3) as u32);
+        self.put(MARGIN_DIRECTION, scaled(margin.direction, 1e6));
+        self.put(MARGIN_ACROSS, scaled(margin.across, 1e3) as u32);
+        self.put(MARGIN_COUPLE, scaled(margin.couple, 1e3) as u32);
+        self.put(MARGIN_SLIPS, margin.slips.unwrap_or(NO_FINGER));
+        self.put(MARGIN_AGE, margin.age);
     }
 
     /// Shows how a finger's servo is found and read.

@@ -16,7 +16,7 @@ pub const LENGTH: usize = FIRST_BLOCK as usize + BLOCKS * BLOCK as usize;
 /// What [`MODEL_NUMBER`] reads: "FR".
 pub const MODEL: u16 = u16::from_le_bytes(*b"FR");
 /// What [`TABLE_VERSION`] reads: the version of this table.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Which device this is.
 pub const MODEL_NUMBER: Register<u16> = Register::read(0, false, Eeprom, MODEL as i64);
@@ -40,6 +40,24 @@ pub const STATUS_RETURN_LEVEL: Register<u8> = Register::write(68, false, Ram, 2,
 pub const REGISTERED_INSTRUCTION: Register<u8> = Register::read(69, false, Ram, 0);
 /// Bit k: the servo of finger k reports a hardware error. Not 0: every answer has the alert bit.
 pub const HARDWARE_ERROR_STATUS: Register<u8> = Register::read(70, false, Ram, 0);
+
+/// What the grip bears before the object slips: force in the weakest direction in the fingers' plane, mN.
+pub const MARGIN: Register<u32> = Register::read(72, false, Ram, 0);
+/// That direction, gripper frame, µrad from x, counter-clockwise.
+pub const MARGIN_DIRECTION: Register<i32> = Register::read(76, true, Ram, 0);
+/// Force across the plane, mN.
+pub const MARGIN_ACROSS: Register<u32> = Register::read(80, false, Ram, 0);
+/// Couple, the weaker one of both ways, mN·mm.
+pub const MARGIN_COUPLE: Register<u32> = Register::read(84, false, Ram, 0);
+/// The finger that slips first, from 0; 255: none.
+pub const MARGIN_SLIPS: Register<u8> = Register::read(88, false, Ram, NO_FINGER as i64);
+/// 1 if what the grip bears is known.
+pub const MARGIN_KNOWN: Register<u8> = Register::read(89, false, Ram, 0);
+/// Ticks since the contact forces behind it were estimated.
+pub const MARGIN_AGE: Register<u16> = Register::read(90, false, Ram, 0);
+
+/// What [`MARGIN_SLIPS`] reads without a finger.
+pub const NO_FINGER: u8 = 255;
 
 /// The registers of one finger.
 #[derive(Clone, Copy, Debug)]
@@ -145,7 +163,7 @@ impl FingerBlock {
 }
 
 /// Registers before the fingers' blocks.
-const HEAD: [Item; 11] = [
+const HEAD: [Item; 18] = [
     MODEL_NUMBER.item,
     TABLE_VERSION.item,
     FIRMWARE_VERSION.item,
@@ -157,6 +175,13 @@ const HEAD: [Item; 11] = [
     STATUS_RETURN_LEVEL.item,
     REGISTERED_INSTRUCTION.item,
     HARDWARE_ERROR_STATUS.item,
+    MARGIN.item,
+    MARGIN_DIRECTION.item,
+    MARGIN_ACROSS.item,
+    MARGIN_COUPLE.item,
+    MARGIN_SLIPS.item,
+    MARGIN_KNOWN.item,
+    MARGIN_AGE.item,
 ];
 
 /// Every item, in the order of the addresses.

@@ -6,11 +6,11 @@ use embedded_io_async::Read;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::String;
 use messages::{
-    BootReport, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger, GetObject,
-    GetServo, GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject, MaybeServo,
-    MaybeUncertainty, Moved, ObjectFor, Open, Outcome, PROTOCOL_VERSION, PlaceObject, Provocation, Provoke, Refusal,
-    Relax, Scan, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT, UncertaintyFor,
-    Version, Which, frame,
+    BootReport, Carry, CarryTo, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger,
+    GetObject, GetServo, GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject,
+    MaybeServo, MaybeUncertainty, Moved, ObjectFor, Open, Outcome, PROTOCOL_VERSION, PlaceObject, Provocation, Provoke,
+    Refusal, Relax, Scan, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT,
+    UncertaintyFor, Version, Which, frame,
 };
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarKeyKind};
@@ -234,6 +234,10 @@ async fn grip(context: &mut Context, _: VarHeader, to: GripTo) -> Outcome {
     context.order(Command::Grip(to)).await
 }
 
+async fn carry(context: &mut Context, _: VarHeader, to: CarryTo) -> Outcome {
+    context.order(Command::Carry(to)).await
+}
+
 async fn hold(context: &mut Context, _: VarHeader, which: Which) -> Moved {
     context.move_fingers(Command::Hold(which)).await
 }
@@ -302,6 +306,7 @@ define_dispatch! {
         | Open           | async    | open            |
         | Close          | async    | close           |
         | Grip           | async    | grip            |
+        | Carry          | async    | carry           |
         | Hold           | async    | hold            |
         | Relax          | async    | relax           |
         | Scan           | async    | scan            |

@@ -19,7 +19,7 @@ use super::search::{AskError, Asker, latency_timer_ms, search, timing};
 use super::shared::{Asked, Shared};
 use crate::estimator::{AnyEstimator, estimator};
 use crate::link::Port;
-use crate::source::{Listeners, Modelled, Order, OrderError, Origin, Setup, Told};
+use crate::source::{GripMargin, Listeners, Margins, Modelled, Order, OrderError, Origin, Setup, Told};
 
 /// What is allowed beyond the wire time: as at first, for a tick that is lost is reported.
 const LATENCY_US: u32 = 40_000;
@@ -48,6 +48,9 @@ pub(super) struct Ticks {
     start: Instant,
     sequence: u32,
     ticks: u64,
+    /// What the grip bears, from the shapes, and at which tick that was found.
+    margins: Margins,
+    margin: Option<(GripMargin, u64)>,
     /// When the present second began, its ticks, and whether the last one was slow.
     second: (Instant, u32, bool),
     notes: Vec<String>,
@@ -88,6 +91,8 @@ impl Ticks {
             start: Instant::now(),
             sequence: 0,
             ticks: 0,
+            margins: Margins::default(),
+            margin: None,
             second: (Instant::now(), 0, false),
             notes: Vec::new(),
         };
@@ -99,6 +104,7 @@ impl Ticks {
             ));
         }
         let models = ticks.shared.setup().models.clone();
+        ticks.margins = Margins::new(&ticks.shared.setup());
         let mounts: Vec<messages::Mount> = settings.fingers.into_iter().flatten().collect();
         for (number, (mount, model)) in mounts.into_iter().zip(models).enumerate() {
             let number = number as u8;
@@ -200,10 +206,13 @@ impl Ticks {
             let report = finger.last;
             let every = u64::from(self.settings.shape_every);
             let shape = (reading.is_some() && every > 0 && (self.ticks + number as u64).is_multiple_of(every))
-                .then(|| Box::new(finger.estimator.shape(&report)));
+                .then(|| Told::Shape(Box::new(finger.estimator.shape(&report))));
             self.shared.tell(&Told::Report(report));
             if let Some(shape) = shape {
-                self.shared.tell(&Told::Shape(shape));
+                if let Some(margin) = self.margins.take(&shape) {
+                    self.margin = Some((margin, self.ticks));
+                }
+                self.shared.tell(&shape);
             }
             match change {
                 Some(false) => self.event(Event::ServoLost { finger: number as u8, other_master: false }),
@@ -213,7 +222,10 @@ impl Ticks {
         }
         if self.fingers.len() > 1 {
             let fingers = self.fingers.iter().map(|finger| (&finger.last, finger.mount.side));
-            self.shared.tell(&Told::Grasp(Grasp::of(fingers)));
+            let grasp = Grasp::of(fingers);
+            self.margin = self.margin.take().filter(|_| grasp.is_trustworthy);
+            let margin = self.margin.as_ref().map(|(margin, then)| margin.of_age(self.ticks - then));
+            self.shared.tell(&Told::Grasp(Grasp { margin, ..grasp }));
         }
         for number in alerts {
             let status = self.line.run(self.master.get(self.fingers[number].id(), xm430::HARDWARE_ERROR_STATUS));
@@ -316,6 +328,7 @@ impl Ticks {
             let done = self.execute(&order);
             if done.is_ok() && !matches!(order, Order::Relax(_)) {
                 let setup = self.shared.setup().clone();
+                (self.margins, self.margin) = (Margins::new(&setup), None);
                 self.shared.tell(&Told::Setup(Box::new(setup)));
             }
             // Who asked may have given up.

@@ -3,9 +3,10 @@
 use std::sync::mpsc::Receiver;
 
 use messages::{
-    BootReport, Close, CloseTo, Counters, Finger, For, GetBoot, GetCounters, GetFinger, GetObject, GetServo,
-    GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Heed, Heeds, Hold, Object, Open, PlaceObject, Provocation,
-    Provoke, Relax, Scan, ServoSetup, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, Version, Which,
+    BootReport, Carry, CarryTo, Close, CloseTo, Counters, Finger, For, GetBoot, GetCounters, GetFinger, GetObject,
+    GetServo, GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Heed, Heeds, Hold, Object, Open, PlaceObject,
+    Provocation, Provoke, Relax, Scan, ServoSetup, SetFinger, SetObject, SetSettings, SetUncertainty, Settings,
+    Version, Which,
 };
 use model_core::size::Lists;
 use model_core::uncertainty::Uncertainty;
@@ -132,6 +133,14 @@ impl Link {
     /// As [`Link::ask`]; no servo; an angle or speed out of range.
     pub fn close(&self, fingers: Which, angle: f32, speed: Option<f32>) -> Result<(), LinkError> {
         Ok(self.ask::<Close>(&CloseTo { fingers, angle, speed })??)
+    }
+
+    /// Closes all fingers until together they bear a weight.
+    ///
+    /// # Errors
+    /// As [`Link::ask`]; fewer than two fingers; no servo; no design or object; a number out of range.
+    pub fn carry(&self, to: &CarryTo) -> Result<(), LinkError> {
+        Ok(self.ask::<Carry>(to)??)
     }
 
     /// Closes until a force is reached, and keeps it.

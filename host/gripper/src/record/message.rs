@@ -1,6 +1,6 @@
 //! What is reported, as JSON: one flat object per message, units in the names.
 
-use messages::{Contact, Event, FreeObject, Grasp, Notice, Phase, Report, Shape, Why};
+use messages::{Contact, Event, FreeObject, Grasp, GripMargin, Notice, Phase, Report, Shape, Why};
 use model_core::estimator::{Estimate, Interval};
 use model_core::status::Status;
 use serde::{Deserialize, Serialize};
@@ -176,6 +176,9 @@ mod phase_words {
     }
 }
 
+/// What stands for no finger.
+const NO_FINGER: i16 = -1;
+
 /// The grasp.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct GraspMessage {
@@ -202,6 +205,26 @@ pub(super) struct GraspMessage {
     object_iterations: u16,
     #[serde(default)]
     object_cost: u32,
+    /// What the grip bears, while it is known; older recordings have none of these.
+    #[serde(default)]
+    has_margin: bool,
+    #[serde(default)]
+    margin_n: Exact,
+    #[serde(default)]
+    margin_direction_deg: Degrees,
+    #[serde(default)]
+    margin_across_n: Exact,
+    #[serde(default)]
+    margin_couple_nmm: Exact,
+    /// −1: no finger.
+    #[serde(default)]
+    margin_slips: i16,
+    #[serde(default)]
+    margin_age: u16,
+    #[serde(default)]
+    is_carried: bool,
+    #[serde(default)]
+    margin_carried_n: Exact,
 }
 
 /// What stands for the status of an object that is fixed: it is where it was set.
@@ -214,6 +237,9 @@ impl From<&Grasp> for GraspMessage {
         let status = fixed();
         let still = FreeObject { status, shift: [0.0; 2], turn: 0.0, residual: 0.0, iterations: 0, cost: 0 };
         let object = grasp.free.unwrap_or(still);
+        let nothing =
+            GripMargin { least: 0.0, direction: 0.0, across: 0.0, couple: 0.0, slips: None, carried: None, age: 0 };
+        let margin = grasp.margin.unwrap_or(nothing);
         Self {
             sequence: grasp.sequence,
             is_trustworthy: grasp.is_trustworthy,
@@ -229,6 +255,15 @@ impl From<&Grasp> for GraspMessage {
             object_residual_n: Exact(object.residual),
             object_iterations: object.iterations,
             object_cost: object.cost,
+            has_margin: grasp.margin.is_some(),
+            margin_n: Exact(margin.least),
+            margin_direction_deg: Degrees(margin.direction),
+            margin_across_n: Exact(margin.across),
+            margin_couple_nmm: Exact(margin.couple),
+            margin_slips: margin.slips.map_or(NO_FINGER, i16::from),
+            margin_age: margin.age,
+            is_carried: margin.carried.is_some(),
+            margin_carried_n: Exact(margin.carried.unwrap_or(0.0)),
         }
     }
 }
@@ -248,6 +283,15 @@ impl From<GraspMessage> for Grasp {
                 residual: message.object_residual_n.0,
                 iterations: message.object_iterations,
                 cost: message.object_cost,
+            }),
+            margin: message.has_margin.then_some(GripMargin {
+                least: message.margin_n.0,
+                direction: message.margin_direction_deg.0,
+                across: message.margin_across_n.0,
+                couple: message.margin_couple_nmm.0,
+                slips: u8::try_from(message.margin_slips).ok(),
+                carried: message.is_carried.then_some(message.margin_carried_n.0),
+                age: message.margin_age,
             }),
         }
     }

@@ -43,6 +43,22 @@ impl GripMargin {
         }
     }
 
+    /// As it is reported with the grasp, so many ticks later.
+    pub fn of_age(&self, ticks: u64) -> messages::GripMargin {
+        let numbered = self.along.iter().enumerate();
+        let least =
+            numbered.min_by(|(_, a), (_, b)| a.bears.total_cmp(&b.bears)).map_or((0, 0.0), |(at, m)| (at, m.bears));
+        messages::GripMargin {
+            least: least.1 as f32,
+            direction: (TAU * least.0 as f64 / f64::from(DIRECTIONS)) as f32,
+            across: self.across.bears as f32,
+            couple: self.couple.bears as f32,
+            slips: self.weakest().slips.map(|finger| finger as u8),
+            carried: None,
+            age: ticks.min(u64::from(u16::MAX)) as u16,
+        }
+    }
+
     /// Of the direction in which it bears least, in the plane or across it, N.
     pub fn weakest(&self) -> Margin {
         self.along.iter().fold(self.across, |least, one| if one.bears < least.bears { *one } else { least })
@@ -57,6 +73,8 @@ struct Held {
     friction: f64,
     is_mirrored: bool,
     shape: Option<Shape>,
+    /// The last report's number and force, N: with friction the shape's contacts are those of an angle that lags by a play.
+    force: Option<(u32, f64)>,
 }
 
 /// Collects the shapes of one tick.
@@ -79,6 +97,7 @@ impl Margins {
                 friction: model.friction,
                 is_mirrored: mount.side == Side::Right,
                 shape: None,
+                force: None,
             })
         };
         let count = (0..FINGERS).rfind(|&number| setup.settings.finger(number as u8).is_some());
@@ -98,7 +117,12 @@ impl Margins {
                 return None;
             }
             Told::Shape(shape) => shape,
-            Told::Report(_) | Told::Event(_) => return None,
+            Told::Report(report) => {
+                let held = self.fingers.get_mut(usize::from(report.finger))?.as_mut()?;
+                held.force = Some((report.sequence, f64::from(report.estimate.force_magnitude())));
+                return None;
+            }
+            Told::Event(_) => return None,
         };
         let held = self.fingers.get_mut(usize::from(shape.finger))?.as_mut()?;
         held.shape = Some(Shape::clone(shape));
@@ -128,6 +152,13 @@ impl Held {
         let outline: object::Shape<f64> = placed.into();
         let base = Base::of(shape, self.axis);
         let seen = |[x, y]: [f64; 2]| if self.is_mirrored { [-x, y] } else { [x, y] };
+        let whole = shape.contacts.iter().fold([0.0; 2], |[x, y], contact| {
+            let [u, v] = contact.force.map(f64::from);
+            [x + u, y + v]
+        });
+        let whole = whole[0].hypot(whole[1]);
+        let reported = self.force.filter(|(sequence, _)| *sequence == shape.sequence && whole > 0.0);
+        let scale = reported.map_or(1.0, |(_, force)| force / whole);
         for contact in &shape.contacts {
             let point = base.point(contact.position);
             let push = base.vector(contact.force);
@@ -137,7 +168,7 @@ impl Held {
                 finger,
                 point: seen([point[0] - middle[0], point[1] - middle[1]]),
                 normal: seen(normal),
-                force: (push[0] * normal[0] + push[1] * normal[1]).max(0.0),
+                force: scale * (push[0] * normal[0] + push[1] * normal[1]).max(0.0),
                 friction: self.friction,
             });
         }

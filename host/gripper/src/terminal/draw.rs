@@ -194,9 +194,11 @@ fn together(frame: &mut Frame<'_>, area: Rect, seen: &Seen) {
         let [x, y] = grasp.sum;
         let balance = 100.0 * grasp.balance;
         let free = grasp.free.map(|free| format!(", {}", free_words(&free))).unwrap_or_default();
+        let bears = grasp.margin.map(|margin| format!(", bears {:.2} N", margin.least.min(margin.across)));
         Line::raw(format!(
-            "grasp  pressed together {:.2} N, sum {x:.2}, {y:.2} N, balance {balance:.0} %{free}",
-            grasp.squeeze
+            "grasp  pressed together {:.2} N{}, sum {x:.2}, {y:.2} N, balance {balance:.0} %{free}",
+            grasp.squeeze,
+            bears.unwrap_or_default()
         ))
     } else if let Some(free) = grasp.free {
         Line::from(format!("grasp  {}", free_words(&free)).red())
@@ -388,7 +390,7 @@ fn ceiling(greatest: f64) -> f64 {
 mod tests {
     use std::time::Instant;
 
-    use messages::{Event, Grasp, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings};
+    use messages::{Event, Grasp, GripMargin, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings};
     use model_core::estimator::Estimate;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
@@ -578,6 +580,9 @@ mod tests {
         has(&drawn(&seen, 110, 24), "converged");
     }
 
+    const NOTHING: GripMargin =
+        GripMargin { least: 0.0, direction: 0.0, across: 0.0, couple: 0.0, slips: None, carried: None, age: 0 };
+
     #[test]
     fn four_fingers_fit_into_a_small_terminal_and_a_large_one() {
         let mut seen = seen(4);
@@ -588,6 +593,7 @@ mod tests {
             squeeze: 8.0,
             balance: 0.7,
             free: None,
+            margin: None,
         }));
         let small = drawn(&seen, 80, 24);
         for words in ["0, left", "3, right", "5.00 0.11     5.73", "pressed together 8.00 N", "balance 70 %"] {
@@ -596,7 +602,10 @@ mod tests {
         let Some(mut grasp) = seen.grasp else { panic!("just taken") };
         let shift = [0.456, -23.0];
         let free = FreeObject { status: Status::Converged, shift, turn: 0.0, residual: 0.0, iterations: 4, cost: 9 };
-        grasp.free = Some(free);
+        (grasp.free, grasp.margin) = (None, Some(GripMargin { least: 2.4, across: 3.0, ..NOTHING }));
+        seen.take(Told::Grasp(grasp));
+        has(&drawn(&seen, 80, 24), "pressed together 8.00 N, bears 2.40 N, sum 0.00, -6.00 N, balance 70 %");
+        (grasp.free, grasp.margin) = (Some(free), None);
         seen.take(Told::Grasp(grasp));
         has(&drawn(&seen, 120, 24), "balance 70 %, free object converged, gone 0.46, -23.00 mm");
         (grasp.is_trustworthy, grasp.free) = (false, Some(FreeObject { status: Status::MaxIterations, ..free }));
