@@ -122,7 +122,16 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     ("gripper info", &[("On a serial port", "fre gripper info --link /dev/ttyACM0")]),
     ("gripper get", &[("Into a file", "fre gripper get --link /dev/ttyACM0 > settings.txt")]),
     ("gripper set", &[("A finger and a rate", "fre gripper set rate_hz=500 --case finger.toml --link /dev/ttyACM0")]),
-    ("gripper grip", &[("Wait up to 5 s for 3 N", "fre gripper grip --force-n 3 --wait 5 --link /dev/ttyACM0")]),
+    (
+        "gripper grip",
+        &[
+            ("Wait up to 5 s for 3 N", "fre gripper grip --force-n 3 --wait 5 --link /dev/ttyACM0"),
+            (
+                "Bear twice the weight of 300 g that pulls towards the palm",
+                "fre gripper grip --hold-mass-kg 0.3 --gravity-deg -90 --wait 10 --link /dev/ttyACM0",
+            ),
+        ],
+    ),
     (
         "gripper identify",
         &[(

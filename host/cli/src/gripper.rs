@@ -7,7 +7,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use clap::Subcommand;
-use messages::{Event, Finger, GripTo, Heed, Heeds, Notice, Object, Phase, Report, Which};
+use messages::{
+    CarryTo, Event, Finger, Gravity, GripMargin, GripTo, Heed, Heeds, Notice, Object, Phase, Report, Which,
+};
 use model_core::discretise::Discretisation;
 use model_core::uncertainty::Uncertainty;
 
@@ -59,10 +61,21 @@ enum Action {
         object_only: bool,
     },
     /// Close until a force is reached, and hold it
+    ///
+    /// With --hold-mass-kg all fingers close until together they bear a weight by their friction, and press no harder than that takes.
     Grip {
-        /// Force of each finger on the object
-        #[arg(long, value_name = "N")]
-        force_n: f32,
+        /// Force of each finger on the object; with --hold-mass-kg its greatest force [default: the settings' limit]
+        #[arg(long, value_name = "N", required_unless_present = "hold_mass_kg")]
+        force_n: Option<f32>,
+        /// Mass of the object that the grip is to bear
+        #[arg(long, value_name = "KG", requires = "gravity_deg", conflicts_with = "which")]
+        hold_mass_kg: Option<f32>,
+        /// Where its weight pulls: degrees from x of the gripper frame, counter-clockwise, or `normal`: across the fingers' plane
+        #[arg(long, value_name = "DEG|normal", requires = "hold_mass_kg", value_parser = gravity, allow_hyphen_values = true)]
+        gravity_deg: Option<Gravity>,
+        /// How many times the weight the grip is to bear before the object slips
+        #[arg(long, value_name = "FACTOR", default_value_t = 2.0, requires = "hold_mass_kg")]
+        safety: f32,
         /// Greatest speed [default: the settings' own]
         #[arg(long, value_name = "DEG/S")]
         speed_deg_per_s: Option<f32>,
@@ -141,20 +154,24 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
                 link.set_object(*finger, object)?;
             }
         }
-        Action::Grip { force_n, speed_deg_per_s, limit_deg, which, wait } => {
+        Action::Grip { force_n, hold_mass_kg, gravity_deg, safety, speed_deg_per_s, limit_deg, which, wait } => {
             let told = link.listen();
-            link.grip(&GripTo {
-                fingers: which.which(),
-                force: *force_n,
-                speed: speed_deg_per_s.map(f32::to_radians),
-                limit: limit_deg.map(f32::to_radians),
-            })?;
+            let (speed, limit) = (speed_deg_per_s.map(f32::to_radians), limit_deg.map(f32::to_radians));
+            let weight = hold_mass_kg.map(|mass| mass * G);
+            match (weight, gravity_deg, force_n) {
+                (Some(weight), Some(gravity), force) => {
+                    let (gravity, safety, force) = (*gravity, *safety, *force);
+                    link.carry(&CarryTo { weight, gravity, safety, force, speed, limit })?;
+                }
+                (_, _, Some(force)) => link.grip(&GripTo { fingers: which.which(), force: *force, speed, limit })?,
+                _ => return Err("needed is --force-n, or --hold-mass-kg with --gravity-deg".into()),
+            }
             if let Some(seconds) = wait {
                 let count = link.settings()?.count();
                 let longest = Duration::try_from_secs_f64(*seconds).map_err(|_| "--wait: not a time")?;
                 // What was told before says nothing about this grip.
                 let since_us = link.counters()?.uptime_us;
-                return wait_for(&link, &told, which.which(), count, since_us, longest);
+                return wait_for(&link, &told, which.which(), count, since_us, longest, weight);
             }
         }
         Action::Identify(args) => return identify::run(&link, args),
@@ -287,6 +304,26 @@ fn get(link: &Link) -> Result<String, LinkError> {
     Ok(text)
 }
 
+/// Standard gravity, m/s².
+const G: f32 = 9.80665;
+
+/// Where a weight pulls.
+fn gravity(words: &str) -> Result<Gravity, String> {
+    if words == "normal" {
+        return Ok(Gravity::Across);
+    }
+    let degrees = words.parse::<f32>().ok().filter(|degrees| degrees.is_finite());
+    degrees.map(|degrees| Gravity::Along(degrees.to_radians())).ok_or_else(|| {
+        "allowed are a number of degrees, or `normal` where the weight pulls across the fingers' plane".to_owned()
+    })
+}
+
+/// What a grip bears in a weight's direction.
+fn bears(margin: &GripMargin, weight: f32) -> String {
+    let bears = margin.carried.unwrap_or(0.0);
+    format!("grip      bears {bears:.3} N where the weight pulls, {:.2} times the weight\n", bears / weight)
+}
+
 /// How often the gripper hears that this program is there: it may stop motions of hosts that are gone (`on_silence`).
 const SIGN_OF_LIFE: Duration = Duration::from_millis(250);
 
@@ -298,7 +335,9 @@ fn wait_for(
     count: usize,
     since_us: u64,
     longest: Duration,
+    weight: Option<f32>,
 ) -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let mut margin = None;
     let end = Instant::now() + longest;
     let mut last: Vec<Option<Report>> = vec![None; count];
     let mut asked = Instant::now();
@@ -314,6 +353,10 @@ fn wait_for(
                 {
                     *place = Some(report);
                 }
+            }
+            Ok(Told::Grasp(grasp)) => {
+                margin = grasp.margin.or(margin);
+                continue;
             }
             Ok(_) => continue,
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => break false,
@@ -338,5 +381,36 @@ fn wait_for(
         let status = report.estimate.status;
         put_out(&format!("finger {}  {force:.3} N at {angle:.3}°  {status}  {}\n", report.finger, report.phase))?;
     }
+    if let Some((margin, weight)) = margin.zip(weight) {
+        put_out(&bears(&margin, weight))?;
+    }
     Ok(trusted(reached))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_weight_pulls_in_a_direction_or_across_the_plane() {
+        assert_eq!(gravity("normal"), Ok(Gravity::Across));
+        assert_eq!(gravity("-90"), Ok(Gravity::Along(-std::f32::consts::FRAC_PI_2)));
+        for words in ["down", "inf", ""] {
+            assert!(gravity(words).is_err_and(|error| error.contains("`normal`")), "{words}");
+        }
+    }
+
+    #[test]
+    fn what_is_borne_is_compared_with_the_weight() {
+        let margin = GripMargin {
+            least: 1.0,
+            direction: 0.0,
+            across: 6.0,
+            couple: 100.0,
+            slips: Some(1),
+            carried: Some(6.0),
+            age: 0,
+        };
+        assert_eq!(bears(&margin, 2.5), "grip      bears 6.000 N where the weight pulls, 2.40 times the weight\n");
+    }
 }

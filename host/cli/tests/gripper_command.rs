@@ -160,6 +160,8 @@ fn a_script_sets_grips_holds_and_releases() {
     }
     assert_eq!(gripper.done(&["gripper", "get"]), after);
     gripper.keep(&["gripper", "grip", "--force-n", "9"], 1);
+    // One finger holds nothing.
+    gripper.keep(&["gripper", "grip", "--hold-mass-kg", "0.3", "--gravity-deg", "normal"], 1);
     gripper.keep(&["gripper", "release", "--finger", "3"], 1);
 
     let gripped = gripper.moved(&["gripper", "grip", "--force-n", "4", "--wait", "60"]);
