@@ -3,8 +3,8 @@
 use core::hint::black_box;
 
 use grip::{
-    Bounds, Budget, Calibration, Contact, Faults, Gear, Grip, Health, Limits, Margins, Meter, Phase, Reaction,
-    StrainWatch, Target, Touch, Vitals, Why,
+    Bounds, Budget, Calibration, Carry, Contact, Faults, Firmness, Gear, Grip, Health, Limits, Margins, Meter, Motor, Phase,
+    Reaction, StrainWatch, Target, Touch, Vitals, Why,
 };
 
 /// A finger.
@@ -61,6 +61,7 @@ impl Finger {
             slope: black_box(Some(0.0)),
             has_model: black_box(true),
             current: black_box(0.0),
+            firmness: black_box(Firmness::XM430),
             alert: black_box(false),
             part: self.strain.part(),
             stop: self.strain.stops(),
@@ -79,7 +80,11 @@ impl Finger {
     }
 
     fn watch(&mut self) {
-        black_box(self.contact.feel(black_box(0.0), black_box(0.0), black_box(0.0), black_box(None), black_box(0.0)));
+        let motor = black_box(Motor::XM430);
+        let [angle, count] = black_box([0.0; 2]);
+        black_box(self.contact.feel(&motor, angle, black_box(0.0), count, black_box(None), black_box(0.0)));
+        let mut carry = Carry::new(black_box(0.0), black_box(0.0), black_box(0.0));
+        black_box((carry.weigh(black_box(0.0)), carry.force(), carry.is_enough()));
         self.budget.spent(black_box(0), black_box(0));
         black_box(self.budget.iterations(black_box(0)));
         self.health.answered();

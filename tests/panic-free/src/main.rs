@@ -13,7 +13,7 @@ use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Settings;
 use model_core::estimator::{Estimator, EstimatorSettings};
-use model_core::grasp::{Grasp, Held, Load, Place};
+use model_core::grasp::{Grasp, Held, Load, Place, Survey, touches};
 use model_core::object::ObjectDesign;
 use model_core::size::Reduced;
 use model_core::uncertainty::Uncertainty;
@@ -32,6 +32,7 @@ fn main() -> ! {
         set(fingers);
         tick(fingers);
         balance(fingers);
+        bears(fingers);
         shapes(fingers);
     }
 }
@@ -74,6 +75,20 @@ fn balance(fingers: &mut Fingers) {
     for estimator in fingers {
         black_box(estimator.object().map(|object| place.seen(object, black_box(true))));
         black_box(estimator.reread());
+    }
+}
+
+/// What it finds that their contacts bear.
+fn bears(fingers: &Fingers) {
+    let mut survey = Survey::<32>::new();
+    survey.begin(black_box(1.0), black_box(None));
+    for (number, estimator) in fingers.iter().enumerate() {
+        let follower = estimator.follower();
+        let places = touches(follower, number, black_box(false), black_box([0.0; 2]), black_box(1.0));
+        black_box(survey.take_places(places));
+    }
+    while !black_box(survey.is_idle()) {
+        black_box((survey.step(), survey.load()));
     }
 }
 
