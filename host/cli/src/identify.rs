@@ -89,6 +89,7 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Box<dyn std::error::Err
     }
     let [least, most] = mount.range.map(f32::to_degrees);
     if !(least..=most).contains(&args.to_deg) {
+        let [least, most] = mount.range.map(fre::drive::degrees);
         return Err(format!("--to-deg {}: the finger's range is {least} to {most}", args.to_deg).into());
     }
     let patience = Duration::try_from_secs_f64(args.wait).map_err(|_| "--wait: not a time")?;

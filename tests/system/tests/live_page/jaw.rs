@@ -6,8 +6,7 @@ use fre_gripper::servo::Config;
 use messages::{Mount, Settings, Which};
 use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
-use serde_json::json;
-use system_tests::{Browser, Machine, load_on};
+use system_tests::{Machine, load_on};
 
 use crate::card::drawn;
 use crate::page::{DESK, PATIENCE, on_page, pictures};
@@ -30,8 +29,7 @@ fn a_jaw_is_drawn_where_it_has_moved() {
     on_page(vec![servo], &settings, &[object], |page, url, _, link| {
         page.open(url, DESK, false);
         page.until("document.getElementById('link').textContent === 'live'");
-        let shown = |page: &mut Browser| page.eval("document.forms['limits-form'].drive.value");
-        assert_eq!(shown(page), json!("linear 1,0 10"));
+        page.until("document.forms['limits-form'].drive.value === 'linear 1,0 10'");
         page.eval("{ const l = document.forms['limits-form']; l.drive.value = 'linear 1,0 12'; l.requestSubmit() }");
         page.until("document.querySelector('#limits-form output').textContent === 'the target has the limits'");
         assert_eq!(link.settings().unwrap().fingers[0].unwrap().drive, drive);
