@@ -64,13 +64,17 @@ enum Action {
     ///
     /// With --hold-mass-kg all fingers close until together they bear a weight by their friction, and press no harder than that takes.
     Grip {
-        /// Force of each finger on the object; with --hold-mass-kg its greatest force [default: the settings' limit]
+        /// Force of each finger on the object, N
+        ///
+        /// With --hold-mass-kg its greatest force; the default is then the settings' limit.
         #[arg(long, value_name = "N", required_unless_present = "hold_mass_kg")]
         force_n: Option<f32>,
         /// Mass of the object that the grip is to bear
         #[arg(long, value_name = "KG", requires = "gravity_deg", conflicts_with = "which")]
         hold_mass_kg: Option<f32>,
-        /// Where its weight pulls: degrees from x of the gripper frame, counter-clockwise, or `normal`: across the fingers' plane
+        /// Where its weight pulls, or `normal`: across the fingers' plane
+        ///
+        /// Degrees from x of the gripper frame, counter-clockwise.
         #[arg(long, value_name = "DEG|normal", requires = "hold_mass_kg", value_parser = gravity, allow_hyphen_values = true)]
         gravity_deg: Option<Gravity>,
         /// How many times the weight the grip is to bear before the object slips

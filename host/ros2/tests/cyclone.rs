@@ -291,7 +291,7 @@ fn asked(number: u16, mapping: Mapping, word: &str) {
     assert!(wrench["description"].as_str().unwrap().contains("wrench"));
     let names = |answer: &Value| -> Vec<String> { serde_json::from_value(answer["result"]["names"].clone()).unwrap() };
     assert!(names(top).contains(&"grip_force_n".to_owned()) && !names(top).iter().any(|name| name.contains('.')));
-    assert!(names(below).iter().all(|name| name.starts_with("finger.0.")) && names(below).len() == 13, "{below}");
+    assert!(names(below).iter().all(|name| name.starts_with("finger.0.")) && names(below).len() == 14, "{below}");
     assert_eq!(below["result"]["prefixes"], json!(["finger.0"]));
 
     let orders = gripper.orders.lock().unwrap();
