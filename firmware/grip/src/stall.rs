@@ -24,6 +24,9 @@ impl Firmness {
 /// How much further away the goal may go while the motor does not move, errors of the friction: twice the friction alone when the motion
 /// turns round.
 const FAR: f64 = 2.85;
+/// The same in counts, at least: a firm servo overcomes its friction within a count, but goal and position are whole counts, and the goal is
+/// a tick ahead.
+const LEAST: f64 = 4.0;
 /// Time without a count of progress after which it has, s.
 const LONG: f64 = 0.3;
 
@@ -57,7 +60,7 @@ impl Stall {
             return false;
         }
         self.away = self.away.min(away);
-        let far = FAR * firmness.friction * count;
+        let far = (FAR * firmness.friction).max(LEAST) * count;
         let explained = far + 1.5 * firmness.explained(current, count);
         if away < explained.min(firmness.all * count) && away - self.away < far {
             self.since = 0.0;
@@ -110,6 +113,18 @@ mod tests {
         assert_eq!(ticks_at(1_800.0, 0.001, 0.1, |_| 0.1 + 110.0 * COUNT), None);
         assert!(ticks_at(1_800.0, 0.001, 0.1, |_| 0.1 + 150.0 * COUNT).is_some(), "all it has, and no motion");
         assert!(ticks_at(300.0, 0.001, 0.1, |_| 0.1 + 110.0 * COUNT).is_some(), "a motor that is kept weak");
+    }
+
+    /// With its greatest gain a servo holds 3 N·m by 5 counts, and stays up to two away from its goal where it is let rest.
+    #[test]
+    fn a_firm_servo_may_rest_beside_its_goal() {
+        let firm = Firmness { all: 6.9, per_milliampere: 1.79 / 594.0, friction: 0.39 };
+        let stalls = |away: f64, tick: u32| {
+            let mut stall = Stall::NONE;
+            (0..tick).any(|_| stall.is_stalled(&firm, 0.1 + away * COUNT, 0.1, 200.0, COUNT, TICK))
+        };
+        assert!(!stalls(1.5, 5000) && !stalls(3.0, 5000));
+        assert!(stalls(6.0, 200));
     }
 
     /// A goal that turns round has to go through the friction before the motor follows.
