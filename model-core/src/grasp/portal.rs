@@ -60,14 +60,23 @@ pub(super) fn dot(a: &Wrench, b: &Wrench) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// Swaps an entry with one that is not before it, without a way to panic.
+fn exchange<T>(list: &mut [T], first: usize, second: usize) -> Option<()> {
+    let (before, rest) = list.split_at_mut_checked(second)?;
+    if second > first {
+        core::mem::swap(before.get_mut(first)?, rest.first_mut()?);
+    }
+    Some(())
+}
+
 /// Solves rows · x = right in the first so many dimensions by elimination with pivoting; the others are 0.
 fn solve(mut rows: [Wrench; DIMENSIONS], mut right: Wrench, dimensions: usize) -> Option<Wrench> {
     let n = dimensions.min(DIMENSIONS);
     for k in 0..n {
         let size = |i: &usize| rows.get(*i).and_then(|row| row.get(k)).map_or(0.0, |entry| entry.abs());
         let pivot = (k..n).max_by(|a, b| size(a).total_cmp(&size(b)))?;
-        rows.swap(k, pivot);
-        right.swap(k, pivot);
+        exchange(&mut rows, k, pivot)?;
+        exchange(&mut right, k, pivot)?;
         let (top, below) = rows.split_at_mut_checked(k + 1)?;
         let (top_right, below_right) = right.split_at_mut_checked(k + 1)?;
         let (row, value) = (top.last()?, *top_right.last()?);
