@@ -3,8 +3,8 @@
 use core::hint::black_box;
 
 use grip::{
-    Bounds, Budget, Calibration, Carry, Contact, Faults, Firmness, Gear, Grip, Health, Limits, Margins, Meter, Motor, Phase,
-    Reaction, StrainWatch, Target, Touch, Vitals, Why,
+    Bounds, Budget, Calibration, Carry, Contact, Faults, Firmness, Gear, Grip, Health, Limits, Margins, Meter, Motor,
+    Phase, Reaction, StrainWatch, Target, Touch, Vitals, Why,
 };
 
 /// A finger.
