@@ -183,7 +183,7 @@ mod tests {
                 contact.feel(&MOTOR, 0.1, current, COUNT, Some(demanded), TICK).disagree
             })
         };
-        // Friction either way is no disagreement.
+        // A difference as large as the friction, in either direction, does not count.
         assert_eq!(tell(500.0 + FRICTION, 500.0, 1_000), None);
         assert_eq!(tell(500.0 - FRICTION, 500.0, 1_000), None);
         // The object is not where it is said to be.
@@ -218,7 +218,7 @@ mod tests {
                 };
                 (0..100).find_map(&mut feel)
             };
-            // Friction either way is no disagreement; 1.6 times as much is.
+            // A difference as large as the friction, in either direction, does not count; 1.6 times as much does.
             assert_eq!(tell(2.0 * motor.friction, motor.friction), None, "{motor:?}");
             assert_eq!(tell(0.0, motor.friction), None, "{motor:?}");
             assert_eq!(tell(2.6 * motor.friction, motor.friction), Some(true), "{motor:?}");

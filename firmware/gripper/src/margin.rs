@@ -1,7 +1,7 @@
 //! What the grip bears before the object slips, found in what is left of the ticks.
 //!
 //! A round takes the contact forces of one tick and looks at one load after another ([`Survey`]), in short steps: a tick takes as many as end
-//! within half of what is left of its period, and the next tick goes on. Where there is no time nothing is done, and the numbers get older.
+//! within half of what is left of its period, and the next tick goes on. If no time is left, it waits, and the numbers get older.
 //! While the fingers rest the numbers stay what they are, and nothing is searched.
 
 use grip::{Carry, Step};
@@ -185,7 +185,8 @@ impl Margins {
     }
 }
 
-/// Begins a round with the places where the fingers touch now; false if the object has no reference point, or there is no room.
+/// Begins a round with the places where the fingers touch now. Returns false if the object has no reference point, or if the places are
+/// too many.
 fn begin(survey: &mut Survey<PLACES>, units: &[Unit<'_>], asked: Option<Pull>, place: Place) -> bool {
     let reference = |unit: &Unit<'_>| {
         let mirrored = unit.mount?.side == Side::Right;
@@ -237,7 +238,7 @@ mod tests {
             let allowed = [0, 90, 350, 1000][ticks % 4];
             let before = now.get();
             margins.steps(allowed, 100, clock);
-            // The first look at the clock is no step.
+            // The first reading of the clock belongs to no step.
             let spent = u64::from(now.get().wrapping_sub(before)).saturating_sub(100);
             assert!(spent <= allowed, "{spent} of {allowed} in tick {ticks}");
             assert!(ticks < 10_000, "it never ends");

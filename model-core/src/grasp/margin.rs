@@ -239,15 +239,16 @@ fn first_slip<T: Real>(cones: impl Iterator<Item = Cone<T>>, is_plain: bool, mot
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::vec::Vec;
 
     use super::*;
 
-    const ARM: f64 = 20.0;
+    /// The arm of couples, and radius of the cylinder, mm.
+    pub(in crate::grasp) const ARM: f64 = 20.0;
 
-    /// From an angle on a cylinder's outline.
-    fn at(finger: usize, degrees: f64, force: f64, friction: f64) -> Touch {
+    /// A place at an angle on a cylinder's outline.
+    pub(in crate::grasp) fn at(finger: usize, degrees: f64, force: f64, friction: f64) -> Touch {
         let (sin, cos) = libm::sincos(degrees.to_radians());
         Touch { finger, point: [ARM * cos, ARM * sin], normal: [-cos, -sin], force, friction }
     }

@@ -70,8 +70,8 @@ impl<const PLACES: usize> Survey<PLACES> {
         (self.next, self.found, self.search) = (0, BLANK, None);
     }
 
-    /// Takes places of contact around the object's reference point, before the first step of a round. False if there is no room for all of
-    /// them: then the round is over, and nothing was found.
+    /// Takes places of contact around the object's reference point, before the first step of a round. Returns false if there are too many:
+    /// then the round is over, and nothing was found.
     pub fn take_places(&mut self, mut places: impl Iterator<Item = Touch<f32>>) -> bool {
         let arm = self.arm as f32;
         let has_room = places.all(|place| self.cones.push(Cone::of(&place, [0.0; 2], arm)).is_ok());
@@ -159,15 +159,8 @@ fn direction(at: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::margin;
+    use super::super::margin::tests::{ARM, at};
     use super::*;
-
-    const ARM: f64 = 20.0;
-
-    /// A place at an angle on a cylinder's outline.
-    fn at(finger: usize, degrees: f64, force: f64, friction: f64) -> Touch {
-        let (sin, cos) = libm::sincos(degrees.to_radians());
-        Touch { finger, point: [ARM * cos, ARM * sin], normal: [-cos, -sin], force, friction }
-    }
 
     fn single(place: Touch) -> Touch<f32> {
         let pair = |of: [f64; 2]| of.map(|part| part as f32);
