@@ -5,7 +5,7 @@ use crate::cross::{Cross, TRIPLE, built};
 use crate::pc::{FEATURES, cargo};
 use crate::{cycles, firmware, new_board, on_target, panic_free, paths, portable, python, release, setup};
 use anyhow::{Context, Result, bail};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// A part of the suite, and what it does.
@@ -120,12 +120,15 @@ fn boards(cross: &Cross) -> Result<()> {
     new_board::check(cross)
 }
 
-/// The test programs of the system: the files of their folder.
+/// The test programs of the system: the files of their folder, and the folders in it that have a `main.rs`.
 fn system_tests() -> Result<Vec<String>> {
     let folder = paths::root().join("tests/system/tests");
+    let name = |path: &Path| {
+        let is_program = path.extension().is_some_and(|ending| ending == "rs") || path.join("main.rs").exists();
+        path.file_stem().filter(|_| is_program)?.to_str().map(str::to_owned)
+    };
     let files = folder.read_dir().with_context(|| format!("cannot list {}", folder.display()))?;
-    let mut names: Vec<String> =
-        files.filter_map(|file| Some(file.ok()?.file_name().to_str()?.strip_suffix(".rs")?.to_owned())).collect();
+    let mut names: Vec<String> = files.filter_map(|file| name(&file.ok()?.path())).collect();
     names.sort();
     Ok(names)
 }
@@ -138,4 +141,17 @@ fn build_on_target(cross: &Cross) -> Result<PathBuf> {
         .iter()
         .find_map(|message| message["executable"].as_str().map(PathBuf::from))
         .with_context(|| format!("cargo named no test image for {TRIPLE}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn system_tests_are_files_and_folders_with_a_program() {
+        let names = system_tests().unwrap();
+        // A file, a folder, and a folder of scripts.
+        let found = ["friction", "live_page", "sdk"].map(|name| names.iter().any(|found| found == name));
+        assert_eq!(found, [true, true, false], "{names:?}");
+    }
 }
