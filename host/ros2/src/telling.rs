@@ -1,6 +1,6 @@
 //! What a source reports, as messages of ROS 2.
 
-use fre_gripper::source::{Margins, Sequence, Setup, Told};
+use fre_gripper::source::{Sequence, Setup, Told};
 use messages::{FINGERS, Report, Shape};
 
 use crate::certainty::certainty;
@@ -44,8 +44,9 @@ pub struct Telling {
     sequence: Sequence,
     missing: u64,
     event: String,
-    margins: Margins,
-    /// The load that the grip bears in its weakest direction, N, and when that was found, ns.
+    /// From one tick to the next, ns.
+    tick_ns: u64,
+    /// The load that the grip bears in its weakest direction, N, and of what time its contact forces are, ns.
     margin: Option<(f64, u64)>,
     /// When diagnostics were sent last, ns.
     diagnosed_ns: u64,
@@ -74,6 +75,10 @@ fn seconds(from: u64, to: u64) -> f64 {
     to.saturating_sub(from) as f64 * 1e-9
 }
 
+fn tick_ns(setup: &Setup) -> u64 {
+    1_000_000_000 / u64::from(setup.settings.rate_hz.max(1))
+}
+
 impl Telling {
     /// Of a source with this set-up.
     pub fn new(setup: &Setup) -> Self {
@@ -84,7 +89,7 @@ impl Telling {
             sequence: Sequence::default(),
             missing: 0,
             event: "none".to_owned(),
-            margins: Margins::new(setup),
+            tick_ns: tick_ns(setup),
             margin: None,
             diagnosed_ns: 0,
         }
@@ -97,9 +102,6 @@ impl Telling {
 
     /// Messages of something that was reported; `ns`: its time, since 1970.
     pub fn tell(&mut self, ns: u64, told: &Told) -> Vec<Message> {
-        if let Some(margin) = self.margins.take(told) {
-            self.margin = Some((margin.weakest().bears, ns));
-        }
         match told {
             Told::Report(report) => self.report(ns, report),
             Told::Shape(shape) => self.shape(ns, shape).into_iter().collect(),
@@ -110,9 +112,16 @@ impl Telling {
             Told::Setup(setup) => {
                 self.place.clone_from(&setup.place);
                 self.fingers = Finger::all(setup);
+                (self.tick_ns, self.margin) = (tick_ns(setup), None);
                 Vec::new()
             }
-            Told::Grasp(_) => Vec::new(),
+            Told::Grasp(grasp) => {
+                self.margin = grasp.margin.map(|margin| {
+                    let then = ns.saturating_sub(u64::from(margin.age) * self.tick_ns);
+                    (f64::from(margin.least.min(margin.across)), then)
+                });
+                Vec::new()
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use fre_gripper::source::{Base, Told};
 use fre_ros2::message::{Action, DiagnosticArray, DynamicJointState, JointState, Level, MarkerArray, WrenchStamped};
 use fre_ros2::{Message, NAMES, Telling};
-use messages::{Mount, Phase, Report, Side, Why};
+use messages::{Grasp, GripMargin, Mount, Phase, Report, Side, Why};
 use model_core::drive::Drive;
 use model_core::estimator::{Estimate, Interval};
 use model_core::status::Status;
@@ -82,13 +82,13 @@ fn a_wrench_is_the_sum_of_the_contact_forces_about_its_frame() {
     }
 }
 
-/// Two fingers, mirror images, on a cylinder: what the whole grip bears is with every finger's force, while it is new.
+/// What the whole grip bears is with every finger's force, while it is new: the weaker one of what is reported in the plane and across it.
 #[test]
 fn the_margin_of_a_grip_is_with_the_forces_of_its_fingers() {
     let mut setup = setup(Drive::Rotating);
-    setup.models[0].friction = 0.5;
     setup.models.push(setup.models[0].clone());
     setup.settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..Mount::DEFAULT });
+    let tick_ns = 1_000_000_000 / u64::from(setup.settings.rate_hz);
     let (mut model, mut telling) = (model(Drive::Rotating), Telling::new(&setup));
     let report = (0..90).map(|tick| report(tick, model.update((0.1 * tick as f64).to_radians()))).last().unwrap();
     let mut of = |ns: u64, told: Told| {
@@ -99,22 +99,35 @@ fn the_margin_of_a_grip_is_with_the_forces_of_its_fingers() {
         });
         margins.next_back()
     };
-    let shape = |finger: u8| {
-        let report = Report { finger, sequence: 90 + u32::from(finger), ..report };
-        Told::Shape(Box::new(messages::Shape { finger, sequence: report.sequence, ..model.shape(&report) }))
+    let margin = |least: f32, across: f32, age: u16| GripMargin {
+        least,
+        direction: 0.0,
+        across,
+        couple: 9.0,
+        slips: Some(1),
+        carried: Some(2.0),
+        age,
     };
-    assert_eq!(of(0, shape(0)), None);
-    assert!(of(0, Told::Report(report)).is_some_and(|(_, margin)| margin.is_nan()), "half of a grip");
-    of(0, shape(1));
-    let all: f64 =
-        model.shape(&report).contacts.iter().map(|contact| f64::from(contact.force[0].hypot(contact.force[1]))).sum();
-    for finger in [0, 1] {
-        let (number, margin) = of(MS, Told::Report(Report { finger, ..report })).expect("a certainty");
-        // Across the plane friction bears 0.5 of both fingers' normal forces; no direction bears more than the weakest.
-        assert!(number == finger && margin > 0.1 * all && margin <= all * 1.001, "{margin} of {all} N");
+    let grasp = |margin: Option<GripMargin>| {
+        let (sum, squeeze, balance) = ([0.0; 2], 4.0, 1.0);
+        Told::Grasp(Grasp { sequence: 90, is_trustworthy: true, sum, squeeze, balance, free: None, margin })
+    };
+    assert!(of(0, Told::Report(report)).is_some_and(|(_, margin)| margin.is_nan()), "before a grasp was reported");
+    for (given, weaker) in [(margin(3.5, 5.0, 0), 3.5), (margin(3.5, 1.25, 0), 1.25)] {
+        assert_eq!(of(0, grasp(Some(given))), None);
+        for finger in [0, 1] {
+            assert_eq!(of(MS, Told::Report(Report { finger, ..report })), Some((finger, weaker)));
+        }
     }
-    let late = of(600 * MS, Told::Report(report)).expect("a certainty").1;
-    assert!(late.is_nan(), "a margin that is old: {late}");
+    // Its age counts from the contact forces that it is of.
+    let late = 600 * MS;
+    of(late, grasp(Some(margin(3.5, 5.0, 10))));
+    let last = late + 500 * MS - 10 * tick_ns;
+    assert_eq!(of(last - 1, Told::Report(report)), Some((0, 3.5)));
+    assert!(of(last, Told::Report(report)).is_some_and(|(_, margin)| margin.is_nan()), "a margin that is old");
+    of(last, grasp(Some(margin(3.5, 5.0, 0))));
+    of(last, grasp(None));
+    assert!(of(last, Told::Report(report)).is_some_and(|(_, margin)| margin.is_nan()), "a margin that is withdrawn");
 }
 
 #[test]
