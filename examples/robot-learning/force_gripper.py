@@ -1,7 +1,8 @@
 """Adds the gripper's force to what a robot observes, for LeRobot and programs like it.
 
-The gripper of the follower arm is a Fin-Ray finger on a Dynamixel servo, on a bus that this program may read. `ForceGripper` wraps the
-arm: everything goes through to it, and its observations get the force, its margin and its status.
+The gripper of the follower arm has Fin-Ray fingers on Dynamixel servos, on a bus that this program may read. `ForceGripper` wraps the
+arm: everything goes through to it, and its observations get the force of one finger, its status and the margin of the whole grip. A margin
+needs two fingers at least and friction in the case; without them it is NaN.
 
     arm = ForceGripper(make_robot(...), fre.Bus("/dev/ttyUSB1", "case.toml", {"finger.0.zero_counts": 2048}))
     arm.get_observation()["gripper.force_n"]
@@ -35,17 +36,18 @@ class ForceGripper:
         self._robot = robot
         self._finger = finger
         self._newest: tuple[float, fre.Report] | None = None
+        self._margin: tuple[float, float] | None = None
         self._stop = threading.Event()
         self._reader = threading.Thread(target=self._read, args=(bus,), daemon=True)
         self._reader.start()
 
     def _read(self, bus: Any) -> None:
         while not self._stop.is_set() and not bus.is_closed:
-            for report in bus.reports(timeout_s=0.1):
-                if report.finger == self._finger:
-                    self._newest = time.monotonic(), report
-                if self._stop.is_set():
-                    return
+            told = bus.next(timeout_s=0.1)
+            if isinstance(told, fre.Report) and told.finger == self._finger:
+                self._newest = time.monotonic(), told
+            elif isinstance(told, fre.Grasp):
+                self._margin = (time.monotonic(), told.margin.weakest_n) if told.margin else None
 
     @property
     def observation_features(self) -> dict[str, Any]:
@@ -66,10 +68,12 @@ class ForceGripper:
             status = report.status
             trusted = status.is_trustworthy and report.age == 0
             force = report.force_magnitude_n if trusted else math.nan
+        margin = self._margin
+        known = margin is not None and time.monotonic() - margin[0] <= STALE_S
         return {
             "gripper.force_n": force,
-            # How far the grip is from slipping: the model does not compute it yet.
-            "gripper.margin": math.nan,
+            # The load that all fingers together bear in the weakest direction before the object slips, N.
+            "gripper.margin": margin[1] if margin and known else math.nan,
             "gripper.trusted": float(not math.isnan(force)),
             "gripper.status": float(list(fre.Status).index(status)),
         }
@@ -97,7 +101,7 @@ def main() -> None:
     """Prints ten observations a second."""
     words = argparse.ArgumentParser(description="Prints observations of a gripper on a bus.")
     words.add_argument("--bus", required=True, help="PORT, PORT@BAUD, unix:PATH or tcp:HOST:PORT")
-    words.add_argument("--case", required=True, help="finger and object")
+    words.add_argument("--case", required=True, help="finger and object, for all fingers")
     words.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="a setting, as finger.0.zero_counts=2048")
     words.add_argument("--count", type=int, default=0, help="how many [default: until stopped]")
     given = words.parse_args()

@@ -66,7 +66,7 @@ impl Bus {
         self.bus.notes().to_vec()
     }
 
-    /// The next report or event.
+    /// The next report, event or grasp.
     fn next<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.heard.next(py, timeout_s)
     }

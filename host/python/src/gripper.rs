@@ -119,7 +119,12 @@ impl Gripper {
         py.detach(|| self.link.hold(which(finger)).map(|_| ()).map_err(|error| system(&error)))
     }
 
-    /// The next report or event.
+    /// Switches the torque off.
+    fn relax(&self, py: Python<'_>, finger: Option<u8>) -> PyResult<()> {
+        py.detach(|| self.link.relax(which(finger)).map(|_| ()).map_err(|error| system(&error)))
+    }
+
+    /// The next report, event or grasp.
     fn next<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.heard.next(py, timeout_s)
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use fre_gripper::record::{COLUMNS, Cell};
 use fre_gripper::source::Told;
-use messages::Report;
+use messages::{Grasp, Report};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyString, PyTuple};
 
@@ -20,6 +20,21 @@ pub(crate) fn cells<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py
         Cell::Word(word) => PyString::intern(py, word).into_any(),
     };
     PyTuple::new(py, COLUMNS.iter().map(cell))
+}
+
+/// The grasp's numbers, a free object's after its status, and the margin's; none where there is no such object or no margin.
+fn grasp<'py>(py: Python<'py>, grasp: &Grasp) -> PyResult<Bound<'py, PyAny>> {
+    let [sum_x, sum_y] = grasp.sum;
+    let own = (grasp.sequence, grasp.is_trustworthy, sum_x, sum_y, grasp.squeeze, grasp.balance);
+    let free = grasp.free.map(|free| {
+        let [x, y] = free.shift;
+        (free.status.word(), x, y, free.turn.to_degrees(), free.residual)
+    });
+    let margin = grasp.margin.map(|margin| {
+        let direction = margin.direction.to_degrees();
+        (margin.least, direction, margin.across, margin.couple, margin.slips, margin.carried, margin.age)
+    });
+    Ok((own, free, margin).into_pyobject(py)?.into_any())
 }
 
 /// What a source reports, one after the other.
@@ -40,7 +55,8 @@ impl Heard {
         Self(Mutex::new(receiver))
     }
 
-    /// The next report, or an event as its time (µs) and its words; none if nothing came in time or nothing comes any more.
+    /// The next report, an event as its time (µs) and its words, or a grasp as its own, a free object's and the margin's numbers; none if
+    /// nothing came in time or nothing comes any more.
     pub(crate) fn next<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Option<Bound<'py, PyAny>>> {
         let end = std::time::Instant::now() + seconds("timeout_s", timeout_s)?;
         loop {
@@ -54,7 +70,8 @@ impl Heard {
                     let told = (notice.time_us, notice.event.to_string());
                     return Ok(Some(told.into_pyobject(py)?.into_any()));
                 }
-                Ok(_) => {}
+                Ok(Told::Grasp(of)) => return Ok(Some(grasp(py, &of)?)),
+                Ok(Told::Shape(_) | Told::Setup(_)) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(None),
                 Err(RecvTimeoutError::Timeout) => {
                     py.check_signals()?;

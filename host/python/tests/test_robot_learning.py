@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 import fre
-from test_live import PATIENCE_S, bus_port, case_file, folder  # noqa: F401  (fixtures)
+from test_live import PATIENCE_S, bus_port, case_file, folder, servo  # noqa: F401  (fixtures)
 
 
 def example(examples: pathlib.Path, name: str) -> ModuleType:
@@ -57,6 +57,29 @@ def test_an_arm_observes_the_force_of_its_gripper(bus_port: str, case: fre.Case,
     late = arm.get_observation()
     assert math.isnan(late["gripper.force_n"]) and late["gripper.trusted"] == 0.0
     assert list(fre.Status)[int(late["gripper.status"])] is fre.Status.stale
+
+
+def test_an_arm_observes_the_margin_of_a_grip_of_two_fingers(
+    program: str, case: fre.Case, case_file: pathlib.Path, folder: pathlib.Path, examples: pathlib.Path  # noqa: F811
+) -> None:
+    module = example(examples, "force_gripper")
+    friction = 0.5
+    port = folder / "bus"
+    process = servo(program, case_file, "--unix", str(port), "--id", "1,2", "--start-deg", "6")
+    fingers: dict[str, object] = {"finger.0.servo_id": 1, "finger.1.servo_id": 2, "finger.1.side": "right"}
+    zeros = {f"finger.{finger}.zero_counts": 2048 for finger in range(2)}
+    rubbing = fre.Case(case.finger, fre.Circle(radius_mm=40.0, centre_mm=(41.0, 45.0), friction=friction), case.motion)
+    arm = module.ForceGripper(Arm(), fre.Bus(f"unix:{port}", rubbing, {**fingers, **zeros, "rate_hz": 100}))
+    end = time.monotonic() + PATIENCE_S
+    while math.isnan((seen := arm.get_observation())["gripper.margin"]):
+        assert time.monotonic() < end, seen
+        time.sleep(0.01)
+    # Mirror images press against each other: the fingers' plane and the way across it are borne by friction on both sides, and no
+    # direction bears more than both forces within their cones.
+    assert 0.5 * friction * seen["gripper.force_n"] < seen["gripper.margin"] <= 2.0 * seen["gripper.force_n"]
+    arm.close()
+    process.terminate()
+    process.wait(10)
 
 
 def test_the_example_prints_observations(

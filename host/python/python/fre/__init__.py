@@ -23,7 +23,7 @@ from .case import Case
 from .comparison import Comparison, compare
 from .estimator import Estimate, Estimator
 from .finger import PRESETS, Finger
-from .live import Bus, Event, Gripper, Report
+from .live import Bus, Event, FreeObject, Grasp, Gripper, Margin, Report
 from .motion import Motion, Rotation, Translation
 from .objects import Bore, Circle, Ellipse, HalfPlane, Object, Polygon
 from .options import Options
@@ -48,8 +48,11 @@ __all__ = [
     "Event",
     "Finger",
     "Follower",
+    "FreeObject",
+    "Grasp",
     "Gripper",
     "HalfPlane",
+    "Margin",
     "Motion",
     "Noise",
     "Object",

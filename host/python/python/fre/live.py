@@ -62,7 +62,65 @@ class Event(NamedTuple):
     """What."""
 
 
-Told = Union[Report, Event]
+class Margin(NamedTuple):
+    """What a grip bears before the object slips: the largest loads at the object's reference point (centre; of a polygon, the mean of
+    its corners) for which there are forces within the friction cones, no finger pressing harder than now. Frame of the gripper: x from
+    left to right, y along the open fingers."""
+
+    least_n: float
+    """Force in the weakest direction in the fingers' plane, of directions every 15°, N."""
+    direction_deg: float
+    """That direction, from x, counter-clockwise."""
+    across_n: float
+    """Force across the plane, N."""
+    couple_nmm: float
+    """Couple about the reference point, the weaker one of both ways."""
+    slips: int | None
+    """The finger that slips first; None where none slides, or where nothing is borne."""
+    carried_n: float | None
+    """Force in the direction of the weight that the fingers were asked to carry; None if they were not."""
+    age: int
+    """Ticks since the contact forces behind it were estimated."""
+
+    @property
+    def weakest_n(self) -> float:
+        """Force in the weakest direction, in the plane or across it, N."""
+        return min(self.least_n, self.across_n)
+
+
+class FreeObject(NamedTuple):
+    """Where a free object has come to, from where it was set."""
+
+    status: Status
+    shift_x_mm: float
+    shift_y_mm: float
+    turn_deg: float
+    """Counter-clockwise."""
+    residual_n: float
+    """What is left of the forces and the load (a moment over the object's size)."""
+
+
+class Grasp(NamedTuple):
+    """The whole grasp at one tick, behind the reports of its fingers; one finger has none. Frame of the gripper."""
+
+    sequence: int
+    """That of the tick's last report."""
+    is_trustworthy: bool
+    """Whether all estimates of this tick can be trusted; the forces must not be used otherwise."""
+    sum_x_n: float
+    """Force of all fingers on the object."""
+    sum_y_n: float
+    squeeze_n: float
+    """Force by which the object is pressed together across x."""
+    balance: float
+    """How much of the fingers' forces cancels: 1 − abs(sum) / sum of abs; 1 without contact."""
+    free: FreeObject | None
+    """None for an object that is fixed."""
+    margin: Margin | None
+    """None while an estimate cannot be trusted, of an object without an end (a half-plane), and until it is known."""
+
+
+Told = Union[Report, Event, Grasp]
 _STATUS = Report._fields.index("status")
 
 
@@ -71,6 +129,10 @@ def _told(heard: tuple[Any, ...] | None) -> Told | None:
         return None
     if len(heard) == 2:
         return Event(*heard)
+    if len(heard) == 3:
+        own, free, margin = heard
+        moved = free and FreeObject._make([STATUSES[free[0]], *free[1:]])
+        return Grasp._make([*own, moved, margin and Margin._make(margin)])
     return Report._make([*heard[:_STATUS], STATUSES[heard[_STATUS]], *heard[_STATUS + 1 :]])
 
 
@@ -80,7 +142,7 @@ class _Source:
     _core: _core.Gripper | _core.Bus
 
     def next(self, timeout_s: float = 1.0) -> Told | None:
-        """The next report or event; None if nothing came in time, or nothing comes any more."""
+        """The next report, event or grasp; None if nothing came in time, or nothing comes any more."""
         return _told(self._core.next(timeout_s))
 
     def reports(self, timeout_s: float = 1.0) -> Iterator[Report]:
@@ -154,6 +216,10 @@ class Gripper(_Source):
     def hold(self, finger: int | None = None) -> None:
         """Stays where it is."""
         self._core.hold(finger)
+
+    def relax(self, finger: int | None = None) -> None:
+        """Switches the torque off: the finger yields, and lets go of what it holds. The next motion switches it on."""
+        self._core.relax(finger)
 
 
 class Bus(_Source):
