@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
+use test_bus::Tries;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
@@ -145,7 +146,8 @@ impl Browser {
     /// Presses a key until an expression is true: a busy PC loses the servo now and then, and a finger that has lost it must be
     /// asked again.
     pub fn press_until(&mut self, key: &str, expression: &str) {
-        for _ in 0..8 {
+        let mut tries = Tries::of("a key");
+        loop {
             self.press(key);
             let end = Instant::now() + PATIENCE / 4;
             while Instant::now() < end {
@@ -154,8 +156,8 @@ impl Browser {
                 }
                 std::thread::sleep(GLANCE);
             }
+            tries.spoilt();
         }
-        self.until(expression);
     }
 
     /// Presses and lets go a key.

@@ -20,7 +20,6 @@ mod judge;
 mod line;
 mod machine;
 mod shared_bus;
-mod tries;
 mod watch;
 
 pub use bench::{Bench, Meddling};
@@ -32,5 +31,5 @@ pub use hour::{GEARED_MOUNT, Hour, an_hour, geared_servo, ready, set_up};
 pub use judge::{Judge, is_sound};
 pub use machine::{Machine, OBJECT, finger, firmware, load_of, load_on};
 pub use shared_bus::SharedBus;
-pub use tries::Tries;
+pub use test_bus::Tries;
 pub use watch::Watch;
