@@ -204,7 +204,10 @@ impl<U: BusPort> Servos<U> {
     /// Period of the control loop with so many servos, µs.
     pub(crate) fn period_us(&self, wanted_hz: u16, fingers: usize) -> u64 {
         let Timing { baud_rate, latency_us, .. } = self.master.timing();
-        rate::period_us(wanted_hz, baud_rate, latency_us.saturating_sub(self.latency_us), fingers)
+        let first = self.model(0).layout;
+        let is_alike = (1..fingers).all(|finger| self.model(finger).layout == first);
+        let period_us = if is_alike { rate::period_us } else { rate::period_apart_us };
+        period_us(wanted_hz, baud_rate, latency_us.saturating_sub(self.latency_us), fingers)
     }
 
     /// One tick: the goals that are new, and what the servos do at present.

@@ -6,8 +6,8 @@ use std::rc::Rc;
 use dynamixel::{Layout, MODELS, Model, xm430};
 use fre_gripper::servo::Config;
 use messages::{
-    Close, CloseTo, Event, For, GetServo, GetSettings, Grip, GripTo, Hold, Mount, Phase, Refusal, Role, Scan,
-    ServoField, ServoSetup, SetFinger, SetObject, SetSettings, Settings, Which, Why,
+    Close, CloseTo, Event, For, GetCounters, GetServo, GetSettings, Grip, GripTo, Hold, Mount, Phase, Refusal, Role,
+    Scan, ServoField, ServoSetup, SetFinger, SetObject, SetSettings, Settings, Which, Why,
 };
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
@@ -240,6 +240,30 @@ fn every_model_leads_a_finger() {
         seen.push(name);
     }
     assert_eq!(seen, ["XM430-W350", "XL430-W250", "XM540-W270", "XL330-M288", "XC330-T288", "PM42-010-S260-R"]);
+}
+
+/// Servos of two control tables are asked one by one: the loop is as much slower as that takes, and in time.
+#[test]
+fn servos_of_two_tables_lower_the_rate() {
+    let [mut x, mut p] = ["XM430-W350", "PM42-010-S260-R"]
+        .map(|name| models().find(|(model, ..)| model.name == name).map(|(_, config, mount)| (config, mount)).unwrap());
+    (x.0.baud_rate, p.0.baud_rate, p.0.id, p.1.servo_id) = (1_000_000, 1_000_000, 2, 2);
+    let mut bench = Bench::of(x.0, vec![p.0], &Flash::new());
+    let mut settings = Settings { rate_hz: 1000, shape_every: 0, ..Settings::of(x.1) };
+    settings.fingers[1] = Some(p.1);
+    bench.ask::<SetSettings>(&settings).unwrap();
+    for finger in 0..2 {
+        bench.until("a position", 5 * SECOND, |report| report.finger == finger && report.estimate.age > 0);
+    }
+    bench.run(SECOND);
+    let before = bench.ask::<GetCounters>(&());
+    // Twice 62 bytes, and a tenth of that, in steps of 0.1 ms.
+    assert!((before.chosen_hz - 1e6 / 1400.0).abs() < 0.1, "{before:?}");
+    bench.run(SECOND);
+    let after = bench.ask::<GetCounters>(&());
+    let ticks = after.ticks - before.ticks;
+    assert!((707..=722).contains(&ticks) && after.late_ticks == before.late_ticks, "{before:?} {after:?}");
+    assert!(after.estimates - before.estimates >= 2 * ticks - 2, "{before:?} {after:?}");
 }
 
 /// A second fence needs a model that limits its current: another is named and not written to. One that was commissioned with it and is in
