@@ -1,6 +1,6 @@
 //! One finger on the bus: its servo, its estimator, its last report.
 
-use dynamixel::{Id, xm430};
+use dynamixel::{Id, Model, xm430};
 use messages::{Calibration, Mount, Phase, Refusal, Report};
 use model_core::estimator::Estimate;
 use model_core::status::Status;
@@ -26,11 +26,12 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    pub(super) fn new(bytes: &[u8; BYTES], alert: bool) -> Self {
+    /// Of these registers; a servo shows its current, or its load, in a unit of its own.
+    pub(super) fn new(bytes: &[u8; BYTES], alert: bool, model: &Model) -> Self {
         let [g0, g1, g2, g3, _, _, _, _, _, _, c0, c1, _, _, _, _, p0, p1, p2, p3] = *bytes;
         Self {
             goal: i32::from_le_bytes([g0, g1, g2, g3]),
-            current: f32::from(i16::from_le_bytes([c0, c1])) * xm430::MILLIAMPERES_PER_UNIT,
+            current: f32::from(i16::from_le_bytes([c0, c1])) * model.effort_milliamperes(),
             position: i32::from_le_bytes([p0, p1, p2, p3]),
             alert,
         }
@@ -44,6 +45,8 @@ pub(super) struct Finger {
     /// What a calibration has left uncertain.
     uncertainty: Option<Uncertainty>,
     pub(super) estimator: Box<dyn AnyEstimator>,
+    /// What its servo is.
+    pub(super) model: &'static Model,
     pub(super) last: Report,
     /// Ticks without an answer, up to a few.
     failures: u8,
@@ -60,7 +63,8 @@ impl Finger {
     ) -> Result<Self, Refusal> {
         let last = Report { phase: Phase::Moving, ..Report::blank(number) };
         let calibration = Calibration::new(&mount.gear());
-        let mut made = Self { mount, calibration, uncertainty, estimator, last, failures: 0, alert: false };
+        let mut made =
+            Self { mount, calibration, uncertainty, estimator, model: Model::ASSUMED, last, failures: 0, alert: false };
         made.set_mount(mount)?;
         Ok(made)
     }
@@ -137,8 +141,11 @@ mod tests {
         put(xm430::GOAL_POSITION.address(), &2100_i32.to_le_bytes());
         put(xm430::PRESENT_CURRENT.address(), &(-10_i16).to_le_bytes());
         put(xm430::PRESENT_POSITION.address(), &(-3_i32).to_le_bytes());
-        let reading = Reading::new(&bytes, true);
-        assert_eq!((reading.goal, reading.position, reading.alert), (2100, -3, true));
-        assert!((reading.current + 26.9).abs() < 1e-4);
+        // 2.69 mA; 1 mA; a thousandth of 1.4 A at stall.
+        for (name, current) in [("XM430-W350", -26.9), ("XL330-M288", -10.0), ("XL430-W250", -14.0)] {
+            let reading = Reading::new(&bytes, true, Model::named(name).unwrap());
+            assert_eq!((reading.goal, reading.position, reading.alert), (2100, -3, true));
+            assert!((reading.current - current).abs() < 1e-4, "{name}: {reading:?}");
+        }
     }
 }

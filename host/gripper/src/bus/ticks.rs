@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use dynamixel::{Master, SyncAnswer, xm430};
+use dynamixel::{Master, Model, SyncAnswer, name_of, xm430};
 use messages::{
     Event, FINGERS, Grasp, Notice, Object, Outcome, PROTOCOL_VERSION, Refusal, Settings, SettingsField, Support, Which,
 };
@@ -139,6 +139,15 @@ impl Ticks {
         if !(1000..=1350).contains(&model) {
             return Err(BusError::Model { address: address.to_string(), id: id.get(), model });
         }
+        self.is_a(usize::from(finger), model);
+        if Model::of(model).is_none() {
+            self.notes.push(format!(
+                "servo {} is {}: in which unit it shows its current is not known, it is read as the {}'s",
+                id.get(),
+                name_of(model).map_or_else(|| format!("of the unknown model {model}"), |name| format!("a {name}")),
+                Model::ASSUMED.name
+            ));
+        }
         let delay = self.line.run(self.master.get(id, xm430::RETURN_DELAY_TIME));
         let delay_us = delay.map_or(0, |answer| u32::from(answer.value) * xm430::RETURN_DELAY_US_PER_UNIT);
         if delay_us > 100 {
@@ -152,6 +161,13 @@ impl Ticks {
         }
         self.greet(Event::ServoReady { finger, model, firmware: identity.firmware, baud });
         Ok(())
+    }
+
+    /// A finger's servo has this model number.
+    fn is_a(&mut self, finger: usize, model: u16) {
+        if let Some(finger) = self.fingers.get_mut(finger) {
+            finger.model = Model::of(model).unwrap_or(Model::ASSUMED);
+        }
     }
 
     pub(super) fn shared(&self) -> Arc<Shared> {
@@ -244,6 +260,7 @@ impl Ticks {
         let baud = self.master.timing().baud_rate;
         if let Some(answer) = serious(self.line.run(self.master.ping(self.fingers[number].id())))? {
             let dynamixel::Identity { model, firmware } = answer.value;
+            self.is_a(number, model);
             self.event(Event::ServoReady { finger: number as u8, model, firmware, baud });
         }
         Ok(())
@@ -269,9 +286,9 @@ impl Ticks {
                 self.line.run(self.master.sync_read(FIRST, &mut answers))
             };
             failed |= serious(asked)?.is_none();
-            for (place, answer) in readings.iter_mut().zip(answers) {
+            for ((place, answer), finger) in readings.iter_mut().zip(answers).zip(&self.fingers) {
                 if let Some(result) = answer.result {
-                    *place = self.heard(result)?.map(|answer| Reading::new(&answer.value, answer.alert));
+                    *place = self.heard(result)?.map(|answer| Reading::new(&answer.value, answer.alert, finger.model));
                 }
                 failed |= place.is_none();
             }
@@ -280,7 +297,8 @@ impl Ticks {
                 if is_asked[number] {
                     let mut bytes = [0; BYTES];
                     let result = self.line.run(self.master.read(self.fingers[number].id(), FIRST, &mut bytes));
-                    *place = self.heard(result)?.map(|answer| Reading::new(&bytes, answer.alert));
+                    let model = self.fingers[number].model;
+                    *place = self.heard(result)?.map(|answer| Reading::new(&bytes, answer.alert, model));
                     failed |= place.is_none();
                 }
             }

@@ -24,6 +24,12 @@ pub enum KeyError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// More fingers than there may be.
+    #[error("{key}: fingers are 0 to {most}", most = FINGERS - 1)]
+    Finger {
+        /// The key.
+        key: String,
+    },
     /// A finger without those before it.
     #[error("{key}: there are {count} fingers, the next one is finger.{count}")]
     Gap {
@@ -266,8 +272,11 @@ pub fn set(settings: &mut Settings, words: &str) -> Result<(), KeyError> {
     }
     let unknown = || KeyError::Unknown(key.to_owned());
     let (finger, name) = key.strip_prefix("finger.").and_then(|rest| rest.split_once('.')).ok_or_else(unknown)?;
-    let finger: usize = finger.parse().ok().filter(|finger| *finger < FINGERS).ok_or_else(unknown)?;
     let known = KEYS.iter().find(|known| known.name == name).ok_or_else(unknown)?;
+    let finger: usize = finger.parse().map_err(|_| unknown())?;
+    if finger >= FINGERS {
+        return Err(KeyError::Finger { key: key.to_owned() });
+    }
     let count = settings.count();
     if finger > count {
         return Err(KeyError::Gap { key: key.to_owned(), count });
@@ -324,12 +333,7 @@ mod tests {
                 "`finger.0.colour` is not a key; the keys are rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, heat_margin_k, supply_margin_v, on_strain, object, load_n, moment_nmm, role, device_id, return_delay_us, baud, finger.N.servo_id, finger.N.zero_counts, finger.N.reversed, finger.N.gear_ratio, finger.N.backlash_deg, finger.N.side, finger.N.least_deg, finger.N.most_deg, finger.N.open_deg, finger.N.speed_deg_per_s, finger.N.force_limit_n, finger.N.current_limit_ma, finger.N.current_fence, finger.N.drive"
             ]
         );
-        snapbox::assert_data_eq!(
-            error("finger.7.side=left"),
-            snapbox::str![
-                "`finger.7.side` is not a key; the keys are rate_hz, shape_every, on_fault, untrusted_ms, on_silence, silence_ms, heat_margin_k, supply_margin_v, on_strain, object, load_n, moment_nmm, role, device_id, return_delay_us, baud, finger.N.servo_id, finger.N.zero_counts, finger.N.reversed, finger.N.gear_ratio, finger.N.backlash_deg, finger.N.side, finger.N.least_deg, finger.N.most_deg, finger.N.open_deg, finger.N.speed_deg_per_s, finger.N.force_limit_n, finger.N.current_limit_ma, finger.N.current_fence, finger.N.drive"
-            ]
-        );
+        assert_eq!(error("finger.7.side=left"), "finger.7.side: fingers are 0 to 3");
         assert_eq!(error("finger.0.side=up"), "finger.0.side: `up` is not left or right");
         assert_eq!(error("role=slave"), "role: `slave` is not idle, master, tap or device");
         assert_eq!(error("device_id=7"), "device_id: `7` is not for this role: set role=device first");
