@@ -14,6 +14,7 @@ use crate::options::PhysicsWord;
 use crate::output::ForceArgs;
 #[cfg(feature = "web")]
 use crate::output::put_out;
+use crate::view::page_address;
 use fre::files::{FileError, Folder};
 use fre_gripper::demo::{self, Options, Pace};
 
@@ -54,8 +55,8 @@ pub struct Args {
     live: bool,
     /// Address of the live page
     ///
-    /// If other machines can reach it, the page needs the token that is printed with it.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "live")]
+    /// Without a port it is 7878. If other machines can reach it, the page needs the token that is printed with it.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "live", value_parser = page_address)]
     listen: SocketAddr,
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use super::address::page_address;
 use super::stop::Stop;
 use super::{lines, page, terminal};
 use fre_gripper::source::Source;
@@ -25,8 +26,8 @@ pub struct ViewArgs {
     web: bool,
     /// Address of the page
     ///
-    /// If other machines can reach it, the page needs the token that is printed with it.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "web")]
+    /// Without a port it is 7878. If other machines can reach it, the page needs the token that is printed with it.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "web", value_parser = page_address)]
     listen: SocketAddr,
     /// Opens the page in a browser
     #[arg(long, requires = "web")]
