@@ -57,6 +57,11 @@ impl Judge {
         }
     }
 
+    /// Part of the reports whose force was marked good.
+    pub fn share(&self) -> f64 {
+        self.sound as f64 / self.reports as f64
+    }
+
     /// Runs for so many µs and looks at every report.
     pub fn run(&mut self, bench: &mut Bench, us: u64) {
         bench.run_with(us, |report, truth| self.look(report, truth));

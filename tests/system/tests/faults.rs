@@ -1,5 +1,8 @@
 //! Everything that can go wrong, counted, in a time of its own: nothing stops the gripper, and no wrong force is called good.
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use fre_gripper::servo::{Config, OnBranch};
 use messages::{Event, Grip, GripTo, Phase, Reaction, Settings, Which, Why};
 use model_core::object::ObjectDesign;
@@ -62,7 +65,7 @@ fn a_million_random_bytes_on_the_bus() {
     bench.ask::<Grip>(&grip(5.0)).unwrap();
     bench.run(2 * SECOND);
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let done = std::rc::Rc::new(std::cell::Cell::new(0_u32));
+    let done = Rc::new(Cell::new(0_u32));
     let count = done.clone();
     bench.meddling = Box::new(move |_, bytes| {
         // Every few packets: before, behind, or instead of one.
@@ -83,17 +86,42 @@ fn a_million_random_bytes_on_the_bus() {
     while done.get() < 1_000_000 {
         judge.run(&mut bench, SECOND);
     }
+    let share = judge.share();
     recover(&mut bench, &mut judge);
     judge.verdict("a million random bytes", &bench);
-    assert!(judge.sound > judge.reports / 10, "{judge:?}");
+    // A twelfth of the questions and of the answers is replaced.
+    within_a_tenth("sound estimates", share, (11.0_f64 / 12.0).powi(2));
 }
 
-/// The bus is well again: a sound estimate within three ticks.
+/// A share that is at most a tenth below what the design gives, and not above it.
+fn within_a_tenth(what: &str, found: f64, design: f64) {
+    eprintln!("{what}: {found:.3}, by the design {design:.3}");
+    assert!((0.9 * design..=1.02 * design).contains(&found), "{what}: {found}, by the design {design}");
+}
+
+/// Whether the servo is lost, by the last event that says so.
+fn is_lost(bench: &Bench) -> bool {
+    let says = |event: &&Event| matches!(event, Event::ServoLost { .. } | Event::ServoReady { .. });
+    matches!(bench.events.iter().rev().find(says), Some(Event::ServoLost { .. }))
+}
+
+/// The bus is well again: a sound estimate within three ticks. A servo that was lost meanwhile is found first.
 fn recover(bench: &mut Bench, judge: &mut Judge) {
     bench.meddling = Box::new(|_, bytes| bytes);
-    // What was on its way is old by then; a servo that was lost meanwhile is looked for.
-    judge.run(bench, SECOND);
-    assert_eq!(judge.bad, 0, "not recovered: {judge:?}");
+    let began = bench.now_us();
+    while is_lost(bench) {
+        assert!(bench.now_us() - began < SECOND, "not found: {judge:?}");
+        judge.run(bench, TICK);
+    }
+    judge.bad = 0;
+    let before = judge.reports;
+    let mut worst = 0;
+    bench.run_with(SECOND, |report, truth| {
+        judge.look(report, truth);
+        worst = worst.max(judge.bad);
+    });
+    eprintln!("{worst} ticks without a sound estimate of {}", judge.reports - before);
+    assert!(worst <= 3 && judge.bad == 0, "{worst} ticks without a sound estimate: {judge:?}");
 }
 
 /// Every bit flips with one in a thousand.
@@ -102,7 +130,11 @@ fn bit_errors() {
     let mut bench = ready(&Settings::of(GEARED_MOUNT));
     bench.ask::<Grip>(&grip(5.0)).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(2);
-    bench.meddling = Box::new(move |_, mut bytes| {
+    // Questions, and those that came through with their answers.
+    let exchanges = Rc::new(Cell::new([0_u32; 2]));
+    let (counted, mut is_whole) = (exchanges.clone(), false);
+    bench.meddling = Box::new(move |to_servo, mut bytes| {
+        let sent = bytes.clone();
         for byte in &mut bytes {
             for bit in 0..8 {
                 if random.next_u32() < u32::MAX / 1000 {
@@ -110,19 +142,42 @@ fn bit_errors() {
                 }
             }
         }
+        let [questions, answered] = counted.get();
+        if to_servo {
+            is_whole = bytes == sent;
+            counted.set([questions + 1, answered]);
+        } else {
+            counted.set([questions, answered + u32::from(is_whole && bytes == sent)]);
+        }
         bytes
     });
     let mut judge = Judge::default();
     bench.keeps = false;
-    for _ in 0..100 {
+    // Reports, sound ones, questions and answers of the ticks in which the servo is there.
+    let (mut there, mut lost) = ([0.0; 4], 0);
+    for tick in 0..50_000 {
         // Several answers lost in a row lose the servo, which ends a grip; refused as long as it is not found again.
-        let _ = bench.ask::<Grip>(&grip(5.0));
-        judge.run(&mut bench, SECOND);
+        if tick % 500 == 0 {
+            let _ = bench.ask::<Grip>(&grip(5.0));
+        }
+        let seen = |judge: &Judge| {
+            let [questions, answered] = exchanges.get().map(f64::from);
+            [judge.reports as f64, judge.sound as f64, questions, answered]
+        };
+        let before = seen(&judge);
+        judge.run(&mut bench, TICK);
+        if is_lost(&bench) {
+            lost += 1;
+        } else {
+            (0..4).for_each(|place| there[place] += seen(&judge)[place] - before[place]);
+        }
     }
+    eprintln!("lost for {lost} of 50,000 ticks");
     recover(&mut bench, &mut judge);
     judge.verdict("bit errors of 1e-3", &bench);
-    assert!(judge.touching > judge.sound / 2, "{judge:?}");
-    assert!(judge.sound > judge.reports / 2, "{judge:?}");
+    let [reports, sound, questions, answered] = there;
+    within_a_tenth("sound estimates", sound / reports, answered / questions);
+    within_a_tenth("of them in contact", judge.touching as f64 / judge.sound as f64, 1.0);
 }
 
 /// Single faults, each followed by a well bus: the estimate is sound again within three ticks, whatever the fault was.
@@ -209,8 +264,12 @@ fn a_host_that_vanishes() {
     }
     let after = bench.ask::<messages::GetCounters>(&());
     let ticks = after.ticks - before.ticks;
-    assert!(ticks > 22 * 500 && after.estimates - before.estimates > ticks - 10, "{before:?} {after:?}");
-    assert!(after.dropped_reports > before.dropped_reports && after.late_ticks == before.late_ticks, "{after:?}");
+    // 23 s at 500 Hz: no tick is missing, and every one has its estimate; what did not fit the 2 KB of the link was dropped.
+    within_a_tenth("ticks", f64::from(ticks), 23.0 * 500.0);
+    within_a_tenth("estimates", f64::from(after.estimates - before.estimates), f64::from(ticks));
+    let dropped = after.dropped_reports - before.dropped_reports;
+    within_a_tenth("dropped reports", f64::from(dropped), 20.0 * 500.0);
+    assert_eq!(after.late_ticks, before.late_ticks, "{after:?}");
     judge.verdict("a host that vanishes", &bench);
     assert_eq!(bench.reports.last().unwrap().0.phase, Phase::Gripped);
 }
@@ -331,9 +390,11 @@ fn a_slow_processor_tells_old_forces_in_time() {
     let after = bench.ask::<messages::GetCounters>(&());
     eprintln!("{old} of {} reports repeat the last good force; {dearest} iterations at most", judge.reports);
     judge.verdict("a slow processor", &bench);
-    assert!(old > 0 && judge.sound * 10 > judge.reports * 9, "{judge:?}");
+    assert!(old > 0, "{judge:?}");
+    within_a_tenth("sound estimates", judge.share(), 1.0);
     assert_eq!(after.late_ticks, before.late_ticks);
-    assert!(dearest < 8, "{dearest}");
+    // There is time for as many.
+    assert!(dearest <= 2, "{dearest}");
     // One that is fast enough never does.
     bench.set_cost(0);
     bench.ask::<messages::Close>(&messages::CloseTo { fingers: Which::All, angle: 0.17, speed: Some(0.6) }).unwrap();

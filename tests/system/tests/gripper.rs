@@ -18,6 +18,8 @@ use system_tests::{Machine, OBJECT, Tries, Watch, finger};
 const SECONDS: fn(u64) -> Duration = Duration::from_secs;
 /// Motor angle at which the finger holds the object firmly.
 const CLOSED: f32 = 11.0 * std::f32::consts::PI / 180.0;
+/// Ten instructions of 4 ns.
+const NS_PER_COST_TICK: f32 = 4.0 * Machine::INSTRUCTIONS_PER_TICK as f32;
 /// 20°/s.
 const SPEED: f32 = 0.35;
 /// The object touches the finger at 0 just so: open is at −1°.
@@ -222,8 +224,8 @@ fn a_silent_servo_makes_stale_estimates() {
     watch.until_report("fresh estimate", SECONDS(20), |report| report.estimate.age == 0);
     let after = watch.reports.last().unwrap();
     assert!(after.estimate.status.is_trustworthy());
-    let change = after.estimate.force_magnitude() - before.estimate.force_magnitude();
-    assert!(change.abs() < 1.0, "{change} N after the loss");
+    let change = after.estimate.force_magnitude() / before.estimate.force_magnitude() - 1.0;
+    assert!(change.abs() < 0.05, "{change} of the force after the loss");
     assert!(link.counters().unwrap().servo_losses >= 1);
     link.open_fingers(Which::All).unwrap();
     watch.until_report("open finger", SECONDS(60), |report| {
@@ -324,28 +326,37 @@ fn noise_on_the_link_costs_one_frame() {
 #[test]
 fn a_host_that_does_not_read_holds_nothing() {
     let machine = Machine::boot(Machine::servo());
-    let (link, watch) = ready(&machine);
-    let before = link.counters().unwrap();
-    drop((link, watch));
-    let Address::Unix(path) = machine.address() else { panic!("not a unix socket") };
-    // QEMU takes the next party once it has noticed that the last one is gone.
-    let deaf = UnixStream::connect(&path).unwrap();
-    (&deaf).write_all(&[0]).unwrap();
-    std::thread::sleep(SECONDS(4));
+    let (link, mut watch) = ready(&machine);
+    // Slow enough that a busy PC's servo answers in time.
+    let hz = 50.0;
+    link.set_settings(&Settings { rate_hz: 50, ..SETTINGS }).unwrap();
+    watch.until_event("rate", SECONDS(10), |event| *event == Event::Rate { hz, wanted_hz: hz });
+    let (mut link, mut watch, mut tries) = (link, watch, Tries::of("a host that does not read"));
+    loop {
+        let before = link.counters().unwrap();
+        drop((link, watch));
+        let Address::Unix(path) = machine.address() else { panic!("not a unix socket") };
+        // QEMU takes the next party once it has noticed that the last one is gone.
+        let deaf = UnixStream::connect(&path).unwrap();
+        (&deaf).write_all(&[0]).unwrap();
+        std::thread::sleep(SECONDS(6));
 
-    let link = Link::over_stream(deaf).unwrap();
-    let mut watch = Watch::new(&link);
-    let after = link.counters().unwrap();
-    let seconds = (after.uptime_us - before.uptime_us) as f32 * 1e-6;
-    let hz = (after.ticks - before.ticks) as f32 / seconds;
-    assert!(seconds > 0.5, "{seconds} s of its time, which a busy PC makes slower than its own");
-    assert!(hz > 0.5 * after.chosen_hz, "{hz} ticks a second, {} meant", after.chosen_hz);
-    let made = (after.estimates - before.estimates) as f32 / (after.ticks - before.ticks) as f32;
-    // A busy PC's servo answers late.
-    assert!(made > 0.1, "{made} of the ticks had an estimate");
-    let dropped = after.dropped_reports - before.dropped_reports;
-    let ticks = after.ticks - before.ticks;
-    assert!(dropped > ticks / 3, "{dropped} reports dropped in {ticks} ticks");
+        link = Link::over_stream(deaf).unwrap();
+        watch = Watch::new(&link);
+        let after = link.counters().unwrap();
+        let seconds = (after.uptime_us - before.uptime_us) as f32 * 1e-6;
+        let ticks = after.ticks - before.ticks;
+        let found = ticks as f32 / seconds;
+        let made = (after.estimates - before.estimates) as f32 / ticks as f32;
+        let dropped = after.dropped_reports - before.dropped_reports;
+        eprintln!("{seconds} s, {found} Hz, {made} of the ticks had an estimate, {dropped} of {ticks} reports dropped");
+        // The first ones fill the sockets and queues.
+        assert!(dropped > ticks / 3, "{dropped} reports dropped in {ticks} ticks");
+        if (found / hz - 1.0).abs() < 0.1 && made > 0.9 {
+            break;
+        }
+        tries.spoilt();
+    }
     // It goes on as if nothing had been.
     watch.until_report("fresh estimate", SECONDS(10), |report| report.estimate.age == 0);
     watch.until_report("fresh estimate", SECONDS(10), |report| report.estimate.age == 0);
@@ -365,6 +376,7 @@ fn a_loop_that_is_late_leaves_the_link_its_time() {
         link.set_object(number, OBJECT).unwrap();
         watch.until_report("position", SECONDS(20), |report| report.finger == number && is_fresh(report));
     }
+    watch.reports.clear();
     let before = link.counters().unwrap();
     for round in 0..6 {
         if round % 2 == 0 {
@@ -378,9 +390,17 @@ fn a_loop_that_is_late_leaves_the_link_its_time() {
         }
     }
     let after = link.counters().unwrap();
-    let (made, late) = (after.estimates - before.estimates, after.late_ticks - before.late_ticks);
-    // Ticks whose servo answers late, as a busy PC's does, have no estimate and are in time.
-    assert!(made > 100 && late > 20, "{made} estimates, {late} ticks late: {after:?}");
+    let late = after.late_ticks - before.late_ticks;
+    // Ticks whose two estimates took more than a period and a half: the next one begins half a period late.
+    let most = 1.5e9 / after.chosen_hz / NS_PER_COST_TICK;
+    let is_long = |pair: &&[Report]| {
+        let [first, second] = [pair[0], pair[1]];
+        (first.finger, second.finger, second.sequence - first.sequence) == (0, 1, 1)
+            && (first.cost + second.cost) as f32 > most
+    };
+    let long = watch.reports.windows(2).filter(is_long).count() as u32;
+    eprintln!("{} ticks, {long} of them long, {late} late", after.ticks - before.ticks);
+    assert!(long > 20 && 10 * late > 9 * long, "{long} ticks were long, {late} late: {after:?}");
 }
 
 /// At the factory's 57,600 baud the loop is slower, and says so.

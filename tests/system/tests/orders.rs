@@ -93,7 +93,8 @@ fn a_short_wait_is_no_event() {
     });
     bench.run(2 * SECOND);
     let waits = bench.reports[reports..].iter().filter(|(report, _)| report.phase == Phase::Waiting(Why::Bus)).count();
-    assert!(waits > 50, "{waits} waits");
+    // Of a thousand.
+    assert!((100..=122).contains(&waits), "{waits} waits");
     assert_eq!(bench.events[events..], []);
     // One that lasts is.
     bench.meddling = Box::new(|_, _| Vec::new());
