@@ -1,7 +1,10 @@
 //! Calibration of a material with memory: from force over time, its terms and its modulus come back.
 
 use fre::case::{Document, preset};
-use fre::fit::calibrate::{Fit, Input, Noise, Parameter, Predictor, Reading, Readings, Trial, fit, fitted_finger};
+use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
+use fre::fit::calibrate::{
+    Fit, Input, Noise, Parameter, Plan, Predictor, Reading, Readings, Trial, fit, fitted_finger,
+};
 use fre::fit::measured::Measured;
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics};
@@ -78,6 +81,41 @@ fn terms_and_modulus_come_back_within_what_is_stated() {
         assert!(found.correlation[0][1] > 0.3, "{:?}", found.correlation);
     }
     assert!(within * 100 >= all * 75, "{within} of {all} within two deviations");
+}
+
+/// What a plan states before anything is measured is what fits along it state, and their errors keep to it: the angle of a hold, too, is off
+/// by one error and not by one per reading. (`cargo xtask bench calibration` does it with 500.)
+#[test]
+fn a_plan_states_how_well_its_readings_determine() {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+    let protocol = Protocol::planned(&Plan::new(0.0, 8.0, 10.0, &OWN, false), object);
+    let truth = Trial { parameters: PARAMETERS.to_vec(), values: TRUE.to_vec() };
+    let exact = Errors { force_n: 0.0, angle_deg: 0.0 };
+    let expected = fit(
+        &model(&design),
+        &draw(&model(&design), &truth, &protocol, exact, 0).unwrap(),
+        &PARAMETERS,
+        &Noise::default(),
+    );
+    let expected = expected.unwrap();
+    let (mut within, mut all) = (0, 0);
+    for seed in 0..6 {
+        let runs = draw(&model(&design), &truth, &protocol, Errors::USUAL, seed).unwrap();
+        let found = fit(&model(&design), &runs, &PARAMETERS, &Noise::default()).unwrap();
+        assert!(found.converged && found.undetermined.is_empty(), "{found:?}");
+        for (estimate, truth) in found.estimates.iter().zip(TRUE) {
+            within += usize::from((estimate.value - truth).abs() <= 2.0 * estimate.standard_deviation);
+            all += 1;
+        }
+        // Of the noise that is stated; a fit's own residuals may add to it.
+        for (estimate, expected) in found.estimates.iter().zip(&expected.estimates) {
+            let ratio = estimate.standard_deviation / expected.standard_deviation / found.inflation;
+            assert!((0.6..1.7).contains(&ratio), "seed {seed}, {}: {ratio}", estimate.parameter.word());
+        }
+    }
+    // 95.4 % of 30 of which five go together: three deviations of some 15 independent ones are 16 %.
+    assert!(within * 100 >= all * 79, "{within} of {all} within two deviations");
 }
 
 /// With friction as well: what is drawn without noise comes back, the coefficient from where a fit begins at 0.

@@ -17,6 +17,7 @@ use super::noise::{Loss, Noise};
 use super::parameter::Parameter;
 use super::predictor::{Prediction, Predictor};
 use super::readings::Readings;
+use super::rests::{Equations, Rests};
 use super::trial::Trial;
 use crate::metrics::signed_distance;
 /// Residual that stands for a reading without a trustworthy prediction, in standard deviations.
@@ -123,6 +124,8 @@ impl Fit {
 struct Row {
     residual: f64,
     gradient: DVector<f64>,
+    /// The rest whose angle's error it has in it, and the derivative with respect to that.
+    rest: Option<(usize, f64)>,
     deviation: f64,
 }
 
@@ -137,8 +140,10 @@ struct Settled {
 /// Everything at one trial.
 struct Point {
     trial: Trial,
+    /// The rests' errors of the angle, in its standard deviations.
+    errors: Vec<f64>,
     predictions: Vec<Vec<Prediction>>,
-    /// Forces in the order of runs and readings, then points of outlines; none for readings without a prediction.
+    /// Forces in the order of runs and readings, then points of outlines, then the rests' errors; none for readings without a prediction.
     rows: Vec<Option<Row>>,
 }
 
@@ -193,7 +198,9 @@ pub fn fit_watched<B>(
     mut watch: impl FnMut(Progress) -> ControlFlow<B>,
 ) -> Result<Fit, FitError<B>> {
     let doubts: Vec<f64> = parameters.iter().map(|parameter| parameter.doubt(model.design, model.prony)).collect();
-    let mut here = evaluate(model, runs, Trial::start(parameters, model.design, model.prony), noise, &doubts, None)?;
+    let rests = Rests::find(runs);
+    let judge = Judge { model, runs, noise, doubts: &doubts, rests: &rests };
+    let mut here = judge.evaluate(Trial::start(parameters, model.design, model.prony), vec![0.0; rests.count], None)?;
     let mut damping = 1e-3;
     let mut settled: Option<Settled> = None;
     let (mut passes, mut converged) = (1, false);
@@ -204,7 +211,8 @@ pub fn fit_watched<B>(
     report(passes, None)?;
     while passes < PASSES && !converged {
         let scale = settled.as_ref().map_or_else(|| spread(&here.rows, noise.loss), |settled| settled.scale);
-        let (information, slope) = normal_equations(&here.rows, noise.loss, scale, parameters.len());
+        let equations = normal_equations(&here.rows, noise.loss, scale, parameters.len(), rests.count);
+        let (information, slope) = equations.of_parameters();
         let eigen = SymmetricEigen::new(information);
         let before = cost(&here.rows, None, noise.loss, scale);
         let mut step = DVector::zeros(parameters.len());
@@ -233,8 +241,9 @@ pub fn fit_watched<B>(
         for ((value, part), doubt) in trial.values.iter_mut().zip(step.iter()).zip(&doubts) {
             *value += part * doubt;
         }
+        let errors = here.errors.iter().zip(equations.steps(&step)).map(|(error, step)| error + step).collect();
         passes += 1;
-        let next = evaluate(model, runs, trial, noise, &doubts, settled.as_ref()).ok();
+        let next = judge.evaluate(trial, errors, settled.as_ref()).ok();
         report(passes, Some(gain))?;
         let better = next.filter(|next| cost(&next.rows, Some(&here.rows), noise.loss, scale) <= before);
         match better {
@@ -252,67 +261,7 @@ pub fn fit_watched<B>(
             }
         }
     }
-    Ok(finish(model, runs, parameters, noise, here, &doubts, passes, converged))
-}
-
-fn evaluate(
-    model: &Predictor<'_>,
-    runs: &[Readings],
-    trial: Trial,
-    noise: &Noise,
-    doubts: &[f64],
-    settled: Option<&Settled>,
-) -> Result<Point, DiscretiseError> {
-    let kept = |index: usize| settled.and_then(|settled| settled.deviations.get(index).copied().flatten());
-    let predict = |trial: &Trial, derivatives| {
-        runs.iter().map(|run| model.predict(run, trial, derivatives)).collect::<Result<Vec<_>, _>>()
-    };
-    let predictions = predict(&trial, true)?;
-    let mut rows = Vec::new();
-    for (run, predicted) in runs.iter().zip(&predictions) {
-        for (reading, prediction) in run.readings.iter().zip(predicted) {
-            let Some(measured) = reading.force_n else { continue };
-            rows.push(prediction.status.is_trustworthy().then(|| {
-                let own = || noise.force_n.hypot(prediction.force_per_deg_n * noise.angle_deg);
-                let deviation = kept(rows.len()).unwrap_or_else(own);
-                let gradient = prediction.gradient.iter().zip(doubts).map(|(g, doubt)| g * doubt / deviation);
-                Row {
-                    residual: (measured - prediction.force_n) / deviation,
-                    gradient: DVector::from_iterator(doubts.len(), gradient),
-                    deviation,
-                }
-            }));
-        }
-    }
-    if runs.iter().any(|run| run.readings.iter().any(|reading| !reading.front_mm.is_empty())) {
-        let mut shifted = Vec::new();
-        for (index, doubt) in doubts.iter().enumerate() {
-            let mut other = trial.clone();
-            other.values[index] += SHIFT * doubt;
-            shifted.push(predict(&other, false)?);
-        }
-        for (r, run) in runs.iter().enumerate() {
-            for (i, reading) in run.readings.iter().enumerate() {
-                let points = &reading.front_mm;
-                let deviation = noise.outline_mm * (points.len() as f64 / INDEPENDENT_POINTS).max(1.0).sqrt();
-                for &point in points {
-                    let away = |prediction: &Prediction| signed_distance(point, &prediction.front_mm);
-                    let here = away(&predictions[r][i]);
-                    let there: Option<Vec<f64>> = shifted.iter().map(|other| away(&other[r][i])).collect();
-                    rows.push(here.zip(there).map(|(here, there)| Row {
-                        // The line moving towards the point is what takes the distance away.
-                        residual: here / deviation,
-                        gradient: DVector::from_iterator(
-                            doubts.len(),
-                            there.iter().map(|there| (here - there) / SHIFT / deviation),
-                        ),
-                        deviation,
-                    }));
-                }
-            }
-        }
-    }
-    Ok(Point { trial, predictions, rows })
+    Ok(judge.finish(parameters, here, passes, converged))
 }
 
 /// Scale of the residuals: 1, or more if half of them are larger than the stated noise explains.
@@ -326,15 +275,13 @@ fn spread(rows: &[Option<Row>], loss: Loss) -> f64 {
     (sizes[sizes.len() / 2] / 0.6745).max(1.0)
 }
 
-fn normal_equations(rows: &[Option<Row>], loss: Loss, scale: f64, count: usize) -> (DMatrix<f64>, DVector<f64>) {
-    let mut information = DMatrix::zeros(count, count);
-    let mut slope = DVector::zeros(count);
+fn normal_equations(rows: &[Option<Row>], loss: Loss, scale: f64, count: usize, rests: usize) -> Equations {
+    let mut equations = Equations::new(count, rests);
     for row in rows.iter().flatten() {
         let (_, weight, _) = loss.of(row.residual / scale);
-        information.ger(weight, &row.gradient, &row.gradient, 1.0);
-        slope.axpy(weight * row.residual, &row.gradient, 1.0);
+        equations.add(weight, row.residual, &row.gradient, row.rest);
     }
-    (information, slope)
+    equations
 }
 
 /// Sum of the losses, with the deviations of `reference`, so that a step is not judged better for making readings count less.
@@ -349,99 +296,168 @@ fn cost(rows: &[Option<Row>], reference: Option<&[Option<Row>]>, loss: Loss, sca
     rows.iter().enumerate().map(term).sum()
 }
 
-#[allow(clippy::too_many_arguments)]
-fn finish(
-    model: &Predictor<'_>,
-    runs: &[Readings],
-    parameters: &[Parameter],
-    noise: &Noise,
-    here: Point,
-    doubts: &[f64],
-    passes: usize,
-    converged: bool,
-) -> Fit {
-    let count = parameters.len();
-    let scale = spread(&here.rows, noise.loss);
-    let losses: Vec<_> = here.rows.iter().flatten().map(|row| (noise.loss.of(row.residual / scale), row)).collect();
-    let mut information = DMatrix::zeros(count, count);
-    for (_, row) in &losses {
-        information.ger(1.0, &row.gradient, &row.gradient, 1.0);
-    }
-    // Huber's estimate of the covariance (Robust Statistics, 7.6), never below what the stated noise alone gives.
-    let rows = losses.len() as f64;
-    let squares: f64 = losses.iter().map(|((_, weight, _), row)| (weight * row.residual).powi(2)).sum();
-    let slopes: f64 = losses.iter().map(|((_, _, slope), _)| slope).sum::<f64>() / rows.max(1.0);
-    let freedom = rows - count as f64;
-    let inflation = if freedom > 0.0 && slopes > 0.0 { (squares / freedom / (slopes * slopes)).max(1.0) } else { 1.0 };
+/// What a trial is judged by.
+struct Judge<'a> {
+    model: &'a Predictor<'a>,
+    runs: &'a [Readings],
+    noise: &'a Noise,
+    doubts: &'a [f64],
+    rests: &'a Rests,
+}
 
-    let eigen = SymmetricEigen::new(information);
-    let mut covariance = DMatrix::zeros(count, count);
-    let mut open = vec![0.0; count];
-    let mut undetermined = Vec::new();
-    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        let vector = vector.into_owned();
-        if *value >= 1.0 {
-            covariance.ger(inflation / value, &vector, &vector, 1.0);
-            continue;
-        }
-        // As open as it was before.
-        covariance.ger(1.0, &vector, &vector, 1.0);
-        let largest = vector.iter().zip(doubts).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let sign = largest.map_or(1.0, |(part, _)| part.signum());
-        let mut terms = Vec::new();
-        for (i, &part) in vector.iter().enumerate() {
-            open[i] += part * part;
-            if part.abs() > 0.1 {
-                terms.push((parameters[i], sign * part * doubts[i]));
+impl Judge<'_> {
+    fn evaluate(&self, trial: Trial, errors: Vec<f64>, settled: Option<&Settled>) -> Result<Point, DiscretiseError> {
+        let Self { model, runs, noise, doubts, rests } = *self;
+        let kept = |index: usize| settled.and_then(|settled| settled.deviations.get(index).copied().flatten());
+        let predict = |trial: &Trial, derivatives| {
+            runs.iter().map(|run| model.predict(run, trial, derivatives)).collect::<Result<Vec<_>, _>>()
+        };
+        let predictions = predict(&trial, true)?;
+        let mut rows = Vec::new();
+        for (r, (run, predicted)) in runs.iter().zip(&predictions).enumerate() {
+            for (i, (reading, prediction)) in run.readings.iter().zip(predicted).enumerate() {
+                let Some(measured) = reading.force_n else { continue };
+                rows.push(prediction.status.is_trustworthy().then(|| {
+                    let by_angle = prediction.force_per_deg_n * noise.angle_deg;
+                    let rest = rests.of(r, i);
+                    // A rest's error of the angle is not one of each reading.
+                    let own = || if rest.is_some() { noise.force_n } else { noise.force_n.hypot(by_angle) };
+                    let deviation = kept(rows.len()).unwrap_or_else(own);
+                    let shifted = rest.and_then(|rest| errors.get(rest)).map_or(0.0, |error| by_angle * error);
+                    let gradient = prediction.gradient.iter().zip(doubts).map(|(g, doubt)| g * doubt / deviation);
+                    Row {
+                        residual: (measured - prediction.force_n - shifted) / deviation,
+                        gradient: DVector::from_iterator(doubts.len(), gradient),
+                        rest: rest.map(|rest| (rest, by_angle / deviation)),
+                        deviation,
+                    }
+                }));
             }
         }
-        undetermined.push(Combination { terms });
-    }
-    let deviation: Vec<f64> = (0..count).map(|i| covariance[(i, i)].sqrt()).collect();
-    let estimates = parameters.iter().enumerate().map(|(i, &parameter)| Estimate {
-        parameter,
-        start: parameter.start(model.design, model.prony),
-        value: here.trial.values[i],
-        standard_deviation: deviation[i] * doubts[i],
-        determined: open[i] < 0.05,
-    });
-    let correlation =
-        (0..count).map(|i| (0..count).map(|j| covariance[(i, j)] / (deviation[i] * deviation[j])).collect()).collect();
-
-    let mut residuals = Vec::new();
-    let mut rows = here.rows.iter();
-    for (index, (run, predictions)) in runs.iter().zip(&here.predictions).enumerate() {
-        for (reading, prediction) in run.readings.iter().zip(predictions) {
-            let Some(measured) = reading.force_n else { continue };
-            let row = rows.next().and_then(Option::as_ref);
-            residuals.push(Residual {
-                run: index,
-                line: reading.line,
-                angle_deg: reading.angle_deg,
-                measured_n: measured,
-                predicted_n: row.map(|_| prediction.force_n),
-                standard_deviation_n: row.map_or(noise.force_n, |row| row.deviation),
-                weight: row.map_or(0.0, |row| noise.loss.of(row.residual / scale).1),
-            });
+        if runs.iter().any(|run| run.readings.iter().any(|reading| !reading.front_mm.is_empty())) {
+            let mut shifted = Vec::new();
+            for (index, doubt) in doubts.iter().enumerate() {
+                let mut other = trial.clone();
+                other.values[index] += SHIFT * doubt;
+                shifted.push(predict(&other, false)?);
+            }
+            for (r, run) in runs.iter().enumerate() {
+                for (i, reading) in run.readings.iter().enumerate() {
+                    let points = &reading.front_mm;
+                    let deviation = noise.outline_mm * (points.len() as f64 / INDEPENDENT_POINTS).max(1.0).sqrt();
+                    for &point in points {
+                        let away = |prediction: &Prediction| signed_distance(point, &prediction.front_mm);
+                        let here = away(&predictions[r][i]);
+                        let there: Option<Vec<f64>> = shifted.iter().map(|other| away(&other[r][i])).collect();
+                        rows.push(here.zip(there).map(|(here, there)| Row {
+                            // The line moving towards the point is what takes the distance away.
+                            residual: here / deviation,
+                            gradient: DVector::from_iterator(
+                                doubts.len(),
+                                there.iter().map(|there| (here - there) / SHIFT / deviation),
+                            ),
+                            rest: None,
+                            deviation,
+                        }));
+                    }
+                }
+            }
         }
+        // An error is as probable as the angle's standard deviation says.
+        rows.extend(errors.iter().enumerate().map(|(rest, error)| {
+            let gradient = DVector::zeros(doubts.len());
+            Some(Row { residual: -error, gradient, rest: Some((rest, 1.0)), deviation: 1.0 })
+        }));
+        Ok(Point { trial, errors, predictions, rows })
     }
-    let distances: Vec<f64> = runs
-        .iter()
-        .zip(&here.predictions)
-        .flat_map(|(run, predictions)| run.readings.iter().zip(predictions))
-        .flat_map(|(reading, p)| reading.front_mm.iter().filter_map(|&at| signed_distance(at, &p.front_mm)))
-        .collect();
-    let mean_square = distances.iter().map(|d| d * d).sum::<f64>() / distances.len().max(1) as f64;
-    let outline = (!distances.is_empty()).then(|| (distances.len(), mean_square.sqrt()));
-    Fit {
-        estimates: estimates.collect(),
-        correlation,
-        undetermined,
-        residuals,
-        outline,
-        passes,
-        converged,
-        inflation: inflation.sqrt(),
-        trial: here.trial,
+
+    /// The outcome at the last point.
+    fn finish(&self, parameters: &[Parameter], here: Point, passes: usize, converged: bool) -> Fit {
+        let Self { model, runs, noise, doubts, rests } = *self;
+        let count = parameters.len();
+        let scale = spread(&here.rows, noise.loss);
+        let losses: Vec<_> = here.rows.iter().flatten().map(|row| (noise.loss.of(row.residual / scale), row)).collect();
+        let mut equations = Equations::new(count, rests.count);
+        losses.iter().for_each(|(_, row)| equations.add(1.0, row.residual, &row.gradient, row.rest));
+        let (information, _) = equations.of_parameters();
+        // Huber's estimate of the covariance (Robust Statistics, 7.6), never below what the stated noise alone gives.
+        let rows = losses.len() as f64;
+        let squares: f64 = losses.iter().map(|((_, weight, _), row)| (weight * row.residual).powi(2)).sum();
+        let slopes: f64 = losses.iter().map(|((_, _, slope), _)| slope).sum::<f64>() / rows.max(1.0);
+        let freedom = rows - (count + rests.count) as f64;
+        let inflation =
+            if freedom > 0.0 && slopes > 0.0 { (squares / freedom / (slopes * slopes)).max(1.0) } else { 1.0 };
+
+        let eigen = SymmetricEigen::new(information);
+        let mut covariance = DMatrix::zeros(count, count);
+        let mut open = vec![0.0; count];
+        let mut undetermined = Vec::new();
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            let vector = vector.into_owned();
+            if *value >= 1.0 {
+                covariance.ger(inflation / value, &vector, &vector, 1.0);
+                continue;
+            }
+            // As open as it was before.
+            covariance.ger(1.0, &vector, &vector, 1.0);
+            let largest = vector.iter().zip(doubts).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+            let sign = largest.map_or(1.0, |(part, _)| part.signum());
+            let mut terms = Vec::new();
+            for (i, &part) in vector.iter().enumerate() {
+                open[i] += part * part;
+                if part.abs() > 0.1 {
+                    terms.push((parameters[i], sign * part * doubts[i]));
+                }
+            }
+            undetermined.push(Combination { terms });
+        }
+        let deviation: Vec<f64> = (0..count).map(|i| covariance[(i, i)].sqrt()).collect();
+        let estimates = parameters.iter().enumerate().map(|(i, &parameter)| Estimate {
+            parameter,
+            start: parameter.start(model.design, model.prony),
+            value: here.trial.values[i],
+            standard_deviation: deviation[i] * doubts[i],
+            determined: open[i] < 0.05,
+        });
+        let correlation = (0..count)
+            .map(|i| (0..count).map(|j| covariance[(i, j)] / (deviation[i] * deviation[j])).collect())
+            .collect();
+
+        let mut residuals = Vec::new();
+        let mut rows = here.rows.iter();
+        for (index, (run, predictions)) in runs.iter().zip(&here.predictions).enumerate() {
+            for (reading, prediction) in run.readings.iter().zip(predictions) {
+                let Some(measured) = reading.force_n else { continue };
+                let row = rows.next().and_then(Option::as_ref);
+                residuals.push(Residual {
+                    run: index,
+                    line: reading.line,
+                    angle_deg: reading.angle_deg,
+                    measured_n: measured,
+                    predicted_n: row.map(|_| prediction.force_n),
+                    standard_deviation_n: row.map_or(noise.force_n, |row| row.deviation),
+                    weight: row.map_or(0.0, |row| noise.loss.of(row.residual / scale).1),
+                });
+            }
+        }
+        let distances: Vec<f64> = runs
+            .iter()
+            .zip(&here.predictions)
+            .flat_map(|(run, predictions)| run.readings.iter().zip(predictions))
+            .flat_map(|(reading, p)| reading.front_mm.iter().filter_map(|&at| signed_distance(at, &p.front_mm)))
+            .collect();
+        let mean_square = distances.iter().map(|d| d * d).sum::<f64>() / distances.len().max(1) as f64;
+        let outline = (!distances.is_empty()).then(|| (distances.len(), mean_square.sqrt()));
+        Fit {
+            estimates: estimates.collect(),
+            correlation,
+            undetermined,
+            residuals,
+            outline,
+            passes,
+            converged,
+            inflation: inflation.sqrt(),
+            trial: here.trial,
+        }
     }
 }

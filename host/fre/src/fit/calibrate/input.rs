@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use model_core::drive::{Drive, DriveError};
 use model_core::object::ObjectDesign;
 
-use super::Readings;
+use super::{Plan, Readings};
 use crate::case::{Case, CaseError, Coordinate, Document, Finger};
 use crate::drive::{OtherMotion, agrees};
 use crate::fit::measured::{Measured, MeasuredError};
@@ -133,19 +133,7 @@ impl Input {
     ) -> Result<Self, InputError> {
         drive.validate()?;
         fit_together(measurements.len(), documents.len())?;
-        let cases = documents.iter().map(|(_, document)| document.case());
-        let cases = cases.map(|case| case.map_err(Box::new));
-        let cases: Vec<Case> = cases.collect::<Result<_, _>>()?;
-        let (Some((first_name, document)), Some(first)) = (documents.first().cloned(), cases.first()) else {
-            return Err(InputError::Count { files: measurements.len(), cases: 0 });
-        };
-        let finger = first.finger.clone();
-        for (case, (name, _)) in cases.iter().zip(&documents) {
-            if case.finger.design != finger.design || case.finger.prony != finger.prony {
-                return Err(InputError::Finger { file: name.clone(), first: first_name });
-            }
-            agrees(&case.path.motion, &drive).map_err(|error| InputError::Motion { file: name.clone(), error })?;
-        }
+        let Agreed { document, cases, finger } = Agreed::of(&documents, &drive)?;
         let (mut runs, mut objects, mut remarks) = (Vec::new(), Vec::new(), Vec::new());
         for (index, (name, measured)) in measurements.into_iter().enumerate() {
             if measured.coordinate != Coordinate::Angle {
@@ -173,6 +161,51 @@ impl Input {
             runs.push(run);
         }
         Ok(Self { document, finger, objects, runs, remarks, drive })
+    }
+
+    /// The runs of a plan, one per case and without forces.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn planned(plan: &Plan, documents: &[(String, Document)], drive: Drive) -> Result<Self, InputError> {
+        drive.validate()?;
+        let Agreed { document, cases, finger } = Agreed::of(documents, &drive)?;
+        let run = |((name, _), case): (&(String, Document), &Case)| Readings {
+            name: name.clone(),
+            object: case.object,
+            friction: case.friction,
+            readings: plan.readings(),
+        };
+        let runs = documents.iter().zip(&cases).map(run).collect();
+        let objects = cases.iter().map(|case| case.object).collect();
+        Ok(Self { document, finger, objects, runs, remarks: Vec::new(), drive })
+    }
+}
+
+/// Cases of one finger, all moved by one drive.
+struct Agreed {
+    /// The first.
+    document: Document,
+    cases: Vec<Case>,
+    finger: Finger,
+}
+
+impl Agreed {
+    fn of(documents: &[(String, Document)], drive: &Drive) -> Result<Self, InputError> {
+        let cases = documents.iter().map(|(_, document)| document.case());
+        let cases = cases.map(|case| case.map_err(Box::new));
+        let cases: Vec<Case> = cases.collect::<Result<_, _>>()?;
+        let (Some((first_name, document)), Some(first)) = (documents.first(), cases.first()) else {
+            return Err(InputError::Count { files: 0, cases: 0 });
+        };
+        let finger = first.finger.clone();
+        for (case, (name, _)) in cases.iter().zip(documents) {
+            if case.finger.design != finger.design || case.finger.prony != finger.prony {
+                return Err(InputError::Finger { file: name.clone(), first: first_name.clone() });
+            }
+            agrees(&case.path.motion, drive).map_err(|error| InputError::Motion { file: name.clone(), error })?;
+        }
+        Ok(Self { document: document.clone(), cases, finger })
     }
 }
 

@@ -26,6 +26,32 @@ pub fn text(input: &Input, fit: &Fit) -> String {
     out
 }
 
+/// What a plan's readings determine, without the values: nothing was measured.
+pub(super) fn write_expected(out: &mut String, fit: &Fit) -> std::fmt::Result {
+    writeln!(out, "{:<16} {:>10} {:>10}  unit", "parameter", "start", "σ")?;
+    for estimate in &fit.estimates {
+        let note = if estimate.determined { "" } else { "  not determined" };
+        let (word, unit) = (estimate.parameter.word(), estimate.parameter.unit());
+        writeln!(out, "{word:<16} {:>10.4} {:>10.4}  {unit}{note}", estimate.start, estimate.standard_deviation)?;
+    }
+    write_relations(out, fit)
+}
+
+/// What the data leave open, and how the parameters hang together.
+fn write_relations(out: &mut String, fit: &Fit) -> std::fmt::Result {
+    for combination in &fit.undetermined {
+        writeln!(out, "the data do not tell {} from no change", words(combination))?;
+    }
+    if fit.estimates.len() > 1 {
+        writeln!(out, "correlation")?;
+        for (i, estimate) in fit.estimates.iter().enumerate() {
+            let row: Vec<String> = fit.correlation[i][..=i].iter().map(|value| format!("{value:>6.2}")).collect();
+            writeln!(out, "{:<16} {}", estimate.parameter.word(), row.join(" "))?;
+        }
+    }
+    Ok(())
+}
+
 fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
     let design = &input.finger.design;
     let forces = fit.residuals.len();
@@ -45,16 +71,7 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
             estimate.parameter.unit()
         )?;
     }
-    for combination in &fit.undetermined {
-        writeln!(out, "the data do not tell {} from no change", words(combination))?;
-    }
-    if fit.estimates.len() > 1 {
-        writeln!(out, "correlation")?;
-        for (i, estimate) in fit.estimates.iter().enumerate() {
-            let row: Vec<String> = fit.correlation[i][..=i].iter().map(|value| format!("{value:>6.2}")).collect();
-            writeln!(out, "{:<16} {}", estimate.parameter.word(), row.join(" "))?;
-        }
-    }
+    write_relations(out, fit)?;
     writeln!(
         out,
         "residuals: rms {:.4} N, {:.2} times what the stated noise allows; {} passes{}",

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
-use super::{Predictor, Reading, Readings, Trial};
+use super::{Plan, Predictor, Reading, Readings, Trial};
 
 /// Errors of drawn measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,8 @@ pub struct Protocol {
     pub objects: Vec<ObjectDesign>,
     /// Degrees, the same for each.
     pub angles_deg: Vec<f64>,
+    /// When each is reached, s; empty where the material has no memory.
+    pub times_s: Vec<f64>,
     /// Coefficient of friction that the cases have.
     pub friction: f64,
 }
@@ -43,6 +45,7 @@ impl Protocol {
         Self {
             objects: places.iter().map(circle).collect(),
             angles_deg: (0..readings).map(angle).collect(),
+            times_s: Vec::new(),
             friction: 0.0,
         }
     }
@@ -60,6 +63,12 @@ impl Protocol {
     /// thin cylinder shows its height better than a thick one.
     pub fn recommended() -> Self {
         Self::cylinders(&[[20.0, 10.0], [65.0, 10.0], [20.0, 40.0], [65.0, 40.0]], 48)
+    }
+
+    /// The motion of a [`Plan`] in front of an object.
+    pub fn planned(plan: &Plan, object: ObjectDesign) -> Self {
+        let [times_s, angles_deg] = [0, 1].map(|part| plan.places.iter().map(|place| place[part]).collect());
+        Self { objects: vec![object], angles_deg, times_s, friction: 0.0 }
     }
 
     /// How many readings that is.
@@ -89,12 +98,18 @@ pub fn draw(
         let mut readings = Vec::new();
         let mut shifted = Vec::new();
         for (place, &angle_deg) in protocol.angles_deg.iter().enumerate() {
-            readings.push(Reading { line: place + 2, angle_deg, time_s: None, force_n: None, front_mm: Vec::new() });
+            let time_s = protocol.times_s.get(place).copied();
+            readings.push(Reading { line: place + 2, angle_deg, time_s, force_n: None, front_mm: Vec::new() });
             let share: f64 = StandardUniform.sample(&mut random);
-            shifted.push(angle_deg + errors.angle_deg * (2.0 * share - 1.0));
+            let rests = time_s.is_some() && place > 0 && protocol.angles_deg.get(place - 1) == Some(&angle_deg);
+            match shifted.last().copied().filter(|_| rests) {
+                // A motor that rests has one error.
+                Some(angle_deg) => shifted.push(angle_deg),
+                None => shifted.push(angle_deg + errors.angle_deg * (2.0 * share - 1.0)),
+            }
         }
         let mut order: Vec<usize> = (0..shifted.len()).collect();
-        if protocol.angles_deg.is_sorted() {
+        if protocol.times_s.is_empty() && protocol.angles_deg.is_sorted() {
             // The finger closes on and on: it meets the true angles in their own order.
             order.sort_by(|&a, &b| shifted[a].total_cmp(&shifted[b]));
         }
