@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
@@ -15,10 +15,11 @@ use crate::output::{Picture, PlotArgs, put_out, reads_case};
 use crate::progress::ProgressLine;
 use crate::send::{Address, transmit};
 use crate::standard::{self, Target, is_standard};
-use fre::case::CaseError;
+use fre::case::{CaseError, Coordinate, Document};
 use fre::files::FileError;
 use fre::fit::calibrate::{
-    FitError, Input, Loss, Noise, Parameter, Predictor, document, fit_watched, fitted_finger, picture, text,
+    FitError, Input, Loss, Noise, Parameter, Plan, Predictor, document, expect, fit_watched, fitted_finger, picture,
+    plan_text, text,
 };
 use fre::fit::measured::MeasuredError;
 use fre::study::model::Precision;
@@ -35,7 +36,7 @@ use fre::study::model::Precision;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Measurements; - for standard input
-    #[arg(value_name = "CSV", required = true)]
+    #[arg(value_name = "CSV", required_unless_present = "plan")]
     measurements: Vec<PathBuf>,
     /// The case (finger and object) of the measurements; once, or once per CSV
     #[arg(short, long = "case", value_name = "CASE.toml", required = true)]
@@ -77,6 +78,19 @@ pub struct Args {
     /// - is standard output, which then has the finger in place of the results.
     #[arg(short, long, value_name = "finger.toml")]
     write: Option<PathBuf>,
+    /// Writes a motion to measure along, and shows what it would determine
+    ///
+    /// No CSV is read. The table has the columns time_s and motor_angle_deg, a row per reading; `fre gripper run` moves a finger along it.
+    /// The values of the cases take the place of the truth. For friction it closes and opens; for a material with memory it closes, holds, opens,
+    /// rests, and closes at a tenth of the speed. - is standard output, which then has the table in place of the results.
+    #[arg(long, value_name = "MOTION.csv", conflicts_with_all = ["measurements", "both_ways", "write", "send"])]
+    plan: Option<PathBuf>,
+    /// Highest motor angle of the plan [default: that of the first case]
+    #[arg(long, value_name = "DEG", requires = "plan", allow_negative_numbers = true)]
+    to_deg: Option<f64>,
+    /// Speed of the plan's closing [default: 10 for a material with memory, else 1]
+    #[arg(long, value_name = "DEG/S", requires = "plan", value_parser = positive)]
+    speed_deg_per_s: Option<f64>,
     /// Sends the calibration to a gripper, and reads it back
     ///
     /// Sent are the finger, its zero position, its drive, the standard deviations and, if there is one CSV, its object. Nothing
@@ -146,31 +160,17 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     if options.precision != Precision::F64 {
         return Err("--precision f32: a fit needs f64".to_owned());
     }
+    if let Some(path) = &args.plan {
+        return plan(args, path);
+    }
     let (write, plot) = outputs(args)?;
     let input = input(args)?;
+    check(args, &input)?;
     let design = &input.finger.design;
-    for (index, parameter) in args.fit.iter().enumerate() {
-        if args.fit[..index].contains(parameter) {
-            return Err(format!("--fit names {} twice", parameter.word()));
-        }
-        if let Some(obstacle) = parameter.obstacle(design, &input.finger.prony, &input.objects, &input.drive) {
-            return Err(format!("--fit {}: {obstacle}", parameter.word()));
-        }
-    }
     if let (Some(_), false) = (&args.send, input.finger.prony.is_empty()) {
         return Err("--send: a gripper computes without memory; allowed is an elastic material".to_owned());
     }
-    let default = Noise::default();
-    let noise = Noise {
-        force_n: args.force_sd_n,
-        angle_deg: args.angle_sd_deg.unwrap_or(default.angle_deg),
-        outline_mm: args.outline_sd_mm,
-        loss: match args.loss {
-            LossWord::Huber => Loss::Huber,
-            LossWord::Tukey => Loss::Tukey,
-            LossWord::Square => Loss::Square,
-        },
-    };
+    let noise = noise(args);
     let (discretisation, drive, prony) = (options.discretisation, input.drive, input.finger.prony.as_slice());
     let model = Predictor { design, discretisation, drive, prony };
     let mut line = ProgressLine::new(false);
@@ -180,10 +180,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     });
     line.wipe();
     let found = found.map_err(|error| match error {
-        FitError::Discretise(DiscretiseError::Design(error)) => {
-            format!("{}: finger.{error}", args.cases[0].display())
-        }
-        FitError::Discretise(error) => refused(&error),
+        FitError::Discretise(error) => failed(args, &error),
         FitError::Stopped(never) => match never {},
     })?;
     let text = match args.format {
@@ -211,10 +208,97 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     Ok(whole)
 }
 
+/// Refuses what cannot be fitted to these cases.
+fn check(args: &Args, input: &Input) -> Result<(), String> {
+    for (index, parameter) in args.fit.iter().enumerate() {
+        if args.fit[..index].contains(parameter) {
+            return Err(format!("--fit names {} twice", parameter.word()));
+        }
+        let obstacle = parameter.obstacle(&input.finger.design, &input.finger.prony, &input.objects, &input.drive);
+        if let Some(obstacle) = obstacle {
+            return Err(format!("--fit {}: {obstacle}", parameter.word()));
+        }
+    }
+    Ok(())
+}
+
+fn noise(args: &Args) -> Noise {
+    let default = Noise::default();
+    Noise {
+        force_n: args.force_sd_n,
+        angle_deg: args.angle_sd_deg.unwrap_or(default.angle_deg),
+        outline_mm: args.outline_sd_mm,
+        loss: match args.loss {
+            LossWord::Huber => Loss::Huber,
+            LossWord::Tukey => Loss::Tukey,
+            LossWord::Square => Loss::Square,
+        },
+    }
+}
+
+/// What went wrong with the model, with the case that it is of.
+fn failed(args: &Args, error: &DiscretiseError) -> String {
+    match error {
+        DiscretiseError::Design(error) => format!("{}: finger.{error}", args.cases[0].display()),
+        error => refused(error),
+    }
+}
+
+/// Writes a motion to measure along; whether it determines everything.
+fn plan(args: &Args, path: &Path) -> Result<bool, String> {
+    let mut files = args.plot.files();
+    let words = |error: FileError| error.to_string();
+    args.cases.iter().try_for_each(|path| reads_case(&mut files, path)).map_err(words)?;
+    let file = Target::of(&mut files, path, "--plan").map_err(words)?;
+    let documents = documents(args)?;
+    let (from_deg, to_deg) = ends(args, &documents)?;
+    let first =
+        documents.first().map(|(_, document)| document.case()).transpose().map_err(|error| error.to_string())?;
+    let prony = first.map_or_else(Vec::new, |case| case.finger.prony);
+    let there_and_back = args.fit.contains(&Parameter::Friction);
+    let speed_deg_per_s = args.speed_deg_per_s.unwrap_or(if prony.is_empty() { 1.0 } else { 10.0 });
+    let plan = Plan::new(from_deg, to_deg, speed_deg_per_s, &prony, there_and_back);
+    let mut input = Input::planned(&plan, &documents, args.drive).map_err(|error| error.to_string())?;
+    check(args, &input)?;
+    let (design, discretisation) = (input.finger.design.clone(), args.model.options().discretisation);
+    let model = Predictor { design: &design, discretisation, drive: input.drive, prony: &prony };
+    let noise = noise(args);
+    let found = expect(&model, &mut input, &args.fit, &noise).map_err(|error| failed(args, &error))?;
+    if !is_standard(path) {
+        put_out(&match args.format {
+            Format::Text => plan_text(&plan, &input, &found, &noise),
+            Format::Json => serde_json::to_string_pretty(&document(&input, &found)).map_err(|e| e.to_string())? + "\n",
+        })?;
+    }
+    file.write(plan.csv().as_bytes())?;
+    Ok(found.converged && found.undetermined.is_empty())
+}
+
+/// Where a plan begins and how far it goes, degrees.
+fn ends(args: &Args, documents: &[(String, Document)]) -> Result<(f64, f64), String> {
+    let mut ends = (0.0_f64, f64::NEG_INFINITY);
+    if let Some((_, document)) = documents.first() {
+        let path = document.case().map_err(|error| error.to_string())?.path;
+        if path.along() == Coordinate::Angle {
+            ends = path.places.iter().fold(ends, |(least, most), place| (least.min(*place), most.max(*place)));
+        }
+    }
+    let to_deg = args.to_deg.unwrap_or(ends.1);
+    if to_deg > ends.0 && to_deg <= 180.0 {
+        return Ok((ends.0, to_deg));
+    }
+    let given = if to_deg.is_finite() { format!(" {to_deg}") } else { String::new() };
+    Err(format!("--to-deg{given}: needed is the plan's highest motor angle, above {} and up to 180", ends.0))
+}
+
+fn documents(args: &Args) -> Result<Vec<(String, Document)>, String> {
+    let documents = args.cases.iter().map(|path| Ok((path.display().to_string(), standard::document(path)?)));
+    documents.collect::<Result<_, CaseError>>().map_err(|error| error.to_string())
+}
+
 /// What is read: the cases first, so that a slip in one is reported before a long file is read.
 fn input(args: &Args) -> Result<Input, String> {
-    let documents = args.cases.iter().map(|path| Ok((path.display().to_string(), standard::document(path)?)));
-    let documents = documents.collect::<Result<Vec<_>, CaseError>>().map_err(|error| error.to_string())?;
+    let documents = documents(args)?;
     let measured = args.measurements.iter().map(|path| Ok((path.display().to_string(), standard::measured(path)?)));
     let measured = measured.collect::<Result<Vec<_>, MeasuredError>>().map_err(|error| error.to_string())?;
     Input::of_measured(measured, documents, args.both_ways, args.drive).map_err(|error| error.to_string())

@@ -13,7 +13,7 @@ use messages::{
 use model_core::discretise::Discretisation;
 use model_core::uncertainty::Uncertainty;
 
-use super::{commission, identify};
+use super::{along, commission, identify};
 use crate::environment::{self, LINK};
 use crate::exit::{bad_input, trusted};
 use crate::options::PhysicsWord;
@@ -93,6 +93,7 @@ enum Action {
         wait: Option<f64>,
     },
     Identify(identify::Args),
+    Run(along::Args),
     Commission(commission::Args),
     /// Open
     Release(Fingers),
@@ -179,6 +180,7 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
             }
         }
         Action::Identify(args) => return identify::run(&link, args),
+        Action::Run(args) => return along::run(&link, args),
         Action::Commission(args) => return commission::run(&link, args),
         Action::Release(which) => return heeded(&link.open_fingers(which.which())?),
         Action::Hold(which) => return heeded(&link.hold(which.which())?),

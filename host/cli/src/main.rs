@@ -5,6 +5,8 @@
 
 #[cfg(feature = "gripper")]
 mod agreed;
+#[cfg(feature = "gripper")]
+mod along;
 #[cfg(all(test, feature = "gripper"))]
 mod book;
 mod calibrate;

@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use fre::case::{preset, read_finger};
 use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
-use fre::fit::calibrate::{Loss, Noise, Parameter, Predictor, Readings, Trial, fit};
+use fre::fit::calibrate::{Loss, Noise, Parameter, Plan, Predictor, Readings, Trial, fit};
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::{Drive, Knots, Travel};
@@ -322,6 +322,61 @@ fn bad_input_is_named() {
         said += &format!("{what}, {options:?}\n{message}\n");
     }
     snapbox::assert_data_eq!(said, snapbox::file!["words/calibrate.txt"].raw());
+}
+
+/// Without measurements: the motion along which to measure, and what it would tell.
+#[test]
+fn a_motion_is_planned_and_shows_what_it_would_determine() {
+    let folder = Folder::new();
+    let case = folder.file(
+        "case.toml",
+        "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n\
+         [motion]\nmotor_angles_deg = [2, 8]\n",
+    );
+    let finger = include_str!("../../fre/src/case/presets/ladder-80.toml");
+    let finger = finger.replacen("poissons_ratio", "prony = [[0.15, 1], [0.15, 30]]\npoissons_ratio", 1);
+    let finger = folder.file("relaxing.toml", &finger);
+    let relaxing = std::fs::read_to_string(&case).unwrap().replace("preset:ladder-80", finger.to_str().unwrap());
+    let relaxing = folder.file("hold.toml", &relaxing);
+    let motion = folder.0.path().join("motion.csv");
+    let jaw = folder.file(
+        "jaw.toml",
+        "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
+         motion = { direction = [1, 0], distances_mm = [5] }\n",
+    );
+    let mut said = Transcript::default();
+    let memory = "--fit youngs-modulus,prony-g1,prony-tau1,prony-g2,prony-tau2";
+    let cases: [(&Path, &str, i32); 8] = [
+        (&relaxing, memory, 0),
+        (&case, "--fit youngs-modulus,friction --to-deg 6 --speed-deg-per-s 2", 0),
+        (&case, "--fit youngs-modulus,zero,object-x,object-y", 2),
+        (&case, memory, 1),
+        (&case, "--to-deg -3", 1),
+        (&case, "--both-ways", 1),
+        (&jaw, "--drive linear:1,0:20", 1),
+        (&case, "--speed-deg-per-s 0", 1),
+    ];
+    for (case, options, code) in cases {
+        let words = [Path::new("--plan"), motion.as_path(), Path::new("--case"), case];
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        command.arg("calibrate").args(words).args(["--force", "--elements", "reduced"]);
+        let options: Vec<String> = options.split_whitespace().map(|word| word.replace(':', " ")).collect();
+        let output = command.args(options.iter().map(|word| word.trim())).env("COLUMNS", "100").output().unwrap();
+        let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        let name = case.file_name().unwrap().to_string_lossy().into_owned();
+        said.add(
+            &format!("fre calibrate --plan motion.csv --case {name} {}", options.join(" ")),
+            folder.0.path(),
+            (output.status.code(), &text),
+        );
+        assert_eq!(output.status.code(), Some(code), "{options:?}: {text}");
+        if code == 1 {
+            continue;
+        }
+        let plan = Plan::parse("motion.csv", &std::fs::read_to_string(&motion).unwrap()).unwrap();
+        assert!(text.starts_with(&format!("{} readings", plan.places.len())), "{text}");
+    }
+    snapbox::assert_data_eq!(said.text(), snapbox::file!["words/calibrate_plan.txt"].raw());
 }
 
 #[test]

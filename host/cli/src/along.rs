@@ -1,0 +1,197 @@
+//! `fre gripper run`: moves a finger along a planned motion and writes down where its motor was.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use fre::delimited;
+use fre::files::Files;
+use fre::fit::calibrate::Plan;
+use fre_gripper::link::{Link, Told};
+use messages::{Mount, Phase, Report, Which};
+use model_core::status::Status;
+
+use crate::exit::UNTRUSTWORTHY;
+use crate::output::{ForceArgs, reads};
+use crate::progress::ProgressLine;
+use crate::standard::{self, Target};
+
+/// Move a finger along a planned motion, and record it
+///
+/// `fre calibrate --plan` writes the motion. The finger goes to the motion's first angle, rests there for --after seconds, and then follows
+/// the times. The table has a row per reading: the time, the motor's angle and current, and what the gripper makes of its force. Add a column
+/// force_n with what you have measured at these times, and give it to `fre calibrate`.
+///
+/// Exit status: 0 the whole motion was made; 2 the finger stopped before its end, and the rows until there are written.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The motion: columns time_s and motor_angle_deg
+    #[arg(value_name = "MOTION.csv")]
+    motion: PathBuf,
+    /// Writes the table; - for standard output
+    #[arg(short, long, value_name = "FILE.csv", default_value = "-")]
+    csv: PathBuf,
+    /// The finger that moves, from 0
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    finger: u8,
+    /// Seconds at the first angle before the motion begins
+    #[arg(long, value_name = "S", default_value_t = 3.0)]
+    after: f64,
+    #[command(flatten)]
+    force: ForceArgs,
+}
+
+/// Columns of the table.
+const COLUMNS: [&str; 6] = ["time_s", "motor_angle_deg", "current_ma", "estimate_n", "standard_deviation_n", "status"];
+/// Nearer than this to the first angle the finger is there, rad: a loaded motor stays behind.
+const THERE: f32 = 0.01;
+/// How long it may take to the first angle.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// How often the gripper hears that this program is there: it may stop motions of hosts that are gone (`on_silence`).
+const SIGN_OF_LIFE: Duration = Duration::from_millis(250);
+/// Reports stop for longer than this only if something is wrong.
+const SILENCE: Duration = Duration::from_secs(2);
+
+type Failure = Box<dyn std::error::Error>;
+
+/// Runs the command.
+pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Failure> {
+    let mut files: Files = args.force.files();
+    reads(&mut files, &args.motion, "the motion")?;
+    let name = standard::name(&args.motion);
+    let text = String::from_utf8(standard::bytes(&args.motion)?).map_err(|_| format!("{name}: is not UTF-8"))?;
+    let plan = Plan::parse(&name, &text)?;
+    let out = Target::of(&mut files, &args.csv, "--csv")?;
+    let mount = link.settings()?.fingers.get(usize::from(args.finger)).copied().flatten();
+    let mount = mount.ok_or_else(|| format!("--finger {}: the gripper has no such finger", args.finger))?;
+    within(&name, &plan, &mount)?;
+    let after = Duration::try_from_secs_f64(args.after).map_err(|_| "--after: not a time")?;
+
+    let mut finger = Finger { link, number: args.finger, told: link.listen(), signed: Instant::now() };
+    finger.begin(&plan, after)?;
+    let (rows, stopped) = finger.follow(&plan)?;
+    let lines = rows.iter().map(|cells| delimited::line(cells));
+    out.write((delimited::line(COLUMNS) + &lines.collect::<String>()).as_bytes())?;
+    let Some(phase) = stopped else { return Ok(ExitCode::SUCCESS) };
+    crate::exit::tell!("fre: finger {} is {phase}: {} of {} readings", args.finger, rows.len(), plan.places.len());
+    Ok(ExitCode::from(UNTRUSTWORTHY))
+}
+
+/// Refuses a motion that leaves the finger's range before anything moves.
+fn within(name: &str, plan: &Plan, mount: &Mount) -> Result<(), Failure> {
+    // A range in degrees is stored in radians, of single precision.
+    let [least, most] =
+        [(mount.range[0], -1e-4), (mount.range[1], 1e-4)].map(|(end, out)| f64::from(end).to_degrees() + out);
+    let outside = plan.places.iter().zip(2_u32..).find(|([_, angle], _)| !(least..=most).contains(angle));
+    match outside {
+        Some(([_, angle], line)) => {
+            let [least, most] = mount.range.map(fre::drive::degrees);
+            Err(format!("{name}:{line}: motor_angle_deg is {angle}; the finger's range is {least} to {most}").into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// The finger that moves.
+struct Finger<'a> {
+    link: &'a Link,
+    number: u8,
+    told: std::sync::mpsc::Receiver<Told>,
+    /// When the gripper heard of this program last.
+    signed: Instant,
+}
+
+impl Finger<'_> {
+    /// The finger's next report.
+    fn next(&mut self) -> Result<Report, Failure> {
+        let end = Instant::now() + SILENCE;
+        loop {
+            if self.signed.elapsed() > SIGN_OF_LIFE {
+                self.signed = Instant::now();
+                // Its answer does not matter: reports show whether the gripper is there.
+                let _ = self.link.counters();
+            }
+            match self.told.recv_timeout(end.saturating_duration_since(Instant::now()).min(SIGN_OF_LIFE)) {
+                Ok(Told::Report(report)) if report.finger == self.number => return Ok(report),
+                Ok(_) => {}
+                Err(_) if Instant::now() < end && !self.link.is_closed() => {}
+                Err(_) => return Err("no report comes from the gripper any more".into()),
+            }
+        }
+    }
+
+    fn close(&self, angle_deg: f64, speed_deg_per_s: Option<f64>) -> Result<(), Failure> {
+        let speed = speed_deg_per_s.map(|speed| speed.to_radians() as f32);
+        Ok(self.link.close(Which::One(self.number), angle_deg.to_radians() as f32, speed)?)
+    }
+
+    /// Goes to the first angle and rests there.
+    fn begin(&mut self, plan: &Plan, rest: Duration) -> Result<(), Failure> {
+        let [_, first_deg] = plan.places[0];
+        self.close(first_deg, None)?;
+        let (target, end) = (first_deg.to_radians() as f32, Instant::now() + PATIENCE);
+        loop {
+            let report = self.next()?;
+            let is_there = (report.goal - target).abs() < 1e-4 && (report.estimate.motor_angle - target).abs() < THERE;
+            if report.phase == Phase::Moving && is_there {
+                break;
+            }
+            if Instant::now() > end {
+                return Err(format!("finger {} does not reach the first angle, {first_deg}°", self.number).into());
+            }
+        }
+        let end = Instant::now() + rest;
+        while Instant::now() < end {
+            self.next()?;
+        }
+        Ok(())
+    }
+
+    /// Follows the motion's times by the gripper's clock. The rows, and what the finger does instead if it has stopped.
+    fn follow(&mut self, plan: &Plan) -> Result<(Vec<[String; 6]>, Option<Phase>), Failure> {
+        let begin_us = self.next()?.time_us;
+        let first_s = plan.places[0][0];
+        let since = |report: &Report| first_s + report.time_us.saturating_sub(begin_us) as f64 * 1e-6;
+        let (moves, mut line) = (plan.moves(), ProgressLine::new(false));
+        let (mut ahead, mut rows) = (moves.iter().peekable(), Vec::new());
+        for place in &plan.places {
+            loop {
+                let report = self.next()?;
+                let now_s = since(&report);
+                if report.phase != Phase::Moving {
+                    line.wipe();
+                    return Ok((rows, Some(report.phase)));
+                }
+                if let Some([begin, end]) = ahead.next_if(|[begin, _]| begin[0] <= now_s) {
+                    let way = end[1] - begin[1];
+                    if way != 0.0 {
+                        // What the beginning was late for is made up for on the way.
+                        self.close(end[1], Some(way.abs() / (end[0] - now_s).max(1e-3)))?;
+                    }
+                }
+                // A report whose position is old waits for the next one; its row has its own time.
+                if now_s >= place[0] && report.estimate.status != Status::Stale {
+                    rows.push(row(now_s, &report));
+                    line.show(false, || format!("{now_s:.0} s of {:.0} s", plan.length_s()));
+                    break;
+                }
+            }
+        }
+        line.wipe();
+        Ok((rows, None))
+    }
+}
+
+fn row(time_s: f64, report: &Report) -> [String; 6] {
+    let estimate = &report.estimate;
+    let trusted = estimate.status.is_trustworthy() && estimate.age == 0;
+    let known = |number: f32| if trusted && number.is_finite() { format!("{number:.4}") } else { String::new() };
+    [
+        format!("{time_s:.4}"),
+        format!("{:.4}", estimate.motor_angle.to_degrees()),
+        format!("{:.1}", report.current),
+        known(estimate.force_magnitude()),
+        known(estimate.standard_deviation),
+        estimate.status.word().to_owned(),
+    ]
+}
