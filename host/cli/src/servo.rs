@@ -25,7 +25,7 @@ use fre_gripper::servo::{Clock, Config, Gains, Handle, Hub, Load, LoadError, Por
 /// line for each port ("pty PATH", "unix PATH", "tcp ADDRESS"), then "ready". The servo runs until it is stopped.
 ///
 /// Simulated: position, extended position, current-based position, velocity, current and PWM control with their gains, limits
-/// and profiles, as far as the model has them; friction, play, sag under load, heat and shutdown; reversed Drive Mode, Homing
+/// and profiles, as far as the model has them; friction, play, sag under load, heat and shutdown, boot time; reversed Drive Mode, Homing
 /// Offset, position limits, Bus Watchdog, torque at start-up, Status Return Level, Secondary ID, indirect registers, Clear,
 /// Control Table Backup. Not simulated, and refused: feed-forward gains, PWM Slope, other protocols, external ports.
 #[derive(Debug, clap::Args)]

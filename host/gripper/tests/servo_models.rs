@@ -4,7 +4,7 @@ mod servo_bus;
 
 use dynamixel::{Backup, Effort, Error, Layout, MODELS, Model, Register, ResetScope, StatusError, Tap, Timing, xm430};
 use fre_gripper::datasheet::Datasheet;
-use fre_gripper::servo::{Config, Servo};
+use fre_gripper::servo::{BOOT_US, Config, Servo};
 use servo_bus::{Bus, id, run};
 
 fn model(number: u16) -> &'static Model {
@@ -133,7 +133,7 @@ fn indirect_registers_show_and_write_others() {
         // Read-only is read-only behind an indirect register too.
         assert_eq!(refused(area.data + 4, &to.to_le_bytes()), Some(StatusError::Access));
         // The X series forgets the addresses with the power.
-        run(bus.master().reboot(id(1))).unwrap();
+        bus.reboot();
         run(bus.master().read(id(1), area.data, &mut shown)).unwrap();
         assert_eq!(shown[..4] == [0; 4], model.layout == Layout::X, "{}", model.name);
     }
@@ -190,15 +190,17 @@ fn a_backup_brings_settings_and_gains_back() {
     bus.set(xm430::HOMING_OFFSET, 0);
     bus.set(xm430::LED, 1);
     run(bus.master().backup(id(1), Backup::Restore)).unwrap();
+    bus.pass(BOOT_US);
     assert_eq!((bus.get(xm430::HOMING_OFFSET), bus.get(xm430::LED)), (50, 0));
     assert_eq!((bus.get(xm430::POSITION_P_GAIN), bus.get(xm430::PROFILE_VELOCITY)), (1000, 77));
     // The RAM comes back at power-on only if Startup Configuration says so.
-    run(bus.master().reboot(id(1))).unwrap();
+    bus.reboot();
     assert_eq!(bus.get(xm430::POSITION_P_GAIN), 800);
     bus.set(xm430::STARTUP_CONFIGURATION, 2);
-    run(bus.master().reboot(id(1))).unwrap();
+    bus.reboot();
     assert_eq!((bus.get(xm430::POSITION_P_GAIN), bus.get(xm430::BACKUP_READY)), (1000, 1));
     run(bus.master().factory_reset(id(1), ResetScope::ExceptIdAndBaudRate)).unwrap();
+    bus.pass(BOOT_US);
     assert_eq!((bus.get(xm430::POSITION_P_GAIN), bus.get(xm430::HOMING_OFFSET)), (800, 0));
     // Older firmware does not know the instruction.
     let mut old = Bus::new([Config { firmware: 44, ..Config::default() }]);

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use dynamixel::{Answer, Error, StatusError, SyncAnswer, xm430};
 use fre_gripper::datasheet::{FREE_SPEED, FRICTION, STALL_TORQUE, TORQUE_CONSTANT};
-use fre_gripper::servo::{ACCELERATION_UNIT, Clock, Config, ConfigError, Fault, Gains, SPEED_UNIT, Servo};
+use fre_gripper::servo::{ACCELERATION_UNIT, BOOT_US, Clock, Config, ConfigError, Fault, Gains, SPEED_UNIT, Servo};
 use model_core::status::Status;
 use servo_bus::{Bus, id, run};
 use servo_case::load;
@@ -319,7 +319,7 @@ fn a_current_limit_stops_the_finger() {
     assert_eq!(errors, Answer { value: 0x20, alert: true });
     assert_eq!(bus.get(xm430::TORQUE_ENABLE), 0);
     assert_eq!(bus.refusal(xm430::TORQUE_ENABLE, 1), Some(StatusError::ResultFail));
-    run(bus.master().reboot(id(1))).unwrap();
+    bus.reboot();
     assert_eq!(bus.refusal(xm430::TORQUE_ENABLE, 1), None);
     assert_eq!(bus.get(xm430::OPERATING_MODE), 5, "the EEPROM survives");
     assert_eq!(bus.get(xm430::PROFILE_VELOCITY), 0, "the RAM does not");
@@ -451,12 +451,28 @@ fn a_reversed_servo_counts_the_other_way_round() {
     assert!(bus.servo(|servo| servo.truth()).motor_angle < 10f64.to_radians(), "it opened");
 }
 
+/// It answers the instruction, and then nothing until it has booted; the same when its power comes back.
+#[test]
+fn it_boots_for_a_while() {
+    let mut bus = Bus::new([firm()]);
+    bus.pass(1_000);
+    run(bus.master().reboot(id(1))).unwrap();
+    for _ in 0..2 {
+        assert!(matches!(bus.try_get(xm430::ID), Err(Error::Timeout { .. })));
+        bus.pass(BOOT_US - 1);
+        assert!(matches!(bus.try_get(xm430::ID), Err(Error::Timeout { .. })));
+        bus.pass(1);
+        assert_eq!(bus.get(xm430::ID), 1);
+        bus.servo(Servo::reset);
+    }
+}
+
 #[test]
 fn torque_may_come_with_the_power() {
     let mut bus = Bus::new([firm()]);
     bus.set(xm430::STARTUP_CONFIGURATION, 1);
     assert_eq!(bus.get(xm430::TORQUE_ENABLE), 0);
-    run(bus.master().reboot(id(1))).unwrap();
+    bus.reboot();
     assert_eq!(bus.get(xm430::TORQUE_ENABLE), 1);
 }
 
@@ -508,6 +524,7 @@ fn faults_do_what_they_say() {
     bus.servo(|servo| servo.fail(0x04));
     assert_eq!(bus.try_get(xm430::TORQUE_ENABLE).unwrap(), Answer { value: 0, alert: true });
     bus.servo(Servo::reset);
+    bus.pass(BOOT_US);
     assert_eq!(bus.try_get(xm430::HARDWARE_ERROR_STATUS).unwrap(), Answer { value: 0, alert: false });
 }
 

@@ -14,6 +14,9 @@ use super::table::Table;
 const LONGEST: usize = 512;
 /// How long the servo waits for others. Long, because whatever is simulated besides it can be slow.
 const PATIENCE: Timing = Timing { baud_rate: 57_600, latency_us: 1_000_000, status_return: StatusReturn::All };
+/// How long it hears and says nothing after a Reboot and when its power comes back, µs: what was found of an XC330 (ROBOTIS-GIT/emanual, issue 1698;
+/// the manual gives nothing). That others take as long is an assumption.
+pub const BOOT_US: u64 = 400_000;
 
 /// An answer on its way.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -62,12 +65,16 @@ pub struct Servo {
     config: Config,
     device: Device<LONGEST>,
     table: Table,
+    /// The time of the caller, µs.
+    now_us: u64,
+    /// Until when it boots: it hears and says nothing.
+    booted_at_us: u64,
     faults: Faults,
     statistics: Statistics,
 }
 
 impl Servo {
-    /// A servo that has just been powered on.
+    /// A servo that has just been powered on, and has booted.
     ///
     /// # Errors
     /// The first thing in the configuration that no such servo can have.
@@ -77,6 +84,8 @@ impl Servo {
             config,
             device: Device::new(PATIENCE),
             table,
+            now_us: 0,
+            booted_at_us: 0,
             faults: Faults::default(),
             statistics: Statistics::default(),
         })
@@ -89,6 +98,7 @@ impl Servo {
 
     /// Lets the time of the caller pass: `now_us` since the servo was made. Nothing with [`Clock::Requests`].
     pub fn advance(&mut self, now_us: u64) {
+        self.now_us = now_us;
         if self.config.clock == Clock::Wall {
             self.table.advance(now_us);
         }
@@ -99,7 +109,7 @@ impl Servo {
     pub fn hear(&mut self, now_us: u64, bytes: &[u8]) -> Vec<Answer> {
         self.advance(now_us);
         self.statistics.heard += bytes.len() as u64;
-        if now_us < self.faults.silent_until_us {
+        if now_us < self.faults.silent_until_us.max(self.booted_at_us) {
             self.device.reset();
             return Vec::new();
         }
@@ -116,6 +126,11 @@ impl Servo {
             asked = rest.len();
             let reply = (reply.bytes.to_vec(), reply.delay_us.saturating_add(wire as u32));
             answers.extend(self.say(reply));
+            if self.table.take_restarted() {
+                // It has answered before.
+                self.boot();
+                break;
+            }
         }
         answers
     }
@@ -220,10 +235,20 @@ impl Servo {
         surroundings.temperature = temperature.unwrap_or(surroundings.temperature);
     }
 
-    /// Cuts the power for a moment: RAM is lost, the torque is off.
+    /// Cuts the power for a moment: RAM is lost, the torque is off, and it boots.
     pub fn reset(&mut self) {
         self.device = Device::new(PATIENCE);
         // Never refused: only a bus can be told that a device does not know the instruction.
         let _ = self.table.reboot();
+        self.table.take_restarted();
+        self.boot();
+    }
+
+    /// It hears nothing until it has booted. The time of [`Clock::Requests`] does not pass meanwhile: it has booted at once.
+    fn boot(&mut self) {
+        self.device.reset();
+        if self.config.clock == Clock::Wall {
+            self.booted_at_us = self.now_us.saturating_add(BOOT_US);
+        }
     }
 }

@@ -28,7 +28,7 @@ mod units;
 pub use config::{Clock, Config, ConfigError, simulated};
 pub use contact::{Contact, LoadError};
 pub use control::Gains;
-pub use device::{Answer, Servo, Statistics, Truth};
+pub use device::{Answer, BOOT_US, Servo, Statistics, Truth};
 pub use fault::Fault;
 pub use hub::{Handle, Hub, Running};
 pub use load::{Load, OnBranch};

@@ -11,7 +11,7 @@ use std::task::{Context, Poll, Waker};
 use dynamixel::{Answer, Error, Id, Master, Register, StatusError, Timing, Value};
 use embedded_hal_async::delay::DelayNs;
 use embedded_io_async::{ErrorType, Read, Write};
-use fre_gripper::servo::{Config, Servo};
+use fre_gripper::servo::{BOOT_US, Config, Servo};
 
 pub struct World {
     pub servos: Vec<Servo>,
@@ -66,6 +66,12 @@ impl Bus {
         for servo in &mut world.servos {
             servo.advance(now_us);
         }
+    }
+
+    /// Restarts the servo, and waits until it has booted.
+    pub fn reboot(&mut self) {
+        run(self.master.reboot(id(1))).unwrap();
+        self.pass(BOOT_US);
     }
 
     pub fn try_get<T: Value>(&mut self, register: Register<T>) -> Result<Answer<T>, Failure> {

@@ -67,6 +67,8 @@ pub struct Table {
     turns: f64,
     /// Reads of Present Position.
     pub(super) position_reads: u64,
+    /// A Reboot, or its like, has come since this was asked last.
+    has_restarted: bool,
 }
 
 impl Table {
@@ -97,6 +99,7 @@ impl Table {
             touched_us: 0,
             turns: 0.0,
             position_reads: 0,
+            has_restarted: false,
         };
         table.put(xm430::ID, config.id);
         table.put(xm430::FIRMWARE_VERSION, config.firmware);
@@ -134,6 +137,11 @@ impl Table {
             self.put(xm430::TORQUE_ENABLE, 1);
         }
         self.refresh();
+    }
+
+    /// Whether it has restarted since this was asked last.
+    pub(super) fn take_restarted(&mut self) -> bool {
+        std::mem::take(&mut self.has_restarted)
     }
 
     /// Makes the present position the goal.
@@ -416,6 +424,7 @@ impl ControlTable for Table {
     fn reboot(&mut self) -> Result<(), StatusError> {
         self.turns = 0.0;
         self.power_on();
+        self.has_restarted = true;
         Ok(())
     }
 
