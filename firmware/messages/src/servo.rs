@@ -48,9 +48,16 @@ pub enum ServoField {
     Id,
     /// Goal Current: a model without current-based position control, which [`crate::Mount::current_fence`] needs.
     GoalCurrent,
+    /// Status Return Level: it answered pings only, or reads too, and was set to answer everything.
+    StatusReturnLevel,
 }
 
 impl ServoField {
+    /// Whether the gripper puts it right: the servo is controlled when it is found the next time.
+    pub const fn is_mended(self) -> bool {
+        matches!(self, Self::BusWatchdog | Self::StatusReturnLevel)
+    }
+
     /// What the servo's manual calls it.
     pub fn name(self) -> &'static str {
         match self {
@@ -65,6 +72,7 @@ impl ServoField {
             Self::PresentPosition => "Present Position",
             Self::Id => "ID",
             Self::GoalCurrent => "Goal Current",
+            Self::StatusReturnLevel => "Status Return Level",
         }
     }
 }

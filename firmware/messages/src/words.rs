@@ -46,6 +46,12 @@ impl Display for Difference {
             ServoField::GoalCurrent => f.write_str(
                 "its servo has no current-based position control (Operating Mode 5), which current_fence needs",
             ),
+            ServoField::StatusReturnLevel => {
+                write!(
+                    f,
+                    "its servo's Status Return Level was {found}, so that it did not answer everything; it is set to {expected}"
+                )
+            }
             ServoField::BusWatchdog => f.write_str("its servo's Bus Watchdog had tripped; it is cleared"),
             _ => write!(f, "its servo's {} is {found}, and {expected} was commissioned", field.name()),
         }

@@ -314,13 +314,19 @@ fn the_current_limit_stops_every_model() {
     }
 }
 
-/// A servo that answers pings only, and one whose Bus Watchdog has tripped, are found all the same.
+/// A servo that answers pings only, or reads too, and one whose Bus Watchdog has tripped, are named and put right.
 #[test]
 fn ways_out_of_dead_ends() {
     for level in [0, 1] {
         let mut bench = Bench::new(geared_servo(), &Flash::new());
         bench.servo.write(xm430::STATUS_RETURN_LEVEL, level);
         set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+        assert_eq!(bench.servo.read(xm430::STATUS_RETURN_LEVEL), 2);
+        let told = bench.events.iter().find(|event| matches!(event, Event::ServoDiffers { .. })).map(Event::to_string);
+        let words = format!(
+            "its servo's Status Return Level was {level}, so that it did not answer everything; it is set to 2"
+        );
+        assert_eq!(told, Some(format!("finger 0 is not controlled: {words}")));
     }
     let mut bench = Bench::new(geared_servo(), &Flash::new());
     bench.servo.write(xm430::TORQUE_ENABLE, 1);

@@ -138,9 +138,10 @@ impl<U: BusPort> Servos<U> {
             Err(error) => return Err(error),
         };
         if level != 2 {
-            // The servo forgets this with its power, and without it nothing could be verified.
+            // The servo forgets this with its power, and without it nothing could be verified: it is found so the next time.
             self.tell(id, model.at(xm430::STATUS_RETURN_LEVEL), 2).await?;
             self.master.read(id, live_at, &mut live).await?;
+            return Ok(unread(ServoField::StatusReturnLevel, i32::from(level), 2));
         }
         let mut kept = [0; KEPT_BYTES];
         let there = kept.get_mut(..kept_bytes(model.layout)).unwrap_or_default();

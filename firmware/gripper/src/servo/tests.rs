@@ -56,7 +56,8 @@ impl Wire {
         let servo = |id: u8, firmware| {
             let mut memory = [0; 148];
             (memory[6], memory[7], memory[8], memory[132]) = (firmware, id, 3, 10 * id);
-            // Max Position Limit.
+            // Status Return Level and Max Position Limit, as they come from the factory.
+            memory[68] = 2;
             [memory[48], memory[49]] = 4095_u16.to_le_bytes();
             (Device::new(Timing::at(1_000_000)), Table { memory, knows })
         };
