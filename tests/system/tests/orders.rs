@@ -144,6 +144,28 @@ fn a_host_that_goes_away_stops_a_motion_if_that_is_set() {
     assert!(matches!(bench.ask::<SetSettings>(&short), Err(Refusal::Setting { .. })));
 }
 
+/// The goal is never far ahead of the servo: one whose gripper is gone in a motion stops there, without a Bus Watchdog, which would take
+/// the torque from a grip.
+#[test]
+fn a_servo_whose_gripper_is_gone_stops() {
+    for speed in [0.1_f32, 0.35, 1.0] {
+        let mut bench = Bench::new(geared_servo(), &Flash::new());
+        set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+        bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: -0.045, speed: Some(0.2) }).unwrap();
+        bench.run(SECOND);
+        bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.2, speed: Some(speed) }).unwrap();
+        // Before the first contact at 0.
+        bench.run((40_000.0 / speed) as u64);
+        assert_eq!((last(&bench).phase, bench.servo.read(xm430::BUS_WATCHDOG)), (Phase::Moving, 0));
+        bench.meddling = Box::new(|_, _| Vec::new());
+        let (from, goal) = (bench.servo.truth().count, bench.servo.read(xm430::GOAL_POSITION));
+        bench.run(2 * SECOND);
+        let count = bench.servo.truth().count;
+        eprintln!("{speed} rad/s: gone at {from} with its goal at {goal}, stopped at {count}");
+        assert!(goal - from <= 20 && count <= goal + 1, "{speed} rad/s: at {from}, goal {goal}, stopped at {count}");
+    }
+}
+
 /// Another master on the bus of which this gripper is the master: an event, not one per packet, and the reason for a servo that is lost.
 #[test]
 fn another_master_is_reported() {
