@@ -4,7 +4,9 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use fre_gripper::servo::{Config, OnBranch};
-use messages::{Event, Grip, GripTo, Phase, Reaction, Settings, Which, Why};
+use messages::{
+    Event, For, Grip, GripTo, Phase, Reaction, Role, SetFinger, SetObject, SetSettings, Settings, Which, Why,
+};
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 use rand_chacha::ChaCha8Rng;
@@ -400,6 +402,33 @@ fn a_slow_processor_tells_old_forces_in_time() {
     bench.ask::<messages::Close>(&messages::CloseTo { fingers: Which::All, angle: 0.17, speed: Some(0.6) }).unwrap();
     bench.run(SECOND / 10);
     bench.run_with(SECOND, |report, _| assert!(is_sound(report), "{report:?}"));
+}
+
+/// A listener whose master pauses repeats the estimate with the age of its position, and calls it stale after 100 ms.
+#[test]
+fn a_position_that_was_heard_has_its_age() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    let settings = Settings { role: Role::Tap, baud: Some(1_000_000), ..Settings::of(GEARED_MOUNT) };
+    bench.ask::<SetSettings>(&settings).unwrap();
+    bench.ask::<SetFinger>(&For { finger: 0, what: finger() }).unwrap();
+    bench.ask::<SetObject>(&For { finger: 0, what: OBJECT.into() }).unwrap();
+    let mut buffer = [0; 64];
+    let id = dynamixel::Id::new(1).unwrap();
+    let question = dynamixel::encode(&mut buffer, id, dynamixel::Instruction::Read, &[132, 0, 4, 0]).unwrap().to_vec();
+    for _ in 0..100 {
+        bench.interject(&question);
+        bench.run(TICK);
+    }
+    bench.reports.clear();
+    bench.run(SECOND / 5);
+    let ages: Vec<u32> = bench.reports.iter().map(|(report, _)| report.estimate.age).collect();
+    let first = ages.first().copied().unwrap();
+    assert!(first <= 1, "{ages:?}");
+    assert!(ages.iter().zip(first..).all(|(age, tick)| *age == tick), "{ages:?}");
+    let is_stale = |(report, _): &(messages::Report, _)| report.estimate.status == Status::Stale;
+    let young = bench.reports.iter().position(is_stale).expect("stale at last");
+    assert!((49..=51).contains(&young), "repeated for {young} ticks of 2 ms");
+    assert!(bench.reports[young..].iter().all(is_stale));
 }
 
 /// With `Release`, a single lost answer opens the finger in the tick it was missed.
