@@ -125,6 +125,17 @@ fn calculix_agrees_on_a_finger_that_bends_as_a_plate() {
     );
 }
 
+/// Fillets as large as the ribs are thick raise the force by 30 %.
+#[test]
+fn calculix_agrees_on_ribs_with_fillets() {
+    use model_core::design::{LamellaKind, Lamellae, Ribs};
+    let ribs = |design: &mut model_core::design::Design| {
+        design.lamellae.thickness = Lamellae::uniform(1.2);
+        design.lamellae.kind = LamellaKind::Rib(Ribs { fillet: 1.2, ..Ribs::WELDED });
+    };
+    agrees("fillets", &other_case(ribs, CIRCLE, "motor_angles_deg = [4.0]"), 2.0, 0.1);
+}
+
 #[test]
 fn calculix_agrees_on_a_tapered_finger() {
     use model_core::design::Profile;

@@ -103,6 +103,67 @@ fn the_mesh_has_the_area_of_the_drawing_whatever_its_size() {
     assert!((coarse.area() - expected).abs() < 0.01, "{} mm² meshed, {expected} drawn", coarse.area());
 }
 
+/// A preset's design with welded ribs and fillets.
+fn filleted(finger: &str, ribs: Option<f64>, fillet: f64) -> Case {
+    use model_core::design::{LamellaKind, Lamellae, Ribs};
+    let text = format!(
+        "finger = \"preset:{finger}\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n\
+         [motion]\ndirection = [1, 0]\ndistances_mm = [2]\n"
+    );
+    let mut case = Case::parse("case.toml", &text).unwrap();
+    let lamellae = &mut case.finger.design.lamellae;
+    if let Some(thickness) = ribs {
+        lamellae.thickness = Lamellae::uniform(thickness);
+    }
+    lamellae.kind = LamellaKind::Rib(Ribs { fillet, ..Ribs::WELDED });
+    case.finger.design.validate().unwrap();
+    case
+}
+
+#[test]
+fn fillets_are_in_the_mesh_as_they_are_drawn() {
+    for (finger, thickness, fillet) in [
+        ("ladder-80", Some(1.2), 0.6),
+        ("ladder-80", Some(1.2), 1.5),
+        // Inclined by up to 58°, five of them on the held back.
+        ("umi", None, 0.5),
+        ("umi", None, 0.9),
+    ] {
+        let [sharp, round] =
+            [0.0, fillet].map(|fillet| Plan::of(&filleted(finger, thickness, fillet), 1).unwrap().mesh);
+        let sides = sides(&round);
+        assert!(sides.values().all(|&count| count <= 2), "{finger}: a side belongs to more than two elements");
+        let euler = |mesh: &Mesh| {
+            let mut corners: Vec<usize> = mesh.elements.iter().flat_map(|e| e[..4].to_vec()).collect();
+            corners.sort_unstable();
+            corners.dedup();
+            corners.len() as i64 - self::sides(mesh).len() as i64 + mesh.elements.len() as i64
+        };
+        assert_eq!(euler(&round), euler(&sharp), "{finger} {fillet}: a crack or a wrong joint");
+        for element in &round.elements {
+            let p = element.map(|n| round.nodes[n]);
+            for i in 0..4 {
+                // By the middles of the sides beside it, as they bend along an arc.
+                let (a, b, c) = (p[4 + (i + 3) % 4], p[i], p[4 + i]);
+                let corner = (c[0] - b[0]) * (a[1] - b[1]) - (c[1] - b[1]) * (a[0] - b[0]);
+                assert!(corner > 0.0, "{finger} {fillet}: an element folds over at {b:?}");
+            }
+        }
+        assert!(round.clamped.len() >= 10 && round.contact_face.len() > 10);
+        if finger == "umi" {
+            continue;
+        }
+        // A corner of ψ gains r² (cot ψ/2 − (π − ψ)/2). The back beam leans by 19.29°.
+        let gained = |degrees: f64| {
+            let open = degrees.to_radians();
+            fillet * fillet * (1.0 / (0.5 * open).tan() - 0.5 * (std::f64::consts::PI - open))
+        };
+        let expected = 7.0 * (2.0 * gained(90.0) + gained(90.0 - 19.29) + gained(90.0 + 19.29));
+        let found = Plan::of(&filleted(finger, thickness, fillet), 4).unwrap().mesh.area() - sharp.area();
+        assert!((found / expected - 1.0).abs() < 0.02, "{finger} {fillet}: {found} mm² for {expected}");
+    }
+}
+
 fn polygon(corners: &[[f64; 2]]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     0.5 * corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>().abs()

@@ -179,11 +179,11 @@ distances_mm = [1, 2, 3, 4, 5]
 fn no_drawing_takes_the_place_of_what_it_is_drawn_from() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    // One that can be drawn and not be computed: what is named must not depend on that.
+    // One that can be drawn and not be computed, with fillets of more than twice a thickness: what is named must not depend on that.
     let finger = "width_mm = 20\nmaterial = { youngs_modulus_pa = 1e7, poissons_ratio = 0.4 }\n\
         front = { base_mm = [0, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
         back = { base_mm = [-28, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
-        lamellae = { kind = \"rib\", ends = \"welded\", fillet_mm = 0.5, heights_mm = [9, 27], thickness_mm = 1.2 }\n";
+        lamellae = { kind = \"rib\", ends = \"welded\", fillet_mm = 2.5, heights_mm = [9, 27], thickness_mm = 1.2 }\n";
     let case = "finger = \"drawn.svg\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
         motion.motor_angles_deg = [2]\n";
     fs::write(folder.join("drawn.svg"), finger).unwrap();

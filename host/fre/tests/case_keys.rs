@@ -49,7 +49,6 @@ const ADDED: &[(&str, &str, bool)] = &[
     ("finger.lamellae", "angle_deg = 0", true),
     ("finger.lamellae", "gap_mm = 0.4", false),
     ("finger.lamellae", "fillet_mm = 0.0", true),
-    ("finger.lamellae", "fillet_mm = 1.0", false),
     ("finger.material", "prony = []", true),
 ];
 

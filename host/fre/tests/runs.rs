@@ -142,3 +142,41 @@ fn printed_fingers_agree_with_finite_elements() {
         }
     }
 }
+
+/// Forces of CalculiX, N, on level or inclined ribs between the beams of `fea-80` with fillets, Ø80 at Mid, at 2, 4, 6 and 8°
+/// (`fre compare --fea` makes them): thickness, mm, angle, degrees, radius of the fillets, mm.
+const FILLETED: [(f64, f64, f64, [f64; 4]); 5] = [
+    (1.2, 0.0, 0.0, [2.1542, 4.4560, 7.4070, 11.3496]),
+    (1.2, 0.0, 1.2, [2.7412, 5.7553, 9.7120, 14.6548]),
+    (0.8, 0.0, 1.0, [1.3431, 2.8424, 4.9659, 8.7900]),
+    (2.0, 0.0, 1.0, [6.4476, 12.9719, 20.1347, 27.6831]),
+    (1.2, 20.0, 1.2, [2.8869, 6.2795, 10.6244, 15.8037]),
+];
+
+/// The beams of `fea-80` with seven welded ribs on Ø80: thickness, mm, angle, degrees, radius of the fillets and height of the circle, mm.
+fn ribbed(thickness: f64, degrees: f64, fillet: f64, height: f64, angles: &[f64]) -> String {
+    format!(
+        "[finger]\nname = \"ribs\"\nwidth_mm = 20\nplane_strain = \"stress\"\n\
+             material = {{ youngs_modulus_pa = 4.95e7, poissons_ratio = 0.48 }}\n\
+             front = {{ base_mm = [0, 0], tip_mm = [0, 80], thickness_mm = 2 }}\n\
+             back = {{ base_mm = [-28, 0], tip_mm = [0, 80], thickness_mm = 2 }}\n\
+             tip = {{ rigid_above_mm = 74.1158 }}\nmotor = {{ axis_mm = [-14, -20] }}\n\
+             lamellae = {{ kind = \"rib\", heights_mm = [9, 18, 27, 36, 45, 54, 63], thickness_mm = {thickness:?}, \
+             angle_deg = {degrees:?}, fillet_mm = {fillet:?} }}\n\
+             [object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, {height:?}]\n\
+             [motion]\nmotor_angles_deg = {angles:?}\n"
+    )
+}
+
+#[test]
+fn fillets_stiffen_a_finger_as_finite_elements_say() {
+    for (thickness, degrees, fillet, elements) in FILLETED {
+        let text = ribbed(thickness, degrees, fillet, 45.0, &[2.0, 4.0, 6.0, 8.0]);
+        for (place, elements) in solved(&text).places.iter().zip(elements) {
+            let error = place.force_magnitude_n().expect("a force") / elements - 1.0;
+            println!("ribs {thickness} mm, {degrees}°, fillets {fillet} mm, at {}°: {:+.2} %", place.at, 100.0 * error);
+            let most = if degrees == 0.0 { 0.02 } else { 0.03 };
+            assert!(error.abs() < most, "{thickness} mm, {degrees}°, {fillet} mm: {error}");
+        }
+    }
+}

@@ -178,7 +178,7 @@ def test_a_file_with_a_fault_names_line_and_key(tmp_path: pathlib.Path) -> None:
 @pytest.mark.parametrize(
     ("values", "key"),
     [
-        ({"lamellae.fillet_mm": 0.5}, "finger.lamellae.fillet_mm"),
+        ({"lamellae.gap_mm": 0.5}, "finger.lamellae.gap_mm"),
         ({"material.prony": [[0.6, 0.1], [0.6, 1.0]]}, "finger.material.prony"),
     ],
 )

@@ -2,8 +2,8 @@
 
 use super::error::{DesignError, Field, MAX_LENGTH, MIN_THICKNESS, within};
 use super::junction::{BAR_ROOT, face_distances};
-use super::weld::Weld;
-use super::{Attachments, Beam, Design, HingeFrom, HingeKind, LamellaKind, Profile};
+use super::weld::{LARGEST_FILLET, Weld};
+use super::{Attachments, Beam, Design, HingeFrom, HingeKind, LamellaKind, Profile, RibEnds, Ribs};
 use crate::size::{Lists, TooLong};
 
 fn profile(field: Field, profile: &Profile, admit: impl Fn(f64) -> Result<(), DesignError>) -> Result<(), DesignError> {
@@ -227,7 +227,8 @@ impl Design {
                 Field::Fillet.admit(ribs.fillet)?;
                 Field::RibBending.admit(ribs.bending_factor)?;
                 Field::RibStretch.admit(ribs.stretch_factor)?;
-                self.validate_ribs(ends)
+                self.validate_ribs(ends)?;
+                self.validate_fillets(ends)
             }
         }
     }
@@ -255,6 +256,47 @@ impl Design {
                 }
                 below[side] = below[side].max(arcs[side] + up);
                 room(words[side][1], ends[side] - below[side], MIN_THICKNESS)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Fillets end where another one, a held part or the solid tip begins, or before.
+    #[inline(never)]
+    fn validate_fillets(&self, ends: [f64; 2]) -> Result<(), DesignError> {
+        let Some(Ribs { ends: RibEnds::Welded, fillet, .. }) = self.lamellae.ribs().copied() else { return Ok(()) };
+        if fillet == 0.0 {
+            return Ok(());
+        }
+        // Arcs up to which a face is free below the next rib, and what the fillet above it takes of that per radius.
+        let mut below = [(self.front.clamp, 0.0), (self.back.clamp, 0.0)];
+        for lamella in 0..self.lamella_count() {
+            let fits = |room: f64, reach: f64, what| {
+                let max = (room / reach).max(0.0);
+                if fillet <= max {
+                    Ok(())
+                } else {
+                    Err(DesignError::FilletTooLarge { lamella, value: fillet, what, max })
+                }
+            };
+            let thickness = self.lamella_thickness(lamella);
+            fits(LARGEST_FILLET * thickness[0].min(thickness[1]), 1.0, "twice the rib's thickness")?;
+            let roots = Weld::roots(self, lamella);
+            let clear = self.lamella_width(lamella) - roots.iter().map(|root| root.face).sum::<f64>();
+            let [lower, upper] = [roots[0].fillet[0] + roots[1].fillet[0], roots[0].fillet[1] + roots[1].fillet[1]];
+            // An edge is shorter on the side to which the rib leans.
+            let leant = 0.5 * (thickness[0] * roots[0].lean + thickness[1] * roots[1].lean);
+            fits(clear + leant, lower, "what fits along its edge")?;
+            fits(clear - leant, upper, "what fits along its edge")?;
+            for (((root, end), below), is_back) in roots.iter().zip(ends).zip(&mut below).zip([false, true]) {
+                let (from, reach) = *below;
+                let [low, high] = root.edges;
+                // What lies on a beam's held part has no fillet that matters below it.
+                if !(is_back && low <= self.back.clamp) {
+                    fits(low - from, root.fillet[0] + reach, "what fits along the beam below it")?;
+                }
+                fits(end - high, root.fillet[1], "what fits below the solid tip")?;
+                *below = (high, root.fillet[1]);
             }
         }
         Ok(())

@@ -277,6 +277,17 @@ pub enum DesignError {
         /// More than this is needed, mm.
         needed: f64,
     },
+    /// A rib's fillets are larger than the tables of welds, or overlap with each other, a neighbour's, the held part or the solid tip.
+    FilletTooLarge {
+        /// Index of the rib, from 0 at the base.
+        lamella: usize,
+        /// The radius, mm.
+        value: f64,
+        /// What the largest radius is.
+        what: &'static str,
+        /// Largest allowed, mm.
+        max: f64,
+    },
     /// A lamella leaves no room for its hinges.
     NoRoomForHinges {
         /// Index of the lamella, from 0 at the base.
@@ -350,6 +361,10 @@ impl core::fmt::Display for DesignError {
                     f,
                     "lamellae.thickness_mm: at rib {number} {what} is {length} mm long; more than {needed} mm is needed"
                 )
+            }
+            Self::FilletTooLarge { lamella, value, what, max } => {
+                let number = lamella + 1;
+                write!(f, "lamellae.fillet_mm is {value}; at rib {number} at most {max} mm is allowed, {what}")
             }
             Self::NoRoomForHinges { lamella, width, needed } => {
                 write!(

@@ -11,6 +11,7 @@ pub(crate) mod junction;
 mod ladder_80;
 mod lamella;
 pub(crate) mod weld;
+mod weld_tables;
 
 pub use beam::Beam;
 pub use error::{DesignError, Field};
@@ -329,6 +330,9 @@ pub(crate) mod tests {
             ("lamellae.bending_factor", &|d| ribs(d, 1.2).bending_factor = 0.0),
             ("lamellae.stretch_factor", &|d| ribs(d, 1.2).stretch_factor = f64::INFINITY),
             ("lamellae.fillet_mm", &|d| ribs(d, 1.2).fillet = -1.0),
+            // More than twice the ribs' thickness; more than the window between two ribs has room for.
+            ("lamellae.fillet_mm is 2.5; at rib 1 at most 2.4", &|d| ribs(d, 1.2).fillet = 2.5),
+            ("lamellae.fillet_mm is 4; at rib 2 at most 3.2", &|d| ribs(d, 2.5).fillet = 4.0),
             // Thicker than there is room between two, and a last one that the wedge leaves no room for.
             ("lamellae.thickness_mm", &|d| {
                 ribs(d, 12.0);

@@ -1,8 +1,10 @@
 //! Linear plane-stress finite elements of a junction where a rib leaves a beam, and what its rods must be to give way as much.
 //!
 //! The beam lies along x, −A to A; the rib leaves its upper face at an angle φ from +x, its axis through the origin. Quadratic elements
-//! of eight nodes, ever smaller towards the two re-entrant corners. Everything is per width.
+//! of eight nodes, ever smaller towards the two re-entrant corners. A fillet's arc is halved: one half is the beam's edge, the other the
+//! rib's, and the line between the two middles is where the blocks meet. Everything is per width.
 
+use core::f64::consts::{FRAC_PI_2, PI};
 use std::collections::HashMap;
 use std::vec;
 use std::vec::Vec;
@@ -18,6 +20,8 @@ pub struct Junction {
     pub rib: f64,
     /// Angle between both axes, rad, 0 … π/2.
     pub angle: f64,
+    /// Radius of the fillets in both corners, 0 if they are sharp.
+    pub fillet: f64,
     /// Poisson's ratio.
     pub nu: f64,
     /// Elements across the beam.
@@ -52,7 +56,7 @@ impl Fit {
     }
 }
 
-/// Lengths of the three arms from the crossing (beam) and the face (rib), in thicknesses of the beam and of the rib.
+/// Lengths of the three arms beyond the root and its fillets (beam: beyond the crossing at least), in thicknesses of the beam and of the rib.
 const ARMS: [f64; 2] = [3.0, 3.0];
 /// Power by which elements grow from the corners.
 const GRADING: f64 = 2.5;
@@ -105,6 +109,11 @@ fn ungraded(n: usize) -> Vec<f64> {
     graded(n).iter().rev().map(|s| 1.0 - s).collect()
 }
 
+/// Positions 0 … 1.
+fn even(n: usize) -> Vec<f64> {
+    (0..=n).map(|k| k as f64 / n as f64).collect()
+}
+
 /// Positions 0 … 1, closer together towards both ends.
 fn both(n: usize) -> Vec<f64> {
     let mut all: Vec<f64> = ungraded(n / 2).iter().map(|s| 0.5 * s).collect();
@@ -143,11 +152,57 @@ struct End {
     thickness: f64,
 }
 
+/// A rounded corner: where its arc begins on the beam's face, its middle, and where it ends on the rib's edge.
+#[derive(Clone, Copy)]
+struct Corner {
+    centre: Point,
+    radius: f64,
+    /// Directions from the centre to the arc's beginning, middle and end, rad.
+    angles: [f64; 3],
+    /// Distance of the beginning, and of the end, from the sharp corner.
+    reach: f64,
+}
+
+impl Corner {
+    /// That of a sharp corner in the beam's face; the face leads away from it along `sign`·x, the rib's edge along the axis.
+    fn of(corner: Point, sign: f64, angle: f64, radius: f64) -> Self {
+        let open = if sign > 0.0 { angle } else { PI - angle };
+        let reach = radius / (0.5 * open).tan();
+        let centre = [corner[0] + sign * reach, corner[1] + radius];
+        let begin = -FRAC_PI_2;
+        let turn = -sign * (PI - open);
+        Self { centre, radius, angles: [begin, begin + 0.5 * turn, begin + turn], reach }
+    }
+
+    /// A point of the arc's first half (towards the face) or second half (towards the rib).
+    fn at(&self, half: usize, part: f64) -> Point {
+        let angle = self.angles[half] + part * (self.angles[half + 1] - self.angles[half]);
+        [self.centre[0] + self.radius * angle.cos(), self.centre[1] + self.radius * angle.sin()]
+    }
+}
+
 impl Junction {
+    /// The corners where the rib's two edges meet the beam's face, the one at smaller x first.
+    fn corners(&self) -> [Corner; 2] {
+        let (half, (sin, cos)) = (0.5 * self.beam, self.angle.sin_cos());
+        let (centre, wide) = (half * cos / sin, 0.5 * self.rib / sin);
+        let corner = |sign: f64| Corner::of([centre + sign * wide, half], sign, self.angle, self.fillet);
+        [corner(-1.0), corner(1.0)]
+    }
+
+    /// Lengths of the beam's arms from the crossing, and of the rib's from there.
+    fn arms(&self) -> [f64; 2] {
+        let [low, high] = self.corners();
+        let sin = self.angle.sin();
+        let root = 0.5 * self.beam * self.angle.cos() / sin + 0.5 * self.rib / sin;
+        let reach = low.reach.max(high.reach);
+        let beam = if self.fillet > 0.0 { root + reach + ARMS[0] * self.beam } else { ARMS[0] * self.beam };
+        [beam, 0.5 * self.beam / sin + reach + ARMS[1] * self.rib]
+    }
+
     fn ends(&self) -> [End; 3] {
         let (sin, cos) = self.angle.sin_cos();
-        let arm = ARMS[0] * self.beam;
-        let far = 0.5 * self.beam / sin + ARMS[1] * self.rib;
+        let [arm, far] = self.arms();
         [
             End { middle: [-arm, 0.0], axis: [-1.0, 0.0], thickness: self.beam },
             End { middle: [arm, 0.0], axis: [1.0, 0.0], thickness: self.beam },
@@ -157,26 +212,43 @@ impl Junction {
 
     fn mesh(&self) -> Mesh {
         let mut mesh = Mesh { points: Vec::new(), elements: Vec::new(), known: HashMap::new() };
-        let (half, arm) = (0.5 * self.beam, ARMS[0] * self.beam);
+        let (half, arm) = (0.5 * self.beam, self.arms()[0]);
         let (sin, cos) = self.angle.sin_cos();
-        let (centre, wide) = (half * cos / sin, 0.5 * self.rib / sin);
-        let roots = [centre - wide, centre + wide];
         let n = self.fineness;
         let across = graded(n);
-        let beam = |from: f64, to: f64| move |u: f64, v: f64| [from + u * (to - from), half * (2.0 * v - 1.0)];
-        mesh.block(beam(-arm, roots[0]), &graded(2 * n), &across);
-        mesh.block(beam(roots[0], roots[1]), &both(2 * n), &across);
-        mesh.block(beam(roots[1], arm), &ungraded(2 * n), &across);
+        let mix = |a: Point, b: Point, t: f64| [0, 1].map(|i| a[i] + t * (b[i] - a[i]));
+        let corners = self.corners();
+        let roots = corners.map(|corner| corner.at(0, 1.0));
+        let starts = corners.map(|corner| corner.at(0, 0.0));
+        // Across the beam, from its lower face to a point of its upper edge.
+        let beam = |upper: &dyn Fn(f64) -> Point, from: f64, to: f64, u: f64, v: f64| {
+            mix([from + u * (to - from), -half], upper(u), v)
+        };
+        let face = |from: f64, to: f64| move |u: f64| [from + u * (to - from), half];
+        let rounded = self.fillet > 0.0;
+        // Where lines across the beam begin, below the roots.
+        let feet = [0, 1].map(|side| corners[side].centre[0] - [-1.0, 1.0][side] * corners[side].reach);
+        let outer = |side: usize| if rounded { starts[side][0] } else { feet[side] };
+        let (left, right) = (outer(0), outer(1));
+        mesh.block(|u, v| beam(&face(-arm, left), -arm, left, u, v), &graded(2 * n), &across);
+        mesh.block(|u, v| beam(&|u| mix(roots[0], roots[1], u), feet[0], feet[1], u, v), &both(2 * n), &across);
+        mesh.block(|u, v| beam(&face(right, arm), right, arm, u, v), &ungraded(2 * n), &across);
+        if rounded {
+            let [low, high] = corners;
+            mesh.block(|u, v| beam(&|u| low.at(0, u), left, feet[0], u, v), &even(n), &across);
+            mesh.block(|u, v| beam(&|u| high.at(0, 1.0 - u), feet[1], right, u, v), &even(n), &across);
+        }
         let end = self.ends()[2];
         let side = |s: f64| [0, 1].map(|i| end.middle[i] + 0.5 * s * self.rib * [-sin, cos][i]);
         let (left, right) = (side(1.0), side(-1.0));
-        let rib = |u: f64, v: f64| {
-            let low = [roots[0] + u * (roots[1] - roots[0]), half];
-            let high = [0, 1].map(|i| left[i] + u * (right[i] - left[i]));
-            [0, 1].map(|i| low[i] + v * (high[i] - low[i]))
-        };
+        let tops = corners.map(|corner| corner.at(1, 1.0));
         // Its lines along run to the right, as the block wants them.
+        let rib = |u: f64, v: f64| mix(mix(tops[0], tops[1], u), mix(left, right, u), v);
         mesh.block(rib, &both(2 * n), &ungraded(2 * n));
+        if rounded {
+            let root = |u: f64, v: f64| mix(corners[0].at(1, v), corners[1].at(1, v), u);
+            mesh.block(root, &both(2 * n), &even(n));
+        }
         mesh
     }
 
@@ -215,11 +287,12 @@ impl Junction {
             }
         }
         let loads = self.loads(&mesh, &place);
+        let arm = self.arms()[0];
         // Balanced loads need no support but against the three motions of a rigid body: two nodes far apart.
         let held = [
-            place(order_of(&mesh, [-ARMS[0] * self.beam, -0.5 * self.beam]), 0),
-            place(order_of(&mesh, [-ARMS[0] * self.beam, -0.5 * self.beam]), 1),
-            place(order_of(&mesh, [ARMS[0] * self.beam, -0.5 * self.beam]), 1),
+            place(order_of(&mesh, [-arm, -0.5 * self.beam]), 0),
+            place(order_of(&mesh, [-arm, -0.5 * self.beam]), 1),
+            place(order_of(&mesh, [arm, -0.5 * self.beam]), 1),
         ];
         for row in held {
             let last = rows[row].len() - 1;
@@ -323,8 +396,7 @@ impl Junction {
     fn excess(&self) -> [[f64; 6]; 6] {
         let (exact, rods) = (self.compliance(), self.rods());
         let (sin, cos) = self.angle.sin_cos();
-        let far = 0.5 * self.beam / sin + ARMS[1] * self.rib;
-        let arm = ARMS[0] * self.beam;
+        let [arm, far] = self.arms();
         // The loads of the beam's right end and the rib's end that make up each of them.
         let turn = |x: f64, y: f64| [x * cos + y * sin, y * cos - x * sin];
         let rib = |x: f64, y: f64, moment: f64| {

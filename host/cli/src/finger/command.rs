@@ -33,8 +33,8 @@ enum Command {
 
 /// Write the closed outline of a finger as a drawing or a solid
 ///
-/// It has beams, rungs, fillets, solid tip and base, as they are printed. Keys of a finger that `fre solve` does not compute yet are
-/// drawn, too. As URDF, a finger or a whole gripper is described for rviz and simulators, with a solid beside it.
+/// It has beams, rungs, fillets, solid tip and base, as they are printed. As URDF, a finger or a whole gripper is described for rviz and
+/// simulators, with a solid beside it.
 #[derive(Debug, clap::Args)]
 struct ExportArgs {
     /// A case, a finger file or preset:NAME

@@ -85,6 +85,14 @@ pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
             );
             entry(Field::LamellaThickness, lamella, reason)
         }
+        DesignError::FilletTooLarge { lamella, max, what, .. } => {
+            let reason = format!(
+                "at rib {} (counted from 1 at the base) at most {} mm is allowed, {what}",
+                lamella + 1,
+                rounded(max)
+            );
+            table.refuse(Field::Fillet.key(), reason)
+        }
         DesignError::NoRoomForHinges { lamella, width, needed } => {
             let reason = format!(
                 "lamella {} (counted from 1 at the base) is {} mm wide, its two hinges need {} mm",

@@ -219,6 +219,9 @@ fn lamellae(keys: Option<&LamellaeTable>, finger: &Table<'_>, beams: [&Beam; 2])
             }
             LamellaKind::Rigid
         }
+        keys::LamellaKind::Rib if keys.ends == Some(keys::RibEnds::Hinged) && keys.fillet_mm != 0.0 => {
+            return Err(table.refuse("fillet_mm", "means nothing to hinged ribs; ends = \"welded\" makes corners"));
+        }
         keys::LamellaKind::Rib => LamellaKind::Rib(Ribs {
             ends: match keys.ends {
                 None | Some(keys::RibEnds::Welded) => RibEnds::Welded,

@@ -7,7 +7,9 @@ use std::collections::HashMap;
 
 use model_core::design::HingeKind;
 
-use super::region::{Faces, Point, Region, cross, minus};
+use super::fillet::Fillet;
+use super::grading::{CORE, Sizes, lerp, stations, through_thickness};
+use super::region::{Faces, Joint, Point, Region, cross, minus};
 
 /// Nodes closer than this are one, mm.
 const SAME: f64 = 1e-6;
@@ -94,14 +96,14 @@ pub struct Mesh {
 const THROUGH_BEAM: usize = 2;
 /// The same of a beam in layers: two elements in its core, one in each skin.
 const THROUGH_LAYERS: usize = 4;
-/// The core's share of a thickness in layers. The core yields most to shear, and thin skins leave it nearly as stiff as it was.
-const CORE: f64 = 0.75;
 /// Elements through the thickness of a neck at refinement 1.
 const THROUGH_NECK: usize = 3;
 /// How far a junction reaches into what leaves it, over the smaller of the thicknesses that meet.
 const JUNCTION: f64 = 0.5;
-/// Growth of element sizes away from a corner, mm per mm.
-const GROWTH: f64 = 0.4;
+/// Part of the arc of a fillet at which the rib begins and the beam ends.
+const HALVED: f64 = 0.5;
+/// The same on a held beam, which has no elements: the rib begins so near the face that only a sliver of its foot is left out.
+const ON_HELD: f64 = 0.15;
 
 impl Mesh {
     /// Sides that belong to one element only, in no order: corner, middle, corner.
@@ -133,22 +135,36 @@ impl Mesh {
         for front in [true, false] {
             let (faces, merge) = if front { (region.front, region.merge[0]) } else { (region.back, region.merge[1]) };
             let free = region.joints.iter().filter(|joint| front || !joint.held);
-            let joints: Vec<[f64; 2]> = free.map(|j| if front { j.front } else { j.back }).collect();
+            let beam = usize::from(!front);
+            let joints: Vec<Seat<'_>> = free.map(|joint| Seat::of(joint, &faces, beam)).collect();
+            let edges: Vec<[[f64; 2]; 2]> = joints.iter().map(|seat| [seat.edges, seat.extent]).collect();
             // What is held is no part of the mesh.
-            let held = region.joints.iter().filter(|joint| !front && joint.held).map(|joint| joint.back[1]);
+            let held = region.joints.iter().filter(|joint| !front && joint.held);
+            let held = held.map(|joint| joint.extent(&faces, beam)[1]);
             let clamp = held.fold(faces.clamp(), f64::max);
-            let arcs = stations(clamp, &joints, merge, &sizes(beam_size), &neck);
-            let mut lines: Vec<[Point; 2]> = arcs.iter().map(|&s| [faces.outer(s), faces.inner(s)]).collect();
+            let arcs = stations(clamp, &edges, merge, &sizes(beam_size), &neck);
             // The wedge: from the notch to the middle of the tip on one side, along the outer face on the other.
             let end = region.ends[if front { 0 } else { 1 }];
             let wedge = |&t: &f64| [faces.outer(lerp([merge, end], t)), mix(region.notch, region.top[1], t)];
-            lines.extend(tip.iter().skip(1).map(wedge));
-            let rows: Vec<Vec<Point>> =
-                lines.iter().map(|&[a, b]| across.iter().map(|&t| mix(a, b, t)).collect()).collect();
+            let row = |[a, b]: [Point; 2]| across.iter().map(|&t| mix(a, b, t)).collect::<Vec<_>>();
+            let section = |&arc: &f64| match joints.iter().find_map(|seat| seat.rounded(arc)) {
+                // Thicker by the fillet, on the inner side of the centreline only.
+                Some(inner) => {
+                    let (outer, centre) = (faces.outer(arc), faces.centre(arc));
+                    let side = |&t: &f64| match t <= 0.5 {
+                        true => mix(outer, centre, 2.0 * t),
+                        false => mix(centre, inner, 2.0 * t - 1.0),
+                    };
+                    across.iter().map(side).collect()
+                }
+                None => row([faces.outer(arc), faces.inner(arc)]),
+            };
+            let mut rows: Vec<Vec<Point>> = arcs.iter().map(section).collect();
+            rows.extend(tip.iter().skip(1).map(wedge).map(row));
             let part = if front { Part::Front } else { Part::Back };
             // The wedge hardly bends.
             let layer = |r: usize, c: usize| match arcs.get(r) {
-                Some(&arc) if layered && !is_junction(arc, &joints, faces.thickness(arc)) => {
+                Some(&arc) if layered && !joints.iter().any(|seat| seat.is_near(arc, faces.thickness(arc))) => {
                     Layer::across(c / 2, through, refinement)
                 }
                 _ => Layer::Whole,
@@ -204,6 +220,12 @@ impl Mesh {
         let front: Vec<Point> = neck.iter().map(|&t| region.front.inner(lerp(joint.front, t))).collect();
         let back: Vec<Point> = neck.iter().map(|&t| region.back.inner(lerp(joint.back, t))).collect();
         let middle: Vec<f64> = neck.iter().map(|&t| lerp([-joint.neck, joint.neck], t)).collect();
+        if region.kind == HingeKind::Welded
+            && let Some(fillets) = joint.fillets
+        {
+            self.add_filleted(k, joint, fillets, sizes, &neck, layered.then_some(refinement));
+            return;
+        }
         if region.kind == HingeKind::Welded {
             let columns = sizes(joint.bar).fractions(length(front[0], back[0]), [true, true]);
             self.add_band(&front, &back, &columns, k, layered.then_some(refinement));
@@ -248,6 +270,52 @@ impl Mesh {
             }
         };
         self.add_patch(&rows, Part::Lamella(lamella), layer);
+    }
+
+    /// A welded rib with its halves of the fillets, in layers between them.
+    fn add_filleted(
+        &mut self,
+        k: usize,
+        joint: &Joint,
+        fillets: [[Fillet; 2]; 2],
+        sizes: &impl Fn(f64) -> Sizes,
+        neck: &[f64],
+        layered: Option<usize>,
+    ) {
+        let begins = [HALVED, if joint.held { ON_HELD } else { HALVED }];
+        let ends = fillets.map(|pair| pair.map(|fillet| fillet.at(1.0)));
+        let straight = [0, 1].map(|edge| length(ends[0][edge], ends[1][edge]));
+        let arc = |end: usize| 0.5 * (1.0 - begins[end]) * (fillets[end][0].length() + fillets[end][1].length());
+        let lengths = [arc(0), 0.5 * (straight[0] + straight[1]), arc(1)];
+        // Positions along: the part, and where in it.
+        let mut columns = vec![(0, 0.0)];
+        for (part, length) in lengths.into_iter().enumerate() {
+            let fractions = sizes(joint.bar).fractions(length, [true, true]);
+            columns.extend(fractions.into_iter().skip(1).map(|at| (part, at)));
+        }
+        let edge = |edge: usize, (part, at): (usize, f64)| match part {
+            0 => fillets[0][edge].at(lerp([begins[0], 1.0], at)),
+            1 => mix(ends[0][edge], ends[1][edge], at),
+            _ => fillets[1][edge].at(lerp([1.0, begins[1]], at)),
+        };
+        let row = |&t: &f64| columns.iter().map(|&at| mix(edge(0, at), edge(1, at), t)).collect::<Vec<_>>();
+        let rows: Vec<Vec<Point>> = neck.iter().map(row).collect();
+        let least = JUNCTION * 2.0 * joint.bar;
+        let layer = |r: usize, c: usize| {
+            let (part, at) = columns[c];
+            let along = lerp(straight, neck[r]);
+            let reach = |end: usize| lerp(fillets[end].map(|fillet| fillet.reach), neck[r]);
+            let from_corner = (reach(0) + at * along).min(reach(1) + (1.0 - at) * along);
+            match layered {
+                Some(refinement) if part == 1 && from_corner > least => {
+                    Layer::across(r / 2, neck.len() / 2, refinement)
+                }
+                _ => Layer::Whole,
+            }
+        };
+        self.add_patch(&rows, Part::Lamella(k), layer);
+        let last: Vec<Point> = rows.iter().filter_map(|row| row.last().copied()).collect();
+        self.hold(&last, joint.held);
     }
 
     /// Clamps the points of a lamella's end that lies on a held beam.
@@ -334,96 +402,45 @@ impl Mesh {
     }
 }
 
-/// That an arc of a beam of this thickness lies at a joint (lower and upper edge) or near it.
-fn is_junction(arc: f64, joints: &[[f64; 2]], thickness: f64) -> bool {
-    joints.iter().any(|[low, high]| {
+/// Where a beam has a joint.
+struct Seat<'j> {
+    /// Arcs of its lower and upper edge.
+    edges: [f64; 2],
+    /// Arcs between which it and its fillets lie.
+    extent: [f64; 2],
+    /// The fillets below and above.
+    fillets: Option<&'j [Fillet; 2]>,
+}
+
+impl<'j> Seat<'j> {
+    fn of(joint: &'j Joint, faces: &Faces<'_>, beam: usize) -> Self {
+        let edges = if beam == 0 { joint.front } else { joint.back };
+        Self { edges, extent: joint.extent(faces, beam), fillets: joint.fillets.as_ref().map(|all| &all[beam]) }
+    }
+
+    /// The end of the section at an arc, if a fillet or the rib between two of them lies there.
+    fn rounded(&self, arc: f64) -> Option<Point> {
+        let fillets = self.fillets?;
+        let ([low, high], [start, end]) = (self.edges, self.extent);
+        let halves = |arc: f64, [from, to]: [f64; 2]| HALVED * (arc - from) / (to - from);
+        if arc <= start || arc >= end {
+            None
+        } else if arc < low {
+            Some(fillets[0].at(halves(arc, [start, low])))
+        } else if arc > high {
+            Some(fillets[1].at(halves(arc, [end, high])))
+        } else {
+            let middles = fillets.map(|fillet| fillet.at(HALVED));
+            Some(mix(middles[0], middles[1], (arc - low) / (high - low)))
+        }
+    }
+
+    /// That an arc of a beam of this thickness lies at the joint or near it.
+    fn is_near(&self, arc: f64, thickness: f64) -> bool {
+        let ([low, high], [start, end]) = (self.edges, self.extent);
         let near = JUNCTION * thickness.min(high - low);
-        (low - near..=high + near).contains(&arc)
-    })
-}
-
-/// Arcs of a beam at half steps, from where it is held to where the beams merge.
-fn stations(clamp: f64, joints: &[[f64; 2]], merge: f64, sizes: &Sizes, neck: &[f64]) -> Vec<f64> {
-    let mut arcs = vec![clamp];
-    let mut from = clamp;
-    let mut extend = |from: f64, to: f64, fractions: &mut dyn Iterator<Item = f64>| {
-        arcs.extend(fractions.skip(1).map(|t| lerp([from, to], t)));
-    };
-    for &[low, high] in joints {
-        extend(from, low, &mut sizes.fractions(low - from, [true, true]).into_iter());
-        extend(low, high, &mut neck.iter().copied());
-        from = high;
+        ((low - near).min(start)..=(high + near).max(end)).contains(&arc)
     }
-    extend(from, merge, &mut sizes.fractions(merge - from, [true, true]).into_iter());
-    arcs
-}
-
-/// Element sizes along a line.
-struct Sizes {
-    /// At a corner, mm.
-    fine: f64,
-    /// Far from corners, mm.
-    largest: f64,
-    refinement: usize,
-}
-
-impl Sizes {
-    /// Fractions of a length at half steps, graded towards the ends that are marked.
-    fn fractions(&self, length: f64, graded: [bool; 2]) -> Vec<f64> {
-        const SAMPLES: usize = 400;
-        let density = |t: f64| {
-            let from_start = if graded[0] { t * length } else { f64::INFINITY };
-            let from_end = if graded[1] { (1.0 - t) * length } else { f64::INFINITY };
-            length / (self.fine + GROWTH * from_start.min(from_end)).min(self.largest)
-        };
-        let mut sums = vec![0.0];
-        for i in 0..SAMPLES {
-            let t = (i as f64 + 0.5) / SAMPLES as f64;
-            sums.push(sums[i] + density(t) / SAMPLES as f64);
-        }
-        let total = sums[SAMPLES];
-        let half_steps = 2 * (total.ceil().max(1.0) as usize) * self.refinement;
-        let mut fractions = Vec::with_capacity(half_steps + 1);
-        let mut i = 0;
-        for k in 0..=half_steps {
-            let wanted = total * k as f64 / half_steps as f64;
-            while i + 1 < SAMPLES && sums[i + 1] < wanted {
-                i += 1;
-            }
-            let part = (wanted - sums[i]) / (sums[i + 1] - sums[i]);
-            fractions.push(((i as f64 + part) / SAMPLES as f64).clamp(0.0, 1.0));
-        }
-        // Exactly the ends, so that neighbouring patches meet.
-        fractions[0] = 0.0;
-        fractions[half_steps] = 1.0;
-        // Middles of sides in the middle.
-        for k in (1..half_steps).step_by(2) {
-            fractions[k] = 0.5 * (fractions[k - 1] + fractions[k + 1]);
-        }
-        fractions
-    }
-}
-
-/// Fractions of a thickness at half steps: even, or a core of even elements between two skins of one each.
-fn through_thickness(elements: usize, layered: bool, refinement: usize) -> Vec<f64> {
-    let skin = 0.5 * (1.0 - CORE);
-    let knot = |i: usize| match i {
-        0 => 0.0,
-        _ if i == elements => 1.0,
-        _ if layered => skin + CORE * (i - 1) as f64 / (elements - 2) as f64,
-        _ => i as f64 / elements as f64,
-    };
-    let within = |i: usize| even(2 * refinement).skip(1).map(move |t| lerp([knot(i), knot(i + 1)], t));
-    std::iter::once(0.0).chain((0..elements).flat_map(within)).collect()
-}
-
-/// Even fractions 0, 1/n, …, 1.
-fn even(steps: usize) -> impl Iterator<Item = f64> {
-    (0..=steps).map(move |i| i as f64 / steps as f64)
-}
-
-fn lerp([a, b]: [f64; 2], t: f64) -> f64 {
-    a + t * (b - a)
 }
 
 fn mix(a: Point, b: Point, t: f64) -> Point {

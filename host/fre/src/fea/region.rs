@@ -3,10 +3,15 @@
 use model_core::design::{Beam, Design, HingeKind, PlaneStrain};
 
 use super::error::FeaError;
+use super::fillet::Fillet;
 use crate::shape::insets;
 
 /// A point or vector of the finger frame, mm.
 pub type Point = [f64; 2];
+
+/// What fillets leave free.
+const FRONT: &str = "the front beam beside its fillets";
+const BACK: &str = "the back beam beside its fillets";
 
 /// A beam with its two faces; arcs are those of its centreline, mm.
 #[derive(Clone, Copy, Debug)]
@@ -124,6 +129,22 @@ pub struct Joint {
     pub bar: f64,
     /// It ends on the held part of the back beam.
     pub held: bool,
+    /// Fillets of a welded rib at the front and the back beam, below and above it.
+    pub fillets: Option<[[Fillet; 2]; 2]>,
+}
+
+impl Joint {
+    /// Arcs of the front beam (0) or the back beam (1) between which the joint and its fillets lie.
+    pub fn extent(&self, faces: &Faces<'_>, beam: usize) -> [f64; 2] {
+        let [low, high] = if beam == 0 { self.front } else { self.back };
+        match self.fillets {
+            Some(fillets) => {
+                let [below, above] = fillets[beam].map(|fillet| faces.arc_beside(fillet.at(0.0)));
+                [below.min(low), above.max(high)]
+            }
+            None => [low, high],
+        }
+    }
 }
 
 /// The region.
@@ -153,9 +174,6 @@ impl<'d> Region<'d> {
     /// # Errors
     /// If a part has no room, or the finger has something that finite elements here do not know.
     pub fn of(design: &'d Design) -> Result<Self, FeaError> {
-        if design.lamellae.ribs().is_some_and(|ribs| ribs.fillet > 0.0) {
-            return Err(FeaError::Unsupported { what: "lamellae.fillet_mm", allowed: "0: sharp corners" });
-        }
         let (front, back) = (Faces::front(design), Faces::back(design));
         let merge = merge(&front, &back)?;
         let notch = front.inner(merge[0]);
@@ -165,7 +183,17 @@ impl<'d> Region<'d> {
         let top = [front.outer(front.length()), tip, back.outer(top_arc)];
 
         let joints = (0..design.lamella_count()).map(|k| joint(design, k, &front, &back, merge));
-        let joints = joints.collect::<Result<_, _>>()?;
+        let joints: Vec<Joint> = joints.collect::<Result<_, _>>()?;
+        for (k, joint) in joints.iter().enumerate().filter(|(_, joint)| joint.fillets.is_some()) {
+            for (beam, (faces, what)) in [(front, FRONT), (back, BACK)].into_iter().enumerate() {
+                let below = k.checked_sub(1).map_or(faces.clamp(), |k| joints[k].extent(&faces, beam)[1]);
+                let [from, to] = joint.extent(&faces, beam);
+                let room = (from - below).min(merge[beam] - to);
+                if room <= 1e-3 && !(beam == 1 && joint.held) {
+                    return Err(FeaError::NoRoom { lamella: k, what, value: room });
+                }
+            }
+        }
         let ends = [front.length(), top_arc];
         Ok(Self { joints, front, back, kind: design.joint(), merge, notch, top, ends })
     }
@@ -251,16 +279,19 @@ fn joint(
     // A pin joins the centrelines; the elements beside it are as small as at a bar's edges.
     let pinned = design.joint() == HingeKind::Pinned;
     let sides = |faces: &Faces<'_>, arc: f64| if pinned { [arc - neck, arc + neck] } else { edges(faces, arc) };
+    let ends = [sides(front, arcs[0]), sides(back, arcs[1])];
+    let radius = design.lamellae.ribs().map_or(0.0, |ribs| ribs.fillet);
     let joint = Joint {
-        front: sides(front, arcs[0]),
-        back: sides(back, arcs[1]),
+        front: ends[0],
+        back: ends[1],
         start,
         along,
         up,
         length: width - inset[0] - inset[1],
         neck,
         bar: bar.max(neck),
-        held: arcs[1] <= design.back.clamp || sides(back, arcs[1])[0] <= design.back.clamp,
+        held: arcs[1] <= design.back.clamp || ends[1][0] <= design.back.clamp,
+        fillets: (welded && radius > 0.0).then(|| fillets([front, back], ends, radius)),
     };
     let room = |value: f64, what: &'static str| {
         if value > 1e-3 { Ok(()) } else { Err(FeaError::NoRoom { lamella, what, value }) }
@@ -283,6 +314,24 @@ fn joint(
         }
     }
     Ok(joint)
+}
+
+/// The fillets at both beams, below and above a rib whose edges meet the faces across from these arcs.
+fn fillets(beams: [&Faces<'_>; 2], ends: [[f64; 2]; 2], radius: f64) -> [[Fillet; 2]; 2] {
+    let corner = |beam: usize, edge: usize| beams[beam].inner(ends[beam][edge]);
+    [0, 1].map(|beam| {
+        [0, 1].map(|edge| {
+            let (here, there) = (corner(beam, edge), corner(1 - beam, edge));
+            let way = minus(there, here);
+            let size = way[0].hypot(way[1]);
+            // A face leads away from the rib as it does beside the corner.
+            let arc = ends[beam][edge];
+            let by = if edge == 0 { -1e-3 } else { 1e-3 };
+            let face = minus(beams[beam].inner(arc + by), here);
+            let step = face[0].hypot(face[1]);
+            Fillet::of(here, face.map(|x| x / step), way.map(|x| x / size), radius)
+        })
+    })
 }
 
 pub(super) fn minus(a: Point, b: Point) -> Point {

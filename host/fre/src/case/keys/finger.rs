@@ -232,9 +232,9 @@ pub struct LamellaeTable {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("x-unit" = "mm", "x-default" = "needed with ends = \"gap\"", "x-computed" = []))]
     pub gap_mm: Option<f64>,
-    /// Radius of the fillets where ribs meet beams.
+    /// Radius of the fillets in the corners where welded ribs meet beams, at most twice a rib's thickness.
     #[serde(default)]
-    #[schemars(extend("x-unit" = "mm", "x-computed" = [0.0]))]
+    #[schemars(extend("x-unit" = "mm", "x-range" = Field::Fillet.range()))]
     pub fillet_mm: f64,
     /// Multiplies the ribs' bending stiffness EI alone.
     #[serde(default = "one")]
