@@ -98,6 +98,7 @@ fn json_has_the_contract_s_keys_in_its_order() {
         "beyond_max_strain",
         "overlap_mm",
         "self_contact",
+        "buckling",
         "warnings",
     ];
     let places: Vec<usize> = order.iter().map(|key| text.find(&format!("\"{key}\"")).unwrap()).collect();

@@ -16,6 +16,7 @@ mod attempt;
 #[cfg(test)]
 mod beams;
 mod begin;
+mod buckling;
 mod carry;
 mod fold;
 mod hop;
@@ -43,6 +44,7 @@ mod tests;
 mod timeline;
 mod track;
 
+pub use buckling::Buckling;
 pub use settings::Settings;
 pub use target::Target;
 pub use track::Tracking;

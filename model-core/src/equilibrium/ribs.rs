@@ -241,3 +241,44 @@ fn the_reduced_model_is_near_the_fine_one() {
         assert!(worst < 0.006, "{thickness} mm: {worst}");
     }
 }
+
+/// A rib's share of its buckling load is that of 4π²EI/L² between clamped ends.
+#[test]
+fn a_ribs_share_of_its_buckling_load_is_the_textbooks() {
+    let mut design = ladder_80();
+    ribs(&mut design, 0.6);
+    let how = Discretisation {
+        elements: Elements::PerSpan { span: 12, tip_span: 12, hinge: 1 },
+        ..Discretisation::fine(Physics::Paper)
+    };
+    let mut follower = start(&design, &how, 45.0);
+    let mut reported = 0;
+    for half in 1..=15 {
+        let outcome = follower.follow((0.5 * f64::from(half)).to_radians());
+        assert!(outcome.status.is_trustworthy(), "{half}: {outcome:?}");
+        let before = force(&follower);
+        let shares = (0..7).map(|rib| {
+            let lambda = follower.timeline.present.lambda.as_ref();
+            let force = [0, 1].map(|axis| lambda[rib][axis] - lambda[rib + 1][axis]);
+            let [from, to] = follower.lamellae().nth(rib).expect("seven ribs");
+            let chord = [to[0] - from[0], to[1] - from[1]];
+            let pressed = (force[0] * chord[0] + force[1] * chord[1]) / chord[0].hypot(chord[1]);
+            let units = &follower.model.units;
+            let length = design.lamella_width(rib);
+            let stiffness = design.material.youngs_modulus * 20.0 * 0.6_f64.powi(3) / 12.0;
+            (pressed * units.force * length * length / (4.0 * PI * PI * stiffness), rib)
+        });
+        let (largest, rib) = shares.fold((0.0, 0), |most, share| if share.0 > most.0 { share } else { most });
+        let found = follower.buckling(0.1);
+        std::println!("{} °: {largest:.4} of rib {rib}, {found:?}", 0.5 * f64::from(half));
+        assert!((force(&follower) / before - 1.0).abs() < 1e-9, "asking changes nothing");
+        if largest < 0.09 || (0.09..0.11).contains(&largest) {
+            continue;
+        }
+        let found = found.expect("more than a tenth");
+        reported += 1;
+        // The chord of a bowed rib is a little shorter, and its force not quite along it.
+        assert!(found.rib == rib && (found.share / largest - 1.0).abs() < 0.03, "{found:?}, {largest}");
+    }
+    assert!(reported >= 3, "{reported} states with such a rib");
+}

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::case::Coordinate;
 use crate::shape::Contact;
 use crate::study::branch::FirstBranch;
+use crate::study::buckling;
 use crate::study::friction::{ForceInterval, Friction};
 use crate::study::model::{self, Precision, physics_word, scheme_word};
 use crate::study::place::{MaxStrain, Place};
@@ -57,6 +58,8 @@ pub struct Row {
     pub overlap_mm: Option<f64>,
     #[serde(default)]
     pub self_contact: Option<self_contact::Written>,
+    #[serde(default)]
+    pub buckling: Option<buckling::Written>,
     /// About the finger, and about this place.
     pub warnings: Vec<String>,
 }
@@ -141,6 +144,7 @@ impl Row {
             beyond_max_strain: state.map(|state| state.beyond_max_strain.iter().map(Beyond::from).collect()),
             overlap_mm: place.overlap_mm,
             self_contact: state.and_then(|state| state.self_contact).map(self_contact::Written::from),
+            buckling: state.and_then(|state| state.buckling).map(buckling::Written::from),
             warnings: run.warnings_at(place.at).map(ToString::to_string).collect(),
         }
     }

@@ -1,6 +1,7 @@
 //! A case solved: at the places of its motion, over a grid of its numbers, and as the paper's table.
 
 pub mod branch;
+pub mod buckling;
 pub mod choice;
 mod columns;
 pub mod course;

@@ -1,5 +1,6 @@
 //! A place of a motion and what was found there.
 
+use model_core::equilibrium::Buckling;
 use model_core::status::Status;
 use serde::{Deserialize, Serialize};
 
@@ -117,6 +118,8 @@ pub struct State {
     pub beyond_max_strain: Vec<Beyond>,
     /// The deepest overlap of two parts of the finger, which the model lets pass through each other; `None` where they stay clear.
     pub self_contact: Option<SelfContact>,
+    /// The rib that is about to bow or has done so; `None` where none carries enough.
+    pub buckling: Option<Buckling>,
     /// Friction; `None` without.
     pub friction: Option<Friction>,
     /// Between which values the forces lie if the path is unknown; `None` without friction, and where one of both has no trustworthy status.

@@ -15,6 +15,7 @@ use crate::case::Case;
 use crate::heap::{Host, Wide};
 use crate::shape::Shape;
 use crate::study::branch::{self, FirstBranch, Found};
+use crate::study::buckling;
 use crate::study::follow::follower;
 use crate::study::friction::{ForceInterval, Friction};
 use crate::study::model::{Model, Options, Precision};
@@ -198,6 +199,8 @@ impl<T: Real, S: Size> Walk<T, S> {
         let interval = self.interval(target);
         if let Some(state) = &mut state {
             state.force_interval = interval;
+            // Last: it is asked of a factorisation, which the next step makes anew.
+            state.buckling = self.follower.buckling(buckling::NEAR);
         }
         let place = Place {
             at: At::new(self.case.path.along(), value),
@@ -299,6 +302,7 @@ fn state<T: Real, S: Size>(
         beyond_max_strain: strains.beyond(Limit::of(case.finger.max_strain)),
         strains,
         self_contact,
+        buckling: None,
         friction: (case.friction > 0.0).then(|| Friction::of(follower)),
         force_interval: None,
         sensitivity: if case.finger.prony.is_empty() { sensitivity(follower, probe, case, options) } else { None },

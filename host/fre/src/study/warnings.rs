@@ -4,6 +4,7 @@
 use std::fmt;
 
 use model_core::design::{HingeKind, Profile};
+use model_core::equilibrium::Buckling;
 use model_core::status::Status;
 
 use crate::case::Case;
@@ -45,6 +46,15 @@ pub enum Warning {
         /// Where on the motion it is deepest.
         at: At,
         /// The first place where any parts touch.
+        from: At,
+    },
+    /// A rib is about to bow, or has bowed, and its force nears its buckling load the most at this place.
+    Buckling {
+        /// The rib and its share of that load.
+        buckling: Buckling,
+        /// Where on the motion.
+        at: At,
+        /// The first place where one does.
         from: At,
     },
     /// A part is strained beyond the limit (the material's, or 30 % if that is not known), the most at this place.
@@ -92,7 +102,10 @@ impl Warning {
     pub fn at(&self) -> Option<At> {
         match self {
             Self::Friction | Self::Memory | Self::Sudden | Self::RigidLamellae | Self::Taper(_) => None,
-            Self::Lost { at, .. } | Self::Touching { at, .. } | Self::Strained { at, .. } => Some(*at),
+            Self::Lost { at, .. }
+            | Self::Touching { at, .. }
+            | Self::Buckling { at, .. }
+            | Self::Strained { at, .. } => Some(*at),
             Self::Reached(overlap) => Some(overlap.at),
         }
     }
@@ -150,6 +163,12 @@ impl fmt::Display for Warning {
                 "{one} and {other} touch each other (from {from} on; at {at} they overlap by {depth:.2} mm at x = {x:.1} mm, \
                  y = {y:.1} mm), which the model does not know: its force is too small from there on"
             ),
+            Self::Buckling { buckling: Buckling { rib, share }, at, from } => write!(
+                f,
+                "rib {} carries up to {share:.2} of the load at which it buckles between clamped ends (at {at}; 0.8 or more from {from} on): \
+                 it bows, and the force depends by several percent on what changes the finger a little",
+                rib + 1
+            ),
             Self::Strained { beyond, at } => write!(f, "{beyond} (at {at})"),
         }
     }
@@ -166,6 +185,7 @@ pub fn warnings(case: &Case, places: &[Place]) -> Vec<Warning> {
         .chain(lost(case, places))
         .chain(overlap::worst(case, places).into_iter().map(Warning::Reached))
         .chain(touching(places))
+        .chain(buckling(places))
         .chain(strained(places))
         .collect()
 }
@@ -233,6 +253,14 @@ fn touching(places: &[Place]) -> Option<Warning> {
     let (from, _) = found.clone().next()?;
     let (at, contact) = found.max_by(|a, b| a.1.depth.total_cmp(&b.1.depth))?;
     Some(Warning::Touching { contact, at, from })
+}
+
+/// Where a rib is near its buckling load, and where the nearest.
+fn buckling(places: &[Place]) -> Option<Warning> {
+    let found = places.iter().filter_map(|place| Some((place.at, place.state.as_ref()?.buckling?)));
+    let (from, _) = found.clone().next()?;
+    let (at, buckling) = found.max_by(|a, b| a.1.share.total_cmp(&b.1.share))?;
+    Some(Warning::Buckling { buckling, at, from })
 }
 
 /// Parts strained beyond the limit, each at its worst place; one warning per beam.

@@ -105,6 +105,10 @@ class Place:
         None, "Two parts of the finger that pass through each other: between, depth_mm, position_mm; None where they stay clear."
     )
 
+    buckling: _Field[Record | None] = _Field(
+        None, "The rib that is about to bow or has bowed: rib, load_share; None where none carries 0.8 of its buckling load."
+    )
+
     time_s = _Field(_NAN, "Time since the motion began, s; NaN where no time passes.")
 
     @property
