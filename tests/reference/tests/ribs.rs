@@ -47,7 +47,7 @@ fn compare<T: Real, S: Size>(how: &Discretisation) {
 }
 
 /// The snap of ribs of 1.2 mm at High: where it comes when closing and goes when opening, and the largest force before it. Finite
-/// elements: between 8.75° and 9°, back between 8.25° and 8°, 22.5 N.
+/// elements: between 8.75° and 9°, back between 8.25° and 8°, 22.5 N at 8.75°.
 #[test]
 fn the_snap_at_high() {
     let design = ribbed_80(1.2, 0.0);
@@ -81,8 +81,9 @@ fn the_snap_at_high() {
     println!("snap at {snap:?}°, back at {back:?}°, peak {peak:.2} N");
     let near = |found: Option<f64>, low: f64, high: f64| found.is_some_and(|found| (low..=high).contains(&found));
     assert!(near(snap, 8.75, 9.2) && near(back, 7.75, 8.5), "{snap:?} {back:?}");
-    // 4.5 % above the finite elements', as the snap comes 0.15° to 0.4° later.
-    assert!((peak / 22.5 - 1.0).abs() < 0.05, "{peak}");
+    // CalculiX on the case's own mesh, in steps of 0.05° (`fre compare --fea`): 22.86 N at 8.9°, snapped at 8.95°. At the same angles the
+    // forces are within 0.4 %, but the snap comes 0.2° later.
+    assert!((peak / 22.86 - 1.0).abs() < 0.03, "{peak}");
 }
 
 #[test]
