@@ -70,7 +70,7 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Failure> {
     let mut finger = Finger { link, number: args.finger, told: link.listen(), signed: Instant::now() };
     finger.begin(&plan, after)?;
     let (rows, stopped) = finger.follow(&plan)?;
-    let lines = rows.iter().map(|cells| delimited::line(cells));
+    let lines = rows.iter().map(delimited::line);
     out.write((delimited::line(COLUMNS) + &lines.collect::<String>()).as_bytes())?;
     let Some(phase) = stopped else { return Ok(ExitCode::SUCCESS) };
     crate::exit::tell!("fre: finger {} is {phase}: {} of {} readings", args.finger, rows.len(), plan.places.len());
