@@ -11,6 +11,8 @@ use crate::node::{Node, NodeError};
 
 /// How often is looked whether the node is still wanted.
 const GLANCE: Duration = Duration::from_millis(50);
+/// How long two participants of DDS that know each other may take until both of their ends do.
+const FOUND: Duration = Duration::from_millis(500);
 
 /// Why a node stopped before its time.
 #[derive(Debug, thiserror::Error)]
@@ -77,9 +79,12 @@ pub fn replay(node: &mut Node, recording: &mut Recording, speed: Speed, stop: &A
     Ok(true)
 }
 
-/// Waits until the force of every finger has a subscriber, or `stop`.
+/// Waits until the force of every finger has a subscriber, or `stop`. What is published before a subscriber has found the node in its turn is
+/// lost to it: it has [`FOUND`] for that.
 pub fn wait_for_subscribers(node: &Node, stop: &AtomicBool) {
-    while node.subscribers() == 0 && !stop.load(Ordering::Acquire) {
+    let mut found: Option<Instant> = None;
+    while found.is_none_or(|then| then.elapsed() < FOUND) && !stop.load(Ordering::Acquire) {
+        found = found.filter(|_| node.subscribers() > 0).or_else(|| (node.subscribers() > 0).then(Instant::now));
         std::thread::sleep(GLANCE);
     }
 }

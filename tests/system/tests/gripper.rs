@@ -400,7 +400,8 @@ fn a_loop_that_is_late_leaves_the_link_its_time() {
     };
     let long = watch.reports.windows(2).filter(is_long).count() as u32;
     eprintln!("{} ticks, {long} of them long, {late} late", after.ticks - before.ticks);
-    assert!(long > 20 && 10 * late > 9 * long, "{long} ticks were long, {late} late: {after:?}");
+    // On a quick PC a period is passed by less than that, tick by tick, until one begins late.
+    assert!(late > 20 && 10 * late >= 9 * long, "{long} ticks were long, {late} late: {after:?}");
 }
 
 /// At the factory's 57,600 baud the loop is slower, and says so.
