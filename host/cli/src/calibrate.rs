@@ -78,7 +78,7 @@ pub struct Args {
     /// - is standard output, which then has the finger in place of the results.
     #[arg(short, long, value_name = "finger.toml")]
     write: Option<PathBuf>,
-    /// Writes a motion to measure along, and shows what it would determine
+    /// Writes a motion to measure along; shows what it determines
     ///
     /// No CSV is read. The table has the columns time_s and motor_angle_deg, a row per reading; `fre gripper run` moves a finger along it.
     /// The values of the cases take the place of the truth. For friction it closes and opens; for a material with memory it closes, holds, opens,
@@ -88,7 +88,7 @@ pub struct Args {
     /// Highest motor angle of the plan [default: that of the first case]
     #[arg(long, value_name = "DEG", requires = "plan", allow_negative_numbers = true)]
     to_deg: Option<f64>,
-    /// Speed of the plan's closing [default: 10 for a material with memory, else 1]
+    /// Speed of the plan's closing [default: 10 with memory, else 1]
     #[arg(long, value_name = "DEG/S", requires = "plan", value_parser = positive)]
     speed_deg_per_s: Option<f64>,
     /// Sends the calibration to a gripper, and reads it back

@@ -20,6 +20,10 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "Only the modulus, into a new finger",
                 "fre calibrate measured.csv -c finger.toml --fit youngs-modulus -w fitted.toml",
             ),
+            (
+                "A motion to measure along, and what it would determine",
+                "fre calibrate --plan motion.csv -c finger.toml --fit youngs-modulus,zero",
+            ),
         ],
     ),
     (
@@ -137,6 +141,13 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         &[(
             "The radius of the object there",
             "fre gripper identify radius --range-mm 20:50 --to-deg 15 --link /dev/ttyACM0",
+        )],
+    ),
+    (
+        "gripper run",
+        &[(
+            "A motion that `fre calibrate --plan` has written",
+            "fre gripper run motion.csv --csv measured.csv --link /dev/ttyACM0",
         )],
     ),
     ("gripper release", &[("All fingers", "fre gripper release --link /dev/ttyACM0")]),
