@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use fre::delimited;
 use fre::files::Files;
 use fre::fit::calibrate::Plan;
-use fre_gripper::link::{Link, Told};
-use messages::{Mount, Phase, Report, Which};
+use fre_gripper::link::{Link, SIGN_OF_LIFE, Told};
+use messages::{Phase, Report, Which};
 use model_core::status::Status;
 
 use crate::exit::UNTRUSTWORTHY;
@@ -47,8 +47,6 @@ const COLUMNS: [&str; 6] = ["time_s", "motor_angle_deg", "current_ma", "estimate
 const THERE: f32 = 0.01;
 /// How long it may take to the first angle.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// How often the gripper hears that this program is there: it may stop motions of hosts that are gone (`on_silence`).
-const SIGN_OF_LIFE: Duration = Duration::from_millis(250);
 /// Reports stop for longer than this only if something is wrong.
 const SILENCE: Duration = Duration::from_secs(2);
 
@@ -60,36 +58,25 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Failure> {
     reads(&mut files, &args.motion, "the motion")?;
     let name = standard::name(&args.motion);
     let text = String::from_utf8(standard::bytes(&args.motion)?).map_err(|_| format!("{name}: is not UTF-8"))?;
-    let plan = Plan::parse(&name, &text)?;
     let out = Target::of(&mut files, &args.csv, "--csv")?;
     let mount = link.settings()?.fingers.get(usize::from(args.finger)).copied().flatten();
     let mount = mount.ok_or_else(|| format!("--finger {}: the gripper has no such finger", args.finger))?;
-    within(&name, &plan, &mount)?;
+    // A range in degrees is stored in radians, of single precision.
+    let [least, most] = mount.range.map(|end| (f64::from(end.to_degrees()) * 1e3).round() * 1e-3);
+    let plan = Plan::parse(&name, &text, least..=most)?;
     let after = Duration::try_from_secs_f64(args.after).map_err(|_| "--after: not a time")?;
 
     let mut finger = Finger { link, number: args.finger, told: link.listen(), signed: Instant::now() };
     finger.begin(&plan, after)?;
-    let (rows, stopped) = finger.follow(&plan)?;
+    // What was read until something failed is kept.
+    let mut rows = Vec::new();
+    let stopped = finger.follow(&plan, &mut rows);
     let lines = rows.iter().map(delimited::line);
     out.write((delimited::line(COLUMNS) + &lines.collect::<String>()).as_bytes())?;
-    let Some(phase) = stopped else { return Ok(ExitCode::SUCCESS) };
-    crate::exit::tell!("fre: finger {} is {phase}: {} of {} readings", args.finger, rows.len(), plan.places.len());
+    let readings = format!("{} of {} readings", rows.len(), plan.places.len());
+    let Some(phase) = stopped.map_err(|error| format!("{error}: {readings}"))? else { return Ok(ExitCode::SUCCESS) };
+    crate::exit::tell!("fre: finger {} is {phase}: {readings}", args.finger);
     Ok(ExitCode::from(UNTRUSTWORTHY))
-}
-
-/// Refuses a motion that leaves the finger's range before anything moves.
-fn within(name: &str, plan: &Plan, mount: &Mount) -> Result<(), Failure> {
-    // A range in degrees is stored in radians, of single precision.
-    let [least, most] =
-        [(mount.range[0], -1e-4), (mount.range[1], 1e-4)].map(|(end, out)| f64::from(end).to_degrees() + out);
-    let outside = plan.places.iter().zip(2_u32..).find(|([_, angle], _)| !(least..=most).contains(angle));
-    match outside {
-        Some(([_, angle], line)) => {
-            let [least, most] = mount.range.map(fre::drive::degrees);
-            Err(format!("{name}:{line}: motor_angle_deg is {angle}; the finger's range is {least} to {most}").into())
-        }
-        None => Ok(()),
-    }
 }
 
 /// The finger that moves.
@@ -147,20 +134,20 @@ impl Finger<'_> {
         Ok(())
     }
 
-    /// Follows the motion's times by the gripper's clock. The rows, and what the finger does instead if it has stopped.
-    fn follow(&mut self, plan: &Plan) -> Result<(Vec<[String; 6]>, Option<Phase>), Failure> {
+    /// Follows the motion's times by the gripper's clock, a row per reading. What the finger does instead if it has stopped.
+    fn follow(&mut self, plan: &Plan, rows: &mut Vec<[String; 6]>) -> Result<Option<Phase>, Failure> {
         let begin_us = self.next()?.time_us;
         let first_s = plan.places[0][0];
         let since = |report: &Report| first_s + report.time_us.saturating_sub(begin_us) as f64 * 1e-6;
         let (moves, mut line) = (plan.moves(), ProgressLine::new(false));
-        let (mut ahead, mut rows) = (moves.iter().peekable(), Vec::new());
+        let mut ahead = moves.iter().peekable();
         for place in &plan.places {
             loop {
                 let report = self.next()?;
                 let now_s = since(&report);
                 if report.phase != Phase::Moving {
                     line.wipe();
-                    return Ok((rows, Some(report.phase)));
+                    return Ok(Some(report.phase));
                 }
                 if let Some([begin, end]) = ahead.next_if(|[begin, _]| begin[0] <= now_s) {
                     let way = end[1] - begin[1];
@@ -178,7 +165,7 @@ impl Finger<'_> {
             }
         }
         line.wipe();
-        Ok((rows, None))
+        Ok(None)
     }
 }
 

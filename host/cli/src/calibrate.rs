@@ -15,7 +15,7 @@ use crate::output::{Picture, PlotArgs, put_out, reads_case};
 use crate::progress::ProgressLine;
 use crate::send::{Address, transmit};
 use crate::standard::{self, Target, is_standard};
-use fre::case::{CaseError, Coordinate, Document};
+use fre::case::{CaseError, Coordinate, Document, MotionPath};
 use fre::files::FileError;
 use fre::fit::calibrate::{
     FitError, Input, Loss, Noise, Parameter, Plan, Predictor, document, expect, fit_watched, fitted_finger, picture,
@@ -83,7 +83,7 @@ pub struct Args {
     /// No CSV is read. The table has the columns time_s and motor_angle_deg, a row per reading; `fre gripper run` moves a finger along it.
     /// The values of the cases take the place of the truth. For friction it closes and opens; for a material with memory it closes, holds, opens,
     /// rests, and closes at a tenth of the speed. - is standard output, which then has the table in place of the results.
-    #[arg(long, value_name = "MOTION.csv", conflicts_with_all = ["measurements", "both_ways", "write", "send"])]
+    #[arg(long, value_name = "MOTION.csv", conflicts_with_all = ["measurements", "both_ways", "write", "send", "plot"])]
     plan: Option<PathBuf>,
     /// Highest motor angle of the plan [default: that of the first case]
     #[arg(long, value_name = "DEG", requires = "plan", allow_negative_numbers = true)]
@@ -251,10 +251,9 @@ fn plan(args: &Args, path: &Path) -> Result<bool, String> {
     args.cases.iter().try_for_each(|path| reads_case(&mut files, path)).map_err(words)?;
     let file = Target::of(&mut files, path, "--plan").map_err(words)?;
     let documents = documents(args)?;
-    let (from_deg, to_deg) = ends(args, &documents)?;
-    let first =
-        documents.first().map(|(_, document)| document.case()).transpose().map_err(|error| error.to_string())?;
-    let prony = first.map_or_else(Vec::new, |case| case.finger.prony);
+    let first = documents.first().ok_or("needed is --case")?.1.case().map_err(|error| error.to_string())?;
+    let (from_deg, to_deg) = ends(args, &first.path)?;
+    let prony = first.finger.prony;
     let there_and_back = args.fit.contains(&Parameter::Friction);
     let speed_deg_per_s = args.speed_deg_per_s.unwrap_or(if prony.is_empty() { 1.0 } else { 10.0 });
     let plan = Plan::new(from_deg, to_deg, speed_deg_per_s, &prony, there_and_back);
@@ -275,13 +274,10 @@ fn plan(args: &Args, path: &Path) -> Result<bool, String> {
 }
 
 /// Where a plan begins and how far it goes, degrees.
-fn ends(args: &Args, documents: &[(String, Document)]) -> Result<(f64, f64), String> {
+fn ends(args: &Args, case: &MotionPath) -> Result<(f64, f64), String> {
     let mut ends = (0.0_f64, f64::NEG_INFINITY);
-    if let Some((_, document)) = documents.first() {
-        let path = document.case().map_err(|error| error.to_string())?.path;
-        if path.along() == Coordinate::Angle {
-            ends = path.places.iter().fold(ends, |(least, most), place| (least.min(*place), most.max(*place)));
-        }
+    if case.along() == Coordinate::Angle {
+        ends = case.places.iter().fold(ends, |(least, most), place| (least.min(*place), most.max(*place)));
     }
     let to_deg = args.to_deg.unwrap_or(ends.1);
     if to_deg > ends.0 && to_deg <= 180.0 {

@@ -20,7 +20,7 @@ use crate::options::PhysicsWord;
 use crate::output::put_out;
 use crate::standard;
 use fre::case::{Case, object_keys};
-use fre_gripper::link::{Address, Link, LinkError, Told, pairs, set};
+use fre_gripper::link::{Address, Link, LinkError, SIGN_OF_LIFE, Told, pairs, set};
 
 /// Query a gripper, change its settings, and make it grip.
 #[derive(Debug, clap::Args)]
@@ -329,9 +329,6 @@ fn bears(margin: &GripMargin, weight: f32) -> String {
     let bears = margin.carried.unwrap_or(0.0);
     format!("grip      bears {bears:.3} N where the weight pulls, {:.2} times the weight\n", bears / weight)
 }
-
-/// How often the gripper hears that this program is there: it may stop motions of hosts that are gone (`on_silence`).
-const SIGN_OF_LIFE: Duration = Duration::from_millis(250);
 
 /// Waits until every finger meant has reached its force, or says what it does instead.
 fn wait_for(

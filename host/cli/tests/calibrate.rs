@@ -346,13 +346,14 @@ fn a_motion_is_planned_and_shows_what_it_would_determine() {
     );
     let mut said = Transcript::default();
     let memory = "--fit youngs-modulus,prony-g1,prony-tau1,prony-g2,prony-tau2";
-    let cases: [(&Path, &str, i32); 8] = [
+    let cases: [(&Path, &str, i32); 9] = [
         (&relaxing, memory, 0),
         (&case, "--fit youngs-modulus,friction --to-deg 6 --speed-deg-per-s 2", 0),
         (&case, "--fit youngs-modulus,zero,object-x,object-y", 2),
         (&case, memory, 1),
         (&case, "--to-deg -3", 1),
         (&case, "--both-ways", 1),
+        (&case, "--plot plan.svg", 1),
         (&jaw, "--drive linear:1,0:20", 1),
         (&case, "--speed-deg-per-s 0", 1),
     ];
@@ -373,7 +374,7 @@ fn a_motion_is_planned_and_shows_what_it_would_determine() {
         if code == 1 {
             continue;
         }
-        let plan = Plan::parse("motion.csv", &std::fs::read_to_string(&motion).unwrap()).unwrap();
+        let plan = Plan::parse("motion.csv", &std::fs::read_to_string(&motion).unwrap(), 0.0..=8.0).unwrap();
         assert!(text.starts_with(&format!("{} readings", plan.places.len())), "{text}");
     }
     snapbox::assert_data_eq!(said.text(), snapbox::file!["words/calibrate_plan.txt"].raw());

@@ -286,6 +286,26 @@ fn a_planned_motion_is_made_and_recorded() {
     gripper.compare(snapbox::file!["words/run.txt"]);
 }
 
+/// A gripper that goes away in the middle of a motion does not take the readings with it.
+#[test]
+fn what_was_read_of_a_motion_is_kept() {
+    let gripper = Gripper::boot();
+    let folder = tempfile::tempdir().unwrap();
+    let [plan, table] = ["plan.csv", "table.csv"].map(|name| folder.path().join(name));
+    std::fs::write(&plan, Plan::new(0.0, 3.0, 0.1, &[], false).csv()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    command.args(["gripper", "run", plan.to_str().unwrap(), "--after", "0.1", "--csv", table.to_str().unwrap()]);
+    command.args(["--link", &gripper.link()]).stderr(Stdio::piped());
+    let running = command.spawn().unwrap();
+    std::thread::sleep(Duration::from_secs(5));
+    drop(gripper);
+    let output = running.wait_with_output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    let rows = csv::Reader::from_path(&table).unwrap().into_records().count();
+    assert!(rows > 0 && errors.contains(&format!("{rows} of 49 readings")), "{rows} rows: {errors}");
+}
+
 /// What the CSV of `fre monitor` says as soon as some row has a word.
 fn lines_until(gripper: &Gripper, word: &str) -> String {
     let end = Instant::now() + PATIENCE;

@@ -22,7 +22,8 @@ pub(crate) fn cells<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py
     PyTuple::new(py, COLUMNS.iter().map(cell))
 }
 
-/// The grasp's numbers, a free object's after its status, and the margin's; none where there is no such object or no margin.
+/// A grasp as three tuples: its own numbers, those of a free object (its status first), and the margin's. `None` takes the place of what a grasp
+/// does not have.
 fn grasp<'py>(py: Python<'py>, grasp: &Grasp) -> PyResult<Bound<'py, PyAny>> {
     let [sum_x, sum_y] = grasp.sum;
     let own = (grasp.sequence, grasp.is_trustworthy, sum_x, sum_y, grasp.squeeze, grasp.balance);

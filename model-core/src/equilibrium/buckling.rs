@@ -37,7 +37,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             if !self.buckles_at(index, 1.0 / from) {
                 continue;
             }
-            // More than its whole load is none that an equilibrium has.
+            // No equilibrium carries more than twice the buckling load.
             let (mut low, mut high) = (0.5, 1.0 / from);
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (low + high);

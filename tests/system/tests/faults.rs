@@ -396,7 +396,7 @@ fn a_slow_processor_tells_old_forces_in_time() {
     within_a_tenth("sound estimates", judge.share(), 1.0);
     assert_eq!(after.late_ticks, before.late_ticks);
     // There is time for as many.
-    assert!(dearest <= 2, "{dearest}");
+    assert!(dearest <= 2, "{dearest} iterations in one tick, which has time for 2");
     // One that is fast enough never does.
     bench.set_cost(0);
     bench.ask::<messages::Close>(&messages::CloseTo { fingers: Which::All, angle: 0.17, speed: Some(0.6) }).unwrap();

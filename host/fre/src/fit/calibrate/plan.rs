@@ -1,6 +1,7 @@
 //! A motion whose readings determine what is to be fitted, and how well they do before anything was measured.
 
 use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 
 use model_core::discretise::DiscretiseError;
 
@@ -55,6 +56,20 @@ pub enum PlanError {
         time_s: f64,
         /// The one before.
         before_s: f64,
+    },
+    /// An angle that is not allowed.
+    #[error("{file}:{line}: motor_angle_deg is {angle_deg}; allowed is {least_deg} to {most_deg}")]
+    Angle {
+        /// The file.
+        file: String,
+        /// The line.
+        line: u64,
+        /// The angle.
+        angle_deg: f64,
+        /// The least allowed.
+        least_deg: f64,
+        /// The greatest allowed.
+        most_deg: f64,
     },
     /// Fewer than two places.
     #[error("{file}: needed are two rows or more")]
@@ -116,11 +131,11 @@ impl Plan {
         }
     }
 
-    /// Reads a table as [`Self::csv`] writes it; other columns are left aside.
+    /// Reads a table as [`Self::csv`] writes it, whose angles lie in a range, degrees; other columns are left aside.
     ///
     /// # Errors
-    /// The line of a cell that should be a number, or of a time that is not after the one before.
-    pub fn parse(file: &str, text: &str) -> Result<Self, PlanError> {
+    /// The line of a cell that should be a number, of a time that is not after the one before, or of an angle beyond the range.
+    pub fn parse(file: &str, text: &str, range_deg: RangeInclusive<f64>) -> Result<Self, PlanError> {
         let table = |line: u64, why: String| PlanError::Table { file: file.to_owned(), line, why };
         let mut reader = csv::Reader::from_reader(text.trim_start_matches('\u{feff}').as_bytes());
         let head = reader.headers().map_err(|error| table(1, error.to_string()))?.clone();
@@ -135,7 +150,7 @@ impl Plan {
                 let line = error.position().map_or(0, csv::Position::line);
                 let why = match error.kind() {
                     csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                        format!("has {len} cells, and the first line {expected_len}")
+                        format!("has another number of cells ({len}) than the first line ({expected_len})")
                     }
                     _ => error.to_string(),
                 };
@@ -150,6 +165,10 @@ impl Plan {
             let place = [number(columns[0])?, number(columns[1])?];
             if let Some(&[before_s, _]) = places.last().filter(|[before_s, _]| *before_s >= place[0]) {
                 return Err(PlanError::Time { file: file.to_owned(), line, time_s: place[0], before_s });
+            }
+            if !range_deg.contains(&place[1]) {
+                let (least_deg, most_deg) = range_deg.into_inner();
+                return Err(PlanError::Angle { file: file.to_owned(), line, angle_deg: place[1], least_deg, most_deg });
             }
             places.push(place);
         }
@@ -271,7 +290,7 @@ mod tests {
     #[test]
     fn a_plan_is_read_as_it_was_written() {
         let plan = Plan::new(0.0, 8.0, 10.0, &[[0.2, 3.0]], true);
-        let read = Plan::parse("plan.csv", &plan.csv()).unwrap();
+        let read = Plan::parse("plan.csv", &plan.csv(), 0.0..=8.0).unwrap();
         let near = |(one, other): (&[f64; 2], &[f64; 2])| (0..2).all(|at| (one[at] - other[at]).abs() <= 5e-5);
         assert!(read.places.len() == plan.places.len() && read.places.iter().zip(&plan.places).all(near));
         assert_eq!(read.moves().len(), plan.moves().len());
@@ -282,14 +301,15 @@ mod tests {
         for (text, words) in [
             ("time_s,angle\n0,0\n1,1\n", "m.csv:1: has no column motor_angle_deg;"),
             ("time_s,motor_angle_deg\n0,0\n1,fast\n", "m.csv:3: `fast` is not a number;"),
-            ("time_s,motor_angle_deg\n0,0\n1\n", "m.csv:3: has 1 cells, and the first line 2;"),
+            ("time_s,motor_angle_deg\n0,0\n1\n", "m.csv:3: has another number of cells (1) than the first line (2);"),
             (
                 "time_s,motor_angle_deg\n0,0\n2,1\n2,2\n",
                 "m.csv:4: time_s is 2; allowed is more than in the row before, 2",
             ),
+            ("time_s,motor_angle_deg\n0,0\n\n1,12.5\n", "m.csv:4: motor_angle_deg is 12.5; allowed is -10 to 10"),
             ("time_s,motor_angle_deg\n0,0\n", "m.csv: needed are two rows or more"),
         ] {
-            let error = Plan::parse("m.csv", text).unwrap_err().to_string();
+            let error = Plan::parse("m.csv", text, -10.0..=10.0).unwrap_err().to_string();
             assert!(error.starts_with(words), "{error}");
         }
     }
