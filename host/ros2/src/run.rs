@@ -80,7 +80,7 @@ pub fn replay(node: &mut Node, recording: &mut Recording, speed: Speed, stop: &A
 }
 
 /// Waits until the force of every finger has a subscriber, or `stop`. What is published before a subscriber has found the node in its turn is
-/// lost to it: it has [`FOUND`] for that.
+/// lost to it: it has half a second for that.
 pub fn wait_for_subscribers(node: &Node, stop: &AtomicBool) {
     let mut found: Option<Instant> = None;
     while found.is_none_or(|then| then.elapsed() < FOUND) && !stop.load(Ordering::Acquire) {
