@@ -77,12 +77,12 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
             csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
                 format!(
                     "{name}:{}: has {len} cells; needed are {expected_len}, as in the first line",
-                    line(&text, pos.as_ref())
+                    delimited::line_number(&text, pos.as_ref())
                 )
             }
             _ => format!("{name}: {error}"),
         })?;
-        let at = |why: String| format!("{name}:{}: {why}", line(&text, row.position()));
+        let at = |why: String| format!("{name}:{}: {why}", delimited::line_number(&text, row.position()));
         let (time, angle) = columns.read(&row, &calibration).map_err(at)?;
         if time <= before {
             return Err(at(format!("time_s is {time}; allowed is above {before}, that of the line before")).into());
@@ -111,13 +111,6 @@ fn make(model: &Model, mount: &Mount) -> Result<Box<dyn AnyEstimator>, Failure> 
     made.set_friction(model.case.friction)?;
     made.set_uncertainty(mount.uncertainty(None))?;
     Ok(made)
-}
-
-/// The line of a record. The library counts a record from the line feed on that ends the one before, if that ends with CR LF.
-fn line(text: &[u8], position: Option<&csv::Position>) -> usize {
-    let start = position.map_or(0, |position| usize::try_from(position.byte()).unwrap_or(usize::MAX).min(text.len()));
-    let ends = text[start..].iter().take_while(|byte| b"\r\n".contains(byte)).count();
-    1 + text[..start + ends].iter().filter(|byte| **byte == b'\n').count()
 }
 
 /// The estimate at a position, with friction also its derivatives. Tables of slow loops leap: the estimator gets there in several of its own

@@ -41,7 +41,7 @@ pub enum PlanError {
         /// The file.
         file: String,
         /// The line.
-        line: u64,
+        line: usize,
         /// What is wrong.
         why: String,
     },
@@ -51,7 +51,7 @@ pub enum PlanError {
         /// The file.
         file: String,
         /// The line.
-        line: u64,
+        line: usize,
         /// The time.
         time_s: f64,
         /// The one before.
@@ -63,7 +63,7 @@ pub enum PlanError {
         /// The file.
         file: String,
         /// The line.
-        line: u64,
+        line: usize,
         /// The angle.
         angle_deg: f64,
         /// The least allowed.
@@ -136,8 +136,9 @@ impl Plan {
     /// # Errors
     /// The line of a cell that should be a number, of a time that is not after the one before, or of an angle beyond the range.
     pub fn parse(file: &str, text: &str, range_deg: RangeInclusive<f64>) -> Result<Self, PlanError> {
-        let table = |line: u64, why: String| PlanError::Table { file: file.to_owned(), line, why };
-        let mut reader = csv::Reader::from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+        let table = |line: usize, why: String| PlanError::Table { file: file.to_owned(), line, why };
+        let text = text.trim_start_matches('\u{feff}').as_bytes();
+        let mut reader = csv::Reader::from_reader(text);
         let head = reader.headers().map_err(|error| table(1, error.to_string()))?.clone();
         let column = |name: &str| {
             let place = head.iter().position(|cell| cell.trim() == name);
@@ -147,7 +148,7 @@ impl Plan {
         let mut places: Vec<[f64; 2]> = Vec::new();
         for row in reader.records() {
             let row = row.map_err(|error| {
-                let line = error.position().map_or(0, csv::Position::line);
+                let line = delimited::line_number(text, error.position());
                 let why = match error.kind() {
                     csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
                         format!("has another number of cells ({len}) than the first line ({expected_len})")
@@ -156,7 +157,7 @@ impl Plan {
                 };
                 table(line, why)
             })?;
-            let line = row.position().map_or(0, csv::Position::line);
+            let line = delimited::line_number(text, row.position());
             let number = |column: usize| {
                 let word = row.get(column).unwrap_or_default().trim();
                 let number = word.parse::<f64>().ok().filter(|number| number.is_finite());
