@@ -166,6 +166,22 @@ impl<T: Real, S: Size> State<T, S> {
         }
     }
 
+    /// Goes on by `part` of a velocity: the changes of angles, multipliers and normals; the touching samples stay the same.
+    pub(crate) fn go_on(&mut self, velocity: &Self, part: T, model: &Model<T, S>) {
+        for (now, &change) in self.angle.as_mut().iter_mut().zip(velocity.angle.as_ref()).take(model.node_count) {
+            *now += part * change;
+        }
+        for (now, change) in self.lambda.as_mut().iter_mut().zip(velocity.lambda.as_ref()).take(model.cells()) {
+            *now = [now[0] + part * change[0], now[1] + part * change[1]];
+        }
+        let touching = self.multiplier.as_mut().iter_mut().zip(self.normal.as_mut()).take(self.touching_count);
+        let changes = velocity.multiplier.as_ref().iter().zip(velocity.normal.as_ref());
+        for ((multiplier, normal), (&change, turn)) in touching.zip(changes) {
+            *multiplier += part * change;
+            *normal = [normal[0] + part * turn[0], normal[1] + part * turn[1]];
+        }
+    }
+
     /// Largest difference of an angle to another state, rad.
     pub(crate) fn largest_move(&self, from: &Self, model: &Model<T, S>) -> T {
         let angles = self.angle.as_ref().iter().take(model.node_count).zip(from.angle.as_ref());

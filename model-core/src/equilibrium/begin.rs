@@ -103,7 +103,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The object as the solver sees it at a coordinate: in the finger's frame and units.
     // Every shape's displacement: one copy of it in the flash.
     #[inline(never)]
-    pub(super) fn seen(&self, coordinate: T) -> Seen<T, O> {
+    pub(crate) fn seen(&self, coordinate: T) -> Seen<T, O> {
         Seen::new(self.object.displaced(&self.motion.world_to_finger(coordinate)), &self.model.units)
     }
 }

@@ -22,6 +22,7 @@ mod fold;
 mod hop;
 #[cfg(test)]
 mod memory;
+mod neighbour;
 mod passing;
 mod peek;
 mod phase;

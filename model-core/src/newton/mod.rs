@@ -30,6 +30,7 @@ mod thin;
 mod turning;
 mod workspace;
 
+pub(crate) use workspace::Evaluated;
 pub use workspace::Workspace;
 
 /// Which second derivative the step uses.

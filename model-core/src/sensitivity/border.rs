@@ -16,9 +16,10 @@ use crate::contact::{Direction, Row};
 use crate::linear::symmetric;
 use crate::model::Model;
 use crate::newton::condense::Diagonal;
-use crate::newton::{Hessian, Workspace};
+use crate::newton::{Evaluated, Hessian, Workspace};
 use crate::real::Real;
 use crate::size::Size;
+use crate::state::State;
 
 /// What changes, per unit of a parameter, finger frame.
 #[derive(Clone, Copy)]
@@ -118,6 +119,11 @@ impl Layout {
     fn gaps(self, run: usize) -> impl DoubleEndedIterator<Item = usize> + ExactSizeIterator {
         let leader = self.leader(run);
         self.run(run).map(move |sample| sample + run + usize::from(sample > leader))
+    }
+
+    /// Every sample has a turning row of its own.
+    pub(super) fn is_whole(self) -> bool {
+        self.runs == self.touching
     }
 
     /// All gap rows.
@@ -235,6 +241,38 @@ fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layout) {
         work.solution.order.as_mut(),
         place,
     );
+}
+
+/// Solves for the change of the state, per unit of a parameter, where the residuals in the workspace are their own derivatives: into
+/// `velocity`. Every sample must have its own turning row.
+pub(super) fn velocity<T: Real, S: Size>(
+    model: &Model<T, S>,
+    work: &mut Workspace<T, S>,
+    layout: Layout,
+    velocity: &mut State<T, S>,
+) {
+    let Workspace { kinematics, contacts, factorisation, border, right, solution, increment, .. } = work;
+    for (into, &row) in solution.delta.as_mut().iter_mut().zip(right.rows.as_ref()).take(layout.rows()) {
+        *into = row;
+    }
+    let (x, y) = (solution.delta.as_mut(), solution.spare.as_mut());
+    symmetric::solve(solution.factored.as_ref(), layout.rows(), S::CONTACTS, solution.order.as_ref(), x, y);
+    let delta = solution.delta.as_ref();
+    increment.find(Evaluated { model, kinematics, contacts }, factorisation, border, right, delta);
+    for (into, &angle) in velocity.angle.as_mut().iter_mut().zip(increment.angle.as_ref()).take(model.node_count) {
+        *into = angle;
+    }
+    for (into, closure) in velocity.lambda.as_mut().iter_mut().zip(model.topology.closures()) {
+        let (x, joints) = (usize::from(closure.unknown), increment.joints.as_ref());
+        *into = [joints.at(x), joints.at(x + 1)];
+    }
+    for (sample, gap) in layout.all_gaps().enumerate() {
+        let (row, turning) = (contacts.rows.as_ref().at(gap), contacts.rows.as_ref().at(gap + 1));
+        let t = quarter(row.normal);
+        let tilt = dot(turning.normal, t) * delta.at(gap + 1) / row.multiplier;
+        velocity.multiplier.as_mut().put(sample, delta.at(gap));
+        velocity.normal.as_mut().put(sample, t.map(|x| tilt * x));
+    }
 }
 
 /// Solves for the contacts' answer; `axis` is what the moment is taken about, `thickening` how much a sample's distance from the

@@ -18,6 +18,7 @@ use crate::newton::gaps::Sweep;
 use crate::object::Object;
 use crate::real::Real;
 use crate::size::{Size, Storage};
+use crate::state::State;
 use crate::units::Units;
 
 /// A dimension of the finger. (The lamellae are rigid: their thickness changes nothing.)
@@ -177,7 +178,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         how: &Discretisation,
         step: f64,
     ) -> Option<T> {
-        let Units { length, force } = self.parts().model.units;
+        // Those of the design: a factor of Young's modulus makes no difference to its line.
+        let Parts { model, .. } = self.parts();
+        let (length, (force, _)) = (model.units.length, model.sudden);
         let units = Units { length: length.to_f64(), force: force.to_f64() };
         let mut softening = T::ZERO;
         for (sign, part, other) in [(1.0, 0.5 / step, above), (-1.0, -0.5 / step, below)] {
@@ -191,47 +194,77 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             let (state, Parts { model, work }) = self.state_and_parts();
             probe.model.fineness = model.fineness;
+            probe.model.sudden = (probe.model.units.force, probe.model.softness);
+            probe.model.stiffen(T::one(), model.units.force / model.sudden.0);
             let rows = work.contacts.count;
-            // The gap rows with their normals and multipliers as they are.
-            probe.work.contacts.count = layout.touching;
-            for (into, j) in probe.work.contacts.rows.as_mut().iter_mut().zip(layout.all_gaps()) {
-                *into = work.contacts.rows.as_ref()[j];
-                into.place = probe.model.place(into.sample);
-            }
-            let Workspace { kinematics, contacts, residual, history, .. } = &mut probe.work;
-            kinematics.direct(&probe.model, state);
-            kinematics.place_front::<Tangents>(&probe.model, &history.memory, state, contacts.rows());
-            kinematics.complete::<Tangents>(&probe.model, &history.memory, state);
-            residual.gather(&probe.model, kinematics, contacts, &Sweep::NONE);
-
+            take_rows(&probe.model, &mut probe.work, work, layout);
+            residuals(&probe.model, &mut probe.work, state);
             let part = T::of(part);
             softening += part * probe.model.contact_softness() * model.units.length / model.units.force;
-            let gather = |into: &mut [T], from: &[T]| {
-                for (into, &from) in into.iter_mut().zip(from) {
-                    *into = if sign > 0.0 { part * from } else { *into + part * from };
-                }
-            };
-            for (into, from) in
-                work.kinematics.nodes.as_mut()[..model.node_count].iter_mut().zip(probe.work.kinematics.nodes.as_ref())
-            {
-                gather(core::slice::from_mut(&mut into.gradient), &[from.gradient]);
-            }
+            let is_first = sign > 0.0;
+            gather(model, work, &probe.work, part, is_first);
             for (into, sample) in probe.thickening.as_mut().iter_mut().zip(probe.model.samples.as_ref()) {
-                gather(core::slice::from_mut(into), &[sample.half_thickness]);
-            }
-            gather(&mut work.residual.joints.as_mut()[..model.unknowns()], probe.work.residual.joints.as_ref());
-            for cell in 0..model.cells() {
-                gather(&mut work.residual.closure.as_mut()[cell], &probe.work.residual.closure.as_ref()[cell]);
+                put(into, sample.half_thickness, part, is_first);
             }
             for j in 0..rows {
                 let row = work.contacts.rows.as_ref()[j];
                 let position = probe.work.kinematics.position(&probe.model, &probe.model.place(row.sample));
                 let along = part * (row.normal[0] * position.x + row.normal[1] * position.y);
                 // A row's right-hand side is −gap − softness · multiplier.
-                let gap = if sign > 0.0 { along - row.softness * row.multiplier } else { row.gap + along };
+                let gap = if is_first { along - row.softness * row.multiplier } else { row.gap + along };
                 work.contacts.rows.as_mut()[j].gap = gap;
             }
         }
         Some(softening)
     }
+}
+
+/// Gives another model's workspace the gap rows of a widened border, with their normals and multipliers as they are.
+pub(super) fn take_rows<T: Real, S: Size>(
+    other: &Model<T, S>,
+    into: &mut Workspace<T, S>,
+    from: &Workspace<T, S>,
+    layout: Layout,
+) {
+    into.contacts.count = layout.touching;
+    for (into, j) in into.contacts.rows.as_mut().iter_mut().zip(layout.all_gaps()) {
+        *into = from.contacts.rows.as_ref().at(j);
+        into.place = other.place(into.sample);
+    }
+}
+
+/// Finds a model's residuals at a state, the forces of its workspace's rows kept as vectors.
+pub(super) fn residuals<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>, state: &State<T, S>) {
+    let Workspace { kinematics, contacts, residual, history, .. } = work;
+    kinematics.direct(model, state);
+    kinematics.place_front::<Tangents>(model, &history.memory, state, contacts.rows());
+    kinematics.complete::<Tangents>(model, &history.memory, state);
+    residual.gather(model, kinematics, contacts, &Sweep::NONE);
+}
+
+/// Adds `part` of another workspace's residuals to a workspace's, or puts it in their place: all but those of the gap rows.
+pub(super) fn gather<T: Real, S: Size>(
+    model: &Model<T, S>,
+    into: &mut Workspace<T, S>,
+    from: &Workspace<T, S>,
+    part: T,
+    is_first: bool,
+) {
+    let nodes = into.kinematics.nodes.as_mut().run_mut(0..model.node_count);
+    for (into, from) in nodes.iter_mut().zip(from.kinematics.nodes.as_ref()) {
+        put(&mut into.gradient, from.gradient, part, is_first);
+    }
+    let joints = into.residual.joints.as_mut().run_mut(0..model.unknowns());
+    for (into, &from) in joints.iter_mut().zip(from.residual.joints.as_ref()) {
+        put(into, from, part, is_first);
+    }
+    let closures = into.residual.closure.as_mut().run_mut(0..model.cells());
+    for (into, from) in closures.iter_mut().zip(from.residual.closure.as_ref()) {
+        put(&mut into[0], from[0], part, is_first);
+        put(&mut into[1], from[1], part, is_first);
+    }
+}
+
+fn put<T: Real>(into: &mut T, from: T, part: T, is_first: bool) {
+    *into = if is_first { part * from } else { *into + part * from };
 }

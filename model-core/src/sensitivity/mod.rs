@@ -2,13 +2,17 @@
 //! on the factorised KKT.
 //!
 //! With the interior, the joints and the closures condensed, a change of the object enters through the contact border
-//! only (`border`); a change of the design shifts every residual and is one more right-hand side (`design`).
+//! only (`border`); a change of the design shifts every residual and is one more right-hand side (`design`). With the velocity of the
+//! whole state, everything that can be read off an equilibrium has a derivative along any line of cases (`line`).
 //!
 //! All derivatives are taken with the touching samples staying the same. Where a sample comes into contact or leaves it the
 //! force has a kink: there they hold on the side of the present set.
 
 mod border;
 mod design;
+mod line;
+#[cfg(test)]
+mod line_tests;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +22,7 @@ use crate::real::{Real, Vec2, vec2};
 use crate::size::Size;
 use border::{Cause, Response};
 pub use design::{DesignParameter, Probe};
+pub use line::{Neighbours, Side};
 
 /// Derivative of what is read off an equilibrium, per unit of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -27,11 +27,11 @@ crate::fixed_size!(
     Narrow, cells 13, nodes 1536, samples 184, contacts 16
 );
 
-type Solver = Follower<f64, Large>;
+pub(super) type Solver = Follower<f64, Large>;
 
 /// What can be changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Parameter {
+pub(super) enum Parameter {
     Coordinate,
     Centre(usize),
     Radius,
@@ -43,7 +43,7 @@ enum Parameter {
 
 /// What a designer changes beyond the dimensions with names of their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Line {
+pub(super) enum Line {
     /// The back beam's base, along x: the base's width.
     BaseWidth,
     /// One lamella's height.
@@ -63,7 +63,7 @@ enum Line {
 }
 
 impl Line {
-    const ALL: [Self; 9] = [
+    pub(super) const ALL: [Self; 9] = [
         Self::BaseWidth,
         Self::Height(1),
         Self::BackArc(2),
@@ -115,11 +115,11 @@ impl Line {
 }
 
 #[derive(Clone)]
-struct Case {
-    design: Design,
-    object: ObjectDesign,
-    motion: Option<[f64; 2]>,
-    at: f64,
+pub(super) struct Case {
+    pub(super) design: Design,
+    pub(super) object: ObjectDesign,
+    pub(super) motion: Option<[f64; 2]>,
+    pub(super) at: f64,
 }
 
 /// An object somewhere else, its outline grown on all sides (which makes no ellipse of an ellipse).
@@ -143,7 +143,7 @@ fn moved(object: ObjectDesign, shift: [f64; 2], growth: f64) -> ObjectDesign {
 }
 
 impl Case {
-    fn shifted(&self, parameter: Parameter, by: f64) -> Self {
+    pub(super) fn shifted(&self, parameter: Parameter, by: f64) -> Self {
         let mut case = self.clone();
         match parameter {
             Parameter::Coordinate => case.at += by,
@@ -162,7 +162,7 @@ impl Case {
     }
 
     /// Puts the follower at the equilibrium; false unless it came there without a snap and in contact.
-    fn solve(&self, follower: &mut Solver, how: &Discretisation) -> bool {
+    pub(super) fn solve(&self, follower: &mut Solver, how: &Discretisation) -> bool {
         follower.configure(&self.design, how).expect("a valid design");
         let motion = match self.motion {
             Some(direction) => Motion::Translating { direction },
@@ -278,7 +278,7 @@ fn compare(
 }
 
 /// A random case, every other one moved by a translated base, and a discretisation.
-fn random(random: &mut Random, index: usize) -> (Case, Discretisation) {
+pub(super) fn random(random: &mut Random, index: usize) -> (Case, Discretisation) {
     let (mut design, round, indentation) = random_case(random);
     let Round { centre, radius } = round;
     // Other shapes lie within the circle and touch it where it is nearest to the finger.

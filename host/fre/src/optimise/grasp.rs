@@ -3,9 +3,8 @@
 use model_core::design::Design;
 use model_core::discretise::DiscretiseError;
 use model_core::equilibrium::Follower;
-use model_core::object::{Motion, ObjectDesign};
 use model_core::real::Real;
-use model_core::sensitivity::{Derivative, Probe, Sensitivity};
+use model_core::sensitivity::{Neighbours, Side};
 use model_core::size::Size;
 use model_core::status::Status;
 
@@ -16,9 +15,9 @@ use crate::study::model::{Options, Precision};
 use crate::study::run::MOST_ITERATIONS;
 
 /// How exactly a snap-through is placed, in the case's unit.
-const SNAP: f64 = 1e-4;
+const SNAP: f64 = 1e-5;
 /// Halvings in search of it.
-const HALVINGS: usize = 24;
+const HALVINGS: usize = 28;
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,29 +33,38 @@ pub struct Grasp {
 /// What is known at a place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Known {
-    /// Force on the object, world frame, N.
-    pub force: [f64; 2],
-    /// Touching samples, base to tip: arc along the front beam, mm, and force, N.
-    pub contacts: Vec<[f64; 2]>,
-    /// Largest strain of beams and hinges.
-    pub strain: f64,
-    /// dF/dC of the object's place C, N/mm: row i is the derivative of the i-th component. Only where it was asked for.
-    pub stiffness: Option<[[f64; 2]; 2]>,
-    /// Derivative of the force with each variable, N per its unit; none where there is none. Only where they were asked for.
-    pub slopes: Vec<Option<[f64; 2]>>,
+    /// What is read there.
+    pub numbers: Numbers,
+    /// Their derivatives with each variable, per its unit; none where there is none. Only where they were asked for.
+    pub slopes: Vec<Option<Numbers>>,
 }
 
-impl Known {
-    /// Magnitude of the force, N.
-    pub fn size(&self) -> f64 {
-        self.force[0].hypot(self.force[1])
+/// What measures are made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Numbers {
+    /// Magnitude of the contact force, N.
+    pub force: f64,
+    /// Largest strain of beams, hinges and ribs.
+    pub strain: f64,
+    /// √12 σ of the contact force along the front beam, mm: the length of an evenly loaded arc that is spread as far.
+    pub spread: f64,
+    /// Arc between the outermost touching samples, mm.
+    pub length: f64,
+    /// What the force grows by per mm that the object is pushed against it, N/mm; zero without contact, and where it was not asked for.
+    pub stiffness: f64,
+}
+
+impl Numbers {
+    fn of<T: Real>(found: [T; 5]) -> Self {
+        let [force, strain, spread, length, stiffness] = found.map(T::to_f64);
+        Self { force, strain, spread, length, stiffness }
     }
 }
 
 /// What is asked beside forces, contacts and strains.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Wanted<'a> {
-    /// Places where the object's stiffness is wanted.
+    /// Places where the stiffness is wanted.
     pub stiffness: &'a [f64],
     /// Places where the derivatives are wanted.
     pub slopes: &'a [f64],
@@ -122,7 +130,7 @@ fn walk<T: Real, S: Size>(
     wanted: Wanted<'_>,
 ) -> Result<Option<Grasp>, DiscretiseError> {
     let mut follower = begin::<T, S>(case, options)?;
-    let mut probe = Probe::EMPTY;
+    let mut neighbours = Neighbours::EMPTY;
     let (mut places, mut snapped) = (Vec::with_capacity(case.path.places.len()), None);
     for (index, &at) in case.path.places.iter().enumerate() {
         let outcome = follower.follow_within(case.path.coordinate(at), MOST_ITERATIONS);
@@ -133,7 +141,7 @@ fn walk<T: Real, S: Size>(
             snapped = snapped.or(Some(index));
         }
         let known = if outcome.status.is_trustworthy() {
-            let Some(known) = read(&mut follower, &mut probe, case, options, wanted, at) else { return Ok(None) };
+            let Some(known) = read(&mut follower, &mut neighbours, options, wanted, at) else { return Ok(None) };
             Some(known)
         } else {
             None
@@ -171,89 +179,61 @@ fn place_of_snap<T: Real, S: Size>(case: &Case, options: &Options, index: usize)
 /// What the follower has found; `None` if there is too little room for derivatives.
 fn read<T: Real, S: Size>(
     follower: &mut Follower<T, S>,
-    probe: &mut Probe<T, S>,
-    case: &Case,
+    neighbours: &mut Neighbours<T, S>,
     options: &Options,
     wanted: Wanted<'_>,
     at: f64,
 ) -> Option<Known> {
-    let [wants_stiffness, wants_slopes] = [wanted.stiffness, wanted.slopes].map(|places| places.contains(&at));
-    let found = if wants_stiffness || wants_slopes { Some(follower.sensitivity()?) } else { None };
-    let stiffness = found.filter(|_| wants_stiffness).map(|found| {
-        let [x, y] = found.centre.map(|derivative| derivative.force.map(T::to_f64));
-        [[x[0], y[0]], [x[1], y[1]]]
-    });
+    let [with_stiffness, with_slopes] = [wanted.stiffness, wanted.slopes].map(|places| places.contains(&at));
+    // Each touching sample takes two rows of a derivative.
+    if (with_stiffness || with_slopes) && 2 * follower.touching() > S::CONTACTS {
+        return None;
+    }
+    let sizes = follower.strains().map(|strain| strain.largest()).enumerate();
+    let most_strained = sizes.fold((0, T::ZERO), |most, strain| if strain.1 > most.1 { strain } else { most });
+    let numbers = |follower: &mut Follower<T, S>| numbers(follower, most_strained.0, with_stiffness);
+    let found = numbers(follower)?;
     let mut slopes = Vec::new();
-    if let Some(found) = found.filter(|_| wants_slopes) {
-        for line in wanted.variables {
-            slopes.push(line.as_ref().and_then(|line| slope(follower, probe, &found, case, options, line)));
-        }
+    for line in wanted.variables.iter().filter(|_| with_slopes) {
+        slopes.push(line.as_ref().and_then(|line| {
+            let sides = line.cases.each_ref().map(|case| Side {
+                design: &case.finger.design,
+                object: case.object.into(),
+                motion: case.path.motion,
+            });
+            let how = &options.discretisation;
+            follower.derivative_along(neighbours, sides, how, line.step, numbers).map(Numbers::of)
+        }));
     }
-    Some(Known {
-        force: follower.force_world().map(T::to_f64),
-        contacts: follower.contacts().map(|contact| [contact.arc.to_f64(), contact.force.to_f64()]).collect(),
-        strain: follower.max_strain().map(T::to_f64).into_iter().fold(0.0, f64::max),
-        stiffness,
-        slopes,
-    })
+    Some(Known { numbers: Numbers::of(found), slopes })
 }
 
-/// Derivative of the force along a variable: that of the design, of the motor axis and of the object, whichever it moves. `None` for
-/// an object's shape, or where the model changes its size.
-fn slope<T: Real, S: Size>(
-    follower: &mut Follower<T, S>,
-    probe: &mut Probe<T, S>,
-    found: &Sensitivity<T>,
-    case: &Case,
-    options: &Options,
-    line: &Line,
-) -> Option<[f64; 2]> {
-    let [below, above] = &line.cases;
-    let rate = |below: f64, above: f64| 0.5 * (above - below) / line.step;
-    let rates = |below: [f64; 2], above: [f64; 2]| [rate(below[0], above[0]), rate(below[1], above[1])];
-    let mut sum = [0.0; 2];
-    let mut add = |derivative: &Derivative<T>, part: f64| {
-        for (sum, force) in sum.iter_mut().zip(derivative.force) {
-            *sum += part * force.to_f64();
-        }
-    };
-    let axis = match (below.path.motion, above.path.motion) {
-        (Motion::Rotating { axis: below }, Motion::Rotating { axis: above }) => rates(below, above),
-        (below, above) if below == above => [0.0; 2],
-        _ => return None,
-    };
-    let (shift, growth) = change(below.object, above.object, rate)?;
-    for i in 0..2 {
-        add(&found.axis[i], axis[i]);
-        add(&found.centre[i], shift[i]);
+/// Reads the [`Numbers`], of the strains that at a place of the finger.
+fn numbers<T: Real, S: Size>(follower: &mut Follower<T, S>, strained: usize, with_stiffness: bool) -> Option<[T; 5]> {
+    let force = follower.force_world();
+    let [x, y] = force;
+    let size = (x * x + y * y).sqrt();
+    let strain = follower.strains().nth(strained).map_or(T::ZERO, |strain| strain.largest());
+    let (mut whole, mut mean, mut ends) = (T::ZERO, T::ZERO, None);
+    for contact in follower.contacts() {
+        whole += contact.force;
+        mean += contact.force * contact.arc;
+        let (first, _) = ends.unwrap_or((contact.arc, contact.arc));
+        ends = Some((first, contact.arc));
     }
-    add(&found.radius, growth);
-    // The motor axis belongs to the motion.
-    let designs = [&below.finger.design, &above.finger.design];
-    if designs.iter().any(|design| **design != (Design { motor_axis: design.motor_axis, ..case.finger.design.clone() }))
-    {
-        add(&follower.design_derivative(probe, designs, &options.discretisation, line.step)?, 1.0);
+    let (first, last) = ends.unwrap_or((T::ZERO, T::ZERO));
+    let (mut spread, mut stiffness) = (T::ZERO, T::ZERO);
+    if whole > T::ZERO {
+        mean /= whole;
+        let square = |from: T| (from - mean) * (from - mean);
+        let variance = follower.contacts().fold(T::ZERO, |sum, contact| sum + contact.force * square(contact.arc));
+        spread = (T::of(12.0) * variance / whole).sqrt();
     }
-    Some(sum)
-}
-
-/// How fast an object moves and grows; `None` if its shape changes.
-fn change(below: ObjectDesign, above: ObjectDesign, rate: impl Fn(f64, f64) -> f64) -> Option<([f64; 2], f64)> {
-    use ObjectDesign::{Bore, Circle, Ellipse, HalfPlane};
-    let rates = |below: [f64; 2], above: [f64; 2]| [0, 1].map(|i| rate(below[i], above[i]));
-    match (below, above) {
-        _ if below == above => Some(([0.0; 2], 0.0)),
-        (Circle { centre: a, radius: r }, Circle { centre: b, radius: q }) => Some((rates(a, b), rate(r, q))),
-        // Its surface is on the other side.
-        (Bore { centre: a, radius: r }, Bore { centre: b, radius: q }) => Some((rates(a, b), rate(q, r))),
-        (Ellipse { centre: a, semi_axes, angle }, Ellipse { centre: b, semi_axes: other_axes, angle: other_angle })
-            if semi_axes == other_axes && angle == other_angle =>
-        {
-            Some((rates(a, b), 0.0))
-        }
-        (HalfPlane { point: a, normal }, HalfPlane { point: b, normal: other }) if normal == other => {
-            Some((rates(a, b), 0.0))
-        }
-        _ => None,
+    if with_stiffness && size > T::ZERO {
+        // Of the force with the object's place, along the force and against it.
+        let [by_x, by_y] = follower.sensitivity()?.centre.map(|derivative| derivative.force);
+        let along = |by: [T; 2]| x * by[0] + y * by[1];
+        stiffness = -(x * along(by_x) + y * along(by_y)) / (size * size);
     }
+    Some([size, strain, spread, last - first, stiffness])
 }

@@ -25,7 +25,8 @@ pub enum Measure {
     /// Stiffness that the object meets along the contact force at a place, N/mm: what the force grows by per mm that the object is
     /// pushed against it.
     Stiffness(f64),
-    /// Arc of the front beam between the outermost touching samples at a place, mm. It steps from sample to sample.
+    /// Arc of the front beam between the outermost touching samples at a place, mm. It steps from sample to sample; its derivative is that
+    /// between two steps.
     ContactLength(f64),
     /// How far the contact force is spread along the front beam at a place, mm: the length of an evenly loaded arc with the same
     /// standard deviation, √12 σ. It changes smoothly, so that a search can follow it.
@@ -103,18 +104,21 @@ impl Measure {
         }
     }
 
-    /// Places at which it takes derivatives of the force with the variables, for [`Self::slope`].
-    pub(super) fn slope_places(self) -> Vec<f64> {
-        match self {
-            Self::Force(_) | Self::MeanForce(_) | Self::ForceVariation(_) => self.places(),
-            _ => Vec::new(),
-        }
+    /// Its derivatives are the solver's, but for that of a snap-through.
+    pub(super) fn needs_slopes(self) -> bool {
+        !matches!(self, Self::Snap(_) | Self::Mass(_))
+    }
+
+    /// It counts what has been before its place.
+    pub(super) fn counts_before(self) -> bool {
+        matches!(self, Self::Strain(_))
     }
 
     /// The number; `None` if a place that it needs has no trustworthy solution, or no contact where there must be one.
     pub fn value(self, grasp: &Grasp) -> Option<f64> {
+        let at = |place: f64| Some(grasp.at(place)?.numbers);
         match self {
-            Self::Force(at) => Some(grasp.at(at)?.size()),
+            Self::Force(place) => Some(at(place)?.force),
             Self::MeanForce(range) => Some(mean(&forces(grasp, range)?)),
             Self::ForceVariation(range) => {
                 let forces = forces(grasp, range)?;
@@ -122,37 +126,23 @@ impl Measure {
                 let (least, most) = extremes(&forces)?;
                 (mean > 0.0).then(|| (forces[most] - forces[least]) / mean)
             }
-            Self::Stiffness(at) => {
-                let known = grasp.at(at)?;
-                let ([x, y], size) = (known.force, known.size());
-                let [[xx, xy], [yx, yy]] = known.stiffness.filter(|_| size > 0.0)?;
-                Some(-(x * (xx * x + xy * y) + y * (yx * x + yy * y)) / (size * size))
-            }
-            Self::ContactLength(at) => {
-                let contacts = &grasp.at(at)?.contacts;
-                Some(contacts.first().zip(contacts.last()).map_or(0.0, |(first, last)| last[0] - first[0]))
-            }
-            Self::Conformity(at) => Some(spread(&grasp.at(at)?.contacts)),
-            Self::Strain(up_to) => {
-                grasp.at(up_to)?;
-                let before = grasp.places.iter().filter(|(at, _)| *at <= up_to);
-                Some(before.filter_map(|(_, known)| Some(known.as_ref()?.strain)).fold(0.0, f64::max))
-            }
+            Self::Stiffness(place) => at(place).filter(|found| found.force > 0.0).map(|found| found.stiffness),
+            Self::ContactLength(place) => Some(at(place)?.length),
+            Self::Conformity(place) => Some(at(place)?.spread),
+            Self::Strain(up_to) => Some(most_strained(grasp, up_to)?.numbers.strain),
             Self::Snap(up_to) => Some(grasp.snap.map_or(up_to, |at| at.min(up_to))),
             Self::Mass(density) => Some(mass(&grasp.design, density)),
         }
     }
 
-    /// Its derivative with a variable, from the forces' own; `None` where there is none.
+    /// Its derivative with a variable, from those of the places; `None` where there is none.
     pub(super) fn slope(self, grasp: &Grasp, variable: usize) -> Option<f64> {
-        let along = |known: &Known| {
-            let [dx, dy] = (*known.slopes.get(variable)?)?;
-            let ([x, y], size) = (known.force, known.size());
-            Some(if size > 0.0 { (x * dx + y * dy) / size } else { 0.0 })
-        };
-        let over = |range: Range| range.places().into_iter().map(|at| along(grasp.at(at)?)).collect::<Option<Vec<_>>>();
+        let of = |known: &Known| *known.slopes.get(variable)?;
+        let at = |place: f64| of(grasp.at(place)?);
+        let over =
+            |range: Range| range.places().into_iter().map(|place| Some(at(place)?.force)).collect::<Option<Vec<_>>>();
         match self {
-            Self::Force(at) => along(grasp.at(at)?),
+            Self::Force(place) => Some(at(place)?.force),
             Self::MeanForce(range) => Some(mean(&over(range)?)),
             Self::ForceVariation(range) => {
                 let (forces, slopes) = (forces(grasp, range)?, over(range)?);
@@ -160,13 +150,26 @@ impl Measure {
                 let (size, spread) = (mean(&forces), forces[most] - forces[least]);
                 Some((slopes[most] - slopes[least]) / size - spread * mean(&slopes) / (size * size))
             }
-            _ => None,
+            Self::Stiffness(place) => Some(at(place)?.stiffness),
+            Self::ContactLength(place) => Some(at(place)?.length),
+            Self::Conformity(place) => Some(at(place)?.spread),
+            Self::Strain(up_to) => Some(of(most_strained(grasp, up_to)?)?.strain),
+            // Without a snap-through it is the place given.
+            Self::Snap(up_to) => grasp.snap.is_none_or(|at| at > up_to).then_some(0.0),
+            Self::Mass(_) => None,
         }
     }
 }
 
+/// Where the finger is strained most, of the places up to one; `None` if there is no solution there.
+fn most_strained(grasp: &Grasp, up_to: f64) -> Option<&Known> {
+    let last = grasp.at(up_to)?;
+    let before = grasp.places.iter().filter(|(at, _)| *at <= up_to).filter_map(|(_, known)| known.as_ref());
+    Some(before.fold(last, |most, known| if known.numbers.strain > most.numbers.strain { known } else { most }))
+}
+
 fn forces(grasp: &Grasp, range: Range) -> Option<Vec<f64>> {
-    range.places().into_iter().map(|at| Some(grasp.at(at)?.size())).collect()
+    range.places().into_iter().map(|at| Some(grasp.at(at)?.numbers.force)).collect()
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -177,17 +180,6 @@ fn mean(values: &[f64]) -> f64 {
 fn extremes(values: &[f64]) -> Option<(usize, usize)> {
     let order = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
     Some(((0..values.len()).min_by(order)?, (0..values.len()).max_by(order)?))
-}
-
-/// √12 σ of the arcs, weighted by the forces, mm.
-fn spread(contacts: &[[f64; 2]]) -> f64 {
-    let total: f64 = contacts.iter().map(|[_, force]| force).sum();
-    if total <= 0.0 {
-        return 0.0;
-    }
-    let centre = contacts.iter().map(|[arc, force]| arc * force).sum::<f64>() / total;
-    let variance = contacts.iter().map(|[arc, force]| force * (arc - centre).powi(2)).sum::<f64>() / total;
-    (12.0 * variance).sqrt()
 }
 
 /// What may be written for a measure.

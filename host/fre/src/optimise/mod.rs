@@ -11,8 +11,8 @@
 //! - `goal`, `measure`, `mass` – what is asked for, and its numbers
 //! - `grasp` – a case solved as far as measures need it
 //!
-//! Derivatives of forces come from the solver: of the design, of the object's place and radius and of the motor axis. Those of a mass
-//! are exact as well. Strains, stiffness, the spread of the contact and snap-throughs are differenced between solved cases.
+//! Derivatives come from the solver: of forces, strains, stiffness and the spread of the contact, with the design, the object's place and
+//! shape and the motor axis. Those of a mass are exact as well. The place of a snap-through is differenced between solved cases.
 
 mod error;
 mod front;
@@ -29,7 +29,7 @@ mod starts;
 pub use error::OptimiseError;
 pub use front::{Front, FrontPoint, front};
 pub use goal::{Goal, Limit, Variable};
-pub use grasp::{Grasp, Known, Line, Wanted};
+pub use grasp::{Grasp, Known, Line, Numbers, Wanted};
 pub use log::Log;
 pub use mass::mass;
 pub use measure::{MEASURES, Measure, Range};

@@ -11,7 +11,7 @@ use super::goal::{Goal, Limit, Variable};
 use super::grasp::{Grasp, Line, Wanted};
 use super::measure::Measure;
 use crate::case::{Case, CaseError, Document, KeyError};
-use crate::study::model::Options;
+use crate::study::model::{Options, Precision};
 
 /// What a case with friction is refused by.
 const OPTIMISE: &str = "a search";
@@ -21,10 +21,12 @@ const FRICTION: &str = "object.friction";
 const UNREACHED: f64 = 1e3;
 /// Steps of the motion in a picture.
 const DRAWN: u32 = 24;
-/// Step of differences between solved cases, as a share of a variable's range.
-const STEP: f64 = 1e-4;
-/// Step of the differences of a model's constants, as a share of a variable's size.
-const FINE: f64 = 6e-6;
+/// Step of differences between solved cases, as a share of a variable's range: a snap-through is placed within a hundredth of what it
+/// moves by.
+const STEP: f64 = 1e-3;
+/// Step of the differences beside an equilibrium, as a share of a variable's size, in double and in single precision: between rounding,
+/// which stiff contacts magnify, and truncation.
+const FINE: [f64; 2] = [5e-5, 5e-3];
 
 /// Why there is no problem.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -300,15 +302,17 @@ impl Problem {
         moved
     }
 
-    /// The cases on both sides of each variable, one list per object; empty if no measure takes derivatives.
+    /// The cases on both sides of each variable, one list per object; empty if no measure takes the solver's derivatives.
     fn lines(&self, x: &[f64]) -> Vec<Vec<Option<Line>>> {
-        if self.measures().all(|measure| measure.slope_places().is_empty()) {
+        if !self.measures().any(Measure::needs_slopes) {
             return Vec::new();
         }
         let numbers = self.numbers(x);
+        let [double, single] = FINE;
+        let fine = if self.options.precision == Precision::F64 { double } else { single };
         let line = |object: usize, variable: usize| {
             let Variable { key, .. } = &self.variables[variable];
-            let step = FINE * numbers[variable].abs().max(self.variables[variable].range());
+            let step = fine * numbers[variable].abs().max(self.variables[variable].range());
             let side = |step: f64| {
                 let mut document = self.document(x, object)?;
                 document.set_known(key, numbers[variable] + step);
@@ -331,8 +335,7 @@ impl Problem {
         lines: &[Vec<Option<Line>>],
     ) -> Option<Vec<Grasp>> {
         let stiffness = stiffness_places(self.measures());
-        let slopes: Vec<f64> =
-            if lines.is_empty() { Vec::new() } else { self.measures().flat_map(Measure::slope_places).collect() };
+        let slopes: Vec<f64> = if lines.is_empty() { Vec::new() } else { slope_places(&self.places, self.measures()) };
         let snap = self.measures().any(|measure| matches!(measure, Measure::Snap(_)));
         (0..self.documents.len())
             .into_par_iter()
@@ -404,6 +407,16 @@ pub fn value(case: &Case, measure: Measure, options: &Options) -> Result<Option<
 /// Places where measures need the object's stiffness.
 fn stiffness_places(measures: impl Iterator<Item = Measure>) -> Vec<f64> {
     measures.filter(|measure| matches!(measure, Measure::Stiffness(_))).flat_map(Measure::places).collect()
+}
+
+/// Places where measures need derivatives, of those that are solved.
+fn slope_places(places: &[f64], measures: impl Iterator<Item = Measure>) -> Vec<f64> {
+    let needs = |measure: Measure| {
+        let own = measure.places();
+        let last = own.last().copied().filter(|_| measure.counts_before());
+        places.iter().copied().filter(move |&at| own.contains(&at) || last.is_some_and(|last| at <= last))
+    };
+    measures.filter(|measure| measure.needs_slopes()).flat_map(needs).collect()
 }
 
 /// Slope from the values at three points, of which those without a number are left out.
