@@ -29,7 +29,7 @@ impl<T: Real> Element<T> for Link {
     }
 
     /// The links' moments come with their walk.
-    fn bend<P: Past<T>>(_: Constants<'_, T>, _: P, _: &[T], _: &mut [Node<T>], _: &mut Strain<T>) {}
+    fn bend(_: Constants<'_, T>, _: &[T], _: &mut [Node<T>], _: &mut Strain<T>) {}
 
     fn lever(of: Constants<'_, T>, first: usize, sample: &Sample<T>, nodes: &[Node<T>]) -> [[T; 2]; 3] {
         let mut own = [[T::ZERO; 2]; 3];
@@ -167,8 +167,8 @@ impl<T: Real> Walk<'_, T> {
 
     /// Strained direction of an end, which has no length.
     #[inline(always)]
-    fn end<P: Past<T>, const RIGID: bool>(&self, e: [T; 2], [_, along, across]: [T; 3]) -> [T; 2] {
-        strained::<T, P, RIGID>(e, T::ZERO, self.force, self.compliance, T::ZERO, [along, across]).direction
+    fn end<P: Past<T>, const RIGID: bool>(&self, e: [T; 2], prior: [T; 2]) -> [T; 2] {
+        strained::<T, P, RIGID>(e, T::ZERO, self.force, self.compliance, T::ZERO, prior).direction
     }
 
     /// One link of length w and the spring of stiffness k below it, over which the angle grows by `bend`; returns the gradient.
@@ -290,14 +290,14 @@ fn walk<T: Real, D: Depth, P: Past<T>, const RIGID: bool>(
     let mut end = None;
     if let (Some(top), Some(&[below, theta])) = (beyond.first_mut(), angle.last_chunk::<2>()) {
         walk.pass(first + links + 1);
-        top.strained = walk.end::<P, RIGID>(top.e, past.at(links + 1));
+        top.strained = walk.end::<P, RIGID>(top.e, past.forces(links + 1));
         let (k, bend) = (spring.at(links)[0], theta - below);
         if D::TANGENT {
             (top.coupling, top.bent) = ([zero; 2], [zero; 2]);
         }
         if links == 0 && D::GRADIENT {
             // No link at all.
-            let moment = if P::IS_ANY { k * bend + past.at(0)[0] } else { k * bend };
+            let moment = if P::IS_ANY { k * bend + past.moment(0) } else { k * bend };
             (walk.above.moment, walk.above.coupling) = (moment, k);
             (top.gradient, top.curvature, top.lever) = (-moment, zero, [zero; 2]);
         }
@@ -306,8 +306,8 @@ fn walk<T: Real, D: Depth, P: Past<T>, const RIGID: bool>(
     let mut steepest = zero;
     // Of a link: the spring below it, the one above it, the link itself.
     let prior = |j: usize| {
-        let ([below, ..], [above, along, across]) = (past.at(j), past.at(j + 1));
-        [below, above, along, across]
+        let [along, across] = past.forces(j + 1);
+        [past.moment(j), past.moment(j + 1), along, across]
     };
     let angles = lower.iter().zip(upper);
     let mut each = list.iter_mut().zip(weight).zip(stiffness).zip(angles).enumerate().rev();
@@ -324,7 +324,7 @@ fn walk<T: Real, D: Depth, P: Past<T>, const RIGID: bool>(
         let gradient = walk.link::<D, P, RIGID>(node, w, k, theta - below, None, prior(j));
         steepest = gradient.abs().max(steepest);
     }
-    start.strained = walk.end::<P, RIGID>(start.e, past.at(0));
+    start.strained = walk.end::<P, RIGID>(start.e, past.forces(0));
     out.chord = walk.chord.map(|sum| length * sum);
     if !D::GRADIENT {
         return;

@@ -25,7 +25,7 @@ use crate::size::Blank;
 use crate::topology::Member;
 pub(crate) use link::Link;
 pub(crate) use node::Node;
-pub(crate) use past::{NoPast, Past, Remembered};
+pub(crate) use past::{MOST_LAYERS, NoPast, Past, Remembered};
 pub(crate) use pull::Pull;
 pub(crate) use quadratic::Quadratic;
 
@@ -124,7 +124,7 @@ pub(crate) trait Element<T: Real> {
     );
 
     /// Adds the bending moments to the gradient (23), and completes the second derivatives.
-    fn bend<P: Past<T>>(of: Constants<'_, T>, past: P, angle: &[T], nodes: &mut [Node<T>], out: &mut Strain<T>);
+    fn bend(of: Constants<'_, T>, angle: &[T], nodes: &mut [Node<T>], out: &mut Strain<T>);
 
     /// Derivatives of a sample's position with respect to the angles of three nodes, from `first` on, the sample's own: its element's,
     /// where it has weights of its own and its share of the shortening, mm.

@@ -28,17 +28,11 @@ impl<T: Real> Element<T> for Quadratic {
         }
     }
 
-    fn bend<P: Past<T>>(of: Constants<'_, T>, past: P, angle: &[T], nodes: &mut [Node<T>], out: &mut Strain<T>) {
+    fn bend(of: Constants<'_, T>, angle: &[T], nodes: &mut [Node<T>], out: &mut Strain<T>) {
         if of.member.stiffening == T::ZERO {
             moments(of, angle, nodes);
         } else {
             stretched(of, angle, nodes);
-        }
-        if P::IS_ANY {
-            for (local, node) in nodes.iter_mut().enumerate() {
-                let [moment, ..] = past.at(local);
-                node.gradient += moment;
-            }
         }
         out.steepest = match &*nodes {
             [_, interior @ .., _] => interior.iter().fold(T::ZERO, |most, node| most.max(node.gradient.abs())),
@@ -133,13 +127,12 @@ fn walk<T: Real, P: Past<T>, const RIGID: bool>(
     for ((index, &w), node) in member.nodes().zip(of.weight).zip(nodes).rev() {
         let shorter = if RIGID { T::ZERO } else { node.bent[1] };
         let e = node.e;
-        let prior = if P::IS_ANY && !RIGID { past.at(index - first) } else { [T::ZERO; 3] };
-        let prior = [prior[1], prior[2]];
+        let prior = if P::IS_ANY && !RIGID { past.forces(index - first) } else { [T::ZERO; 2] };
         let strained = strained::<T, P, RIGID>(e, w, pull.force(index, w), member.compliance, shorter, prior);
         node.strained = strained.direction;
         chord = [chord[0] + w * strained.direction[0], chord[1] + w * strained.direction[1]];
         node.lever = strained.lever;
-        node.gradient = strained.gradient;
+        node.gradient = if P::IS_ANY { strained.gradient + past.moment(index - first) } else { strained.gradient };
         node.curvature = strained.curvature;
         if !RIGID {
             node.coupling = strained.pull;

@@ -57,7 +57,7 @@ impl<T: Real, S: Size> History<T, S> {
             self.slip.aim(&way.by, way.turned, model.units.length);
         }
         if self.memory.is_kept() {
-            self.memory.aim(way.seconds.to_f64());
+            self.memory.aim(way.seconds);
         }
     }
 

@@ -36,10 +36,10 @@ fn walk<T: Real, D: Depth, P: Past<T>>((of, angle, nodes, out): MemberPart<'_, T
 }
 
 #[inline(always)]
-fn bend<T: Real, P: Past<T>>((of, angle, nodes, out): MemberPart<'_, T>, past: P) {
+fn bend<T: Real>((of, angle, nodes, out): MemberPart<'_, T>) {
     match of.member.kind {
-        Kind::Quadratic => Quadratic::bend(of, past, angle, nodes, out),
-        Kind::Link => Link::bend(of, past, angle, nodes, out),
+        Kind::Quadratic => Quadratic::bend(of, angle, nodes, out),
+        Kind::Link => Link::bend(of, angle, nodes, out),
     }
 }
 
@@ -124,7 +124,7 @@ impl<T: Real, S: Size> Kinematics<T, S> {
             if index >= model.cells() {
                 self.strain::<D>(model, memory, state, index, &[]);
             }
-            self.bend(model, memory, state, index);
+            self.bend(model, state, index);
         }
     }
 
@@ -194,13 +194,9 @@ impl<T: Real, S: Size> Kinematics<T, S> {
 
     /// Adds a strained member's bending moments to its gradient.
     #[inline(always)]
-    fn bend(&mut self, model: &Model<T, S>, memory: &Memory<T, S>, state: &State<T, S>, index: usize) {
-        let Some(part) = self.part(model, state, index) else { return };
-        if memory.is_kept() {
-            let past = memory.of(part.0.member.nodes());
-            bend(part, past);
-        } else {
-            bend(part, NoPast);
+    fn bend(&mut self, model: &Model<T, S>, state: &State<T, S>, index: usize) {
+        if let Some(part) = self.part(model, state, index) {
+            bend(part);
         }
     }
 

@@ -11,7 +11,7 @@ use super::gaps::{Contacts, own_rows};
 use super::kinematics::Kinematics;
 use crate::access::Access;
 use crate::bounds::{OutOfBounds, check};
-use crate::element::{Link, Past, Pull, Quadratic, Remembered};
+use crate::element::{Link, MOST_LAYERS, Past, Pull, Quadratic, Remembered};
 use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
@@ -39,16 +39,20 @@ impl<T: Real> Blank for Term<T> {
     const BLANK: Self = Self { part: T::ZERO, time: T::ZERO, decay: T::ZERO, gain: T::ZERO };
 }
 
-/// How many terms there are, whether anything has been strained yet, and the stiffness k of the present step.
+/// How many terms there are, whether anything has been strained yet, and the present step's time, s, and stiffness k.
 #[derive(Clone, Copy)]
 struct Course<T> {
     count: u8,
     is_strained: bool,
+    /// Weights, decays and gains are those of the present step.
+    is_aimed: bool,
+    seconds: T,
     stiffness: T,
 }
 
 impl<T: Real> Blank for Course<T> {
-    const BLANK: Self = Self { count: 0, is_strained: false, stiffness: T::ZERO };
+    const BLANK: Self =
+        Self { count: 0, is_strained: false, is_aimed: false, seconds: T::ZERO, stiffness: T::ZERO };
 }
 
 /// The material's terms, and the accepted state as they remember it.
@@ -130,7 +134,7 @@ impl<T: Real, S: Size> Memory<T, S> {
     pub fn begin(&mut self) {
         self.strain(false);
         self.layers.as_mut().fill([T::ZERO; 3]);
-        self.aim(0.0);
+        self.aim(T::ZERO);
     }
 
     fn strain(&mut self, is_strained: bool) {
@@ -138,8 +142,14 @@ impl<T: Real, S: Size> Memory<T, S> {
     }
 
     /// The step that follows takes so long, s (69).
-    pub fn aim(&mut self, seconds: f64) {
-        let count = self.count();
+    pub fn aim(&mut self, seconds: T) {
+        let Some(course) = self.course.as_mut().first_mut() else { return };
+        // Ticks of a loop are equally long, and exponentials in double precision are dear on a microcontroller.
+        if course.is_aimed && course.seconds == seconds {
+            return;
+        }
+        (course.is_aimed, course.seconds) = (true, seconds);
+        let (count, seconds) = (self.count(), seconds.to_f64());
         let mut stiffness = T::one();
         for term in self.terms.as_mut().iter_mut().take(count) {
             let ratio = seconds / term.time.to_f64();
@@ -161,16 +171,25 @@ impl<T: Real, S: Size> Memory<T, S> {
     /// What is remembered does not count, until the next aim: the finger as if it had never been strained.
     pub fn mute(&mut self) {
         self.weights.as_mut().fill(T::ZERO);
+        self.course.as_mut().iter_mut().take(1).for_each(|course| course.is_aimed = false);
     }
 
     /// What a run of nodes remembers.
     #[inline(always)]
     pub fn of(&self, nodes: core::ops::Range<usize>) -> Remembered<'_, T> {
         let width = self.width();
-        Remembered {
-            layers: self.layers.as_ref().get(nodes.start * width..nodes.end * width).unwrap_or(&[]),
-            weights: self.weights.as_ref().get(..width).unwrap_or(&[]),
+        let layers = self.layers.as_ref().get(nodes.start * width..nodes.end * width).unwrap_or(&[]);
+        Remembered { layers, width, weights: self.weights() }
+    }
+
+    /// Weights of the layers in H/k, zeros beyond the last.
+    #[inline(always)]
+    fn weights(&self) -> [T; MOST_LAYERS] {
+        let mut weights = [T::ZERO; MOST_LAYERS];
+        for (into, &weight) in weights.iter_mut().zip(self.weights.as_ref()) {
+            *into = weight;
         }
+        weights
     }
 
     /// The state is accepted that kinematics and contacts show: its stresses become those of the past (70).
@@ -182,73 +201,100 @@ impl<T: Real, S: Size> Memory<T, S> {
         contacts: &Contacts<T, S>,
     ) {
         self.strain(true);
-        let (width, count, mut from) = (self.width(), self.count(), 0);
+        let (width, weights, fading, mut from) = (self.width(), self.weights(), self.fading(), 0);
         for (index, (member, out)) in model.members().iter().zip(kinematics.members.as_ref()).enumerate() {
             let own = own_rows(contacts.rows(), index, from);
             from = own.end;
             let nodes = member.nodes();
-            let (Some(of), Some(angle), Some(on)) = (
+            let (Some(of), Some(angle), Some(on), Some(layers)) = (
                 model.constants(member),
                 state.angle.as_ref().get(nodes.clone()),
                 kinematics.nodes.as_ref().get(nodes.clone()),
+                self.layers.as_mut().get_mut(nodes.start * width..nodes.end * width),
             ) else {
                 continue;
             };
-            let Self { terms, layers, weights, .. } = self;
-            let terms = terms.as_ref().get(..count).unwrap_or(&[]);
-            let Some(layers) = layers.as_mut().get_mut(nodes.start * width..nodes.end * width) else { continue };
             if member.compliance != [T::ZERO; 2] {
                 // Stress along and across: what balances the force, the past taken off, in the step's unit.
                 let mut pull = Pull::new(contacts.rows().run(own), out.force);
-                for (local, (node, &weight)) in on.iter().zip(of.weight).enumerate().rev() {
+                let each = on.iter().zip(of.weight).zip(layers.chunks_exact_mut(width));
+                for (local, ((node, &weight), layers)) in each.enumerate().rev() {
                     let force = pull.force(nodes.start + local, weight);
                     let [x, y] = node.e;
-                    let past = Remembered { layers: &*layers, weights: weights.as_ref().get(..width).unwrap_or(&[]) };
-                    let [_, along, across] = past.at(local);
-                    let Some(layers) = layers.get_mut(local * width..(local + 1) * width) else { continue };
-                    advance(terms, layers, 1, -(force[0] * x + force[1] * y + along));
-                    advance(terms, layers, 2, -(force[1] * x - force[0] * y + across));
+                    let [along, across] = Remembered { layers: &*layers, width, weights }.forces(0);
+                    fading.advance(layers, 1, -(force[0] * x + force[1] * y + along));
+                    fading.advance(layers, 2, -(force[1] * x - force[0] * y + across));
                 }
             }
             // Elements soften under compression by the force that their carriers have, which is the stress just found.
-            let put = |layers: &mut [[T; 3]], node: usize, moment: T| {
-                if let Some(layers) = layers.get_mut(node * width..(node + 1) * width) {
-                    advance(terms, layers, 0, moment);
-                }
-            };
-            let stress = |layers: &[[T; 3]], node: usize| layers.get(node * width).map_or(T::ZERO, |layer| layer[1]);
             match member.kind {
                 Kind::Quadratic => {
                     let mut carry = T::ZERO;
-                    let mut node = 0;
-                    while node + 2 < angle.len() {
-                        let pulled = -stress(layers, node + 1);
-                        let moments = Quadratic::moments(of, angle, node, pulled);
-                        put(layers, node, carry + moments[0]);
-                        put(layers, node + 1, moments[1]);
+                    let mut elements = layers.chunks_exact_mut(2 * width);
+                    for (element, layers) in elements.by_ref().enumerate() {
+                        let Some((start, middle)) = layers.split_at_mut_checked(width) else { break };
+                        let pulled = middle.first().map_or(T::ZERO, |&[_, along, _]| -along);
+                        let moments = Quadratic::moments(of, angle, 2 * element, pulled);
+                        fading.advance(start, 0, carry + moments[0]);
+                        fading.advance(middle, 0, moments[1]);
                         carry = moments[2];
-                        node += 2;
                     }
-                    put(layers, node, carry);
+                    fading.advance(elements.into_remainder(), 0, carry);
                 }
                 Kind::Link => {
                     for node in 0..angle.len().saturating_sub(1) {
-                        let pulled = -stress(layers, Link::carrier(of, node));
-                        put(layers, node, Link::moment(of, angle, node, pulled));
+                        let carrier = Link::carrier(of, node) * width;
+                        let pulled = layers.get(carrier).map_or(T::ZERO, |&[_, along, _]| -along);
+                        let moment = Link::moment(of, angle, node, pulled);
+                        if let Some(layers) = layers.get_mut(node * width..(node + 1) * width) {
+                            fading.advance(layers, 0, moment);
+                        }
                     }
                 }
             }
         }
     }
+
+    /// How the terms fade in the present step.
+    fn fading(&self) -> Fading<T> {
+        let mut fading = Fading { width: self.width(), terms: [[T::ZERO; 2]; MOST_TERMS] };
+        for (into, term) in fading.terms.iter_mut().zip(self.terms.as_ref()) {
+            *into = [term.decay, term.gain];
+        }
+        fading
+    }
 }
 
-/// Moves a stress of a node on to a new value: what each term has left of it (70).
-#[inline(always)]
-fn advance<T: Real>(terms: &[Term<T>], layers: &mut [[T; 3]], part: usize, stress: T) {
-    let Some((now, left)) = layers.split_first_mut() else { return };
-    let change = stress - now[part];
-    now[part] = stress;
-    for (left, term) in left.iter_mut().zip(terms) {
-        left[part] = term.decay * left[part] + term.gain * change;
+/// Layers of a node, and aᵢ and mᵢ of each term.
+#[derive(Clone, Copy)]
+struct Fading<T> {
+    width: usize,
+    terms: [[T; 2]; MOST_TERMS],
+}
+
+impl<T: Real> Fading<T> {
+    /// Moves a stress of a node on to a new value: what each term has left of it (70). One and two terms go without a loop.
+    #[inline(always)]
+    fn advance(&self, layers: &mut [[T; 3]], part: usize, stress: T) {
+        let left = |left: &mut [T; 3], [decay, gain]: [T; 2], change: T| {
+            left[part] = decay * left[part] + gain * change;
+        };
+        let [first, second, ..] = self.terms;
+        match (self.width, layers) {
+            (2, [now, h]) => {
+                let change = stress - core::mem::replace(&mut now[part], stress);
+                left(h, first, change);
+            }
+            (3, [now, h, g]) => {
+                let change = stress - core::mem::replace(&mut now[part], stress);
+                left(h, first, change);
+                left(g, second, change);
+            }
+            (_, [now, rest @ ..]) => {
+                let change = stress - core::mem::replace(&mut now[part], stress);
+                rest.iter_mut().zip(self.terms).for_each(|(h, term)| left(h, term, change));
+            }
+            _ => {}
+        }
     }
 }
