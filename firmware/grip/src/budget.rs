@@ -1,8 +1,9 @@
 //! How many Newton iterations a tick may spend, so that it ends in its period.
 //!
 //! An estimate takes a fixed time (evaluation, reading, derivatives) and a time per iteration. Both are learnt from the ticks
-//! before: a straight line through what was seen, which forgets. Where fewer iterations fit into what is left of the period than
-//! an estimate would need, the estimator repeats its last good numbers with their age, and goes on in the next tick.
+//! before: a straight line through what was seen, and how far from it the ticks were, both of which forget. Where fewer iterations
+//! fit into what is left of the period than an estimate would need, the estimator repeats its last good numbers with their age, and goes on
+//! in the next tick.
 
 /// Part of what is known that every tick renews.
 const PACE: f32 = 1.0 / 16.0;
@@ -13,6 +14,8 @@ const STRANGE: f32 = 1.5;
 const ALIKE: f32 = 1e-4;
 /// Part of an estimate's time that is then laid to its iterations. (A guess that a single other tick corrects.)
 const LIKELY_SHARE: f32 = 0.5;
+/// An estimate takes up to so many mean deviations more than expected, as a rule: with more samples in touch it takes longer.
+const DEVIATIONS: f32 = 2.0;
 /// Smallest part of an estimate of mean length that is laid to its iterations: an estimate that takes more of them takes longer.
 const LEAST_SHARE: f32 = 0.25;
 
@@ -29,12 +32,14 @@ pub struct Budget {
     /// Variance of the iterations, and their covariance with the cost.
     variance: f32,
     covariance: f32,
+    /// Mean deviation of the cost from what was expected, as a part of that.
+    deviation: f32,
 }
 
 impl Budget {
     /// Nothing learnt: everything is allowed, which is as many iterations as the estimator would spend by itself.
     pub const fn new(most: u32) -> Self {
-        Self { most, begun: false, iterations: 0.0, cost: 0.0, variance: 0.0, covariance: 0.0 }
+        Self { most, begun: false, iterations: 0.0, cost: 0.0, variance: 0.0, covariance: 0.0, deviation: 0.0 }
     }
 
     /// What one more iteration takes.
@@ -53,7 +58,8 @@ impl Budget {
 
     /// Iterations that fit into this time, ticks of the cost clock. One always: otherwise it would never come to an end.
     pub fn iterations(&self, left: u32) -> u32 {
-        let fits = |count: &u32| !self.begun || self.expected(*count) <= left as f32;
+        let most = |count: u32| self.expected(count) * (1.0 + DEVIATIONS * self.deviation);
+        let fits = |count: &u32| !self.begun || most(*count) <= left as f32;
         (1..=self.most).rev().find(fits).unwrap_or(1)
     }
 
@@ -66,6 +72,7 @@ impl Budget {
         }
         let expected = (self.cost + (iterations - self.iterations) * self.each()).max(1.0);
         cost = cost.max(expected / STRANGE).min(expected * STRANGE);
+        self.deviation += PACE * ((cost / expected - 1.0).abs() - self.deviation);
         let (more, dearer) = (iterations - self.iterations, cost - self.cost);
         self.iterations += PACE * more;
         self.cost += PACE * dearer;
@@ -115,7 +122,23 @@ mod tests {
         for _ in 0..30 {
             budget.spent(1_100, 1);
         }
-        assert_eq!([1_990, 2_010].map(|left| budget.iterations(left)), [1, 2]);
+        assert_eq!([1_990, 2_040].map(|left| budget.iterations(left)), [1, 2]);
+    }
+
+    /// Estimates of as many iterations differ by the contact: what is allowed has room for those that take longer.
+    #[test]
+    fn what_is_allowed_has_room_for_dear_ones() {
+        let spread = |dearer: u32| {
+            let mut budget = Budget::new(MOST);
+            for tick in 0..400 {
+                let iterations = [1, 2][tick % 2];
+                budget.spent(1_000 + 1_000 * iterations + [0, dearer][tick / 2 % 2], iterations);
+            }
+            budget
+        };
+        assert_eq!([3_100, 4_100].map(|left| spread(0).iterations(left)), [2, 3]);
+        // Two iterations take 3,000 or 4,000.
+        assert_eq!([3_100, 3_900, 5_100].map(|left| spread(1_000).iterations(left)), [1, 1, 2]);
     }
 
     #[test]

@@ -102,12 +102,20 @@ impl Machine {
 
     /// Boots with several servos.
     pub fn boot_all(servos: Vec<Config>) -> Self {
-        Self::boot_on(Hub::new(), servos, None, |hub, socket| hub.connect_unix(socket).map_err(Into::into))
+        Self::boot_on(Hub::new(), servos, (COUNTING, None), |hub, socket| hub.connect_unix(socket).map_err(Into::into))
+    }
+
+    /// Boots with a servo; an instruction takes 2^`shift` ns, and a tick of the cost clock 40 ns.
+    pub fn boot_paced(servo: Config, shift: u8) -> Self {
+        let pace = Pace::Counted { shift };
+        Self::boot_on(Hub::new(), vec![servo], (pace, None), |hub, socket| hub.connect_unix(socket).map_err(Into::into))
     }
 
     /// Boots with a servo, and measures the cycles of the real chips.
     pub fn boot_measured(servo: Config, cycles: &Cycles) -> Self {
-        Self::boot_on(Hub::new(), vec![servo], Some(cycles), |hub, socket| hub.connect_unix(socket).map_err(Into::into))
+        Self::boot_on(Hub::new(), vec![servo], (COUNTING, Some(cycles)), |hub, socket| {
+            hub.connect_unix(socket).map_err(Into::into)
+        })
     }
 
     /// Boots on a bus that another master leads.
@@ -116,7 +124,7 @@ impl Machine {
         let port = hub.pty().expect("a pseudo-terminal");
         let said = Arc::<AtomicU64>::default();
         let bus = SharedBus { port, said: said.clone() };
-        let machine = Self::boot_on(hub, vec![servo], None, |hub, socket| {
+        let machine = Self::boot_on(hub, vec![servo], (COUNTING, None), |hub, socket| {
             Ok(carry(UnixStream::connect(socket)?, hub.stream()?, said.clone())?)
         });
         (machine, bus)
@@ -125,14 +133,14 @@ impl Machine {
     fn boot_on(
         mut hub: Hub,
         servos: Vec<Config>,
-        cycles: Option<&Cycles>,
+        (pace, cycles): (Pace, Option<&Cycles>),
         connect: impl Fn(&mut Hub, &Path) -> Result<(), Box<dyn Error>>,
     ) -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let sockets = Sockets::new().expect("a folder for the sockets");
         let log = File::create(sockets.folder().join("log")).expect("a file for the log");
         let image = cycles.map_or_else(firmware, |cycles| cycles.image().to_owned());
-        let machine = fre_qemu::Machine::new(&image).pace(COUNTING).listening(&sockets);
+        let machine = fre_qemu::Machine::new(&image).pace(pace).listening(&sockets);
         let machine = cycles.map_or(machine.clone(), |cycles| cycles.on(machine));
         let mut board = machine.boot(log).unwrap_or_else(|error| panic!("{error}"));
         let connected = board.until("connection to the bus", BOOT, || connect(&mut hub, &sockets.bus()));
