@@ -188,9 +188,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
                 return attempt;
             };
 
-            // What the factorisation is kept for would have to be judged at the end.
-            let keeps = may_keep && contraction <= settings.chord && attempt.drift <= near;
-            let kept = if keeps { self.solve_kept(model) } else { None };
+            let kept = if may_keep && contraction <= settings.chord { self.solve_kept(model) } else { None };
             let inertia = match kept {
                 Some(inertia) => inertia,
                 None => {
@@ -207,7 +205,9 @@ impl<T: Real, S: Size> Workspace<T, S> {
             attempt.drift += part * turn;
             attempt.least_turn = attempt.least_turn.min(turn);
             self.apply(model, state, part);
-            may_keep = settings.keeps_factors() && !self.history.slip.rubs() && part == T::one() && newton;
+            // What the factorisation is kept for would have to be judged at the end.
+            let is_near = attempt.drift <= near;
+            may_keep = settings.keeps_factors() && is_near && !self.history.slip.rubs() && part == T::one() && newton;
         }
     }
 }

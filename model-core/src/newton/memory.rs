@@ -51,8 +51,7 @@ struct Course<T> {
 }
 
 impl<T: Real> Blank for Course<T> {
-    const BLANK: Self =
-        Self { count: 0, is_strained: false, is_aimed: false, seconds: T::ZERO, stiffness: T::ZERO };
+    const BLANK: Self = Self { count: 0, is_strained: false, is_aimed: false, seconds: T::ZERO, stiffness: T::ZERO };
 }
 
 /// The material's terms, and the accepted state as they remember it.
