@@ -58,6 +58,19 @@ impl Display for Difference {
     }
 }
 
+/// A servo's model number, behind its name if that is known.
+struct Named(u16);
+
+impl Display for Named {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(model) = *self;
+        match name_of(model) {
+            Some(name) => write!(f, "{name} (model {model})"),
+            None => write!(f, "model {model}"),
+        }
+    }
+}
+
 impl Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -67,13 +80,14 @@ impl Display for Event {
                 write!(f, "{records} settings were found in flash, and {damaged} that are damaged and gone")
             }
             Self::ServoReady { finger, model, firmware, baud } => {
-                write!(f, "finger {finger}: the servo (model {model}, firmware {firmware}) answers at {baud} baud")
+                write!(f, "finger {finger}: the servo ({}, firmware {firmware}) answers at {baud} baud", Named(model))
             }
             Self::ServoDiffers { finger, difference } => write!(f, "finger {finger} is not controlled: {difference}"),
             Self::DeviceFound { id, model, firmware, baud, alert } => {
                 let error = if alert { ", with a hardware error" } else { "" };
-                write!(f, "id {id}: model {model}, firmware {firmware}, answers at {baud} baud{error}")
+                write!(f, "id {id}: {}, firmware {firmware}, answers at {baud} baud{error}", Named(model))
             }
+            Self::ScanDone { found: 1, rates } => write!(f, "the bus was searched at {rates} rates: 1 device"),
             Self::ScanDone { found, rates } => write!(f, "the bus was searched at {rates} rates: {found} devices"),
             Self::ServoHeard { finger } => write!(f, "finger {finger}: another master reads the servo's position"),
             Self::Rate { hz, wanted_hz } if hz < wanted_hz => {
