@@ -24,7 +24,7 @@ pub(super) fn table(table: &Table<'_>, schema: &'static Json, purpose: Purpose) 
     let properties = || properties.into_iter().flatten();
     let known: Vec<&'static str> = properties().map(|(key, _)| key.as_str()).collect();
     let allowed = properties().filter(|(_, key)| key["x-computed"].is_null());
-    table.only(&known, &allowed.map(|(key, _)| key.as_str()).collect::<Vec<_>>())?;
+    table.only(&known, || allowed.map(|(key, _)| key.as_str()).collect())?;
     for (key, property) in properties() {
         if let Some(found) = table.get(key) {
             value(&found, property, purpose)?;
@@ -61,7 +61,7 @@ fn value(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(
         computed(found, schema)?;
     }
     if let Some(forms) = schema["anyOf"].as_array() {
-        let Some(form) = form(found, forms) else { return Err(found.wrong(&needed(schema))) };
+        let Some(form) = form(found, forms) else { return Err(found.wrong(needed(schema))) };
         if purpose == Purpose::Solve && !form["x-computed"].is_null() {
             return Err(found.refuse(format!("known form, not yet computed; allowed is {}", needed(schema))));
         }
@@ -74,7 +74,7 @@ fn value(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(
 fn form(found: &Value<'_>, forms: &'static [Json]) -> Option<&'static Json> {
     let mut same = forms.iter().filter(|form| form["type"] == found.kind());
     let first = same.next()?;
-    let Some(entry) = found.entries("", usize::MAX).ok().and_then(|entries| entries.into_iter().next()) else {
+    let Some(entry) = found.entries(String::new, usize::MAX).ok().and_then(|entries| entries.into_iter().next()) else {
         return Some(first);
     };
     let fits = |form: &&Json| form["items"]["type"] == entry.kind();
@@ -88,14 +88,14 @@ fn value_of(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Resul
     }
     match schema["type"].as_str() {
         Some("number") => number(found, schema),
-        Some("string") => found.text(&needed(schema)).map(drop),
+        Some("string") => found.text(|| needed(schema)).map(drop),
         Some("array") => array(found, schema, purpose),
-        _ => table(&found.table(&needed(schema))?, schema, purpose),
+        _ => table(&found.table(|| needed(schema))?, schema, purpose),
     }
 }
 
 fn number(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
-    let number = found.number(&needed(schema))?;
+    let number = found.number(|| needed(schema))?;
     match (schema["minimum"].as_f64(), schema["maximum"].as_f64()) {
         (Some(least), Some(most)) if !(least..=most).contains(&number) => {
             let unit = schema["x-unit"].as_str().map(|unit| format!(" {unit}")).unwrap_or_default();
@@ -107,13 +107,13 @@ fn number(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
 }
 
 fn array(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(), CaseError> {
-    let expected = needed(schema);
+    let expected = || needed(schema);
     let length = |key: &str| schema[key].as_u64().and_then(|length| usize::try_from(length).ok());
     let (least, most) = (length("minItems").unwrap_or(0), length("maxItems").unwrap_or(usize::MAX));
     if least == most {
-        let entries = found.entries(&expected, usize::MAX)?;
+        let entries = found.entries(expected, usize::MAX)?;
         if entries.len() != least {
-            return Err(found.refuse(format!("has {} entries; needed is {expected}", entries.len())));
+            return Err(found.refuse(format!("has {} entries; needed is {}", entries.len(), expected())));
         }
         let each = |index: usize| match &schema["items"] {
             Json::Array(items) => items.get(index).unwrap_or(&Json::Null),
@@ -121,10 +121,14 @@ fn array(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(
         };
         return entries.iter().enumerate().try_for_each(|(index, entry)| value(entry, each(index), purpose));
     }
-    let entries = found.entries(&expected, most)?;
+    let entries = found.entries(expected, most)?;
     if entries.len() < least {
         if least > 1 {
-            return Err(found.refuse(format!("has {} entries; needed is {expected}, at least {least}", entries.len())));
+            return Err(found.refuse(format!(
+                "has {} entries; needed is {}, at least {least}",
+                entries.len(),
+                expected()
+            )));
         }
         let one = needed(&schema["items"]);
         return Err(found.refuse(format!("is empty; needed is at least one {}", one.trim_start_matches("a "))));
@@ -150,7 +154,7 @@ fn quoted(words: &[Word]) -> String {
 }
 
 fn choice(found: &Value<'_>, words: &[Word], purpose: Purpose) -> Result<&'static Json, CaseError> {
-    let text = found.text(&format!("one of {}", quoted(words)))?;
+    let text = found.text(|| format!("one of {}", quoted(words)))?;
     match words.iter().find(|word| word.word == text) {
         Some(Word { schema, .. }) if purpose == Purpose::Solve && !schema["x-computed"].is_null() => {
             Err(found.refuse(format!("known word, not yet computed; allowed is {}", quoted(words))))

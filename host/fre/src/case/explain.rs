@@ -12,7 +12,7 @@ pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
         None => table.refuse(field.key(), reason),
     };
     let entry = |field: Field, index: usize, reason: String| {
-        let entries = table.find(field.key()).and_then(|value| value.entries("", usize::MAX).ok());
+        let entries = table.find(field.key()).and_then(|value| value.entries(String::new, usize::MAX).ok());
         match entries.as_ref().and_then(|entries| entries.get(index)) {
             Some(value) => value.refuse(reason),
             None => table.refuse(field.key(), reason),
@@ -107,9 +107,10 @@ pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
 
 /// The second number of a taper's pair that is this one: a position may be the same number.
 fn knot_value<'d>(profile: &Value<'d>, number: f64) -> Option<Value<'d>> {
-    let pairs = profile.is_array().then(|| profile.entries("", usize::MAX).ok()).flatten()?;
-    let values = pairs.iter().filter(|pair| pair.is_array()).filter_map(|pair| pair.entries("", 2).ok()?.pop());
-    values.into_iter().find(|value| value.number("").is_ok_and(|found| found.to_bits() == number.to_bits()))
+    let pairs = profile.is_array().then(|| profile.entries(String::new, usize::MAX).ok()).flatten()?;
+    let values =
+        pairs.iter().filter(|pair| pair.is_array()).filter_map(|pair| pair.entries(String::new, 2).ok()?.pop());
+    values.into_iter().find(|value| value.number(String::new).is_ok_and(|found| found.to_bits() == number.to_bits()))
 }
 
 /// At most four decimals, for messages.

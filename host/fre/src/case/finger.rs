@@ -101,8 +101,10 @@ fn prony(terms: &[(f64, f64)], finger: &Table<'_>) -> Result<Vec<[f64; 2]>, Case
         {
             if !(least..=most).contains(&value) {
                 let reason = format!("{name}: allowed is {}{unit}", check::range(least, most));
-                let entry = list.as_ref().and_then(|list| list.entries("", usize::MAX).ok()?.into_iter().nth(index));
-                let number = entry.as_ref().and_then(|pair| pair.entries("", usize::MAX).ok()?.into_iter().nth(at));
+                let entry =
+                    list.as_ref().and_then(|list| list.entries(String::new, usize::MAX).ok()?.into_iter().nth(index));
+                let number =
+                    entry.as_ref().and_then(|pair| pair.entries(String::new, usize::MAX).ok()?.into_iter().nth(at));
                 return Err(number.map_or_else(|| table.refuse("prony", &*reason), |number| number.refuse(&*reason)));
             }
         }

@@ -52,7 +52,7 @@ pub fn named_finger(path: &Path) -> Option<PathBuf> {
     let source = Source::read(path).ok()?;
     let tree = source.parse().ok()?;
     let finger = Table::root(&source, tree.get_ref()).get("finger").filter(|value| value.kind() == "string")?;
-    let word = finger.text("a table").ok().filter(|word| !word.starts_with("preset:"))?;
+    let word = finger.text(|| "a table".to_owned()).ok().filter(|word| !word.starts_with("preset:"))?;
     Some(path.parent().unwrap_or(Path::new("")).join(word))
 }
 
@@ -76,12 +76,12 @@ fn describe(path: &Path, may_name: bool) -> Result<FingerTable, CaseError> {
     match root.get("finger") {
         None => finger::describe(&root, &name),
         Some(value) if may_name && value.kind() == "string" => {
-            let word = value.text("a table")?;
+            let word = value.text(|| "a table".to_owned())?;
             let is_preset = word.starts_with("preset:");
             let folder = path.parent().unwrap_or(Path::new(""));
             describe(&if is_preset { word.into() } else { folder.join(word) }, false)
         }
-        Some(value) => finger::describe(&value.table("a table")?, &name),
+        Some(value) => finger::describe(&value.table(|| "a table".to_owned())?, &name),
     }
 }
 
@@ -94,6 +94,6 @@ fn finger_from_source(source: &Source, name: &str) -> Result<Finger, CaseError> 
     let root = Table::root(source, tree.get_ref());
     let Some(table) = root.get("finger") else { return finger::read(&root, name) };
     let known = ["finger", "object", "motion"];
-    root.only(&known, &known)?;
-    finger::read(&table.table("a table")?, name)
+    root.only(&known, || known.to_vec())?;
+    finger::read(&table.table(|| "a table".to_owned())?, name)
 }

@@ -84,7 +84,7 @@ pub(super) fn lamellae_apart(table: &Table<'_>, design: &Design) -> Result<(), C
         Attachments::Arcs { .. } => "lamellae.front_arc_mm",
     };
     let refuse = |lamella: usize, reason: String| {
-        let entries = table.find(key).and_then(|value| value.entries("", usize::MAX).ok());
+        let entries = table.find(key).and_then(|value| value.entries(String::new, usize::MAX).ok());
         match entries.as_ref().and_then(|entries| entries.get(lamella)) {
             Some(value) => value.refuse(reason),
             None => table.refuse(key, reason),

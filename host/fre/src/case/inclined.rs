@@ -21,7 +21,7 @@ pub(super) fn attachments(
     let mut arcs = [heapless::Vec::new(), heapless::Vec::new()];
     for (lamella, (&height, angle)) in heights.iter().zip(angles).enumerate() {
         let refuse = |key: &str, index: usize, reason: String| {
-            let entries = table.find(key).and_then(|value| value.entries("", usize::MAX).ok());
+            let entries = table.find(key).and_then(|value| value.entries(String::new, usize::MAX).ok());
             match entries.as_ref().and_then(|entries| entries.get(index)) {
                 Some(value) => value.refuse(reason),
                 None => table.refuse(key, reason),

@@ -218,7 +218,7 @@ fn clock(keys: &MotionTable, table: &Table<'_>, count: usize, place: &str) -> Re
         return Ok(Clock::Times(times.clone()));
     };
     let reason = format!("is not after the time before, {} s; allowed are times that increase", times[late]);
-    let entries = table.find("times_s").and_then(|list| list.entries("", usize::MAX).ok());
+    let entries = table.find("times_s").and_then(|list| list.entries(String::new, usize::MAX).ok());
     Err(match entries.as_ref().and_then(|entries| entries.get(late + 1)) {
         Some(entry) => entry.refuse(reason),
         None => table.refuse("times_s", reason),

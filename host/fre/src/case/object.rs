@@ -63,7 +63,7 @@ pub(super) fn build(keys: &ObjectTable, table: &Table<'_>) -> Result<ObjectDesig
 /// The error at the place in the file that it is about.
 fn refusal(table: &Table<'_>, error: ObjectError) -> CaseError {
     let corner = |index: usize, reason: &str| {
-        let corners = table.find("corners_mm").and_then(|list| list.entries("", MAX_CORNERS).ok());
+        let corners = table.find("corners_mm").and_then(|list| list.entries(String::new, MAX_CORNERS).ok());
         match corners.as_ref().and_then(|corners| corners.get(index)) {
             Some(corner) => corner.refuse(reason),
             None => table.refuse("corners_mm", reason),

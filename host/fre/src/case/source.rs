@@ -95,14 +95,15 @@ pub(super) struct Table<'d> {
     source: &'d Source,
     /// Dotted key of the table, empty for the root.
     path: String,
-    line: usize,
+    /// Where it begins in the text: lines are counted only for messages.
+    start: usize,
     entries: &'d DeTable<'d>,
 }
 
 impl<'d> Table<'d> {
     /// The root of a file.
     pub(super) fn root(source: &'d Source, entries: &'d DeTable<'d>) -> Self {
-        Self { source, path: String::new(), line: 1, entries }
+        Self { source, path: String::new(), start: 0, entries }
     }
 
     /// True if the key is present.
@@ -111,7 +112,11 @@ impl<'d> Table<'d> {
     }
 
     /// Refuses keys that are not known; the first one in the file's order is named, with those that are allowed.
-    pub(super) fn only(&self, known: &[&'static str], allowed: &[&'static str]) -> Result<(), CaseError> {
+    pub(super) fn only(
+        &self,
+        known: &[&'static str],
+        allowed: impl FnOnce() -> Vec<&'static str>,
+    ) -> Result<(), CaseError> {
         let unknown = self.entries.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
         match unknown.min_by_key(|key| key.span().start) {
             None => Ok(()),
@@ -122,7 +127,7 @@ impl<'d> Table<'d> {
                 let name = self.dotted(key.get_ref());
                 Err(CaseError::UnknownKey {
                     place: Place::new(&self.source.name, line, &name, piece),
-                    known: Box::new(KnownKeys { allowed: allowed.to_vec(), nearest: nearest(key.get_ref(), known) }),
+                    known: Box::new(KnownKeys { allowed: allowed(), nearest: nearest(key.get_ref(), known) }),
                 })
             }
         }
@@ -132,19 +137,19 @@ impl<'d> Table<'d> {
     pub(super) fn get(&self, key: &'static str) -> Option<Value<'d>> {
         let (name, item) = self.entries.get_key_value(key)?;
         // A table's own span may be empty (dotted keys): its key says where it begins.
-        let line = self.source.line(if item.get_ref().is_table() { name.span().start } else { item.span().start });
-        Some(Value { source: self.source, key: self.dotted(key), line, item })
+        let start = if item.get_ref().is_table() { name.span().start } else { item.span().start };
+        Some(Value { source: self.source, key: self.dotted(key), start, item })
     }
 
     /// The table below a key; none if there is no such table.
     pub(super) fn child(&self, key: &'static str) -> Option<Self> {
-        self.get(key)?.table("").ok()
+        self.get(key)?.table(String::new).ok()
     }
 
     /// The table as the model of its keys. What a schema's check has passed is readable.
     pub(super) fn read<X: DeserializeOwned>(&self) -> Result<X, CaseError> {
         serde_json::from_value(json_table(self.entries)).map_err(|error| CaseError::Refused {
-            place: Place::new(&self.source.name, self.line, &self.path, None),
+            place: Place::new(&self.source.name, self.source.line(self.start), &self.path, None),
             reason: visible(&error.to_string()),
         })
     }
@@ -152,7 +157,7 @@ impl<'d> Table<'d> {
     /// The error of an absent key.
     pub(super) fn missing(&self, key: &str, expected: &str) -> CaseError {
         CaseError::Missing {
-            place: Place::new(&self.source.name, self.line, &self.dotted(key), None),
+            place: Place::new(&self.source.name, self.source.line(self.start), &self.dotted(key), None),
             expected: expected.to_owned(),
         }
     }
@@ -162,7 +167,7 @@ impl<'d> Table<'d> {
         match self.find(key) {
             Some(value) => value.refuse(reason),
             None => CaseError::Refused {
-                place: Place::new(&self.source.name, self.line, &self.dotted(key), None),
+                place: Place::new(&self.source.name, self.source.line(self.start), &self.dotted(key), None),
                 reason: reason.into(),
             },
         }
@@ -175,11 +180,11 @@ impl<'d> Table<'d> {
         while let Some(key) = keys.next() {
             let (name, item) = table.entries.get_key_value(key)?;
             let start = if item.get_ref().is_table() { name.span().start } else { item.span().start };
-            let value = Value { source: table.source, key: table.dotted(key), line: table.source.line(start), item };
+            let value = Value { source: table.source, key: table.dotted(key), start, item };
             if keys.peek().is_none() {
                 return Some(value);
             }
-            table = value.table("").ok()?;
+            table = value.table(String::new).ok()?;
         }
         None
     }
@@ -189,12 +194,12 @@ impl<'d> Table<'d> {
     }
 }
 
-/// A value with its key and line.
+/// A value with its key and where it begins.
 #[derive(Clone)]
 pub(super) struct Value<'d> {
     source: &'d Source,
     key: String,
-    line: usize,
+    start: usize,
     item: &'d Spanned<DeValue<'d>>,
 }
 
@@ -207,11 +212,11 @@ impl<'d> Value<'d> {
 
     fn place(&self) -> Place {
         let piece = if self.item.get_ref().is_table() { None } else { self.source.piece(&self.item.span()) };
-        Place::new(&self.source.name, self.line, &self.key, piece)
+        Place::new(&self.source.name, self.source.line(self.start), &self.key, piece)
     }
 
     /// The error of a value of another type than is expected.
-    pub(super) fn wrong(&self, expected: &str) -> CaseError {
+    pub(super) fn wrong(&self, expected: String) -> CaseError {
         let found = match self.item.get_ref() {
             DeValue::String(_) => "a text",
             DeValue::Integer(_) => "an integer",
@@ -221,16 +226,16 @@ impl<'d> Value<'d> {
             DeValue::Array(_) => "an array",
             DeValue::Table(_) => "a table",
         };
-        CaseError::WrongType { place: self.place(), found, expected: expected.to_owned() }
+        CaseError::WrongType { place: self.place(), found, expected }
     }
 
     /// A table; `expected` is what another type's message asks for.
-    pub(super) fn table(&self, expected: &str) -> Result<Table<'d>, CaseError> {
+    pub(super) fn table(&self, expected: impl FnOnce() -> String) -> Result<Table<'d>, CaseError> {
         match self.item.get_ref() {
             DeValue::Table(entries) => {
-                Ok(Table { source: self.source, path: self.key.clone(), line: self.line, entries })
+                Ok(Table { source: self.source, path: self.key.clone(), start: self.start, entries })
             }
-            _ => Err(self.wrong(expected)),
+            _ => Err(self.wrong(expected())),
         }
     }
 
@@ -247,8 +252,8 @@ impl<'d> Value<'d> {
     }
 
     /// A text.
-    pub(super) fn text(&self, expected: &str) -> Result<&'d str, CaseError> {
-        self.item.get_ref().as_str().ok_or_else(|| self.wrong(expected))
+    pub(super) fn text(&self, expected: impl FnOnce() -> String) -> Result<&'d str, CaseError> {
+        self.item.get_ref().as_str().ok_or_else(|| self.wrong(expected()))
     }
 
     /// True for an array.
@@ -257,9 +262,9 @@ impl<'d> Value<'d> {
     }
 
     /// A finite number; `expected` is what another type's message asks for.
-    pub(super) fn number(&self, expected: &str) -> Result<f64, CaseError> {
+    pub(super) fn number(&self, expected: impl FnOnce() -> String) -> Result<f64, CaseError> {
         match number(self.item.get_ref()) {
-            None => Err(self.wrong(expected)),
+            None => Err(self.wrong(expected())),
             Some(number) if number.is_finite() => Ok(number),
             Some(_) => Err(self.refuse("a finite number is needed")),
         }
@@ -271,9 +276,9 @@ impl<'d> Value<'d> {
     }
 
     /// The entries of an array of at most `max` entries.
-    pub(super) fn entries(&self, expected: &str, max: usize) -> Result<Vec<Value<'d>>, CaseError> {
+    pub(super) fn entries(&self, expected: impl FnOnce() -> String, max: usize) -> Result<Vec<Value<'d>>, CaseError> {
         let DeValue::Array(array) = self.item.get_ref() else {
-            return Err(self.wrong(expected));
+            return Err(self.wrong(expected()));
         };
         if array.len() > max {
             return Err(self.refuse(format!("has {} entries; at most {max} are allowed", array.len())));
@@ -281,7 +286,7 @@ impl<'d> Value<'d> {
         let entry = |(index, item): (usize, &'d Spanned<DeValue<'d>>)| Value {
             source: self.source,
             key: format!("{}[{index}]", self.key),
-            line: self.source.line(item.span().start),
+            start: item.span().start,
             item,
         };
         Ok(array.iter().enumerate().map(entry).collect())
@@ -294,9 +299,9 @@ impl<'d> Value<'d> {
 
     fn search(&self, number: f64) -> Option<Value<'d>> {
         if self.is_array() {
-            return self.entries("", usize::MAX).ok()?.iter().find_map(|entry| entry.search(number));
+            return self.entries(String::new, usize::MAX).ok()?.iter().find_map(|entry| entry.search(number));
         }
-        (self.number("").ok()?.to_bits() == number.to_bits()).then(|| self.clone())
+        (self.number(String::new).ok()?.to_bits() == number.to_bits()).then(|| self.clone())
     }
 }
 
