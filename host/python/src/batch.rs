@@ -1,7 +1,6 @@
 //! Many cases at once: one case with many values of its numbers.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use fre::case::Document;
 use fre::study::model::Options;
@@ -85,26 +84,36 @@ pub(crate) fn solve_many(
     })
 }
 
-/// Seconds that the solver alone takes for a batch, its cases being there already: what [`solve_many`] is held against.
-#[pyfunction]
-pub(crate) fn time_many(
-    py: Python<'_>,
-    case: &Case,
-    keys: Vec<String>,
-    values: PyReadonlyArray2<'_, f64>,
-    options: Words,
-    threads: usize,
-) -> PyResult<f64> {
-    let batch = Batch::new(case, keys, &values, &options, threads)?;
-    py.detach(|| {
+/// The cases of a batch, made already: what [`solve_many`] is held against.
+#[pyclass(frozen, module = "fre._core")]
+pub(crate) struct Made {
+    cases: Vec<Case>,
+    options: Options,
+    pool: rayon::ThreadPool,
+}
+
+#[pymethods]
+impl Made {
+    /// Makes them; the arguments are those of [`solve_many`].
+    #[new]
+    fn new(
+        case: &Case,
+        keys: Vec<String>,
+        values: PyReadonlyArray2<'_, f64>,
+        options: Words,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let batch = Batch::new(case, keys, &values, &options, threads)?;
         let mut document = (*batch.document).clone();
-        let cases =
-            (0..batch.rows.len()).map(|index| batch.case(&mut document, index)).collect::<PyResult<Vec<Case>>>()?;
-        let begin = Instant::now();
-        batch.pool.install(|| {
-            let solve = |case: &Case| run::solve(&case.case, &batch.options).map_err(|error| of_discretise(&error));
-            cases.par_iter().with_max_len(1).try_for_each(|case| solve(case).map(drop))
-        })?;
-        Ok(begin.elapsed().as_secs_f64())
-    })
+        let cases = (0..batch.rows.len()).map(|index| batch.case(&mut document, index)).collect::<PyResult<_>>()?;
+        Ok(Self { cases, options: batch.options, pool: batch.pool })
+    }
+
+    /// Solves them and keeps nothing: the solver alone.
+    fn solve(&self, py: Python<'_>) -> PyResult<()> {
+        let solve = |case: &Case| run::solve(&case.case, &self.options).map_err(|error| of_discretise(&error));
+        py.detach(|| {
+            self.pool.install(|| self.cases.par_iter().with_max_len(1).try_for_each(|case| solve(case).map(drop)))
+        })
+    }
 }

@@ -24,7 +24,7 @@ mod text;
 #[pyo3::pymodule]
 mod _core {
     #[pymodule_export]
-    use super::batch::{solve_many, time_many};
+    use super::batch::{Made, solve_many};
     #[pymodule_export]
     use super::bus::Bus;
     #[pymodule_export]

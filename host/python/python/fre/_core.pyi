@@ -15,6 +15,7 @@ __all__ = [
     "Estimator",
     "Follower",
     "Gripper",
+    "Made",
     "Problem",
     "Solved",
     "calibrate",
@@ -32,7 +33,6 @@ __all__ = [
     "solve_many",
     "sweep",
     "sweep_identity",
-    "time_many",
     "toml_to_json",
 ]
 
@@ -91,6 +91,13 @@ class Case:
     def toml(self) -> str: ...
     def keys(self) -> list[str]: ...
     def with_values(self, values: list[tuple[str, float]]) -> Case: ...
+
+@final
+class Made:
+    def __new__(
+        cls, case: Case, keys: list[str], values: _Array, options: _Options, threads: int
+    ) -> Made: ...
+    def solve(self) -> None: ...
 
 @final
 class Solved:
@@ -190,9 +197,6 @@ def solve(case: Case, options: _Options) -> Solved: ...
 def solve_many(
     case: Case, keys: list[str], values: _Array, options: _Options, threads: int
 ) -> list[Solved]: ...
-def time_many(
-    case: Case, keys: list[str], values: _Array, options: _Options, threads: int
-) -> float: ...
 def sweep(
     case: Case,
     vary: list[tuple[str, list[float] | list[str]]],
