@@ -45,19 +45,28 @@ def number(table: object, key: str) -> float:
     return float(table)  # type: ignore[arg-type]
 
 
-def test_derivatives_of_the_force_are_exact(firm: fre.Case) -> None:
-    problem = Problem(firm, EXACT, measures.Force(at=6.0))
+@pytest.mark.parametrize(
+    "measure",
+    [measures.Force(at=6.0), measures.MaxStrain(at=6.0), measures.Stiffness(at=6.0), measures.Conformity(at=6.0)],
+    ids=lambda measure: type(measure).__name__,
+)
+def test_derivatives_are_exact(firm: fre.Case, measure: measures.Measure) -> None:
+    problem = Problem(firm, EXACT, measure)
     x = problem.own()
     assert problem.values(x) == pytest.approx({key: number(firm.to_dict(), key) for key in EXACT})
     found = problem.gradient(x)
     for column, (key, (least, most)) in enumerate(EXACT.items()):
         assert problem.is_exact(x, key), key
         value = number(firm.to_dict(), key)
-        step = 1e-5 * max(abs(value), 1.0)
-        below, above = (
-            measures.Force(at=6.0).value(firm.with_values({key: value + sign * step})) for sign in (-1.0, 1.0)
+        step = 1e-4 * max(abs(value), 1.0)
+        near, far = (
+            [measure.value(firm.with_values({key: value + sign * part * step})) for sign in (-1.0, 1.0)]
+            for part in (1.0, 2.0)
         )
-        assert found[column] == pytest.approx((most - least) * (above - below) / (2.0 * step), rel=1e-5), key
+        # Of fourth order.
+        expected = (8.0 * (near[1] - near[0]) - (far[1] - far[0])) / (12.0 * step)
+        scale = measure.value(firm)
+        assert found[column] == pytest.approx((most - least) * expected, rel=1e-5, abs=1e-6 * scale), key
 
 
 def test_a_problem_has_the_gradient_of_its_value(firm: fre.Case) -> None:

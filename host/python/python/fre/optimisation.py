@@ -111,7 +111,7 @@ class Problem:
         return self._at(x)[1:]
 
     def gradient(self, x: ArrayLike) -> Array:
-        """Derivative of the goal with the variables. From the solver's sensitivities where they are enough, else from differences."""
+        """Derivative of the goal with the variables: the solver's own, but for the place of a snap-through, which is differenced."""
         return np.asarray(self._slopes_at(x)[0][0])
 
     def margin_gradients(self, x: ArrayLike) -> Array:
