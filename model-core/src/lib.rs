@@ -74,7 +74,7 @@
 //! 7. [`discretise`]: from the design to the model.
 //! 8. [`newton`]: one step, stage by stage.
 //! 9. [`equilibrium`]: continuation, stability, folds; what can be read off.
-//! 10. [`sensitivity`], [`uncertainty`], [`drive`], [`estimator`], [`grasp`], [`identify`]: users of the follower.
+//! 10. [`sensitivity`], [`uncertainty`], [`fading`], [`drive`], [`estimator`], [`grasp`], [`identify`]: users of the follower.
 //!
 //! Between [`discretise`] and what is read off an equilibrium the solver computes in the finger's own [`units`]. Outside, units are mm, N,
 //! N·mm, rad, MPa; frames and signs are defined in [`derivation`].
@@ -99,6 +99,7 @@ mod elastica;
 mod element;
 pub mod equilibrium;
 pub mod estimator;
+pub mod fading;
 pub mod grasp;
 pub mod identify;
 mod linear;

@@ -10,13 +10,18 @@
 //! of the angle goes into the force by its derivative. While the way is not known, the force is the middle of an interval, whose width is in
 //! the standard deviation.
 //!
+//! With memory the force depends on time as well: an elastic finger is followed, and its force faded ([`crate::fading`]).
+//!
 //! Parallel jaws move the base along a line: their [`Drive`] says how far at which motor angle. Everything that goes in or comes out is
 //! of the motor angle all the same.
 
 mod friction;
 #[cfg(test)]
 mod holding;
+mod memory;
 mod path;
+#[cfg(test)]
+mod relaxing;
 #[cfg(test)]
 mod tests;
 
@@ -25,6 +30,7 @@ use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError};
 use crate::drive::{Drive, DriveError};
 use crate::equilibrium::{Follower, Outcome, Settings, Tracking};
+use crate::fading::Fading;
 use crate::object::{ObjectDesign, ObjectError};
 use crate::real::Real;
 use crate::sensitivity::Derivative;
@@ -108,8 +114,8 @@ pub struct Estimate {
     pub standard_deviation: f32,
     /// Ticks since the derivatives behind the last two were those of the present equilibrium.
     pub sensitivity_age: u16,
-    /// With friction: between which values the forces lie. `None` without friction, without contact, and while an end is not known yet: the
-    /// standard deviation is then infinite.
+    /// Between which values the forces lie, with friction, and with memory while the past is not known. `None` without both, without
+    /// contact, and while an end is not known yet: the standard deviation is then infinite.
     pub interval: Option<Interval>,
 }
 
@@ -146,7 +152,7 @@ pub struct Estimator<T: Real, S: Size> {
     /// What was set, if anything was. (An `Option` of it would not be all zeros: every model would lie in the flash as well.)
     settings: EstimatorSettings,
     has_settings: bool,
-    /// Last trustworthy numbers; the status is set anew every tick.
+    /// Last trustworthy numbers, of an elastic material; the status is set anew every tick.
     last: Estimate,
     object: ObjectDesign,
     has_object: bool,
@@ -173,6 +179,10 @@ pub struct Estimator<T: Real, S: Size> {
     has_rested: bool,
     /// What friction keeps, if there is room for it.
     rub: S::SlipOnce<Rub>,
+    /// What the material keeps.
+    memory: Fading<f32>,
+    /// It has begun.
+    is_found: bool,
 }
 
 /// Iterations in which a tick of one servo count converges, but for few.
@@ -220,6 +230,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         is_fresh: false,
         has_rested: false,
         rub: <S::SlipOnce<Rub> as Storage<Rub>>::EMPTY,
+        memory: Fading::ELASTIC,
+        is_found: false,
     };
 
     /// Takes a finger; the state starts anew, object and drive stay.
@@ -268,6 +280,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         }
         (self.placed, self.searched, self.differentiated, self.settled) = (false, 0.0, false, false);
         self.keep(Rub::EMPTY);
+        self.memory.begin();
+        self.is_found = false;
     }
 
     /// Takes a coefficient of friction between finger and object, 0 for none; the state starts anew, if it is another one.
@@ -289,7 +303,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.keep(rub);
     }
 
-    /// [`Estimate::interval`] of the last estimate, if that was trustworthy.
+    /// Friction's part of [`Estimate::interval`] of the last estimate, if that was trustworthy.
     pub fn interval(&self) -> Option<Interval> {
         self.last.interval.filter(|_| self.last.age == 0)
     }
@@ -360,11 +374,26 @@ impl<T: Real, S: Size> Estimator<T, S> {
             estimate.age = self.last.age.saturating_add(1);
         }
         self.last = estimate;
-        estimate
+        if self.fades() { self.fade(&estimate) } else { estimate }
     }
 
-    /// Estimates at a measured motor angle, rad.
+    /// Estimates at a measured motor angle, rad. No time passes: a material with memory needs [`Self::update_after`].
     pub fn update(&mut self, motor_angle: f64) -> Estimate {
+        self.update_after(motor_angle, 0.0)
+    }
+
+    /// Estimates at a motor angle, rad, so many seconds after the estimate before, whatever became of that.
+    pub fn update_after(&mut self, motor_angle: f64, seconds: f64) -> Estimate {
+        let elastic = self.follow(motor_angle);
+        if !self.fades() {
+            return elastic;
+        }
+        self.memory.pass(seconds);
+        self.fade(&elastic)
+    }
+
+    /// The estimate of an elastic material.
+    fn follow(&mut self, motor_angle: f64) -> Estimate {
         let settings = self.settings();
         let [least, most] = settings.range;
         let mut estimate = self.last;

@@ -41,6 +41,15 @@ impl Interval {
         found
     }
 
+    /// The forces times what lies between two parts, the lesser first and at least zero.
+    pub(super) fn times(self, [low, high]: [f32; 2]) -> Self {
+        let low = low.max(0.0);
+        let ends = |[least, most]: [f32; 2]| {
+            [least * if least < 0.0 { high } else { low }, most * if most < 0.0 { low } else { high }]
+        };
+        Self { normal: ends(self.normal), magnitude: ends(self.magnitude), torque: ends(self.torque) }
+    }
+
     /// Standard deviation of a magnitude of which no more is known, N.
     pub(super) fn deviation(&self) -> f32 {
         let [low, high] = self.magnitude;

@@ -25,6 +25,16 @@ pub const PARTS: [f64; 2] = [0.0, 0.99];
 /// See [`PARTS`].
 pub const TIMES: [f64; 2] = [1e-4, 1e9];
 
+/// Refuses more terms [gᵢ, τᵢ in s] than there is room for, and values out of their ranges.
+pub(crate) fn check_terms(terms: &[[f64; 2]], room: usize) -> Result<(), OutOfBounds> {
+    check("prony terms", terms.len() as f64, [0.0, room as f64])?;
+    for &[part, time] in terms {
+        check("prony g", part, PARTS)?;
+        check("prony τ", time, TIMES)?;
+    }
+    check("sum of prony g", terms.iter().map(|[part, _]| part).sum(), PARTS)
+}
+
 /// A term of the Prony series.
 #[derive(Clone, Copy)]
 struct Term<T> {
@@ -81,12 +91,7 @@ impl<T: Real, S: Size> Memory<T, S> {
 
     /// Takes the terms [gᵢ, τᵢ in s]; none for an elastic material.
     pub fn set(&mut self, terms: &[[f64; 2]]) -> Result<(), OutOfBounds> {
-        check("prony terms", terms.len() as f64, [0.0, S::TERMS.min(MOST_TERMS) as f64])?;
-        for &[part, time] in terms {
-            check("prony g", part, PARTS)?;
-            check("prony τ", time, TIMES)?;
-        }
-        check("sum of prony g", terms.iter().map(|[part, _]| part).sum(), PARTS)?;
+        check_terms(terms, S::TERMS.min(MOST_TERMS))?;
         let fits = terms.is_empty()
             || self.terms.fit(terms.len() + 1) && self.weights.fit(terms.len() + 1) && self.course.fit(1);
         for (into, &[part, time]) in self.terms.as_mut().iter_mut().zip(terms) {
