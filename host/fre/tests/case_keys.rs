@@ -50,6 +50,7 @@ const ADDED: &[(&str, &str, bool)] = &[
     ("finger.lamellae", "gap_mm = 0.4", false),
     ("finger.lamellae", "fillet_mm = 0.0", true),
     ("finger.material", "prony = []", true),
+    ("finger.material", "memory = \"nodes\"", true),
 ];
 
 /// The case with a line below a table's header.

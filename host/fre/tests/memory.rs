@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use fre::case::{Case, Document};
+use fre::case::{Case, Document, Memory};
 use fre::draw::Item;
 use fre::study::json::Row;
 use fre::study::pictures::{self, Kind};
@@ -195,6 +195,40 @@ case.toml:46: motion.speed_deg_per_s = 3: the base moves along a line; allowed i
     assert_eq!((refused.to_string().as_str(), refused.key()), (expected, Some("finger.material.prony")));
 }
 
+/// The force alone fades nearly as all strains do while the finger closes and is held; it lets go early.
+#[test]
+fn the_force_alone_is_for_closing_and_holding() {
+    for friction in [0.0, 0.5] {
+        let motion = "motor_angles_deg = [2, 4, 6, 6, 6, 6, 3, 2.5, 2, 1]\ntimes_s = [0.2, 0.4, 0.6, 1, 10, 400, 400.3, 400.35, 400.4, 400.5]";
+        let nodes = words(motion).replace("centre_mm", &format!("friction = {friction}\ncentre_mm"));
+        let force = nodes.replace("poissons_ratio", "memory = \"force\"\npoissons_ratio");
+        let [nodes, force] = [nodes, force].map(|words| Case::parse("case.toml", &words).unwrap());
+        let found = solve(&force, &Default::default()).unwrap();
+        let [all, alone] = [&solve(&nodes, &Default::default()).unwrap(), &found].map(forces);
+        for place in 0..6 {
+            assert!((alone[place] / all[place] - 1.0).abs() < 3.5e-3, "{place}: {all:?} {alone:?}");
+        }
+        assert_eq!((alone[9], found.places[9].status.word()), (0.0, "no-contact"), "{alone:?}");
+        for place in &found.places {
+            let state = place.state.as_ref().unwrap();
+            // The contacts are the force's, in either frame.
+            let mut sum = [0.0; 2];
+            for contact in &state.shape.contacts {
+                let ([x, y], along) = (contact.normal, contact.tangential.unwrap_or(0.0));
+                sum = [sum[0] - contact.force * x + along * y, sum[1] - contact.force * y - along * x];
+            }
+            let [x, y] = state.force_finger_frame_n;
+            let size = x.hypot(y);
+            assert!((size - place.force_magnitude_n().unwrap()).abs() < 1e-9, "{size}");
+            assert!((sum[0].hypot(sum[1]) - size).abs() < 1e-3 * (1.0 + size), "{sum:?} {x} {y}");
+        }
+        assert!(text::text(&force, &found).contains("material with memory (of its force alone)"));
+    }
+    let wrong = words("motor_angles_deg = [2]").replace("poissons_ratio", "memory = \"all\"\npoissons_ratio");
+    let error = Case::parse("case.toml", &wrong).unwrap_err();
+    assert_eq!(error.key(), Some("finger.material.memory"), "{error}");
+}
+
 /// What is read is written again, terms included.
 #[test]
 fn a_finger_keeps_its_terms() {
@@ -202,6 +236,7 @@ fn a_finger_keeps_its_terms() {
     let mut finger = document.case().unwrap().finger;
     assert_eq!(finger.prony, TERMS);
     finger.prony[1] = [0.2, 7.0];
+    finger.memory = Memory::Force;
     document.set_finger(&finger);
     assert_eq!(document.case().unwrap().finger, finger);
     assert!(document.need("finger.material.prony.1.0").is_ok());

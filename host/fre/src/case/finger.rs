@@ -11,7 +11,7 @@ use super::error::CaseError;
 use super::explain::explain;
 use super::fits;
 use super::inclined;
-use super::keys::{self, Along, BeamTable, FingerTable, HingeTable, LamellaeTable, PerRib, RibThickness};
+use super::keys::{self, Along, BeamTable, FingerTable, HingeTable, LamellaeTable, Memory, PerRib, RibThickness};
 use super::source::Table;
 
 /// Pascal per megapascal (N/mm²), the solver's unit.
@@ -30,6 +30,8 @@ pub struct Finger {
     pub max_strain: Option<f64>,
     /// Terms [gᵢ, τᵢ in s] of a material with memory; none of an elastic one.
     pub prony: Vec<[f64; 2]>,
+    /// What of it remembers.
+    pub memory: Memory,
 }
 
 /// Reads the keys of a finger's table that is to be drawn or meshed: all that are known, whether they are computed yet or not.
@@ -88,6 +90,7 @@ pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result
         has_motor: keys.motor.is_some(),
         max_strain: keys.material.max_strain,
         prony: prony(keys.material.prony.as_deref().unwrap_or_default(), table)?,
+        memory: keys.material.memory.unwrap_or_default(),
     })
 }
 
@@ -318,6 +321,7 @@ impl From<&Finger> for FingerTable {
                 max_strain: finger.max_strain,
                 prony: (!finger.prony.is_empty())
                     .then(|| finger.prony.iter().map(|&[part, time]| (part, time)).collect()),
+                memory: (finger.memory != Memory::default()).then_some(finger.memory),
             },
             front: (&design.front).into(),
             back: (&design.back).into(),

@@ -6,6 +6,7 @@ pub mod choice;
 mod columns;
 pub mod course;
 pub mod csv;
+mod fade;
 pub mod follow;
 pub mod friction;
 pub mod headline;

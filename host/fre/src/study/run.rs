@@ -11,11 +11,12 @@ use model_core::sensitivity::Probe;
 use model_core::size::Size;
 use model_core::status::Status;
 
-use crate::case::Case;
+use crate::case::{Case, Memory};
 use crate::heap::{Host, Wide};
 use crate::shape::Shape;
 use crate::study::branch::{self, FirstBranch, Found};
 use crate::study::buckling;
+use crate::study::fade::Fade;
 use crate::study::follow::follower;
 use crate::study::friction::{ForceInterval, Friction};
 use crate::study::model::{Model, Options, Precision};
@@ -143,7 +144,9 @@ fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T,
     let mut follower = follower(&case.finger.design, case.object, case.path.motion, options)?;
     // A case's coefficient and terms are within their ranges, and the sizes on a heap have room.
     let _ = follower.set_friction(case.friction);
-    let _ = follower.set_prony(&case.finger.prony);
+    if case.finger.memory == Memory::Nodes {
+        let _ = follower.set_prony(&case.finger.prony);
+    }
     if let Some(&first) = case.path.places.first() {
         // A start that is not free of contact shows in the status of every place.
         follower.start(case.path.coordinate(first));
@@ -158,6 +161,8 @@ pub struct Walk<T: Real, S: Size> {
     follower: Follower<T, S>,
     /// With friction: followers on which everything slips as while closing, and as while opening.
     bounds: Option<[Box<Follower<T, S>>; 2]>,
+    /// What fades, of a material that remembers by its force alone.
+    fade: Option<Fade>,
     probe: Probe<T, S>,
     samples: Vec<f64>,
     model: Model,
@@ -173,7 +178,8 @@ impl<T: Real, S: Size> Walk<T, S> {
         let samples = follower.sample_arcs().map(T::to_f64).collect();
         let model = Model::of(case, options, follower.unknowns());
         let bounds = (case.friction > 0.0).then(|| bounds(case, options)).transpose()?;
-        Ok(Self { case: case.clone(), options: *options, follower, bounds, probe: Probe::EMPTY, samples, model })
+        let (case, options, fade) = (case.clone(), *options, Fade::of(case));
+        Ok(Self { case, options, follower, bounds, fade, probe: Probe::EMPTY, samples, model })
     }
 
     /// The model.
@@ -202,7 +208,7 @@ impl<T: Real, S: Size> Walk<T, S> {
             // Last: it is asked of a factorisation, which the next step makes anew.
             state.buckling = self.follower.buckling(buckling::NEAR);
         }
-        let place = Place {
+        let mut place = Place {
             at: At::new(self.case.path.along(), value),
             time_s: None,
             status: outcome.status,
@@ -215,6 +221,9 @@ impl<T: Real, S: Size> Walk<T, S> {
             overlap_mm: None,
             state,
         };
+        if let Some(fade) = &mut self.fade {
+            fade.take(&mut place, seconds);
+        }
         (place, outcome.snaps)
     }
 }

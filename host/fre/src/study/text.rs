@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::case::{Case, Coordinate};
+use crate::case::{Case, Coordinate, Memory};
 use crate::study::columns::{AT_TIME, Column, DESIGN, GAINS, RESULTS, RUBBING};
 use crate::study::headline::headline;
 use crate::study::number::short;
@@ -21,7 +21,8 @@ pub fn text(case: &Case, run: &Run) -> String {
         let stays = 1.0 - case.finger.prony.iter().map(|[part, _]| part).sum::<f64>();
         let _ = writeln!(
             out,
-            "material with memory: of a sudden stress fades {}; {} stays",
+            "material with memory{}: of a sudden stress fades {}; {} stays",
+            if case.finger.memory == Memory::Force { " (of its force alone)" } else { "" },
             terms.join(", "),
             short(stays)
         );

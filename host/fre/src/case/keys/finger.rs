@@ -110,6 +110,21 @@ pub struct MaterialTable {
         "x-limits" = prony_limits()
     ))]
     pub prony: Option<Vec<(f64, f64)>>,
+    /// What of a material with memory remembers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("x-default" = "\"nodes\""))]
+    pub memory: Option<Memory>,
+}
+
+/// What of a material with memory remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Memory {
+    /// Every strain, for any motion.
+    #[default]
+    Nodes,
+    /// The contact force alone, as in a gripper's estimate: for closing and holding.
+    Force,
 }
 
 /// How the stiffness changes with strain.

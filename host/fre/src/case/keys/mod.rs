@@ -28,7 +28,7 @@ use serde_json::{Map, Value as Json};
 
 pub use finger::{
     BeamTable, FingerTable, HingeFrom, HingeKind, HingeTable, LamellaKind, LamellaeTable, MaterialLaw, MaterialTable,
-    MotorTable, PlaneStrain, RibEnds, TipTable,
+    Memory, MotorTable, PlaneStrain, RibEnds, TipTable,
 };
 pub use motion::{MAX_ANGLE, MAX_DISTANCE, MAX_TIME, MotionTable};
 pub use object::ObjectTable;
