@@ -9,6 +9,9 @@
 //! than what is missing. Where the servo's next count would be too much, the finger stays below. Without an answer the goal
 //! does not move, so nothing winds up.
 //!
+//! Under a material that relaxes the force fades while the motor rests. A finger that has gripped then goes on count by count, by the mean
+//! of what is missing.
+//!
 //! A servo with a proportional gain only holds a load by an error: the motor stays below its goal by its sag, and follows late. Force and
 //! limits are the motor's, so the goal goes beyond them by the sag that was seen when the motor was last at rest ([`Lag`]), and the rest
 //! of the error counts as way that is still to come. A finger that is near goes back with its goal to stop there at once, and has
@@ -33,6 +36,13 @@ const OVER: f64 = 0.06;
 /// How the goal moves in contact as long as no slope is known, counts a tick.
 const CREEP: f64 = 0.1;
 
+/// Time over which the mean of what is missing is taken under a material that relaxes, s: noise, ripple and a tick's error move nothing.
+const MEAN: f64 = 0.25;
+/// What may be missing in that mean before the goal goes on by a count, counts: more than half of one, or the finger would hunt.
+const RELAXED: f64 = 0.6;
+/// What is missing at most for which the mean counts, counts: noise is less.
+const MEANT: f64 = 3.0;
+
 /// What one tick shows about a finger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
@@ -54,6 +64,8 @@ pub struct Touch {
     pub part: f64,
     /// Why it may neither close nor grip: its servo is about to shut down.
     pub stop: Option<Why>,
+    /// The force fades under a material that relaxes, while the motor rests.
+    pub relaxes: bool,
 }
 
 /// Leads one finger's motor.
@@ -74,6 +86,10 @@ pub struct Grip {
     slope: Slope,
     lag: Lag,
     stall: Stall,
+    /// Mean of the way that was missing under a grip that relaxes, rad.
+    relaxed: f64,
+    /// What is left of the count by which such a grip goes on, rad.
+    creep: f64,
     /// For how long it has closed without a trustworthy estimate, s.
     untrusted: f64,
 }
@@ -102,6 +118,8 @@ impl Grip {
         slope: Slope::NONE,
         lag: Lag::NONE,
         stall: Stall::NONE,
+        relaxed: 0.0,
+        creep: 0.0,
         untrusted: 0.0,
     };
 
@@ -227,6 +245,7 @@ impl Grip {
             let stride = self.stride.max(-self.ahead.max(speed * seconds)).min(speed * seconds);
             let least = f64::from(limits.range[0]);
             self.motion.start((self.motion.goal() + stride).max(least).min((limit + self.beyond).max(least)));
+            self.creep = (self.creep - stride.max(0.0)).max(0.0);
             // Used once: a tick without an answer does not move the goal.
             self.stride = 0.0;
         }
@@ -294,7 +313,8 @@ impl Grip {
             Some(asked) => {
                 let mean = greater(known, self.slope.mean());
                 let asked = Asked { force: asked.force * touch.part, ..asked };
-                self.follow(&asked, force, [mean, steepest], [touch.angle, ahead], count);
+                let passed = touch.relaxes.then_some(seconds);
+                self.follow(&asked, force, [mean, steepest], [touch.angle, ahead], count, passed);
             }
             None if closing => self.guard(force, steepest, ahead, count, f64::from(limits.force) * touch.part),
             None => {}
@@ -302,8 +322,16 @@ impl Grip {
     }
 
     /// Moves the goal by what is missing. The slopes: on the whole, and the steepest; the motor: where it is, and how far
-    /// the goal is ahead of it.
-    fn follow(&mut self, asked: &Asked, force: f64, slopes: [Option<f64>; 2], motor: [f64; 2], count: f64) {
+    /// the goal is ahead of it; `relaxing`: the tick's time, s, if the force fades by itself.
+    fn follow(
+        &mut self,
+        asked: &Asked,
+        force: f64,
+        slopes: [Option<f64>; 2],
+        motor: [f64; 2],
+        count: f64,
+        relaxing: Option<f64>,
+    ) {
         let [angle, ahead] = motor;
         let missing = asked.force - force;
         // Without contact the speed is the only limit.
@@ -313,22 +341,45 @@ impl Grip {
             _ => f64::INFINITY.copysign(missing),
         });
         let (near, part) = if self.has_gripped { LEFT } else { (REACHED, 0.0) };
-        let is_near = way.abs() <= near * count || missing.abs() <= part * asked.force;
+        let meant = match relaxing {
+            Some(seconds) if self.has_gripped && way.abs() <= MEANT * count => self.mean(way, seconds),
+            _ => way,
+        };
+        let is_near = meant.abs() <= near * count || missing.abs() <= part * asked.force;
         // Less than a count is missing, and the next one would give too much.
         let next_is_over = (0.0..count).contains(&way) && missing * (count / way - 1.0) > OVER * asked.force;
         if force > 0.0 && slopes[0].is_some() && (is_near || next_is_over) {
             self.has_gripped |= ahead.abs() <= 0.5 * count;
             self.phase = if self.has_gripped && asked.is_enough { Phase::Gripped } else { Phase::Gripping };
-            self.stride = if self.has_gripped { 0.0 } else { -ahead };
+            self.stride = match relaxing {
+                _ if !self.has_gripped => -ahead,
+                Some(_) if !next_is_over => self.follow_slowly(count),
+                _ => 0.0,
+            };
         } else if way > 0.0 && self.goal() >= asked.limit && angle >= asked.limit - count {
             self.settle(Phase::Held(Why::Angle));
         } else {
             // A motor that follows late gets no goal beyond the one that it is to stop at.
             let room = safe - ahead;
             let stride = GAIN * safe;
-            self.has_gripped = false;
+            (self.has_gripped, self.relaxed, self.creep) = (false, 0.0, 0.0);
             (self.phase, self.stride) = (Phase::Gripping, if safe < 0.0 { stride.max(room) } else { stride.min(room) });
         }
+    }
+
+    /// Mean of the way that is missing, as a further tick shows it.
+    fn mean(&mut self, way: f64, seconds: f64) -> f64 {
+        self.relaxed += (way - self.relaxed) * seconds / (MEAN + seconds);
+        self.relaxed
+    }
+
+    /// How far a grip that relaxes goes on, at most a count at a time. It does not go back, so that friction does not work against it to and fro.
+    fn follow_slowly(&mut self, count: f64) -> f64 {
+        if self.creep == 0.0 && self.relaxed >= RELAXED * count {
+            self.relaxed -= count;
+            self.creep = count;
+        }
+        self.creep
     }
 
     /// Stops a closing motion where the force would go beyond its limit.
@@ -381,6 +432,7 @@ impl Grip {
         }
         (self.phase, self.ahead) = (phase, 0.0);
         (self.asked, self.has_gripped, self.stride) = (None, false, 0.0);
+        (self.relaxed, self.creep) = (0.0, 0.0);
         self.motion.hold();
         self.stall = Stall::NONE;
     }

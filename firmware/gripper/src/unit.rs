@@ -361,6 +361,7 @@ impl<'a> Unit<'a> {
             alert: reading.alert,
             part: self.watch.part(),
             stop: self.watch.stops(),
+            relaxes: false,
         };
         self.grip.feel(&touch, self.calibration.count(), seconds, &mount.limits(), faults);
     }

@@ -53,6 +53,7 @@ impl<U: Read + ReadReady + Write, D: DelayNs> Finger<U, D> {
                     alert,
                     part: 1.0,
                     stop: None,
+                    relaxes: false,
                 };
                 self.grip.feel(&touch, self.calibration.count(), 1.0 / RATE_HZ, &LIMITS, &FAULTS);
             }

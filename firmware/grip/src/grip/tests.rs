@@ -1,7 +1,10 @@
 //! Grips of a finger on a spring, by a motor that follows, sags, stalls or is lost.
 
+mod relaxing;
+
 use super::*;
 use crate::Firmness;
+use relaxing::Relaxing;
 
 const COUNT: f64 = core::f64::consts::TAU / 4096.0;
 const TICK: f64 = 0.002;
@@ -21,6 +24,7 @@ const CALM: Touch = Touch {
     alert: false,
     part: 1.0,
     stop: None,
+    relaxes: false,
 };
 
 /// A finger whose force grows with the square of the angle, on a servo that follows after some ticks.
@@ -46,6 +50,8 @@ struct Bench {
     knows_slope: bool,
     /// The part of its force that the finger may use.
     part: f64,
+    /// What fades of the force.
+    relaxing: Relaxing,
 }
 
 impl Bench {
@@ -66,6 +72,7 @@ impl Bench {
             current: 0.0,
             knows_slope: false,
             part: 1.0,
+            relaxing: Relaxing::NONE,
         }
     }
 
@@ -95,7 +102,8 @@ impl Bench {
             // Counts of error, with 29 N·mm each: a finger of 45 mm, 233 N·mm of friction, 45 ms.
             let error = |motor: f64| ((goal / COUNT).round() - motor).max(-self.strength).min(self.strength);
             for _ in 0..20 {
-                let free = error(*motor) - 45.0 / 29.0 * Self::force(*motor * COUNT);
+                let load = self.relaxing.faded(Self::force(*motor * COUNT));
+                let free = error(*motor) - 45.0 / 29.0 * load;
                 *motor += (free.abs() - 8.0).max(0.0).copysign(free) / 0.045 * TICK / 20.0;
             }
             // 1.79 N·mm per mA.
@@ -112,10 +120,11 @@ impl Bench {
     fn tick(&mut self) -> f64 {
         self.goal();
         let angle = self.angle();
-        let force = Self::force(angle);
+        let force = self.relaxing.pass(Self::force(angle));
         let slope = (self.knows_slope && force > 0.0).then(|| Self::slope(angle));
-        let force_told = self.sound.then_some(force);
-        let touch = Touch { angle, force: force_told, slope, current: self.current, part: self.part, ..CALM };
+        let force_told = self.sound.then(|| force + self.relaxing.noise(angle));
+        let (current, part, relaxes) = (self.current, self.part, self.relaxing.relaxes);
+        let touch = Touch { angle, force: force_told, slope, current, part, relaxes, ..CALM };
         let faults = Faults { reaction: self.reaction, ..FAULTS };
         self.grip.feel(&touch, COUNT, TICK, &self.limits, &faults);
         self.greatest = self.greatest.max(force);
