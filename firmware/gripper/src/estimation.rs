@@ -101,7 +101,9 @@ impl Estimation {
         }
         let start = B::cost_ticks();
         unit.model.set_budget(unit.budget.iterations(left));
-        let estimate = unit.model.update(unit.calibration.finger_angle(reading.position));
+        let seconds = unit.passed(reading);
+        // Called from here only, where the board is known: elsewhere the solver would be in the image twice.
+        let estimate = unit.model.update_after(unit.calibration.finger_angle(reading.position), seconds);
         let cost = B::cost_ticks().wrapping_sub(start);
         // Without a finger, an object or a motion an estimate costs nothing, and tells nothing of what one costs.
         if estimate.status != Status::OutOfRange && !unit.model.has_rested() {

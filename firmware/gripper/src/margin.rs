@@ -83,7 +83,7 @@ impl Margins {
             self.survey.clear();
         }
         let rests = self.mind_fingers(hand);
-        let moves = |unit: &Unit<'_>| unit.mount.is_some() && !unit.model.has_rested();
+        let moves = |unit: &Unit<'_>| unit.mount.is_some() && !unit.has_rested();
         self.has_moved |= place != self.place || hand.units.iter().any(moves);
         self.place = place;
         if !is_sound {

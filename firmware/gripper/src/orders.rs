@@ -70,7 +70,9 @@ impl Orders {
             // Each finger by itself.
             Command::Open(_) | Command::Hold(_) | Command::Relax(_) => Ok(()),
             Command::Finger(what) => {
+                let support = hand.settings.support;
                 let unit = hand.unit(what.finger)?;
+                unit.check_design(&what.what, support)?;
                 let start = B::cost_ticks();
                 let refusal = unit.set_design(&what.what);
                 let cost = B::cost_ticks().wrapping_sub(start);

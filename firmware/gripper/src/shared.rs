@@ -19,8 +19,8 @@ use model_core::uncertainty::Uncertainty;
 use crate::quiet::Quiet;
 use crate::setup::{Key, Setup};
 
-/// Reports that wait for the link: an eighth of a second at 500 Hz, a third of it where RAM is scarce.
-const REPORTS: usize = if cfg!(feature = "little-ram") { 22 } else { 64 };
+/// Reports that wait for the link: an eighth of a second at 500 Hz, a quarter of it where RAM is scarce.
+const REPORTS: usize = if cfg!(feature = "little-ram") { 16 } else { 64 };
 /// Grasps that wait for the link; there are none where RAM is scarce, which is where there is one finger.
 const GRASPS: usize = if cfg!(feature = "little-ram") { 1 } else { 16 };
 /// Shapes that wait for the link.

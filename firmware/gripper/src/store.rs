@@ -27,7 +27,7 @@ use blocking::Blocking;
 use seal::Digests;
 
 /// Version of the records' layout. A change of [`Settings`], [`Finger`], [`Object`] or [`Uncertainty`] needs another.
-const VERSION: u8 = 10;
+const VERSION: u8 = 11;
 /// The first version that is read as well: settings, fingers and objects had another layout, uncertainties the same.
 const EARLIEST: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).

@@ -6,6 +6,7 @@ use grip::{
 };
 use messages::{Difference, Direction, Finger, Mount, Object, Outcome, Refusal, Report, Support};
 use model_core::estimator::{Estimate, EstimatorSettings};
+use model_core::fading::Fading;
 use model_core::size::Size;
 use model_core::status::Status;
 use model_core::uncertainty::{Uncertainty, UncertaintyError};
@@ -51,6 +52,17 @@ fn check_friction(friction: f64, has_room: bool, support: Support) -> Outcome {
     Err(Refusal::Object(Refusal::text(&format_args!("friction is {friction}; allowed is 0 {why}"))))
 }
 
+/// Whether a material with or without memory goes with an object that is held so.
+fn check_memory(fades: bool, support: Support) -> Outcome {
+    match support {
+        Support::Free { .. } if fades => {
+            let why = "prony: allowed is an elastic material for a free object: its balance is without memory";
+            Err(Refusal::Finger(Refusal::text(&why)))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// An estimate that waits for the other fingers on a free object.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pending {
@@ -86,6 +98,8 @@ pub(crate) struct Unit<'a> {
     pub(crate) unseen: u8,
     /// The object's coefficient of friction.
     friction: f64,
+    /// When the position behind the last estimate came, µs; nothing before the first.
+    seen_us: Option<u64>,
     /// What waits for the other fingers on a free object.
     pub(crate) pending: Option<Pending>,
     pub(crate) alert: bool,
@@ -130,6 +144,7 @@ impl<'a> Unit<'a> {
             repeats: 0,
             unseen: 0,
             friction: 0.0,
+            seen_us: None,
             last: Report::blank(finger),
             told: Report::blank(finger).phase,
             waits_since: None,
@@ -175,27 +190,36 @@ impl<'a> Unit<'a> {
     pub(crate) fn restore(&mut self, shared: &Shared) {
         let finger = self.last.finger;
         let number = usize::from(finger);
-        let (design, object, uncertainty) = shared.setup(|setup| {
+        let (design, object, uncertainty, support) = shared.setup(|setup| {
             (
                 setup.fingers.get(number).cloned().flatten(),
                 setup.objects.get(number).copied().flatten(),
                 setup.uncertainties.get(number).copied().flatten(),
+                setup.settings.support,
             )
         });
         if self.set_uncertainty(uncertainty).is_err() {
             shared.set_uncertainty(finger, None);
         }
         if let Some(design) = design
-            && self.set_design(&design).is_err()
+            && self.check_design(&design, support).and_then(|()| self.set_design(&design)).is_err()
         {
             shared.set_design(finger, None);
         }
-        let support = shared.setup(|setup| setup.settings.support);
         self.has_object = object.is_some_and(|object| self.set_object(&object, support).is_ok());
     }
 
-    /// Takes a finger; after one that is refused there is none.
+    /// Refuses a finger whose material has memory where that does not go, or is none.
+    pub(crate) fn check_design(&self, finger: &Finger, support: Support) -> Outcome {
+        check_memory(!finger.prony.is_empty(), support)?;
+        let mut fading = Fading::<f32>::ELASTIC;
+        fading.set(&finger.terms()).map_err(|error| Refusal::Finger(Refusal::text(&error)))
+    }
+
+    /// Takes a finger that has passed [`Self::check_design`]; after one that is refused there is none.
     pub(crate) fn set_design(&mut self, finger: &Finger) -> Outcome {
+        // Checked.
+        let _ = self.model.set_prony(&finger.terms());
         let made = self.model.configure(&finger.design, &finger.how);
         self.has_design = made.is_ok();
         self.reach = reach(&finger.design);
@@ -226,9 +250,21 @@ impl<'a> Unit<'a> {
         Ok(())
     }
 
-    /// Refuses a support that does not go with the object's friction.
+    /// Refuses a support that does not go with the object's friction or the finger's memory.
     pub(crate) fn check_support(&self, support: Support) -> Outcome {
-        check_friction(self.friction, true, support)
+        check_friction(self.friction, true, support)?;
+        check_memory(self.model.fades(), support)
+    }
+
+    /// Time since the position before this one, s.
+    pub(crate) fn passed(&mut self, reading: &Reading) -> f64 {
+        let before = self.seen_us.replace(reading.at_us).unwrap_or(reading.at_us);
+        f64::from(1e-6 * reading.at_us.saturating_sub(before) as f32)
+    }
+
+    /// Neither the motor nor the force has changed in the last estimate.
+    pub(crate) fn has_rested(&self) -> bool {
+        self.model.has_rested() && !self.model.fades()
     }
 
     /// The position was not seen in this tick.
@@ -361,7 +397,7 @@ impl<'a> Unit<'a> {
             alert: reading.alert,
             part: self.watch.part(),
             stop: self.watch.stops(),
-            relaxes: false,
+            relaxes: self.model.fades(),
         };
         self.grip.feel(&touch, self.calibration.count(), seconds, &mount.limits(), faults);
     }
@@ -389,5 +425,14 @@ mod tests {
         assert_eq!(words(0.6, false, Support::Fixed), Err(board.to_owned()));
         let object = "friction is 0.6; allowed is 0 for a free object: its balance is without friction";
         assert_eq!(words(0.6, true, free), Err(object.to_owned()));
+    }
+
+    #[test]
+    fn memory_is_refused_for_a_free_object() {
+        let free = Support::Free { load: [0.0; 2], moment: 0.0 };
+        let words = |fades, support| check_memory(fades, support).map_err(|why| why.to_string());
+        assert_eq!((words(false, free), words(true, Support::Fixed)), (Ok(()), Ok(())));
+        let refused = words(true, free).unwrap_err();
+        assert!(refused.contains("prony") && refused.contains("a free object"), "{refused}");
     }
 }

@@ -1,7 +1,9 @@
 //! What the host asks for.
 
+use heapless::Vec;
 use model_core::design::Design;
 use model_core::discretise::Discretisation;
+use model_core::equilibrium::PRONY_TERMS;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +29,29 @@ pub struct Finger {
     pub design: Design,
     /// Scheme, elements, samples and physics; what fits is limited by the gripper's memory.
     pub how: Discretisation,
+    /// A material that relaxes: of a sudden force the share g (0 to 0.99, so their sum) fades in the time τ (1e-4 to 1e9 s); pairs [g, τ]. None
+    /// of an elastic material. The gripper fades the force of the elastic finger, and no free object goes with it.
+    #[serde(default)]
+    pub prony: Vec<[f32; 2], PRONY_TERMS>,
+}
+
+impl Finger {
+    /// Of an elastic material.
+    pub const fn elastic(design: Design, how: Discretisation) -> Self {
+        Self { design, how, prony: Vec::new() }
+    }
+
+    /// Of a material with these terms [g, τ in s]; those beyond the room for them are left out.
+    pub fn relaxing(self, terms: &[[f64; 2]]) -> Self {
+        let terms = terms.iter().take(PRONY_TERMS);
+        Self { prony: terms.map(|term| term.map(|value| value as f32)).collect(), ..self }
+    }
+
+    /// The material's terms. Shares are taken for the decimal numbers that they were before they were single: a sum stays what it is.
+    pub fn terms(&self) -> Vec<[f64; 2], PRONY_TERMS> {
+        let decimal = |share: f32| libm::round(f64::from(share) * 1e6) / 1e6;
+        self.prony.iter().map(|&[share, time]| [decimal(share), f64::from(time)]).collect()
+    }
 }
 
 /// Close (or open) to an angle.

@@ -8,12 +8,14 @@ use model_core::size::Size;
 use crate::{Contact, Report, Shape};
 
 impl Shape {
-    /// What the model shows that has made this report.
+    /// What the model shows that has made this report. The contacts' forces are those of the elastic finger, scaled to what is reported of a
+    /// material with memory.
     pub fn of<T: Real, S: Size>(follower: &Follower<T, S>, report: &Report) -> Self {
         let single = |point: [T; 2]| point.map(|x| x.to_f64() as f32);
+        let part = faded(single(follower.force_world()), report);
         let contact = |contact: model_core::contact::Contact<T>| Contact {
             position: single(contact.position),
-            force: single(contact.on_object()),
+            force: single(contact.on_object()).map(|force| part * force),
         };
         let (shift, turn) = follower.base();
         Self {
@@ -29,6 +31,14 @@ impl Shape {
             contacts: first(follower.contacts().map(contact)),
         }
     }
+}
+
+/// What a trustworthy report has left of an elastic finger's force, where that is less.
+fn faded([x, y]: [f32; 2], report: &Report) -> f32 {
+    let estimate = &report.estimate;
+    let part = estimate.force_magnitude() / libm::sqrtf(x * x + y * y);
+    let is_new = estimate.status.is_trustworthy() && estimate.age == 0;
+    if is_new && part < 1.0 { part } else { 1.0 }
 }
 
 /// As many as fit.

@@ -151,10 +151,10 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
                 link.set_settings(&settings)?;
             }
             if let Some(path) = case {
-                let case = standard::case(path)?.elastic("a gripper")?;
+                let case = standard::case(path)?;
                 let how = Discretisation::estimator(physics.physics());
                 let object = object(&case);
-                let design = Finger { design: case.finger.design, how };
+                let design = Finger::elastic(case.finger.design, how).relaxing(&case.finger.prony);
                 link.set_finger(*finger, &design)?;
                 link.set_object(*finger, object)?;
             }

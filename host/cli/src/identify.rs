@@ -87,6 +87,12 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Box<dyn std::error::Err
             format!("finger {finger}: friction is {friction}; `identify` is without friction: allowed is 0").into()
         );
     }
+    if !design.prony.is_empty() {
+        return Err(format!(
+            "finger {finger}: its material has memory; `identify` is without: allowed is an elastic finger"
+        )
+        .into());
+    }
     let [least, most] = mount.range.map(f32::to_degrees);
     if !(least..=most).contains(&args.to_deg) {
         let [least, most] = mount.range.map(fre::drive::degrees);

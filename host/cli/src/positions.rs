@@ -16,10 +16,10 @@ use model_core::discretise::Discretisation;
 use model_core::estimator::Estimate;
 use model_core::newton::Hessian;
 
-/// Columns that are added, and those that come with friction: between which values the force lies.
+/// Columns that are added, and those that come with friction or memory: between which values the force lies.
 const ADDED: [&str; 6] = ["force_x_n", "force_y_n", "force_n", "standard_deviation_n", "torque_nmm", "status"];
 const INTERVAL: [&str; 2] = ["force_interval_low_n", "force_interval_high_n"];
-/// With friction the force depends on the way, which is straight from position to position: at most so far at once, rad.
+/// With friction or memory the force depends on the way, which is straight and even from position to position: at most so far at once, rad.
 const AT_ONCE: f64 = 0.25 * std::f64::consts::PI / 180.0;
 /// Columns of which one says where the motor is.
 const POSITIONS: &str = "`angle_deg`, `angle_rad` or `position_counts`";
@@ -65,7 +65,7 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
     let mut reader = csv::Reader::from_reader(&text[..]);
     let head = reader.headers().map_err(|error| format!("{name}: {error}"))?.clone();
     let columns = Columns::find(&head).map_err(|why| format!("{name}:1: {why}"))?;
-    let rubs = model.case.friction > 0.0;
+    let rubs = model.case.friction > 0.0 || !model.case.finger.prony.is_empty();
     let interval: &[&str] = if rubs { &INTERVAL } else { &[] };
     if let Some(there) = interval.iter().find(|added| head.iter().any(|name| name.trim() == **added)) {
         return Err(format!("{name}:1: there is a column `{there}` already").into());
@@ -87,10 +87,11 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
         if time <= before {
             return Err(at(format!("time_s is {time}; allowed is above {before}, that of the line before")).into());
         }
+        let seconds = if before.is_finite() { time - before } else { 0.0 };
         before = time;
         let estimate = match last.replace(angle).filter(|_| rubs) {
-            Some(from) => along(estimator.as_mut(), from, angle),
-            None => settled(estimator.as_mut(), angle, rubs),
+            Some(from) => along(estimator.as_mut(), from, angle, seconds),
+            None => settled(estimator.as_mut(), angle, seconds, rubs),
         };
         rows += 1;
         trusted += u64::from(is_known(&estimate));
@@ -109,14 +110,15 @@ fn make(model: &Model, mount: &Mount) -> Result<Box<dyn AnyEstimator>, Failure> 
     made.set_drive(mount.drive)?;
     made.set_object(model.case.object)?;
     made.set_friction(model.case.friction)?;
+    made.set_prony(&model.case.finger.prony)?;
     made.set_uncertainty(mount.uncertainty(None))?;
     Ok(made)
 }
 
 /// The estimate at a position, with friction also its derivatives. Tables of slow loops leap: the estimator gets there in several of its own
 /// ticks.
-fn settled(estimator: &mut dyn AnyEstimator, angle: f64, rubs: bool) -> Estimate {
-    let mut estimate = estimator.update(angle);
+fn settled(estimator: &mut dyn AnyEstimator, angle: f64, seconds: f64, rubs: bool) -> Estimate {
+    let mut estimate = estimator.update_after(angle, seconds);
     for _ in 1..TICKS {
         if is_known(&estimate) && (!rubs || estimate.standard_deviation.is_finite()) {
             break;
@@ -127,16 +129,17 @@ fn settled(estimator: &mut dyn AnyEstimator, angle: f64, rubs: bool) -> Estimate
 }
 
 /// The estimate at a position with friction, on the straight way from the one before.
-fn along(estimator: &mut dyn AnyEstimator, from: f64, to: f64) -> Estimate {
+fn along(estimator: &mut dyn AnyEstimator, from: f64, to: f64, seconds: f64) -> Estimate {
     let steps = ((to - from).abs() / AT_ONCE).ceil().clamp(1.0, 1e6);
     for step in 1..steps as u32 {
-        settled(estimator, from + (to - from) * f64::from(step) / steps, false);
+        settled(estimator, from + (to - from) * f64::from(step) / steps, seconds / steps, false);
     }
+    estimator.update_after(to, seconds / steps);
     // The history follows the middle one of the last angles.
-    for _ in 0..MEDIAN {
+    for _ in 1..MEDIAN {
         estimator.update(to);
     }
-    settled(estimator, to, true)
+    settled(estimator, to, 0.0, true)
 }
 
 fn is_known(estimate: &Estimate) -> bool {

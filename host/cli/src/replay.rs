@@ -126,7 +126,7 @@ fn label(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
     reads_case(&mut files, case)?;
     let mut how = Discretisation::fine(args.physics.map_or(Physics::Extended, |word| word.physics()));
     how.elements = args.elements.unwrap_or(how.elements);
-    let (case, precision) = (standard::case(case)?.elastic("the estimate of a table")?, args.precision.precision());
+    let (case, precision) = (standard::case(case)?, args.precision.precision());
     let model = positions::Model { case, how, precision, settings: args.set.clone() };
     let words = positions::label(&args.file, out, &model, &mut files)?;
     Ok(remark(&words, is_standard(out))?)
@@ -215,10 +215,10 @@ mod run {
     fn changes(args: &Args) -> Result<Changes, Failure> {
         let mut models = Vec::new();
         for path in &args.case {
-            let case = standard::case(path)?.elastic("the estimate of a recording")?;
+            let case = standard::case(path)?;
             let physics = args.physics.map_or(Physics::Extended, |word| word.physics());
             let how = Discretisation::fine(physics);
-            let finger = Some(Finger { design: case.finger.design, how });
+            let finger = Some(Finger::elastic(case.finger.design, how).relaxing(&case.finger.prony));
             let (object, friction) = (Some(case.object), case.friction);
             models.push(Modelled { finger, object, friction, uncertainty: None });
         }

@@ -23,7 +23,7 @@ pub fn transmit(
     on_top: bool,
 ) -> Result<(), String> {
     let design = &input.finger.design;
-    let finger = messages::Finger { design: fit.trial.design(design), how };
+    let finger = messages::Finger::elastic(fit.trial.design(design), how);
     let rough: Vec<f64> = input.runs.iter().map(|run| fit.trial.friction(run.friction, design)).collect();
     let object = match (input.objects.as_slice(), rough.as_slice()) {
         ([one], [friction, others @ ..]) if others.iter().all(|other| other == friction) => {

@@ -228,10 +228,7 @@ fn serve(args: &Args) -> Result<(), String> {
 impl LoadArgs {
     /// The case, if one is named.
     pub fn case(&self) -> Result<Option<Case>, String> {
-        let read = |file: &PathBuf| {
-            let case = standard::case(file).and_then(|case| case.elastic("the simulated servo"));
-            case.map_err(|error| error.to_string())
-        };
+        let read = |file: &PathBuf| standard::case(file).map_err(|error| error.to_string());
         self.case.as_ref().map(read).transpose()
     }
 
@@ -254,7 +251,9 @@ impl LoadArgs {
             (None, Drive::Translating { .. }) => 180.0,
         };
         let (design, options) = (&case.finger.design, model.options());
-        Load::rough(design, case.object, case.friction, drive, &options, highest).map_err(|error| match error {
+        let prony = &case.finger.prony;
+        let load = Load::remembering(design, prony, case.object, case.friction, drive, &options, highest);
+        load.map_err(|error| match error {
             LoadError::Range { .. } => format!("--highest-deg: {error}"),
             LoadError::Discretise(DiscretiseError::Design(error)) => format!("{}: finger.{error}", file.display()),
             LoadError::Discretise(error) => refused(&error),

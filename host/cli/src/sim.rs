@@ -105,7 +105,8 @@ fn serve(args: &Args) -> Result<(), String> {
     let open = args.start_deg.filter(|_| drive == Drive::Rotating).unwrap_or(0.0).to_radians() as f32;
     let given = Given {
         settings: Settings::of(Mount { open_angle: open.max(mount.range[0]).min(mount.range[1]), ..mount }),
-        finger: Finger { design: case.finger.design.clone(), how: Discretisation::estimator(physics) },
+        finger: Finger::elastic(case.finger.design.clone(), Discretisation::estimator(physics))
+            .relaxing(&case.finger.prony),
         object: Object { design: case.object, friction: case.friction },
     };
     let given = (!args.fresh).then_some(&given);

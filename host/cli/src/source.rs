@@ -148,12 +148,13 @@ impl SourceArgs {
         }
         let options = self.model.options();
         let left = self.uncertainty.iter().map(|path| uncertainty(path)).collect::<Result<Vec<_>, _>>()?;
-        let cases = self.case.iter().map(|path| standard::case(path)?.elastic("an estimate"));
+        let cases = self.case.iter().map(|path| standard::case(path));
         let cases = cases.collect::<Result<Vec<_>, _>>()?;
         // The last of either stands for those behind it.
         let model = |number: usize| {
             let case = cases.get(number).or(cases.last())?;
-            let finger = Finger { design: case.finger.design.clone(), how: options.discretisation };
+            let finger =
+                Finger::elastic(case.finger.design.clone(), options.discretisation).relaxing(&case.finger.prony);
             let uncertainty = left.get(number).or(left.last()).copied();
             Some(Modelled { finger: Some(finger), object: Some(case.object), friction: case.friction, uncertainty })
         };

@@ -64,8 +64,12 @@ const LEFT: Uncertainty = Uncertainty { youngs_modulus: 0.01, centre: [0.1, 0.2]
 
 fn setup(how: Discretisation) -> Setup {
     let design = preset("ladder-80").unwrap().unwrap().design;
-    let model =
-        Modelled { finger: Some(Finger { design, how }), object: Some(OBJECT), friction: 0.6, uncertainty: Some(LEFT) };
+    let model = Modelled {
+        finger: Some(Finger::elastic(design, how)),
+        object: Some(OBJECT),
+        friction: 0.6,
+        uncertainty: Some(LEFT),
+    };
     let mut settings = Settings::of(Mount::DEFAULT);
     settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..Mount::DEFAULT });
     Setup {

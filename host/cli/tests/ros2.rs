@@ -65,7 +65,12 @@ fn recording(name: &str, count: u32) -> PathBuf {
         protocol: PROTOCOL_VERSION,
         cost_hz: 1_000_000,
         settings: Settings::of(Mount::DEFAULT),
-        models: vec![Modelled { finger: Some(Finger { design, how }), object: None, friction: 0.0, uncertainty: None }],
+        models: vec![Modelled {
+            finger: Some(Finger::elastic(design, how)),
+            object: None,
+            friction: 0.0,
+            uncertainty: None,
+        }],
     };
     let path = file(name);
     let mut recorder = Recorder::create(&path, Some(setup)).unwrap();

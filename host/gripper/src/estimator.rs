@@ -47,11 +47,22 @@ pub trait AnyEstimator: Send {
     /// A coefficient out of range.
     fn set_friction(&mut self, coefficient: f64) -> Result<(), OutOfBounds>;
 
+    /// Takes the terms [gᵢ, τᵢ in s] of a material with memory, none for an elastic one; the state starts anew, if they are others.
+    ///
+    /// # Errors
+    /// Terms out of range.
+    fn set_prony(&mut self, terms: &[[f64; 2]]) -> Result<(), OutOfBounds>;
+
     /// Ticks were lost, or the finger was moved unseen: with friction the force is unknown within an interval until a motion makes it certain.
     fn forget_path(&mut self);
 
-    /// Estimates at a motor angle, rad.
-    fn update(&mut self, motor_angle: f64) -> Estimate;
+    /// Estimates at a motor angle, rad, so many seconds after the estimate before.
+    fn update_after(&mut self, motor_angle: f64, seconds: f64) -> Estimate;
+
+    /// Estimates at a motor angle, rad; no time passes.
+    fn update(&mut self, motor_angle: f64) -> Estimate {
+        self.update_after(motor_angle, 0.0)
+    }
 
     /// The deformed finger behind a report.
     fn shape(&self, report: &Report) -> Shape;
@@ -81,12 +92,16 @@ where
         self.set_friction(coefficient)
     }
 
+    fn set_prony(&mut self, terms: &[[f64; 2]]) -> Result<(), OutOfBounds> {
+        self.set_prony(terms)
+    }
+
     fn forget_path(&mut self) {
         self.forget_path();
     }
 
-    fn update(&mut self, motor_angle: f64) -> Estimate {
-        self.update(motor_angle)
+    fn update_after(&mut self, motor_angle: f64, seconds: f64) -> Estimate {
+        self.update_after(motor_angle, seconds)
     }
 
     fn shape(&self, report: &Report) -> Shape {

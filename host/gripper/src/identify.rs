@@ -243,7 +243,7 @@ mod tests {
     fn closing(from_deg: f64) -> (Finger, Motion) {
         let design = preset("ladder-80").expect("a preset").expect("a sound one").design;
         let load = Load::of(&design, OBJECT, &Drive::Rotating, &Load::REFERENCE, 12.0).expect("a load");
-        let finger = Finger { design, how: Discretisation::estimator(Physics::Extended) };
+        let finger = Finger::elastic(design, Discretisation::estimator(Physics::Extended));
         let calibration = Calibration::new(&MOUNT.gear());
         let (mut motion, mut branch) = (Motion::default(), crate::servo::OnBranch::default());
         let [first, last] = [from_deg, 9.0].map(|degrees| calibration.position(degrees.to_radians()));

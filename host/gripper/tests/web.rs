@@ -29,7 +29,7 @@ struct Note {
 impl Source for Note {
     fn setup(&self) -> Result<Setup, OrderError> {
         let design = preset("ladder-80").unwrap().unwrap().design;
-        let finger = Finger { design, how: Discretisation::estimator(Physics::Paper) };
+        let finger = Finger::elastic(design, Discretisation::estimator(Physics::Paper));
         let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
         Ok(Setup {
             origin: Origin::Gripper,

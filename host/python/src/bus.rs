@@ -7,7 +7,7 @@ use messages::{Finger, Settings};
 use pyo3::prelude::*;
 
 use crate::case::Case;
-use crate::error::{case_error, of_case, system, value};
+use crate::error::{case_error, system, value};
 use crate::options::Words;
 use crate::report::Heard;
 
@@ -38,11 +38,11 @@ impl Bus {
         for (key, text) in &settings {
             set(&mut all, &format!("{key}={text}")).map_err(|error| case_error(error.to_string(), Some(key), None))?;
         }
-        for case in &cases {
-            case.case.refuse_memory("an estimate").map_err(|error| of_case(&error, false))?;
-        }
         let model = |case: &PyRef<'_, Case>| Modelled {
-            finger: Some(Finger { design: case.case.finger.design.clone(), how: options.discretisation }),
+            finger: Some(
+                Finger::elastic(case.case.finger.design.clone(), options.discretisation)
+                    .relaxing(&case.case.finger.prony),
+            ),
             object: Some(case.case.object),
             friction: case.case.friction,
             uncertainty: None,

@@ -7,7 +7,7 @@ use model_core::size::Rubbing;
 use pyo3::prelude::*;
 
 use crate::case::Case;
-use crate::error::{case_error, of_case, of_discretise, value};
+use crate::error::{case_error, of_discretise, value};
 use crate::options::word;
 
 /// The status's word; motor angle, force (x, y, magnitude), contact centre (x, y), extent, torque, distance, residual, derivative of
@@ -25,7 +25,6 @@ impl Estimator {
     fn new(case: &Case, physics: &str) -> PyResult<Self> {
         let physics = word("physics", physics, &[("paper", Physics::Paper), ("extended", Physics::Extended)])?;
         let case = &case.case;
-        case.refuse_memory("an estimator").map_err(|error| of_case(&error, false))?;
         if matches!(case.path.motion, Motion::Translating { .. }) {
             let reason = "motion.direction: an estimator needs a motor; allowed is motion.motor_angles_deg";
             return Err(case_error(reason, Some("motion.direction"), None));
@@ -35,10 +34,11 @@ impl Estimator {
         estimator.configure(&case.finger.design, &how).map_err(|error| of_discretise(&error))?;
         estimator.set_object(case.object).map_err(|error| value(error.to_string()))?;
         estimator.set_friction(case.friction).map_err(|error| value(error.to_string()))?;
+        estimator.set_prony(&case.finger.prony).map_err(|error| value(error.to_string()))?;
         Ok(Self(estimator))
     }
 
-    /// The estimate at a motor angle, rad, `dt_s` after the one before. The time does not matter to an elastic finger.
+    /// The estimate at a motor angle, rad, `dt_s` after the one before. An elastic finger does not depend on the time.
     fn update(&mut self, angle_rad: f64, dt_s: f64) -> PyResult<Estimate> {
         if !(dt_s >= 0.0 && dt_s.is_finite()) {
             return Err(case_error(format!("dt_s = {dt_s}: allowed is 0 and more"), Some("dt_s"), None));
@@ -46,7 +46,7 @@ impl Estimator {
         if angle_rad.is_nan() {
             return Err(case_error("angle_rad is not a number".to_owned(), Some("angle_rad"), None));
         }
-        let found = self.0.update(angle_rad);
+        let found = self.0.update_after(angle_rad, dt_s);
         let numbers = [
             found.motor_angle,
             found.force[0],

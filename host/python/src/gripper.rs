@@ -7,7 +7,7 @@ use model_core::discretise::{Discretisation, Physics};
 use pyo3::prelude::*;
 
 use crate::case::Case;
-use crate::error::{of_case, system, value};
+use crate::error::{system, value};
 use crate::options::word;
 use crate::report::Heard;
 
@@ -69,11 +69,11 @@ impl Gripper {
     /// Gives a finger the design and the object of a case.
     fn set_case(&self, py: Python<'_>, case: &Case, finger: u8, physics: &str) -> PyResult<()> {
         let physics = word("physics", physics, &[("paper", Physics::Paper), ("extended", Physics::Extended)])?;
-        case.case.refuse_memory("a gripper").map_err(|error| of_case(&error, false))?;
-        let design = case.case.finger.design.clone();
+        let finger_case = &case.case.finger;
+        let design = Finger::elastic(finger_case.design.clone(), Discretisation::estimator(physics))
+            .relaxing(&finger_case.prony);
         let object = Object { design: case.case.object, friction: case.case.friction };
         py.detach(|| {
-            let design = Finger { design, how: Discretisation::estimator(physics) };
             self.link.set_finger(finger, &design).map_err(|error| system(&error))?;
             self.link.set_object(finger, object).map_err(|error| system(&error))
         })

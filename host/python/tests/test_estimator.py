@@ -83,6 +83,26 @@ def test_what_is_no_angle_or_time_is_refused(case: fre.Case) -> None:
     assert error.value.key == "motion.direction"
 
 
+def test_a_material_with_memory_fades_with_time() -> None:
+    finger = fre.Finger.preset("ladder-80").with_values({"material.prony": [[0.2, 1.0], [0.2, 50.0]]})
+    case = fre.Case(finger, fre.Circle(40.0, (41.0, 45.0)), fre.Rotation([6.0]))
+    estimator = fre.Estimator(case)
+    for tick in range(-20, 60):
+        sudden = estimator.update(tick * COUNT)
+    assert sudden.force_magnitude_n == pytest.approx(estimator.update(59 * COUNT).force_magnitude_n)
+    second = estimator.update(59 * COUNT, 1.0)
+    left = 1.0 - 0.2 * (1.0 - math.exp(-1.0)) - 0.2 * (1.0 - math.exp(-0.02))
+    assert second.force_magnitude_n / sudden.force_magnitude_n == pytest.approx(left, rel=1e-3)
+    assert second.torque_nmm / sudden.torque_nmm == pytest.approx(left, rel=1e-3)
+    # One that begins on the object does not know for how long it has been there.
+    late = fre.Estimator(case)
+    for _ in range(50):
+        found = late.update(59 * COUNT, 0.002)
+    assert found.force_interval_n is not None
+    low, high = found.force_interval_n
+    assert low == pytest.approx(0.6 * sudden.force_magnitude_n, rel=0.02) and high > 0.95 * sudden.force_magnitude_n
+
+
 MILLION = """
 import math, resource, sys
 import fre

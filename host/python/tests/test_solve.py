@@ -305,9 +305,6 @@ def test_a_material_with_memory_relaxes_in_cases_and_followers() -> None:
         follower.follow(6.0, -1.0)
     assert error.value.key == "dt_s"
     with pytest.raises(fre.CaseError) as error:
-        fre.Estimator(case)
-    assert error.value.key == "finger.material.prony"
-    with pytest.raises(fre.CaseError) as error:
         fre.Case(finger, fre.Circle(40.0, (41.0, 45.0)), fre.Rotation([6.0, 6.0], times_s=[1.0, 1.0]))
     assert error.value.key == "motion.times_s[1]"
 

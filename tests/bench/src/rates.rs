@@ -190,9 +190,9 @@ fn campaign(board: &str, samples: u8) -> Result<Campaign> {
     let mut watch = Watch::new(&link);
     // Slow, so that no tick is cut short for want of time.
     link.set_settings(&Settings { rate_hz: 50, shape_every: 0, ..Settings::of(MOUNT) })?;
-    let Finger { design, how } = finger();
+    let Finger { design, how, .. } = finger();
     let how = Discretisation { sampling: Sampling::PerElement(samples), ..how };
-    link.set_finger(0, &Finger { design, how })?;
+    link.set_finger(0, &Finger::elastic(design, how))?;
     link.set_object(0, OBJECT)?;
     watch.until_report("trustworthy estimate", PATIENCE, |report| report.estimate.age == 0);
     let mut random = ChaCha8Rng::seed_from_u64(u64::from(samples));

@@ -32,7 +32,7 @@ pub fn measure(minutes: u64) -> Result<String> {
         *place = Some(Mount { servo_id: number as u8 + 1, side, ..Mount::DEFAULT });
     }
     let model = Modelled {
-        finger: Some(Finger { design: design.clone(), how }),
+        finger: Some(Finger::elastic(design.clone(), how)),
         object: Some(object),
         friction: 0.0,
         uncertainty: None,

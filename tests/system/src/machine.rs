@@ -37,7 +37,7 @@ pub const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], ra
 /// The preset `ladder-80` as the microcontroller models it.
 pub fn finger() -> Finger {
     let finger = preset("ladder-80").expect("a preset").expect("a sound one");
-    Finger { design: finger.design, how: Discretisation::estimator(Physics::Extended) }
+    Finger::elastic(finger.design, Discretisation::estimator(Physics::Extended))
 }
 
 /// What the finger asks of the servo: the same physics at full resolution, on [`OBJECT`].

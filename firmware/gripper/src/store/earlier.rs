@@ -1,6 +1,7 @@
 //! Records as earlier versions of their layout have them.
 //!
-//! Version 9: mounts without a choice of the servo's own current limit.
+//! Version 10: fingers of an elastic material.
+//! Version 9: besides, mounts without a choice of the servo's own current limit.
 //! Version 8: besides, objects without friction.
 //! Version 7: besides, beams without points between their ends, factors apart and clamps.
 //! Version 6: besides, settings without heat and supply.
@@ -135,6 +136,13 @@ struct Design7<L> {
 
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(serde::Serialize))]
+struct Finger10 {
+    design: Design,
+    how: Discretisation,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(serde::Serialize))]
 struct Finger7<L> {
     design: Design7<L>,
     how: Discretisation,
@@ -155,23 +163,22 @@ struct Finger3 {
 /// becomes the beam's own.
 pub(super) fn finger(version: u8, bytes: &[u8]) -> Option<Option<Finger>> {
     if version >= 8 {
-        return super::same(bytes);
+        let kept: Option<Finger10> = postcard::from_bytes(bytes).ok()?;
+        return Some(kept.map(|Finger10 { design, how }| Finger::elastic(design, how)));
     }
     if version >= 6 {
         let kept: Option<Finger7<Lamellae>> = postcard::from_bytes(bytes).ok()?;
-        return Some(kept.map(|Finger7 { design, how }| Finger { design: design.now(|lamellae| lamellae), how }));
+        return Some(kept.map(|Finger7 { design, how }| Finger::elastic(design.now(|lamellae| lamellae), how)));
     }
     if version >= 4 {
         let kept: Option<Finger7<Lamellae5>> = postcard::from_bytes(bytes).ok()?;
-        return Some(kept.map(|Finger7 { design, how }| Finger { design: design.now(Lamellae5::now), how }));
+        return Some(kept.map(|Finger7 { design, how }| Finger::elastic(design.now(Lamellae5::now), how)));
     }
     let kept: Option<Finger3> = postcard::from_bytes(bytes).ok()?;
     Some(kept.map(|Finger3 { design, scheme, elements, sampling, softness, physics }| {
         let softness = if softness == 1e-3 { Softness::Local } else { Softness::Fixed(softness) };
-        Finger {
-            design: design.now(Lamellae5::now),
-            how: Discretisation { scheme, elements, sampling, softness, physics },
-        }
+        let how = Discretisation { scheme, elements, sampling, softness, physics };
+        Finger::elastic(design.now(Lamellae5::now), how)
     }))
 }
 
@@ -186,6 +193,9 @@ pub(super) fn object(version: u8, bytes: &[u8]) -> Option<Option<Object>> {
 
 /// Settings from the bytes of a record of that version, if they are sound. What was the servos' master stays it.
 pub(super) fn settings(version: u8, bytes: &[u8]) -> Option<Settings> {
+    if version >= 10 {
+        return super::same(bytes);
+    }
     if version >= 7 {
         let kept: Settings9 = super::same(bytes)?;
         return Some(kept.now());
@@ -455,7 +465,7 @@ mod tests {
         let kept = Some(Finger7 { design: kept(&design, |lamellae| lamellae), how });
         let used = postcard::to_slice(&kept, &mut bytes).unwrap();
         for version in [6, 7] {
-            assert_eq!(finger(version, used), Some(Some(Finger { design: design.clone(), how })));
+            assert_eq!(finger(version, used), Some(Some(Finger::elastic(design.clone(), how))));
         }
         let length = used.len();
         assert_eq!(finger(7, &bytes[..length - 1]), None, "cut short");
@@ -493,11 +503,26 @@ mod tests {
     }
 
     #[test]
-    fn a_finger_of_version_8_and_an_object_of_any_come_back() {
+    fn settings_of_version_10_come_back_as_they_were() {
         let mut bytes = [0; super::super::RECORD];
-        let kept = Some(crate::store::tests::longest());
+        let mut kept = expected();
+        kept.fingers[0] = kept.fingers[0].map(|mount| Mount { current_fence: true, ..mount });
         let used = postcard::to_slice(&kept, &mut bytes).unwrap();
-        assert_eq!(finger(8, used), Some(kept));
+        assert_eq!(settings(10, used), Some(kept));
+        let length = used.len();
+        assert_eq!(settings(10, &bytes[..length - 1]), None, "cut short");
+    }
+
+    #[test]
+    fn a_finger_of_versions_8_to_10_and_an_object_of_any_come_back() {
+        let mut bytes = [0; super::super::RECORD];
+        let Finger { design, how, .. } = crate::store::tests::longest();
+        let used = postcard::to_slice(&Some(Finger10 { design: design.clone(), how }), &mut bytes).unwrap();
+        for version in 8..=10 {
+            assert_eq!(finger(version, used), Some(Some(Finger::elastic(design.clone(), how))));
+        }
+        let length = used.len();
+        assert_eq!(finger(10, &bytes[..length - 1]), None, "cut short");
         let design = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 30.0 };
         let used = postcard::to_slice(&Some(design), &mut bytes).unwrap();
         for version in 3..=8 {
@@ -517,7 +542,7 @@ mod tests {
         let used =
             postcard::to_slice(&Some(Finger7 { design: kept(&design, of_one_thickness), how }), &mut bytes).unwrap();
         for version in [4, 5] {
-            assert_eq!(finger(version, used), Some(Some(Finger { design: design.clone(), how })));
+            assert_eq!(finger(version, used), Some(Some(Finger::elastic(design.clone(), how))));
         }
         let length = used.len();
         assert_eq!(finger(5, &bytes[..length - 1]), None, "cut short");
@@ -539,7 +564,7 @@ mod tests {
             });
             let used = postcard::to_slice(&kept, &mut bytes).unwrap();
             let how = Discretisation { scheme, elements, sampling, softness: expected, physics };
-            let expected = Some(Some(Finger { design: design.clone(), how }));
+            let expected = Some(Some(Finger::elastic(design.clone(), how)));
             assert_eq!(finger(3, used), expected);
         }
         let none = postcard::to_slice(&None::<Finger3>, &mut bytes).unwrap();

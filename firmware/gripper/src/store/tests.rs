@@ -8,6 +8,7 @@ use model_core::design::{
     Profile, Ribs,
 };
 use model_core::discretise::{Discretisation, Physics};
+use model_core::equilibrium::PRONY_TERMS;
 use model_core::object::ObjectDesign;
 use model_core::size::Lists;
 
@@ -124,7 +125,7 @@ pub(super) fn longest() -> Finger {
         rigid_above: Some(70.0),
         motor_axis: [-14.0, -20.0],
     };
-    Finger { design, how: Discretisation::estimator(Physics::Extended) }
+    Finger::elastic(design, Discretisation::estimator(Physics::Extended)).relaxing(&[[0.1, 1e5]; PRONY_TERMS])
 }
 
 pub(super) fn keep<F>(flash: &mut F, key: Key, setup: &Setup) -> Result<(), NotKept>

@@ -48,6 +48,8 @@ pub(super) struct Finger {
     /// What its servo is.
     pub(super) model: &'static Model,
     pub(super) last: Report,
+    /// When the last position came, µs.
+    heard_us: Option<u64>,
     /// Ticks without an answer, up to a few.
     failures: u8,
     pub(super) alert: bool,
@@ -63,8 +65,17 @@ impl Finger {
     ) -> Result<Self, Refusal> {
         let last = Report { phase: Phase::Moving, ..Report::blank(number) };
         let calibration = Calibration::new(&mount.gear());
-        let mut made =
-            Self { mount, calibration, uncertainty, estimator, model: Model::ASSUMED, last, failures: 0, alert: false };
+        let mut made = Self {
+            mount,
+            calibration,
+            uncertainty,
+            estimator,
+            model: Model::ASSUMED,
+            last,
+            heard_us: None,
+            failures: 0,
+            alert: false,
+        };
         made.set_mount(mount)?;
         Ok(made)
     }
@@ -97,8 +108,9 @@ impl Finger {
             self.estimator.forget_path();
         }
         let time_us = start.elapsed().as_micros() as u64;
+        let seconds = 1e-6 * (time_us - self.heard_us.replace(time_us).unwrap_or(time_us)) as f64;
         let began = Instant::now();
-        let estimate = self.estimator.update(self.calibration.finger_angle(reading.position));
+        let estimate = self.estimator.update_after(self.calibration.finger_angle(reading.position), seconds);
         let cost = u32::try_from(began.elapsed().as_micros()).unwrap_or(u32::MAX);
         // The age counts every tick since the last trustworthy estimate, those without a position too.
         let age = if estimate.age == 0 { 0 } else { self.last.estimate.age.saturating_add(1) };

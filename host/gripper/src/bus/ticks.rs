@@ -364,9 +364,9 @@ impl Ticks {
             }
             Order::Finger(number, finger) => {
                 let index = self.finger(*number)?;
-                let made = self.fingers[index].estimator.configure(&finger.design, &finger.how);
+                let made = configure(self.fingers[index].estimator.as_mut(), finger);
                 self.shared.setup().models[index].finger = made.is_ok().then(|| (**finger).clone());
-                made.map_err(|error| Refusal::Finger(Refusal::text(&error)))?;
+                made?;
             }
             Order::Settings(settings) => {
                 settings.validate(FINGERS)?;
@@ -455,12 +455,18 @@ fn shared(address: &BusAddress, baud: u32, settings: Settings, options: &BusOpti
 fn made(model: &Modelled, options: &BusOptions) -> Result<Box<dyn AnyEstimator>, Refusal> {
     let mut made = estimator(options.precision, options.hessian);
     if let Some(finger) = &model.finger {
-        made.configure(&finger.design, &finger.how).map_err(|error| Refusal::Finger(Refusal::text(&error)))?;
+        configure(made.as_mut(), finger)?;
     }
     if let Some(object) = model.grasped() {
         place(made.as_mut(), object)?;
     }
     Ok(made)
+}
+
+/// Takes a finger.
+fn configure(estimator: &mut dyn AnyEstimator, finger: &messages::Finger) -> Outcome {
+    estimator.set_prony(&finger.terms()).map_err(|error| Refusal::Finger(Refusal::text(&error)))?;
+    estimator.configure(&finger.design, &finger.how).map_err(|error| Refusal::Finger(Refusal::text(&error)))
 }
 
 /// Takes an object; what is wrong with it changes nothing.

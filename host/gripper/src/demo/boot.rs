@@ -62,7 +62,7 @@ pub(super) fn boot(
     let (mut machine, link) = Machine::boot(firmware, Servo::new(servo.clone())?, log, pace, stop)?;
     let mut heard = Heard::of(link.listen());
     let version = link.version().map_err(|error| machine.blame(error))?;
-    let finger = messages::Finger { design: design.clone(), how: Discretisation::estimator(physics) };
+    let finger = messages::Finger::elastic(design.clone(), Discretisation::estimator(physics));
     // The demonstration goes further than a gripper does by default.
     let mount =
         Mount { open_angle: OPEN_DEG.to_radians() as f32, force_limit: 40.0, current_limit: 2000.0, ..Mount::DEFAULT };

@@ -55,6 +55,8 @@ struct Finger {
     calibration: Calibration,
     estimator: Box<dyn AnyEstimator>,
     last: Option<Estimate>,
+    /// When the last position came, µs.
+    seen_us: Option<u64>,
     /// Reports in a row without a position.
     unseen: u32,
 }
@@ -92,7 +94,8 @@ impl Again {
                 None => {
                     let made = make(&model, self.changes.precision);
                     let estimator = made.map_err(|why| AgainError::Refused { finger: number, why })?;
-                    let finger = Finger { model: model.clone(), calibration, estimator, last: None, unseen: 0 };
+                    let finger =
+                        Finger { model: model.clone(), calibration, estimator, last: None, seen_us: None, unseen: 0 };
                     if number < self.fingers.len() { self.fingers[number] = finger } else { self.fingers.push(finger) }
                 }
             }
@@ -121,7 +124,9 @@ impl Again {
             if std::mem::take(&mut finger.unseen) >= UNSEEN {
                 finger.estimator.forget_path();
             }
-            let estimate = finger.estimator.update(finger.calibration.finger_angle(report.position));
+            let since = finger.seen_us.replace(report.time_us).unwrap_or(report.time_us);
+            let seconds = 1e-6 * report.time_us.saturating_sub(since) as f64;
+            let estimate = finger.estimator.update_after(finger.calibration.finger_angle(report.position), seconds);
             let age = if estimate.age == 0 { 0 } else { before.age.saturating_add(1) };
             Estimate { age, ..estimate }
         };
@@ -160,6 +165,7 @@ fn make(model: &Modelled, precision: Precision) -> Result<Box<dyn AnyEstimator>,
     if let Some(finger) = &model.finger {
         finger.design.validate().map_err(|error| error.to_string())?;
         made.configure(&finger.design, &finger.how).map_err(|error| error.to_string())?;
+        made.set_prony(&finger.terms()).map_err(|error| error.to_string())?;
     }
     if let Some(object) = model.object {
         made.set_friction(model.friction).map_err(|error| error.to_string())?;

@@ -20,6 +20,9 @@ pub enum LoadError {
     /// A coefficient of friction that is not one.
     #[error("object.{0}")]
     Friction(OutOfBounds),
+    /// Terms of a material with memory that are none.
+    #[error("finger.material.{0}")]
+    Memory(OutOfBounds),
     /// A drive's table leaves angle 0 out, where the servo's zero is.
     #[error("the drive's table has no distance at motor angle 0°")]
     NoZero,

@@ -59,7 +59,7 @@ impl Branch {
 #[derive(Clone, Debug, Default)]
 pub struct Load {
     branches: Vec<Branch>,
-    /// The finger with friction: the branches are those of the same finger without.
+    /// The finger with friction or memory: the branches are those of the same finger without.
     rough: Option<Rough>,
 }
 
@@ -111,17 +111,35 @@ impl Load {
         options: &Options,
         highest_deg: f64,
     ) -> Result<Self, LoadError> {
+        Self::remembering(design, &[], object, friction, drive, options, highest_deg)
+    }
+
+    /// The same with friction, and of a material with the Prony terms [gᵢ, τᵢ in s], which the model follows through time: every strain
+    /// remembers. [`Self::at`] stays that without either.
+    ///
+    /// # Errors
+    /// As [`Load::of`], and a coefficient or terms out of range.
+    pub fn remembering(
+        design: &Design,
+        prony: &[[f64; 2]],
+        object: ObjectDesign,
+        friction: f64,
+        drive: &Drive,
+        options: &Options,
+        highest_deg: f64,
+    ) -> Result<Self, LoadError> {
         let smooth = Self::of(design, object, drive, options, highest_deg)?;
-        if friction == 0.0 {
+        if friction == 0.0 && prony.is_empty() {
             return Ok(smooth);
         }
-        let rough = Rough { design: design.clone(), object, friction, drive: *drive, options: *options };
+        let prony = prony.to_vec();
+        let rough = Rough { design: design.clone(), object, friction, prony, drive: *drive, options: *options };
         // What can be wrong with it, is said here.
         rough.open()?;
         Ok(Self { rough: Some(rough), ..smooth })
     }
 
-    /// The finger with friction, open.
+    /// The finger with friction or memory, open.
     pub(super) fn rub(&self) -> Option<Rub> {
         self.rough.as_ref().and_then(|rough| rough.open().ok())
     }

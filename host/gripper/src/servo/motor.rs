@@ -39,8 +39,10 @@ pub struct Motor {
     pub gear: Gear,
     load: Arc<Load>,
     branch: OnBranch,
-    /// The finger, if it has friction.
+    /// The finger, if it has friction or memory.
     rub: Option<Rub>,
+    /// Time since it was asked for its contact, s.
+    waits: f64,
     /// Position of the motor, counts.
     pub position: f64,
     /// Speed, counts/s.
@@ -82,6 +84,7 @@ impl Motor {
             gear,
             branch: OnBranch::default(),
             rub: load.rub(),
+            waits: 0.0,
             position,
             speed: 0.0,
             torque: 0.0,
@@ -109,9 +112,12 @@ impl Motor {
         let (speed, torque, is_weak) = self.balance(supply, volts / self.gear.data.volts);
         (self.speed, self.torque) = (speed, torque);
         self.overloaded = if is_weak { self.overloaded + seconds } else { 0.0 };
+        self.waits += seconds;
         if speed != 0.0 {
             self.position += speed * seconds;
             self.settle();
+        } else {
+            self.touch();
         }
     }
 
@@ -193,11 +199,17 @@ impl Motor {
             }
         }
         self.finger = finger;
-        let angle = self.angle(finger);
-        self.contact = match &self.rub {
-            Some(rub) => rub.at(angle),
-            None => self.load.at(angle, &mut self.branch),
-        };
+        match self.rub {
+            Some(_) => self.touch(),
+            None => self.contact = self.load.at(self.angle(finger), &mut self.branch),
+        }
+    }
+
+    /// What a finger with friction or memory feels where it is by now.
+    fn touch(&mut self) {
+        if let Some(rub) = &self.rub {
+            self.contact = rub.at(self.angle(self.finger), std::mem::take(&mut self.waits));
+        }
     }
 
     /// The contact if the finger were there; the branch is not changed.

@@ -192,7 +192,7 @@ pub(crate) mod tests {
         let design = fre::case::preset("ladder-80").unwrap().unwrap().design;
         let how = Discretisation::estimator(Physics::Extended);
         let model = Modelled {
-            finger: Some(messages::Finger { design, how }),
+            finger: Some(messages::Finger::elastic(design, how)),
             object: Some(ObjectDesign::Circle { centre: [22.0, 45.0], radius: RADIUS }),
             friction,
             uncertainty: None,

@@ -82,3 +82,22 @@ pub(super) fn placed(object: &ObjectDesign, free: Option<&FreeObject>, is_mirror
     let place = Place { shift: free.shift.map(f64::from), turn: f64::from(free.turn) };
     if is_mirrored { place.mirrored() } else { place }.of(object)
 }
+
+#[cfg(test)]
+mod tests {
+    use model_core::discretise::{Discretisation, Physics};
+
+    use super::*;
+
+    /// A recording of a version before memory has fingers without the key.
+    #[test]
+    fn a_finger_of_an_earlier_recording_is_elastic() {
+        let design = fre::case::preset("ladder-80").unwrap().unwrap().design;
+        let finger = Finger::elastic(design, Discretisation::estimator(Physics::Extended));
+        let model = Modelled { finger: Some(finger.clone().relaxing(&[[0.2, 5.0]])), ..Modelled::default() };
+        let mut words = serde_json::to_value(&model).unwrap();
+        assert_eq!(serde_json::from_value::<Modelled>(words.clone()).unwrap(), model);
+        assert!(words["finger"].as_object_mut().unwrap().remove("prony").is_some());
+        assert_eq!(serde_json::from_value::<Modelled>(words).unwrap().finger, Some(finger));
+    }
+}

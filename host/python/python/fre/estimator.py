@@ -43,7 +43,8 @@ class Estimate(NamedTuple):
     sensitivity_age: int
     """Ticks since the derivatives were taken."""
     force_interval_n: tuple[float, float] | None
-    """With friction: between which values the force's magnitude lies. None without friction, and while an end is not known."""
+    """Between which values the force's magnitude lies, with friction, and with memory while the past is not known. None without both, and
+    while an end is not known."""
     normal_interval_n: tuple[float, float] | None
     """The same for the sum of the normal forces."""
     torque_interval_nmm: tuple[float, float] | None
@@ -70,7 +71,8 @@ class Estimator:
         return self._case
 
     def update(self, angle_rad: float, dt_s: float = 0.0) -> Estimate:
-        """The estimate at a motor angle, ``dt_s`` after the one before. Elastic fingers do not depend on the time.
+        """The estimate at a motor angle, ``dt_s`` after the one before. Elastic fingers do not depend on the time; the
+        force of one whose material has memory fades, and is known within an interval only if the first angle is one in contact.
 
         With friction it depends on the angles before: after a leap of more than 1° the force is known within an interval only, until a
         motion makes it certain.

@@ -27,7 +27,7 @@ pub fn setup(drive: Drive) -> Setup {
         cost_hz: 1_000_000,
         settings: Settings::of(Mount { drive, ..Mount::DEFAULT }),
         models: vec![Modelled {
-            finger: Some(Finger { design, how }),
+            finger: Some(Finger::elastic(design, how)),
             object: Some(OBJECT),
             friction: 0.0,
             uncertainty: None,
