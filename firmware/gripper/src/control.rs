@@ -31,7 +31,8 @@ pub async fn control<'a, B: Board>(
         feed::<B>(shared, &mut watchdog);
         Timer::after_millis(1).await;
     }
-    let mut core = Core::<B>::new(shared, models.into_iter());
+    let mut core = Core::<B>::new(shared);
+    core.take_in(models.into_iter());
     let mut ears = None;
     loop {
         core.begin().await;

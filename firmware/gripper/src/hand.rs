@@ -16,20 +16,24 @@ pub(crate) struct Hand<'a> {
 }
 
 impl<'a> Hand<'a> {
-    /// What was kept, as far as the board has room for it.
-    pub(crate) fn new<B: Board>(shared: &'a Shared, models: impl Iterator<Item = &'a mut Model>) -> Self {
+    /// No finger.
+    pub(crate) fn new(shared: &'a Shared) -> Self {
+        Self { shared, settings: Settings::DEFAULT, units: Vec::new() }
+    }
+
+    /// Takes the fingers in, as they were kept, as far as the board has room for them. In place: they take kilobytes of the stack.
+    pub(crate) fn take_in<B: Board>(&mut self, models: impl Iterator<Item = &'a mut Model>) {
+        let shared = self.shared;
         // What was kept may be of a board with more room.
         let settings = shared.setup(|setup| setup.settings);
         let settings = if settings.validate(B::FINGERS).is_ok() { settings } else { Settings::DEFAULT };
         shared.set(|setup| setup.settings = settings);
-        let mut units: Vec<Unit<'a>, FINGERS> = Vec::new();
+        self.settings = settings;
         for (number, (model, mount)) in models.zip(settings.fingers).enumerate() {
             // There are as many mounts as there is room.
-            let mut unit = Unit::new(number as u8, model, mount);
-            unit.restore(shared);
-            let _ = units.push(unit);
+            let _ = self.units.push(Unit::new(number as u8, model, mount));
         }
-        Self { shared, settings, units }
+        self.units.iter_mut().for_each(|unit| unit.restore(shared));
     }
 
     /// Whether a finger's servo is there.

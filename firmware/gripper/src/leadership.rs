@@ -133,6 +133,7 @@ impl Leadership {
     }
 
     /// Whom the tick asks, and for what.
+    #[inline(never)]
     pub(crate) fn turns<U: BusPort>(hand: &mut Hand<'_>, seconds: f64) -> Vec<Turn<U>, FINGERS> {
         Self::mind_host(hand);
         let mut turns = Vec::new();

@@ -9,7 +9,7 @@ use messages::{
 use crate::board::Board;
 use crate::estimation::Estimation;
 use crate::hand::Hand;
-use crate::shared::{Command, Order};
+use crate::shared::{Command, Order, Shared};
 use crate::unit::Unit;
 
 /// What was asked for, as far as it is still to be followed.
@@ -31,16 +31,15 @@ impl Orders {
 
     /// Obeys one order, if there is one. The role changes between transactions only: after that nothing more is sent.
     pub(crate) fn obey<B: Board>(&mut self, hand: &mut Hand<'_>, estimation: &mut Estimation, between: bool) {
-        let Some(Order { ticket, command }) = self.waiting.take().or_else(|| hand.shared.orders.try_receive().ok())
-        else {
-            return;
-        };
-        if !between && matches!(&command, Command::Settings(settings) if settings.role != hand.settings.role) {
-            self.waiting = Some(Order { ticket, command });
+        self.receive(hand.shared);
+        let is_new_role = |command: &Command| matches!(command, Command::Settings(to) if to.role != hand.settings.role);
+        if self.waiting.as_ref().is_none_or(|order| !between && is_new_role(&order.command)) {
             return;
         }
         // One that was refused meanwhile, because nobody waits for it any more, is never done.
-        if hand.shared.claim(ticket) {
+        if let Some(Order { ticket, command }) = self.waiting.take()
+            && hand.shared.claim(ticket)
+        {
             let outcome = match command {
                 Command::Open(which) => each(hand, which, |unit, mount| {
                     unit.rise();
@@ -56,6 +55,14 @@ impl Orders {
                 command => self.execute::<B>(hand, estimation, command).map(|()| Heeds::default()),
             };
             hand.shared.answer(ticket, outcome);
+        }
+    }
+
+    /// Takes the next order, if none waits.
+    #[inline(never)]
+    fn receive(&mut self, shared: &Shared) {
+        if self.waiting.is_none() {
+            self.waiting = shared.orders.try_receive().ok();
         }
     }
 

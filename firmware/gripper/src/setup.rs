@@ -25,6 +25,23 @@ impl Setup {
     };
 }
 
+/// Where what is set lies: looked at and changed in place, as a copy takes kilobytes of the stack.
+pub(crate) trait Place {
+    fn look<R>(&self, look: impl FnOnce(&Setup) -> R) -> R;
+
+    fn change(&mut self, change: impl FnOnce(&mut Setup));
+}
+
+impl Place for Setup {
+    fn look<R>(&self, look: impl FnOnce(&Setup) -> R) -> R {
+        look(self)
+    }
+
+    fn change(&mut self, change: impl FnOnce(&mut Setup)) {
+        change(self);
+    }
+}
+
 /// Which record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Key {

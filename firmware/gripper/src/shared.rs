@@ -17,7 +17,7 @@ use messages::{
 use model_core::uncertainty::Uncertainty;
 
 use crate::quiet::Quiet;
-use crate::setup::{Key, Setup};
+use crate::setup::{Key, Place, Setup};
 
 /// Reports that wait for the link: an eighth of a second at 500 Hz, a quarter of it where RAM is scarce.
 const REPORTS: usize = if cfg!(feature = "little-ram") { 16 } else { 64 };
@@ -320,6 +320,16 @@ impl Shared {
         if self.notices.try_send(Notice { time_us: now_us(), event }).is_err() {
             self.add(|counters| &mut counters.dropped_events);
         }
+    }
+}
+
+impl Place for &Shared {
+    fn look<R>(&self, look: impl FnOnce(&Setup) -> R) -> R {
+        self.setup(look)
+    }
+
+    fn change(&mut self, change: impl FnOnce(&mut Setup)) {
+        self.set(change);
     }
 }
 

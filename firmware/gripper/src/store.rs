@@ -22,7 +22,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::quiet::Quiet;
-use crate::setup::{Key, Setup};
+use crate::setup::{Key, Place, Setup};
 use blocking::Blocking;
 use seal::Digests;
 
@@ -88,9 +88,9 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Reads everything; what is absent stays as it is, and everything does if a part of it cannot be trusted.
-    pub(crate) async fn restore(&mut self, setup: &mut Setup) -> Found {
-        let mut kept = setup.clone();
-        let mut found = self.read_all(&mut kept).await;
+    pub(crate) async fn restore(&mut self, place: &mut impl Place) -> Found {
+        // Once to see whether it can be trusted, and again to take it: there is no room for a second setup.
+        let mut found = self.read_all(None::<&mut Setup>).await;
         if found.damaged == 0 && !self.is_sealed().await {
             found.damaged = 1;
         }
@@ -98,7 +98,8 @@ impl<F: NorFlash> Store<F> {
         if self.is_void {
             found.records = 0;
         } else {
-            *setup = kept;
+            let again = self.read_all(Some(place)).await;
+            debug_assert_eq!(again.records, found.records);
         }
         found
     }
@@ -121,31 +122,27 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    async fn read_all(&mut self, setup: &mut Setup) -> Found {
+    /// Reads every record, and takes them to a place, if there is one.
+    async fn read_all<P: Place>(&mut self, mut place: Option<&mut P>) -> Found {
         let mut found = Found::default();
-        if let Some(settings) = self.read::<Settings>(Key::Settings, earlier::settings, &mut found).await {
-            setup.settings = settings;
-        }
-        for finger in 0..FINGERS as u8 {
-            let design = self.read::<Option<Finger>>(Key::Finger(finger), earlier::finger, &mut found).await;
-            let object = self.read::<Option<Object>>(Key::Object(finger), earlier::object, &mut found).await;
-            let uncertainty = self.read::<Option<Uncertainty>>(Key::Uncertainty(finger), unchanged, &mut found).await;
-            if let (Some(place), Some(uncertainty)) = (setup.uncertainties.get_mut(usize::from(finger)), uncertainty) {
-                *place = uncertainty;
+        self.digests = Digests::default();
+        for key in Key::all() {
+            let mut taken = Ok(false);
+            if let Some(record) = self.fetch(key, &mut found).await {
+                taken = take(key, record, place.as_deref_mut());
             }
-            if let (Some(place), Some(design)) = (setup.fingers.get_mut(usize::from(finger)), design) {
-                *place = design;
-            }
-            if let (Some(place), Some(object)) = (setup.objects.get_mut(usize::from(finger)), object) {
-                *place = object;
+            match taken {
+                Ok(true) => found.records += 1,
+                Ok(false) => {}
+                Err(Damaged) => found.damaged += 1,
             }
         }
         found
     }
 
     /// Keeps one record of what is set, unless it is kept already.
-    pub(crate) async fn keep(&mut self, key: Key, setup: &Setup) -> Result<(), NotKept> {
-        let length = encode(key, setup, &mut self.record)?;
+    pub(crate) async fn keep(&mut self, key: Key, place: &impl Place) -> Result<(), NotKept> {
+        let length = encode(key, place, &mut self.record)?;
         if !self.is_void && self.write(key, length).await.is_ok() {
             return Ok(());
         }
@@ -156,7 +153,7 @@ impl<F: NorFlash> Store<F> {
         map.erase_all().await.map_err(|_| NotKept)?;
         (self.digests, self.is_void) = (Digests::default(), false);
         for key in Key::all() {
-            let length = encode(key, setup, &mut self.record)?;
+            let length = encode(key, place, &mut self.record)?;
             self.write(key, length).await?;
         }
         Ok(())
@@ -196,34 +193,66 @@ impl<F: NorFlash> Store<F> {
         digests == self.digests && self.is_sealed().await
     }
 
-    /// Reads a record; `earlier` reads one of an earlier version.
-    async fn read<T: DeserializeOwned>(
-        &mut self,
-        key: Key,
-        earlier: fn(u8, &[u8]) -> Option<T>,
-        found: &mut Found,
-    ) -> Option<T> {
-        let record = match self.map.as_mut()?.fetch_item::<&[u8]>(&mut self.buffer, &key.number()).await {
-            Ok(Some(record)) => record,
-            Ok(None) => return None,
+    /// The bytes of a record, if there is one.
+    async fn fetch(&mut self, key: Key, found: &mut Found) -> Option<&[u8]> {
+        match self.map.as_mut()?.fetch_item::<&[u8]>(&mut self.buffer, &key.number()).await {
+            Ok(Some(record)) => {
+                self.digests = self.digests.with(key, record);
+                self.is_current |= record.first() == Some(&VERSION);
+                Some(record)
+            }
+            Ok(None) => None,
             Err(_) => {
                 found.damaged += 1;
-                return None;
+                None
             }
-        };
-        self.digests = self.digests.with(key, record);
-        self.is_current |= record.first() == Some(&VERSION);
+        }
+    }
+}
+
+/// A record is of no known version, or its bytes are no value.
+struct Damaged;
+
+/// Takes a record to its place, if there is one.
+// One value at a time is on the stack, in the function that it is read in.
+#[inline(never)]
+fn take<P: Place>(key: Key, record: &[u8], place: Option<&mut P>) -> Result<bool, Damaged> {
+    #[inline(never)]
+    fn one<T: DeserializeOwned, P: Place>(
+        record: &[u8],
+        earlier: fn(u8, &[u8]) -> Option<T>,
+        place: Option<&mut P>,
+        put: impl FnOnce(&mut Setup, T),
+    ) -> Result<bool, Damaged> {
         let value = match record.split_first() {
             Some((&VERSION, rest)) => same(rest),
             Some((&version @ EARLIEST..VERSION, rest)) => earlier(version, rest),
             _ => None,
         };
-        if value.is_some() {
-            found.records += 1
-        } else {
-            found.damaged += 1
+        let value = value.ok_or(Damaged)?;
+        if let Some(place) = place {
+            place.change(|setup| put(setup, value));
         }
-        value
+        Ok(true)
+    }
+    fn at<T>(list: &mut [T], finger: u8, value: T) {
+        if let Some(place) = list.get_mut(usize::from(finger)) {
+            *place = value;
+        }
+    }
+    match key {
+        Key::Settings => {
+            one::<Settings, P>(record, earlier::settings, place, |setup, settings| setup.settings = settings)
+        }
+        Key::Finger(finger) => one::<Option<Finger>, P>(record, earlier::finger, place, |setup, design| {
+            at(&mut setup.fingers, finger, design);
+        }),
+        Key::Object(finger) => one::<Option<Object>, P>(record, earlier::object, place, |setup, object| {
+            at(&mut setup.objects, finger, object);
+        }),
+        Key::Uncertainty(finger) => one::<Option<Uncertainty>, P>(record, unchanged, place, |setup, uncertainty| {
+            at(&mut setup.uncertainties, finger, uncertainty);
+        }),
     }
 }
 
@@ -238,17 +267,22 @@ fn unchanged<T: DeserializeOwned>(_: u8, bytes: &[u8]) -> Option<T> {
 }
 
 /// Encodes one record; gives its length.
-fn encode(key: Key, setup: &Setup, record: &mut [u8]) -> Result<usize, NotKept> {
-    fn put<T: Serialize>(value: &T, into: &mut [u8]) -> Result<usize, NotKept> {
+fn encode(key: Key, place: &impl Place, record: &mut [u8]) -> Result<usize, NotKept> {
+    // A copy of the one value: encoding it takes longer than the place may be held.
+    #[inline(never)]
+    fn put<T: Serialize>(value: Option<&T>, into: &mut [u8]) -> Result<usize, NotKept> {
+        let value = value.ok_or(NotKept)?;
         postcard::to_slice(value, into).map(|used| used.len()).map_err(|_| NotKept)
     }
     let (version, rest) = record.split_first_mut().ok_or(NotKept)?;
     *version = VERSION;
     let length = match key {
-        Key::Settings => put(&setup.settings, rest)?,
-        Key::Finger(finger) => put(setup.fingers.get(usize::from(finger)).ok_or(NotKept)?, rest)?,
-        Key::Object(finger) => put(setup.objects.get(usize::from(finger)).ok_or(NotKept)?, rest)?,
-        Key::Uncertainty(finger) => put(setup.uncertainties.get(usize::from(finger)).ok_or(NotKept)?, rest)?,
+        Key::Settings => put(Some(&place.look(|setup| setup.settings)), rest)?,
+        Key::Finger(finger) => put(place.look(|setup| setup.fingers.get(usize::from(finger)).cloned()).as_ref(), rest)?,
+        Key::Object(finger) => put(place.look(|setup| setup.objects.get(usize::from(finger)).copied()).as_ref(), rest)?,
+        Key::Uncertainty(finger) => {
+            put(place.look(|setup| setup.uncertainties.get(usize::from(finger)).copied()).as_ref(), rest)?
+        }
     };
     Ok(1 + length)
 }

@@ -7,7 +7,7 @@ use core::pin::pin;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use heapless::Vec;
-use messages::{FINGERS, Outcome};
+use messages::{FINGERS, Outcome, Settings};
 
 use crate::Model;
 use crate::board::Board;
@@ -38,19 +38,27 @@ pub(crate) struct Core<'a, B> {
 }
 
 impl<'a, B: Board> Core<'a, B> {
-    /// As it was kept in flash.
-    pub(crate) fn new(shared: &'a Shared, models: impl Iterator<Item = &'a mut Model>) -> Self {
-        let hand = Hand::new::<B>(shared, models);
+    /// No finger yet.
+    pub(crate) fn new(shared: &'a Shared) -> Self {
         Self {
-            scheduler: Scheduler::new(hand.settings.rate_hz),
-            estimation: Estimation::new(hand.settings.support),
+            hand: Hand::new(shared),
+            scheduler: Scheduler::new(Settings::DEFAULT.rate_hz),
+            estimation: Estimation::new(Settings::DEFAULT.support),
             leadership: Leadership::new(),
             orders: Orders::NONE,
-            hand,
             unkept: Vec::new(),
             restart: false,
             board: PhantomData,
         }
+    }
+
+    /// Takes the fingers in, as they were kept in flash.
+    // In place, and what that takes is on the stack in here only.
+    #[inline(never)]
+    pub(crate) fn take_in(&mut self, models: impl Iterator<Item = &'a mut Model>) {
+        self.hand.take_in::<B>(models);
+        self.scheduler = Scheduler::new(self.hand.settings.rate_hz);
+        self.estimation = Estimation::new(self.hand.settings.support);
     }
 
     /// Waits for the next period and obeys one order.

@@ -1,5 +1,7 @@
 //! The answering task: what the host asks, and the answers.
 
+use core::future::poll_fn;
+
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer, with_deadline};
 use embedded_io_async::Read;
@@ -20,7 +22,7 @@ use super::wire::{Answers, Requests};
 use crate::alive::Task;
 use crate::board::{Board, Boot};
 use crate::provoke::provoke;
-use crate::setup::{Key, Setup};
+use crate::setup::Key;
 use crate::shared::{Command, Order, Shared};
 use crate::store::{self, Store};
 
@@ -42,9 +44,7 @@ async fn restore_and_answer<B: Board, R: Read>(shared: &'static Shared, port: R,
     if B::FLASH_STALLS {
         store.wait_for(&shared.quiet);
     }
-    let mut setup = shared.setup(Setup::clone);
-    let store::Found { records, damaged } = store.restore(&mut setup).await;
-    shared.set(|now| *now = setup);
+    let store::Found { records, damaged } = store.restore(&mut &*shared).await;
     shared.count(|counters| counters.flash_writes = store.writes());
     shared.tell(Event::Restored { records, damaged });
     shared.restored();
@@ -57,8 +57,7 @@ async fn restore_and_answer<B: Board, R: Read>(shared: &'static Shared, port: R,
 async fn keep<F: NorFlash>(shared: &Shared, mut store: Store<F>) -> ! {
     loop {
         let key = shared.keep.receive().await;
-        let setup = shared.setup(Setup::clone);
-        let is_kept = store.keep(key, &setup).await.is_ok();
+        let is_kept = store.keep(key, &shared).await.is_ok();
         shared.count(|counters| counters.flash_writes = store.writes());
         shared.kept(key, is_kept);
     }
@@ -78,7 +77,14 @@ async fn serve<B: Board, R: Read>(shared: &'static Shared, port: R, boot: Boot) 
     let mut ticket = 0;
     loop {
         let app = Gripper::new(
-            Context { shared, version: version.clone(), boot: boot.clone(), ticket, restart: B::restart },
+            Context {
+                shared,
+                version: version.clone(),
+                boot: boot.clone(),
+                ticket,
+                command: None,
+                restart: B::restart,
+            },
             NoTasks,
         );
         let key = app.min_key_len();
@@ -106,22 +112,34 @@ pub struct Context {
     version: Version,
     boot: BootReport,
     ticket: u32,
+    /// What the host wants done, until the control task has it. (Were it a part of the futures below, it would be on the stack once per
+    /// future and request.)
+    command: Option<Command>,
     restart: fn(&'static str) -> !,
 }
 
 impl Context {
-    /// Sends an order to the control task. What is refused as [`Refusal::Busy`] is never done.
-    async fn order(&mut self, command: Command) -> Outcome {
-        self.move_fingers(command).await.map(|_| ())
+    /// Takes what the host wants done.
+    #[inline(never)]
+    fn asked<T>(&mut self, what: T, command: fn(T) -> Command) -> &mut Self {
+        self.command = Some(command(what));
+        self
+    }
+
+    /// Sends it to the control task. What is refused as [`Refusal::Busy`] is never done.
+    async fn order(&mut self) -> Outcome {
+        self.move_fingers().await.map(|_| ())
     }
 
     /// The same of an order that each finger obeys by itself.
-    async fn move_fingers(&mut self, command: Command) -> Moved {
+    async fn move_fingers(&mut self) -> Moved {
         self.ticket = self.ticket.wrapping_add(1).max(1);
         let ticket = self.ticket;
         self.shared.offer(ticket);
         let offered = with_deadline(Instant::now() + PATIENCE, async {
-            self.shared.orders.send(Order { ticket, command }).await;
+            while !self.hand_over(ticket) {
+                poll_fn(|context| self.shared.orders.poll_ready_to_send(context)).await;
+            }
             self.outcome(ticket).await
         });
         if let Ok(outcome) = offered.await {
@@ -132,6 +150,17 @@ impl Context {
         }
         // It was taken up at the last moment: its outcome is as good as there.
         with_deadline(Instant::now() + PATIENCE, self.outcome(ticket)).await.unwrap_or(Err(Refusal::Busy))
+    }
+
+    /// Hands the order over, if there is room for it.
+    #[inline(never)]
+    fn hand_over(&mut self, ticket: u32) -> bool {
+        let room = !self.shared.orders.is_full();
+        if room && let Some(command) = self.command.take() {
+            // Nobody else sends orders.
+            let _ = self.shared.orders.try_send(Order { ticket, command });
+        }
+        room
     }
 
     async fn outcome(&self, ticket: u32) -> Moved {
@@ -147,8 +176,8 @@ impl Context {
 
 impl Context {
     /// Sends an order to the control task, and keeps what it has made of it: a design that was refused has cost the old one.
-    async fn order_and_keep(&mut self, command: Command, key: Key) -> Outcome {
-        let outcome = self.order(command).await;
+    async fn order_and_keep(&mut self, key: Key) -> Outcome {
+        let outcome = self.order().await;
         if matches!(outcome, Ok(()) | Err(Refusal::Finger(_))) {
             self.shared.kept.reset();
             let writing = async {
@@ -184,12 +213,12 @@ fn get_object(context: &mut Context, _: VarHeader, finger: u8) -> MaybeObject {
 
 /// Any number of times: nothing is written to flash.
 async fn place_object(context: &mut Context, _: VarHeader, object: ObjectFor) -> Outcome {
-    context.order(Command::Object(object)).await
+    context.asked(object, Command::Object).order().await
 }
 
 async fn set_object(context: &mut Context, _: VarHeader, object: ObjectFor) -> Outcome {
     let key = Key::Object(object.finger);
-    context.order_and_keep(Command::Object(object), key).await
+    context.asked(object, Command::Object).order_and_keep(key).await
 }
 
 fn get_finger(context: &mut Context, _: VarHeader, finger: u8) -> MaybeFinger {
@@ -198,7 +227,7 @@ fn get_finger(context: &mut Context, _: VarHeader, finger: u8) -> MaybeFinger {
 
 async fn set_finger(context: &mut Context, _: VarHeader, finger: FingerFor) -> Outcome {
     let key = Key::Finger(finger.finger);
-    context.order_and_keep(Command::Finger(finger), key).await
+    context.asked(finger, Command::Finger).order_and_keep(key).await
 }
 
 fn get_uncertainty(context: &mut Context, _: VarHeader, finger: u8) -> MaybeUncertainty {
@@ -207,7 +236,7 @@ fn get_uncertainty(context: &mut Context, _: VarHeader, finger: u8) -> MaybeUnce
 
 async fn set_uncertainty(context: &mut Context, _: VarHeader, uncertainty: UncertaintyFor) -> Outcome {
     let key = Key::Uncertainty(uncertainty.finger);
-    context.order_and_keep(Command::Uncertainty(uncertainty), key).await
+    context.asked(uncertainty, Command::Uncertainty).order_and_keep(key).await
 }
 
 fn get_servo(context: &mut Context, _: VarHeader, finger: u8) -> MaybeServo {
@@ -219,42 +248,42 @@ fn get_settings(context: &mut Context, _: VarHeader, (): ()) -> Settings {
 }
 
 async fn set_settings(context: &mut Context, _: VarHeader, settings: Settings) -> Outcome {
-    context.order_and_keep(Command::Settings(settings), Key::Settings).await
+    context.asked(settings, Command::Settings).order_and_keep(Key::Settings).await
 }
 
 async fn open(context: &mut Context, _: VarHeader, which: Which) -> Moved {
-    context.move_fingers(Command::Open(which)).await
+    context.asked(which, Command::Open).move_fingers().await
 }
 
 async fn close(context: &mut Context, _: VarHeader, to: CloseTo) -> Outcome {
-    context.order(Command::Close(to)).await
+    context.asked(to, Command::Close).order().await
 }
 
 async fn grip(context: &mut Context, _: VarHeader, to: GripTo) -> Outcome {
-    context.order(Command::Grip(to)).await
+    context.asked(to, Command::Grip).order().await
 }
 
 async fn carry(context: &mut Context, _: VarHeader, to: CarryTo) -> Outcome {
-    context.order(Command::Carry(to)).await
+    context.asked(to, Command::Carry).order().await
 }
 
 async fn hold(context: &mut Context, _: VarHeader, which: Which) -> Moved {
-    context.move_fingers(Command::Hold(which)).await
+    context.asked(which, Command::Hold).move_fingers().await
 }
 
 async fn relax(context: &mut Context, _: VarHeader, which: Which) -> Moved {
-    context.move_fingers(Command::Relax(which)).await
+    context.asked(which, Command::Relax).move_fingers().await
 }
 
 async fn provoke_it(context: &mut Context, _: VarHeader, what: Provocation) -> Outcome {
     match provoke(context.restart, what)? {
-        Some(command) => context.order(command).await,
+        Some(command) => context.asked(command, |command| command).order().await,
         None => Ok(()),
     }
 }
 
 async fn scan(context: &mut Context, _: VarHeader, (): ()) -> Outcome {
-    context.order(Command::Scan).await
+    context.asked((), |()| Command::Scan).order().await
 }
 
 fn get_counters(context: &mut Context, _: VarHeader, (): ()) -> Counters {
@@ -346,7 +375,7 @@ mod tests {
         let version =
             Version { protocol: 0, firmware: String::new(), fingers: 1, board: String::new(), cost_hz: 1_000_000 };
         let boot = BootReport { cause: ResetCause::PowerOn, last_words: None };
-        Context { shared, version, boot, ticket: 0, restart: |_| panic!("a restart") }
+        Context { shared, version, boot, ticket: 0, command: None, restart: |_| panic!("a restart") }
     }
 
     /// Refused as busy, an order is not done later, when the control task comes to it; one that was taken up has its outcome. (One
@@ -357,7 +386,7 @@ mod tests {
         let polled = &mut Polled::from_waker(Waker::noop());
         let mut context = context(&SHARED);
         {
-            let mut order = pin!(context.order(Command::Scan));
+            let mut order = pin!(context.asked((), |()| Command::Scan).order());
             assert_eq!(order.as_mut().poll(polled), Poll::Pending);
             MockDriver::get().advance(PATIENCE + Duration::from_millis(1));
             assert_eq!(order.as_mut().poll(polled), Poll::Ready(Err(Refusal::Busy)));
@@ -366,7 +395,7 @@ mod tests {
         assert!(!SHARED.claim(late), "it would be done after all");
 
         {
-            let mut order = pin!(context.order(Command::Scan));
+            let mut order = pin!(context.asked((), |()| Command::Scan).order());
             assert_eq!(order.as_mut().poll(polled), Poll::Pending);
             let ticket = SHARED.orders.try_receive().expect("another one").ticket;
             assert!(!SHARED.claim(late) && SHARED.claim(ticket));
@@ -378,7 +407,7 @@ mod tests {
             assert_eq!(order.as_mut().poll(polled), Poll::Ready(Err(Refusal::NoServo)));
         }
         // A write of whose end nobody hears does not hang the link.
-        let mut order = pin!(context.order_and_keep(Command::Scan, Key::Settings));
+        let mut order = pin!(context.asked((), |()| Command::Scan).order_and_keep(Key::Settings));
         assert_eq!(order.as_mut().poll(polled), Poll::Pending);
         let ticket = SHARED.orders.try_receive().expect("an order").ticket;
         assert!(SHARED.claim(ticket));

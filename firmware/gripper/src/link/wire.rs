@@ -1,6 +1,7 @@
 //! postcard-rpc's wires: answers go to the writing task's queue, requests come out of a stream of bytes.
 
 use core::fmt::Arguments;
+use core::future::poll_fn;
 
 use embedded_io_async::Read;
 use messages::frame::{self, Decoder, FrameError};
@@ -13,11 +14,14 @@ use serde::Serialize;
 use crate::shared::{Frame, Shared};
 
 /// Frames a message.
+// Two buffers of a frame's size: they are on the stack in here only, not once per kind of message in every task that sends some.
+#[inline(never)]
 pub(super) fn framed<T: Serialize + ?Sized>(header: &VarHeader, body: &T) -> Result<Frame, FrameError> {
     let mut message = [0; frame::MESSAGE];
     framed_raw(frame::message(header, body, &mut message)?)
 }
 
+#[inline(never)]
 fn framed_raw(message: &[u8]) -> Result<Frame, FrameError> {
     let mut frame = Frame::new();
     frame.resize_default(frame::FRAME).map_err(|_| FrameError::TooLong)?;
@@ -30,14 +34,39 @@ fn framed_raw(message: &[u8]) -> Result<Frame, FrameError> {
 #[derive(Clone, Copy)]
 pub struct Answers(pub(super) &'static Shared);
 
+/// What became of an answer.
+enum Queued {
+    Yes,
+    /// The queue is full.
+    NotYet,
+    /// It is too long for a frame.
+    Never,
+}
+
 impl Answers {
-    async fn queue(&self, frame: Result<Frame, FrameError>) -> Result<(), WireTxErrorKind> {
-        let Ok(frame) = frame else {
-            self.0.add(|counters| &mut counters.link_oversize);
-            return Err(WireTxErrorKind::Other);
-        };
-        self.0.answers.send(frame).await;
-        Ok(())
+    /// Queues the frame that `make` makes. It is made when there is room for it, and no future holds it.
+    async fn queue(&self, make: impl Fn() -> Result<Frame, FrameError>) -> Result<(), WireTxErrorKind> {
+        loop {
+            poll_fn(|context| self.0.answers.poll_ready_to_send(context)).await;
+            match self.offer(&make) {
+                Queued::Yes => return Ok(()),
+                Queued::NotYet => {}
+                Queued::Never => {
+                    self.0.add(|counters| &mut counters.link_oversize);
+                    return Err(WireTxErrorKind::Other);
+                }
+            }
+        }
+    }
+
+    // As [`framed`]: the frame stays out of the tasks' own.
+    #[inline(never)]
+    fn offer(&self, make: &impl Fn() -> Result<Frame, FrameError>) -> Queued {
+        match make().map(|frame| self.0.answers.try_send(frame)) {
+            Ok(Ok(())) => Queued::Yes,
+            Ok(Err(_)) => Queued::NotYet,
+            Err(_) => Queued::Never,
+        }
     }
 }
 
@@ -45,17 +74,17 @@ impl WireTx for Answers {
     type Error = WireTxErrorKind;
 
     async fn send<T: Serialize + ?Sized>(&self, header: VarHeader, message: &T) -> Result<(), WireTxErrorKind> {
-        self.queue(framed(&header, message)).await
+        self.queue(|| framed(&header, message)).await
     }
 
     async fn send_raw(&self, message: &[u8]) -> Result<(), WireTxErrorKind> {
-        self.queue(framed_raw(message)).await
+        self.queue(|| framed_raw(message)).await
     }
 
     async fn send_log_str(&self, kind: VarKeyKind, words: &str) -> Result<(), WireTxErrorKind> {
         let mut key = VarKey::Key8(LoggingTopic::TOPIC_KEY);
         key.shrink_to(kind);
-        self.queue(framed(&VarHeader { key, seq_no: VarSeq::Seq1(0) }, words)).await
+        self.queue(|| framed(&VarHeader { key, seq_no: VarSeq::Seq1(0) }, words)).await
     }
 
     async fn send_log_fmt<'a>(&self, kind: VarKeyKind, words: Arguments<'a>) -> Result<(), WireTxErrorKind> {
