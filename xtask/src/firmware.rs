@@ -107,7 +107,11 @@ fn print_sections(board: &Board, image: &[u8]) -> Result<()> {
     }
     let symbol = |name: &str| file.symbols().find(|symbol| symbol.name() == Ok(name)).map(|symbol| symbol.address());
     if let (Some(start), Some(end)) = (symbol("_stack_start"), symbol("_stack_end")) {
-        println!("{:<14} {:>8} bytes at {end:#010x}", "stack", start.saturating_sub(end));
+        let bytes = start.saturating_sub(end);
+        println!("{:<14} {bytes:>8} bytes at {end:#010x}", "stack");
+        if bytes != u64::from(board.stack) {
+            bail!("{} has {bytes} bytes of stack by its memory.x, {} by the list of boards", board.name, board.stack);
+        }
     }
     println!("flash {flash} of {} bytes, static RAM {ram} of {} bytes", board.flash_budget, board.ram_budget);
     within(board, flash, ram)

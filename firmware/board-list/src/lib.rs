@@ -27,6 +27,8 @@ pub struct Board {
     pub flash: [u32; 2],
     /// What an image may take of the flash, bytes: below what the chip has, so that it is noticed before the linker notices.
     pub flash_budget: u32,
+    /// The stack, bytes (`memory.x` has it, too).
+    pub stack: u32,
     /// The memory for variables, the stack not counted, bytes.
     pub ram: u32,
     /// What the variables may take of it, bytes.
@@ -70,6 +72,7 @@ pub const MPS2: Board = Board {
     wanted_hz: 500,
     flash: [0, 4096 * KB],
     flash_budget: 648 * KB,
+    stack: 512 * KB,
     ram: 3584 * KB,
     ram_budget: 512 * KB,
     is_small: false,
@@ -92,6 +95,7 @@ pub const OPENCR: Board = Board {
     wanted_hz: 500,
     flash: [0x0804_0000, 0x0810_0000],
     flash_budget: 688 * KB,
+    stack: 32 * KB,
     ram: 288 * KB - 256,
     ram_budget: 192 * KB,
     is_small: false,
@@ -116,6 +120,7 @@ pub const NUCLEO_H743ZI: Board = Board {
     wanted_hz: 1000,
     flash: [0x0800_0000, 0x0810_0000],
     flash_budget: 656 * KB,
+    stack: 32 * KB,
     ram: 512 * KB,
     ram_budget: 448 * KB,
     is_small: false,
@@ -137,8 +142,9 @@ pub const NUCLEO_G474RE: Board = Board {
     wanted_hz: 500,
     flash: [0x0800_0000, 0x0807_c000],
     flash_budget: 472 * KB,
-    ram: 112 * KB - 256 - 1536,
-    ram_budget: 110 * KB,
+    stack: 29 * KB,
+    ram: 99 * KB - 256 - 1536,
+    ram_budget: 97 * KB,
     is_small: true,
     near: None,
     has_double: false,
@@ -158,6 +164,7 @@ pub const NUCLEO_F429ZI: Board = Board {
     wanted_hz: 500,
     flash: [0x0800_0000, 0x0810_0000],
     flash_budget: 624 * KB,
+    stack: 64 * KB,
     ram: 190 * KB - 256,
     ram_budget: 160 * KB,
     is_small: false,

@@ -18,6 +18,7 @@
 mod error;
 mod heir;
 mod machine;
+mod memory;
 mod running;
 mod sockets;
 

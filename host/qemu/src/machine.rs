@@ -102,6 +102,7 @@ pub struct Machine {
     bus: Uart,
     link: Uart,
     plugin: Option<OsString>,
+    monitor: Option<PathBuf>,
     apart: Option<PathBuf>,
 }
 
@@ -115,6 +116,7 @@ impl Machine {
             bus: Uart::Unconnected,
             link: Uart::Unconnected,
             plugin: None,
+            monitor: None,
             apart: None,
         }
     }
@@ -152,6 +154,13 @@ impl Machine {
         self
     }
 
+    /// QEMU answers on a socket here, which it opens: for [`Running::memory`].
+    #[must_use]
+    pub fn monitored(mut self, socket: &Path) -> Self {
+        self.monitor = Some(socket.to_owned());
+        self
+    }
+
     /// QEMU opens both sockets; programs connect when they like.
     #[must_use]
     pub fn listening(self, sockets: &Sockets) -> Self {
@@ -184,6 +193,12 @@ impl Machine {
         if let Some(plugin) = &self.plugin {
             command.arg("-plugin").arg(plugin);
         }
+        if let Some(monitor) = &self.monitor {
+            let mut option = OsString::from("unix:");
+            option.push(monitor);
+            option.push(",server=on,wait=off");
+            command.arg("-qmp").arg(option);
+        }
         self.bus.add("bus", &mut command);
         self.link.add("link", &mut command);
         command.arg("-kernel").arg(&self.image).stdin(Stdio::null());
@@ -212,7 +227,7 @@ impl Machine {
         let qemu = command.spawn().map_err(QemuError::NoQemu)?;
         let learnt = heir.as_mut().map_or(Ok(()), |heir| heir.learn(&qemu));
         // From here on dropping ends QEMU.
-        let running = Running::new(qemu, words, heir);
+        let running = Running::new(qemu, words, heir, self.monitor.clone());
         learnt?;
         Ok(running)
     }

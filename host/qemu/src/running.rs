@@ -3,12 +3,14 @@
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::FileExt;
+use std::path::PathBuf;
 use std::process::{Child, ChildStdout, ExitStatus};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::error::QemuError;
 use crate::heir::Heir;
+use crate::memory;
 
 /// Time between two looks at whether something has happened.
 const GLANCE: Duration = Duration::from_millis(5);
@@ -25,11 +27,21 @@ pub struct Running {
     qemu: Child,
     words: File,
     heir: Option<Heir>,
+    monitor: Option<PathBuf>,
 }
 
 impl Running {
-    pub(crate) fn new(qemu: Child, words: File, heir: Option<Heir>) -> Self {
-        Self { qemu, words, heir }
+    pub(crate) fn new(qemu: Child, words: File, heir: Option<Heir>, monitor: Option<PathBuf>) -> Self {
+        Self { qemu, words, heir, monitor }
+    }
+
+    /// So many bytes of its memory from an address on, as they are at this moment.
+    ///
+    /// # Errors
+    /// It was not booted with [`crate::Machine::monitored`]; the monitor does not answer, or refuses.
+    pub fn memory(&self, first: u32, bytes: u32) -> io::Result<Vec<u8>> {
+        let monitor = self.monitor.as_ref().ok_or_else(|| io::Error::other("the board has no monitor"))?;
+        memory::read(monitor, first, bytes)
     }
 
     /// The program's output, if it was asked for as a pipe; once.
@@ -163,7 +175,7 @@ mod tests {
         let words = tempfile::tempfile().unwrap();
         let mut shell = Command::new("/bin/sh");
         shell.args(["-c", script]).stdin(Stdio::null()).stderr(words.try_clone().unwrap());
-        Running::new(shell.spawn().unwrap(), words, None)
+        Running::new(shell.spawn().unwrap(), words, None, None)
     }
 
     const SOON: Duration = Duration::from_millis(50);

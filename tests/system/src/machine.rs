@@ -24,6 +24,8 @@ use crate::shared_bus::{SharedBus, carry};
 /// An instruction takes 2^2 ns: what fits into a tick does not depend on how busy the PC is, and costs are counts of
 /// instructions. (Waiting, as for the servo, takes the PC's time.)
 const COUNTING: Pace = Pace::Counted { shift: 2 };
+/// Where the firmware's stack lies in QEMU: its end and its start.
+const STACK: [u32; 2] = [0x2000_0000, 0x2008_0000];
 /// How long QEMU may take to open its sockets.
 const BOOT: Duration = Duration::from_secs(20);
 /// How long an answer may take on a busy PC.
@@ -140,7 +142,8 @@ impl Machine {
         let sockets = Sockets::new().expect("a folder for the sockets");
         let log = File::create(sockets.folder().join("log")).expect("a file for the log");
         let image = cycles.map_or_else(firmware, |cycles| cycles.image().to_owned());
-        let machine = fre_qemu::Machine::new(&image).pace(pace).listening(&sockets);
+        let machine =
+            fre_qemu::Machine::new(&image).pace(pace).listening(&sockets).monitored(&sockets.folder().join("monitor"));
         let machine = cycles.map_or(machine.clone(), |cycles| cycles.on(machine));
         let mut board = machine.boot(log).unwrap_or_else(|error| panic!("{error}"));
         let connected = board.until("connection to the bus", BOOT, || connect(&mut hub, &sockets.bus()));
@@ -150,6 +153,13 @@ impl Machine {
         let servo = servos.first().expect("a servo").clone();
         let bus = hub.spawn().expect("a bus");
         Self { board, servo, servos, _bus: bus, sockets, _turn: turn }
+    }
+
+    /// Bytes of the stack that were ever written. (It lies at the bottom of the RAM, which is all zeros at first.)
+    pub fn stack_depth(&self) -> u32 {
+        let stack = self.board.memory(STACK[0], STACK[1] - STACK[0]).expect("the board's memory");
+        let untouched = stack.iter().take_while(|&&byte| byte == 0).count();
+        (stack.len() - untouched) as u32
     }
 
     /// Stops QEMU where it is: it answers nothing, and its sockets stay open.
