@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use fre_gripper::servo::{Config, Fault};
-use messages::{Finger, GripTo, Mount, Report, Settings, Which};
-use model_core::discretise::{Discretisation, Sampling};
+use messages::{GripTo, Mount, Report, Settings, Which};
+use model_core::discretise::Sampling;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 use system_tests::{Machine, OBJECT, Watch, finger};
@@ -30,9 +30,9 @@ fn no_estimate_makes_the_next_tick_late() {
     let link = machine.link();
     let mut watch = Watch::new(&link);
     link.set_settings(&Settings { rate_hz: RATE_HZ, shape_every: 0, ..Settings::of(MOUNT) }).expect("settings");
-    let Finger { design, how } = finger();
-    let how = Discretisation { sampling: Sampling::PerElement(5), ..how };
-    link.set_finger(0, &Finger { design, how }).expect("a finger");
+    let mut finger = finger();
+    finger.how.sampling = Sampling::PerElement(5);
+    link.set_finger(0, &finger).expect("a finger");
     link.set_object(0, OBJECT).expect("an object");
     watch.until_report("trustworthy estimate", PATIENCE, |report| report.estimate.age == 0);
 

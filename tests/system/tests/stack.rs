@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use fre_gripper::servo::{Config, Fault};
-use messages::{Event, Finger, GripTo, Mount, Settings, Which};
+use messages::{Event, GripTo, Mount, Settings, Which};
 use model_core::object::ObjectDesign;
 use system_tests::{Machine, OBJECT, Watch, finger};
 
@@ -23,9 +23,9 @@ fn every_board_has_stack_enough() {
     let mut watch = Watch::new(&link);
     let booted = machine.stack_depth();
     link.set_settings(&Settings { shape_every: 5, ..Settings::of(MOUNT) }).expect("settings");
-    let Finger { design, how } = finger();
+    let finger = finger();
     for _ in 0..3 {
-        link.set_finger(0, &Finger { design: design.clone(), how }).expect("a finger");
+        link.set_finger(0, &finger).expect("a finger");
         link.set_object(0, OBJECT).expect("an object");
         watch.until_report("trustworthy estimate", PATIENCE, |report| report.estimate.age == 0);
         let all = Which::All;
