@@ -13,7 +13,7 @@ mod tests;
 mod torn;
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
-use messages::{FINGERS, Finger, Object, Settings};
+use messages::{Finger, Object, Settings};
 use model_core::uncertainty::Uncertainty;
 use postcard_rpc::postcard;
 use sequential_storage::cache::{Cache, Uncached};

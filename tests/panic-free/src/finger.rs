@@ -65,6 +65,7 @@ impl Finger {
             alert: black_box(false),
             part: self.strain.part(),
             stop: self.strain.stops(),
+            relaxes: black_box(true),
         };
         let faults = black_box(Faults { reaction: Reaction::Hold, untrusted_s: 0.0, strain: Reaction::Hold });
         self.grip.feel(&touch, calibration.count(), black_box(0.0), limits, &faults);

@@ -19,7 +19,7 @@ const RATE_HZ: u16 = 500;
 /// An instruction takes 8 ns: at 216 MHz (OpenCR) 1.7 cycles, between the bounds of docs/real-time.md.
 const SHIFT: u8 = 3;
 /// Instructions in a period, and in a tick of the cost clock.
-const PERIOD: u32 = 1_000_000_000 / (RATE_HZ as u32) >> SHIFT;
+const PERIOD: u32 = (1_000_000_000 / RATE_HZ as u32) >> SHIFT;
 const PER_TICK: u32 = 40 >> SHIFT;
 /// Answers of the servo between two that are lost.
 const FAULT_EVERY: usize = 300;

@@ -62,11 +62,8 @@ impl Answers {
     // As [`framed`]: the frame stays out of the tasks' own.
     #[inline(never)]
     fn offer(&self, make: &impl Fn() -> Result<Frame, FrameError>) -> Queued {
-        match make().map(|frame| self.0.answers.try_send(frame)) {
-            Ok(Ok(())) => Queued::Yes,
-            Ok(Err(_)) => Queued::NotYet,
-            Err(_) => Queued::Never,
-        }
+        let Ok(frame) = make() else { return Queued::Never };
+        if self.0.answers.try_send(frame).is_ok() { Queued::Yes } else { Queued::NotYet }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use embassy_futures::block_on;
 use embedded_storage::nor_flash::{ErrorType, NorFlashErrorKind, check_erase, check_read, check_write};
-use messages::{Mount, Reaction};
+use messages::{FINGERS, Mount, Reaction};
 use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, LamellaKind, Lamellae, Material, MaterialLaw, PlaneStrain,
     Profile, Ribs,
