@@ -81,7 +81,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         Some(core::array::from_fn(|i| inverse * (above[i] - below[i])))
     }
 
-    /// Finds the velocity along the line that the neighbours stand at, and leaves its residuals in the workspace; `None` if there is too
+    /// Finds the velocity along the line that the neighbours are at, and leaves its residuals in the workspace; `None` if there is too
     /// little room.
     fn find_velocity(&mut self, neighbours: &mut Neighbours<T, S, O>, step: f64) -> Option<()> {
         self.complete_tangent();

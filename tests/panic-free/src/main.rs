@@ -48,6 +48,7 @@ fn set(fingers: &mut Fingers) {
         black_box(estimator.set_object(object).is_ok());
         let _ = black_box(estimator.set_settings(black_box(EstimatorSettings::DEFAULT), black_box(Settings::DEFAULT)));
         black_box(estimator.set_uncertainty(black_box(Uncertainty::DEFAULT)).is_ok());
+        black_box(estimator.set_prony(black_box(&[[0.1, 1.0], [0.1, 100.0]])).is_ok());
     }
 }
 
@@ -55,7 +56,7 @@ fn set(fingers: &mut Fingers) {
 fn tick(fingers: &mut Fingers) {
     for estimator in fingers {
         estimator.set_budget(black_box(3));
-        let estimate = estimator.update(black_box(0.0));
+        let estimate = estimator.update_after(black_box(0.0), black_box(0.002));
         #[cfg(feature = "can-panic")]
         black_box([0.0, 1.0][usize::from(black_box(estimate.iterations))]);
         black_box(estimate);
