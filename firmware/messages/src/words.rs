@@ -65,7 +65,7 @@ impl Display for Named {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(model) = *self;
         match name_of(model) {
-            Some(name) => write!(f, "{name} (model {model})"),
+            Some(name) => write!(f, "{name}, model {model}"),
             None => write!(f, "model {model}"),
         }
     }

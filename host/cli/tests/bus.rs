@@ -127,7 +127,7 @@ fn the_force_is_what_solve_says_at_the_angle_that_was_read() {
         let first = out.lines().find(|line| line.contains(" * ")).unwrap_or_default();
         snapbox::assert_data_eq!(
             first,
-            snapbox::str!["    0.000  * finger 0: the servo (model 1020, firmware 45) answers at 1000000 baud"]
+            snapbox::str!["    0.000  * finger 0: the servo (XM430-W350, model 1020, firmware 45) answers at 1000000 baud"]
         );
 
         let text = std::fs::read_to_string(csv).unwrap();
@@ -169,7 +169,7 @@ fn servos_are_found_and_one_that_falls_silent_is_told() {
         .spawn()
         .unwrap();
     let lost = Event::ServoLost { finger: 1, other_master: false }.to_string();
-    let answers = "finger 1: the servo (model 1020, firmware 45) answers";
+    let answers = "finger 1: the servo (XM430-W350, model 1020, firmware 45) answers";
     let came_back = |out: &str| out.split_once(&lost).is_some_and(|(_, after)| after.contains(answers));
     let mut out = String::new();
     let mut silenced = false;
@@ -187,8 +187,8 @@ fn servos_are_found_and_one_that_falls_silent_is_told() {
     snapbox::assert_data_eq!(
         answers.join("\n"),
         snapbox::str![[r#"
-    0.000  * finger 0: the servo (model 1020, firmware 45) answers at 1000000 baud
-    0.000  * finger 1: the servo (model 1020, firmware 45) answers at 1000000 baud
+    0.000  * finger 0: the servo (XM430-W350, model 1020, firmware 45) answers at 1000000 baud
+    0.000  * finger 1: the servo (XM430-W350, model 1020, firmware 45) answers at 1000000 baud
 "#]]
     );
     let (_, after) = out.split_once(&lost).unwrap_or_else(|| panic!("{lost}: {out}"));
