@@ -127,7 +127,9 @@ fn the_force_is_what_solve_says_at_the_angle_that_was_read() {
         let first = out.lines().find(|line| line.contains(" * ")).unwrap_or_default();
         snapbox::assert_data_eq!(
             first,
-            snapbox::str!["    0.000  * finger 0: the servo (XM430-W350, model 1020, firmware 45) answers at 1000000 baud"]
+            snapbox::str![
+                "    0.000  * finger 0: the servo (XM430-W350, model 1020, firmware 45) answers at 1000000 baud"
+            ]
         );
 
         let text = std::fs::read_to_string(csv).unwrap();
