@@ -8,7 +8,7 @@ mod row;
 mod sample;
 
 use crate::real::Real;
-pub(crate) use row::{ContactState, Direction, Row};
+pub(crate) use row::{ContactState, Direction, Row, cell_of, own_rows};
 pub use sample::Sample;
 pub(crate) use sample::sample_gap;
 

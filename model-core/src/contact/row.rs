@@ -29,7 +29,7 @@ impl Blank for ContactState {
 pub(crate) enum Direction {
     /// The object's normal: the multiplier pushes only, μ ≥ 0.
     Normal,
-    /// Its tangent, towards the finger's tip: the slip of the beam's surface, and the force of friction (see `newton::tangent`).
+    /// Its tangent, towards the finger's tip: the slip of the beam's surface, and the force of friction (see `newton::slip`).
     Tangent,
     /// Its tangent, for the turning of the contact force (see `newton::turning`): the multiplier has no bounds.
     Turning,
@@ -86,4 +86,17 @@ impl<T> Row<T> {
     pub fn only_pushes(&self) -> bool {
         self.direction == Direction::Normal
     }
+}
+
+/// Cell whose front span a row touches.
+#[inline]
+pub(crate) fn cell_of<T: Real>(row: &Row<T>) -> usize {
+    usize::from(row.place.cell)
+}
+
+/// The rows that touch a member, in order: none but for the front spans; `from` is where to begin to look.
+#[inline]
+pub(crate) fn own_rows<T: Real>(rows: &[Row<T>], index: usize, from: usize) -> core::ops::Range<usize> {
+    let above = rows.get(from..).unwrap_or(&[]);
+    from..from + above.iter().take_while(|row| cell_of(row) == index).count()
 }

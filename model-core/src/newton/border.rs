@@ -3,13 +3,12 @@
 use super::assembly::add_corrections;
 use super::condense::solve_interior;
 use super::condensed::{Corrections, Own};
+use super::evaluated::Evaluated;
 use super::factorisation::{Factorisation, begin_right};
-use super::gaps::{cell_of, own_rows};
 use super::residual::Residual;
 use super::slip;
-use super::workspace::Evaluated;
 use crate::access::Access;
-use crate::contact::{Direction, Row};
+use crate::contact::{Direction, Row, cell_of, own_rows};
 use crate::element::Node;
 use crate::linear::banded;
 use crate::linear::symmetric::product;

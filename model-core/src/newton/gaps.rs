@@ -38,19 +38,6 @@ pub(crate) struct Contacts<T: Real, S: Size> {
     pub turning: Option<u16>,
 }
 
-/// Cell whose front span a row touches.
-#[inline]
-pub(crate) fn cell_of<T: Real>(row: &Row<T>) -> usize {
-    usize::from(row.place.cell)
-}
-
-/// The rows that touch a member, in order: none but for the front spans; `from` is where to begin to look.
-#[inline]
-pub(crate) fn own_rows<T: Real>(rows: &[Row<T>], index: usize, from: usize) -> core::ops::Range<usize> {
-    let above = rows.get(from..).unwrap_or(&[]);
-    from..from + above.iter().take_while(|row| cell_of(row) == index).count()
-}
-
 /// A sweep under way: the rows made so far, and what is known of the places still to come.
 struct Gathering<'a, T: Real, S: Size> {
     state: &'a State<T, S>,

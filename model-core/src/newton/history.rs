@@ -73,7 +73,7 @@ impl<T: Real, S: Size> History<T, S> {
             self.slip.accept(model, state, kinematics, contacts.rows());
         }
         if self.memory.is_kept() {
-            self.memory.accept(model, state, kinematics, contacts);
+            self.memory.accept(model, state, kinematics.nodes.as_ref(), kinematics.members.as_ref(), contacts.rows());
         }
     }
 }

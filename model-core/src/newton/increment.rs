@@ -2,13 +2,13 @@
 
 use super::border::{Border, Right};
 use super::condense::solve_interior;
+use super::evaluated::Evaluated;
 use super::factorisation::Factorisation;
-use super::gaps::{Contacts, cell_of, turned_by};
+use super::gaps::{Contacts, turned_by};
 use super::slip;
 use super::solution::ContactSolution;
-use super::workspace::Evaluated;
 use crate::access::Access;
-use crate::contact::{ContactState, Direction};
+use crate::contact::{ContactState, Direction, cell_of};
 use crate::element::Node;
 use crate::linear::banded;
 use crate::model::Model;

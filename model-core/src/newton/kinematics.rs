@@ -1,9 +1,8 @@
 //! Kinematics: directions of the links, the forces through them, and what those do to them.
 
-use super::gaps::{cell_of, own_rows};
 use super::memory::Memory;
 use crate::access::Access;
-use crate::contact::{Row, Sample};
+use crate::contact::{Row, Sample, cell_of, own_rows};
 use crate::element::{Constants, Depth, Element, Link, NoPast, Node, Past, Pull, Quadratic, Strain, Tangents};
 use crate::model::{Model, turned, vec2_of};
 use crate::real::{Real, Vec2};

@@ -7,11 +7,10 @@
 //! so that a step is one of an elastic finger in a unit of force k times as large, under given initial stresses H/k. Nothing in the solver
 //! but the elements' forces knows of it.
 
-use super::gaps::{Contacts, own_rows};
-use super::kinematics::Kinematics;
 use crate::access::Access;
 use crate::bounds::{OutOfBounds, check};
-use crate::element::{Link, MOST_LAYERS, Past, Pull, Quadratic, Remembered};
+use crate::contact::{Row, own_rows};
+use crate::element::{Link, MOST_LAYERS, Node, Past, Pull, Quadratic, Remembered, Strain};
 use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
@@ -196,34 +195,35 @@ impl<T: Real, S: Size> Memory<T, S> {
         weights
     }
 
-    /// The state is accepted that kinematics and contacts show: its stresses become those of the past (70).
+    /// The state is accepted whose nodes, members and rows these are: its stresses become those of the past (70).
     pub fn accept(
         &mut self,
         model: &Model<T, S>,
         state: &State<T, S>,
-        kinematics: &Kinematics<T, S>,
-        contacts: &Contacts<T, S>,
+        nodes: &[Node<T>],
+        members: &[Strain<T>],
+        rows: &[Row<T>],
     ) {
         self.strain(true);
         let (width, weights, fading, mut from) = (self.width(), self.weights(), self.fading(), 0);
-        for (index, (member, out)) in model.members().iter().zip(kinematics.members.as_ref()).enumerate() {
-            let own = own_rows(contacts.rows(), index, from);
+        for (index, (member, out)) in model.members().iter().zip(members).enumerate() {
+            let own = own_rows(rows, index, from);
             from = own.end;
-            let nodes = member.nodes();
+            let run = member.nodes();
             let (Some(of), Some(angle), Some(on), Some(layers)) = (
                 model.constants(member),
-                state.angle.as_ref().get(nodes.clone()),
-                kinematics.nodes.as_ref().get(nodes.clone()),
-                self.layers.as_mut().get_mut(nodes.start * width..nodes.end * width),
+                state.angle.as_ref().get(run.clone()),
+                nodes.get(run.clone()),
+                self.layers.as_mut().get_mut(run.start * width..run.end * width),
             ) else {
                 continue;
             };
             if member.compliance != [T::ZERO; 2] {
                 // Stress along and across: what balances the force, the past taken off, in the step's unit.
-                let mut pull = Pull::new(contacts.rows().run(own), out.force);
+                let mut pull = Pull::new(rows.run(own), out.force);
                 let each = on.iter().zip(of.weight).zip(layers.chunks_exact_mut(width));
                 for (local, ((node, &weight), layers)) in each.enumerate().rev() {
-                    let force = pull.force(nodes.start + local, weight);
+                    let force = pull.force(run.start + local, weight);
                     let [x, y] = node.e;
                     let [along, across] = Remembered { layers: &*layers, width, weights }.forces(0);
                     fading.advance(layers, 1, -(force[0] * x + force[1] * y + along));

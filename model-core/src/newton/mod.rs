@@ -12,6 +12,7 @@ pub(crate) mod attempt;
 pub(crate) mod border;
 pub(crate) mod condense;
 pub(crate) mod condensed;
+mod evaluated;
 pub(crate) mod factorisation;
 pub(crate) mod gaps;
 pub(crate) mod history;
@@ -30,7 +31,7 @@ mod thin;
 mod turning;
 mod workspace;
 
-pub(crate) use workspace::Evaluated;
+pub(crate) use evaluated::Evaluated;
 pub use workspace::Workspace;
 
 /// Which second derivative the step uses.

@@ -9,11 +9,11 @@
 //! A tangent row is d + ε_t (τ − τ⁰) for a sample that sticks. Its force acts on the beam's surface, ½h beside the centreline: the
 //! beam is pulled by τ t and turned by ½h τ.
 
-use super::gaps::{Contacts, own_rows};
+use super::gaps::Contacts;
 use super::kinematics::Kinematics;
 use crate::access::Access;
 use crate::contact::coulomb::Law;
-use crate::contact::{ContactState, Direction, Row, Sample};
+use crate::contact::{ContactState, Direction, Row, Sample, own_rows};
 use crate::model::{Model, vec2_of};
 use crate::object::Displacement;
 use crate::real::{Real, Vec2};

@@ -1,12 +1,12 @@
 //! One step, stage by stage: residuals at a state, then the increments that are to take them away.
 
 use super::condense::Diagonal;
+use super::evaluated::Evaluated;
 use super::gaps::Sweep;
 use super::inertia::Inertia;
 use super::kinematics::SMALL;
 use super::residual::Largest;
 use super::settings::NewtonSettings;
-use super::workspace::Evaluated;
 use super::{Hessian, Workspace, slip};
 use crate::contact::coulomb::Turning;
 use crate::element::{Depth, Places, Residuals, Tangents};

@@ -4,8 +4,8 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use super::condense::Diagonal;
+use super::evaluated::Evaluated;
 use super::gaps::{Contacts, Sweep};
-use super::workspace::Evaluated;
 use super::{Hessian, Workspace, kinematics, slip};
 use crate::contact::{ContactState, Direction, Row, Sample};
 use crate::design::{Attachments, HingeFrom, HingeKind, LamellaKind, RibEnds, Ribs};

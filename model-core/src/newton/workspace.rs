@@ -28,22 +28,6 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) history: History<T, S>,
 }
 
-/// A model at an evaluated state: what the later stages begin with.
-pub(crate) struct Evaluated<'a, T: Real, S: Size> {
-    pub model: &'a Model<T, S>,
-    pub kinematics: &'a Kinematics<T, S>,
-    pub contacts: &'a Contacts<T, S>,
-}
-
-impl<T: Real, S: Size> Clone for Evaluated<'_, T, S> {
-    #[inline(always)]
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<T: Real, S: Size> Copy for Evaluated<'_, T, S> {}
-
 impl<T: Real, S: Size> Workspace<T, S> {
     /// Room before anything was fitted.
     pub const EMPTY: Self = Self {
