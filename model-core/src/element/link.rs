@@ -226,7 +226,8 @@ impl<T: Real> Walk<'_, T> {
         node.gradient = gradient;
         if D::TANGENT {
             let above = &self.above;
-            (node.coupling[0], node.bent[0]) = (above.coupling, above.slope);
+            node.set_next_coupling(above.coupling);
+            node.bent[0] = above.slope;
             if RIGID {
                 (node.lever, node.curvature) = (on.lever, on.curvature);
                 self.above.coupling = k;
@@ -293,7 +294,8 @@ fn walk<T: Real, D: Depth, P: Past<T>, const RIGID: bool>(
         top.strained = walk.end::<P, RIGID>(top.e, past.forces(links + 1));
         let (k, bend) = (spring.at(links)[0], theta - below);
         if D::TANGENT {
-            (top.coupling, top.bent) = ([zero; 2], [zero; 2]);
+            top.set_coupling([zero; 2]);
+            top.bent = [zero; 2];
         }
         if links == 0 && D::GRADIENT {
             // No link at all.
@@ -334,7 +336,8 @@ fn walk<T: Real, D: Depth, P: Past<T>, const RIGID: bool>(
     out.steepest = steepest;
     if D::TANGENT {
         (start.lever, start.curvature) = (above.lever, above.softer);
-        (start.coupling[0], start.bent[0]) = (above.coupling, above.slope);
+        start.set_next_coupling(above.coupling);
+        start.bent[0] = above.slope;
         let ([stretch, shear], [xx, xy]) = (member.compliance, walk.inertia.map(|sum| length * sum));
         let yy = length * T::of(links as f64) - xx;
         out.compliance = if RIGID {

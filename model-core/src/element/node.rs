@@ -16,8 +16,9 @@ pub(crate) struct Node<T> {
     /// Of the element or spring that begins at the node: t ∂(½q)/∂θ of its start, at a quadratic element's middle that of its
     /// end, mm; and the shortening η that the node carries (see [`super`]).
     pub bent: [T; 2],
-    /// Second derivatives towards the next node and the one after it, N·mm: the model's, or as the stretch has made them.
-    pub coupling: [T; 2],
+    /// One place for two things that are never needed together: [`Self::pull`] from the walk to the bending moments, [`Self::coupling`]
+    /// from there on.
+    either: [T; 2],
     /// Gradient of the Lagrangian, N·mm.
     pub gradient: T,
     /// Geometric softening, N·mm: what the force takes from the diagonal of K.
@@ -30,10 +31,40 @@ impl<T: Real> Blank for Node<T> {
         strained: [T::ZERO; 2],
         lever: [T::ZERO; 2],
         bent: [T::ZERO; 2],
-        coupling: [T::ZERO; 2],
+        either: [T::ZERO; 2],
         gradient: T::ZERO,
         curvature: T::ZERO,
     };
+}
+
+impl<T: Real> Node<T> {
+    /// Second derivatives towards the next node and the one after it, N·mm: the model's, or as the stretch has made them.
+    #[inline(always)]
+    pub fn coupling(&self) -> [T; 2] {
+        self.either
+    }
+
+    #[inline(always)]
+    pub(super) fn set_coupling(&mut self, coupling: [T; 2]) {
+        self.either = coupling;
+    }
+
+    /// Second derivative towards the next node where that is the only one: of a link.
+    #[inline(always)]
+    pub(super) fn set_next_coupling(&mut self, coupling: T) {
+        self.either[0] = coupling;
+    }
+
+    /// Forces f·e and f·e′ that a walk has left: those that soften a quadratic element whose middle the node is, N.
+    #[inline(always)]
+    pub(super) fn pull(&self) -> [T; 2] {
+        self.either
+    }
+
+    #[inline(always)]
+    pub(super) fn set_pull(&mut self, pull: [T; 2]) {
+        self.either = pull;
+    }
 }
 
 /// What a force does to a link or node of weight w and direction e that bending shortens by η.

@@ -135,7 +135,7 @@ fn walk<T: Real, P: Past<T>, const RIGID: bool>(
         node.gradient = if P::IS_ANY { strained.gradient + past.moment(index - first) } else { strained.gradient };
         node.curvature = strained.curvature;
         if !RIGID {
-            node.coupling = strained.pull;
+            node.set_pull(strained.pull);
             let (wx, wy) = (w * e[0], w * e[1]);
             inertia = [inertia[0] + wx * e[0], inertia[1] + wx * e[1], inertia[2] + wy * e[1]];
         }
@@ -151,12 +151,13 @@ fn moments<T: Real>(of: Constants<'_, T>, angle: &[T], list: &mut [Node<T>]) {
         return;
     };
     // A rigid link has no elements, and couples nothing.
-    start.coupling = [T::ZERO; 2];
+    start.set_coupling([T::ZERO; 2]);
     let (mut a, mut start) = (first, start);
     let elements = angles.as_chunks::<2>().0.iter().zip(of.coupling.as_chunks::<2>().0);
     for ((&[m, b], &[coupling, near]), [middle, end]) in elements.zip(list.as_chunks_mut::<2>().0) {
         let [k, far] = coupling;
-        (start.coupling, middle.coupling) = (coupling, near);
+        start.set_coupling(coupling);
+        middle.set_coupling(near);
         // Both halves of an element are alike.
         let (first, second, across) = (k * (m - a), k * (b - m), far * (b - a));
         start.gradient += first + across;
@@ -166,9 +167,9 @@ fn moments<T: Real>(of: Constants<'_, T>, angle: &[T], list: &mut [Node<T>]) {
     }
 }
 
-/// As [`moments`] for a member whose stiffness follows the stretch: its moments, its second derivatives (the off-diagonal ones
-/// take the place of the carriers' pulls f·e and f·e′ that the walk left in the nodes' coupling, the diagonal ones go to the
-/// curvature), and what the shortening adds to the levers.
+/// As [`moments`] for a member whose stiffness follows the stretch under the carriers' pulls f·e and f·e′: its moments, its second
+/// derivatives (the off-diagonal ones are the nodes' coupling, the diagonal ones go to the curvature), and what the shortening adds to
+/// the levers.
 fn stretched<T: Real>(of: Constants<'_, T>, angle: &[T], list: &mut [Node<T>]) {
     let (t, stiffness) = (of.member.stiffening, of.coupling);
     let shift = |node: &mut Node<T>, slope: T, e: [T; 2]| {
@@ -182,7 +183,7 @@ fn stretched<T: Real>(of: Constants<'_, T>, angle: &[T], list: &mut [Node<T>]) {
     let (mut a, mut start) = (first, start);
     let elements = angles.as_chunks::<2>().0.iter().zip(stiffness.as_chunks::<2>().0);
     for ((&[m, b], &[[k, far], _]), [middle, end]) in elements.zip(list.as_chunks_mut::<2>().0) {
-        let ([pull, across], e) = (middle.coupling, middle.e);
+        let ([pull, across], e) = (middle.pull(), middle.e);
         let (sa, sb) = (start.bent[0], middle.bent[0]);
         let softer = t * pull;
         let (near, far_now) = (k - softer * k, far - softer * far);
@@ -191,8 +192,8 @@ fn stretched<T: Real>(of: Constants<'_, T>, angle: &[T], list: &mut [Node<T>]) {
         middle.gradient += second - first;
         end.gradient -= second + ends;
         let sm = -(sa + sb);
-        start.coupling = [near - across * sa, far_now];
-        middle.coupling = [near - across * sb, T::ZERO];
+        start.set_coupling([near - across * sa, far_now]);
+        middle.set_coupling([near - across * sb, T::ZERO]);
         // K's diagonal: −(k + far) at both ends, −2k in the middle.
         let more = near + far_now - k - far;
         start.curvature += more;

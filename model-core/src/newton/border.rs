@@ -123,7 +123,7 @@ impl<T: Real, S: Size> Border<T, S> {
         // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
         let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
         let (start, end, before_end) = if kkt.curved {
-            let coupling = |node: usize| kinematics.nodes.as_ref().at(nodes.start + node).coupling;
+            let coupling = |node: usize| kinematics.nodes.as_ref().at(nodes.start + node).coupling();
             (coupling(0), coupling(interior), coupling(interior.saturating_sub(1)))
         } else {
             let coupling = |node: usize| model.coupling.as_ref().at(nodes.start + node);
@@ -439,7 +439,7 @@ fn condense<T: Real, S: Size>(
     let wide = member.kind == Kind::Quadratic;
     solve_interior((list, factors, solved), [T::ZERO; 2], T::ZERO, wide, |node, _| node.gradient);
     let coupling = |at: usize| match (kkt.curved, list.get(at)) {
-        (true, Some(node)) => node.coupling,
+        (true, Some(node)) => node.coupling(),
         _ => constant.at(at),
     };
     let ([_, inner @ .., _], [_, solved @ .., _]) = (list, &*solved) else { return None };

@@ -89,7 +89,7 @@ fn condense_band<T: Real, const WIDE: bool>(
     else {
         return (Condensed::BLANK, 0);
     };
-    let coupling = |i: usize, node: &Node<T>| if curved { node.coupling } else { constant.at(i) };
+    let coupling = |i: usize, node: &Node<T>| if curved { node.coupling() } else { constant.at(i) };
     let bound = pivot_bound::<T>();
     let zero = T::ZERO;
 
@@ -153,7 +153,7 @@ fn condense_band<T: Real, const WIDE: bool>(
             let (p, is_negative) = bounded(own(rest, node) - less, bound * rest);
             negative += usize::from(is_negative);
             let inverse = T::one() / p;
-            let near = if curved { node.coupling[0] } else { constant };
+            let near = if curved { node.coupling()[0] } else { constant };
             let l = near * inverse;
             (factor[0], factor[1]) = (inverse, l);
             sums.take(c, inverse);

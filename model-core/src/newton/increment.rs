@@ -119,7 +119,7 @@ impl<T: Real, S: Size> Increment<T, S> {
             carried = [carried[0] + term.sign * joints.at(x), carried[1] + term.sign * joints.at(x + 1)];
         }
         let from_start = if kkt.curved {
-            kinematics.nodes.as_ref().at(nodes.start).coupling
+            kinematics.nodes.as_ref().at(nodes.start).coupling()
         } else {
             model.coupling.as_ref().at(nodes.start)
         };
