@@ -28,7 +28,7 @@ pub fn forces(thicknesses: &[f64]) -> Result<Vec<f64>, Box<dyn Error>> {
             let mut design = ladder_80();
             design.front.thickness = Profile::constant(thickness);
             design.back.thickness = Profile::constant(thickness);
-            Ok(closed(&design)?.force_world()[0])
+            Ok(closed(&design)?.solution().force_world()[0])
         })
         .collect()
 }
@@ -37,15 +37,15 @@ pub fn forces(thicknesses: &[f64]) -> Result<Vec<f64>, Box<dyn Error>> {
 pub fn derivative() -> Result<[f64; 3], Box<dyn Error>> {
     let design = ladder_80();
     let mut follower = closed(&design)?;
-    let force = follower.force_world()[0];
+    let force = follower.solution().force_world()[0];
     let sensitivity = follower.sensitivity().ok_or("no room for the derivative's rows")?;
-    let angle = follower.coordinate();
+    let angle = follower.solution().coordinate();
     let mut moved = |by: f64| {
         let cylinder = ObjectDesign::Circle { centre: [41.0 + by, 45.0], radius: 40.0 };
         follower.set_object(cylinder, Motion::Rotating { axis: design.motor_axis });
         follower.start(0.0);
         follower.follow(angle);
-        follower.force_world()[0]
+        follower.solution().force_world()[0]
     };
     let h = 1e-4;
     Ok([force, sensitivity.centre[0].force[0], (moved(h) - moved(-h)) / (2.0 * h)])

@@ -23,10 +23,10 @@ pub fn force() -> Result<[f64; 2], Box<dyn Error>> {
     if !outcome.status.is_trustworthy() {
         return Err(outcome.status.word().into());
     }
-    for contact in follower.contacts() {
+    for contact in follower.solution().contacts() {
         println!("{:6.3} N at {:5.2} mm along the front beam", contact.force, contact.arc);
     }
-    Ok(follower.force_world())
+    Ok(follower.solution().force_world())
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -41,7 +41,7 @@ pub fn forces() -> Result<[f64; 2], Box<dyn Error>> {
         return Err(outcome.status.word().into());
     }
     let mut forces = [0.0; 2];
-    for contact in follower.contacts() {
+    for contact in follower.solution().contacts() {
         forces[usize::from(contact.arc > 40.0)] += contact.force;
     }
     Ok(forces)

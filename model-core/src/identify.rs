@@ -276,7 +276,7 @@ fn go<T: Real, S: Size>(
         if !follower.follow(coordinate).status.is_trustworthy() {
             return None;
         }
-        if follower.touching() > 0 {
+        if follower.solution().touching() > 0 {
             touching += 1;
             // Where there is no room for derivatives, those of the equilibrium before are near.
             if let Some(slopes) = follower.sensitivity() {
@@ -291,7 +291,7 @@ fn go<T: Real, S: Size>(
             last = (0.0, 0.0);
         }
         let (derivative, stiffness) = last;
-        let rest = measurement.torque - ratio * follower.motor_torque().to_f64();
+        let rest = measurement.torque - ratio * follower.solution().motor_torque().to_f64();
         let lateral = stiffness * noise.angle;
         let weight = 1.0 / (noise.torque * noise.torque + lateral * lateral);
         logarithms += libm::log(weight * noise.torque * noise.torque);
@@ -345,7 +345,7 @@ mod tests {
         let angles = (-3..=57).map(|step| f64::from(step) * 2.0 * COUNT);
         let measured = |angle| {
             assert!(follower.follow(angle).status.is_trustworthy());
-            Measurement { angle, torque: follower.motor_torque() }
+            Measurement { angle, torque: follower.solution().motor_torque() }
         };
         angles.map(measured).collect()
     }
@@ -413,7 +413,7 @@ mod tests {
         let measure = |step: i32| {
             let angle = f64::from(step) * 2.0 * COUNT;
             assert!(follower.follow(20.0 * angle).status.is_trustworthy());
-            Measurement { angle, torque: 20.0 * follower.motor_torque() }
+            Measurement { angle, torque: 20.0 * follower.solution().motor_torque() }
         };
         let measurements: Vec<_> = (0..=130).map(measure).collect();
         let known = circle(40.0, 0.0);

@@ -65,16 +65,18 @@
 //!
 //! Each uses those above it in this list only:
 //!
-//! 1. [`real`], [`size`], [`bounds`], [`status`]: scalars, capacities, ranges of settings, how a solve can end; and dense and banded linear algebra, which knows no finger.
+//! 1. [`real`], `access`, [`size`], [`bounds`], [`status`]: scalars, access that cannot panic, capacities, ranges of settings, how a solve can
+//!    end; and `linear`: dense and banded algebra, which knows no finger.
 //! 2. [`design`]: what a person describes, validated.
 //! 3. [`object`], [`units`]: shapes to grasp and their motion; the finger's own units.
 //! 4. [`contact`]: samples, rows of the contact border and the law that decides on them.
 //! 5. `topology`: members, joints and closures as data. `element`: what a force does to a member, in two implementations.
-//! 6. [`model`]: all that does not change while a motion is followed. `state`: what does.
+//! 6. [`model`]: all that does not change while a motion is followed. `places`: where gaps are checked. `state`: what does change.
 //! 7. [`discretise`]: from the design to the model.
 //! 8. [`newton`]: one step, stage by stage.
-//! 9. [`equilibrium`]: continuation, stability, folds; what can be read off.
-//! 10. [`sensitivity`], [`uncertainty`], [`fading`], [`drive`], [`estimator`], [`grasp`], [`identify`]: users of the follower.
+//! 9. [`solution`]: what can be read off an equilibrium.
+//! 10. [`equilibrium`]: continuation, stability, folds.
+//! 11. [`sensitivity`], [`uncertainty`], [`fading`], [`drive`], [`estimator`], [`grasp`], [`identify`]: users of the follower.
 //!
 //! Between [`discretise`] and what is read off an equilibrium the solver computes in the finger's own [`units`]. Outside, units are mm, N,
 //! N·mm, rad, MPa; frames and signs are defined in [`derivation`].
@@ -112,6 +114,7 @@ pub mod random_designs;
 pub mod real;
 pub mod sensitivity;
 pub mod size;
+pub mod solution;
 mod state;
 pub mod status;
 mod topology;

@@ -341,9 +341,9 @@ fn a_translated_base_does_the_work() {
     for at in [3.0, 5.05, 7.1] {
         let mut energy = |to: f64| {
             assert_eq!(follower.follow(to).status, Status::Converged);
-            let [x, y] = follower.force_world();
-            let arcs: Vec<u64> = follower.contacts().map(|contact| contact.arc.to_bits()).collect();
-            (follower.potential(), direction[0] * x + direction[1] * y, arcs)
+            let [x, y] = follower.solution().force_world();
+            let arcs: Vec<u64> = follower.solution().contacts().map(|contact| contact.arc.to_bits()).collect();
+            (follower.solution().potential(), direction[0] * x + direction[1] * y, arcs)
         };
         let h = 0.002;
         let all = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| energy(at + k * h));
@@ -368,7 +368,7 @@ fn effective_hinges_and_bar_span_the_width() {
     let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
     follower.configure(&design, &Discretisation::reduced(Physics::Extended)).expect("a valid design");
     let (root_beam, root_bar) = (0.33 * 0.8, 0.32 * 0.8);
-    for (k, [front, back]) in follower.lamellae().enumerate() {
+    for (k, [front, back]) in follower.solution().lamellae().enumerate() {
         let y = 9.0 * (k + 1) as f64;
         let width = 28.0 * (1.0 - y / 80.0);
         // Half the beams' thickness of 2 mm over the sine of the angle to the horizontal lamella.

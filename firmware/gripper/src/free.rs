@@ -124,7 +124,7 @@ impl Free {
                 return false;
             }
             count += 1;
-            touching += u32::from(unit.model.follower().touching() > 0);
+            touching += u32::from(unit.model.follower().solution().touching() > 0);
             each = each.min(unit.budget.iterations(share));
         }
         if touching < 2 {

@@ -11,24 +11,25 @@ impl Shape {
     /// What the model shows that has made this report. The contacts' forces are those of the elastic finger, scaled to what is reported of a
     /// material with memory.
     pub fn of<T: Real, S: Size>(follower: &Follower<T, S>, report: &Report) -> Self {
+        let solution = follower.solution();
         let single = |point: [T; 2]| point.map(|x| x.to_f64() as f32);
-        let part = faded(single(follower.force_world()), report);
+        let part = faded(single(solution.force_world()), report);
         let contact = |contact: model_core::contact::Contact<T>| Contact {
             position: single(contact.position),
             force: single(contact.on_object()).map(|force| part * force),
         };
-        let (shift, turn) = follower.base();
+        let (shift, turn) = solution.base();
         Self {
             sequence: report.sequence,
             finger: report.finger,
             status: report.estimate.status,
             motor_angle: turn.to_f64() as f32,
             shift: single(shift),
-            front: thinned(follower.front().count(), follower.front().map(single)),
-            back: thinned(follower.back().count(), follower.back().map(single)),
-            lamella_front: first(follower.lamellae().map(|[front, _]| single(front))),
-            lamella_back: first(follower.lamellae().map(|[_, back]| single(back))),
-            contacts: first(follower.contacts().map(contact)),
+            front: thinned(solution.front().count(), solution.front().map(single)),
+            back: thinned(solution.back().count(), solution.back().map(single)),
+            lamella_front: first(solution.lamellae().map(|[front, _]| single(front))),
+            lamella_back: first(solution.lamellae().map(|[_, back]| single(back))),
+            contacts: first(solution.contacts().map(contact)),
         }
     }
 }

@@ -261,12 +261,12 @@ fn shape_of(estimator: &Estimator<f32, Reduced>, sequence: u32) -> messages::Sha
         finger: 0,
         status: Status::Converged,
         shift: [0.0; 2],
-        motor_angle: follower.coordinate() as f32,
-        front: follower.front().collect(),
-        back: follower.back().collect(),
-        lamella_front: follower.lamellae().map(|bar| bar[0]).collect(),
-        lamella_back: follower.lamellae().map(|bar| bar[1]).collect(),
-        contacts: follower.contacts().map(contact).collect(),
+        motor_angle: follower.solution().coordinate() as f32,
+        front: follower.solution().front().collect(),
+        back: follower.solution().back().collect(),
+        lamella_front: follower.solution().lamellae().map(|bar| bar[0]).collect(),
+        lamella_back: follower.solution().lamellae().map(|bar| bar[1]).collect(),
+        contacts: follower.solution().contacts().map(contact).collect(),
     }
 }
 

@@ -71,6 +71,7 @@ pub struct Shape {
 impl Shape {
     /// What a follower is at.
     pub fn of<T: Real, S: Size>(follower: &Follower<T, S>) -> Self {
+        let solution = follower.solution();
         let point = |p: [T; 2]| p.map(T::to_f64);
         let contact = |c: model_core::contact::Contact<T>| Contact {
             arc: c.arc.to_f64(),
@@ -81,11 +82,11 @@ impl Shape {
             state: c.slip.map(Slip::from),
         };
         Self {
-            front: follower.front().map(point).collect(),
-            back: follower.back().map(point).collect(),
-            lamellae: follower.lamellae().map(|bar| bar.map(point)).collect(),
-            ribs: follower.ribs().map(|rib| rib.map(point).collect()).collect(),
-            contacts: follower.contacts().map(contact).collect(),
+            front: solution.front().map(point).collect(),
+            back: solution.back().map(point).collect(),
+            lamellae: solution.lamellae().map(|bar| bar.map(point)).collect(),
+            ribs: solution.ribs().map(|rib| rib.map(point).collect()).collect(),
+            contacts: solution.contacts().map(contact).collect(),
         }
     }
 

@@ -40,10 +40,10 @@ fn the_table_is_the_model() {
             let there = load.at(angle, &mut on);
             // On the nodes nothing is lost; between them the contact's kinks are cut off.
             let allowed = if step % 2 == 0 { 1e-6 } else { 0.04 };
-            for (table, model) in there.force.iter().zip(follower.force_world()) {
+            for (table, model) in there.force.iter().zip(follower.solution().force_world()) {
                 assert!((table - model).abs() < allowed, "{scheme:?} at {count}: {table} {model}");
             }
-            assert!((there.torque - follower.motor_torque()).abs() < 100.0 * allowed);
+            assert!((there.torque - follower.solution().motor_torque()).abs() < 100.0 * allowed);
         }
     }
 }
@@ -68,10 +68,10 @@ fn a_jaw_moves_along_its_line() {
             let [distance, slope] = drive.coordinate(angle).unwrap();
             assert!(follower.follow(distance).status.is_trustworthy(), "{drive:?} at {count}");
             let there = load.at(angle, &mut on);
-            for (table, model) in there.force.iter().zip(follower.force_world()) {
+            for (table, model) in there.force.iter().zip(follower.solution().force_world()) {
                 assert!((table - model).abs() < 1e-6, "{drive:?} at {count}: {table} {model}");
             }
-            let torque = follower.force_world()[0] * slope;
+            let torque = follower.solution().force_world()[0] * slope;
             assert!((there.torque - torque).abs() < 1e-3, "{drive:?} at {count}: {} {torque}", there.torque);
             most = most.max(torque);
         }

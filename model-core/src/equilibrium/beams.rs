@@ -27,12 +27,12 @@ fn closed(design: &Design, how: &Discretisation) -> Solver {
     follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
     assert!(follower.start(0.0));
     let outcome = follower.follow(5_f64.to_radians());
-    assert!(outcome.status.is_trustworthy() && follower.touching() > 0, "{outcome:?}");
+    assert!(outcome.status.is_trustworthy() && follower.solution().touching() > 0, "{outcome:?}");
     follower
 }
 
 fn off(a: &Solver, b: &Solver) -> f64 {
-    let ([x, y], [u, v]) = (a.force_finger(), b.force_finger());
+    let ([x, y], [u, v]) = (a.solution().force_finger(), b.solution().force_finger());
     (x - u).hypot(y - v) / u.hypot(v)
 }
 
@@ -151,7 +151,8 @@ fn a_clamp_is_a_base_that_is_moved() {
             let error = off(&a, &b);
             assert!(error < 1e-8, "{physics:?}, ribs {is_rib}: {error:e}");
             // Arcs go on being counted from the beam's own start.
-            let arcs = a.contacts().zip(b.contacts()).map(|(a, b)| (a.arc - b.arc - clamps[0]).abs());
+            let arcs =
+                a.solution().contacts().zip(b.solution().contacts()).map(|(a, b)| (a.arc - b.arc - clamps[0]).abs());
             assert!(arcs.fold(0.0, f64::max) < 1e-6);
         }
     }
@@ -210,17 +211,17 @@ fn a_held_beam_is_one_that_does_not_bend() {
                 force = [force[0] + f[0], force[1] + f[1]];
                 moment += at[0] * f[1] - at[1] * f[0];
             };
-            for contact in found.contacts() {
+            for contact in found.solution().contacts() {
                 add(contact.position, contact.normal.map(|n| n * contact.force));
             }
-            let [front, back] = found.base_reactions();
+            let [front, back] = found.solution().base_reactions();
             add(held.front.base, front.0);
             add(held.back.point(held.back.clamp), back.0);
             let moment = moment + front.1 + back.1;
             assert!(force[0].hypot(force[1]) < 1e-8 && moment.abs() < 1e-6, "{name}: {force:?} N, {moment} N·mm");
-            assert_eq!(found.lamellae().count(), 7);
+            assert_eq!(found.solution().lamellae().count(), 7);
             // A lamella's ends are where they are built, but for what the held beam's neck bends.
-            let [at, _] = found.lamellae().next().map(|bar| bar.map(|end| end)).expect("lamellae");
+            let [at, _] = found.solution().lamellae().next().map(|bar| bar.map(|end| end)).expect("lamellae");
             assert!((at[0] - (-2.5)).abs() < 3.0 && (at[1] - 9.0).abs() < 1.0, "{name}: {at:?}");
         }
     }
@@ -241,8 +242,8 @@ fn a_held_rib_leads_from_front_to_back() {
             },
         };
         let found = closed(&design, &how);
-        let lines: Vec<Vec<[f64; 2]>> = found.ribs().map(Iterator::collect).collect();
-        let bars: Vec<[[f64; 2]; 2]> = found.lamellae().collect();
+        let lines: Vec<Vec<[f64; 2]>> = found.solution().ribs().map(Iterator::collect).collect();
+        let bars: Vec<[[f64; 2]; 2]> = found.solution().lamellae().collect();
         assert_eq!((lines.len(), bars.len()), (7, 7));
         for (k, (line, [from, to])) in lines.iter().zip(&bars).enumerate() {
             let gap = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);

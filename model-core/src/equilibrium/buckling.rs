@@ -26,7 +26,7 @@ pub struct Buckling {
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The rib that is nearest to buckling between clamped ends, if one carries a share of that load or more. The next step factorises anew.
     pub fn buckling(&mut self, share: f64) -> Option<Buckling> {
-        if !self.has_equilibrium() || self.ribs().next().is_none() {
+        if !self.has_equilibrium() || self.solution().ribs().next().is_none() {
             return None;
         }
         self.show_accepted();

@@ -3,7 +3,7 @@
 use super::passing::Barred;
 use super::{FOLLOW_ITERATIONS, Follower, Outcome, Phase};
 use crate::object::{Motion, Object};
-use crate::real::{Real, Vec2, vec2};
+use crate::real::{Real, vec2};
 use crate::size::Size;
 use crate::status::Status;
 
@@ -127,18 +127,5 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     fn begin_path(&mut self, at: T) {
         self.timeline.stand(at);
         self.allow_steps();
-    }
-
-    /// Force (N, world frame) on the object and its moment (N·mm, counter-clockwise) about a point (mm, world frame).
-    pub fn wrench(&self, about: [T; 2]) -> [T; 3] {
-        let pivot = self.displacement().point(Vec2::new(about[0], about[1]));
-        let mut moment = T::ZERO;
-        for contact in self.contacts() {
-            let arm = [contact.position[0] - pivot.x, contact.position[1] - pivot.y];
-            moment -= contact.force * (arm[0] * contact.normal[1] - arm[1] * contact.normal[0]);
-            moment += contact.tangential * (arm[0] * contact.normal[0] + arm[1] * contact.normal[1]);
-        }
-        let [x, y] = self.force_world();
-        [x, y, moment]
     }
 }

@@ -54,7 +54,7 @@ fn to<T: Real>(follower: &mut Solver<T>, degrees: f64, seconds: f64) {
 }
 
 fn size<T: Real>(follower: &Solver<T>) -> f64 {
-    let [x, y] = follower.force_world().map(Real::to_f64);
+    let [x, y] = follower.solution().force_world().map(Real::to_f64);
     x.hypot(y)
 }
 
@@ -170,7 +170,7 @@ fn a_beam_creeps_as_a_standard_linear_solid() {
                 }
                 follower.set_dead_load(usize::MAX, [*sign * by * load, 0.0]);
                 to(follower, away, seconds);
-                follower.tip()[0]
+                follower.solution().tip()[0]
             });
             above - below
         };
@@ -200,7 +200,7 @@ fn coarse_steps_agree_with_fine_ones() {
             let mut follower = start::<f64>(&how(Scheme::Simpson, Softness::Local), &TERMS, 0.0);
             let mut forces = std::vec::Vec::new();
             for half in (1..=16).chain((8..16).rev()) {
-                let from = follower.coordinate().to_degrees();
+                let from = follower.solution().coordinate().to_degrees();
                 let to_degrees = 0.5 * f64::from(half);
                 for part in 1..=parts {
                     let at = from + (to_degrees - from) * f64::from(part) / f64::from(parts);
@@ -247,7 +247,7 @@ fn derivatives_agree_with_sudden_differences() {
         to(&mut other, 6.0, 3.0);
         to(&mut other, 6.0, 10.0);
         to(&mut other, 6.0 + sign * step, 0.0);
-        other.force_world()
+        other.solution().force_world()
     };
     let (above, below) = (beside(1.0), beside(-1.0));
     for i in 0..2 {

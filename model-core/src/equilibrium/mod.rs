@@ -23,12 +23,12 @@ mod hop;
 #[cfg(test)]
 mod memory;
 mod neighbour;
+mod parts;
 mod passing;
 mod peek;
 mod phase;
 #[cfg(test)]
 mod ribs;
-mod rungs;
 mod settings;
 #[cfg(test)]
 mod slip_capstan;
@@ -36,9 +36,7 @@ mod slip_capstan;
 mod slip_elastica;
 #[cfg(test)]
 mod slip_stability;
-mod solution;
 mod spin;
-mod strains;
 mod target;
 #[cfg(test)]
 mod tests;
@@ -68,12 +66,11 @@ use crate::state::State;
 use crate::status::Status;
 pub(crate) use carry::Mark;
 use hop::Fall;
+pub(crate) use parts::Parts;
 use passing::Barred;
-pub(crate) use peek::{Aside, Reading};
+pub(crate) use peek::Aside;
 use phase::Phase;
-pub(crate) use solution::Parts;
 use spin::Spin;
-pub use strains::{Place, Strain};
 use timeline::Timeline;
 
 /// What a call of [`Follower::follow`] did.

@@ -8,18 +8,8 @@ use crate::newton::settings::NewtonSettings;
 use crate::object::{Displacement, Object};
 use crate::real::{Real, Vec2};
 use crate::size::Size;
+use crate::solution::Reading;
 use crate::status::Status;
-
-/// What is read off a place, N and N·mm.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Reading<T> {
-    /// Force on the object, world frame.
-    pub force: [T; 2],
-    /// Sum of the normal forces.
-    pub normal: T,
-    /// Torque that the contact demands of the motor; of a translated base the force against its motion.
-    pub torque: T,
-}
 
 /// Where to look, from the accepted equilibrium.
 #[derive(Clone, Copy)]
@@ -38,9 +28,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(crate) fn peek(&mut self, aside: Aside<T>, iterations: u32) -> Option<Reading<T>> {
         let status = self.look(aside, iterations)?;
         let found = (status == Status::Converged || iterations == 1).then(|| {
-            let mut reading = self.reading();
+            let mut reading = self.solution().reading();
             let at = self.timeline.at() + aside.along;
-            let [x, y] = self.force_finger();
+            let [x, y] = self.solution().force_finger();
             let world = self.motion.world_to_finger(at).vector_back(Vec2::new(x, y));
             reading.force = [world.x, world.y];
             reading
@@ -54,7 +44,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// with it within so many iterations.
     pub(crate) fn suppose(&mut self, way: SlipWay, iterations: u32) -> bool {
         let aside = Aside { along: T::ZERO, shift: [T::ZERO; 2], forced: Some(way) };
-        let found = self.look(aside, iterations) == Some(Status::Converged) && self.touching() > 0;
+        let found = self.look(aside, iterations) == Some(Status::Converged) && self.solution().touching() > 0;
         self.work.history.slip.forced = ContactState::Open;
         if found {
             let at = self.timeline.at();
@@ -67,19 +57,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         found
     }
 
-    /// The forces of the state that the workspace shows.
-    pub(crate) fn reading(&self) -> Reading<T> {
-        let normal = self.contacts().fold(T::ZERO, |sum, contact| sum + contact.force);
-        Reading { force: self.force_world(), normal, torque: self.motor_torque() }
-    }
-
     /// Everything that touches slips this way.
     pub(crate) fn slips(&self, way: SlipWay) -> bool {
         let slip = match way {
             SlipWay::Closing => SlipState::Up,
             SlipWay::Opening => SlipState::Down,
         };
-        self.touching() > 0 && self.contacts().all(|contact| contact.slip == Some(slip))
+        let solution = self.solution();
+        solution.touching() > 0 && solution.contacts().all(|contact| contact.slip == Some(slip))
     }
 
     /// Newton's method at a place, from the accepted state; the workspace shows what it ends at.

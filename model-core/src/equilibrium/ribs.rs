@@ -42,7 +42,7 @@ fn start(design: &Design, how: &Discretisation, height: f64) -> Box<Follower<f64
 }
 
 fn force(follower: &Follower<f64, Fine>) -> f64 {
-    let [x, y] = follower.force_finger();
+    let [x, y] = follower.solution().force_finger();
     x.hypot(y)
 }
 
@@ -158,7 +158,7 @@ fn the_torque_is_the_energys_derivative() {
                 let mut at = |angle: f64| {
                     let outcome = follower.follow(angle);
                     assert!(outcome.status.is_trustworthy(), "{name} {scheme:?} {degrees}°: {outcome:?}");
-                    (follower.potential(), follower.motor_torque())
+                    (follower.solution().potential(), follower.solution().motor_torque())
                 };
                 let angle = degrees.to_radians();
                 let (below, torque, above) = (at(angle - step).0, at(angle).1, at(angle + step).0);
@@ -182,9 +182,9 @@ fn a_rib_at_rest_is_where_the_design_has_it() {
     };
     design.back.sagitta = -3.0;
     let follower = start(&design, &Discretisation::reduced(Physics::Extended), 45.0);
-    let ribs: Vec<Vec<[f64; 2]>> = follower.ribs().map(Iterator::collect).collect();
+    let ribs: Vec<Vec<[f64; 2]>> = follower.solution().ribs().map(Iterator::collect).collect();
     assert_eq!(ribs.len(), 5);
-    for ((k, rib), bar) in ribs.iter().enumerate().zip(follower.lamellae()) {
+    for ((k, rib), bar) in ribs.iter().enumerate().zip(follower.solution().lamellae()) {
         let arcs = design.attachment_arcs(k);
         let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
         let width = design.lamella_width(k);
@@ -203,6 +203,7 @@ fn a_rib_at_rest_is_where_the_design_has_it() {
     }
     // The beams are as long as they were, welds included.
     let length: f64 = follower
+        .solution()
         .front()
         .collect::<Vec<_>>()
         .windows(2)
@@ -234,7 +235,7 @@ fn the_reduced_model_is_near_the_fine_one() {
             let angle = (0.5 * f64::from(half)).to_radians();
             let (a, b) = (small.follow(angle), large.follow(angle));
             assert!(a.status.is_trustworthy() && b.status.is_trustworthy(), "{thickness} mm {half}: {a:?} {b:?}");
-            let [x, y] = small.force_finger().map(f64::from);
+            let [x, y] = small.solution().force_finger().map(f64::from);
             worst = worst.max((x.hypot(y) / force(&large) - 1.0).abs());
         }
         std::println!("ribs of {thickness} mm: reduced f32 within {:.2} % of 8 elements per span, f64", 100.0 * worst);
@@ -260,7 +261,7 @@ fn a_ribs_share_of_its_buckling_load_is_the_textbooks() {
         let shares = (0..7).map(|rib| {
             let lambda = follower.timeline.present.lambda.as_ref();
             let force = [0, 1].map(|axis| lambda[rib][axis] - lambda[rib + 1][axis]);
-            let [from, to] = follower.lamellae().nth(rib).expect("seven ribs");
+            let [from, to] = follower.solution().lamellae().nth(rib).expect("seven ribs");
             let chord = [to[0] - from[0], to[1] - from[1]];
             let pressed = (force[0] * chord[0] + force[1] * chord[1]) / chord[0].hypot(chord[1]);
             let units = &follower.model.units;

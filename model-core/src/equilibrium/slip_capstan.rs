@@ -66,8 +66,10 @@ fn pulled(coefficient: f64, wrap: f64) -> [f64; 2] {
         at += 0.02;
         assert!(follower.follow(at).status.is_trustworthy());
     }
-    assert!(follower.contacts().all(|contact| contact.tangential.abs() > 0.999 * coefficient * contact.force));
-    let ([x, y], _) = follower.base_reactions()[0];
+    assert!(
+        follower.solution().contacts().all(|contact| contact.tangential.abs() > 0.999 * coefficient * contact.force)
+    );
+    let ([x, y], _) = follower.solution().base_reactions()[0];
     let end = core::f64::consts::FRAC_PI_2 - wrap;
     [libm::hypot(x, y) / load, libm::atan2(-y, -x) - end]
 }

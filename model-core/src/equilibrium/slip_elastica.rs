@@ -56,7 +56,8 @@ fn rod(coefficient: f64) -> Box<Follower<f64, Rod>> {
 fn forces(follower: &mut Follower<f64, Rod>, distance: f64) -> [f64; 2] {
     let outcome = follower.follow(distance * LENGTH);
     assert!(outcome.status.is_trustworthy(), "{distance}: {outcome:?}");
-    let sum = follower.contacts().fold([0.0; 2], |[n, t], contact| [n + contact.force, t + contact.tangential]);
+    let sum =
+        follower.solution().contacts().fold([0.0; 2], |[n, t], contact| [n + contact.force, t + contact.tangential]);
     sum.map(|force| force * LENGTH * LENGTH / STIFFNESS)
 }
 

@@ -66,8 +66,8 @@ mod tests {
         for k in 0..=80 {
             assert!(follower.follow(last * f64::from(k) / 80.0).status.is_trustworthy());
         }
-        let [x, y] = follower.force_world();
-        [x, y, follower.motor_torque()]
+        let [x, y] = follower.solution().force_world();
+        [x, y, follower.solution().motor_torque()]
     }
 
     /// The same where everything slips one way.
@@ -76,8 +76,8 @@ mod tests {
         follower.force_slip(Some(way));
         follower.start(0.0);
         assert!(follower.follow(last).status.is_trustworthy());
-        let [x, y] = follower.force_world();
-        [x, y, follower.motor_torque()]
+        let [x, y] = follower.solution().force_world();
+        [x, y, follower.solution().motor_torque()]
     }
 
     /// A cylinder that turns fast one way drags everything along one way, whatever the finger does: closing slip and opening slip, of bases that

@@ -121,20 +121,20 @@ fn time_is_shared_out_along_the_way() {
     let mut follower = start::<f64>(object, 0.0);
     let mut timeless = start::<f64>(object, 0.0);
     let target = Target { coordinate: 4.5_f64.to_radians(), time_step_s: 9.0 };
-    let from = follower.coordinate();
+    let from = follower.solution().coordinate();
     let first = follower.follow_within(target, 3);
     assert_eq!(first.status, Status::MaxIterations);
-    let part = (follower.coordinate() - from) / (target.coordinate - from);
+    let part = (follower.solution().coordinate() - from) / (target.coordinate - from);
     assert!(part > 0.0 && part < 1.0, "{part}");
     assert!((follower.timeline.elapsed() - 9.0 * (1.0 - part)).abs() < 1e-12, "{}", follower.timeline.elapsed());
     let last = follower.follow(Target { time_step_s: 0.5, ..target });
     assert_eq!((last.status, follower.timeline.elapsed()), (Status::Converged, 0.0));
     timeless.follow_within(target.coordinate, 3);
     timeless.follow(target.coordinate);
-    assert_eq!(follower.force_world(), timeless.force_world());
+    assert_eq!(follower.solution().force_world(), timeless.solution().force_world());
     for wrong in [f64::NAN, -1.0, f64::INFINITY] {
         let refused = follower.follow(Target { time_step_s: wrong, ..target });
         assert_eq!(refused.status, Status::OutOfRange, "{wrong}");
     }
-    assert_eq!(follower.coordinate(), target.coordinate);
+    assert_eq!(follower.solution().coordinate(), target.coordinate);
 }

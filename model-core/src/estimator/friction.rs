@@ -2,9 +2,10 @@
 
 use super::path::{Interval, Path};
 use super::{DIFFERENTIATE_EVERY, DIFFERENTIATE_WITHIN, Estimate, Estimator};
-use crate::equilibrium::{Aside, Reading, SlipWay};
+use crate::equilibrium::{Aside, SlipWay};
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size};
+use crate::solution::Reading;
 use crate::uncertainty::{Slopes, Uncertainty};
 
 /// What the estimate with friction keeps from tick to tick.
@@ -123,12 +124,12 @@ impl<T: Real, S: Size> Estimator<T, S> {
     pub(super) fn suppose_path(&mut self, budget: u32) -> u32 {
         let mut rub = self.rub();
         let path = rub.path;
-        if !path.unknown || path.supposed || !path.moves() || self.follower.touching() == 0 {
+        if !path.unknown || path.supposed || !path.moves() || self.follower.solution().touching() == 0 {
             return 0;
         }
         let most = budget.saturating_sub(1).min(PAST);
         if self.follower.suppose(path.way().other(), most) {
-            let with = self.taken(self.follower.reading());
+            let with = self.taken(self.follower.solution().reading());
             rub.path.suppose(&with);
             self.keep(rub);
         }
@@ -138,7 +139,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// The estimate at the measured angle, its derivative, interval and standard deviation.
     pub(super) fn read_rubbing(&mut self, estimate: &mut Estimate, iterations: u32) {
         let mut rub = self.rub();
-        if self.follower.touching() == 0 {
+        if self.follower.solution().touching() == 0 {
             let mut path = rub.path;
             path.open();
             self.keep(Rub { path, ..Rub::EMPTY });
@@ -146,7 +147,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
             estimate.interval = None;
             return;
         }
-        rub.reading = self.taken(self.follower.reading());
+        rub.reading = self.taken(self.follower.solution().reading());
         rub.moved |= rub.path.moves();
         let way = rub.path.way();
         if rub.path.unknown && rub.path.supposed && self.follower.slips(way) {
@@ -241,7 +242,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// Mean normal out of the object, by force, world frame.
     fn mean_normal(&self) -> [f32; 2] {
         let mut sum = [T::ZERO; 2];
-        for contact in self.follower.contacts() {
+        for contact in self.follower.solution().contacts() {
             sum = [0, 1].map(|i| sum[i] + contact.force * contact.normal[i]);
         }
         let size = (sum[0] * sum[0] + sum[1] * sum[1]).sqrt();
@@ -265,6 +266,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// The follower is at a coordinate, with a trustworthy estimate: there is nothing to follow.
     pub(super) fn rests(&self, coordinate: f64) -> bool {
         let is_known = self.last.age == 0 && self.last.status.is_trustworthy() && self.follower.has_equilibrium();
-        is_known && self.follower.touching() > 0 && T::of(coordinate).to_f64() == self.follower.coordinate()
+        is_known
+            && self.follower.solution().touching() > 0
+            && T::of(coordinate).to_f64() == self.follower.solution().coordinate()
     }
 }

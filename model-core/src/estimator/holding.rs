@@ -3,9 +3,10 @@
 use super::tests::COUNT;
 use super::*;
 use crate::discretise::Physics;
-use crate::equilibrium::{Reading, SlipWay};
+use crate::equilibrium::SlipWay;
 use crate::random_designs::Random;
 use crate::size::Rubbing;
+use crate::solution::Reading;
 use std::boxed::Box;
 use std::vec::Vec;
 
@@ -46,7 +47,7 @@ fn held<T: Real>(coefficient: f64, height: f64, quantisation: f32, ticks: usize)
         let angle = (0.04 * DEGREE * f64::from(tick as u32)).min(last) - if tick < 3 { 0.2 * DEGREE } else { 0.0 };
         if (3..202).contains(&tick) {
             assert!(follower.follow(angle).status.is_trustworthy());
-            exact = libm::hypot(follower.force_world()[0], follower.force_world()[1]);
+            exact = libm::hypot(follower.solution().force_world()[0], follower.solution().force_world()[1]);
         }
         let estimate = estimator.update(measure(angle));
         assert!(estimate.status.is_trustworthy(), "tick {tick}: {estimate:?}");

@@ -5,9 +5,9 @@
 
 use super::{Estimate, Estimator, Interval};
 use crate::bounds::OutOfBounds;
-use crate::equilibrium::Reading;
 use crate::real::Real;
 use crate::size::Size;
+use crate::solution::Reading;
 use crate::status::Status;
 
 /// Part of the force below which an unknown past is not reported as an interval.
@@ -79,7 +79,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// Sum of the normal forces of the elastic finger, N.
     fn normal(&self) -> f32 {
         let mut sum = T::ZERO;
-        for contact in self.follower.contacts() {
+        for contact in self.follower.solution().contacts() {
             sum += contact.force;
         }
         sum.to_f64() as f32

@@ -487,7 +487,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
 
     /// Derivatives and standard deviation of a trustworthy estimate.
     fn differentiate(&mut self, estimate: &mut Estimate, iterations: u32) {
-        if self.follower.touching() == 0 {
+        if self.follower.solution().touching() == 0 {
             self.differentiated = false;
             (estimate.force_per_angle, estimate.standard_deviation, estimate.sensitivity_age) = ([0.0; 2], 0.0, 0);
             return;
@@ -501,7 +501,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
             if self.differentiated { DIFFERENTIATE_WITHIN } else { budget.saturating_sub(1).max(DIFFERENTIATE_WITHIN) };
         let fits = match iterations {
             0 => true,
-            _ if budget < CONVERGES_WITHIN => self.follower.touching() <= FEW_TOUCHING,
+            _ if budget < CONVERGES_WITHIN => self.follower.solution().touching() <= FEW_TOUCHING,
             _ => iterations <= within,
         };
         if fits && (estimate.sensitivity_age >= DIFFERENTIATE_EVERY || !self.differentiated) {
@@ -543,19 +543,19 @@ impl<T: Real, S: Size> Estimator<T, S> {
     fn stands(&self, coordinate: f64) -> bool {
         let is_known =
             self.settled && self.last.age == 0 && self.follower.has_equilibrium() && !self.follower.remembers();
-        is_known && T::of(coordinate).to_f64() == self.follower.coordinate()
+        is_known && T::of(coordinate).to_f64() == self.follower.solution().coordinate()
     }
 
     /// The derivatives are so old that a tick is theirs. With many touching samples they cost as much as a step: both do not fit into one.
     fn differentiates_first(&self, coordinate: f64, settings: &EstimatorSettings) -> bool {
-        let way = (T::of(coordinate).to_f64() - self.follower.coordinate()) / self.ratio;
+        let way = (T::of(coordinate).to_f64() - self.follower.solution().coordinate()) / self.ratio;
         let is_due = !self.differentiated || self.last.sensitivity_age >= DIFFERENTIATE_AT_LAST;
         is_due
             && settings.budget < CONVERGES_WITHIN
             && self.last.age == 0
             && self.last.status.is_trustworthy()
             && self.follower.has_equilibrium()
-            && self.follower.touching() > FEW_TOUCHING
+            && self.follower.solution().touching() > FEW_TOUCHING
             && way != 0.0
             && way.abs() <= SHORT_WAY
     }
@@ -575,15 +575,16 @@ impl<T: Real, S: Size> Estimator<T, S> {
     }
 
     fn read(&self, estimate: &mut Estimate) {
+        let solution = self.follower.solution();
         estimate.interval = None;
-        estimate.force = single(self.follower.force_world());
-        estimate.torque = (self.ratio * self.follower.motor_torque().to_f64()) as f32;
-        estimate.distance = self.follower.distance().to_f64() as f32;
+        estimate.force = single(solution.force_world());
+        estimate.torque = (self.ratio * solution.motor_torque().to_f64()) as f32;
+        estimate.distance = solution.distance().to_f64() as f32;
         let mut centre = [T::ZERO; 2];
         let mut total = T::ZERO;
         let mut first = None;
         let mut last = T::ZERO;
-        for contact in self.follower.contacts() {
+        for contact in solution.contacts() {
             centre[0] += contact.force * contact.position[0];
             centre[1] += contact.force * contact.position[1];
             total += contact.force;
@@ -595,7 +596,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if let Some(first) = first
             && total > T::ZERO
         {
-            estimate.contact_centre = single(self.follower.to_world([centre[0] / total, centre[1] / total]));
+            estimate.contact_centre = single(solution.to_world([centre[0] / total, centre[1] / total]));
             estimate.contact_extent = (last - first).to_f64() as f32;
         }
     }

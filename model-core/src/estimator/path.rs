@@ -11,7 +11,8 @@
 //! | nothing: the object was set while held, ticks were lost | between closing slip and opening slip |
 //! | nothing, and a motion since | between slip that way and the past that it takes longest to forget, until that slips as well |
 
-use crate::equilibrium::{Reading, SlipWay};
+use crate::equilibrium::SlipWay;
+use crate::solution::Reading;
 
 /// Between which values forces lie, N and N·mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -105,13 +105,13 @@ fn jaws_that_translate_are_followed_by_the_motor_angle() {
             let [distance, ratio] = drive.coordinate(angle).expect("within the table");
             let exact = follower.follow(distance);
             assert!(exact.status.is_trustworthy());
-            let force = follower.force_world();
+            let force = follower.solution().force_world();
             for i in 0..2 {
                 assert!((f64::from(estimate.force[i]) - force[i]).abs() < 1e-4, "{estimate:?} {force:?}");
             }
             assert!((f64::from(estimate.torque) - ratio * force[0]).abs() < 1e-3, "{estimate:?}");
             // The motor's work is the energy's.
-            let potential = follower.potential();
+            let potential = follower.solution().potential();
             if let Some((last, torque, then)) = before
                 && tick % 16 == 0
                 && torque > 5.0

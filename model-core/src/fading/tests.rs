@@ -25,8 +25,8 @@ struct Pair {
 }
 
 fn load<T: Real>(follower: &Follower<T, Four>) -> Load<T> {
-    let [x, y] = follower.force_world();
-    [x, y, follower.motor_torque()]
+    let [x, y] = follower.solution().force_world();
+    [x, y, follower.solution().motor_torque()]
 }
 
 fn size([x, y, _]: Load<f64>) -> f64 {
@@ -63,7 +63,7 @@ impl Pair {
         if self.elastic.friction() == 0.0 {
             return [load(&self.nodes), self.force.accept(elastic)];
         }
-        let normal: f64 = self.elastic.contacts().map(|contact| contact.force).sum();
+        let normal: f64 = self.elastic.solution().contacts().map(|contact| contact.force).sum();
         let [faded, ..] = self.force.accept([normal, 0.0, 0.0]);
         let part = if normal > 0.0 { faded / normal } else { 0.0 };
         [load(&self.nodes), elastic.map(|x| part * x)]

@@ -377,7 +377,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     }
 
     fn force(&self, finger: &Finger<'_, T, S>) -> [f64; 2] {
-        finger.placement.vector(finger.follower.force_world().map(Real::to_f64))
+        finger.placement.vector(finger.follower.solution().force_world().map(Real::to_f64))
     }
 
     fn sum(&self) -> Sum {
@@ -388,11 +388,11 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         let mut touching = 0;
         for finger in &self.fingers {
             let about = finger.placement.point_back(self.centre).map(T::of);
-            let [x, y, moment] = finger.follower.wrench(about).map(Real::to_f64);
+            let [x, y, moment] = finger.follower.solution().wrench(about).map(Real::to_f64);
             let [x, y] = finger.placement.vector([x, y]);
             left = [left[0] + x, left[1] + y, left[2] + finger.placement.sense() * moment];
-            energy += finger.follower.potential().to_f64();
-            touching += finger.follower.touching();
+            energy += finger.follower.solution().potential().to_f64();
+            touching += finger.follower.solution().touching();
         }
         left[2] = if self.freedoms() == 3 { left[2] / self.size } else { 0.0 };
         Sum { energy, left, touching }

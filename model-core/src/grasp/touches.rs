@@ -19,11 +19,11 @@ pub fn touches<T: Real, S: Size, O: Object<T>>(
     let about = about.map(T::of);
     let seen = move |[x, y]: [T; 2]| if mirrored { [-x, y] } else { [x, y] };
     let displacement = follower.displacement();
-    let [x, y] = follower.force_finger();
+    let [x, y] = follower.solution().force_finger();
     let whole = (x * x + y * y).sqrt();
     let scale = if whole > T::ZERO { force / whole } else { T::of(1.0) };
-    follower.contacts().map(move |contact| {
-        let [x, y] = follower.to_world(contact.position);
+    follower.solution().contacts().map(move |contact| {
+        let [x, y] = follower.solution().to_world(contact.position);
         let [u, v] = contact.normal;
         let out = displacement.vector_back(Vec2::new(u, v));
         Touch {

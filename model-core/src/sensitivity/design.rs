@@ -146,7 +146,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if !self.has_equilibrium() {
             return None;
         }
-        if self.touching() == 0 {
+        if self.solution().touching() == 0 {
             return Some(Derivative::ZERO);
         }
         self.complete_tangent();

@@ -61,7 +61,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if !self.has_equilibrium() || self.rubs() || self.remembers() {
             return None;
         }
-        if self.touching() == 0 {
+        if self.solution().touching() == 0 {
             return Some([T::ZERO; N]);
         }
         for (beside, side) in neighbours.sides.iter_mut().zip(sides) {
@@ -105,7 +105,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Adds `part` of a neighbour's residuals at the accepted state to the workspace's, or puts it in their place.
     fn differ_beside(&mut self, beside: &mut Self, layout: Layout, part: T, is_first: bool) {
-        let object = beside.seen(T::of(self.coordinate()));
+        let object = beside.seen(T::of(self.solution().coordinate()));
         let (state, Parts { model, work }) = self.state_and_parts();
         let Parts { model: other, work: found } = beside.parts();
         take_rows(other, found, work, layout);

@@ -18,11 +18,12 @@ const READ: [&str; 6] = ["force x", "force y", "torque", "strain", "spread", "st
 
 /// Force, torque, the strain at one place, the spread of the contact force along the beam, and the stiffness that the object meets.
 fn read(follower: &mut Solver, strained: usize) -> Option<[f64; 6]> {
-    let ([x, y], torque) = (follower.force_world(), follower.motor_torque());
-    let strain = follower.strains().nth(strained)?.largest();
-    let whole: f64 = follower.contacts().map(|contact| contact.force).sum();
-    let mean = follower.contacts().map(|contact| contact.force * contact.arc).sum::<f64>() / whole;
-    let square = follower.contacts().map(|contact| contact.force * (contact.arc - mean).powi(2)).sum::<f64>();
+    let ([x, y], torque) = (follower.solution().force_world(), follower.solution().motor_torque());
+    let strain = follower.solution().strains().nth(strained)?.largest();
+    let whole: f64 = follower.solution().contacts().map(|contact| contact.force).sum();
+    let mean = follower.solution().contacts().map(|contact| contact.force * contact.arc).sum::<f64>() / whole;
+    let square =
+        follower.solution().contacts().map(|contact| contact.force * (contact.arc - mean).powi(2)).sum::<f64>();
     let spread = (square / whole).sqrt();
     let [along_x, along_y] = follower.sensitivity()?.centre.map(|derivative| derivative.force);
     let stiffness = -(x * (along_x[0] * x + along_y[0] * y) + y * (along_x[1] * x + along_y[1] * y)) / (x * x + y * y);
@@ -88,12 +89,12 @@ impl Case {
 }
 
 fn arcs(follower: &Solver) -> Vec<f64> {
-    follower.contacts().map(|contact| contact.arc).collect()
+    follower.solution().contacts().map(|contact| contact.arc).collect()
 }
 
 fn most_strained(follower: &Solver) -> usize {
     let order = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
-    let sizes = follower.strains().map(|strain| strain.largest()).enumerate();
+    let sizes = follower.solution().strains().map(|strain| strain.largest()).enumerate();
     sizes.max_by(order).expect("members that bend").0
 }
 
@@ -183,7 +184,7 @@ fn a_factor_of_youngs_modulus_scales_derivatives() {
         let designs = [&sides[0].design, &sides[1].design];
         let design = follower.design_derivative(&mut probe, designs, &how, step).expect("room").force;
         let sides = [sides[0].side(), sides[1].side()];
-        let read = |follower: &mut Solver| Some(follower.force_world());
+        let read = |follower: &mut Solver| Some(follower.solution().force_world());
         let line = follower.derivative_along(&mut neighbours, sides, &how, step, read).expect("room");
         [design, line]
     });

@@ -93,7 +93,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return None;
         }
         let mut result = Sensitivity::ZERO;
-        if self.touching() == 0 {
+        if self.solution().touching() == 0 {
             return Some(result);
         }
         if self.rubs() {
@@ -161,7 +161,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return None;
         }
         let mut stiffness = [[T::ZERO; 3]; 3];
-        if self.touching() == 0 {
+        if self.solution().touching() == 0 {
             return Some(stiffness);
         }
         if self.rubs() {
@@ -195,6 +195,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     fn frame(&self) -> Frame<T> {
+        let solution = self.solution();
         Frame {
             displacement: self.displacement(),
             motion: self.motion,
@@ -202,9 +203,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 Motion::Rotating { axis } => axis.map(T::of),
                 Motion::Translating { .. } => [T::ZERO; 2],
             },
-            force: self.force_world(),
-            force_finger: self.force_finger(),
-            torque: self.motor_torque(),
+            force: solution.force_world(),
+            force_finger: solution.force_finger(),
+            torque: solution.motor_torque(),
             youngs_modulus: self.youngs_modulus(),
         }
     }

@@ -178,15 +178,15 @@ type Seen = ([f64; 5], Vec<f64>);
 
 fn seen(follower: &Solver) -> Seen {
     let (mut centre, mut total, mut arcs) = ([0.0; 2], 0.0, Vec::new());
-    for contact in follower.contacts() {
+    for contact in follower.solution().contacts() {
         total += contact.force;
         centre[0] += contact.force * contact.position[0];
         centre[1] += contact.force * contact.position[1];
         arcs.push(contact.arc);
     }
-    let c = follower.to_world([centre[0] / total, centre[1] / total]);
-    let f = follower.force_world();
-    ([f[0], f[1], follower.motor_torque(), c[0], c[1]], arcs)
+    let c = follower.solution().to_world([centre[0] / total, centre[1] / total]);
+    let f = follower.solution().force_world();
+    ([f[0], f[1], follower.solution().motor_torque(), c[0], c[1]], arcs)
 }
 
 fn flat(d: &Derivative<f64>) -> [f64; 5] {
@@ -432,7 +432,7 @@ fn neighbours_share_a_turning_row_where_room_is_short() {
         for step in 1..44 {
             let at = (0.25 * f64::from(step)).to_radians();
             let both = [wide.follow(at).status, narrow.follow(at).status];
-            let touching = wide.touching();
+            let touching = wide.solution().touching();
             // One sample must be left room for besides those that touch.
             if both != [Status::Converged; 2] || touching > 15 {
                 continue;

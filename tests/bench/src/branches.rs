@@ -73,10 +73,10 @@ fn close(follower: &mut Solver, case: &Case, physics: Physics, step_deg: f64) ->
     let outcome = follower.follow(case.angle);
     Course {
         status: outcome.status,
-        front: follower.front().collect(),
-        back: follower.back().collect(),
-        force: follower.force_world(),
-        energy: follower.energy(),
+        front: follower.solution().front().collect(),
+        back: follower.solution().back().collect(),
+        force: follower.solution().force_world(),
+        energy: follower.solution().energy(),
         iterations: outcome.iterations,
     }
 }

@@ -133,7 +133,7 @@ fn time<T: Real, S: Size>(
                     outcome.status
                 );
             }
-            if follower.touching() > 0 {
+            if follower.solution().touching() > 0 {
                 *least = spent.min(*least);
             }
         }
@@ -204,7 +204,7 @@ pub fn shared_problem() -> Result<peer::Run> {
         if outcome.status != Status::Converged {
             bail!("the peer's problem: {} at {to} rad", outcome.status);
         }
-        Ok((spent_us, follower.force_finger()))
+        Ok((spent_us, follower.solution().force_finger()))
     };
     for repetition in 0..COLD_SOLVES {
         let (spent_us, force) = go(Some(0.0), LAST_DEG.to_radians())?;
@@ -281,8 +281,8 @@ fn forces_of<S: Size>(
             bail!("{}, {}, {}: {} at count {position}", model.case, model.name, word(model.physics), outcome.status);
         }
         single.follow(target);
-        let single = single.force_world().map(f32::to_bits);
-        ticks.push(Force { position, double: exact.force_world(), single });
+        let single = single.solution().force_world().map(f32::to_bits);
+        ticks.push(Force { position, double: exact.solution().force_world(), single });
     }
     Ok(Forces { model, ticks })
 }

@@ -104,7 +104,7 @@ fn warm_us(design: &Design, how: &Discretisation) -> Result<f64> {
         if !outcome.status.is_trustworthy() {
             bail!("{how:?}: {} at count {count}", outcome.status);
         }
-        if follower.touching() > 0 {
+        if follower.solution().touching() > 0 {
             times.push(spent.as_secs_f64() * 1e6);
         }
     }

@@ -96,14 +96,14 @@ fn bears(fingers: &Fingers) {
 /// What it tells of the deformed fingers.
 fn shapes(fingers: &Fingers) {
     for estimator in fingers {
-        let follower = estimator.follower();
-        for point in follower.front().chain(follower.back()).chain(follower.lamellae().flatten()) {
+        let solution = estimator.follower().solution();
+        for point in solution.front().chain(solution.back()).chain(solution.lamellae().flatten()) {
             black_box(point);
         }
-        for contact in follower.contacts() {
+        for contact in solution.contacts() {
             black_box(contact);
         }
-        black_box(follower.coordinate());
+        black_box(solution.coordinate());
     }
 }
 

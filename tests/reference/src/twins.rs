@@ -91,6 +91,6 @@ fn close<T: Real>(follower: &mut Follower<T, Paper>, case: &WideCase, physics: P
         return Closing { status: Status::OutOfRange, force: [0.0; 2], reached: 0.0, iterations: 0 };
     }
     let outcome = follower.follow(case.angle);
-    let force = follower.force_world().map(Real::to_f64);
-    Closing { status: outcome.status, force, reached: follower.coordinate(), iterations: outcome.iterations }
+    let force = follower.solution().force_world().map(Real::to_f64);
+    Closing { status: outcome.status, force, reached: follower.solution().coordinate(), iterations: outcome.iterations }
 }

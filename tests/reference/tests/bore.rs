@@ -46,7 +46,7 @@ fn a_finger_in_a_bore_is_stable() {
             let mut last = 0.0;
             for half_degrees in -20..=16 {
                 let outcome = finger.follow((0.5 * f64::from(half_degrees)).to_radians());
-                let [x, y] = finger.force_world();
+                let [x, y] = finger.solution().force_world();
                 assert!(
                     matches!(outcome.status, Status::Converged | Status::NoContact),
                     "R {radius}, {half_degrees}/2°: {outcome:?}"
@@ -69,8 +69,8 @@ fn a_bore_of_two_kilometres_is_a_wall() {
             assert!(finger.start(-0.2));
             let status = finger.follow(6.0_f64.to_radians()).status;
             assert_eq!(status, Status::Converged, "{object:?}");
-            let [x, y] = finger.force_world().map(Real::to_f64);
-            [x, y, finger.motor_torque().to_f64()]
+            let [x, y] = finger.solution().force_world().map(Real::to_f64);
+            [x, y, finger.solution().motor_torque().to_f64()]
         }
         let (expected, wide) = (force::<f64>(&how, flat), bore(place, normal, 2e6));
         for found in [force::<f64>(&how, wide), force::<f32>(&how, wide)] {
@@ -100,7 +100,7 @@ fn a_bore_may_have_the_fingers_own_radius() {
             let outcome = finger.follow((0.1 * f64::from(step)).to_radians());
             assert!(outcome.status.is_trustworthy(), "R {radius}, step {step}: {outcome:?}");
         }
-        let [x, y] = finger.force_world();
+        let [x, y] = finger.solution().force_world();
         forces.push(x.hypot(y));
     }
     assert!(forces.iter().all(|&force| force > 1.0), "{forces:?}");

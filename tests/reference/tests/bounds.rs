@@ -106,13 +106,16 @@ fn moving_an_object_costs_its_budget_only_and_failing_changes_nothing() {
     let mut follower = follower(circle_80(45.0), TURNING);
     assert!(follower.start(0.0));
     assert_eq!(follower.follow(0.15).status, Status::Converged);
-    let before = (follower.force_world(), follower.coordinate(), follower.touching());
+    let before = (follower.solution().force_world(), follower.solution().coordinate(), follower.solution().touching());
     // Against the clamped base.
     let far = ObjectDesign::Circle { centre: [21.0, 0.0], radius: 40.0 };
     let (outcome, spent) = effort(&mut follower, |follower| follower.shift_object([-20.0, -45.0], far));
     assert!(!outcome.status.is_trustworthy(), "{outcome:?}");
     assert!(is_within(spent, outcome.iterations, outcome.steps, FOLLOW_ITERATIONS), "{outcome:?} {spent:?}");
-    assert_eq!((follower.force_world(), follower.coordinate(), follower.touching()), before);
+    assert_eq!(
+        (follower.solution().force_world(), follower.solution().coordinate(), follower.solution().touching()),
+        before
+    );
     let (outcome, spent) = effort(&mut follower, |follower| follower.follow(0.15));
     assert_eq!((outcome.status, outcome.iterations, spent.solves), (Status::Converged, 0, 0));
 }

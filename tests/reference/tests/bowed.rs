@@ -25,7 +25,7 @@ fn pressed(design: &Design, how: &Discretisation, degrees: f64) -> ([f64; 2], [f
     assert!(follower.start(0.0));
     let outcome = follower.follow(degrees.to_radians());
     assert_eq!(outcome.status, Status::Converged, "{outcome:?}");
-    (follower.force_finger(), follower.tip())
+    (follower.solution().force_finger(), follower.solution().tip())
 }
 
 #[test]
@@ -34,9 +34,10 @@ fn the_undeformed_centreline_is_the_arc() {
     for how in [Discretisation::fine(Physics::Extended), Discretisation::full(Scheme::Trapezoid, Physics::Paper)] {
         let mut follower: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
         follower.configure(&design, &how).expect("a valid design");
-        for (line, beam) in
-            [(follower.front().collect::<Vec<_>>(), &design.front), (follower.back().collect(), &design.back)]
-        {
+        for (line, beam) in [
+            (follower.solution().front().collect::<Vec<_>>(), &design.front),
+            (follower.solution().back().collect(), &design.back),
+        ] {
             let arc = |p: &[f64; 2]| beam.arc_at_height(p[1]);
             let off = |p: &[f64; 2]| (p[0] - beam.point(arc(p))[0]).abs();
             let worst = line.iter().map(off).fold(0.0, f64::max);

@@ -47,7 +47,7 @@ fn sweep(physics: Physics, height: f64, floor: f64) -> Worst {
         let difference = |other: &mut Follower<f64, Paper>| {
             let outcome = other.follow(angle);
             assert!(outcome.status.is_trustworthy(), "{physics:?}, {height} mm, count {count}: {outcome:?}");
-            let f = other.force_world();
+            let f = other.solution().force_world();
             let off = (force[0] - f[0]).hypot(force[1] - f[1]);
             (off, off / f[0].hypot(f[1]).max(floor))
         };

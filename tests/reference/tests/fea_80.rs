@@ -25,9 +25,9 @@ fn compare<T: Real, S: Size>(how: &Discretisation) {
             assert!(follower.start(0.0));
         }
         let outcome = follower.follow(row.degrees.to_radians());
-        let [x, y] = follower.force_finger().map(Real::to_f64);
+        let [x, y] = follower.solution().force_finger().map(Real::to_f64);
         let force = x.hypot(y);
-        let line: Vec<[f64; 2]> = follower.front().map(|p| p.map(Real::to_f64)).collect();
+        let line: Vec<[f64; 2]> = follower.solution().front().map(|p| p.map(Real::to_f64)).collect();
         let (error, shape) = (force / row.force - 1.0, row.off(|| line.iter().copied()));
         println!(
             "{} {:5}° {:9} finite elements {:7.4} N, ours {force:7.4} N ({:+6.2} %), shape {shape:.3} mm",
@@ -64,7 +64,7 @@ fn peak<T: Real, S: Size>(how: &Discretisation) {
         let degrees = 0.1 * f64::from(step);
         let outcome = follower.follow(degrees.to_radians());
         assert!(outcome.status.is_trustworthy(), "{degrees}°: {outcome:?}");
-        let [x, y] = follower.force_finger().map(Real::to_f64);
+        let [x, y] = follower.solution().force_finger().map(Real::to_f64);
         if x.hypot(y) > most.0 {
             most = (x.hypot(y), degrees);
         }

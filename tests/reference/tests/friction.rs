@@ -39,7 +39,7 @@ fn closing<T: Real, S: Size>(
 
 /// Σ|τ| over m Σμ; 0 without friction.
 fn mobilised<T: Real, S: Size>(follower: &Follower<T, S>, coefficient: f64) -> f64 {
-    let (push, along) = follower.contacts().fold((0.0, 0.0), |(push, along), contact| {
+    let (push, along) = follower.solution().contacts().fold((0.0, 0.0), |(push, along), contact| {
         (push + contact.force.to_f64(), along + contact.tangential.to_f64().abs())
     });
     if coefficient * push > 0.0 { along / (coefficient * push) } else { 0.0 }
@@ -59,11 +59,11 @@ fn compare<T: Real, S: Size>(how: &Discretisation, share_within: f64) {
             follower = closing(&design, how, row.object(), row.coefficient);
         }
         let outcome = follower.follow(row.degrees.to_radians());
-        let [x, y] = follower.force_world().map(Real::to_f64);
+        let [x, y] = follower.solution().force_world().map(Real::to_f64);
         let [fx, fy] = row.force.map(|part| MESH * part);
         let size = MESH * row.magnitude;
         let (force, vector) = (x.hypot(y) / size - 1.0, (x - fx).hypot(y - fy));
-        let torque = follower.motor_torque().to_f64() / (MESH * row.torque) - 1.0;
+        let torque = follower.solution().motor_torque().to_f64() / (MESH * row.torque) - 1.0;
         let share = mobilised(&follower, row.coefficient);
         let way = if row.opens { "opening" } else { "closing" };
         println!(
@@ -93,7 +93,7 @@ fn compare<T: Real, S: Size>(how: &Discretisation, share_within: f64) {
             assert!(force.abs() < if row.opens { 0.025 } else { 0.015 }, "{row:?}: {x} {y}");
             assert!(row.coefficient == 0.0 || (share - row.mobilised).abs() < 0.5 * share_within, "{row:?}: {share}");
         }
-        assert!(torque.abs() < 0.03, "{row:?}: {}", follower.motor_torque().to_f64());
+        assert!(torque.abs() < 0.03, "{row:?}: {}", follower.solution().motor_torque().to_f64());
     }
     assert!(rows > 240 && partly > 8, "{rows} rows, {partly} of them partly stick");
 }
@@ -117,7 +117,10 @@ fn random_pasts_lie_between_closing_slip_and_opening_slip() {
     for (coefficient, height) in [(0.3, 45.0), (0.6, 45.0), (0.3, 30.0), (0.6, 30.0)] {
         let object = ObjectDesign::Circle { centre: [41.0, height], radius: 40.0 };
         let found = |follower: &Follower<f64, Fine>| {
-            [follower.contacts().map(|contact| contact.force).sum::<f64>(), follower.motor_torque()]
+            [
+                follower.solution().contacts().map(|contact| contact.force).sum::<f64>(),
+                follower.solution().motor_torque(),
+            ]
         };
         let mut follower = closing::<f64, Fine>(&fea_80(), &how, object, coefficient);
         let bounds = [SlipWay::Closing, SlipWay::Opening].map(|way| {
@@ -167,10 +170,10 @@ fn friction_takes_few_more_iterations() {
         for count in (0..=125).chain((0..125).rev()) {
             let outcome = follower.follow(f64::from(count) * reference_tests::COUNT);
             assert!(outcome.status.is_trustworthy(), "count {count}: {outcome:?}");
-            if follower.touching() > 0 {
+            if follower.solution().touching() > 0 {
                 (spent, ticks, most) = (spent + outcome.iterations, ticks + 1, most.max(outcome.iterations));
             }
-            forces.push(follower.force_world().map(f32::to_bits));
+            forces.push(follower.solution().force_world().map(f32::to_bits));
         }
         (f64::from(spent) / f64::from(ticks), most, forces)
     }
@@ -197,19 +200,19 @@ fn a_loops_work_is_what_friction_dissipates() {
         for step in (0..=steps).chain((0..steps).rev()) {
             let outcome = follower.follow((8.0 * f64::from(step) / f64::from(steps)).to_radians());
             assert!(outcome.status.is_trustworthy(), "{outcome:?}");
-            let torque = follower.motor_torque();
-            work += 0.5 * (torque + before) * (follower.coordinate() - at);
-            (before, at) = (torque, follower.coordinate());
+            let torque = follower.solution().motor_torque();
+            work += 0.5 * (torque + before) * (follower.solution().coordinate() - at);
+            (before, at) = (torque, follower.solution().coordinate());
             if step == steps {
                 // Half-way: what was not dissipated is stored.
-                let stored = follower.potential();
-                let missing = work - stored - follower.dissipated();
+                let stored = follower.solution().potential();
+                let missing = work - stored - follower.solution().dissipated();
                 println!("m {coefficient}: half-way {work:.5} N·mm, stored {stored:.5}, missing {missing:.6}");
                 assert!(missing.abs() < 1e-4 * work, "{missing}");
             }
         }
-        let missing = work - follower.potential() - follower.dissipated();
-        println!("m {coefficient}: loop {work:.5} N·mm, dissipated {:.5}", follower.dissipated());
+        let missing = work - follower.solution().potential() - follower.solution().dissipated();
+        println!("m {coefficient}: loop {work:.5} N·mm, dissipated {:.5}", follower.solution().dissipated());
         assert!(work > 1.0 && missing.abs() < 1e-4 * work, "{work} {missing}");
     }
 }

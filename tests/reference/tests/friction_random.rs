@@ -58,7 +58,7 @@ fn follow<T: Real>(follower: &mut Follower<T, Many>, rub: &Rub, step: f64) -> (E
             }
             snapped |= outcome.snaps > 0;
         }
-        *end = (!snapped).then(|| follower.force_world().map(Real::to_f64));
+        *end = (!snapped).then(|| follower.solution().force_world().map(Real::to_f64));
     }
     (ends, false)
 }

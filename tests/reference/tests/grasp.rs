@@ -47,7 +47,7 @@ fn anew(placement: Placement, motion: Motion, object: &ObjectDesign, coordinate:
     follower.set_object(placement.object_back(object), motion);
     assert!(follower.start(coordinate));
     assert!(follower.follow(coordinate).status.is_trustworthy());
-    (placement.vector(follower.force_world()), follower.potential())
+    (placement.vector(follower.solution().force_world()), follower.solution().potential())
 }
 
 fn circle(x: f64, y: f64) -> ObjectDesign {

@@ -30,7 +30,7 @@ fn start() -> Box<Solver> {
 }
 
 fn force(follower: &Solver) -> f64 {
-    let [x, y] = follower.force_world();
+    let [x, y] = follower.solution().force_world();
     x.hypot(y)
 }
 

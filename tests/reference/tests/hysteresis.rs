@@ -78,7 +78,7 @@ fn closing_beyond_the_snap_and_opening_again_comes_back_to_the_first_branch() {
     let mut finger = follower();
     let course = Course::of(|angle| {
         let status = finger.follow(angle).status;
-        let [x, y] = finger.force_world();
+        let [x, y] = finger.solution().force_world();
         (x.hypot(y), status)
     });
     let (snap, back) = course.check("fine, f64");
@@ -96,7 +96,7 @@ fn closing_beyond_the_snap_and_opening_again_comes_back_to_the_first_branch() {
     // Closing again after the hand was open begins without a flag, on the first branch.
     let angle = 6.0_f64.to_radians();
     assert_eq!(finger.follow(angle).status, Status::Converged);
-    let [x, y] = finger.force_world();
+    let [x, y] = finger.solution().force_world();
     let count = (angle / COUNT).round() as usize;
     assert!((x.hypot(y) - course.closing[count].0).abs() < 0.1, "{} N at 6°", x.hypot(y));
 }

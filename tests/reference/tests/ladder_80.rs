@@ -18,20 +18,29 @@ fn every_row_is_reproduced() {
         assert!(follower.start(0.0));
         let outcome = follower.follow(row.angle.to_radians());
         let name = format!("{} {} {}°", row.scheme, row.case, row.angle);
-        println!("{name}: {outcome:?} force {:?} energy {}", follower.force_finger(), follower.energy());
+        println!(
+            "{name}: {outcome:?} force {:?} energy {}",
+            follower.solution().force_finger(),
+            follower.solution().energy()
+        );
         assert_eq!(outcome.status, Status::Converged, "{name}");
         let force = row.force_finger[0].hypot(row.force_finger[1]);
         let close = |found: f64, expected: f64, allowed: f64, what: &str| {
             assert!((found - expected).abs() <= allowed, "{name}: {what} is {found}, expected {expected}");
         };
         for i in 0..2 {
-            close(follower.force_finger()[i], row.force_finger[i], 1e-7 * force, "force in the finger frame");
-            close(follower.force_world()[i], row.force_world[i], 1e-7 * force, "force in the world frame");
-            close(follower.tip()[i], row.tip[i], 1e-6, "tip");
+            close(
+                follower.solution().force_finger()[i],
+                row.force_finger[i],
+                1e-7 * force,
+                "force in the finger frame",
+            );
+            close(follower.solution().force_world()[i], row.force_world[i], 1e-7 * force, "force in the world frame");
+            close(follower.solution().tip()[i], row.tip[i], 1e-6, "tip");
         }
-        close(follower.energy(), row.energy, 1e-7 * row.energy, "energy");
-        close(follower.motor_torque(), row.torque, 1e-7 * row.torque, "torque");
-        assert_eq!(follower.contacts().count(), row.active_contacts, "{name}: active contacts");
+        close(follower.solution().energy(), row.energy, 1e-7 * row.energy, "energy");
+        close(follower.solution().motor_torque(), row.torque, 1e-7 * row.torque, "torque");
+        assert_eq!(follower.solution().contacts().count(), row.active_contacts, "{name}: active contacts");
     }
     assert_eq!(rows, 24);
 }

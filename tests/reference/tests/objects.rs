@@ -117,20 +117,20 @@ fn solver<O: Object<f64>>(how: &Discretisation, object: O, motion: Motion) -> So
 /// was not compared, as the branch ends or a contact comes or goes there.
 fn check<O: Object<f64>>(follower: &mut Solver<O>, object: &O, motion: Motion) -> Result<bool, String> {
     let softness = follower.softness();
-    let at = follower.coordinate();
+    let at = follower.solution().coordinate();
     let world = |follower: &Solver<O>, p: [f64; 2]| {
-        let [x, y] = follower.to_world(p);
+        let [x, y] = follower.solution().to_world(p);
         Vec2::new(x, y)
     };
-    let most = follower.contacts().fold(0.0_f64, |most, c| most.max(c.force));
-    for point in follower.front().skip(1) {
+    let most = follower.solution().contacts().fold(0.0_f64, |most, c| most.max(c.force));
+    for point in follower.solution().front().skip(1) {
         let gap = object.gap(world(follower, point)).distance - 1.0;
         if gap < -(softness * most + 1e-8) {
             return Err(format!("a front point lies {gap:e} mm inside the object"));
         }
     }
     let (mut force, mut moment) = (Vec2::new(0.0, 0.0), 0.0);
-    for contact in follower.contacts() {
+    for contact in follower.solution().contacts() {
         let p = world(follower, contact.position);
         let gap = object.gap(p);
         if contact.force <= 0.0 || (gap.distance + softness * contact.force).abs() > 1e-8 {
@@ -142,7 +142,7 @@ fn check<O: Object<f64>>(follower: &mut Solver<O>, object: &O, motion: Motion) -
             moment -= contact.force * (arm.x * gap.normal.y - arm.y * gap.normal.x);
         }
     }
-    let reported = follower.force_world();
+    let reported = follower.solution().force_world();
     if (force.x - reported[0]).abs() > 1e-7 * (1.0 + force.x.hypot(force.y))
         || (force.y - reported[1]).abs() > 1e-7 * (1.0 + force.x.hypot(force.y))
     {
@@ -152,18 +152,22 @@ fn check<O: Object<f64>>(follower: &mut Solver<O>, object: &O, motion: Motion) -
         Motion::Rotating { .. } => -moment,
         Motion::Translating { direction } => force.x * direction[0] + force.y * direction[1],
     };
-    let torque = follower.motor_torque();
+    let torque = follower.solution().motor_torque();
     if (drive - torque).abs() > 1e-6 * (1.0 + torque.abs()) {
         return Err(format!("torque {torque}, but the contacts' {drive}"));
     }
     // Torque or drive = d(V + ½ ε Σ μ²)/d coordinate: true at an equilibrium only.
-    let touching: Vec<f64> = follower.contacts().map(|c| c.arc).collect();
-    let total = |f: &Solver<O>| f.energy() + f.contacts().map(|c| 0.5 * softness * c.force * c.force).sum::<f64>();
+    let touching: Vec<f64> = follower.solution().contacts().map(|c| c.arc).collect();
+    let total = |f: &Solver<O>| {
+        f.solution().energy() + f.solution().contacts().map(|c| 0.5 * softness * c.force * c.force).sum::<f64>()
+    };
     let h = if matches!(motion, Motion::Rotating { .. }) { 1e-5 } else { 1e-3 };
     let mut energies = [0.0; 4];
     for (energy, step) in energies.iter_mut().zip([1.0, -1.0, 2.0, -2.0]) {
         let outcome = follower.follow(at + step * h);
-        if !outcome.status.is_trustworthy() || !follower.contacts().map(|c| c.arc).eq(touching.iter().copied()) {
+        if !outcome.status.is_trustworthy()
+            || !follower.solution().contacts().map(|c| c.arc).eq(touching.iter().copied())
+        {
             return Ok(false);
         }
         *energy = total(follower);
@@ -211,7 +215,7 @@ fn random_objects_and_motions() {
         if !follower.start(0.0) {
             panic!("{design:?} {motion:?}: no place to begin");
         }
-        let Some(touch) = first_contact(&object, motion, follower.coordinate()) else {
+        let Some(touch) = first_contact(&object, motion, follower.solution().coordinate()) else {
             table.entry((WORDS[case % 4], "never touched")).or_default().push(case);
             continue;
         };
@@ -229,8 +233,8 @@ fn random_objects_and_motions() {
         if status.is_trustworthy() {
             trusted += 1;
             // The nearest sample touches, and is as deep as the softness lets it.
-            let most = follower.contacts().fold(0.0_f64, |most, c| most.max(c.force));
-            let distance = follower.distance();
+            let most = follower.solution().contacts().fold(0.0_f64, |most, c| most.max(c.force));
+            let distance = follower.solution().distance();
             assert!(
                 most == 0.0 || (distance + follower.softness() * most).abs() < 1e-8,
                 "{design:?}: distance {distance}"
@@ -286,8 +290,8 @@ fn a_fifth_shape_needs_nothing_of_the_solver() {
             let (to, touching) = (degrees * 1_f64.to_radians(), one.follow(degrees * 1_f64.to_radians()).status);
             assert_eq!(touching, Status::Converged);
             assert_eq!(two.follow(to).status, Status::Converged);
-            assert!(one.touching() > 0);
-            let (mine, theirs) = (one.force_world(), two.force_world());
+            assert!(one.solution().touching() > 0);
+            let (mine, theirs) = (one.solution().force_world(), two.solution().force_world());
             assert!((mine[0] - theirs[0]).abs() < 1e-7 && (mine[1] - theirs[1]).abs() < 1e-7, "{mine:?} {theirs:?}");
             check(&mut one, &bar, motion).expect("an equilibrium");
         }
@@ -302,8 +306,8 @@ fn shapes_that_are_the_same_give_the_same_force() {
         let mut follower = solver(&how, Shape::from(design), motion);
         assert!(follower.start(0.0));
         assert_eq!(follower.follow(to).status, Status::Converged, "{design:?}");
-        assert!(follower.touching() > 0);
-        follower.force_world()
+        assert!(follower.solution().touching() > 0);
+        follower.solution().force_world()
     };
     let motions = [
         (Motion::Rotating { axis: [-14.0, -20.0] }, 6_f64.to_radians()),
@@ -329,7 +333,7 @@ fn shapes_that_are_the_same_give_the_same_force() {
         for (off, r) in off.iter_mut().zip([1e5, 1e6]) {
             let mut follower = solver(&how, round(r), motion);
             assert!(follower.start(0.0) && follower.follow(to).status == Status::Converged);
-            let found = follower.force_world();
+            let found = follower.solution().force_world();
             *off = (found[0] - wall[0]).hypot(found[1] - wall[1]) / wall[0].hypot(wall[1]);
         }
         assert!(off[0] < 1e-2 && off[1] < 1e-3 && off[1] < 0.2 * off[0] + 1e-6, "{off:?}");
@@ -350,19 +354,20 @@ fn derivatives_agree_with_differences_for_every_shape() {
         let object = Shape::<f64>::from(design);
         let mut follower = solver(&how, object, motion);
         assert!(follower.start(0.0));
-        let Some(touch) = first_contact(&object, motion, follower.coordinate()) else { continue };
+        let Some(touch) = first_contact(&object, motion, follower.solution().coordinate()) else { continue };
         let to = touch + 0.6 * indentation(&mut random, motion);
         if follower.follow(to).status != Status::Converged {
             continue;
         }
         let Some(exact) = follower.sensitivity() else { continue };
-        let touching: Vec<f64> = follower.contacts().map(|c| c.arc).collect();
+        let touching: Vec<f64> = follower.solution().contacts().map(|c| c.arc).collect();
         let force = |design: ObjectDesign, to: f64| {
             let mut follower = solver(&how, Shape::from(design), motion);
             assert!(follower.start(0.0));
             let status = follower.follow(to).status;
-            let alike = status == Status::Converged && follower.contacts().map(|c| c.arc).eq(touching.iter().copied());
-            alike.then(|| follower.force_world())
+            let alike = status == Status::Converged
+                && follower.solution().contacts().map(|c| c.arc).eq(touching.iter().copied());
+            alike.then(|| follower.solution().force_world())
         };
         let differ = |by: &dyn Fn(f64) -> Option<[f64; 2]>, h: f64| -> Option<[f64; 2]> {
             let [a, b, c, d] = [by(h)?, by(-h)?, by(2.0 * h)?, by(-2.0 * h)?];
@@ -406,7 +411,7 @@ fn the_distance_before_contact_is_the_shapes() {
         let object = Shape::<f64>::from(design);
         let beyond = (3..=160).map(|k| object.gap(Vec2::new(0.0, 0.5 * f64::from(k))).distance - 1.0);
         let most = beyond.fold(f64::MAX, f64::min) + 0.02 + 0.25 / distance;
-        let found = follower.distance();
+        let found = follower.solution().distance();
         assert!(found > distance - 0.01 && found < most, "{design:?}: {found} for {distance} to {most}");
     }
 }
@@ -427,13 +432,13 @@ fn single_precision_follows_every_shape() {
         small.configure(&ladder_80(), &how).expect("a valid design");
         small.set_object(design, motion);
         assert!(follower.start(0.0) && small.start(0.0));
-        let Some(touch) = first_contact(&object, motion, follower.coordinate()) else { continue };
+        let Some(touch) = first_contact(&object, motion, follower.solution().coordinate()) else { continue };
         let to = touch + 0.5 * indentation(&mut random, motion);
         let (double, single) = (follower.follow(to).status, small.follow(to).status);
         *table.entry((WORDS[case % 4], double.word(), single.word())).or_default() += 1;
         if double == Status::Converged && single == Status::Converged {
             compared += 1;
-            let (one, two) = (follower.force_world(), small.force_world().map(f64::from));
+            let (one, two) = (follower.solution().force_world(), small.solution().force_world().map(f64::from));
             let off = (one[0] - two[0]).hypot(one[1] - two[1]);
             assert!(off < 5e-3 * (1.0 + one[0].hypot(one[1])), "{design:?} {motion:?} {to}: {one:?} {two:?}");
         }
@@ -464,11 +469,11 @@ fn nearly_flat_outlines_in_single_precision() {
             let (double, single) = (follower.follow(to), small.follow(to));
             assert!(double.status.is_trustworthy() && single.status.is_trustworthy(), "{short}: {double:?} {single:?}");
             most = [most[0].max(double.iterations), most[1].max(single.iterations)];
-            let (one, two) = (follower.force_world(), small.force_world().map(f64::from));
+            let (one, two) = (follower.solution().force_world(), small.solution().force_world().map(f64::from));
             let off = (one[0] - two[0]).hypot(one[1] - two[1]);
             assert!(off < 2e-3 * (1.0 + one[0].hypot(one[1])), "{short} at {step}: {one:?} {two:?}");
         }
-        assert!(follower.touching() > 0);
+        assert!(follower.solution().touching() > 0);
     }
     println!("iterations per 0.1°: at most {} in double, {} in single precision", most[0], most[1]);
 }

@@ -44,7 +44,7 @@ fn course(design: &Design, object: ObjectDesign, degrees: &[f64]) -> Vec<[(Statu
             }
         }
         let status = fine.follow(goal).status;
-        seen.push([(status, fine.force_world()), last[0], last[1]]);
+        seen.push([(status, fine.solution().force_world()), last[0], last[1]]);
         at = goal;
     }
     seen
@@ -83,7 +83,7 @@ fn a_wall_across_the_tip_is_not_behind_it() {
         assert!(follower.start(0.0));
         for distance in [1.5, 2.0, 3.0, 4.0] {
             let outcome = follower.follow(distance);
-            let [x, y] = follower.force_world();
+            let [x, y] = follower.solution().force_world();
             assert!(outcome.status.is_trustworthy(), "{distance} mm: {outcome:?}");
             assert!(x.abs() < 1e-9 && y > 5.0, "{distance} mm: {x}, {y} N");
         }
@@ -139,7 +139,7 @@ fn stiff_and_large_fingers_have_no_other_branches() {
         assert!(follower.start(0.0));
         let outcome = follower.follow(11_f64.to_radians());
         assert_eq!(outcome.status, Status::Converged, "{stiffer} times stiffer, {larger} times larger: {outcome:?}");
-        let [x, y] = follower.force_world().map(f64::from);
+        let [x, y] = follower.solution().force_world().map(f64::from);
         x.hypot(y) / (stiffer * larger * larger)
     };
     let one = force(1.0, 1.0);

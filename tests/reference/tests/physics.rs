@@ -35,7 +35,8 @@ fn go(follower: &mut Solver, degrees: f64) {
 /// V + ½ ε Σ μ².
 fn potential(follower: &Solver) -> f64 {
     let softness = follower.softness();
-    follower.energy() + follower.contacts().map(|c| 0.5 * softness * c.force * c.force).sum::<f64>()
+    follower.solution().energy()
+        + follower.solution().contacts().map(|c| 0.5 * softness * c.force * c.force).sum::<f64>()
 }
 
 #[test]
@@ -46,12 +47,16 @@ fn the_torque_is_the_derivative_of_the_potential() {
             for degrees in [2.0, 5.3, 9.1] {
                 let mut follower = solver(&ladder_80(), &how, object);
                 go(&mut follower, degrees);
-                let (torque, touching) = (follower.motor_torque(), follower.touching());
+                let (torque, touching) = (follower.solution().motor_torque(), follower.solution().touching());
                 let h = 0.002;
                 let mut side = [0.0; 4];
                 for (value, by) in side.iter_mut().zip([h, -h, 2.0 * h, -2.0 * h]) {
                     go(&mut follower, degrees + by);
-                    assert_eq!(follower.touching(), touching, "the difference must not cross a change of contact");
+                    assert_eq!(
+                        follower.solution().touching(),
+                        touching,
+                        "the difference must not cross a change of contact"
+                    );
                     *value = potential(&follower);
                 }
                 let rate = (8.0 * (side[0] - side[1]) - (side[2] - side[3])) / (12.0 * h.to_radians());
@@ -73,9 +78,9 @@ fn the_force_is_proportional_to_youngs_modulus_and_the_shape_independent_of_it()
         let mut stiff = solver(&design, &how, MID);
         go(&mut stiff, 9.0);
         for i in 0..2 {
-            assert!((stiff.force_world()[i] / soft.force_world()[i] - 3.0).abs() < 1e-8);
+            assert!((stiff.solution().force_world()[i] / soft.solution().force_world()[i] - 3.0).abs() < 1e-8);
         }
-        for (a, b) in stiff.front().zip(soft.front()) {
+        for (a, b) in stiff.solution().front().zip(soft.solution().front()) {
             assert!((a[0] - b[0]).abs() < 1e-9 && (a[1] - b[1]).abs() < 1e-9);
         }
     }
@@ -92,21 +97,24 @@ fn derivatives_of_the_force_agree_with_differences() {
                 // The circle moved towards the finger may touch at 0 already: the follower begins further back.
                 assert!(follower.start(0.0));
                 go(&mut follower, degrees);
-                (follower.force_world(), follower.touching())
+                (follower.solution().force_world(), follower.solution().touching())
             };
             let mut follower = solver(&ladder_80(), &how, object);
             go(&mut follower, degrees);
-            let before = follower.force_world();
+            let before = follower.solution().force_world();
             let exact = follower.sensitivity().expect("room for the rows");
             // What is read off afterwards may be of another evaluation of the same state: residuals are within 1e-9 N·mm.
             let same = |now: [f64; 2]| (0..2).all(|i| (now[i] - before[i]).abs() < 1e-10);
-            assert!(same(follower.force_world()), "asking for derivatives changes nothing");
+            assert!(same(follower.solution().force_world()), "asking for derivatives changes nothing");
             go(&mut follower, degrees);
-            assert!(same(follower.force_world()), "neither the way on");
+            assert!(same(follower.solution().force_world()), "neither the way on");
 
             let differ = |by: &dyn Fn(f64) -> ([f64; 2], usize), h: f64| {
                 let sides = [by(h), by(-h), by(2.0 * h), by(-2.0 * h)];
-                assert!(sides.iter().all(|s| s.1 == follower.touching()), "no change of contact in the difference");
+                assert!(
+                    sides.iter().all(|s| s.1 == follower.solution().touching()),
+                    "no change of contact in the difference"
+                );
                 [0, 1].map(|i| (8.0 * (sides[0].0[i] - sides[1].0[i]) - (sides[2].0[i] - sides[3].0[i])) / (12.0 * h))
             };
             let size = exact.coordinate.force[0].hypot(exact.coordinate.force[1]);
@@ -139,7 +147,7 @@ fn loaded_point(how: &Discretisation) -> [f64; 2] {
         let outcome = follower.follow(0.0);
         assert!(outcome.status.is_trustworthy(), "{outcome:?}");
     }
-    follower.lamellae().nth(4).expect("seven lamellae")[0]
+    follower.solution().lamellae().nth(4).expect("seven lamellae")[0]
 }
 
 #[test]

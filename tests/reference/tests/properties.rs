@@ -30,10 +30,10 @@ fn imbalance(follower: &Solver, design: &Design) -> ([f64; 2], f64, f64) {
         moment += at[0] * f[1] - at[1] * f[0];
         size += f[0].hypot(f[1]);
     };
-    for contact in follower.contacts() {
+    for contact in follower.solution().contacts() {
         add(contact.position, contact.normal.map(|n| n * contact.force));
     }
-    let reactions = follower.base_reactions();
+    let reactions = follower.solution().base_reactions();
     add(design.front.base, reactions[0].0);
     add(design.back.base, reactions[1].0);
     (force, moment + reactions[0].1 + reactions[1].1, size)
@@ -46,7 +46,7 @@ fn base_and_contacts_hold_the_finger_in_balance() {
         for (number, case) in Cases::seeded(41).take(CASES).enumerate() {
             let mut follower = solver(&case.design, &Discretisation::reduced(physics), case.object());
             assert!(follower.start(case.angle));
-            if follower.follow(case.angle).status.is_trustworthy() && follower.touching() > 0 {
+            if follower.follow(case.angle).status.is_trustworthy() && follower.solution().touching() > 0 {
                 let (force, moment, size) = imbalance(&follower, &case.design);
                 let what = format!("{physics:?}, case {number}: {force:?} N, {moment} N·mm of {size} N");
                 assert!(force[0].hypot(force[1]) < 1e-10 * size && moment.abs() < 1e-8 * (1.0 + 80.0 * size), "{what}");
@@ -60,7 +60,8 @@ fn base_and_contacts_hold_the_finger_in_balance() {
 /// V + ½ ε Σ μ².
 fn potential(follower: &Solver) -> f64 {
     let softness = follower.softness();
-    follower.energy() + follower.contacts().map(|c| 0.5 * softness * c.force * c.force).sum::<f64>()
+    follower.solution().energy()
+        + follower.solution().contacts().map(|c| 0.5 * softness * c.force * c.force).sum::<f64>()
 }
 
 /// Along a path of random turns, closing and opening, the motor's work is the change of the potential: Simpson's rule on every
@@ -80,8 +81,8 @@ fn the_motor_does_the_work_along_random_paths() {
                 let mut points = Vec::new();
                 for k in 0..3 {
                     let status = follower.follow(from + f64::from(k) * step).status;
-                    let touching: Vec<u64> = follower.contacts().map(|c| c.arc.to_bits()).collect();
-                    points.push((status, touching, follower.motor_torque(), potential(&follower)));
+                    let touching: Vec<u64> = follower.solution().contacts().map(|c| c.arc.to_bits()).collect();
+                    points.push((status, touching, follower.solution().motor_torque(), potential(&follower)));
                 }
                 let [a, m, b] = [&points[0], &points[1], &points[2]];
                 let smooth = points.iter().all(|p| p.0 == Status::Converged && p.1 == a.1);
@@ -130,14 +131,17 @@ fn where_the_finger_stands_changes_nothing() {
             if a != Status::Converged || b != Status::Converged {
                 continue;
             }
-            let [x, y] = here.force_world();
+            let [x, y] = here.solution().force_world();
             let (s, c) = turn.sin_cos();
             let expected = [c * x - s * y, s * x + c * y];
             for i in 0..2 {
-                let off = there.force_world()[i] - expected[i];
+                let off = there.solution().force_world()[i] - expected[i];
                 assert!(off.abs() < 1e-6 * (1.0 + x.hypot(y)), "{physics:?}, case {number}: off by {off} N");
             }
-            assert!((there.energy() - here.energy()).abs() < 1e-6 * (1.0 + here.energy()), "case {number}: energy");
+            assert!(
+                (there.solution().energy() - here.solution().energy()).abs() < 1e-6 * (1.0 + here.solution().energy()),
+                "case {number}: energy"
+            );
             checked += 1;
         }
         assert!(checked > CASES * 8 / 10, "{checked} of {CASES}");
@@ -176,13 +180,16 @@ fn scaling_length_and_modulus_scales_force_and_energy() {
             if a != Status::Converged || b != Status::Converged {
                 continue;
             }
-            let size = small.force_world()[0].hypot(small.force_world()[1]);
+            let size = small.solution().force_world()[0].hypot(small.solution().force_world()[1]);
             for i in 0..2 {
-                let off = large.force_world()[i] / (E * S * S) - small.force_world()[i];
+                let off = large.solution().force_world()[i] / (E * S * S) - small.solution().force_world()[i];
                 assert!(off.abs() < 1e-6 * (1.0 + size), "{physics:?}, case {number}: off by {off} N");
             }
-            let off = large.energy() / (E * S * S * S) - small.energy();
-            assert!(off.abs() < 1e-6 * (1.0 + small.energy()), "{physics:?}, case {number}: off by {off} N·mm");
+            let off = large.solution().energy() / (E * S * S * S) - small.solution().energy();
+            assert!(
+                off.abs() < 1e-6 * (1.0 + small.solution().energy()),
+                "{physics:?}, case {number}: off by {off} N·mm"
+            );
             checked += 1;
         }
         assert!(checked > CASES * 8 / 10, "{checked} of {CASES}");

@@ -100,14 +100,15 @@ fn check<T: Real>(
     physics: Physics,
     allowed: &Allowed,
 ) -> Result<(), String> {
+    let solution = follower.solution();
     let softness = follower.softness().to_f64();
     let Case { design, radius, .. } = case;
-    let (angle, m) = (follower.coordinate(), design.motor_axis);
+    let (angle, m) = (solution.coordinate(), design.motor_axis);
     let centre = centre_in_finger(design, case.centre, angle);
     let half = 0.5 * design.front.thickness.at(0.0);
 
-    let largest = follower.contacts().fold(0.0_f64, |most, c| most.max(c.force.to_f64()));
-    let front: Vec<[f64; 2]> = follower.front().map(|point| point.map(Real::to_f64)).collect();
+    let largest = solution.contacts().fold(0.0_f64, |most, c| most.max(c.force.to_f64()));
+    let front: Vec<[f64; 2]> = solution.front().map(|point| point.map(Real::to_f64)).collect();
     let between = if matches!(physics, Physics::Paper) { places(&front) } else { Vec::new() };
     let deep = |places: &[[f64; 2]]| {
         let gap = |place: &[f64; 2]| (place[0] - centre[0]).hypot(place[1] - centre[1]) - radius - half;
@@ -121,7 +122,7 @@ fn check<T: Real>(
         return fail("the front lies inside the object between two samples", deep(&between));
     }
     let (mut force, mut moment) = ([0.0; 2], 0.0);
-    for contact in follower.contacts() {
+    for contact in solution.contacts() {
         let (place, size) = (contact.position.map(Real::to_f64), contact.force.to_f64());
         let offset = [place[0] - centre[0], place[1] - centre[1]];
         let distance = offset[0].hypot(offset[1]);
@@ -140,22 +141,22 @@ fn check<T: Real>(
         moment += (centre[0] - m[0]) * -size * offset[1] / distance - (centre[1] - m[1]) * -size * offset[0] / distance;
     }
     for i in 0..2 {
-        let net = follower.force_finger()[i].to_f64();
+        let net = solution.force_finger()[i].to_f64();
         if (force[i] - net).abs() > allowed.balance * (1.0 + largest) {
             return fail("the net force is not the sum of the contacts", force[i] - net);
         }
     }
-    let torque = follower.motor_torque().to_f64();
+    let torque = solution.motor_torque().to_f64();
     if (torque + moment).abs() > allowed.balance.max(1e-6) * (1.0 + moment.abs()) {
         return fail("the torque is not the force's moment", torque + moment);
     }
     // The beams meet at the tip, and bend no link out of length.
-    let tip = follower.tip().map(Real::to_f64);
-    let back = follower.back().last().expect("a back beam").map(Real::to_f64);
+    let tip = solution.tip().map(Real::to_f64);
+    let back = solution.back().last().expect("a back beam").map(Real::to_f64);
     if (tip[0] - back[0]).hypot(tip[1] - back[1]) > allowed.tip {
         return fail("the tip is open", tip[0] - back[0]);
     }
-    for lamella in follower.lamellae() {
+    for lamella in solution.lamellae() {
         let [front, back] = lamella.map(|end| end.map(Real::to_f64));
         let length = (front[0] - back[0]).hypot(front[1] - back[1]);
         if length > 28.0 * 1.3 || length <= 0.0 {
@@ -168,9 +169,11 @@ fn check<T: Real>(
 /// τ = d(V + ½ ε Σ μ²)/dα: independent of the multipliers, and only true at an equilibrium. `None` at the end of a branch, where there
 /// is no derivative.
 fn work_is_torque(follower: &mut Follower<f64, Paper>) -> Option<Result<(), String>> {
-    let (angle, torque, softness) = (follower.coordinate(), follower.motor_torque(), follower.softness());
-    let total =
-        |f: &Follower<f64, Paper>| f.energy() + f.contacts().map(|c| 0.5 * softness * c.force * c.force).sum::<f64>();
+    let (angle, torque, softness) =
+        (follower.solution().coordinate(), follower.solution().motor_torque(), follower.softness());
+    let total = |f: &Follower<f64, Paper>| {
+        f.solution().energy() + f.solution().contacts().map(|c| 0.5 * softness * c.force * c.force).sum::<f64>()
+    };
     let mut rates = [0.0; 2];
     for (rate, h) in rates.iter_mut().zip([2e-5, 1e-5]) {
         let mut side = [0.0; 2];
@@ -193,7 +196,7 @@ fn work_is_torque(follower: &mut Follower<f64, Paper>) -> Option<Result<(), Stri
 
 /// Distance of two forces as a part of the second, or of 0.1 N where that is more.
 fn apart(single: &Follower<f32, Paper>, double: &Follower<f64, Paper>) -> f64 {
-    let (one, other) = (single.force_world().map(f64::from), double.force_world());
+    let (one, other) = (single.solution().force_world().map(f64::from), double.solution().force_world());
     (one[0] - other[0]).hypot(one[1] - other[1]) / other[0].hypot(other[1]).max(0.1)
 }
 

@@ -20,10 +20,10 @@ fn compare<T: Real, S: Size>(how: &Discretisation) {
             assert!(follower.start(0.0));
         }
         let outcome = follower.follow(row.degrees.to_radians());
-        let [x, y] = follower.force_finger().map(Real::to_f64);
+        let [x, y] = follower.solution().force_finger().map(Real::to_f64);
         let force = x.hypot(y);
-        let torque = follower.motor_torque().to_f64();
-        let line: Vec<[f64; 2]> = follower.front().map(|p| p.map(Real::to_f64)).collect();
+        let torque = follower.solution().motor_torque().to_f64();
+        let line: Vec<[f64; 2]> = follower.solution().front().map(|p| p.map(Real::to_f64)).collect();
         let (error, moment, shape) = (force / row.force - 1.0, torque / row.torque - 1.0, row.off(&line));
         println!(
             "{} {:4}° {:9} {:2} FEA {:7.4} N, ours {force:7.4} N ({:+6.2} %), torque {:+6.2} %, shape {shape:.3} mm{}",
@@ -61,7 +61,7 @@ fn the_snap_at_high() {
         let degrees = 0.05 * f64::from(step);
         let outcome = follower.follow(degrees.to_radians());
         assert!(outcome.status.is_trustworthy(), "{degrees}°: {outcome:?}");
-        let [x, y] = follower.force_finger();
+        let [x, y] = follower.solution().force_finger();
         (degrees, x.hypot(y), outcome.snaps > 0)
     };
     for step in 0..=200 {

@@ -17,7 +17,7 @@ fn closed<T: Real>(design: &Design, how: &Discretisation, object: ObjectDesign, 
     follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
     assert!(follower.start(degrees.to_radians()), "the object lies clear of the open finger");
     let status = follower.follow(degrees.to_radians()).status;
-    (status, follower.force_world().map(Real::to_f64))
+    (status, follower.solution().force_world().map(Real::to_f64))
 }
 
 /// Distance of the forces in single and in double precision as a part of the latter; both must be trustworthy.

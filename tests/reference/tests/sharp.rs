@@ -36,7 +36,7 @@ fn closed<T: Real, S: Size>(
     finger.set_object(object, Motion::Rotating { axis: design.motor_axis });
     assert!(finger.start(0.0), "{object:?}: no open hand");
     let status = finger.follow(degrees.to_radians()).status;
-    let [x, y] = finger.force_world().map(Real::to_f64);
+    let [x, y] = finger.solution().force_world().map(Real::to_f64);
     (status, x.hypot(y), y.atan2(x).to_degrees())
 }
 
@@ -172,7 +172,7 @@ fn nothing_is_cut_through() {
             finger.set_object(object, Motion::Rotating { axis: design.motor_axis });
             assert!(finger.start(0.0));
             let whole = finger.follow(4.0_f64.to_radians()).status;
-            let force = finger.force_world();
+            let force = finger.solution().force_world();
             assert!(matches!(whole, Status::Converged | Status::Snapped), "{object:?}: {whole} at once");
             assert!(finger.start(0.0));
             let mut status = Status::NoContact;
@@ -185,7 +185,7 @@ fn nothing_is_cut_through() {
             }
             assert!(status != Status::NoContact, "{object:?}");
             finger.follow(4.0_f64.to_radians());
-            let [x, y] = finger.force_world();
+            let [x, y] = finger.solution().force_world();
             let size = force[0].hypot(force[1]);
             let off = (x - force[0]).hypot(y - force[1]);
             assert!(off < 0.02 * size + 2e-3, "{object:?}: {:?} and {force:?}", [x, y]);

@@ -23,7 +23,7 @@ fn force<T: Real, S: Size>(modulus: f64, how: &Discretisation, object: ObjectDes
     assert!(finger.start(-0.1), "{object:?}: no open hand");
     let status = finger.follow(degrees.to_radians()).status;
     assert_eq!(status, Status::Converged, "{modulus} MPa, {object:?}");
-    let [x, y] = finger.force_world().map(Real::to_f64);
+    let [x, y] = finger.solution().force_world().map(Real::to_f64);
     x.hypot(y) / modulus
 }
 

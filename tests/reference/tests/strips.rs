@@ -62,7 +62,7 @@ fn the_strips_agree_with_the_discrete_model() {
         for [travel, measured, discrete] in ROWS {
             let outcome = follower.follow(travel);
             assert_eq!(outcome.status, Status::Converged, "{how:?} at {travel} mm: {outcome:?}");
-            let [x, y] = follower.force_world();
+            let [x, y] = follower.solution().force_world();
             let force = x.hypot(y);
             println!(
                 "{:?} {:?} {travel:4} mm: {force:.3} N, discrete model {discrete:.3} N ({:+.2} %), measured {measured:.2} N ({:+.1} %)",
@@ -97,7 +97,7 @@ fn one_coefficient_of_friction_takes_a_part_of_the_residuals() {
                 let outcome = follower.follow(travel - 5.0 + 0.5 * f64::from(k + 1));
                 assert!(outcome.status.is_trustworthy(), "{coefficient} at {travel} mm: {outcome:?}");
             }
-            let [x, y] = follower.force_world();
+            let [x, y] = follower.solution().force_world();
             100.0 * (x.hypot(y) / measured - 1.0)
         })
     };

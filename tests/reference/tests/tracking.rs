@@ -29,7 +29,7 @@ fn closing_and_opening(how: &Discretisation, height: f64, last: i32) -> (f64, u3
         let outcome = tracked.track(angle, Tracking::DEFAULT, BUDGET);
         let reference = converged.follow(angle);
         assert!(outcome.status.is_trustworthy() && reference.status.is_trustworthy(), "{angle}: {outcome:?}");
-        if converged.touching() == 0 {
+        if converged.solution().touching() == 0 {
             continue;
         }
         ticks += 1;
@@ -37,7 +37,7 @@ fn closing_and_opening(how: &Discretisation, height: f64, last: i32) -> (f64, u3
             single += 1;
             residual = (residual.0.max(outcome.gradient), residual.1.max(outcome.length));
         }
-        let (found, exact) = (tracked.force_world(), converged.force_world());
+        let (found, exact) = (tracked.solution().force_world(), converged.solution().force_world());
         worst = worst.max(f64::from((found[0] - exact[0]).hypot(found[1] - exact[1])));
     }
     println!(

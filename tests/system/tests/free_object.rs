@@ -174,7 +174,7 @@ fn an_object_that_is_let_go_rests_where_the_core_says() {
     fixed.set_object(circle(RADIUS)[0], Motion::Rotating { axis: given.design.motor_axis });
     let angle = f64::from(left.estimate.motor_angle);
     assert!(fixed.start(angle) && fixed.follow(angle).status == Status::Converged);
-    let off = f64::from(left.estimate.force[0]) - fixed.force_world()[0];
+    let off = f64::from(left.estimate.force[0]) - fixed.solution().force_world()[0];
     assert!(off.abs() < 0.02, "{off} N");
 
     // Two fingers that are told of different objects hold none, and say so.

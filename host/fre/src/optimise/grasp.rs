@@ -186,10 +186,10 @@ fn read<T: Real, S: Size>(
 ) -> Option<Known> {
     let [with_stiffness, with_slopes] = [wanted.stiffness, wanted.slopes].map(|places| places.contains(&at));
     // Each touching sample takes two rows of a derivative.
-    if (with_stiffness || with_slopes) && 2 * follower.touching() > S::CONTACTS {
+    if (with_stiffness || with_slopes) && 2 * follower.solution().touching() > S::CONTACTS {
         return None;
     }
-    let sizes = follower.strains().map(|strain| strain.largest()).enumerate();
+    let sizes = follower.solution().strains().map(|strain| strain.largest()).enumerate();
     let most_strained = sizes.fold((0, T::ZERO), |most, strain| if strain.1 > most.1 { strain } else { most });
     let numbers = |follower: &mut Follower<T, S>| numbers(follower, most_strained.0, with_stiffness);
     let found = numbers(follower)?;
@@ -210,12 +210,12 @@ fn read<T: Real, S: Size>(
 
 /// Reads the [`Numbers`], of the strains that at a place of the finger.
 fn numbers<T: Real, S: Size>(follower: &mut Follower<T, S>, strained: usize, with_stiffness: bool) -> Option<[T; 5]> {
-    let force = follower.force_world();
+    let force = follower.solution().force_world();
     let [x, y] = force;
     let size = (x * x + y * y).sqrt();
-    let strain = follower.strains().nth(strained).map_or(T::ZERO, |strain| strain.largest());
+    let strain = follower.solution().strains().nth(strained).map_or(T::ZERO, |strain| strain.largest());
     let (mut whole, mut mean, mut ends) = (T::ZERO, T::ZERO, None);
-    for contact in follower.contacts() {
+    for contact in follower.solution().contacts() {
         whole += contact.force;
         mean += contact.force * contact.arc;
         let (first, _) = ends.unwrap_or((contact.arc, contact.arc));
@@ -226,7 +226,8 @@ fn numbers<T: Real, S: Size>(follower: &mut Follower<T, S>, strained: usize, wit
     if whole > T::ZERO {
         mean /= whole;
         let square = |from: T| (from - mean) * (from - mean);
-        let variance = follower.contacts().fold(T::ZERO, |sum, contact| sum + contact.force * square(contact.arc));
+        let variance =
+            follower.solution().contacts().fold(T::ZERO, |sum, contact| sum + contact.force * square(contact.arc));
         spread = (T::of(12.0) * variance / whole).sqrt();
     }
     if with_stiffness && size > T::ZERO {

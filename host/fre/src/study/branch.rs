@@ -108,7 +108,7 @@ pub fn first_branch<T: Real, S: Size>(
     let peak = top.filter(|&top| top + 1 < on_first || falls(top));
     if peak.is_some() || snapped.is_some() {
         let mut follower = again()?;
-        let mut before = path.place(follower.coordinate());
+        let mut before = path.place(follower.solution().coordinate());
         for (index, one) in first.iter().chain(snapped).enumerate() {
             let fine = index == on_first || top.is_some_and(|top| index == top || index == top + 1);
             let start = before;
@@ -125,7 +125,7 @@ pub fn first_branch<T: Real, S: Size>(
                     ended = true;
                     break;
                 }
-                let [x, y] = follower.force_world().map(T::to_f64);
+                let [x, y] = follower.solution().force_world().map(T::to_f64);
                 let force = x.hypot(y);
                 if best.is_none_or(|[most, _]| force > most) {
                     best = Some([force, place]);

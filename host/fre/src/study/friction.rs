@@ -23,9 +23,10 @@ pub struct Friction {
 impl Friction {
     /// What a follower is at.
     pub fn of<T: Real, S: Size>(follower: &Follower<T, S>) -> Self {
+        let solution = follower.solution();
         let coefficient = follower.friction().to_f64();
         let (mut normal_n, mut tangential_n, mut magnitude) = (0.0, 0.0, 0.0);
-        for contact in follower.contacts() {
+        for contact in solution.contacts() {
             let along = contact.tangential.to_f64();
             normal_n += contact.force.to_f64();
             tangential_n += along;
@@ -33,7 +34,7 @@ impl Friction {
         }
         let cone = coefficient * normal_n;
         let mobilised = if cone > 0.0 { magnitude / cone } else { 0.0 };
-        Self { coefficient, normal_n, tangential_n, mobilised, dissipated_nmm: follower.dissipated().to_f64() + 0.0 }
+        Self { coefficient, normal_n, tangential_n, mobilised, dissipated_nmm: solution.dissipated().to_f64() + 0.0 }
     }
 }
 
@@ -57,14 +58,15 @@ impl ForceInterval {
         let mut found = Self { normal: [0.0; 2], magnitude: [0.0; 2], torque_nmm: [0.0; 2] };
         for (index, follower) in followers.iter().enumerate() {
             let (mut sum, mut push) = (0.0, [0.0; 2]);
-            for contact in follower.contacts() {
+            let solution = follower.solution();
+            for contact in solution.contacts() {
                 let force = contact.force.to_f64();
                 sum += force;
                 push = [0, 1].map(|i| push[i] + force * contact.normal[i].to_f64());
             }
-            let [x, y] = follower.force_world().map(T::to_f64);
+            let [x, y] = solution.force_world().map(T::to_f64);
             let (whole, normal) = (x.hypot(y), push[0].hypot(push[1]));
-            let torque = follower.motor_torque().to_f64() + 0.0;
+            let torque = solution.motor_torque().to_f64() + 0.0;
             for (range, [low, high]) in [
                 (&mut found.normal, [sum; 2]),
                 (&mut found.magnitude, [whole.min(normal), whole]),

@@ -189,7 +189,7 @@ impl<T: Real, S: Size> Walk<T, S> {
 
     /// Where it is: a motor angle (degrees) or distance (mm).
     pub fn at(&self) -> f64 {
-        self.case.path.place(self.follower.coordinate())
+        self.case.path.place(self.follower.solution().coordinate())
     }
 
     /// Goes to a motor angle (degrees) or distance (mm) within a time, s. The place has no branch yet; the number is that of the
@@ -292,19 +292,20 @@ fn state<T: Real, S: Size>(
     options: &Options,
     samples: &[f64],
 ) -> State {
+    let solution = follower.solution();
     // Adding zero turns −0 into 0.
     let number = |value: T| value.to_f64() + 0.0;
     let shape = Shape::of(follower);
     let strains = Strains::of(follower);
     let self_contact = self_contact::deepest(&case.finger.design, &shape);
-    let [front, back, hinge, rib] = follower.max_strain().map(T::to_f64);
+    let [front, back, hinge, rib] = solution.max_strain().map(T::to_f64);
     State {
-        force_n: follower.force_world().map(number),
-        force_finger_frame_n: follower.force_finger().map(number),
-        motor_torque_nmm: number(follower.motor_torque()),
-        energy_nmm: case.finger.prony.is_empty().then(|| number(follower.energy())),
-        gap_mm: number(follower.distance()),
-        tip_mm: follower.tip().map(number),
+        force_n: solution.force_world().map(number),
+        force_finger_frame_n: solution.force_finger().map(number),
+        motor_torque_nmm: number(solution.motor_torque()),
+        energy_nmm: case.finger.prony.is_empty().then(|| number(solution.energy())),
+        gap_mm: number(solution.distance()),
+        tip_mm: solution.tip().map(number),
         contact_pressure: pressures(&case.finger.design, samples, &shape.contacts),
         shape,
         max_strain: MaxStrain { front, back, hinge, rib },

@@ -1,8 +1,9 @@
 //! Strains of a deformed finger along its beams and in its hinges, against what the material bears.
 
-use model_core::equilibrium::{Follower, Place};
+use model_core::equilibrium::Follower;
 use model_core::real::Real;
 use model_core::size::Size;
+use model_core::solution::Place;
 use serde::{Deserialize, Serialize};
 
 /// Strains (bending plus stretch, dimensionless, positive where material is drawn out) of a cross-section's two faces.
@@ -52,7 +53,7 @@ impl Strains {
     /// Of what a follower is at.
     pub fn of<T: Real, S: Size>(follower: &Follower<T, S>) -> Self {
         let mut all = Self::default();
-        for strain in follower.strains() {
+        for strain in follower.solution().strains() {
             let (stretch, bending) = (strain.stretch.to_f64(), strain.bending.to_f64());
             let section =
                 Section { arc_mm: strain.arc.to_f64(), object_side: stretch + bending, back_side: stretch - bending };

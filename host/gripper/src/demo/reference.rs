@@ -84,7 +84,7 @@ impl Reference {
                         if known {
                             followed.shapes.insert(position, Shape::of(&follower));
                         }
-                        known.then(|| follower.force_world())
+                        known.then(|| follower.solution().force_world())
                     }
                 };
                 last = Some((position, force));

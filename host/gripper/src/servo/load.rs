@@ -243,8 +243,8 @@ impl<T: Real> Finger<'_, T> {
         let status = self.follower.follow(coordinate).status;
         status.is_trustworthy().then(|| Contact {
             // Of the motor: a force times the way per angle.
-            torque: self.follower.motor_torque().to_f64() * slope,
-            force: self.follower.force_world().map(Real::to_f64),
+            torque: self.follower.solution().motor_torque().to_f64() * slope,
+            force: self.follower.solution().force_world().map(Real::to_f64),
             status,
         })
     }
@@ -255,7 +255,7 @@ impl<T: Real> Finger<'_, T> {
         if !self.follower.start(zero) {
             return Err(LoadError::NoRoom);
         }
-        let free = self.follower.coordinate();
+        let free = self.follower.solution().coordinate();
         let is_free = |index: &i64| self.coordinate(*index).is_some_and(|[coordinate, _]| coordinate <= free);
         (-HALF_TURN..=0).rev().find(is_free).ok_or(LoadError::NoRoom)
     }

@@ -92,8 +92,8 @@ impl Rough {
             let status = finger.follow(Target { coordinate, time_step_s: seconds }).status;
             status.is_trustworthy().then(|| Contact {
                 // Of the motor: a force times the way per angle.
-                torque: finger.motor_torque().to_f64() * slope,
-                force: finger.force_world().map(Real::to_f64),
+                torque: finger.solution().motor_torque().to_f64() * slope,
+                force: finger.solution().force_world().map(Real::to_f64),
                 status,
             })
         }))

@@ -151,11 +151,11 @@ impl Predictor<'_> {
             if !status.is_trustworthy() {
                 return Prediction::unknown(status);
             }
-            let force = follower.force_world();
+            let force = follower.solution().force_world();
             let size = force[0].hypot(force[1]);
             let mut prediction = Prediction { force_n: size, ..Prediction::unknown(status) };
             if !reading.front_mm.is_empty() {
-                prediction.front_mm = follower.front().collect();
+                prediction.front_mm = follower.solution().front().collect();
             }
             if size == 0.0 || wanted == Wanted::Force {
                 let count = if wanted == Wanted::Derivatives { trial.parameters.len() } else { 0 };

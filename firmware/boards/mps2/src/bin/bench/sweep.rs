@@ -192,8 +192,8 @@ fn sweep<'a, S: Size>(
             clock,
             iterations: outcome.iterations,
             trusted: outcome.status.is_trustworthy(),
-            touching: follower.touching() > 0,
-            force: follower.force_world(),
+            touching: follower.solution().touching() > 0,
+            force: follower.solution().force_world(),
         };
         used += 1;
     }
@@ -241,7 +241,7 @@ fn derivatives<S: Size>(
         let (outcome, tick) = cycles::of(|| follower.follow_within(coordinate, BUDGET));
         let (_, evaluation) = cycles::of(|| follower.follow_within(coordinate, BUDGET));
         let (found, clock) = cycles::of(|| follower.sensitivity());
-        if follower.touching() == 0 || outcome.iterations == 0 {
+        if follower.solution().touching() == 0 || outcome.iterations == 0 {
             continue;
         }
         if found.is_none() {

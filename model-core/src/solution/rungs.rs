@@ -2,10 +2,9 @@
 //!
 //! A rung's parts lead from the front beam to the back beam; where that is held, they lead the other way, and are read mirrored.
 
-use super::Follower;
+use super::Solution;
 use crate::access::Access;
 use crate::element::Strain;
-use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
 use crate::topology::{CLAMPED, Member, Role};
@@ -33,20 +32,20 @@ impl<T: Real> Part<T> {
         Self { near: out.rigid_start, chord: out.chord, far: out.rigid_end }
     }
 
-    fn whole(&self) -> [T; 2] {
+    fn whole(self) -> [T; 2] {
         onwards(onwards(self.near, self.chord), self.far)
     }
 }
 
-impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
+impl<'a, T: Real, S: Size> Solution<'a, T, S> {
     /// The part of a rung with a number, counted from the front.
-    fn rung_part(&self, cell: usize, number: u8) -> Option<Part<T>> {
+    fn rung_part(self, cell: usize, number: u8) -> Option<Part<T>> {
         let index = self.model.topology.find(Role::Rung(cell as u8, number))?;
-        Some(Part::of(self.model.member(index)?, self.work.kinematics.members.as_ref().get(index)?))
+        Some(Part::of(self.model.member(index)?, self.kinematics.members.as_ref().get(index)?))
     }
 
     /// Deformed centreline of every rib from where it begins to bend, front to back, finger frame, mm, base to tip; none of rigid lamellae.
-    pub fn ribs(&self) -> impl Iterator<Item = impl Iterator<Item = [T; 2]> + '_> + '_ {
+    pub fn ribs(self) -> impl Iterator<Item = impl Iterator<Item = [T; 2]> + 'a> + 'a {
         (0..self.model.cells().saturating_sub(1)).filter_map(move |cell| {
             let index = self.model.topology.find(Role::Rung(cell as u8, 0))?;
             let member = self.model.member(index).filter(|member| member.start != member.end)?;
@@ -54,7 +53,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 return None;
             }
             let part = self.rung_part(cell, 0)?;
-            let first = onwards(self.work.kinematics.start.as_ref().at(cell + 1), part.near);
+            let first = onwards(self.kinematics.start.as_ref().at(cell + 1), part.near);
             let (nodes, backwards) = (member.nodes(), member.is_backwards());
             let steps = nodes.len() - 1;
             let mut at = first;
@@ -70,7 +69,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// As [`Self::link`] from the member's end to its start: the point before a node's link, or in the middle or at the start of its element.
-    fn link_back(&self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
+    fn link_back(self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
         let nodes = self.model.member(index)?.nodes();
         let is_middle = (node - nodes.start) % 2 == 1;
         if !self.model.quadratic || nodes.len() < 3 {
@@ -93,9 +92,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Ends of the lamellae (front, back), finger frame, mm, base to tip: of rigid ones the bar's, of ribs those of what bends.
-    pub fn lamellae(&self) -> impl Iterator<Item = [[T; 2]; 2]> + '_ {
+    pub fn lamellae(self) -> impl Iterator<Item = [[T; 2]; 2]> + 'a {
         (0..self.model.cells().saturating_sub(1)).map(move |cell| {
-            let start = self.work.kinematics.start.as_ref().at(cell + 1);
+            let start = self.kinematics.start.as_ref().at(cell + 1);
             let ends = match (self.rung_part(cell, 0), self.rung_part(cell, 1)) {
                 // The bar is the rigid part between both hinges.
                 (Some(front), Some(behind)) => {
@@ -114,22 +113,22 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// What holds the back end of a rung on the part of the back beam that is held, in the model's units: force, and moment about the end
     /// of that part.
-    pub(super) fn rung_reaction(&self, cell: usize) -> Option<([T; 2], T)> {
+    pub(super) fn rung_reaction(self, cell: usize) -> Option<([T; 2], T)> {
         if cell + 1 == self.model.cells() || self.model.topology.find(Role::Back(cell as u8)).is_some() {
             return None;
         }
-        let mut from = self.work.kinematics.start.as_ref().at(cell + 1);
+        let mut from = self.kinematics.start.as_ref().at(cell + 1);
         let (mut force, mut moment) = ([T::ZERO; 2], T::ZERO);
         for number in 0..2 {
             let Some(index) = self.model.topology.find(Role::Rung(cell as u8, number)) else { continue };
-            let (member, out) = (self.model.member(index)?, self.work.kinematics.members.as_ref().get(index)?);
+            let (member, out) = (self.model.member(index)?, self.kinematics.members.as_ref().get(index)?);
             let part = Part::of(member, out);
             from = onwards(from, part.whole());
             // A part that leads from the held end has the force that acts there; a bar between pins has the other.
             let sign = if member.is_backwards() { T::one() } else { -T::one() };
             force = out.force.map(|f| sign * f);
             if member.start == CLAMPED {
-                let gradient = self.work.kinematics.nodes.as_ref().at(usize::from(member.first)).gradient;
+                let gradient = self.kinematics.nodes.as_ref().at(usize::from(member.first)).gradient;
                 let [x, y] = out.rigid_start;
                 moment = gradient + force[1] * x - force[0] * y;
             }

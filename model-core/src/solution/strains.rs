@@ -1,8 +1,7 @@
 //! Strains along beams, hinges and ribs, from the bends and stretches of an equilibrium.
 
-use super::Follower;
+use super::Solution;
 use crate::access::Access;
-use crate::object::Object;
 use crate::real::Real;
 use crate::size::Size;
 use crate::topology::Role;
@@ -40,16 +39,16 @@ pub struct Strain<T> {
 
 impl<T: Real> Strain<T> {
     /// The larger magnitude of both faces.
-    pub fn largest(&self) -> T {
+    pub fn largest(self) -> T {
         self.stretch.abs() + self.bending.abs()
     }
 }
 
-impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
+impl<'a, T: Real, S: Size> Solution<'a, T, S> {
     /// Strains of all flexible members, span by span from the base: at the springs of `paper` and `trapezoid`, at both
     /// ends of the quadratic elements (between which the bend is linear). Pins and welds have none.
-    pub fn strains(&self) -> impl Iterator<Item = Strain<T>> + '_ {
-        let model = &self.model;
+    pub fn strains(self) -> impl Iterator<Item = Strain<T>> + 'a {
+        let model = self.model;
         let mut beam_arc = model.clamps;
         model.topology.in_cells().flat_map(move |index| {
             let member = model.topology.members.as_ref()[index];
@@ -89,9 +88,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 }
 
-impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
+impl<'a, T: Real, S: Size> Solution<'a, T, S> {
     /// Arc from a member's start of an end of its quadratic elements, or of one of its springs.
-    fn arc(&self, first: usize, end: usize) -> T {
+    fn arc(self, first: usize, end: usize) -> T {
         let weight = self.model.weight.as_ref();
         if self.model.quadratic {
             // Simpson's weight of the middle is 4h/6.
@@ -102,8 +101,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Stretch and bend at an end of a quadratic element: even ends are starts.
-    fn end(&self, node: usize, end: usize) -> (T, T) {
-        let angle = self.timeline.present.angle.as_ref();
+    fn end(self, node: usize, end: usize) -> (T, T) {
+        let angle = self.state.angle.as_ref();
         let first = node - end % 2;
         // θ′h of the quadratic through the element's three angles.
         let (a, b) = (angle[first + 1] - angle[first], angle[first + 2] - angle[first + 1]);
@@ -116,20 +115,20 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// The same at the spring between a node and the next.
-    fn spring(&self, node: usize) -> (T, T) {
-        let angle = self.timeline.present.angle.as_ref();
+    fn spring(self, node: usize) -> (T, T) {
+        let angle = self.state.angle.as_ref();
         let stretch = T::of(0.5) * (self.stretch(node) + self.stretch(node + 1));
         (stretch, angle[node + 1] - angle[node])
     }
 
-    fn stretch(&self, node: usize) -> T {
-        let on = self.work.kinematics.nodes.as_ref().at(node);
+    fn stretch(self, node: usize) -> T {
+        let on = self.kinematics.nodes.as_ref().at(node);
         let (e, d) = (on.e, on.strained);
         (d[0] - e[0]) * e[0] + (d[1] - e[1]) * e[1]
     }
 
     /// Largest strain at an outer fibre (bending plus stretch) of front beam, back beam, hinges and ribs, dimensionless.
-    pub fn max_strain(&self) -> [T; 4] {
+    pub fn max_strain(self) -> [T; 4] {
         let mut most = [T::ZERO; 4];
         for strain in self.strains() {
             let part = match strain.place {
