@@ -215,12 +215,16 @@ mod tests {
     use crate::discretise::{Discretisation, DiscretiseError, Physics, discretise};
     use crate::model::Model;
     use crate::newton::Workspace;
+    use crate::newton::factored::Factored;
     use crate::state::State;
     use core::mem::size_of;
 
     /// Three states and the workspace, and the model's constants, bytes.
     fn ram<S: Size>() -> (usize, usize) {
-        (3 * size_of::<State<f32, S>>() + size_of::<Workspace<f32, S>>(), size_of::<Model<f32, S>>())
+        (
+            3 * size_of::<State<f32, S>>() + size_of::<Workspace<f32, S>>() + size_of::<Factored<f32, S>>(),
+            size_of::<Model<f32, S>>(),
+        )
     }
 
     #[test]

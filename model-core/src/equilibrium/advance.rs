@@ -69,7 +69,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let forces = self.forces();
         if converged && !passed && !self.passes_a_fall(target, forces) {
             self.drift = attempt.drift;
-            self.factored |= attempt.iterations > 0;
+            self.factored.is_near |= attempt.iterations > 0;
             if untouched && attempt.iterations == 0 {
                 // The open hand as it was, and evaluated as it is.
                 self.keep(target);

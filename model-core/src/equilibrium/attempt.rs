@@ -32,7 +32,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         };
         let (present, accepted) = self.timeline.present_and_accepted();
         let judged = Judged { state: accepted, drift: self.drift };
-        let attempt = self.work.newton(&self.model, present, &object, judged, &limits);
+        let attempt = self.work.newton(&self.model, &mut self.factored, present, &object, judged, &limits);
         self.sweep = attempt.sweep;
         attempt
     }

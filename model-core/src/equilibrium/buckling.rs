@@ -56,9 +56,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// A member's interior has buckled with a factor on what its force takes from its stiffness.
     fn buckles_at(&mut self, index: usize, factor: f64) -> bool {
         let diagonal = Diagonal { curvature: T::of(factor), ..Diagonal::of(Hessian::Newton, T::ZERO) };
-        let work = &mut self.work;
-        work.factorisation.curved = true;
-        let (_, negative) = work.factorisation.condense(&self.model, &work.kinematics, index, diagonal);
+        self.factored.kkt.curved = true;
+        let (_, negative) = self.factored.kkt.condense(&self.model, &self.work.kinematics, index, diagonal);
         negative >= BUCKLED
     }
 }

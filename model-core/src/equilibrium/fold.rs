@@ -57,7 +57,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             spent += 1;
             outcome.iterations += 1;
             if settled {
-                let inertia = self.work.solve(&self.model, Hessian::Newton, T::ZERO);
+                let inertia = self.work.solve(&self.model, &mut self.factored, Hessian::Newton, T::ZERO);
                 if inertia.is_stable() {
                     if self.timeline.moved(&self.model) > T::of(SAME_BRANCH)
                         || change(self.timeline.present.force(), self.timeline.accepted.force()) > T::of(SAME_FORCE)
@@ -67,7 +67,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     }
                     let passed = self.presses_from_behind();
                     self.phase = Phase::Following;
-                    (self.drift, self.factored) = (T::ZERO, true);
+                    (self.drift, self.factored.is_near) = (T::ZERO, true);
                     self.begin_fall(target);
                     self.accept(target);
                     if passed {
@@ -93,7 +93,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 outcome.iterations += attempt.iterations;
                 continue;
             }
-            let inertia = self.work.solve(&self.model, Hessian::Newton, shift);
+            let inertia = self.work.solve(&self.model, &mut self.factored, Hessian::Newton, shift);
             if !inertia.is_stable() {
                 shift = (shift * T::of(4.0)).max(T::of(1e-4));
                 if shift > T::of(1e6) {

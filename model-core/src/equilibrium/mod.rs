@@ -54,6 +54,7 @@ use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError, discretise};
 use crate::model::Model;
 pub use crate::newton::attempt::NEAR_ENOUGH;
+use crate::newton::factored::Factored;
 use crate::newton::gaps::Sweep;
 use crate::newton::history::Way;
 pub use crate::newton::memory::{MOST_TERMS as PRONY_TERMS, PARTS as PRONY_PARTS, TIMES as PRONY_TIMES};
@@ -167,8 +168,7 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     snapped: bool,
     /// Largest difference of an angle between the accepted state and the one whose inertia says that it is stable, rad.
     drift: T,
-    /// The last factorisation is that of the accepted state, or of one within the drift.
-    factored: bool,
+    factored: Factored<T, S>,
     /// Why the smallest step failed where the branch could not be followed.
     failed: Status,
     fall: Fall<T>,
@@ -178,7 +178,8 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Size of the states and the workspace: what changes while a motion is followed, bytes.
-    pub const STATE_BYTES: usize = 3 * size_of::<State<T, S>>() + size_of::<Workspace<T, S>>();
+    pub const STATE_BYTES: usize =
+        3 * size_of::<State<T, S>>() + size_of::<Workspace<T, S>>() + size_of::<Factored<T, S>>();
 
     /// A follower before [`Self::configure`]: every [`Self::follow`] returns `out-of-range`.
     pub const EMPTY: Self = Self {
@@ -198,7 +199,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         phase: Phase::Lost,
         snapped: false,
         drift: T::ZERO,
-        factored: false,
+        factored: Factored::EMPTY,
         // Never read; all zeros.
         failed: Status::Converged,
         fall: Fall::NONE,
@@ -216,7 +217,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.settings = Settings::DEFAULT;
         }
         let made = discretise(design, how, &mut self.model);
-        let fits = made.is_ok() && self.timeline.fit(&self.model) && self.work.fit(&self.model);
+        let fits = made.is_ok()
+            && self.timeline.fit(&self.model)
+            && self.work.fit(&self.model)
+            && self.factored.fit(&self.model);
         if !fits {
             self.model.reset(0);
             return made.and(Err(DiscretiseError::Capacity));
@@ -240,6 +244,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), OutOfBounds> {
         settings.validate()?;
         self.settings = settings;
+        self.factored.is_near = false;
         self.allow_steps();
         Ok(())
     }
@@ -247,6 +252,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Follows with the settings that suit a second derivative, [`Settings::of`].
     pub fn set_hessian(&mut self, hessian: Hessian) {
         self.settings = Settings::of(hessian);
+        self.factored.is_near = false;
         self.allow_steps();
     }
 
@@ -268,7 +274,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.timeline.rest();
         self.phase = Phase::Following;
         self.snapped = false;
-        (self.drift, self.fall, self.factored) = (T::ZERO, Fall::NONE, false);
+        (self.drift, self.fall, self.factored.is_near) = (T::ZERO, Fall::NONE, false);
         (self.barred, self.sweep) = (Barred::NONE, Sweep::NONE);
         self.allow_steps();
         self.work.contacts.count = 0;
@@ -374,6 +380,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub fn set_modulus_factor(&mut self, factor: f64) -> Result<(), OutOfBounds> {
         check("modulus factor", factor, MODULUS_FACTORS)?;
         self.modulus = T::of(factor);
+        self.factored.is_near = false;
         if self.model.cells() > 0 {
             // Strains stay, so that forces are the same in the new unit; but a given load is as it was.
             let part = self.model.stiffen(self.work.history.memory.stiffness(), self.modulus);
@@ -425,7 +432,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Goes back to the accepted state; what was factorised is of another one.
     fn reject(&mut self) {
         self.timeline.reject(&self.model);
-        self.factored = false;
+        self.factored.is_near = false;
     }
 
     /// Completes the workspace with the second derivatives at the accepted state, if the last evaluation did without them.

@@ -2,6 +2,7 @@
 
 use super::{Follower, Phase};
 use crate::model::Model;
+use crate::newton::factored::Factored;
 use crate::newton::{Effort, Workspace};
 use crate::object::{Displacement, Object};
 use crate::real::Real;
@@ -14,6 +15,7 @@ use crate::units::Units;
 pub(crate) struct Parts<'a, T: Real, S: Size> {
     pub(crate) model: &'a Model<T, S>,
     pub(crate) work: &'a mut Workspace<T, S>,
+    pub(crate) factored: &'a mut Factored<T, S>,
 }
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
@@ -74,7 +76,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// The last factorisation is that of the accepted state, or nearly.
     pub(crate) fn is_factored(&self) -> bool {
-        self.factored
+        self.factored.is_near
     }
 
     pub(crate) fn has_snapped(&self) -> bool {
@@ -86,12 +88,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     pub(crate) fn parts(&mut self) -> Parts<'_, T, S> {
-        Parts { model: &self.model, work: &mut self.work }
+        Parts { model: &self.model, work: &mut self.work, factored: &mut self.factored }
     }
 
     /// The accepted state, which the workspace shows, beside the parts.
     pub(crate) fn state_and_parts(&mut self) -> (&State<T, S>, Parts<'_, T, S>) {
-        (&self.timeline.present, Parts { model: &self.model, work: &mut self.work })
+        (&self.timeline.present, Parts { model: &self.model, work: &mut self.work, factored: &mut self.factored })
     }
 
     /// Another model has the same unknowns and samples.

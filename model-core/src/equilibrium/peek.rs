@@ -97,6 +97,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         };
         let (present, accepted) = self.timeline.present_and_accepted();
         let judged = Judged { state: accepted, drift: self.drift };
-        Some(self.work.newton(&self.model, present, &seen, judged, &limits).status)
+        Some(self.work.newton(&self.model, &mut self.factored, present, &seen, judged, &limits).status)
     }
 }

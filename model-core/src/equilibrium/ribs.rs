@@ -13,6 +13,7 @@ use crate::model::Model;
 use crate::newton::Hessian;
 use crate::newton::Workspace;
 use crate::newton::condense::Diagonal;
+use crate::newton::factored::Factored;
 use crate::newton::memory::Memory;
 use crate::object::{Motion, ObjectDesign};
 use crate::size::Ribs as Room;
@@ -71,9 +72,11 @@ fn column(scheme: Scheme, elements: u16, share: f64) -> (usize, f64) {
     work.kinematics.direct(&model, &state);
     work.kinematics.place_front::<Tangents>(&model, &Memory::EMPTY, &state, &[]);
     work.kinematics.complete::<Tangents>(&model, &Memory::EMPTY, &state);
-    let Workspace { kinematics, factorisation, .. } = &mut *work;
-    factorisation.curved = true;
-    let (condensed, negative) = factorisation.condense(&model, kinematics, rib, Diagonal::of(Hessian::Newton, 0.0));
+    let mut factored: Box<Factored<f64, Fine>> = Box::new(Factored::EMPTY);
+    assert!(factored.fit(&model));
+    factored.kkt.curved = true;
+    let (condensed, negative) =
+        factored.kkt.condense(&model, &work.kinematics, rib, Diagonal::of(Hessian::Newton, 0.0));
     // In units of L³/EI.
     (negative, -condensed.yy * stiffness / length.powi(3))
 }

@@ -21,14 +21,14 @@ type Solver = Follower<f64, Rubbing>;
 fn inertia(follower: &mut Solver) -> isize {
     let work = &mut follower.work;
     work.contacts.add_turning(Rubbing::CONTACTS);
-    let negative = work.factorise(&follower.model, Diagonal { curvature: 1.0, shift: 0.0 });
+    let negative = work.factorise(&follower.model, &mut follower.factored, Diagonal { curvature: 1.0, shift: 0.0 });
     let rows = work.contacts.rows();
     let equations: Vec<usize> =
         (0..rows.len()).filter(|&j| matches!(rows[j].state, ContactState::Closed | ContactState::Stick)).collect();
     let count = equations.len();
     let mut matrix: Vec<f64> = Vec::new();
     for &i in &equations {
-        matrix.extend(equations.iter().map(|&j| work.border.flexibility[i * Rubbing::CONTACTS + j]));
+        matrix.extend(equations.iter().map(|&j| follower.factored.border.flexibility[i * Rubbing::CONTACTS + j]));
     }
     let border = symmetric::factorise(&mut matrix, count, count, &mut vec![0; count]) as isize;
     negative as isize - 2 * follower.model.cells() as isize - (border - work.contacts.turning_negative())

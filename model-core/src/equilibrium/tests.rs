@@ -18,7 +18,7 @@ type Solver<T> = Follower<T, Paper>;
 /// The inertia of the accepted state itself has nothing against it; the workspace shows it again afterwards.
 fn is_stable<T: Real>(follower: &mut Solver<T>) -> bool {
     follower.show_accepted();
-    let inertia = follower.work.solve(&follower.model, Hessian::Newton, T::ZERO);
+    let inertia = follower.work.solve(&follower.model, &mut follower.factored, Hessian::Newton, T::ZERO);
     follower.show_accepted();
     inertia.settled && !inertia.is_unstable()
 }
@@ -112,6 +112,37 @@ fn accepted_states_are_stable_by_their_own_inertia() {
     std::println!("{states} states, {snaps} snap-throughs, unstable: {wrong:?}");
     assert!(wrong.is_empty(), "{wrong:?}");
     assert!(states > 10_000 && snaps > 3, "{states} {snaps}");
+}
+
+/// A motion in steps far below a count goes on with a factorisation from tick to tick, and comes to what new ones come to; one that others
+/// have bordered is not used.
+#[test]
+fn a_factorisation_outlives_the_tick() {
+    let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+    let (mut carrying, mut anew) = (start::<f64>(object, 0.0), start::<f64>(object, 0.0));
+    let (mut carried, mut iterated) = (0, 0);
+    for tick in 0..=300 {
+        let angle = (8.0 + 1e-3 * f64::from(tick)).to_radians();
+        let differs = tick % 50 == 49;
+        if differs {
+            assert!(carrying.sensitivity().is_some());
+        }
+        let before = carrying.factored.kkt.band;
+        let outcome = carrying.follow(angle);
+        anew.factored.is_near = false;
+        assert!(outcome.status.is_trustworthy() && anew.follow(angle).status.is_trustworthy());
+        if tick > 0 && outcome.iterations > 0 {
+            let is_same = before == carrying.factored.kkt.band;
+            assert!(!(differs && is_same), "tick {tick}");
+            (carried, iterated) = (carried + u32::from(is_same), iterated + 1);
+        }
+        for (one, other) in carrying.solution().force_world().iter().zip(anew.solution().force_world()) {
+            assert!((one - other).abs() < 1e-7, "tick {tick}: {one} {other}");
+        }
+        assert!(is_stable(&mut anew), "tick {tick}");
+    }
+    std::println!("{carried} of {iterated} ticks with an iteration have used an earlier factorisation alone");
+    assert!(2 * carried > iterated && iterated > 200, "{carried} of {iterated}");
 }
 
 /// Steps on the way take their part of the time, what a call does not get to stays for the next one, and time alone changes nothing.

@@ -123,7 +123,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 let forces = self.forces();
                 if drift <= near && !self.passes_a_fall(target, forces) {
                     self.drift = drift;
-                    self.factored |= outcome.iterations > 0;
+                    self.factored.is_near |= outcome.iterations > 0;
                     outcome.hops += u32::from(self.hops(target, forces));
                     self.accept(target);
                     return Outcome { status: self.standing(), steps: 1, ..outcome };
@@ -145,7 +145,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 object = self.seen(target);
                 continue;
             }
-            let inertia = self.work.solve(&self.model, Hessian::Newton, T::ZERO);
+            let inertia = self.work.solve(&self.model, &mut self.factored, Hessian::Newton, T::ZERO);
             moved = self.work.increment.largest;
             self.work.apply(&self.model, &mut self.timeline.present, T::one());
             outcome.iterations += 1;
@@ -177,7 +177,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return self.pursue(to, budget, outcome, size);
         }
         self.work.contacts.settle(&self.timeline.present);
-        (self.drift, self.factored) = (moved, true);
+        (self.drift, self.factored.is_near) = (moved, true);
         outcome.hops += u32::from(self.hops(target, forces));
         self.accept(target);
         self.step = (if spare { T::of(4.0) * size } else { size + size }).min(self.max_step());

@@ -1,5 +1,6 @@
 //! The loop: Newton's method at one coordinate, and what it says of the state that it ends at.
 
+use super::factored::Factored;
 use super::gaps::Sweep;
 use super::inertia::Inertia;
 use super::residual::Largest;
@@ -18,6 +19,8 @@ pub(crate) const MANY: usize = 7;
 pub const NEAR_ENOUGH: f64 = 2e-3;
 /// Change of an angle, in units of the precision's [`Real::EPSILON`], below which a Newton step is rounding.
 const ROUNDING: f64 = 1e3;
+/// Part of [`NEAR_ENOUGH`] up to which an attempt begins with the last one's factorisation: beyond, it would have to judge its solution.
+const CARRIED: f64 = 0.3;
 /// A gradient beyond which no iteration comes back, N·mm.
 const ENDLESS: f64 = 1e12;
 /// Part of the residuals that an iteration must leave at most to count as progress, how many may leave more, and the residuals, in
@@ -133,6 +136,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
     pub(crate) fn newton<O: Object<T>>(
         &mut self,
         model: &Model<T, S>,
+        factored: &mut Factored<T, S>,
         state: &mut State<T, S>,
         object: &O,
         judged: Judged<'_, T, S>,
@@ -142,8 +146,14 @@ impl<T: Real, S: Size> Workspace<T, S> {
         let (near, newton) = (T::of(NEAR_ENOUGH), limits.hessian == Hessian::Newton);
         let mut attempt = Attempt::new();
         let mut progress = Progress::new();
-        // The last step was a whole one of a factorisation that may be kept.
-        let mut may_keep = false;
+        // The last step was a whole one of a factorisation that may be kept; or that of the last attempt is near enough to begin with.
+        let moved = judged.drift + state.largest_move(judged.state, model);
+        let carries = settings.carries && factored.is_near && newton && !self.history.is_kept();
+        let mut may_keep = carries && moved <= T::of(CARRIED) * near;
+        if may_keep {
+            // No step has led here.
+            (attempt.drift, self.increment.largest) = (moved, T::one());
+        }
         loop {
             let (residual, sweep) = if may_keep {
                 self.evaluate_residuals(model, state, object, limits.margin)
@@ -169,7 +179,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
                     if self.kinematics.lacks_tangent {
                         self.evaluate(model, state, object, limits.margin);
                     }
-                    attempt.note(self.solve(model, Hessian::Newton, T::ZERO));
+                    attempt.note(self.solve(model, factored, Hessian::Newton, T::ZERO));
                     attempt.drift = T::ZERO;
                 }
                 return attempt;
@@ -188,7 +198,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
                 return attempt;
             };
 
-            let kept = if may_keep && contraction <= settings.chord { self.solve_kept(model) } else { None };
+            let kept = if may_keep && contraction <= settings.chord { self.solve_kept(model, factored) } else { None };
             let inertia = match kept {
                 Some(inertia) => inertia,
                 None => {
@@ -196,7 +206,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
                         self.evaluate(model, state, object, limits.margin);
                     }
                     attempt.drift = T::ZERO;
-                    self.solve(model, limits.hessian, T::ZERO)
+                    self.solve(model, factored, limits.hessian, T::ZERO)
                 }
             };
             attempt.note(inertia);

@@ -36,9 +36,9 @@ pub(crate) struct Factorisation<T: Real, S: Size> {
     pub band: S::Unknowns<[T; BAND + 1]>,
     /// Its negative pivots, less the 2(K+1) that the closures give.
     pub excess: isize,
-    /// Samples of the rows that it was made with, if it may be kept; the place and the softness of the turning among them.
+    /// Samples of the rows that it was made with, and how many, if it may be kept; the place and the softness of the turning among them.
     samples: S::Contacts<u16>,
-    sample_count: usize,
+    noted: Option<u16>,
     turning: Option<(u16, T)>,
 }
 
@@ -50,7 +50,7 @@ impl<T: Real, S: Size> Factorisation<T, S> {
         band: <S::Unknowns<[T; BAND + 1]> as Storage<[T; BAND + 1]>>::EMPTY,
         excess: 0,
         samples: <S::Contacts<u16> as Storage<u16>>::EMPTY,
-        sample_count: 0,
+        noted: None,
         turning: None,
     };
 
@@ -73,6 +73,7 @@ impl<T: Real, S: Size> Factorisation<T, S> {
     ) -> usize {
         let Evaluated { model, kinematics, .. } = at;
         let n = model.unknowns();
+        self.noted = None;
         self.curved = diagonal.curvature != T::ZERO;
         self.band.as_mut().run_mut(0..n).fill([T::ZERO; BAND + 1]);
         begin_right(model, residual, right);
@@ -125,6 +126,11 @@ impl<T: Real, S: Size> Factorisation<T, S> {
         banded::forward(self.band.as_ref().run(0..n), right.run_mut(0..n));
     }
 
+    /// It is bordered by other rows than those noted.
+    pub fn forget_rows(&mut self) {
+        self.noted = None;
+    }
+
     /// Notes which rows it has been made with.
     pub fn note(&mut self, contacts: &Contacts<T, S>) {
         if !NewtonSettings::<T>::of_precision().keeps_factors() {
@@ -133,16 +139,17 @@ impl<T: Real, S: Size> Factorisation<T, S> {
         for (sample, row) in self.samples.as_mut().iter_mut().zip(contacts.rows()) {
             *sample = row.sample;
         }
-        self.sample_count = contacts.count;
+        self.noted = Some(contacts.count as u16);
         self.turning = contacts.turning.map(|index| (index, contacts.rows.as_ref().at(usize::from(index)).softness));
     }
 
     /// Brings the rows of the last evaluation to the places that they have in the factorisation; false if it lacks one of them. Those
     /// that it has besides become rows without a contact.
     pub fn takes(&self, model: &Model<T, S>, contacts: &mut Contacts<T, S>) -> bool {
+        let Some(noted) = self.noted.map(usize::from) else { return false };
         let turning = self.turning.map(|(index, softness)| (usize::from(index), softness));
         let is_turning = |j: usize| turning.is_some_and(|(index, _)| index == j);
-        let (samples, count) = (self.samples.as_ref().run(0..self.sample_count), contacts.count);
+        let (samples, count) = (self.samples.as_ref().run(0..noted), contacts.count);
         let rows = contacts.rows.as_mut();
         let mut present = rows.iter().take(count).map(|row| row.sample).peekable();
         for (j, &sample) in samples.iter().enumerate() {
@@ -173,7 +180,7 @@ impl<T: Real, S: Size> Factorisation<T, S> {
             };
             rows.put(j, row);
         }
-        contacts.count = self.sample_count;
+        contacts.count = noted;
         contacts.turning = self.turning.map(|(index, _)| index);
         let Some((index, softness)) = turning else { return true };
         // The row at the middle of the force, which the turning belongs to.

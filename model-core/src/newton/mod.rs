@@ -13,6 +13,7 @@ pub(crate) mod border;
 pub(crate) mod condense;
 pub(crate) mod condensed;
 mod evaluated;
+pub(crate) mod factored;
 pub(crate) mod factorisation;
 pub(crate) mod gaps;
 pub(crate) mod history;

@@ -7,6 +7,8 @@ use crate::real::{Real, Tolerance};
 pub(crate) struct NewtonSettings<T> {
     /// Contraction of the residuals by one step below which the next one keeps the factorisation (35); 0 for never.
     pub chord: T,
+    /// An attempt may begin with the factorisation of the last one, an earlier tick's.
+    pub carries: bool,
     /// The front beam is strained again with the object's present normals (26).
     pub repositions: bool,
     /// Residuals of a solution.
@@ -19,15 +21,17 @@ impl<T: Real> NewtonSettings<T> {
     /// The defaults of a precision.
     ///
     /// In double precision a factorisation is kept below a contraction of 0.02; at 170/20 anything from 0.005 to 0.1 costs the same
-    /// (`cargo xtask bench`). In single precision one step is enough almost always, and neither pays for its memory and code on the
-    /// microcontroller: normals that are behind by a step matter less than its rounding, and a kept factorisation saves one part in a hundred
-    /// of a count's instructions, which noting its rows costs again.
+    /// (`cargo xtask bench`). Motions in steps far below a count, such as those of differences, go on with it from tick to tick. In single
+    /// precision one step is enough almost always, and none of these pays for its memory and code on the microcontroller: normals that are
+    /// behind by a step matter less than its rounding, and a kept factorisation saves one part in a hundred of a count's instructions, which
+    /// noting its rows costs again.
     #[inline(always)]
     pub fn of_precision() -> Self {
         let is_double = T::EPSILON < T::of(1e-10);
         let Tolerance { gradient, length } = f32::TOLERANCE;
         Self {
             chord: if is_double { T::of(0.02) } else { T::ZERO },
+            carries: is_double,
             repositions: is_double,
             tolerance: T::TOLERANCE,
             on_the_way: Tolerance { gradient: T::of(f64::from(gradient)), length: T::of(f64::from(length)) },

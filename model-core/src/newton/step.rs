@@ -2,6 +2,7 @@
 
 use super::condense::Diagonal;
 use super::evaluated::Evaluated;
+use super::factored::Factored;
 use super::gaps::Sweep;
 use super::inertia::Inertia;
 use super::kinematics::SMALL;
@@ -104,53 +105,60 @@ impl<T: Real, S: Size> Workspace<T, S> {
     }
 
     /// Factorises at the evaluated state and borders the factorisation by the rows; returns the number of negative pivots.
-    pub(crate) fn factorise(&mut self, model: &Model<T, S>, diagonal: Diagonal<T>) -> usize {
-        let Self { kinematics, contacts, residual, factorisation, border, right, solution, increment, .. } = self;
+    pub(crate) fn factorise(
+        &mut self,
+        model: &Model<T, S>,
+        factored: &mut Factored<T, S>,
+        diagonal: Diagonal<T>,
+    ) -> usize {
+        let Self { kinematics, contacts, residual, right, solution, increment, .. } = self;
         let at = Evaluated { model, kinematics, contacts };
-        let negative = factorisation.make(at, residual, diagonal, right.joints.as_mut());
-        border.make(at, factorisation, right, increment.angle.as_mut());
         solution.forget();
-        negative
+        factored.make(at, residual, diagonal, right, increment.angle.as_mut())
     }
 
-    /// Borders the last factorisation by the present rows.
-    pub(crate) fn border(&mut self, model: &Model<T, S>) {
-        let Self { kinematics, contacts, factorisation, border, right, solution, increment, .. } = self;
-        border.make(Evaluated { model, kinematics, contacts }, factorisation, right, increment.angle.as_mut());
+    /// Borders a factorisation by the present rows.
+    pub(crate) fn border(&mut self, model: &Model<T, S>, factored: &mut Factored<T, S>) {
+        let Self { kinematics, contacts, right, solution, increment, .. } = self;
+        let at = Evaluated { model, kinematics, contacts };
         solution.forget();
+        factored.kkt.forget_rows();
+        factored.border.make(at, &factored.kkt, right, increment.angle.as_mut());
     }
 
     /// Factorises at the evaluated state, settles the active set and finds the increments.
-    pub(crate) fn solve(&mut self, model: &Model<T, S>, hessian: Hessian, shift: T) -> Inertia {
+    pub(crate) fn solve(
+        &mut self,
+        model: &Model<T, S>,
+        factored: &mut Factored<T, S>,
+        hessian: Hessian,
+        shift: T,
+    ) -> Inertia {
         self.effort.solves();
         if hessian == Hessian::Newton {
             self.contacts.add_turning(S::CONTACTS);
         }
-        self.factorise(model, Diagonal::of(hessian, shift));
-        self.factorisation.note(&self.contacts);
-        self.settle(model)
+        self.factorise(model, factored, Diagonal::of(hessian, shift));
+        factored.kkt.note(&self.contacts);
+        self.settle(model, factored)
     }
 
-    /// Finds the increments at the evaluated state with the last factorisation, if that has the present rows (35).
-    pub(crate) fn solve_kept(&mut self, model: &Model<T, S>) -> Option<Inertia> {
-        let Self { effort, kinematics, contacts, residual, factorisation, border, right, increment, .. } = self;
-        if !factorisation.takes(model, contacts) {
+    /// Finds the increments at the evaluated state with an earlier factorisation, if that has the present rows (35).
+    pub(crate) fn solve_kept(&mut self, model: &Model<T, S>, factored: &mut Factored<T, S>) -> Option<Inertia> {
+        let Self { effort, kinematics, contacts, residual, right, increment, .. } = self;
+        if !factored.kkt.takes(model, contacts) {
             return None;
         }
         effort.solves();
-        border.load(
-            Evaluated { model, kinematics, contacts },
-            residual,
-            factorisation,
-            right,
-            increment.angle.as_mut(),
-        );
-        Some(self.settle(model))
+        let at = Evaluated { model, kinematics, contacts };
+        factored.border.load(at, residual, &factored.kkt, right, increment.angle.as_mut());
+        Some(self.settle(model, factored))
     }
 
     /// Settles the contacts on the bordered factorisation and finds the increments.
-    fn settle(&mut self, model: &Model<T, S>) -> Inertia {
-        let Self { kinematics, contacts, factorisation, border, right, solution, increment, history, .. } = self;
+    fn settle(&mut self, model: &Model<T, S>, factored: &Factored<T, S>) -> Inertia {
+        let Self { kinematics, contacts, right, solution, increment, history, .. } = self;
+        let Factored { kkt, border, .. } = factored;
         let slip = &history.slip;
         let settled = solution.settle(border, right, contacts, slip);
         let at = Evaluated { model, kinematics, contacts };
@@ -158,11 +166,11 @@ impl<T: Real, S: Size> Workspace<T, S> {
         if let Some(turning) = turning {
             turning.put_on(T::one(), solution.delta.as_mut());
         }
-        increment.find(at, factorisation, border, right, solution.delta.as_ref());
+        increment.find(at, kkt, border, right, solution.delta.as_ref());
         if let Some(turning) = turning {
             turning.put_on(-T::one(), solution.delta.as_mut());
         }
-        Inertia::of(factorisation.excess, settled, contacts)
+        Inertia::of(kkt.excess, settled, contacts)
     }
 
     /// Adds `part` of the increments to a state.

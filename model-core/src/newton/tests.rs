@@ -5,6 +5,7 @@ use std::vec::Vec;
 
 use super::condense::Diagonal;
 use super::evaluated::Evaluated;
+use super::factored::Factored;
 use super::gaps::{Contacts, Sweep};
 use super::{Hessian, Workspace, kinematics, slip};
 use crate::contact::{ContactState, Direction, Row, Sample};
@@ -25,6 +26,13 @@ crate::fixed_size!(
 );
 
 type Case = (Box<Model<f64, Rubbing>>, Box<State<f64, Rubbing>>, Box<Workspace<f64, Rubbing>>);
+
+/// Room for a model's factorisation.
+fn factored_for(model: &Model<f64, Rubbing>) -> Box<Factored<f64, Rubbing>> {
+    let mut factored = Box::new(Factored::EMPTY);
+    assert!(factored.fit(model));
+    factored
+}
 
 /// A random model in a random state with random contact rows.
 fn random_model(random: &mut Random) -> Case {
@@ -372,6 +380,7 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
     let (mut compared, mut indefinite, mut steps, mut worst) = (0, 0, 0, 0.0_f64);
     while compared < 1000 {
         let (model, mut state, mut work) = random_model(&mut random);
+        let mut factored = factored_for(&model);
         let places = places(&model, work.contacts.count);
         let frozen = frozen_points(&work);
         let matrix = dense(&model, &mut state, &mut work, &frozen, &places);
@@ -388,9 +397,9 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         for (j, value) in g[places.len() - work.contacts.count..].iter().enumerate() {
             work.contacts.rows[j].gap = -value - work.contacts.rows[j].softness * work.contacts.rows[j].multiplier;
         }
-        let negative = work.factorise(&model, Diagonal::of(Hessian::Newton, 0.0));
+        let negative = work.factorise(&model, &mut factored, Diagonal::of(Hessian::Newton, 0.0));
         let rows = work.contacts.count;
-        let mut d: Vec<f64> = work.border.flexibility.to_vec();
+        let mut d: Vec<f64> = factored.border.flexibility.to_vec();
         let mut order = vec![0; rows];
         let border = symmetric::factorise(&mut d, rows, Rubbing::CONTACTS, &mut order);
         assert_eq!(negative + rows - border, dense_negative, "negative eigenvalues of the whole KKT");
@@ -401,9 +410,9 @@ fn inertia_and_step_agree_with_dense_algebra_on_1000_states() {
         let mut scratch = vec![0.0; rows];
         symmetric::solve(&d, rows, Rubbing::CONTACTS, &order, &mut row_delta, &mut scratch);
         work.solution.delta[..rows].copy_from_slice(&row_delta);
-        let Workspace { kinematics, contacts, factorisation, border, right, solution, increment, .. } = &mut *work;
+        let Workspace { kinematics, contacts, right, solution, increment, .. } = &mut *work;
         let at = Evaluated { model: &model, kinematics, contacts };
-        increment.find(at, factorisation, border, right, &solution.delta);
+        increment.find(at, &factored.kkt, &factored.border, right, &solution.delta);
         let Some(exact) = matrix.clone().lu().solve(&-DVector::from_vec(g)) else { continue };
         let size = exact.amax();
         let condition = eigenvalues.amax() / eigenvalues.iter().fold(f64::MAX, |m, v| m.min(v.abs()));
@@ -446,6 +455,7 @@ fn every_stage_has_the_inertia_of_its_block() {
     let (mut compared, mut met) = (0, [0; 3]);
     while compared < 300 {
         let (model, mut state, mut work) = random_model(&mut random);
+        let mut factored = factored_for(&model);
         if work.contacts.count == 0 {
             continue;
         }
@@ -466,16 +476,15 @@ fn every_stage_has_the_inertia_of_its_block() {
 
         gradient(&model, &state, &mut work, &frozen, &places);
         let diagonal = Diagonal::of(Hessian::Newton, 0.0);
-        let Workspace { kinematics, factorisation, .. } = &mut *work;
-        factorisation.curved = true;
-        let mut condense = |index| factorisation.condense(&model, kinematics, index, diagonal).1;
+        factored.kkt.curved = true;
+        let mut condense = |index| factored.kkt.condense(&model, &work.kinematics, index, diagonal).1;
         let found = (0..model.topology.member_count()).map(&mut condense).sum();
         assert_eq!(negative(&members), found, "members");
-        assert_eq!(negative(&banded), work.factorise(&model, diagonal) - found, "banded system");
+        assert_eq!(negative(&banded), work.factorise(&model, &mut factored, diagonal) - found, "banded system");
         let rows = work.contacts.count;
         let mut order = vec![0; rows];
         let flexibility =
-            symmetric::factorise(&mut work.border.flexibility.to_vec(), rows, Rubbing::CONTACTS, &mut order);
+            symmetric::factorise(&mut factored.border.flexibility.to_vec(), rows, Rubbing::CONTACTS, &mut order);
         // D is the block with its sign changed.
         assert_eq!(negative(&border), rows - flexibility, "border");
         let odd = [found > 0, negative(&banded) != 2 * model.cells(), flexibility > 0];

@@ -1,8 +1,7 @@
-//! The workspace: the stages of a step, side by side.
+//! The workspace: the stages of a step, side by side, but for what it factorises ([`super::factored`]).
 
 use super::Effort;
-use super::border::{Border, Right};
-use super::factorisation::Factorisation;
+use super::border::Right;
 use super::gaps::Contacts;
 use super::history::History;
 use super::increment::Increment;
@@ -19,8 +18,6 @@ pub struct Workspace<T: Real, S: Size> {
     pub(crate) kinematics: Kinematics<T, S>,
     pub(crate) contacts: Contacts<T, S>,
     pub(crate) residual: Residual<T, S>,
-    pub(crate) factorisation: Factorisation<T, S>,
-    pub(crate) border: Border<T, S>,
     pub(crate) right: Right<T, S>,
     pub(crate) solution: ContactSolution<T, S>,
     pub(crate) increment: Increment<T, S>,
@@ -35,8 +32,6 @@ impl<T: Real, S: Size> Workspace<T, S> {
         kinematics: Kinematics::EMPTY,
         contacts: Contacts::EMPTY,
         residual: Residual::EMPTY,
-        factorisation: Factorisation::EMPTY,
-        border: Border::EMPTY,
         right: Right::EMPTY,
         solution: ContactSolution::EMPTY,
         increment: Increment::EMPTY,
@@ -48,8 +43,6 @@ impl<T: Real, S: Size> Workspace<T, S> {
         self.kinematics.fit(model)
             && self.contacts.fit()
             && self.residual.fit(model)
-            && self.factorisation.fit(model)
-            && self.border.fit(model)
             && self.right.fit(model)
             && self.solution.fit()
             && self.increment.fit(model)

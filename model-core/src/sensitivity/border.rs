@@ -13,6 +13,7 @@ use core::ops::Range;
 use super::quarter;
 use crate::access::Access;
 use crate::contact::{Direction, Row};
+use crate::equilibrium::Parts;
 use crate::linear::symmetric;
 use crate::model::Model;
 use crate::newton::condense::Diagonal;
@@ -211,19 +212,19 @@ pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layou
 }
 
 /// Factorises the KKT at the equilibrium and the dense border on all rows.
-pub(super) fn factorise<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>, layout: Layout) {
-    work.factorise(model, Diagonal::of(Hessian::Newton, T::ZERO));
-    settle(work, layout);
+pub(super) fn factorise<T: Real, S: Size>(parts: &mut Parts<'_, T, S>, layout: Layout) {
+    parts.work.factorise(parts.model, parts.factored, Diagonal::of(Hessian::Newton, T::ZERO));
+    settle(parts, layout);
 }
 
 /// As [`factorise`] with the factorised KKT of the last step.
-pub(super) fn keep<T: Real, S: Size>(model: &Model<T, S>, work: &mut Workspace<T, S>, layout: Layout) {
-    work.border(model);
-    settle(work, layout);
+pub(super) fn keep<T: Real, S: Size>(parts: &mut Parts<'_, T, S>, layout: Layout) {
+    parts.work.border(parts.model, parts.factored);
+    settle(parts, layout);
 }
 
 /// Factorises the dense border.
-fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layout) {
+fn settle<T: Real, S: Size>(Parts { work, factored, .. }: &mut Parts<'_, T, S>, layout: Layout) {
     // The turning rows first: their block is the identity's with a sign and a little more, and what they leave of the gap rows'
     // is no worse than it was. The other way round the gap rows of neighbouring samples, which are almost the same, would spoil
     // the turning ones.
@@ -231,7 +232,8 @@ fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layout) {
     for (place, row) in work.solution.listed.as_mut().iter_mut().zip(turnings.chain(layout.all_gaps())) {
         *place = row as u16;
     }
-    let (from, rows, listed) = (work.border.flexibility.as_ref(), work.contacts.count, work.solution.listed.as_ref());
+    let (from, rows, listed) =
+        (factored.border.flexibility.as_ref(), work.contacts.count, work.solution.listed.as_ref());
     let place = |i: usize| usize::from(listed.at(i));
     symmetric::factorise_from(
         from,
@@ -246,19 +248,18 @@ fn settle<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layout) {
 /// Solves for the change of the state, per unit of a parameter, where the residuals in the workspace are their own derivatives: into
 /// `velocity`. Every sample must have its own turning row.
 pub(super) fn velocity<T: Real, S: Size>(
-    model: &Model<T, S>,
-    work: &mut Workspace<T, S>,
+    Parts { model, work, factored }: &mut Parts<'_, T, S>,
     layout: Layout,
     velocity: &mut State<T, S>,
 ) {
-    let Workspace { kinematics, contacts, factorisation, border, right, solution, increment, .. } = work;
+    let Workspace { kinematics, contacts, right, solution, increment, .. } = &mut **work;
     for (into, &row) in solution.delta.as_mut().iter_mut().zip(right.rows.as_ref()).take(layout.rows()) {
         *into = row;
     }
     let (x, y) = (solution.delta.as_mut(), solution.spare.as_mut());
     symmetric::solve(solution.factored.as_ref(), layout.rows(), S::CONTACTS, solution.order.as_ref(), x, y);
     let delta = solution.delta.as_ref();
-    increment.find(Evaluated { model, kinematics, contacts }, factorisation, border, right, delta);
+    increment.find(Evaluated { model, kinematics, contacts }, &factored.kkt, &factored.border, right, delta);
     for (into, &angle) in velocity.angle.as_mut().iter_mut().zip(increment.angle.as_ref()).take(model.node_count) {
         *into = angle;
     }

@@ -152,13 +152,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.complete_tangent();
         let frame = self.frame();
         let layout = {
-            let Parts { model, work } = self.parts();
+            let Parts { model, work, .. } = self.parts();
             border::widen(model, work, usize::MAX)?
         };
         let differed = self.differ(probe, layout, designs, how, step);
         let answer = differed.map(|softening| {
-            let Parts { model, work } = self.parts();
-            border::factorise(model, work, layout);
+            let mut parts = self.parts();
+            border::factorise(&mut parts, layout);
+            let Parts { model, work, .. } = parts;
             let cause = Cause { residuals: true, softening, ..Cause::NONE };
             frame.derivative(&border::respond(model, work, layout, &cause, |place| probe.thickened(place), frame.axis))
         });
@@ -192,7 +193,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             if !same {
                 return None;
             }
-            let (state, Parts { model, work }) = self.state_and_parts();
+            let (state, Parts { model, work, .. }) = self.state_and_parts();
             probe.model.fineness = model.fineness;
             probe.model.sudden = (probe.model.units.force, probe.model.softness);
             probe.model.stiffen(T::one(), model.units.force / model.sudden.0);

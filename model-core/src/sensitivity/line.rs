@@ -86,7 +86,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     fn find_velocity(&mut self, neighbours: &mut Neighbours<T, S, O>, step: f64) -> Option<()> {
         self.complete_tangent();
         let layout = {
-            let Parts { model, work } = self.parts();
+            let Parts { model, work, .. } = self.parts();
             border::widen(model, work, usize::MAX)?
         };
         let is_whole = layout.is_whole() && neighbours.velocity.fit(self.parts().model);
@@ -94,9 +94,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let Neighbours { sides: [below, above], velocity } = neighbours;
             self.differ_beside(above, layout, T::of(0.5 / step), true);
             self.differ_beside(below, layout, T::of(-0.5 / step), false);
-            let Parts { model, work } = self.parts();
-            border::factorise(model, work, layout);
-            border::velocity(model, work, layout, velocity);
+            let mut parts = self.parts();
+            border::factorise(&mut parts, layout);
+            border::velocity(&mut parts, layout, velocity);
         }
         let Parts { work, .. } = self.parts();
         border::narrow(work, layout);
@@ -106,8 +106,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Adds `part` of a neighbour's residuals at the accepted state to the workspace's, or puts it in their place.
     fn differ_beside(&mut self, beside: &mut Self, layout: Layout, part: T, is_first: bool) {
         let object = beside.seen(T::of(self.solution().coordinate()));
-        let (state, Parts { model, work }) = self.state_and_parts();
-        let Parts { model: other, work: found } = beside.parts();
+        let (state, Parts { model, work, .. }) = self.state_and_parts();
+        let Parts { model: other, work: found, .. } = beside.parts();
         take_rows(other, found, work, layout);
         residuals(other, found, state);
         gather(model, work, found, part, is_first);

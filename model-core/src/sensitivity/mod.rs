@@ -103,14 +103,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let frame = self.frame();
         let motion = self.motion;
         let keeps = is_rough && self.is_factored();
-        let Parts { model, work } = self.parts();
-        let layout = border::widen(model, work, if is_rough { border::FEW } else { usize::MAX })?;
+        let mut parts = self.parts();
+        let layout = border::widen(parts.model, parts.work, if is_rough { border::FEW } else { usize::MAX })?;
         if keeps {
-            border::keep(model, work, layout);
+            border::keep(&mut parts, layout);
         } else {
-            work.effort.solves();
-            border::factorise(model, work, layout);
+            parts.work.effort.solves();
+            border::factorise(&mut parts, layout);
         }
+        let Parts { model, work, .. } = parts;
         let mut derivative =
             |cause: Cause<T>| frame.derivative(&border::respond(model, work, layout, &cause, |_| T::ZERO, frame.axis));
 
@@ -171,10 +172,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let frame = self.frame();
         let pivot = frame.displacement.point(Vec2::new(point[0], point[1]));
         let pivot = [pivot.x, pivot.y];
-        let Parts { model, work } = self.parts();
-        let layout = border::widen(model, work, usize::MAX)?;
-        work.effort.solves();
-        border::factorise(model, work, layout);
+        let mut parts = self.parts();
+        let layout = border::widen(parts.model, parts.work, usize::MAX)?;
+        parts.work.effort.solves();
+        border::factorise(&mut parts, layout);
+        let Parts { model, work, .. } = parts;
         let (one, zero) = (T::one(), T::ZERO);
         for (k, unit) in [Vec2::new(one, zero), Vec2::new(zero, one), Vec2::new(zero, zero)].into_iter().enumerate() {
             let shift = frame.displacement.vector(unit);

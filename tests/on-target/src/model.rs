@@ -38,14 +38,14 @@ mod tests {
         let outcome = follower.follow(row.angle.to_radians());
         assert!(outcome.status == Status::Converged, "{} {}: {}", row.scheme, row.case, outcome.status);
         for i in 0..2 {
-            let off = follower.force_world()[i].to_f64() - row.force_world[i];
+            let off = follower.solution().force_world()[i].to_f64() - row.force_world[i];
             assert!(off.abs() < force_within, "{} {}: force off by {off} N", row.scheme, row.case);
-            let off = follower.tip()[i].to_f64() - row.tip[i];
+            let off = follower.solution().tip()[i].to_f64() - row.tip[i];
             assert!(off.abs() < tip_within, "{} {}: tip off by {off} mm", row.scheme, row.case);
         }
         // Neighbouring nodes without softness share a force in many ways: single precision may pick another set.
         if row.scheme.starts_with("SIMPSON") {
-            assert!(follower.contacts().count() == row.active_contacts, "{} {}: contacts", row.scheme, row.case);
+            assert!(follower.solution().contacts().count() == row.active_contacts, "{} {}: contacts", row.scheme, row.case);
         }
     }
 
@@ -79,10 +79,10 @@ mod tests {
                 assert!(follower.start(0.0));
             }
             assert!(follower.follow(row.degrees.to_radians()).status == Status::Converged);
-            let [x, y] = follower.force_finger().map(f64::from);
+            let [x, y] = follower.solution().force_finger().map(f64::from);
             let error = (x * x + y * y) / (row.force * row.force) - 1.0;
             assert!(0.5 * error.abs() < force_within, "{} {}°: force off by half of {error}", row.series, row.degrees);
-            let shape = row.off(|| follower.front().map(|p| p.map(f64::from)));
+            let shape = row.off(|| follower.solution().front().map(|p| p.map(f64::from)));
             assert!(shape < shape_within, "{} {}°: shape off by {shape} mm", row.series, row.degrees);
             compared += 1;
         }
@@ -109,11 +109,11 @@ mod tests {
             assert!(follower.start(0.0));
             let (angle, h) = (5.3_f64.to_radians(), 0.002_f64.to_radians());
             assert!(follower.follow(angle).status == Status::Converged);
-            let torque = follower.motor_torque();
+            let torque = follower.solution().motor_torque();
             let mut potential = |by: f64| {
                 assert!(follower.follow(angle + by).status == Status::Converged);
-                follower.energy()
-                    + follower.contacts().map(|c| 0.5 * follower.softness() * c.force * c.force).sum::<f64>()
+                follower.solution().energy()
+                    + follower.solution().contacts().map(|c| 0.5 * follower.softness() * c.force * c.force).sum::<f64>()
             };
             let (near, far) = (potential(h) - potential(-h), potential(2.0 * h) - potential(-2.0 * h));
             let rate = (8.0 * near - far) / (12.0 * h);
@@ -184,7 +184,7 @@ mod tests {
             let coordinate = f64::from(position) * closing.count.0;
             let (outcome, cycles) = mps2::cycles::of(|| follower.follow(coordinate));
             assert!(outcome.status.is_trustworthy(), "{} at {position}: {}", closing.case, outcome.status);
-            if follower.touching() > 0 {
+            if follower.solution().touching() > 0 {
                 (sum, count) = (sum + u64::from(cycles * INSTRUCTIONS_PER_TICK), count + 1);
             }
         }
