@@ -65,7 +65,7 @@
 //!
 //! Each uses those above it in this list only:
 //!
-//! 1. [`real`], `access`, [`size`], [`bounds`], [`status`]: scalars, access that cannot panic, capacities, ranges of settings, how a solve can
+//! 1. [`size`], [`real`], `access`, [`bounds`], [`status`]: capacities, scalars, access that cannot panic, ranges of settings, how a solve can
 //!    end; and `linear`: dense and banded algebra, which knows no finger.
 //! 2. [`design`]: what a person describes, validated.
 //! 3. [`object`], [`units`]: shapes to grasp and their motion; the finger's own units.

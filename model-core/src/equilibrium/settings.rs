@@ -17,7 +17,7 @@ pub struct Settings {
     /// A step that fails at this fraction of the largest one has met the end of its branch, 1e-6 to 1; default 1/512.
     pub min_step: f64,
     /// Gap within which a sample takes part in a step before it touches, mm, 0 to 10; default 0: those that penetrate. More
-    /// rows cost more and save no iterations, neither at one-count steps nor at 1° steps (*measured*).
+    /// rows cost more, and save no iterations.
     pub margin: f64,
 }
 

@@ -24,12 +24,12 @@ pub struct Tracking {
 }
 
 impl Tracking {
-    /// Bounds within which the force stays within 10 mN of the converged one (*measured*, test `tracking`).
+    /// Bounds within which the force stays within 10 mN of the converged one (test `tracking`).
     pub const DEFAULT: Self = Self { gradient: 1.0, length: 0.008 };
 }
 
-/// Gap within which a sample takes part in the one step, mm: one that the step would press into the object unseen. *Measured*:
-/// without, 18 mN off where a sample comes in (test `tracking`); with it, 1.3 mN.
+/// Gap within which a sample takes part in the one step, mm: the step would press it into the object unseen, and the force would be off where
+/// it comes in (test `tracking`).
 const NEAR: f64 = 0.002;
 /// Rows that do not touch yet in a tick that has time for one step only.
 const FEW: usize = 3;

@@ -43,14 +43,13 @@ pub enum Hessian {
     ///
     /// The default: the geometric stiffness stays within an element, so it costs next to nothing, and without it a compressed beam
     /// looks as stiff as a stretched one. In double precision the iterations after a step's first keep its factorisation as long as the
-    /// residuals shrink fast: *measured* at 170/20, one servo count, as many iterations at a third of the cost each.
+    /// residuals shrink fast: as many iterations, at a third of the cost each.
     #[default]
     Newton,
     /// The energy's alone (Gauss–Newton): blind to compression, so no stability test is possible.
     ///
-    /// *Measured* on the target, one servo count in contact (`cargo xtask bench`, reduced model): without stretch and shear 23 to
-    /// 26 iterations and a quarter of the ticks failed, where the default needs 1.1; with them 1.5 to 1.7 against 1.0 to 1.1, none
-    /// failed.
+    /// A servo's count then takes many iterations without stretch and shear, and some ticks fail; with them it takes half as many again as
+    /// with the default (`cargo xtask bench target`).
     GaussNewton,
 }
 

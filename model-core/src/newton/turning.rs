@@ -3,8 +3,8 @@
 //! A touching sample that moves by dP turns its normal by κ t (t·dP), with t the tangent and κ the curvature of the object's
 //! level line: its force changes by −ν t with ν = μκ t·dP. Exactly that is one row t·dP − ν/(μκ) = 0 per contact. Neighbouring
 //! samples of a beam that hardly stretches move alike along the object, so that one row, at the middle of the force, with the
-//! sum of the multipliers, does for all. *Measured*: a closing to 11° in steps of 1° takes 60 iterations at Mid and 70 at High
-//! instead of 72 and 83. Being a matter of the step only, it leaves the solution as it is.
+//! sum of the multipliers, does for all. It spares a sixth of the iterations of a closing in steps of 1°; being a matter of the step only, it
+//! leaves the solution as it is.
 
 use super::gaps::Contacts;
 use crate::access::Access;
