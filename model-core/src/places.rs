@@ -19,17 +19,6 @@ const FINEST: f64 = 0.06;
 /// than 6 %) and samples do.
 const BLUNT: f64 = 17.0;
 
-/// Weights of e(a), e(m), e(b) in P(ξ) − P₀ of an element of length h: the cubic Hermite curve through both ends, whose
-/// chord is Simpson's rule h/6·(e(a) + 4 e(m) + e(b)) and whose end tangents are h·e(a) and h·e(b).
-pub(crate) fn hermite_weights<T: Real>(xi: T, h: T) -> [T; 3] {
-    let one = T::one();
-    let h01 = xi * xi * (T::of(3.0) - xi - xi);
-    let h10 = xi * (one - xi) * (one - xi);
-    let h11 = xi * xi * (xi - one);
-    let chord = h * h01;
-    [chord * T::of(1.0 / 6.0) + h * h10, chord * T::of(4.0 / 6.0), chord * T::of(1.0 / 6.0) + h * h11]
-}
-
 impl<T: Real, S: Size> Model<T, S> {
     /// The place of an index: `fineness` times its sample's, the sample itself being the last of them.
     #[inline]
@@ -64,26 +53,13 @@ impl<T: Real, S: Size> Model<T, S> {
             let rigid = below.map_or(T::ZERO, |below| below.rigid);
             return Sample { rigid: between(rigid, sample.rigid), ..place };
         }
-        let weight = self.weight.as_ref();
-        if !self.quadratic {
-            // A part of this link, and the one below it, which may be another member's joint.
-            let node = sample.node.saturating_sub(1);
-            return Sample {
-                node,
-                weights: [weight.at(usize::from(node)), part * sample.weights[0], T::ZERO],
-                ..place
-            };
-        }
+        let Some(front) = self.member(usize::from(sample.cell)) else { return place };
         let xi = self.within_element(at, usize::from(sample.cell), part);
-        // Simpson's weight of the middle is 4h/6; interior ends carry h/6 of the element below.
-        let h = weight.at(usize::from(sample.node) + 1) * T::of(1.5);
-        let first = self.member(usize::from(sample.cell)).map(|front| front.first);
-        let [a, m, b] = hermite_weights(xi, h);
-        let shared = if first == Some(sample.node) { T::ZERO } else { h * T::of(1.0 / 6.0) };
-        Sample { weights: [shared + a, m, b], ..place }
+        let (node, weights) = front.kind.between(self.weight.as_ref(), front.first, &sample, xi);
+        Sample { node, weights, ..place }
     }
 
-    /// Position ξ within its quadratic element of a place on the way to a sample of a span, `part` of that way on: 0 … 1.
+    /// Position ξ within its element or link of a place on the way to a sample of a span, `part` of that way on: 0 … 1.
     pub(crate) fn within_element(&self, sample: usize, cell: usize, part: T) -> T {
         let per_element = self.per_element.max(1);
         let first = usize::from(self.first_samples.as_ref().at(cell));

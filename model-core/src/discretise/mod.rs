@@ -302,7 +302,6 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
         Softness::Fixed(softness) => [T::of(softness * units.force / units.length), T::of(local)],
     };
     model.softness_is_own = how.softness == Softness::Local;
-    model.quadratic = how.scheme == Scheme::Simpson;
 
     let ends = flexible_ends(design);
     let beams = [&design.front, &design.back];

@@ -6,8 +6,8 @@ use crate::access::Access as _;
 use crate::contact::Sample;
 use crate::design::Design;
 use crate::design::junction::flexible_ends;
+use crate::element::hermite_weights;
 use crate::model::Model;
-use crate::places::hermite_weights;
 use crate::real::Real;
 use crate::size::{Size, Storage};
 

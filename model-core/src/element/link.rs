@@ -13,6 +13,8 @@ use crate::real::Real;
 pub(crate) struct Link;
 
 impl<T: Real> Element<T> for Link {
+    const SPARES_TANGENT: bool = true;
+
     fn walk<D: Depth, P: Past<T>>(
         of: Constants<'_, T>,
         past: P,
@@ -66,6 +68,38 @@ impl<T: Real> Element<T> for Link {
             own[0] = [own[0][0] + s * partial.e[0], own[0][1] + s * partial.e[1]];
         }
         own
+    }
+
+    /// A part of this link, and the one below it, which may be another member's joint.
+    fn between(weight: &[T], _: u16, sample: &Sample<T>, xi: T) -> (u16, [T; 3]) {
+        let node = sample.node.saturating_sub(1);
+        (node, [weight.at(usize::from(node)), xi * sample.weights[0], T::ZERO])
+    }
+
+    fn turns(place: &Sample<T>, _: T) -> (usize, [T; 3]) {
+        (usize::from(place.weights[1] != T::ZERO), [T::one(), T::ZERO, T::ZERO])
+    }
+
+    fn section(angle: &[T], stretch: impl Fn(usize) -> T, section: usize) -> (T, T) {
+        let mean = T::of(0.5) * (stretch(section) + stretch(section + 1));
+        (mean, angle.at(section + 1) - angle.at(section))
+    }
+
+    fn arc(weight: &[T], section: usize) -> T {
+        weight.iter().skip(1).take(section).fold(T::ZERO, |sum, &link| sum + link)
+    }
+
+    fn point(weight: &[T], strained: impl Fn(usize) -> [T; 2], node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
+        let (w, e) = (weight.at(node), strained(node));
+        *at = [at[0] + w * e[0], at[1] + w * e[1]];
+        (w > T::ZERO).then_some(*at)
+    }
+
+    fn point_back(weight: &[T], strained: impl Fn(usize) -> [T; 2], node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
+        let mut ahead = [T::ZERO; 2];
+        let found = Self::point(weight, strained, node, &mut ahead);
+        *at = [at[0] - ahead[0], at[1] - ahead[1]];
+        found.map(|_| *at)
     }
 }
 

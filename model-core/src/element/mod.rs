@@ -13,6 +13,7 @@
 //! Being linear in f, the term is an end-to-end vector shorter by ½ t q along e: a bent element is shorter by η = ½ t q/w per
 //! weight w of its carrier. Under compression the element is softer: what makes a back beam buckle as finite elements say.
 
+mod kind;
 mod link;
 mod node;
 mod past;
@@ -27,7 +28,7 @@ pub(crate) use link::Link;
 pub(crate) use node::Node;
 pub(crate) use past::{MOST_LAYERS, NoPast, Past, Remembered};
 pub(crate) use pull::Pull;
-pub(crate) use quadratic::Quadratic;
+pub(crate) use quadratic::{Quadratic, hermite_weights};
 
 /// How much a walk over a member finds. What it does not find stays as it was.
 pub(crate) trait Depth {
@@ -110,8 +111,11 @@ impl<T: Real> Blank for Strain<T> {
     };
 }
 
-/// The mechanics of a member's elements.
+/// The mechanics of a member's elements. [`Kind`](crate::topology::Kind) asks those of a member.
 pub(crate) trait Element<T: Real> {
+    /// A walk as deep as [`Residuals`] leaves the second derivatives of an earlier state.
+    const SPARES_TANGENT: bool;
+
     /// Walks from the member's end to its start under the force through each node (15): strained directions and the chord (20), and as
     /// deep as asked the force's part of the gradient (19) and of the second derivatives (21). `rows` touch the member, base to tip.
     fn walk<D: Depth, P: Past<T>>(
@@ -129,4 +133,26 @@ pub(crate) trait Element<T: Real> {
     /// Derivatives of a sample's position with respect to the angles of three nodes, from `first` on, the sample's own: its element's,
     /// where it has weights of its own and its share of the shortening, mm.
     fn lever(of: Constants<'_, T>, first: usize, sample: &Sample<T>, nodes: &[Node<T>]) -> [[T; 2]; 3];
+
+    /// First node and weights of a place short of a sample, at ξ of its element or link: 0 … 1. `weight` is that of all nodes, `first` the
+    /// member's first one.
+    fn between(weight: &[T], first: u16, sample: &Sample<T>, xi: T) -> (u16, [T; 3]);
+
+    /// By how much the section at a place, at ξ of its element or link, turns with each of three nodes; and the first of these, from the
+    /// place's own on.
+    fn turns(place: &Sample<T>, xi: T) -> (usize, [T; 3]);
+
+    /// Stretch and bend of a section that is strained, counted from the member's start: of a spring, or of an end of an element, two ends to
+    /// an element. `stretch` is that of a node's direction.
+    fn section(angle: &[T], stretch: impl Fn(usize) -> T, section: usize) -> (T, T);
+
+    /// Arc from the member's start to that section, mm.
+    fn arc(weight: &[T], section: usize) -> T;
+
+    /// The point of the deformed centreline that belongs to a node after the first: the end of a link, the middle or the end of an element;
+    /// none of a node that has no length. `at` is the end of the link or element before, and moves on; `strained` is a node's direction.
+    fn point(weight: &[T], strained: impl Fn(usize) -> [T; 2], node: usize, at: &mut [T; 2]) -> Option<[T; 2]>;
+
+    /// As [`Self::point`] from the member's end to its start: the point before a node's link, or in the middle or at the start of its element.
+    fn point_back(weight: &[T], strained: impl Fn(usize) -> [T; 2], node: usize, at: &mut [T; 2]) -> Option<[T; 2]>;
 }

@@ -2,13 +2,27 @@
 
 use super::node::strained;
 use super::{Constants, Depth, Element, Node, Past, Pull, Strain};
+use crate::access::Access;
 use crate::contact::{Row, Sample};
 use crate::real::Real;
 
 /// A member of quadratic elements.
 pub(crate) struct Quadratic;
 
+/// Weights of e(a), e(m), e(b) in P(ξ) − P₀ of an element of length h: the cubic Hermite curve through both ends, whose
+/// chord is Simpson's rule h/6·(e(a) + 4 e(m) + e(b)) and whose end tangents are h·e(a) and h·e(b).
+pub(crate) fn hermite_weights<T: Real>(xi: T, h: T) -> [T; 3] {
+    let one = T::one();
+    let h01 = xi * xi * (T::of(3.0) - xi - xi);
+    let h10 = xi * (one - xi) * (one - xi);
+    let h11 = xi * xi * (xi - one);
+    let chord = h * h01;
+    [chord * T::of(1.0 / 6.0) + h * h10, chord * T::of(4.0 / 6.0), chord * T::of(1.0 / 6.0) + h * h11]
+}
+
 impl<T: Real> Element<T> for Quadratic {
+    const SPARES_TANGENT: bool = false;
+
     // Second derivatives come with the rest: between passes that are this short nothing is spared by leaving them out.
     fn walk<D: Depth, P: Past<T>>(
         of: Constants<'_, T>,
@@ -76,9 +90,74 @@ impl<T: Real> Element<T> for Quadratic {
         }
         own
     }
+
+    fn between(weight: &[T], first: u16, sample: &Sample<T>, xi: T) -> (u16, [T; 3]) {
+        let h = Self::length(weight, usize::from(sample.node) + 1);
+        let [a, m, b] = hermite_weights(xi, h);
+        // Interior ends carry h/6 of the element below.
+        let shared = if first == sample.node { T::ZERO } else { h * T::of(1.0 / 6.0) };
+        (sample.node, [shared + a, m, b])
+    }
+
+    fn turns(_: &Sample<T>, xi: T) -> (usize, [T; 3]) {
+        let (one, two) = (T::one(), T::of(2.0));
+        (0, [(one - xi) * (one - two * xi), T::of(4.0) * xi * (one - xi), xi * (two * xi - one)])
+    }
+
+    /// Even sections are starts of elements, odd ones their ends.
+    fn section(angle: &[T], stretch: impl Fn(usize) -> T, section: usize) -> (T, T) {
+        let first = section - section % 2;
+        // θ′h of the quadratic through the element's three angles.
+        let (a, b) = (angle.at(first + 1) - angle.at(first), angle.at(first + 2) - angle.at(first + 1));
+        let three = T::of(3.0);
+        if section == first { (stretch(first), three * a - b) } else { (stretch(first + 2), three * b - a) }
+    }
+
+    fn arc(weight: &[T], section: usize) -> T {
+        let middles = weight.iter().skip(1).step_by(2).take(section.div_ceil(2));
+        T::of(1.5) * middles.fold(T::ZERO, |sum, &middle| sum + middle)
+    }
+
+    fn point(weight: &[T], strained: impl Fn(usize) -> [T; 2], node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
+        let is_middle = node % 2 == 1;
+        let middle = if is_middle { node } else { node.checked_sub(1)? };
+        if middle + 1 >= weight.len() {
+            // A pin or a weld.
+            return None;
+        }
+        let h = Self::length(weight, middle);
+        let (a, m, b) = (strained(middle - 1), strained(middle), strained(middle + 1));
+        let sixth = h * T::of(1.0 / 6.0);
+        let chord = [0, 1].map(|i| sixth * (a[i] + T::of(4.0) * m[i] + b[i]));
+        if is_middle {
+            // The cubic Hermite curve at ξ = 1/2.
+            return Some([0, 1].map(|i| at[i] + T::of(0.5) * chord[i] + T::of(0.125) * h * (a[i] - b[i])));
+        }
+        *at = [at[0] + chord[0], at[1] + chord[1]];
+        Some(*at)
+    }
+
+    /// An element's end comes first, and stands for its middle; its middle then for its start.
+    fn point_back(weight: &[T], strained: impl Fn(usize) -> [T; 2], node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
+        let is_middle = node % 2 == 1;
+        let mut chord = [T::ZERO; 2];
+        Self::point(weight, &strained, if is_middle { node + 1 } else { node }, &mut chord)?;
+        let start = [at[0] - chord[0], at[1] - chord[1]];
+        if is_middle {
+            *at = start;
+            return Some(start);
+        }
+        let mut from = start;
+        Self::point(weight, strained, node.checked_sub(1)?, &mut from)
+    }
 }
 
 impl Quadratic {
+    /// Length of the element whose middle a node is: Simpson's weight of that is 4h/6.
+    fn length<T: Real>(weight: &[T], middle: usize) -> T {
+        weight.at(middle) * T::of(1.5)
+    }
+
     /// Bending moments of the element that begins at a local node, on its three nodes in the gradient's sign, with the force f·e that its
     /// middle has: those that the gradient gets, apart from it.
     pub fn moments<T: Real>(of: Constants<'_, T>, angle: &[T], node: usize, pull: T) -> [T; 3] {

@@ -214,8 +214,8 @@ impl<T: Real, S: Size> Contacts<T, S> {
         let mut node = 0;
         let mut prefix = Vec2::new(T::ZERO, T::ZERO);
         let mut rigid_end = prefix;
-        // No beam is stretched by a quarter, so that a sample far off clears those that are nearer to it along the beam. Where there are
-        // few samples to an element, a cheap test of each does as well.
+        // No beam is stretched by a quarter, so that a sample far off clears those that are nearer to it along the beam; a cheap test of each
+        // clears most others.
         let (longest, mut seen) = (T::of(1.25), -far);
         for (at, sample) in samples.enumerate() {
             if cell != usize::from(sample.cell) {
@@ -224,33 +224,22 @@ impl<T: Real, S: Size> Contacts<T, S> {
                 prefix = vec2_of(start.as_ref().at(cell));
                 rigid_end = members.as_ref().get(cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
             }
-            let below = prefix;
-            let mut position = prefix;
-            if model.quadratic {
-                while node < usize::from(sample.node)
-                    && let (Some(on), Some(&weight)) = (nodes.get(node), weight.get(node))
-                {
-                    prefix += vec2_of(on.strained) * weight;
-                    node += 1;
-                }
-                position = prefix;
-                // A node without a weight may be another member's, and not yet strained.
-                let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
-                for (on, &w) in from.iter().zip(&sample.weights) {
-                    if w != T::ZERO {
-                        position += vec2_of(on.strained) * w;
-                    }
-                }
-                if sample.rigid != T::ZERO {
-                    position += rigid_end * sample.rigid;
-                }
-            } else if sample.weights[0] != T::ZERO
-                && let Some(on) = nodes.get(usize::from(sample.node))
+            // The nodes below the sample's own; those from there on, by its weights. One without a weight may be another member's, and not
+            // yet strained.
+            while node < usize::from(sample.node)
+                && let (Some(on), Some(&weight)) = (nodes.get(node), weight.get(node))
             {
-                // A sample at each link's end.
-                position += vec2_of(on.strained) * sample.weights[0];
-                prefix = position;
-            } else {
+                prefix += vec2_of(on.strained) * weight;
+                node += 1;
+            }
+            let mut position = prefix;
+            let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
+            for (on, &w) in from.iter().zip(&sample.weights) {
+                if w != T::ZERO {
+                    position += vec2_of(on.strained) * w;
+                }
+            }
+            if sample.rigid != T::ZERO {
                 position += rigid_end * sample.rigid;
             }
             if is_fine && model.is_fine(at) {
@@ -267,10 +256,9 @@ impl<T: Real, S: Size> Contacts<T, S> {
                             continue;
                         }
                         let place = model.place(index as u16);
-                        // The nodes below the place's are in the prefix; of links, those below the link.
-                        let from = if model.quadratic { prefix } else { below };
-                        let skipped = usize::from(!model.quadratic);
-                        let mut position = from + rigid_end * place.rigid;
+                        // Nodes of the place that are below the sample's are in the prefix.
+                        let skipped = usize::from(sample.node.saturating_sub(place.node));
+                        let mut position = prefix + rigid_end * place.rigid;
                         let on = nodes.get(usize::from(place.node)..).unwrap_or(&[]).iter().zip(&place.weights);
                         for (on, &w) in on.skip(skipped).filter(|(_, w)| **w != T::ZERO) {
                             position += vec2_of(on.strained) * w;
@@ -296,13 +284,11 @@ impl<T: Real, S: Size> Contacts<T, S> {
             if !matters && seen - longest * sample.arc > sample.half_thickness + margin {
                 continue;
             }
-            if !matters && model.quadratic && object.clears(position, sample.half_thickness + margin) {
+            if !matters && object.clears(position, sample.half_thickness + margin) {
                 continue;
             }
             let gap = sample_gap(object, sample, position);
-            if !model.quadratic {
-                seen = gap.distance + sample.half_thickness + longest * sample.arc;
-            }
+            seen = gap.distance + sample.half_thickness + longest * sample.arc;
             gathering.nearest(&gap);
             if touched {
                 gathering.touching(index, sample, &gap);

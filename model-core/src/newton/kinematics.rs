@@ -3,12 +3,11 @@
 use super::memory::Memory;
 use crate::access::Access;
 use crate::contact::{Row, Sample, cell_of, own_rows};
-use crate::element::{Constants, Depth, Element, Link, NoPast, Node, Past, Pull, Quadratic, Strain, Tangents};
+use crate::element::{Constants, Depth, NoPast, Node, Pull, Strain, Tangents};
 use crate::model::{Model, turned, vec2_of};
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size, Storage};
 use crate::state::State;
-use crate::topology::Kind;
 
 /// Increment of an angle up to which [`Kinematics::turn`] is exact, rad.
 pub(crate) const SMALL: f64 = 1e-3;
@@ -25,22 +24,6 @@ pub(crate) struct Kinematics<T: Real, S: Size> {
 
 /// A member's constants, angles, nodes and what is found of it as a whole.
 type MemberPart<'a, T> = (Constants<'a, T>, &'a [T], &'a mut [Node<T>], &'a mut Strain<T>);
-
-#[inline(always)]
-fn walk<T: Real, D: Depth, P: Past<T>>((of, angle, nodes, out): MemberPart<'_, T>, past: P, rows: &[Row<T>]) {
-    match of.member.kind {
-        Kind::Quadratic => Quadratic::walk::<D, P>(of, past, angle, rows, nodes, out),
-        Kind::Link => Link::walk::<D, P>(of, past, angle, rows, nodes, out),
-    }
-}
-
-#[inline(always)]
-fn bend<T: Real>((of, angle, nodes, out): MemberPart<'_, T>) {
-    match of.member.kind {
-        Kind::Quadratic => Quadratic::bend(of, angle, nodes, out),
-        Kind::Link => Link::bend(of, angle, nodes, out),
-    }
-}
 
 impl<T: Real, S: Size> Kinematics<T, S> {
     pub const EMPTY: Self = Self {
@@ -119,6 +102,7 @@ impl<T: Real, S: Size> Kinematics<T, S> {
 
     /// Strains all other members and adds everybody's bending moments to the gradient.
     pub fn complete<D: Depth>(&mut self, model: &Model<T, S>, memory: &Memory<T, S>, state: &State<T, S>) {
+        self.lacks_tangent = !D::TANGENT && model.members().iter().any(|member| member.kind.spares_tangent::<T>());
         for index in 0..model.topology.member_count() {
             if index >= model.cells() {
                 self.strain::<D>(model, memory, state, index, &[]);
@@ -182,20 +166,20 @@ impl<T: Real, S: Size> Kinematics<T, S> {
         index: usize,
         rows: &[Row<T>],
     ) {
-        let Some(part) = self.part(model, state, index) else { return };
+        let Some((of, angle, nodes, out)) = self.part(model, state, index) else { return };
+        let kind = of.member.kind;
         if memory.is_kept() {
-            let past = memory.of(part.0.member.nodes());
-            walk::<T, D, _>(part, past, rows);
+            kind.walk::<T, D, _>(of, memory.of(of.member.nodes()), angle, rows, nodes, out);
         } else {
-            walk::<T, D, _>(part, NoPast, rows);
+            kind.walk::<T, D, _>(of, NoPast, angle, rows, nodes, out);
         }
     }
 
     /// Adds a strained member's bending moments to its gradient.
     #[inline(always)]
     fn bend(&mut self, model: &Model<T, S>, state: &State<T, S>, index: usize) {
-        if let Some(part) = self.part(model, state, index) {
-            bend(part);
+        if let Some((of, angle, nodes, out)) = self.part(model, state, index) {
+            of.member.kind.bend(of, angle, nodes, out);
         }
     }
 
@@ -235,10 +219,7 @@ impl<T: Real, S: Size> Kinematics<T, S> {
             return none;
         };
         let (Some(of), Some(list)) = (model.constants(member), self.nodes.as_ref().get(nodes)) else { return none };
-        match member.kind {
-            Kind::Quadratic => Quadratic::lever(of, first, sample, list),
-            Kind::Link => Link::lever(of, first, sample, list),
-        }
+        member.kind.lever(of, first, sample, list)
     }
 
     /// Position of a sample, finger frame, mm.

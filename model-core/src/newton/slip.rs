@@ -149,19 +149,14 @@ pub(crate) fn arms<T: Real, S: Size>(model: &Model<T, S>, row: &Row<T>) -> (usiz
     let (index, node, half) = (usize::from(row.sample), usize::from(row.place.node), row.place.half_thickness);
     let fineness = model.fineness.max(1);
     let (at, step) = (index / fineness, index % fineness + 1);
-    let one = T::one();
     if row.place.rigid != T::ZERO {
         // On a rigid part, which turns with the joint at its span's end.
         return (node.saturating_sub(1), [half, T::ZERO, T::ZERO]);
     }
-    if !model.quadratic {
-        let partial = row.place.weights[1] != T::ZERO;
-        return (node + usize::from(partial), [half, T::ZERO, T::ZERO]);
-    }
     let xi = model.within_element(at, usize::from(row.place.cell), T::of(step as f64 / fineness as f64));
-    let two = T::of(2.0);
-    let shares = [(one - xi) * (one - two * xi), T::of(4.0) * xi * (one - xi), xi * (two * xi - one)];
-    (node, shares.map(|share| half * share))
+    let kind = model.member(usize::from(row.place.cell)).map_or(Kind::Link, |front| front.kind);
+    let (from, shares) = kind.turns(&row.place, xi);
+    (node + from, shares.map(|share| half * share))
 }
 
 /// Adds to a tangent row's levers what its place turns by: along the tangent, as it slips by ½h Δθ. On the wedge, which has none, nothing.
@@ -175,8 +170,8 @@ pub(crate) fn lengthen<T: Real, S: Size>(model: &Model<T, S>, row: &Row<T>, leve
 
 /// Softness ε_t = h/(E w ℓ) of a sample along the object: a layer of the beam one thickness deep, as long as the way between samples.
 ///
-/// It lets what sticks reach its cone gradually, and decides where a reversal begins to slip. *Measured* against finite elements
-/// (`friction.csv`): with a third of it Σ|τ| is off by up to 0.18 m Σμ within a reversal, with three times as much the force lags by 4 %.
+/// It lets what sticks reach its cone gradually, and decides where a reversal begins to slip: with less, Σ|τ| changes too early within a
+/// reversal; with more, the force lags (`friction.csv`, finite elements).
 fn softness<T: Real, S: Size>(model: &Model<T, S>, row: &Row<T>) -> T {
     let way = model.way_to(usize::from(row.sample) / model.fineness.max(1));
     let half = row.place.half_thickness;

@@ -64,7 +64,6 @@ impl<T: Real, S: Size> Workspace<T, S> {
         let (slip, memory) = (&history.slip, &history.memory);
         let rubs = slip.rubs();
         effort.evaluates();
-        kinematics.lacks_tangent = !D::TANGENT && !model.quadratic;
         contacts.recall(model, state);
         if rubs {
             slip.pair(model, state, contacts);

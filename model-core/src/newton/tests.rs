@@ -17,7 +17,7 @@ use crate::model::Model;
 use crate::random_designs::Random;
 use crate::size::{Blank, Size};
 use crate::state::State;
-use crate::topology::{CLAMPED, Role};
+use crate::topology::{CLAMPED, Kind, Role};
 use nalgebra::{DMatrix, DVector};
 
 crate::fixed_size!(
@@ -237,14 +237,14 @@ fn lagrangian(
             let spring = |i: usize| {
                 let theta = &state.angle;
                 let mut q = -model.coupling[i][0] * (theta[i + 1] - theta[i]).powi(2);
-                if model.quadratic {
+                if member.kind == Kind::Quadratic {
                     q -= model.coupling[i + 1][0] * (theta[i + 2] - theta[i + 1]).powi(2);
                     q -= model.coupling[i][1] * (theta[i + 2] - theta[i]).powi(2);
                 }
                 q
             };
             let mut carried = 0.0;
-            if model.quadratic {
+            if member.kind == Kind::Quadratic {
                 if (i - nodes.start) % 2 == 1 {
                     carried += spring(i - 1);
                 }

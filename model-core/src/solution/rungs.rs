@@ -54,41 +54,17 @@ impl<'a, T: Real, S: Size> Solution<'a, T, S> {
             }
             let part = self.rung_part(cell, 0)?;
             let first = onwards(self.kinematics.start.as_ref().at(cell + 1), part.near);
-            let (nodes, backwards) = (member.nodes(), member.is_backwards());
-            let steps = nodes.len() - 1;
+            let count = member.nodes().len();
             let mut at = first;
-            let links = (1..=steps).filter_map(move |step| {
-                if backwards {
-                    self.link_back(index, nodes.end - step, &mut at)
+            let links = (1..count).filter_map(move |step| {
+                if member.is_backwards() {
+                    self.point_back(member, count - step, &mut at)
                 } else {
-                    self.link(index, nodes.start + step, &mut at)
+                    self.point(member, step, &mut at)
                 }
             });
             Some(core::iter::once(first).chain(links).map(|point| self.model.units.millimetres(point)))
         })
-    }
-
-    /// As [`Self::link`] from the member's end to its start: the point before a node's link, or in the middle or at the start of its element.
-    fn link_back(self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
-        let nodes = self.model.member(index)?.nodes();
-        let is_middle = (node - nodes.start) % 2 == 1;
-        if !self.model.quadratic || nodes.len() < 3 {
-            let mut ahead = [T::ZERO; 2];
-            let found = self.link(index, node, &mut ahead);
-            *at = onwards(*at, back(ahead));
-            return found.map(|_| *at);
-        }
-        // An element's end comes first, and stands for its middle; its middle then for its start.
-        let element = if is_middle { node + 1 } else { node };
-        let mut chord = [T::ZERO; 2];
-        self.link(index, element, &mut chord)?;
-        let start = onwards(*at, back(chord));
-        if is_middle {
-            *at = start;
-            return Some(start);
-        }
-        let mut from = start;
-        self.link(index, node - 1, &mut from)
     }
 
     /// Ends of the lamellae (front, back), finger frame, mm, base to tip: of rigid ones the bar's, of ribs those of what bends.

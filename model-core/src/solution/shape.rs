@@ -5,7 +5,7 @@ use crate::access::Access;
 use crate::object::Motion;
 use crate::real::{Real, Vec2};
 use crate::size::Size;
-use crate::topology::Role;
+use crate::topology::{Member, Role};
 
 impl<'a, T: Real, S: Size> Solution<'a, T, S> {
     /// Deformed tip of the front beam, finger frame, mm.
@@ -38,41 +38,33 @@ impl<'a, T: Real, S: Size> Solution<'a, T, S> {
         });
         let spans = indices.flat_map(move |index| {
             let work = self.kinematics.members.as_ref().at(index);
-            let nodes = self.model.topology.members.as_ref().at(index).nodes();
+            let member = self.model.topology.members.as_ref().at(index);
             let start = end;
             let d = work.end_to_end();
             end = [start[0] + d[0], start[1] + d[1]];
             let rigid = work.rigid_end[0] != T::ZERO || work.rigid_end[1] != T::ZERO;
             let mut at = start;
-            let links = (nodes.start + 1..nodes.end).filter_map(move |node| self.link(index, node, &mut at));
+            let links = (1..member.nodes().len()).filter_map(move |node| self.point(&member, node, &mut at));
             links.chain(rigid.then_some(end))
         });
         core::iter::once(base).chain(spans).map(|point| self.model.units.millimetres(point))
     }
 
-    /// The point of a member's centreline that belongs to a node after the first; `at` is the last link's or element's
-    /// end and moves on.
-    pub(super) fn link(self, index: usize, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
-        let (e, weight) = (|node: usize| self.kinematics.nodes.as_ref().at(node).strained, self.model.weight.as_ref());
-        let nodes = self.model.topology.members.as_ref().at(index).nodes();
-        if !self.model.quadratic || nodes.len() < 3 {
-            let w = weight.at(node);
-            *at = [at[0] + w * e(node)[0], at[1] + w * e(node)[1]];
-            return (w > T::ZERO).then_some(*at);
-        }
-        let local = node - nodes.start;
-        let middle = if local % 2 == 1 { node } else { node - 1 };
-        // Simpson's weight of the middle is 4h/6.
-        let h = weight.at(middle) * T::of(1.5);
-        let (a, m, b) = (e(middle - 1), e(middle), e(middle + 1));
-        let sixth = h * T::of(1.0 / 6.0);
-        let chord = [0, 1].map(|i| sixth * (a[i] + T::of(4.0) * m[i] + b[i]));
-        if local % 2 == 1 {
-            // The cubic Hermite curve at ξ = 1/2.
-            return Some([0, 1].map(|i| at[i] + T::of(0.5) * chord[i] + T::of(0.125) * h * (a[i] - b[i])));
-        }
-        *at = [at[0] + chord[0], at[1] + chord[1]];
-        Some(*at)
+    /// The point of a member's centreline that belongs to a node after its first; `at` is the end of what lies before, and moves on.
+    pub(super) fn point(self, member: &Member<T>, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
+        let weight = self.model.weight.as_ref().run(member.nodes());
+        member.kind.point(weight, |node| self.strained(member, node), node, at)
+    }
+
+    /// The same from the member's end to its start.
+    pub(super) fn point_back(self, member: &Member<T>, node: usize, at: &mut [T; 2]) -> Option<[T; 2]> {
+        let weight = self.model.weight.as_ref().run(member.nodes());
+        member.kind.point_back(weight, |node| self.strained(member, node), node, at)
+    }
+
+    /// Strained direction of a member's node.
+    fn strained(self, member: &Member<T>, node: usize) -> [T; 2] {
+        self.kinematics.nodes.as_ref().at(usize::from(member.first) + node).strained
     }
 
     /// Where the motion has taken the base: how far it has moved, world frame, mm, and how far the motor has turned it about its axis, rad.

@@ -72,16 +72,17 @@ impl<'a, T: Real, S: Size> Solution<'a, T, S> {
             let elements = nodes.len() - 1;
             let flexible = length > T::ZERO;
             (0..if flexible { elements } else { 0 }).map(move |element| {
-                let node = nodes.start + element;
-                let (stretch, bend) = if model.quadratic { self.end(node, element) } else { self.spring(node) };
-                let arc = self.arc(nodes.start, element);
+                let angle = self.state.angle.as_ref().run(nodes.clone());
+                let stretch = |node: usize| self.stretch(nodes.start + node);
+                let (stretch, bend) = member.kind.section(angle, stretch, element);
+                let arc = member.kind.arc(model.weight.as_ref().run(nodes.clone()), element);
                 // Of a rung's part that leads from back to front: counted from the front, and bent to the other side.
                 let (arc, bend) = if member.is_backwards() { (length - arc, -bend) } else { (arc, bend) };
                 Strain {
                     place,
                     arc: model.units.length * (start + arc),
                     stretch,
-                    bending: model.fibre.as_ref()[node] * bend,
+                    bending: model.fibre.as_ref()[nodes.start + element] * bend,
                 }
             })
         })
@@ -89,38 +90,6 @@ impl<'a, T: Real, S: Size> Solution<'a, T, S> {
 }
 
 impl<'a, T: Real, S: Size> Solution<'a, T, S> {
-    /// Arc from a member's start of an end of its quadratic elements, or of one of its springs.
-    fn arc(self, first: usize, end: usize) -> T {
-        let weight = self.model.weight.as_ref();
-        if self.model.quadratic {
-            // Simpson's weight of the middle is 4h/6.
-            let middles = weight[first..].iter().skip(1).step_by(2).take(end.div_ceil(2));
-            return T::of(1.5) * middles.fold(T::ZERO, |sum, &middle| sum + middle);
-        }
-        weight[first..].iter().skip(1).take(end).fold(T::ZERO, |sum, &link| sum + link)
-    }
-
-    /// Stretch and bend at an end of a quadratic element: even ends are starts.
-    fn end(self, node: usize, end: usize) -> (T, T) {
-        let angle = self.state.angle.as_ref();
-        let first = node - end % 2;
-        // θ′h of the quadratic through the element's three angles.
-        let (a, b) = (angle[first + 1] - angle[first], angle[first + 2] - angle[first + 1]);
-        let three = T::of(3.0);
-        if end.is_multiple_of(2) {
-            (self.stretch(first), three * a - b)
-        } else {
-            (self.stretch(first + 2), three * b - a)
-        }
-    }
-
-    /// The same at the spring between a node and the next.
-    fn spring(self, node: usize) -> (T, T) {
-        let angle = self.state.angle.as_ref();
-        let stretch = T::of(0.5) * (self.stretch(node) + self.stretch(node + 1));
-        (stretch, angle[node + 1] - angle[node])
-    }
-
     fn stretch(self, node: usize) -> T {
         let on = self.kinematics.nodes.as_ref().at(node);
         let (e, d) = (on.e, on.strained);
