@@ -87,7 +87,7 @@ fn position(knots: &[f64; 5], value: f64) -> (usize, f64) {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Arm {
     /// Lengths by which it stretches and shears more than what bends of it, mm.
-    pub give: [f64; 2],
+    pub extra_length: [f64; 2],
     /// Angle by which its shear force turns the rib against it, over its shear strain.
     pub turn: f64,
 }
@@ -105,7 +105,7 @@ pub(crate) struct Weld {
     /// Turn of the rib's two ends over its own shear strain.
     pub turn: [f64; 2],
     /// Lengths by which each beam stretches and shears more than to the crossing with the rib's axis, below and above it alike, mm.
-    pub give: [[f64; 2]; 2],
+    pub extra_length: [[f64; 2]; 2],
     /// The back end lies on the part of the back beam that is held, or reaches it: it does not turn.
     pub held: bool,
 }
@@ -129,7 +129,7 @@ impl Weld {
             let (rib, arc) = (ribs[side], arcs[side]);
             let end = Self::end(beam, arc, along.map(|part| outwards * part), rib, fillet);
             (weld.reach[side], weld.coupling[side]) = (end.reach, end.coupling);
-            (weld.turn[side], weld.give[side]) = (end.turn, end.give);
+            (weld.turn[side], weld.extra_length[side]) = (end.turn, end.extra_length);
             weld.start[side] = end.start(faces[side]);
         }
         weld.held = arcs[1] - weld.reach[1][0] <= design.back.clamp;
@@ -175,7 +175,10 @@ impl Weld {
         if self.held && side == 1 {
             return Arm::default();
         }
-        Arm { give: self.give[side].map(|give| self.reach[side][end] + give), turn: self.coupling[side] }
+        Arm {
+            extra_length: self.extra_length[side].map(|length| self.reach[side][end] + length),
+            turn: self.coupling[side],
+        }
     }
 
     /// The rib's two ends.
@@ -195,7 +198,7 @@ impl Weld {
         // On the side to which the rib leans.
         let middle = 0.5 * lean * thickness * cosine / sine;
         let reach = [half * stiff - middle, half * stiff + middle];
-        End { reach, root: root * rib, coupling, turn, give: [half * stretch, half * shear] }
+        End { reach, root: root * rib, coupling, turn, extra_length: [half * stretch, half * shear] }
     }
 }
 
@@ -217,7 +220,7 @@ struct End {
     root: f64,
     coupling: f64,
     turn: f64,
-    give: [f64; 2],
+    extra_length: [f64; 2],
 }
 
 impl End {

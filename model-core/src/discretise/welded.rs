@@ -21,7 +21,7 @@ impl Welded {
     #[inline(never)]
     pub fn new([stretch, shear]: [f64; 2], welds: [Arm; 2], length: f64, bending: f64) -> Self {
         let [start, end] = welds;
-        let longer = |kind: usize| (1.0 + (start.give[kind] + end.give[kind]) / length).max(0.0);
+        let longer = |kind: usize| (1.0 + (start.extra_length[kind] + end.extra_length[kind]) / length).max(0.0);
         let sheared = shear * longer(1);
         // What gives way by bending to a shear force whose moment vanishes in the middle.
         let bent = length * length / (12.0 * bending);

@@ -387,9 +387,9 @@ fn beside_a_change_of_contact_derivatives_are_one_sided() {
         seen(&follower).1
     };
     let mut changes = Vec::new();
-    let pace = 0.25_f64.to_radians();
+    let spacing = 0.25_f64.to_radians();
     for step in 8..36 {
-        let (mut low, mut high) = (f64::from(step) * pace, f64::from(step + 1) * pace);
+        let (mut low, mut high) = (f64::from(step) * spacing, f64::from(step + 1) * spacing);
         let (before, after) = (arcs(low), arcs(high));
         if before == after || changes.len() == 4 {
             continue;
