@@ -214,8 +214,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
         let mut node = 0;
         let mut prefix = Vec2::new(T::ZERO, T::ZERO);
         let mut rigid_end = prefix;
-        // No beam is stretched by a quarter, so that a sample far off clears those that are nearer to it along the beam; a cheap test of each
-        // clears most others.
+        // No beam is stretched by a quarter, so that a sample far off clears those that are nearer to it along the beam.
         let (longest, mut seen) = (T::of(1.25), -far);
         for (at, sample) in samples.enumerate() {
             if cell != usize::from(sample.cell) {
@@ -234,10 +233,8 @@ impl<T: Real, S: Size> Contacts<T, S> {
             }
             let mut position = prefix;
             let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
-            for (on, &w) in from.iter().zip(&sample.weights) {
-                if w != T::ZERO {
-                    position += vec2_of(on.strained) * w;
-                }
+            for (on, &w) in from.iter().zip(&sample.weights).take_while(|(_, w)| **w != T::ZERO) {
+                position += vec2_of(on.strained) * w;
             }
             if sample.rigid != T::ZERO {
                 position += rigid_end * sample.rigid;
@@ -282,9 +279,6 @@ impl<T: Real, S: Size> Contacts<T, S> {
             // While something touches, where the others are does not matter.
             let matters = touched || state.touching_count == 0;
             if !matters && seen - longest * sample.arc > sample.half_thickness + margin {
-                continue;
-            }
-            if !matters && object.clears(position, sample.half_thickness + margin) {
                 continue;
             }
             let gap = sample_gap(object, sample, position);
