@@ -8,11 +8,22 @@ pub(crate) trait Past<T: Real>: Copy {
     /// There is any: loops that have none are compiled without it.
     const IS_ANY: bool;
 
-    /// Moment, of a chain of links that of the spring which begins at the node.
-    fn moment(self, node: usize) -> T;
+    /// Moment, of a chain of links that of the spring which begins at the node, and forces along and across.
+    fn stresses(self, node: usize) -> [T; 3];
 
-    /// Forces along and across.
-    fn forces(self, node: usize) -> [T; 2];
+    /// The moment alone.
+    #[inline(always)]
+    fn moment(self, node: usize) -> T {
+        let [moment, ..] = self.stresses(node);
+        moment
+    }
+
+    /// The forces alone.
+    #[inline(always)]
+    fn forces(self, node: usize) -> [T; 2] {
+        let [_, along, across] = self.stresses(node);
+        [along, across]
+    }
 }
 
 /// A material without memory.
@@ -23,13 +34,8 @@ impl<T: Real> Past<T> for NoPast {
     const IS_ANY: bool = false;
 
     #[inline(always)]
-    fn moment(self, _: usize) -> T {
-        T::ZERO
-    }
-
-    #[inline(always)]
-    fn forces(self, _: usize) -> [T; 2] {
-        [T::ZERO; 2]
+    fn stresses(self, _: usize) -> [T; 3] {
+        [T::ZERO; 3]
     }
 }
 
@@ -45,34 +51,24 @@ pub(crate) struct Remembered<'a, T> {
     pub weights: [T; MOST_LAYERS],
 }
 
-impl<T: Real> Remembered<'_, T> {
-    /// The weighted sum of a node's layers, of which `pick` gives the part that is asked for. One and two terms, the usual numbers, go
-    /// without a loop.
-    #[inline(always)]
-    fn sum(self, node: usize, pick: impl Fn(&[T; 3]) -> T) -> T {
-        let layers = self.layers.get(node * self.width..).unwrap_or(&[]);
-        let [now, first, second, ..] = self.weights;
-        match (self.width, layers) {
-            (2, [s, h, ..]) => now * pick(s) + first * pick(h),
-            (3, [s, h, g, ..]) => now * pick(s) + first * pick(h) + second * pick(g),
-            _ => {
-                let layers = layers.iter().zip(self.weights).take(self.width);
-                layers.fold(T::ZERO, |sum, (layer, weight)| sum + weight * pick(layer))
-            }
-        }
-    }
-}
-
 impl<T: Real> Past<T> for Remembered<'_, T> {
     const IS_ANY: bool = true;
 
+    /// The weighted sum of the node's layers. One and two terms, the usual numbers, go without a loop.
     #[inline(always)]
-    fn moment(self, node: usize) -> T {
-        self.sum(node, |&[moment, ..]| moment)
-    }
-
-    #[inline(always)]
-    fn forces(self, node: usize) -> [T; 2] {
-        [self.sum(node, |&[_, along, _]| along), self.sum(node, |&[.., across]| across)]
+    fn stresses(self, node: usize) -> [T; 3] {
+        let layers = self.layers.get(node * self.width..).unwrap_or(&[]);
+        let [now, first, second, ..] = self.weights;
+        match (self.width, layers) {
+            (2, [s, h, ..]) => [0, 1, 2].map(|part| now * s[part] + first * h[part]),
+            (3, [s, h, g, ..]) => [0, 1, 2].map(|part| now * s[part] + first * h[part] + second * g[part]),
+            _ => {
+                let mut sum = [T::ZERO; 3];
+                for (layer, weight) in layers.iter().zip(self.weights).take(self.width) {
+                    sum = [0, 1, 2].map(|part| sum[part] + weight * layer[part]);
+                }
+                sum
+            }
+        }
     }
 }

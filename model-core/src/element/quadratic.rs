@@ -206,12 +206,12 @@ fn walk<T: Real, P: Past<T>, const RIGID: bool>(
     for ((index, &w), node) in member.nodes().zip(of.weight).zip(nodes).rev() {
         let shorter = if RIGID { T::ZERO } else { node.bent[1] };
         let e = node.e;
-        let prior = if P::IS_ANY && !RIGID { past.forces(index - first) } else { [T::ZERO; 2] };
-        let strained = strained::<T, P, RIGID>(e, w, pull.force(index, w), member.compliance, shorter, prior);
+        let [moment, along, across] = past.stresses(index - first);
+        let strained = strained::<T, P, RIGID>(e, w, pull.force(index, w), member.compliance, shorter, [along, across]);
         node.strained = strained.direction;
         chord = [chord[0] + w * strained.direction[0], chord[1] + w * strained.direction[1]];
         node.lever = strained.lever;
-        node.gradient = if P::IS_ANY { strained.gradient + past.moment(index - first) } else { strained.gradient };
+        node.gradient = if P::IS_ANY { strained.gradient + moment } else { strained.gradient };
         node.curvature = strained.curvature;
         if !RIGID {
             node.set_pull(strained.pull);

@@ -226,8 +226,8 @@ impl<T: Real, S: Size> Memory<T, S> {
                     let force = pull.force(run.start + local, weight);
                     let [x, y] = node.e;
                     let [along, across] = Remembered { layers: &*layers, width, weights }.forces(0);
-                    fading.advance(layers, 1, -(force[0] * x + force[1] * y + along));
-                    fading.advance(layers, 2, -(force[1] * x - force[0] * y + across));
+                    let stresses = [-(force[0] * x + force[1] * y + along), -(force[1] * x - force[0] * y + across)];
+                    fading.advance(layers, 1, stresses);
                 }
             }
             // Elements soften under compression by the force that their carriers have, which is the stress just found.
@@ -239,11 +239,11 @@ impl<T: Real, S: Size> Memory<T, S> {
                         let Some((start, middle)) = layers.split_at_mut_checked(width) else { break };
                         let pulled = middle.first().map_or(T::ZERO, |&[_, along, _]| -along);
                         let moments = Quadratic::moments(of, angle, 2 * element, pulled);
-                        fading.advance(start, 0, carry + moments[0]);
-                        fading.advance(middle, 0, moments[1]);
+                        fading.advance(start, 0, [carry + moments[0]]);
+                        fading.advance(middle, 0, [moments[1]]);
                         carry = moments[2];
                     }
-                    fading.advance(elements.into_remainder(), 0, carry);
+                    fading.advance(elements.into_remainder(), 0, [carry]);
                 }
                 Kind::Link => {
                     for node in 0..angle.len().saturating_sub(1) {
@@ -251,7 +251,7 @@ impl<T: Real, S: Size> Memory<T, S> {
                         let pulled = layers.get(carrier).map_or(T::ZERO, |&[_, along, _]| -along);
                         let moment = Link::moment(of, angle, node, pulled);
                         if let Some(layers) = layers.get_mut(node * width..(node + 1) * width) {
-                            fading.advance(layers, 0, moment);
+                            fading.advance(layers, 0, [moment]);
                         }
                     }
                 }
@@ -277,26 +277,33 @@ struct Fading<T> {
 }
 
 impl<T: Real> Fading<T> {
-    /// Moves a stress of a node on to a new value: what each term has left of it (70). One and two terms go without a loop.
+    /// Moves stresses of a node, from the `first` of its three on, to new values: what each term has left of them (70). One and two terms
+    /// go without a loop.
     #[inline(always)]
-    fn advance(&self, layers: &mut [[T; 3]], part: usize, stress: T) {
-        let left = |left: &mut [T; 3], [decay, gain]: [T; 2], change: T| {
-            left[part] = decay * left[part] + gain * change;
-        };
-        let [first, second, ..] = self.terms;
-        match (self.width, layers) {
-            (2, [now, h]) => {
-                let change = stress - core::mem::replace(&mut now[part], stress);
-                left(h, first, change);
+    fn advance<const N: usize>(&self, layers: &mut [[T; 3]], first: usize, stresses: [T; N]) {
+        let [one, two, ..] = self.terms;
+        let from = |now: &mut [T; 3]| {
+            let mut changes = stresses;
+            for (change, now) in changes.iter_mut().zip(now.iter_mut().skip(first)) {
+                *change -= core::mem::replace(now, *change);
             }
+            changes
+        };
+        let fade = |left: &mut [T; 3], [decay, gain]: [T; 2], changes: [T; N]| {
+            for (left, change) in left.iter_mut().skip(first).zip(changes) {
+                *left = decay * *left + gain * change;
+            }
+        };
+        match (self.width, layers) {
+            (2, [now, h]) => fade(h, one, from(now)),
             (3, [now, h, g]) => {
-                let change = stress - core::mem::replace(&mut now[part], stress);
-                left(h, first, change);
-                left(g, second, change);
+                let changes = from(now);
+                fade(h, one, changes);
+                fade(g, two, changes);
             }
             (_, [now, rest @ ..]) => {
-                let change = stress - core::mem::replace(&mut now[part], stress);
-                rest.iter_mut().zip(self.terms).for_each(|(h, term)| left(h, term, change));
+                let changes = from(now);
+                rest.iter_mut().zip(self.terms).for_each(|(h, term)| fade(h, term, changes));
             }
             _ => {}
         }
