@@ -12,15 +12,8 @@ use crate::crc;
 use crate::packet::{ALERT, CRC_LENGTH, HEADER, Id, Instruction, PREFIX_LENGTH, StatusError};
 use crate::request::Entry;
 
-/// Bytes of a block beside its data: error, id, CRC.
-pub(crate) const BLOCK_LENGTH: usize = 2 + CRC_LENGTH;
 /// Bytes before the first block.
 pub(crate) const FRONT_LENGTH: usize = PREFIX_LENGTH + 1;
-
-/// Length field of the answer of devices that give this many data bytes; nothing if no packet is as long.
-pub(crate) fn frame_length(data: impl Iterator<Item = u16>) -> Option<u16> {
-    data.into_iter().try_fold(1u16, |sum, length| sum.checked_add(length)?.checked_add(BLOCK_LENGTH as u16))
-}
 
 /// What comes before the first block.
 fn front(length: u16) -> [u8; FRONT_LENGTH] {
@@ -167,6 +160,7 @@ pub(crate) struct Block<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::packet::fast_length;
     use std::vec::Vec;
 
     /// The e-Manual's example of Fast Sync Read: 3, 7 and 4 give positions 166, 2079 and 1023.
@@ -190,7 +184,7 @@ mod tests {
 
     #[test]
     fn the_published_answer_is_followed() {
-        assert_eq!(frame_length([4; 3].into_iter()), Some(0x19));
+        assert_eq!(fast_length([4; 3].into_iter()), Some(0x19));
         for noise in [&[][..], &[0xFF], &[0xFF, 0xFF, 0xFF], &[1, 0xFF, 0xFF, 0xFD, 0x00, 0xFE, 0x18]] {
             let mut answer = FastAnswer::new(0x19);
             let mut data = [0; 4];

@@ -10,10 +10,17 @@ pub(crate) const PREFIX_LENGTH: usize = 7;
 
 /// Bytes of the CRC behind a packet.
 pub(crate) const CRC_LENGTH: usize = 2;
+/// Bytes of a device's block in the answer to a fast read, beside its data: error, id, CRC.
+pub(crate) const BLOCK_LENGTH: usize = 2 + CRC_LENGTH;
 
 /// Bytes of a packet with `parameters` parameter bytes that need no stuffing.
 pub const fn packet_length(parameters: usize) -> usize {
     PREFIX_LENGTH + 1 + parameters + CRC_LENGTH
+}
+
+/// Length field of the answer to a fast read of devices that give this many data bytes; nothing if no packet is as long.
+pub(crate) fn fast_length(data: impl Iterator<Item = u16>) -> Option<u16> {
+    data.into_iter().try_fold(1u16, |sum, length| sum.checked_add(length)?.checked_add(BLOCK_LENGTH as u16))
 }
 
 /// The most bytes a packet with `parameters` parameter bytes can take: every third one stuffed.

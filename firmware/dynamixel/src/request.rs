@@ -1,7 +1,6 @@
 //! An instruction kept while it is being answered: who is asked for what, in which order.
 
-use crate::fast::frame_length;
-use crate::packet::{Id, Instruction, Packet};
+use crate::packet::{Id, Instruction, Packet, fast_length};
 
 /// One device's part of a reading instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +61,7 @@ impl<const N: usize> Request<N> {
 
     /// Length field of the packet with which a fast read is answered; nothing if no packet is as long.
     pub(crate) fn fast_length(&self) -> Option<u16> {
-        frame_length(self.entries(0).map(|entry| entry.length))
+        fast_length(self.entries(0).map(|entry| entry.length))
     }
 }
 

@@ -10,8 +10,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::NVIC;
 use embassy_executor::{SendSpawner, Spawner, raw};
 
-use crate::interrupts::Number;
-use crate::registers::interrupt;
+use crate::registers::interrupt::{self, Number};
 
 static WOKEN: AtomicBool = AtomicBool::new(false);
 

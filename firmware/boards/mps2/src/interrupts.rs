@@ -1,20 +1,9 @@
 //! Which interrupt calls what.
 
-use crate::registers::interrupt;
+use crate::registers::interrupt::{self, Number};
 use crate::{executor, reset, time_driver, uart};
-use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 use cortex_m_rt::exception;
-
-#[derive(Clone, Copy)]
-pub(crate) struct Number(pub(crate) u16);
-
-// SAFETY: the numbers are the board's (see `registers::interrupt`) and below the NVIC's number of lines.
-unsafe impl InterruptNumber for Number {
-    fn number(self) -> u16 {
-        self.0
-    }
-}
 
 /// What the vector table calls the non-maskable interrupt.
 const NMI: i16 = -14;

@@ -94,6 +94,19 @@ pub(crate) const CLOCK_HZ: u32 = fre_boards::MPS2.clock_hz;
 
 /// Interrupt numbers.
 pub(crate) mod interrupt {
+    use cortex_m::interrupt::InterruptNumber;
+
+    /// One of the numbers below, as the interrupt controller takes it.
+    #[derive(Clone, Copy)]
+    pub(crate) struct Number(pub(crate) u16);
+
+    // SAFETY: the numbers are the board's and below the NVIC's number of lines.
+    unsafe impl InterruptNumber for Number {
+        fn number(self) -> u16 {
+            self.0
+        }
+    }
+
     pub(crate) const UART0_RX: u16 = 0;
     pub(crate) const UART0_TX: u16 = 1;
     pub(crate) const UART1_RX: u16 = 2;

@@ -7,8 +7,8 @@ use embedded_io_async::{Read, Write};
 use super::listen::{CHUNK, Listening, checked};
 use super::{Error, Master};
 use crate::encode::EncodeError;
-use crate::fast::{BLOCK_LENGTH, FRONT_LENGTH, FastAnswer, Step, frame_length};
-use crate::packet::{ALERT, Id, Status, StatusError, longest_packet_length};
+use crate::fast::{FRONT_LENGTH, FastAnswer, Step};
+use crate::packet::{ALERT, BLOCK_LENGTH, Id, Status, StatusError, fast_length, longest_packet_length};
 use crate::request::Entry;
 
 /// A device's part in a read of several.
@@ -73,7 +73,7 @@ where
     ) -> Result<(), Error<U::Error>> {
         let lengths = || parts.iter().map(|part| part.entry().1.length);
         let total = lengths().fold(FRONT_LENGTH, |sum, length| sum + usize::from(length) + BLOCK_LENGTH);
-        let length = frame_length(lengths()).ok_or(Error::TooLong(EncodeError::TooLong { length: total }))?;
+        let length = fast_length(lengths()).ok_or(Error::TooLong(EncodeError::TooLong { length: total }))?;
         let longest = lengths().max().map_or(0, usize::from);
         if longest > N {
             return Err(Error::TooLong(EncodeError::BufferTooSmall { needed: longest, capacity: N }));
