@@ -223,18 +223,28 @@ impl<T: Real, S: Size> Contacts<T, S> {
                 prefix = vec2_of(start.as_ref().at(cell));
                 rigid_end = members.as_ref().get(cell).map_or(rigid_end, |front| vec2_of(front.rigid_end));
             }
-            // The nodes below the sample's own; those from there on, by its weights. One without a weight may be another member's, and not
-            // yet strained.
+            // The nodes below the sample's own.
             while node < usize::from(sample.node)
                 && let (Some(on), Some(&weight)) = (nodes.get(node), weight.get(node))
             {
                 prefix += vec2_of(on.strained) * weight;
                 node += 1;
             }
+            let below = prefix;
             let mut position = prefix;
             let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
-            for (on, &w) in from.iter().zip(&sample.weights).take_while(|(_, w)| **w != T::ZERO) {
-                position += vec2_of(on.strained) * w;
+            match (sample.weights, from) {
+                // At the end of its node's length, which is the next one's start.
+                ([w, next, _], [on, ..]) if w != T::ZERO && next == T::ZERO => {
+                    position += vec2_of(on.strained) * w;
+                    (prefix, node) = (position, node + 1);
+                }
+                // A node without a weight may be another member's, and not yet strained.
+                (weights, _) => {
+                    for (on, w) in from.iter().zip(weights).take_while(|(_, w)| *w != T::ZERO) {
+                        position += vec2_of(on.strained) * w;
+                    }
+                }
             }
             if sample.rigid != T::ZERO {
                 position += rigid_end * sample.rigid;
@@ -253,9 +263,9 @@ impl<T: Real, S: Size> Contacts<T, S> {
                             continue;
                         }
                         let place = model.place(index as u16);
-                        // Nodes of the place that are below the sample's are in the prefix.
+                        // Nodes of the place that are below the sample's are summed up already.
                         let skipped = usize::from(sample.node.saturating_sub(place.node));
-                        let mut position = prefix + rigid_end * place.rigid;
+                        let mut position = below + rigid_end * place.rigid;
                         let on = nodes.get(usize::from(place.node)..).unwrap_or(&[]).iter().zip(&place.weights);
                         for (on, &w) in on.skip(skipped).filter(|(_, w)| **w != T::ZERO) {
                             position += vec2_of(on.strained) * w;
