@@ -217,10 +217,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.settings = Settings::DEFAULT;
         }
         let made = discretise(design, how, &mut self.model);
-        let fits = made.is_ok()
-            && self.timeline.fit(&self.model)
-            && self.work.fit(&self.model)
-            && self.factored.fit(&self.model);
+        let fits = made.is_ok() && self.fit();
         if !fits {
             self.model.reset(0);
             return made.and(Err(DiscretiseError::Capacity));
@@ -235,6 +232,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.refine();
         self.rest();
         Ok(())
+    }
+
+    /// Makes room for the model; false if there is none.
+    fn fit(&mut self) -> bool {
+        self.timeline.fit(&self.model) && self.work.fit(&self.model) && self.factored.fit(&self.model)
     }
 
     /// Changes how equilibria are followed.

@@ -25,8 +25,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let units = Units { length: other.model.units.length.to_f64(), force: force.to_f64() };
         let fits = discretise_in(design, how, Some(units), &mut self.model).is_ok()
             && other.is_like(&self.model)
-            && self.timeline.fit(&self.model)
-            && self.work.fit(&self.model);
+            && self.fit();
         if !fits {
             self.model.reset(0);
             return false;
