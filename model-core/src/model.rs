@@ -47,6 +47,8 @@ pub struct Model<T: Real, S: Size> {
     /// Half the thickness over the length of the spring or element that begins at a node: strain per bend.
     pub(crate) fibre: S::Nodes<T>,
     pub(crate) samples: S::Samples<Sample<T>>,
+    /// Buckling load of each rib between clamped ends, 4π²EI/L² of an even one, in units of force; 0 where a rung is none.
+    pub(crate) buckling_loads: S::Cells<T>,
     /// Where the front beam's held part ends, mm.
     pub(crate) base: [T; 2],
     /// From there to where the back beam's held part ends, mm.
@@ -78,6 +80,7 @@ impl<T: Real, S: Size> Model<T, S> {
         diagonal: <S::Nodes<T> as Storage<T>>::EMPTY,
         fibre: <S::Nodes<T> as Storage<T>>::EMPTY,
         samples: <S::Samples<Sample<T>> as Storage<Sample<T>>>::EMPTY,
+        buckling_loads: <S::Cells<T> as Storage<T>>::EMPTY,
         base: [T::ZERO; 2],
         base_rung: [T::ZERO; 2],
         clamps: [T::ZERO; 2],
@@ -90,7 +93,9 @@ impl<T: Real, S: Size> Model<T, S> {
         self.sample_count = 0;
         self.weight.as_mut().fill(T::ZERO);
         self.coupling.as_mut().fill([T::ZERO; 2]);
-        self.topology.reset(cells) && self.first_samples.fit(cells)
+        let fits = self.topology.reset(cells) && self.first_samples.fit(cells) && self.buckling_loads.fit(cells);
+        self.buckling_loads.as_mut().fill(T::ZERO);
+        fits
     }
 
     /// Makes room for nodes; false if there is none.

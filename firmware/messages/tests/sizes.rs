@@ -11,6 +11,7 @@ use model_core::drive::{Drive, Knots, MAX_DRIVE_KNOTS, Travel};
 use model_core::equilibrium::PRONY_TERMS;
 use model_core::estimator::{Estimate, Interval};
 use model_core::size::Lists;
+use model_core::solution::LoadedRib;
 use model_core::status::Status;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 use postcard_rpc::{Endpoint, Key};
@@ -120,6 +121,7 @@ fn a_report_is_small() {
         standard_deviation: 0.25,
         sensitivity_age: u16::MAX,
         interval: None,
+        loaded_rib: None,
     };
     let report = Report {
         sequence: u32::MAX,
@@ -138,7 +140,8 @@ fn a_report_is_small() {
     assert!(length <= 120, "{length} bytes");
     // With friction a quarter of it.
     let interval = Some(Interval { normal: [11.0, 12.0], magnitude: [12.0, 13.0], torque: [850.0, 910.0] });
-    let rough = Report { estimate: Estimate { interval, ..estimate }, ..report };
+    let loaded_rib = Some(LoadedRib { rib: 63, percent: 200 });
+    let rough = Report { estimate: Estimate { interval, loaded_rib, ..estimate }, ..report };
     let (length, back) = through(&rough);
     assert_eq!(back, rough);
     assert!(length <= 150, "{length} bytes");

@@ -24,6 +24,7 @@ use model_core::discretise::{Discretisation, Physics};
 use model_core::estimator::{Estimate, Interval};
 use model_core::newton::Hessian;
 use model_core::object::ObjectDesign;
+use model_core::solution::LoadedRib;
 use model_core::status::Status;
 use model_core::uncertainty::Uncertainty;
 use rand_chacha::ChaCha8Rng;
@@ -137,7 +138,12 @@ fn nothing_is_lost_and_others_read_it_bit_for_bit() {
                 standard_deviation: if tick % 7 == 0 { f32::INFINITY } else { number() },
                 sensitivity_age: u16::MAX,
                 interval: None,
+                loaded_rib: None,
             };
+            if tick % 5 == 0 {
+                let rib = tick as u8 % 16;
+                report.estimate.loaded_rib = Some(LoadedRib { rib, percent: 80 + rib });
+            }
             if tick % 3 == 0 {
                 let mut ends = || [number(), number()];
                 report.estimate.interval = Some(Interval { normal: ends(), magnitude: ends(), torque: ends() });

@@ -3,6 +3,7 @@
 //! All lengths and stiffnesses are computed in `f64` and rounded once, so the single-precision model has the best
 //! constants it can have, and the same ones on every machine.
 
+mod buckling;
 mod natural;
 mod plate;
 mod rod;
@@ -422,6 +423,7 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     let held = design.front.base;
     model.held = [T::of(held[0] - f[0]), T::of(held[1] - f[1])];
     model.complete_stiffness();
+    model.find_buckling_loads();
     model.close_at_rest();
     Ok(())
 }

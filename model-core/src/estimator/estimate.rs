@@ -3,6 +3,7 @@
 use super::path::Interval;
 use crate::bounds::{OutOfBounds, check};
 use crate::equilibrium::Tracking;
+use crate::solution::LoadedRib;
 use crate::status::Status;
 
 /// Bounds of an estimator.
@@ -83,6 +84,9 @@ pub struct Estimate {
     /// Between which values the forces lie, with friction, and with memory while the past is not known. `None` without both, without
     /// contact, and while an end is not known yet: the standard deviation is then infinite.
     pub interval: Option<Interval>,
+    /// The rib that is nearest to buckling, from [`NEAR_BUCKLING`](crate::solution::NEAR_BUCKLING) on: the force is known less well
+    /// then, within 2 % instead of 0.6 % of what finer elements give. `None` otherwise, and without ribs.
+    pub loaded_rib: Option<LoadedRib>,
 }
 
 impl Estimate {
@@ -108,6 +112,7 @@ impl Estimate {
             standard_deviation: 0.0,
             sensitivity_age: 0,
             interval: None,
+            loaded_rib: None,
         }
     }
 }

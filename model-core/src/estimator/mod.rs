@@ -473,6 +473,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
     fn read(&self, estimate: &mut Estimate) {
         let solution = self.follower.solution();
         estimate.interval = None;
+        estimate.loaded_rib = solution.loaded_rib();
         estimate.force = single(solution.force_world());
         estimate.torque = (self.ratio * solution.motor_torque().to_f64()) as f32;
         estimate.distance = solution.distance().to_f64() as f32;

@@ -3,6 +3,7 @@
 //! Shapes are in the finger frame, mm; forces act on the object, N. [`Solution::to_world`] turns points into the world frame.
 
 mod reactions;
+mod rib_load;
 mod rungs;
 mod shape;
 mod strains;
@@ -16,6 +17,7 @@ use crate::object::{Displacement, Motion};
 use crate::real::{Real, Vec2, cross, vec2};
 use crate::size::Size;
 use crate::state::State;
+pub use rib_load::{LoadedRib, NEAR_BUCKLING};
 pub use strains::{Place, Strain};
 
 /// The forces of an equilibrium, N and N·mm.

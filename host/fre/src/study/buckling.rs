@@ -3,10 +3,6 @@
 use model_core::equilibrium::Buckling;
 use serde::{Deserialize, Serialize};
 
-/// A rib is reported from this part of its buckling load between clamped ends on. In a finger its ends turn with the beams: the ribs of
-/// `umi` bow at 0.88 to 0.92 of it (`ribs_that_bow_are_warned_of`). This is a tenth below.
-pub const NEAR: f64 = 0.8;
-
 /// The rib as JSON has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Written {

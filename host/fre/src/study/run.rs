@@ -9,13 +9,13 @@ use model_core::equilibrium::{Follower, Target};
 use model_core::real::Real;
 use model_core::sensitivity::Probe;
 use model_core::size::Size;
+use model_core::solution::NEAR_BUCKLING;
 use model_core::status::Status;
 
 use crate::case::{Case, Memory};
 use crate::heap::{Host, Wide};
 use crate::shape::Shape;
 use crate::study::branch::{self, FirstBranch, Found};
-use crate::study::buckling;
 use crate::study::fade::Fade;
 use crate::study::follow::follower;
 use crate::study::friction::{ForceInterval, Friction};
@@ -206,7 +206,7 @@ impl<T: Real, S: Size> Walk<T, S> {
         if let Some(state) = &mut state {
             state.force_interval = interval;
             // Last: it is asked of a factorisation, which the next step makes anew.
-            state.buckling = self.follower.buckling(buckling::NEAR);
+            state.buckling = self.follower.buckling(NEAR_BUCKLING);
         }
         let mut place = Place {
             at: At::new(self.case.path.along(), value),

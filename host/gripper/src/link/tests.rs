@@ -49,6 +49,7 @@ pub(super) fn report(sequence: u32) -> Vec<u8> {
         standard_deviation: 0.1,
         sensitivity_age: 3,
         interval: None,
+        loaded_rib: None,
     };
     let phase = Phase::Moving;
     let report =

@@ -33,7 +33,7 @@ use Cell::{Integer, Number, Word};
 pub type ReportColumn = (&'static str, fn(&Report) -> Cell);
 
 /// The columns. New ones are added at the end only.
-pub const COLUMNS: [ReportColumn; 30] = [
+pub const COLUMNS: [ReportColumn; 32] = [
     ("sequence", |report| Integer(report.sequence.into())),
     ("time_us", |report| Integer(report.time_us as i64)),
     ("motor_angle_deg", |report| Number(report.estimate.motor_angle.to_degrees())),
@@ -66,6 +66,9 @@ pub const COLUMNS: [ReportColumn; 30] = [
     ("normal_interval_high_n", |report| end(report, |interval| interval.normal[1])),
     ("torque_interval_low_nmm", |report| end(report, |interval| interval.torque[0])),
     ("torque_interval_high_nmm", |report| end(report, |interval| interval.torque[1])),
+    // While a rib is near its buckling load: the rib, from 1 at the base, and its load; else 0.
+    ("loaded_rib", |report| Integer(report.estimate.loaded_rib.map_or(0, |loaded| i64::from(loaded.rib) + 1))),
+    ("rib_load_percent", |report| Integer(report.estimate.loaded_rib.map_or(0, |loaded| loaded.percent.into()))),
 ];
 
 fn end(report: &Report, of: fn(&Interval) -> f32) -> Cell {

@@ -2,6 +2,7 @@
 
 use messages::{Contact, Event, FreeObject, Grasp, GripMargin, Notice, Phase, Report, Shape, Why};
 use model_core::estimator::{Estimate, Interval};
+use model_core::solution::LoadedRib;
 use model_core::status::Status;
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +53,16 @@ pub(super) struct EstimateMessage {
     torque_interval_low_nmm: Exact,
     #[serde(default = "unknown", skip_serializing_if = "Exact::is_nan")]
     torque_interval_high_nmm: Exact,
+    // While a rib is near its buckling load: the rib, from 1 at the base, and its load.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    loaded_rib: u8,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    rib_load_percent: u8,
+}
+
+// By reference, as serde asks for it.
+fn is_zero(number: &u8) -> bool {
+    *number == 0
 }
 
 /// A number that is left out.
@@ -96,6 +107,8 @@ impl From<&Report> for EstimateMessage {
             normal_interval_high_n: end(|interval| interval.normal[1]),
             torque_interval_low_nmm: end(|interval| interval.torque[0]),
             torque_interval_high_nmm: end(|interval| interval.torque[1]),
+            loaded_rib: estimate.loaded_rib.map_or(0, |loaded| loaded.rib.saturating_add(1)),
+            rib_load_percent: estimate.loaded_rib.map_or(0, |loaded| loaded.percent),
         }
     }
 }
@@ -122,6 +135,10 @@ impl From<EstimateMessage> for Report {
             standard_deviation: message.standard_deviation_n.0,
             sensitivity_age: message.sensitivity_age,
             interval: (!interval.magnitude[0].is_nan()).then_some(interval),
+            loaded_rib: message
+                .loaded_rib
+                .checked_sub(1)
+                .map(|rib| LoadedRib { rib, percent: message.rib_load_percent }),
         };
         Self {
             sequence: message.sequence,

@@ -113,7 +113,8 @@ macro_rules! fields {
 }
 
 fields!(EstimateMessage:
-    "integer": "sequence" "finger" "time_us" "age" "position_counts" "iterations" "cost" "sensitivity_age";
+    "integer": "sequence" "finger" "time_us" "age" "position_counts" "iterations" "cost" "sensitivity_age"
+        "loaded_rib" "rib_load_percent";
     "string": "status" "phase";
     "number": "force_magnitude_n" "force_x_n" "force_y_n" "motor_angle_deg" "goal_deg" "current_ma" "contact_x_mm" "contact_y_mm"
         "contact_extent_mm" "torque_nmm" "distance_mm" "residual_nmm" "force_x_per_deg_n" "force_y_per_deg_n"

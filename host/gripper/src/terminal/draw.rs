@@ -306,8 +306,9 @@ fn whole(frame: &mut Frame<'_>, area: Rect, seen: &Seen, number: usize, finger: 
         status(estimate.status, estimate.age, silent),
     ]);
     let lines = vec![
-        match estimate.interval {
-            Some(Interval { magnitude: [low, high], .. }) if high - low >= SEEN_N => {
+        match (estimate.loaded_rib, estimate.interval) {
+            (Some(loaded), _) => row("buckling", loaded.to_string()),
+            (None, Some(Interval { magnitude: [low, high], .. })) if high - low >= SEEN_N => {
                 row("between", format!("{low:.2} and {high:.2} N, by friction"))
             }
             _ => row("components", format!("{fx}, {fy} N")),

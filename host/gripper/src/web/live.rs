@@ -72,6 +72,8 @@ struct FingerFrame {
     deviation_n: Option<f64>,
     /// With friction: between which values the force's magnitude lies; none without friction, and while an end is not known.
     interval_n: Option<[f32; 2]>,
+    /// The rib that is near its buckling load, counted from 1, and its part of that load.
+    rib: Option<String>,
     /// Centre of the contact, world frame; none without contact.
     centre_mm: Option<[f64; 2]>,
     torque_nmm: f64,
@@ -270,6 +272,7 @@ impl Finger {
             force_xy_n: double(estimate.force),
             deviation_n: estimate.standard_deviation.is_finite().then_some(estimate.standard_deviation.into()),
             interval_n: estimate.interval.map(|interval| interval.magnitude),
+            rib: estimate.loaded_rib.map(|loaded| loaded.to_string()),
             centre_mm: (estimate.force != [0.0; 2]).then_some(double(estimate.contact_centre)),
             torque_nmm: f64::from(estimate.torque),
             distance_mm: f64::from(estimate.distance),

@@ -270,6 +270,8 @@ function takeFrame(told) {
     is.angle.textContent = fixed(f.angle_deg, 2);
     is.goal.textContent = fixed(f.goal_deg, 2);
     is.deviation.textContent = f.deviation_n === null ? "?" : fixed(f.deviation_n, 2);
+    is.loaded.hidden = !f.rib;
+    if (f.rib) is.rib.textContent = f.rib;
     is.between.hidden = !f.interval_n;
     if (f.interval_n) is.interval.textContent = f.interval_n.map(x => fixed(x, 2)).join(" and ");
     is.centre.textContent = f.centre_mm ? f.centre_mm.map(x => fixed(x, 1)).join(", ") : "–";

@@ -49,6 +49,10 @@ class Estimate(NamedTuple):
     """The same for the sum of the normal forces."""
     torque_interval_nmm: tuple[float, float] | None
     """The same for the torque."""
+    loaded_rib: int
+    """The rib that is near its buckling load, from 1 at the base; 0 if none is."""
+    rib_load_percent: int
+    """Its force in percent of that load; 0 if none is."""
 
 
 class Estimator:
@@ -77,8 +81,8 @@ class Estimator:
         With friction it depends on the angles before: after a leap of more than 1° the force is known within an interval only, until a
         motion makes it certain.
         """
-        word, numbers, counts, ends = self._estimator.update(angle_rad, dt_s)
-        return Estimate._make([STATUSES[word], *numbers, *counts, *ends])
+        word, numbers, counts, ends, loaded = self._estimator.update(angle_rad, dt_s)
+        return Estimate._make([STATUSES[word], *numbers, *counts, *ends, *loaded])
 
     def __repr__(self) -> str:
         return f"<fre.Estimator of {self._case!r}>"

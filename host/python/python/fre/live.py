@@ -46,6 +46,10 @@ class Report(NamedTuple):
     normal_interval_high_n: float
     torque_interval_low_nmm: float
     torque_interval_high_nmm: float
+    loaded_rib: int
+    """The rib that is near its buckling load, from 1 at the base; 0 if none is."""
+    rib_load_percent: int
+    """Its force in percent of that load; 0 if none is."""
 
     @property
     def force_magnitude_n(self) -> float:

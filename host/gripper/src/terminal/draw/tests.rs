@@ -2,6 +2,7 @@ use std::time::Instant;
 
 use messages::{Event, Grasp, GripMargin, Mount, Notice, PROTOCOL_VERSION, Phase, Report, Settings};
 use model_core::estimator::Estimate;
+use model_core::solution::LoadedRib;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
@@ -68,6 +69,15 @@ fn drawn(seen: &Seen, width: u16, height: u16) -> Vec<String> {
 
 fn has(lines: &[String], words: &str) {
     assert!(lines.iter().any(|line| line.contains(words)), "no `{words}` in\n{}", lines.join("\n"));
+}
+
+#[test]
+fn a_rib_near_its_buckling_load_is_shown() {
+    let mut seen = seen(1);
+    let report = report(0, 1000, 5.0, Status::Converged);
+    let loaded_rib = Some(LoadedRib { rib: 6, percent: 93 });
+    seen.take(Told::Report(Report { estimate: Estimate { loaded_rib, ..report.estimate }, ..report }));
+    has(&drawn(&seen, 100, 30), "buckling     rib 7, 93 % of its load");
 }
 
 #[test]
