@@ -13,7 +13,7 @@ use crate::options::word;
 /// The status's word; motor angle, force (x, y, magnitude), contact centre (x, y), extent, torque, distance, residual, derivative of
 /// the force (x, y), standard deviation; iterations, age, age of the derivatives; the intervals of the force's magnitude, the normal force and
 /// the torque, where there are any; the rib that is near its buckling load, from 1, and its percentage of that, or zeros.
-type Estimate = (&'static str, [f32; 13], [u32; 3], [Option<(f32, f32)>; 3], [u8; 2]);
+type Estimate = (&'static str, [f32; 13], [u32; 3], [Option<(f32, f32)>; 3], [u32; 2]);
 
 /// An estimator of one finger on one object.
 #[pyclass(module = "fre._core")]
@@ -66,7 +66,7 @@ impl Estimator {
             .interval
             .map(|known| [known.magnitude, known.normal, known.torque].map(|[low, high]| Some((low, high))));
         let counts = [found.iterations.into(), found.age, found.sensitivity_age.into()];
-        let loaded = found.loaded_rib.map_or([0; 2], |loaded| [loaded.rib.saturating_add(1), loaded.percent]);
+        let loaded = found.loaded_rib.map_or([0; 2], |loaded| [u32::from(loaded.rib) + 1, loaded.percent.into()]);
         Ok((found.status.word(), numbers, counts, ends.unwrap_or_default(), loaded))
     }
 }
