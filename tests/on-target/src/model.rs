@@ -45,7 +45,12 @@ mod tests {
         }
         // Neighbouring nodes without softness share a force in many ways: single precision may pick another set.
         if row.scheme.starts_with("SIMPSON") {
-            assert!(follower.solution().contacts().count() == row.active_contacts, "{} {}: contacts", row.scheme, row.case);
+            assert!(
+                follower.solution().contacts().count() == row.active_contacts,
+                "{} {}: contacts",
+                row.scheme,
+                row.case
+            );
         }
     }
 
