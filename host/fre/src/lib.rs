@@ -15,8 +15,8 @@
 //!   messages
 //! - [`urdf`] – a gripper as robots' programs describe it
 //! - [`table`] – tables of typed columns; `parquet` (feature) – as Parquet files
-//! - [`drive`], [`metrics`], [`shape`], [`heap`] – how a motor moves its finger, distances and errors, the deformed finger, the model's
-//!   size on a PC
+//! - [`drive`], [`metrics`], [`shape`], [`faces`], [`heap`] – how a motor moves its finger, distances and errors, the deformed finger, the
+//!   faces of its beams, the model's size on a PC
 
 #[cfg(feature = "cad")]
 pub mod cad;
@@ -25,6 +25,7 @@ pub mod compare;
 pub mod delimited;
 pub mod draw;
 pub mod drive;
+pub mod faces;
 pub mod fea;
 pub mod files;
 pub mod finger;

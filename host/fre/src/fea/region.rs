@@ -1,112 +1,16 @@
-//! The region that the finger fills as it is built: faces of the beams, where they meet, and where the lamellae are joined.
+//! The region that the finger fills as it is built: the beams' faces, the tip, and where the lamellae are joined.
 
-use model_core::design::{Beam, Design, HingeKind, PlaneStrain};
+use model_core::design::{Design, HingeKind, PlaneStrain};
 
 use super::error::FeaError;
 use super::fillet::Fillet;
+pub use crate::faces::{Faces, Point};
+pub(super) use crate::faces::{cross, dot, minus};
 use crate::shape::insets;
-
-/// A point or vector of the finger frame, mm.
-pub type Point = [f64; 2];
 
 /// What fillets leave free.
 const FRONT: &str = "the front beam beside its fillets";
 const BACK: &str = "the back beam beside its fillets";
-
-/// A beam with its two faces; arcs are those of its centreline, mm.
-#[derive(Clone, Copy, Debug)]
-pub struct Faces<'d> {
-    beam: &'d Beam,
-    /// 1 if the other beam lies to the left of the way from base to tip, −1 if to the right.
-    side: f64,
-}
-
-impl<'d> Faces<'d> {
-    /// The front beam's.
-    pub fn front(design: &'d Design) -> Self {
-        Self { beam: &design.front, side: 1.0 }
-    }
-
-    /// The back beam's.
-    pub fn back(design: &'d Design) -> Self {
-        Self { beam: &design.back, side: -1.0 }
-    }
-
-    /// Arc below which the beam is held.
-    pub fn clamp(&self) -> f64 {
-        self.beam.clamp
-    }
-
-    /// Length of the centreline.
-    pub fn length(&self) -> f64 {
-        self.beam.length()
-    }
-
-    /// Unit normal towards the other beam at an arc.
-    pub fn inward(&self, arc: f64) -> Point {
-        let e = self.beam.direction(arc);
-        [-self.side * e[1], self.side * e[0]]
-    }
-
-    /// The point of the centreline at an arc.
-    pub fn centre(&self, arc: f64) -> Point {
-        self.beam.point(arc)
-    }
-
-    /// Thickness at an arc, mm.
-    pub fn thickness(&self, arc: f64) -> f64 {
-        self.beam.thickness.at(arc)
-    }
-
-    /// The point of the face towards the other beam, across from an arc.
-    pub fn inner(&self, arc: f64) -> Point {
-        self.off_centre(arc, 0.5)
-    }
-
-    /// The point of the face away from the other beam.
-    pub fn outer(&self, arc: f64) -> Point {
-        self.off_centre(arc, -0.5)
-    }
-
-    fn off_centre(&self, arc: f64, part: f64) -> Point {
-        let by = part * self.beam.thickness.at(arc);
-        let (p, inward) = (self.beam.point(arc), self.inward(arc));
-        [p[0] + by * inward[0], p[1] + by * inward[1]]
-    }
-
-    /// Arc of the centreline's point next to a point.
-    pub fn arc_beside(&self, p: Point) -> f64 {
-        let mut arc = dot(minus(p, self.beam.base), self.beam.direction(0.0));
-        // Exact at once for a straight beam; a bowed one turns slowly.
-        for _ in 0..30 {
-            arc += dot(minus(p, self.beam.point(arc)), self.beam.direction(arc));
-        }
-        arc
-    }
-
-    /// Distance of a point from the inner face, towards the other beam, and its arc.
-    fn height_over_inner(&self, p: Point) -> (f64, f64) {
-        let arc = self.arc_beside(p);
-        (dot(minus(p, self.beam.point(arc)), self.inward(arc)) - 0.5 * self.thickness(arc), arc)
-    }
-
-    /// Arc at which a face crosses the line through `p` along `d`; `near` is a first guess.
-    fn crossing(face: impl Fn(f64) -> Point, p: Point, d: Point, near: f64) -> f64 {
-        let off = |arc: f64| cross(d, minus(face(arc), p));
-        let (mut a, mut b) = (near - 0.5, near + 0.5);
-        let (mut at_a, mut at_b) = (off(a), off(b));
-        // The secant method: exact at once for a straight face, a few rounds for a tapered one.
-        for _ in 0..30 {
-            if at_b == at_a || at_b.abs() < 1e-12 {
-                break;
-            }
-            let next = b - at_b * (b - a) / (at_b - at_a);
-            (a, at_a) = (b, at_b);
-            (b, at_b) = (next, off(next));
-        }
-        b
-    }
-}
 
 /// Where a lamella is joined to the two beams, and its bar.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,7 +79,10 @@ impl<'d> Region<'d> {
     /// If a part has no room, or the finger has something that finite elements here do not know.
     pub fn of(design: &'d Design) -> Result<Self, FeaError> {
         let (front, back) = (Faces::front(design), Faces::back(design));
-        let merge = merge(&front, &back)?;
+        let merge = Faces::meeting(&front, &back).ok_or(FeaError::Unsupported {
+            what: "a tip where the beams' inner faces do not meet",
+            allowed: "inner faces apart at the base and meeting below the tip",
+        })?;
         let notch = front.inner(merge[0]);
         let tip = design.front.tip;
         let across = front.inward(front.length());
@@ -206,28 +113,6 @@ pub fn is_layered(design: &Design) -> bool {
     design.plane_strain == PlaneStrain::Auto
         || ribs
         || [&design.front, &design.back].iter().any(|beam| apart(beam.factors()))
-}
-
-/// Arcs at which the inner faces meet.
-fn merge(front: &Faces<'_>, back: &Faces<'_>) -> Result<[f64; 2], FeaError> {
-    let (mut below, mut above) = (front.clamp(), front.length());
-    let open = |arc: f64| back.height_over_inner(front.inner(arc)).0;
-    if !(open(below) > 0.0 && open(above) < 0.0) {
-        return Err(FeaError::Unsupported {
-            what: "a tip where the beams' inner faces do not meet",
-            allowed: "inner faces apart at the base and meeting below the tip",
-        });
-    }
-    for _ in 0..100 {
-        let middle = 0.5 * (below + above);
-        if open(middle) > 0.0 {
-            below = middle;
-        } else {
-            above = middle;
-        }
-    }
-    let arc = 0.5 * (below + above);
-    Ok([arc, back.height_over_inner(front.inner(arc)).1])
 }
 
 fn joint(
@@ -332,16 +217,4 @@ fn fillets(beams: [&Faces<'_>; 2], ends: [[f64; 2]; 2], radius: f64) -> [[Fillet
             Fillet::of(here, face.map(|x| x / step), way.map(|x| x / size), radius)
         })
     })
-}
-
-pub(super) fn minus(a: Point, b: Point) -> Point {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-pub(super) fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-pub(super) fn cross(a: Point, b: Point) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
 }

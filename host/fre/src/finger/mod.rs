@@ -10,20 +10,8 @@ pub use body::{Body, BodyError, Rung, RungEnds};
 pub use outline::{Loop, outline};
 pub use wall::Wall;
 
-/// A point or vector of the finger frame, mm.
-pub type Point = [f64; 2];
-
-pub(crate) fn minus(a: Point, b: Point) -> Point {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-pub(crate) fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-pub(crate) fn cross(a: Point, b: Point) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
+pub use crate::faces::Point;
+pub(crate) use crate::faces::{cross, dot, minus};
 
 /// The point `by` times a direction away.
 pub(crate) fn along(p: Point, direction: Point, by: f64) -> Point {
