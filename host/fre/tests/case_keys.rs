@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use fre::case::{Case, Document, PICTURES, keys, reference};
+use fre::case::{Case, Document, PICTURES, describe_finger, keys, reference};
 use fre::draw::{self, KEY_PICTURES};
+use fre::finger::Body;
 use fre::study::run;
 use model_core::design::{Beam, Design, HingeKind, Profile, Ribs};
 
@@ -289,4 +290,53 @@ fn the_page_of_all_keys_is_current() {
         assert!(reference().contains(&format!("({PICTURES}/{name}.svg)")), "{name} is on no line of the page");
     }
     assert!(draw::key_picture("other").is_none());
+}
+
+/// By hand for straight beams; and by the figure's own walls for others, whatever their course.
+#[test]
+fn a_tip_that_is_auto_begins_where_the_inner_faces_meet() {
+    let of = |front: f64, back: f64, base: f64| {
+        let text = CASE
+            .replacen("thickness_mm = 2.0", &format!("thickness_mm = {front}"), 1)
+            .replacen("thickness_mm = 2.0", &format!("thickness_mm = {back}"), 1)
+            .replacen("-28.0, 0.0", &format!("{base}, 0.0"), 1)
+            + "[finger.tip]\nrigid_above_mm = \"auto\"\n";
+        Case::parse("case.toml", &text).unwrap().finger.design.rigid_above.unwrap()
+    };
+    for (front, back, base) in [(2.0, 2.0, -28.0), (3.0, 1.2, -36.0), (1.2, 3.0, -24.0)] {
+        let across = 0.5 * front + 0.5 * back * 80.0_f64.hypot(base) / 80.0;
+        let height = of(front, back, base);
+        assert!((height - (80.0 - across * 80.0 / -base)).abs() < 1e-9, "{height} of {front}, {back}, {base}");
+    }
+    let bowed = [
+        ("finger.front", "sagitta_mm = 1.5", "thickness_mm = 2.0"),
+        ("finger.back", "sagitta_mm = -2.0", "thickness_mm = [[0, 4.0], [84, 1.5]]"),
+    ];
+    let text = bowed.iter().fold(CASE.to_owned(), |text, (table, line, thickness)| {
+        let (head, tail) = text.split_once(&format!("[{table}]\n")).unwrap();
+        format!("{head}[{table}]\n{line}\n{}", tail.replacen("thickness_mm = 2.0", thickness, 1))
+    });
+    let text = text + "[finger.tip]\nrigid_above_mm = \"auto\"\n";
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("bowed.toml");
+    std::fs::write(&file, &text).unwrap();
+    let notch = Body::of(&describe_finger(&file).unwrap()).unwrap().notch();
+    let height = Case::parse("case.toml", &text).unwrap().finger.design.rigid_above.unwrap();
+    assert!((height - notch[1]).abs() < 1e-3 && height < 79.0, "{height} {notch:?}");
+}
+
+/// Fitted numbers are written; the tip's word stays where the tip stays.
+#[test]
+fn a_finger_that_is_written_keeps_a_tip_that_is_auto() {
+    let mut document =
+        Document::resolve("case.toml", &format!("{CASE}[finger.tip]\nrigid_above_mm = \"auto\"\n"), Path::new(""))
+            .unwrap();
+    let mut finger = document.case().unwrap().finger;
+    finger.design.material.youngs_modulus = 30.0;
+    document.set_finger(&finger);
+    assert!(document.finger_text(&[]).contains("rigid_above_mm = \"auto\""), "{}", document.finger_text(&[]));
+    assert_eq!(document.case().unwrap().finger, finger);
+    finger.design.front.thickness = Profile::constant(2.5);
+    document.set_finger(&finger);
+    assert_eq!(document.case().unwrap().finger, finger, "a tip that stays where it was is a number now");
 }

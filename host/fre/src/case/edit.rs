@@ -12,6 +12,7 @@ use super::keys::{self, FingerTable};
 use super::preset::preset_text;
 use super::read::Case;
 use super::source::Source;
+use crate::faces;
 
 /// How many keys a message suggests.
 const SUGGESTIONS: usize = 4;
@@ -150,6 +151,15 @@ impl Document {
                     written.remove(key);
                 }
             }
+        }
+        // As long as the tip begins where the file's words put it, they stay.
+        let tip = item.get("tip").and_then(|tip| tip.get("rigid_above_mm"));
+        let is_there = faces::solid_above(&finger.design.front, &finger.design.back) == finger.design.rigid_above;
+        if tip.is_some_and(Item::is_str)
+            && is_there
+            && let Some(model) = model.get_mut("tip").and_then(Json::as_object_mut)
+        {
+            model.remove("rigid_above_mm");
         }
         merge(item, &model, keys::finger_schema());
     }

@@ -11,8 +11,12 @@ use super::error::CaseError;
 use super::explain::explain;
 use super::fits;
 use super::inclined;
-use super::keys::{self, Along, BeamTable, FingerTable, HingeTable, LamellaeTable, Memory, PerRib, RibThickness};
+use super::keys::{
+    self, Along, BeamTable, FingerTable, HingeTable, LamellaeTable, Memory, PerRib, RibThickness, TipFrom, TipTable,
+    TipWord,
+};
 use super::source::Table;
+use crate::faces;
 
 /// Pascal per megapascal (N/mm²), the solver's unit.
 pub(super) const PA_PER_MPA: f64 = 1e6;
@@ -58,7 +62,8 @@ pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result
             table.missing("lamellae", "a table with heights_mm beside hinge (heights_mm = [] for a finger without)")
         );
     }
-    let design = Design {
+    let tip = keys.tip.as_ref().and_then(|tip| tip.rigid_above_mm);
+    let mut design = Design {
         width: profile(&keys.width_mm),
         plane_strain: match keys.plane_strain {
             keys::PlaneStrain::Stress => PlaneStrain::Stress,
@@ -78,10 +83,23 @@ pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result
         back,
         hinge: hinge(keys.hinge.as_ref(), table, &lamellae)?,
         lamellae,
-        rigid_above: keys.tip.as_ref().and_then(|tip| tip.rigid_above_mm),
+        rigid_above: match tip {
+            Some(TipFrom::Height(height)) => Some(height),
+            Some(TipFrom::Word(TipWord::Auto)) | None => None,
+        },
         motor_axis: keys.motor.as_ref().map_or([0.0, 0.0], |motor| motor.axis_mm),
     };
     design.validate().map_err(|error| explain(table, error))?;
+    if tip == Some(TipFrom::Word(TipWord::Auto)) {
+        // Of beams that are good ones.
+        let height = faces::solid_above(&design.front, &design.back).ok_or_else(|| {
+            let reason =
+                "the beams' inner faces do not meet below the tip; allowed is a number of mm, or no [finger.tip]";
+            table.refuse("tip.rigid_above_mm", reason)
+        })?;
+        design.rigid_above = Some(height);
+        design.validate().map_err(|error| explain(table, error))?;
+    }
     fits::beams_apart(table, &design)?;
     fits::lamellae_apart(table, &design)?;
     Ok(Finger {
@@ -328,7 +346,7 @@ impl From<&Finger> for FingerTable {
             lamellae: has_lamellae.then(|| (&design.lamellae).into()),
             hinge: (has_lamellae && design.lamellae.ribs().is_none_or(|ribs| ribs.ends == RibEnds::Hinged))
                 .then(|| (&design.hinge).into()),
-            tip: design.rigid_above.map(|height| keys::TipTable { rigid_above_mm: Some(height) }),
+            tip: design.rigid_above.map(|height| TipTable { rigid_above_mm: Some(TipFrom::Height(height)) }),
             motor: finger.has_motor.then_some(keys::MotorTable { axis_mm: design.motor_axis }),
         }
     }

@@ -3,6 +3,7 @@
 use super::{Point, Wall, along, dot, minus};
 use crate::case::keys::{
     Along, FingerTable, HingeFrom, HingeKind, HingeTable, LamellaKind, LamellaeTable, PerRib, RibEnds, RibThickness,
+    TipFrom,
 };
 
 /// Smallest clear length of anything, mm.
@@ -156,7 +157,10 @@ impl Body {
         let top_arc = back.crossing(Wall::outer, tip, front.inward(length), back.length());
         let top = [front.outer(length), tip, back.outer(top_arc)];
         let notch = front.inner(merge[0]);
-        let solid = keys.tip.as_ref().and_then(|tip| tip.rigid_above_mm).filter(|&height| height < notch[1] - ROOM);
+        let solid = match keys.tip.as_ref().and_then(|tip| tip.rigid_above_mm) {
+            Some(TipFrom::Height(height)) if height < notch[1] - ROOM => Some(height),
+            _ => None,
+        };
         let rungs = match &keys.lamellae {
             Some(lamellae) => rungs(lamellae, keys.hinge.as_ref(), &front, &back)?,
             None => Vec::new(),

@@ -144,6 +144,7 @@ pub(crate) const CHANGES: &[Change] = &[
     ("from = \"centreline\"", "from = \"center\"", 33, "finger.hinge.from", "\"centreline\", \"face\""),
     ("plane_strain = \"stress\"", "plane_strain = 1", 4, "finger.plane_strain", "is an integer"),
     ("rigid_above_mm = 74.0", "rigid_above_mm = 2.0", 36, "finger.tip.rigid_above_mm", "allowed is 8 to 5000 mm"),
+    ("rigid_above_mm = 74.0", "rigid_above_mm = \"top\"", 36, "finger.tip.rigid_above_mm", "allowed is \"auto\""),
     ("axis_mm = [-14.0, -20.0]", "axis_mm = [-14.0, -2e4]", 39, "finger.motor.axis_mm[1]", "allowed is -5000"),
     // A circle's keys mean nothing to other shapes.
     ("shape = \"circle\"", "shape = \"ellipse\"", 43, "object.radius_mm", "semi_axes_mm, angle_deg"),

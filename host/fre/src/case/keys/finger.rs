@@ -5,7 +5,7 @@ use model_core::equilibrium::{PRONY_PARTS, PRONY_TERMS, PRONY_TIMES};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::values::{Along, PerRib, RibThickness};
+use super::values::{Along, PerRib, RibThickness, TipFrom};
 use crate::case::finger::PA_PER_MPA;
 
 /// Range of a finger's strain at failure: below the first nothing bends, above the second no strain is small.
@@ -359,13 +359,13 @@ pub enum HingeFrom {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TipTable {
-    /// Height above which both beams are one rigid wedge.
+    /// Height above which both beams are one rigid wedge; `"auto"`: where their inner faces meet, whatever their thicknesses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend(
         "x-unit" = "mm", "x-limits" = "at least a tenth of the finger's height", "x-default" = "no wedge",
         "x-picture" = "finger"
     ))]
-    pub rigid_above_mm: Option<f64>,
+    pub rigid_above_mm: Option<TipFrom>,
 }
 
 /// The motor.

@@ -32,7 +32,7 @@ pub use finger::{
 };
 pub use motion::{MAX_ANGLE, MAX_DISTANCE, MAX_TIME, MotionTable};
 pub use object::ObjectTable;
-pub use values::{Along, PerRib, RibThickness};
+pub use values::{Along, PerRib, RibThickness, TipFrom, TipWord};
 
 /// A case: a finger, the object that it grasps and the motion of its base.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

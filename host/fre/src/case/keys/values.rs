@@ -36,6 +36,25 @@ pub enum RibThickness {
     Tapered(Vec<[f64; 2]>),
 }
 
+/// Where the tip begins.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum TipFrom {
+    /// At a height.
+    Height(f64),
+    /// Where other keys say.
+    Word(TipWord),
+}
+
+/// A tip's beginning by other keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(extend("type" = "string"))]
+pub enum TipWord {
+    /// Where the beams' inner faces meet.
+    Auto,
+}
+
 impl PerRib {
     /// Zero for all.
     pub(in crate::case) fn zero() -> Self {
