@@ -35,6 +35,8 @@ struct Term<T> {
     rest: Load<T>,
     /// How wide the range is in which the remembered force may lie, N.
     doubt: T,
+    /// Derivative of the two forces in `left` with `time`, N/s.
+    drift: [T; 2],
 }
 
 /// Fades the load of an elastic finger. [`Self::ELASTIC`] is all zeros.
@@ -52,7 +54,7 @@ impl<T: Real> Fading<T> {
     /// An elastic material: nothing fades.
     pub const ELASTIC: Self = {
         let none = [T::ZERO; 3];
-        let term = Term { part: T::ZERO, time: T::ZERO, left: none, rest: none, doubt: T::ZERO };
+        let term = Term { part: T::ZERO, time: T::ZERO, left: none, rest: none, doubt: T::ZERO, drift: [T::ZERO; 2] };
         Self { terms: [term; MOST_TERMS], count: 0, elastic: none, wait: T::ZERO }
     };
 
@@ -96,6 +98,7 @@ impl<T: Real> Fading<T> {
         (self.elastic, self.wait) = (elastic, T::ZERO);
         for term in &mut self.terms {
             (term.left, term.rest, term.doubt) = (elastic.map(|x| part * x), [T::ZERO; 3], doubt);
+            term.drift = [T::ZERO; 2];
         }
     }
 
@@ -134,6 +137,7 @@ impl<T: Real> Fading<T> {
             let step = term.step(change, wait);
             let [faded, _] = decay(wait / term.time);
             term.doubt -= faded * term.doubt;
+            term.drift = term.drifted(change, wait);
             for i in 0..3 {
                 let add = step[i] + term.rest[i];
                 let sum = term.left[i] + add;
@@ -143,6 +147,28 @@ impl<T: Real> Fading<T> {
         }
         (self.elastic, self.wait) = (elastic, T::ZERO);
         self.faded(elastic)
+    }
+
+    /// Derivatives of the faded force's magnitude where the elastic finger's load is this, the present time after the accepted state: of
+    /// each term with its part gᵢ, N, and with its time τᵢ in the latter's own measure, τᵢ ∂F/∂τᵢ, N. Zero where it has let go, and for
+    /// terms that are not there.
+    pub fn slopes(&self, elastic: Load<T>) -> [[T; 2]; MOST_TERMS] {
+        let mut slopes = [[T::ZERO; 2]; MOST_TERMS];
+        let load = self.faded(elastic);
+        let magnitude = size(load);
+        if magnitude == T::ZERO {
+            return slopes;
+        }
+        let along = [load[0] / magnitude, load[1] / magnitude];
+        let change = minus(elastic, self.elastic);
+        for (term, slope) in self.terms.iter().zip(&mut slopes).take(usize::from(self.count)) {
+            let (step, drift) = (term.step(change, self.wait), term.drifted(change, self.wait));
+            for i in 0..2 {
+                slope[0] += along[i] * (term.left[i] + step[i] - elastic[i]);
+                slope[1] += along[i] * term.part * term.time * drift[i];
+            }
+        }
+        slopes
     }
 
     /// By how much the force may be larger or smaller, because its past is not known, N; zero where it is.
@@ -160,6 +186,16 @@ impl<T: Real> Term<T> {
     fn step(&self, change: Load<T>, wait: T) -> Load<T> {
         let [faded, gain] = decay(wait / self.time);
         [0, 1, 2].map(|i| gain * change[i] - faded * self.left[i])
+    }
+
+    /// The derivative of what is remembered with the term's time, after such a change within a time. With x = Δt/τ it is that of
+    /// a h + m ΔF: ∂a/∂τ = a x/τ and ∂m/∂τ = (m − a)/τ.
+    fn drifted(&self, change: Load<T>, wait: T) -> [T; 2] {
+        let ratio = wait / self.time;
+        let [faded, gain] = decay(ratio);
+        let kept = T::one() - faded;
+        let [aged, eased] = [kept * ratio, gain - kept].map(|x| x / self.time);
+        [0, 1].map(|i| kept * self.drift[i] + aged * self.left[i] + eased * change[i])
     }
 }
 

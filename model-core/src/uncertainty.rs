@@ -8,11 +8,18 @@
 //! the mean lag: b is then what remains.
 
 use crate::linear::cholesky::cholesky;
+use crate::newton::memory::MOST_TERMS;
 
-/// Parameters whose uncertainty has a covariance, in its order.
+/// Parameters of finger and object whose uncertainty has a covariance, in its order.
 pub const PARAMETERS: usize = 5;
-/// Their names.
+/// Parameters of the memory: a part and a time per term.
+pub const MEMORY_PARAMETERS: usize = 2 * MOST_TERMS;
+/// All of them.
+pub const ALL: usize = PARAMETERS + MEMORY_PARAMETERS;
+/// Names of the first.
 const NAMES: [&str; PARAMETERS] = ["zero_angle", "youngs_modulus", "centre x", "centre y", "radius"];
+/// Diagonal of a factor in single precision below which it is rounding.
+const LEAST: f32 = 1e-3;
 /// How far below zero an eigenvalue of the correlations may lie, which are given in single precision.
 const ROUNDING: f64 = 1e-5;
 
@@ -37,6 +44,121 @@ pub struct Uncertainty {
     /// Correlations, −1 … 1, of zero angle, modulus, centre x, centre y and radius: the lower triangle row by row (modulus with
     /// zero angle; x with zero angle, x with modulus; …).
     pub correlations: [f32; PARAMETERS * (PARAMETERS - 1) / 2],
+    /// Of a material with memory.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub memory: MemoryUncertainty,
+}
+
+/// How uncertain the terms of a material with memory are: standard deviations, and how they go together with each other and with the
+/// [`PARAMETERS`] of finger and object.
+///
+/// Together these are thirteen parameters, the memory's in the order g₁, τ₁, g₂, τ₂, …; their correlations are L Lᵀ, L lower
+/// triangular with rows of length 1. Here are the memory's rows of L in 127ths, each without its diagonal, which is positive and makes the
+/// length 1. (Correlations themselves would have to be far more accurate: where a force is known much better than each of its
+/// parameters, it is a small difference of theirs.)
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MemoryUncertainty {
+    /// Of the parts gᵢ.
+    pub parts: [f32; MOST_TERMS],
+    /// Of the times τᵢ, relative.
+    pub times: [f32; MOST_TERMS],
+    /// Row by row the entries of L with finger and object.
+    pub with_others: [[i8; PARAMETERS]; MEMORY_PARAMETERS],
+    /// Row by row the entries of L with the memory's parameters before the row's own.
+    pub among: [i8; MEMORY_PARAMETERS * (MEMORY_PARAMETERS - 1) / 2],
+}
+
+impl Default for MemoryUncertainty {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What an entry of [`MemoryUncertainty`]'s rows is a part of.
+const WHOLE: f32 = 127.0;
+
+impl MemoryUncertainty {
+    /// Terms from a measurement of another print of the same material: parts within 0.02, times within 20 %.
+    pub const DEFAULT: Self = Self { parts: [0.02; MOST_TERMS], times: [0.2; MOST_TERMS], ..Self::NONE };
+
+    /// Nothing is uncertain.
+    pub const NONE: Self = Self {
+        parts: [0.0; MOST_TERMS],
+        times: [0.0; MOST_TERMS],
+        with_others: [[0; PARAMETERS]; MEMORY_PARAMETERS],
+        among: [0; MEMORY_PARAMETERS * (MEMORY_PARAMETERS - 1) / 2],
+    };
+
+    /// From standard deviations and the correlations of all thirteen parameters, of which the lower triangle is read. Entries of parameters
+    /// that are not uncertain count for nothing, and a matrix that rounding has made indefinite for the nearest that is not.
+    pub fn of(parts: [f32; MOST_TERMS], times: [f32; MOST_TERMS], correlations: &[[f64; ALL]; ALL]) -> Self {
+        let mut given = Self { parts, times, ..Self::NONE };
+        // Rows that depend on those before them have no diagonal of their own.
+        let mut factor = [[0.0; ALL]; ALL];
+        for (i, wanted) in correlations.iter().enumerate() {
+            let Some((above, [row, ..])) = factor.split_at_mut_checked(i) else { break };
+            let mut left = 1.0;
+            for (j, (other, &correlation)) in above.iter().zip(wanted).enumerate() {
+                let taken = row.iter().zip(other).take(j).fold(correlation, |sum, (x, y)| sum - x * y);
+                let diagonal = other.get(j).copied().unwrap_or(0.0);
+                let most = libm::sqrt(f64::max(left, 0.0));
+                let entry = if diagonal > 1e-6 { (taken / diagonal).clamp(-most, most) } else { 0.0 };
+                left -= entry * entry;
+                if let Some(place) = row.get_mut(j) {
+                    *place = entry;
+                }
+            }
+            if let Some(place) = row.get_mut(i) {
+                *place = libm::sqrt(f64::max(left, 0.0));
+            }
+        }
+        let whole = |entry: f64| libm::round(entry * f64::from(WHOLE)) as i8;
+        let mut among = given.among.iter_mut();
+        for (j, (row, others)) in factor.iter().skip(PARAMETERS).zip(&mut given.with_others).enumerate() {
+            for (into, &entry) in others.iter_mut().zip(row) {
+                *into = whole(entry);
+            }
+            for (&entry, into) in row.iter().skip(PARAMETERS).take(j).zip(&mut among) {
+                *into = whole(entry);
+            }
+        }
+        given
+    }
+
+    /// Standard deviations in the parameters' order.
+    fn deviations(&self) -> [f32; MEMORY_PARAMETERS] {
+        let mut deviations = [0.0; MEMORY_PARAMETERS];
+        let (pairs, _) = deviations.as_chunks_mut::<2>();
+        for (pair, (&part, &time)) in pairs.iter_mut().zip(self.parts.iter().zip(&self.times)) {
+            *pair = [part, time];
+        }
+        deviations
+    }
+
+    fn validate(&self) -> Result<(), UncertaintyError> {
+        for (values, name, allowed) in
+            [(&self.parts, "part of a term", [0.0, 1.0]), (&self.times, "time of a term", [0.0, 10.0])]
+        {
+            for &value in values {
+                if !(allowed[0]..=allowed[1]).contains(&value) {
+                    return Err(UncertaintyError::Value { name, value, allowed });
+                }
+            }
+        }
+        let mut among = self.among.iter();
+        for (j, others) in self.with_others.iter().enumerate() {
+            let row = others.iter().chain(among.by_ref().take(j));
+            let square: f32 = row.map(|&entry| f32::from(entry) * f32::from(entry)).sum();
+            // Each of thirteen entries is rounded.
+            if square > (WHOLE + 6.5) * (WHOLE + 6.5) {
+                return Err(UncertaintyError::Correlations { parameter: "a term" });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Derivatives of the force's magnitude, N per rad, per relative modulus, per mm.
@@ -97,6 +219,7 @@ impl Uncertainty {
         centre: [0.5; 2],
         radius: 0.2,
         correlations: [0.0; PARAMETERS * (PARAMETERS - 1) / 2],
+        memory: MemoryUncertainty::DEFAULT,
     };
 
     /// Nothing is uncertain.
@@ -108,6 +231,7 @@ impl Uncertainty {
         centre: [0.0; 2],
         radius: 0.0,
         correlations: [0.0; PARAMETERS * (PARAMETERS - 1) / 2],
+        memory: MemoryUncertainty::NONE,
     };
 
     /// Checks every value.
@@ -127,6 +251,7 @@ impl Uncertainty {
         check("centre y", self.centre[1], [0.0, 1000.0])?;
         check("radius", self.radius, [0.0, 1000.0])?;
         self.correlations.iter().try_for_each(|&value| check("correlation", value, [-1.0, 1.0]))?;
+        self.memory.validate()?;
         let contradicts =
             |row: usize| UncertaintyError::Correlations { parameter: NAMES.get(row).copied().unwrap_or_default() };
         cholesky(&self.matrix(), PARAMETERS, ROUNDING).map(|_| ()).map_err(contradicts)
@@ -151,13 +276,7 @@ impl Uncertainty {
     pub fn standard_deviation(&self, slopes: &Slopes) -> f32 {
         let reading = self.quantisation * self.quantisation / 12.0 + self.backlash * self.backlash / 3.0;
         let mut variance = slopes.angle * slopes.angle * reading;
-        let parts: [f32; PARAMETERS] = [
-            slopes.angle * self.zero_angle,
-            slopes.youngs_modulus * self.youngs_modulus,
-            slopes.centre[0] * self.centre[0],
-            slopes.centre[1] * self.centre[1],
-            slopes.radius * self.radius,
-        ];
+        let parts = self.parts(slopes);
         let mut correlations = self.correlations.iter();
         for (i, part) in parts.iter().enumerate() {
             variance += part * part;
@@ -167,6 +286,85 @@ impl Uncertainty {
         }
         // Rounding can make it negative.
         libm::sqrtf(variance.max(0.0))
+    }
+
+    /// What each parameter's standard deviation makes of the force, N.
+    fn parts(&self, slopes: &Slopes) -> [f32; PARAMETERS] {
+        [
+            slopes.angle * self.zero_angle,
+            slopes.youngs_modulus * self.youngs_modulus,
+            slopes.centre[0] * self.centre[0],
+            slopes.centre[1] * self.centre[1],
+            slopes.radius * self.radius,
+        ]
+    }
+
+    /// By how much a material with memory raises the variance of the force's magnitude, N²; less than zero where its errors make up for
+    /// others. `memory`: derivatives of the force's magnitude with each term's part and, relatively, its time, N.
+    ///
+    /// With the standard deviations' parts p of the force, σ² = |Lᵀp|² over all thirteen parameters.
+    pub fn memory_variance(&self, slopes: &Slopes, memory: &[[f32; 2]; MOST_TERMS]) -> f32 {
+        let uncertain = self.memory.deviations();
+        let mut parts = [0.0; MEMORY_PARAMETERS];
+        for (part, (slope, deviation)) in parts.iter_mut().zip(memory.as_flattened().iter().zip(uncertain)) {
+            *part = slope * deviation;
+        }
+        if parts == [0.0; MEMORY_PARAMETERS] {
+            return 0.0;
+        }
+        // Lᵀp of finger and object alone, then with the memory's rows; and what those have of their own.
+        let alone = self.whitened(slopes);
+        let (mut shared, mut own) = (alone, [0.0; MEMORY_PARAMETERS]);
+        let mut among = self.memory.among.iter();
+        for (j, (others, part)) in self.memory.with_others.iter().zip(parts).enumerate() {
+            let mut left = 1.0;
+            let mut take = |into: &mut f32, entry: i8| {
+                let entry = f32::from(entry) / WHOLE;
+                left -= entry * entry;
+                *into += entry * part;
+            };
+            for (into, &entry) in shared.iter_mut().zip(others) {
+                take(into, entry);
+            }
+            for (into, &entry) in own.iter_mut().take(j).zip(&mut among) {
+                take(into, entry);
+            }
+            if let Some(into) = own.get_mut(j) {
+                *into += libm::sqrtf(left.max(0.0)) * part;
+            }
+        }
+        let square = |list: &[f32]| list.iter().map(|x| x * x).sum::<f32>();
+        square(&shared) - square(&alone) + square(&own)
+    }
+
+    /// Lᵀp of finger and object.
+    fn whitened(&self, slopes: &Slopes) -> [f32; PARAMETERS] {
+        let mut factor = [[0.0_f32; PARAMETERS]; PARAMETERS];
+        let mut correlations = self.correlations.iter();
+        for i in 0..PARAMETERS {
+            let Some((above, [row, ..])) = factor.split_at_mut_checked(i) else { break };
+            let mut left = 1.0;
+            for (j, (other, &correlation)) in above.iter().zip(&mut correlations).enumerate() {
+                let taken = row.iter().zip(other).take(j).fold(correlation, |sum, (x, y)| sum - x * y);
+                let diagonal = other.get(j).copied().unwrap_or(0.0);
+                // A parameter that others determine has nothing of its own.
+                let entry = if diagonal > LEAST { taken / diagonal } else { 0.0 };
+                left -= entry * entry;
+                if let Some(place) = row.get_mut(j) {
+                    *place = entry;
+                }
+            }
+            if let Some(place) = row.get_mut(i) {
+                *place = libm::sqrtf(left.max(0.0));
+            }
+        }
+        let mut whitened = [0.0; PARAMETERS];
+        for (row, part) in factor.iter().zip(self.parts(slopes)) {
+            for (into, entry) in whitened.iter_mut().zip(row) {
+                *into += entry * part;
+            }
+        }
+        whitened
     }
 }
 
@@ -238,6 +436,55 @@ mod tests {
         assert_eq!(refused(|u| u.backlash = -0.1), "backlash");
         assert_eq!(refused(|u| u.centre[1] = f32::NAN), "centre y");
         assert_eq!(refused(|u| u.correlations[9] = 1.5), "correlation");
+    }
+
+    /// Thirteen parameters with random correlations, some of them determined by others: as |Lᵀp|² of the exact factor says.
+    #[test]
+    fn the_memorys_part_of_the_variance_is_that_of_the_whole_covariance() {
+        let mut random = Random::new(5);
+        for round in 0..200 {
+            // Fewer causes than parameters: a matrix without full rank.
+            let causes = if round % 2 == 0 { ALL } else { 6 };
+            let mut mix = [[0.0_f64; ALL]; ALL];
+            for row in &mut mix {
+                row.iter_mut().take(causes).for_each(|entry| *entry = random.unit() - 0.5);
+                let length = row.iter().map(|x| x * x).sum::<f64>().sqrt();
+                row.iter_mut().for_each(|entry| *entry /= length);
+            }
+            let correlations: [[f64; ALL]; ALL] = core::array::from_fn(|i| {
+                core::array::from_fn(|j| mix[i].iter().zip(&mix[j]).map(|(x, y)| x * y).sum::<f64>())
+            });
+            let memory = MemoryUncertainty::of([0.03, 0.02, 0.05, 0.01], [0.1, 0.4, 0.2, 0.3], &correlations);
+            let mut given = Uncertainty { quantisation: 0.0, backlash: 0.0, memory, ..Uncertainty::DEFAULT };
+            let lower = (0..PARAMETERS).flat_map(|i| (0..i).map(move |j| (i, j)));
+            for (entry, (i, j)) in given.correlations.iter_mut().zip(lower) {
+                *entry = correlations[i][j] as f32;
+            }
+            assert_eq!(given.validate(), Ok(()), "{round}");
+            let slopes: [[f32; 2]; MOST_TERMS] =
+                core::array::from_fn(|_| core::array::from_fn(|_| (20.0 * (random.unit() - 0.5)) as f32));
+            let parts = given.parts(&SLOPES).into_iter().chain(
+                slopes.as_flattened().iter().zip(given.memory.deviations()).map(|(slope, deviation)| slope * deviation),
+            );
+            let parts: std::vec::Vec<f64> = parts.map(f64::from).collect();
+            let exact = |from: usize| -> f64 {
+                let sums = (0..ALL).map(|k| (0..from).map(|i| mix[i][k] * parts[i]).sum::<f64>());
+                sums.map(|sum| sum * sum).sum()
+            };
+            let alone = f64::from(given.standard_deviation(&SLOPES)).powi(2);
+            assert!((alone - exact(PARAMETERS)).abs() < 1e-4, "{round}: {alone} {}", exact(PARAMETERS));
+            let found = (alone + f64::from(given.memory_variance(&SLOPES, &slopes))).sqrt();
+            let size = parts.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let off = (found - exact(ALL).sqrt()).abs() / size;
+            assert!(off < 0.01, "{round}: {found} {} of {size}", exact(ALL).sqrt());
+        }
+        let memory = MemoryUncertainty { parts: [0.0, 2.0, 0.0, 0.0], ..MemoryUncertainty::NONE };
+        let refused = Uncertainty { memory, ..Uncertainty::NONE }.validate();
+        assert!(matches!(refused, Err(UncertaintyError::Value { name: "part of a term", .. })), "{refused:?}");
+        let with_others = [[127, 80, 0, 0, 0]; MEMORY_PARAMETERS];
+        let memory = MemoryUncertainty { with_others, ..MemoryUncertainty::NONE };
+        let refused = Uncertainty { memory, ..Uncertainty::NONE }.validate();
+        assert_eq!(refused, Err(UncertaintyError::Correlations { parameter: "a term" }));
     }
 
     /// Modulus against zero angle −1, x with either +1: no three errors can do that, and the variance would be negative.

@@ -27,8 +27,8 @@ use blocking::Blocking;
 use seal::Digests;
 
 /// Version of the records' layout. A change of [`Settings`], [`Finger`], [`Object`] or [`Uncertainty`] needs another.
-const VERSION: u8 = 11;
-/// The first version that is read as well: settings, fingers and objects had another layout, uncertainties the same.
+const VERSION: u8 = 12;
+/// The first version that is read as well: every value had another layout.
 const EARLIEST: u8 = 3;
 /// Longest record, version and key included, in words of any flash (32 bytes at most).
 const RECORD: usize = 1088;
@@ -250,20 +250,17 @@ fn take<P: Place>(key: Key, record: &[u8], place: Option<&mut P>) -> Result<bool
         Key::Object(finger) => one::<Option<Object>, P>(record, earlier::object, place, |setup, object| {
             at(&mut setup.objects, finger, object);
         }),
-        Key::Uncertainty(finger) => one::<Option<Uncertainty>, P>(record, unchanged, place, |setup, uncertainty| {
-            at(&mut setup.uncertainties, finger, uncertainty);
-        }),
+        Key::Uncertainty(finger) => {
+            one::<Option<Uncertainty>, P>(record, earlier::uncertainty, place, |setup, given| {
+                at(&mut setup.uncertainties, finger, given);
+            })
+        }
     }
 }
 
 /// A value of this version's layout.
 fn same<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     postcard::from_bytes(bytes).ok()
-}
-
-/// A value whose layout no version has changed.
-fn unchanged<T: DeserializeOwned>(_: u8, bytes: &[u8]) -> Option<T> {
-    same(bytes)
 }
 
 /// Encodes one record; gives its length.

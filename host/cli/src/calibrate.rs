@@ -167,9 +167,6 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     let input = input(args)?;
     check(args, &input)?;
     let design = &input.finger.design;
-    if let (Some(_), false) = (&args.send, input.finger.prony.is_empty()) {
-        return Err("--send: a gripper computes without memory; allowed is an elastic material".to_owned());
-    }
     let noise = noise(args);
     let (discretisation, drive, prony) = (options.discretisation, input.drive, input.finger.prony.as_slice());
     let model = Predictor { design, discretisation, drive, prony };

@@ -23,7 +23,8 @@ pub fn transmit(
     on_top: bool,
 ) -> Result<(), String> {
     let design = &input.finger.design;
-    let finger = messages::Finger::elastic(fit.trial.design(design), how);
+    let prony = &input.finger.prony;
+    let finger = messages::Finger::elastic(fit.trial.design(design), how).relaxing(&fit.trial.prony(prony));
     let rough: Vec<f64> = input.runs.iter().map(|run| fit.trial.friction(run.friction, design)).collect();
     let object = match (input.objects.as_slice(), rough.as_slice()) {
         ([one], [friction, others @ ..]) if others.iter().all(|other| other == friction) => {
@@ -36,7 +37,7 @@ pub fn transmit(
         finger,
         zero_counts: zero_counts(fit, design),
         drive: fit.trial.drive(&input.drive, design),
-        uncertainty: uncertainty(fit, design),
+        uncertainty: uncertainty(fit, design, prony),
         object,
     };
     let link = Link::open(address).map_err(|error| error.to_string())?;

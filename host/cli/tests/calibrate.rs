@@ -14,6 +14,7 @@ use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::{Drive, Knots, Travel};
 use model_core::object::ObjectDesign;
 use model_core::sensitivity::DesignParameter;
+use model_core::uncertainty::Uncertainty;
 use serde_json::Value;
 use tempfile::TempDir;
 use transcript::Transcript;
@@ -378,6 +379,62 @@ fn a_motion_is_planned_and_shows_what_it_would_determine() {
         assert!(text.starts_with(&format!("{} readings", plan.places.len())), "{text}");
     }
     snapbox::assert_data_eq!(said.text(), snapbox::file!["words/calibrate_plan.txt"].raw());
+}
+
+/// What a fit leaves uncertain of the terms goes to the gripper: deviations, and factors whose product is the fit's correlations.
+#[test]
+fn a_gripper_is_told_how_uncertain_the_terms_are() {
+    let folder = Folder::new();
+    let finger = include_str!("../../fre/src/case/presets/ladder-80.toml");
+    let finger = finger.replacen("poissons_ratio", "prony = [[0.15, 1], [0.15, 30]]\npoissons_ratio", 1);
+    folder.file("relaxing.toml", &finger);
+    let case = folder.file(
+        "hold.toml",
+        "finger = \"relaxing.toml\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n\
+         [motion]\nmotor_angles_deg = [2, 8]\n",
+    );
+    let motion = folder.0.path().join("motion.csv");
+    let words = [Path::new("--plan"), motion.as_path(), Path::new("--case"), &case];
+    let fitted = "youngs-modulus,zero,prony-g1,prony-tau1,prony-g2,prony-tau2";
+    let output = fre(&words, &format!("--elements reduced --format json --fit {fitted}"));
+    let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    let value: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
+    let given: Uncertainty = serde_json::from_value(value["gripper"]["uncertainty"].clone()).unwrap();
+    assert_eq!(given.validate(), Ok(()));
+    let number = |value: &Value| value.as_f64().unwrap();
+    let deviation = |at: usize| number(&value["parameters"][at]["standard_deviation"]);
+    let near = |found: f32, expected: f64| {
+        assert!((f64::from(found) - expected).abs() <= 1e-5 * expected, "{found} {expected}");
+    };
+    let memory = given.memory;
+    near(memory.parts[0], deviation(2));
+    near(memory.times[0], deviation(3) / number(&value["parameters"][3]["value"]));
+    near(memory.parts[1], deviation(4));
+    near(memory.times[1], deviation(5) / number(&value["parameters"][5]["value"]));
+    assert_eq!((memory.parts[2..].to_vec(), memory.times[2..].to_vec()), (vec![0.0; 2], vec![0.0; 2]));
+
+    // Rows of the factor: zero and modulus, then the four of the terms.
+    let together = f64::from(given.correlations[0]);
+    let mut rows = vec![vec![1.0], vec![together, (1.0 - together * together).sqrt()]];
+    let mut among = memory.among.iter();
+    for (k, others) in memory.with_others.iter().enumerate().take(4) {
+        let entries = others[..2].iter().chain(among.by_ref().take(k));
+        let mut row: Vec<f64> = entries.map(|&entry| f64::from(entry) / 127.0).collect();
+        row.push((1.0 - row.iter().map(|x| x * x).sum::<f64>()).max(0.0).sqrt());
+        rows.push(row);
+    }
+    // The fit's order is modulus, zero, terms.
+    let place = [1, 0, 2, 3, 4, 5];
+    let mut strongest = 0.0_f64;
+    for i in 0..6 {
+        for j in 0..i {
+            let found: f64 = rows[i].iter().zip(&rows[j]).map(|(x, y)| x * y).sum();
+            let expected = number(&value["correlation"][place[i]][place[j]]);
+            assert!((found - expected).abs() < 0.02, "{i}, {j}: {found} {expected}");
+            strongest = strongest.max(if i > 1 { expected.abs() } else { 0.0 });
+        }
+    }
+    assert!(strongest > 0.5, "nothing goes together: {}", value["correlation"]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::equilibrium::{Aside, SlipWay};
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size};
 use crate::solution::Reading;
-use crate::uncertainty::{Slopes, Uncertainty};
+use crate::uncertainty::Slopes;
 
 /// What the estimate with friction keeps from tick to tick.
 #[derive(Clone, Copy)]
@@ -86,10 +86,6 @@ impl Rub {
 }
 
 impl<T: Real, S: Size> Estimator<T, S> {
-    fn given(&self) -> Uncertainty {
-        self.uncertainty.unwrap_or(Uncertainty::DEFAULT)
-    }
-
     /// Where friction's history is at a measured angle, rad.
     pub(super) fn follow_path(&mut self, motor_angle: f64) -> f64 {
         let (play, backlash) = self.slack();

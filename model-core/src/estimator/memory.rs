@@ -5,10 +5,12 @@
 
 use super::{Estimate, Estimator, Interval};
 use crate::bounds::OutOfBounds;
+use crate::fading::Load;
 use crate::real::Real;
 use crate::size::Size;
 use crate::solution::Reading;
 use crate::status::Status;
+use crate::uncertainty::Slopes;
 
 /// Part of the force below which an unknown past is not reported as an interval.
 const KNOWN: f32 = 1e-3;
@@ -72,8 +74,20 @@ impl<T: Real, S: Size> Estimator<T, S> {
         }
         // What is not known of its past may be anything within its range.
         let unknown = doubt * elastic.force_magnitude() * libm::sqrtf(1.0 / 3.0);
-        estimate.standard_deviation = libm::hypotf(part * elastic.standard_deviation, unknown);
+        let others = part * elastic.standard_deviation;
+        let memory = self.memory_variance(load, part, elastic.force_magnitude() / size);
+        let variance = others * others + memory + unknown * unknown;
+        estimate.standard_deviation = libm::sqrtf(variance.max(0.0));
         estimate
+    }
+
+    /// What uncertain terms add to the variance of the force, N². The elastic finger's load, what is left of it, and the force's magnitude
+    /// as a multiple of the load's.
+    fn memory_variance(&self, load: Load<f32>, part: f32, scale: f32) -> f32 {
+        let memory = self.memory.slopes(load).map(|term| term.map(|slope| scale * slope));
+        let Slopes { angle, youngs_modulus, centre: [x, y], radius } = self.slopes;
+        let [angle, youngs_modulus, x, y, radius] = [angle, youngs_modulus, x, y, radius].map(|slope| part * slope);
+        self.given().memory_variance(&Slopes { angle, youngs_modulus, centre: [x, y], radius }, &memory)
     }
 
     /// Sum of the normal forces of the elastic finger, N.

@@ -235,6 +235,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
         Ok(())
     }
 
+    fn given(&self) -> Uncertainty {
+        self.uncertainty.unwrap_or(Uncertainty::DEFAULT)
+    }
+
     /// The solver behind the estimate: deformed shape and contacts of the last followed equilibrium.
     pub fn follower(&self) -> &Follower<T, S> {
         &self.follower
@@ -405,7 +409,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         }
         // The force is proportional to the modulus but for the contact's softness.
         self.slopes.youngs_modulus = estimate.force_magnitude();
-        let given = self.uncertainty.unwrap_or(Uncertainty::DEFAULT);
+        let given = self.given();
         estimate.standard_deviation =
             if self.differentiated { given.standard_deviation(&self.slopes) } else { f32::INFINITY };
         if !self.differentiated {

@@ -5,7 +5,9 @@ use std::boxed::Box;
 use super::tests::COUNT;
 use super::*;
 use crate::discretise::Physics;
+use crate::random_designs::Random;
 use crate::size::{Reduced, Rubbing};
+use crate::uncertainty::{ALL, MemoryUncertainty, PARAMETERS};
 
 const TERMS: [[f64; 2]; 3] = [[0.15, 0.1], [0.15, 5.0], [0.1, 100.0]];
 const TICK: f64 = 0.002;
@@ -47,6 +49,8 @@ fn rest<S: Size>(estimator: &mut Estimator<f32, S>, at: i32, ticks: u32, seconds
 fn holds<S: Size>(friction: f64) {
     let mut elastic = estimator::<S>(friction, &[]);
     let mut fading = estimator::<S>(friction, &TERMS);
+    let known = Uncertainty { memory: MemoryUncertainty::NONE, ..Uncertainty::DEFAULT };
+    fading.set_uncertainty(known).expect("allowed");
     go(&mut elastic, -20, 60);
     let closed = go(&mut fading, -20, 60);
     let sudden = rest(&mut elastic, 60, 50, TICK);
@@ -169,4 +173,84 @@ fn a_finger_found_open_knows_its_past() {
     assert!(held.status.is_trustworthy() && held.interval.is_some(), "{held:?}");
     assert_eq!(fading.set_prony(&[[0.6, 1.0]; 2]).map_err(|error| error.name), Err("sum of prony g"));
     assert!(fading.fades());
+}
+
+/// Fingers whose modulus and terms are drawn from a covariance: the spread of their forces, closed and held, is what the estimate of the
+/// mean finger states. Modulus and parts go together, as a calibration leaves them.
+#[test]
+fn the_standard_deviation_is_the_spread_of_fingers_with_uncertain_terms() {
+    const DRAWS: usize = 300;
+    let mut random = Random::new(11);
+    let mut normal = || (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
+    let deviations = ([0.03_f64, 0.02, 0.02, 0.0], [0.2_f64, 0.3, 0.2, 0.0]);
+    let modulus = 0.06;
+    // What the modulus shares with the parts, and the first part with the second time.
+    let mut factor = [[0.0; ALL]; ALL];
+    (0..ALL).for_each(|i| factor[i][i] = 1.0);
+    for (row, column, entry) in [(5, 1, 0.8), (7, 1, 0.5), (8, 5, -0.6)] {
+        factor[row][column] = entry;
+    }
+    for row in &mut factor {
+        let length = row.iter().map(|x| x * x).sum::<f64>().sqrt();
+        row.iter_mut().for_each(|x| *x /= length);
+    }
+    let correlations =
+        core::array::from_fn(|i| core::array::from_fn(|j| (0..ALL).map(|k| factor[i][k] * factor[j][k]).sum::<f64>()));
+    let memory = MemoryUncertainty::of(deviations.0.map(|x| x as f32), deviations.1.map(|x| x as f32), &correlations);
+    let given = Uncertainty { youngs_modulus: modulus as f32, memory, ..Uncertainty::NONE };
+    let make = |modulus: f64, terms: &[[f64; 2]]| {
+        let mut made = estimator::<Reduced>(0.0, &[]);
+        let mut design = crate::design::ladder_80();
+        design.material.youngs_modulus *= modulus;
+        made.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
+        made.set_uncertainty(given).expect("allowed");
+        made.set_prony(terms).expect("valid terms");
+        made
+    };
+    // Closed at 20°/s, then after 1 s and 60 s.
+    let way =
+        |made: &mut Estimator<f32, Reduced>| [go(made, -20, 60), rest(made, 60, 10, 0.1), rest(made, 60, 59, 1.0)];
+    let stated = way(&mut make(1.0, &TERMS)).map(|estimate| f64::from(estimate.standard_deviation));
+    let mut sums = [[0.0; 2]; 3];
+    for _ in 0..DRAWS {
+        let own: [f64; ALL] = core::array::from_fn(|_| normal());
+        let drawn: [f64; ALL] = core::array::from_fn(|i| (0..ALL).map(|k| factor[i][k] * own[k]).sum());
+        let term = |k: usize| {
+            let [part, time] = TERMS[k];
+            let at = PARAMETERS + 2 * k;
+            [part + deviations.0[k] * drawn[at], time * (1.0 + deviations.1[k] * drawn[at + 1]).max(0.1)]
+        };
+        let mut made = make(1.0 + modulus * drawn[1], &[term(0), term(1), term(2)]);
+        for (sum, estimate) in sums.iter_mut().zip(way(&mut made)) {
+            let force = f64::from(estimate.force_magnitude());
+            *sum = [sum[0] + force, sum[1] + force * force];
+        }
+    }
+    for ([sum, squares], stated) in sums.into_iter().zip(stated) {
+        let mean = sum / DRAWS as f64;
+        let spread = (squares / DRAWS as f64 - mean * mean).sqrt();
+        std::println!("spread {spread:.4} N of {mean:.3} N, stated {stated:.4} N");
+        assert!((stated / spread - 1.0).abs() < 0.12, "{stated} instead of {spread}");
+    }
+}
+
+/// Terms that were measured elsewhere make the force of a held finger uncertain, and more than an elastic one's.
+#[test]
+fn terms_that_were_not_calibrated_are_uncertain() {
+    let mut known = estimator::<Reduced>(0.0, &TERMS);
+    let memory = MemoryUncertainty::NONE;
+    known.set_uncertainty(Uncertainty { memory, ..Uncertainty::DEFAULT }).expect("allowed");
+    let mut given = estimator::<Reduced>(0.0, &TERMS);
+    let [known, given] = [&mut known, &mut given].map(|one| {
+        go(one, -20, 60);
+        rest(one, 60, 50, 0.5).standard_deviation
+    });
+    assert!(given > 1.05 * known, "{given} {known}");
+    // Without terms there is nothing of them to be uncertain of.
+    let [elastic, same] = [MemoryUncertainty::DEFAULT, memory].map(|memory| {
+        let mut one = estimator::<Reduced>(0.0, &[]);
+        one.set_uncertainty(Uncertainty { memory, ..Uncertainty::DEFAULT }).expect("allowed");
+        go(&mut one, -20, 60).standard_deviation
+    });
+    assert_eq!(elastic, same);
 }

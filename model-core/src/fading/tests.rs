@@ -35,7 +35,11 @@ fn size([x, y, _]: Load<f64>) -> f64 {
 
 impl Pair {
     fn open(height: f64, friction: f64) -> Self {
-        let [nodes, elastic] = [&TERMS[..], &[]].map(|terms| {
+        Self::of(&TERMS, height, friction)
+    }
+
+    fn of(terms: &[[f64; 2]], height: f64, friction: f64) -> Self {
+        let [nodes, elastic] = [terms, &[]].map(|terms| {
             let mut follower: Box<Follower<f64, Four>> = Box::new(Follower::EMPTY);
             let design = ladder_80();
             follower.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
@@ -47,7 +51,7 @@ impl Pair {
             follower
         });
         let mut force = Fading::ELASTIC;
-        force.set(&TERMS).expect("valid terms");
+        force.set(terms).expect("valid terms");
         Self { nodes, elastic, force }
     }
 
@@ -217,4 +221,95 @@ fn steps_of_any_length_agree() {
     assert_eq!(fading.set(&[[0.1, 1.0]; 5]).map_err(|error| error.name), Err("prony terms"));
     assert_eq!(fading.set(&[[0.1, 0.0]]).map_err(|error| error.name), Err("prony τ"));
     assert!(!fading.fades());
+}
+
+/// The terms with one number changed: of term k, its part (0) or relatively its time (1).
+fn changed(k: usize, number: usize, by: f64) -> Vec<[f64; 2]> {
+    let mut terms = TERMS.to_vec();
+    terms[k][number] += if number == 0 { by } else { by * terms[k][1] };
+    terms
+}
+
+/// Against differences of the form itself, over closing, holds, opening and closing again: at the accepted load and some time after it.
+#[test]
+fn slopes_are_derivatives_of_the_faded_force() {
+    let loads =
+        [[1.0, 0.2, 0.0], [3.0, -0.4, 0.0], [6.0, -2.0, 0.0], [6.0, -2.0, 0.0], [4.0, -1.0, 0.0], [7.0, -1.5, 0.0]];
+    let waits = [0.02, 0.3, 1.0, 40.0, 0.5, 3.0];
+    let at = |terms: &[[f64; 2]], steps: usize, later: f64| {
+        let mut force = Fading::<f64>::ELASTIC;
+        force.set(terms).expect("valid terms");
+        for (load, wait) in loads.iter().zip(waits).take(steps) {
+            force.pass(wait);
+            force.accept(*load);
+        }
+        force.pass(later);
+        let load = loads[steps - 1];
+        (size(force.faded(load)), force.slopes(load))
+    };
+    for steps in 1..=loads.len() {
+        for later in [0.0, 0.7] {
+            let (_, slopes) = at(&TERMS, steps, later);
+            for k in 0..TERMS.len() {
+                for number in [0, 1] {
+                    let by = 1e-4;
+                    let [more, less] = [by, -by].map(|by| at(&changed(k, number, by), steps, later).0);
+                    let expected = (more - less) / (2.0 * by);
+                    let found = slopes[k][number];
+                    assert!((found - expected).abs() < 1e-6, "{steps}, {later}, {k}, {number}: {found} {expected}");
+                }
+            }
+            assert_eq!(slopes[3], [0.0; 2], "no fourth term");
+        }
+    }
+}
+
+/// Against differences of the finger whose strains remember, closed and held.
+#[test]
+fn slopes_are_those_of_the_finger_within_a_hundredth_of_the_force() {
+    for (height, speed) in [(30.0, 20.0), (45.0, 2.0), (60.0, 20.0)] {
+        let way = |terms: &[[f64; 2]]| {
+            let mut pair = Pair::of(terms, height, 0.0);
+            pair.sweep(0.0, 6.0, speed);
+            let held = HOLD.map(|seconds| size(pair.to(6.0, seconds)[0]));
+            (held, pair)
+        };
+        let (held, pair) = way(&TERMS);
+        let found = pair.force.slopes(load(&pair.elastic));
+        let force = held[HOLD.len() - 1];
+        for k in 0..TERMS.len() {
+            for number in [0, 1] {
+                let by = 0.01;
+                let [more, less] = [by, -by].map(|by| way(&changed(k, number, by)).0[HOLD.len() - 1]);
+                let expected = (more - less) / (2.0 * by);
+                let off = (found[k][number] - expected).abs() / force;
+                assert!(off < 0.01, "{height}, {k}, {number}: {} {expected} of {force}", found[k][number]);
+            }
+        }
+    }
+}
+
+/// Ten minutes of ticks.
+#[test]
+fn single_precision_keeps_slopes_of_slow_terms() {
+    let slopes = |seconds: f64, terms: &[[f64; 2]]| {
+        let mut single = Fading::<f32>::ELASTIC;
+        single.set(terms).expect("valid terms");
+        single.accept([5.0, 0.0, 0.0]);
+        for _ in 0..(600.0 / seconds) as u32 {
+            single.pass(seconds);
+            single.accept([5.0, 0.0, 0.0]);
+        }
+        single.slopes([5.0, 0.0, 0.0])
+    };
+    let terms = [[0.2, 30.0], [0.1, 1e4]];
+    let found = slopes(0.002, &terms);
+    for ([part, time], slope) in terms.iter().zip(found) {
+        // A step that is held: F/Fₑ = 1 − g (1 − e^(−t/τ)).
+        let ratio = 600.0 / time;
+        let expected = [5.0 * (-ratio).exp_m1(), 5.0 * part * ratio * (-ratio).exp()];
+        for (found, expected) in slope.into_iter().zip(expected) {
+            assert!((f64::from(found) - expected).abs() < 0.005, "{time} s: {found} {expected}");
+        }
+    }
 }

@@ -8,7 +8,7 @@ use model_core::drive::Drive;
 use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
-use model_core::uncertainty::Uncertainty;
+use model_core::uncertainty::{MemoryUncertainty, Uncertainty};
 use system_tests::{Machine, OBJECT, Watch, finger};
 
 /// Longest wait for anything, on a busy PC.
@@ -110,6 +110,21 @@ fn what_was_fitted_is_sent_and_read_back() {
     // None: what is usual.
     link.set_uncertainty(0, None).unwrap();
     assert_eq!(link.uncertainty(0).unwrap(), None);
+
+    // A material that relaxes, of which nothing but a term's part is uncertain. Once it has relaxed, F = (1 − g) Fₑ, whose derivative is −Fₑ.
+    let memory = MemoryUncertainty { parts: [0.05, 0.0, 0.0, 0.0], ..MemoryUncertainty::NONE };
+    let relaxing = Calibrated {
+        finger: fitted.clone().relaxing(&[[0.2, 0.3]]),
+        zero_counts: 0.0,
+        uncertainty: Uncertainty { memory, ..Uncertainty::NONE },
+        ..calibrated.clone()
+    };
+    send(&link, 0, &relaxing, false).unwrap();
+    watch_deviation(&link, "a term's", |estimate| {
+        let part = estimate.standard_deviation / estimate.force_magnitude();
+        estimate.interval.is_none() && (part / (0.05 / 0.8) - 1.0).abs() < 0.02
+    });
+    send(&link, 0, &Calibrated { zero_counts: 0.0, ..calibrated.clone() }, false).unwrap();
 
     // Reversed and geared, the zero goes the other way, by more.
     let reversed = Mount { direction: Direction::Reversed, gear_ratio: 2.0, ..mount };

@@ -297,6 +297,10 @@ fn records_of_earlier_versions_come_back() {
                 let design = setup.objects[1].map(|object| object.design);
                 length = 1 + postcard::to_slice(&design, &mut store.record[1..]).unwrap().len();
             }
+            if matches!(key, Key::Uncertainty(_)) {
+                // Those of the terms, its last 100 bytes, came with version 12.
+                length -= 100;
+            }
             store.record[0] = version;
             // Without a seal, as the first of these versions had none.
             let record = store.record[..length].to_vec();

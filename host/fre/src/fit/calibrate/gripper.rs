@@ -1,7 +1,8 @@
 //! What a calibration means for a gripper.
 
 use model_core::design::Design;
-use model_core::uncertainty::{PARAMETERS, Uncertainty};
+use model_core::equilibrium::PRONY_TERMS;
+use model_core::uncertainty::{ALL, MemoryUncertainty, PARAMETERS, Uncertainty};
 
 use super::{Fit, Parameter};
 
@@ -15,9 +16,9 @@ pub fn zero_counts(fit: &Fit, design: &Design) -> f64 {
     -fit.trial.change(Parameter::Zero, design) * COUNTS_PER_DEG + 0.0
 }
 
-/// How uncertain the fit leaves zero angle, modulus and the object's place: what was not fitted counts as known. The play of the gears
-/// is part of the zero angle, which was fitted in contact and from one side.
-pub fn uncertainty(fit: &Fit, design: &Design) -> Uncertainty {
+/// How uncertain the fit leaves zero angle, modulus, the object's place and the terms `prony` [gᵢ, τᵢ in s] that it began with: what was
+/// not fitted counts as known. The play of the gears is part of the zero angle, which was fitted in contact and from one side.
+pub fn uncertainty(fit: &Fit, design: &Design, prony: &[[f64; 2]]) -> Uncertainty {
     let order = [Parameter::Zero, Parameter::YoungsModulus, Parameter::ObjectX, Parameter::ObjectY, Parameter::Radius];
     let place = |parameter| fit.estimates.iter().position(|estimate| estimate.parameter == parameter);
     let places = order.map(place);
@@ -41,5 +42,28 @@ pub fn uncertainty(fit: &Fit, design: &Design) -> Uncertainty {
         centre: [deviation(places[2]) as f32, deviation(places[3]) as f32],
         radius: deviation(places[4]) as f32,
         correlations,
+        memory: memory(fit, places, &fit.trial.prony(prony)),
     }
+}
+
+/// The same of the fitted terms: `others` are the fit's numbers of finger and object.
+fn memory(fit: &Fit, others: [Option<usize>; PARAMETERS], fitted: &[[f64; 2]]) -> MemoryUncertainty {
+    let place = |parameter| fit.estimates.iter().position(|estimate| estimate.parameter == parameter);
+    let (mut parts, mut times) = ([0.0; PRONY_TERMS], [0.0; PRONY_TERMS]);
+    let mut places = [None; ALL];
+    places[..PARAMETERS].copy_from_slice(&others);
+    for (k, (term, [_, time])) in (0..).zip(fitted).enumerate() {
+        let [part, fading] = [place(Parameter::Share(term)), place(Parameter::Fading(term))];
+        let deviation = |at: Option<usize>| at.map_or(0.0, |at| fit.estimates[at].standard_deviation);
+        parts[k] = deviation(part) as f32;
+        times[k] = (deviation(fading) / time) as f32;
+        places[PARAMETERS + 2 * k..][..2].copy_from_slice(&[part, fading]);
+    }
+    let correlations = std::array::from_fn(|i| {
+        std::array::from_fn(|j| match (places[i], places[j]) {
+            (Some(row), Some(column)) => fit.correlation[row][column],
+            _ => f64::from(u8::from(i == j)),
+        })
+    });
+    MemoryUncertainty::of(parts, times, &correlations)
 }

@@ -97,11 +97,8 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
     for remark in &input.remarks {
         writeln!(out, "{remark}")?;
     }
-    if !input.finger.prony.is_empty() {
-        // A gripper computes without memory: nothing of this is for it.
-        return Ok(());
-    }
-    let given = uncertainty(fit, design);
+    let prony = &input.finger.prony;
+    let given = uncertainty(fit, design, prony);
     writeln!(out, "for the gripper (--send does it):")?;
     writeln!(
         out,
@@ -138,7 +135,13 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
         given.centre[0],
         given.centre[1],
         given.radius
-    )
+    )?;
+    let deviations = given.memory.parts.iter().zip(&given.memory.times);
+    for (k, ([part, time], (sd, relative))) in fit.trial.prony(prony).iter().zip(deviations).enumerate() {
+        let number = k + 1;
+        writeln!(out, "  term {number}        g = {part:.4} ± {sd:.4}, τ = {time:.4} s ± {:.2} %", 100.0 * relative)?;
+    }
+    Ok(())
 }
 
 /// Everything, as JSON.
@@ -186,7 +189,7 @@ pub fn document(input: &Input, fit: &Fit) -> Value {
             "travel_factor": 1.0 + fit.trial.change(Parameter::Travel, design),
             "friction": input.runs.iter().map(|run| fit.trial.friction(run.friction, design)).collect::<Vec<_>>(),
             "youngs_modulus_mpa": fit.trial.design(design).material.youngs_modulus,
-            "uncertainty": as_written(&uncertainty(fit, design)),
+            "uncertainty": as_written(&uncertainty(fit, design, &input.finger.prony)),
         },
     })
 }
