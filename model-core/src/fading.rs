@@ -120,7 +120,7 @@ impl<T: Real> Fading<T> {
         let change = minus(elastic, self.elastic);
         let mut load = elastic;
         for term in self.terms.iter().take(usize::from(self.count)) {
-            let (left, step) = (term.left, term.step(change, self.wait));
+            let (left, step) = (term.left, term.step(change, decay(self.wait / term.time)));
             for i in 0..3 {
                 load[i] -= term.part * (elastic[i] - (left[i] + step[i]));
             }
@@ -134,10 +134,10 @@ impl<T: Real> Fading<T> {
         let change = minus(elastic, self.elastic);
         let (count, wait) = (usize::from(self.count), self.wait);
         for term in self.terms.iter_mut().take(count) {
-            let step = term.step(change, wait);
-            let [faded, _] = decay(wait / term.time);
-            term.doubt -= faded * term.doubt;
-            term.drift = term.drifted(change, wait);
+            let known = decay(wait / term.time);
+            let step = term.step(change, known);
+            term.doubt -= known[0] * term.doubt;
+            term.drift = term.drifted(change, wait, known);
             for i in 0..3 {
                 let add = step[i] + term.rest[i];
                 let sum = term.left[i] + add;
@@ -162,7 +162,8 @@ impl<T: Real> Fading<T> {
         let along = [load[0] / magnitude, load[1] / magnitude];
         let change = minus(elastic, self.elastic);
         for (term, slope) in self.terms.iter().zip(&mut slopes).take(usize::from(self.count)) {
-            let (step, drift) = (term.step(change, self.wait), term.drifted(change, self.wait));
+            let known = decay(self.wait / term.time);
+            let (step, drift) = (term.step(change, known), term.drifted(change, self.wait, known));
             for i in 0..2 {
                 slope[0] += along[i] * (term.left[i] + step[i] - elastic[i]);
                 slope[1] += along[i] * term.part * term.time * drift[i];
@@ -182,19 +183,16 @@ impl<T: Real> Fading<T> {
 }
 
 impl<T: Real> Term<T> {
-    /// What is remembered changes by this as the elastic finger's load changes evenly within a time.
-    fn step(&self, change: Load<T>, wait: T) -> Load<T> {
-        let [faded, gain] = decay(wait / self.time);
+    /// What is remembered changes by this as the elastic finger's load changes evenly within a time, whose [`decay`] is known.
+    fn step(&self, change: Load<T>, [faded, gain]: [T; 2]) -> Load<T> {
         [0, 1, 2].map(|i| gain * change[i] - faded * self.left[i])
     }
 
     /// The derivative of what is remembered with the term's time, after such a change within a time. With x = Δt/τ it is that of
     /// a h + m ΔF: ∂a/∂τ = a x/τ and ∂m/∂τ = (m − a)/τ.
-    fn drifted(&self, change: Load<T>, wait: T) -> [T; 2] {
-        let ratio = wait / self.time;
-        let [faded, gain] = decay(ratio);
+    fn drifted(&self, change: Load<T>, wait: T, [faded, gain]: [T; 2]) -> [T; 2] {
         let kept = T::one() - faded;
-        let [aged, eased] = [kept * ratio, gain - kept].map(|x| x / self.time);
+        let [aged, eased] = [kept * wait / self.time, gain - kept].map(|x| x / self.time);
         [0, 1].map(|i| kept * self.drift[i] + aged * self.left[i] + eased * change[i])
     }
 }

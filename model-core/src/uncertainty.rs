@@ -18,6 +18,8 @@ pub const MEMORY_PARAMETERS: usize = 2 * MOST_TERMS;
 pub const ALL: usize = PARAMETERS + MEMORY_PARAMETERS;
 /// Names of the first.
 const NAMES: [&str; PARAMETERS] = ["zero_angle", "youngs_modulus", "centre x", "centre y", "radius"];
+/// Names of the memory's.
+const MEMORY_NAMES: [&str; MEMORY_PARAMETERS] = ["g1", "tau1", "g2", "tau2", "g3", "tau3", "g4", "tau4"];
 /// Diagonal of a factor in single precision below which it is rounding.
 const LEAST: f32 = 1e-3;
 /// How far below zero an eigenvalue of the correlations may lie, which are given in single precision.
@@ -105,7 +107,7 @@ impl MemoryUncertainty {
                 let taken = row.iter().zip(other).take(j).fold(correlation, |sum, (x, y)| sum - x * y);
                 let diagonal = other.get(j).copied().unwrap_or(0.0);
                 let most = libm::sqrt(f64::max(left, 0.0));
-                let entry = if diagonal > 1e-6 { (taken / diagonal).clamp(-most, most) } else { 0.0 };
+                let entry = if diagonal > 1e-6 { (taken / diagonal).min(most).max(-most) } else { 0.0 };
                 left -= entry * entry;
                 if let Some(place) = row.get_mut(j) {
                     *place = entry;
@@ -139,22 +141,20 @@ impl MemoryUncertainty {
     }
 
     fn validate(&self) -> Result<(), UncertaintyError> {
-        for (values, name, allowed) in
-            [(&self.parts, "part of a term", [0.0, 1.0]), (&self.times, "time of a term", [0.0, 10.0])]
-        {
-            for &value in values {
-                if !(allowed[0]..=allowed[1]).contains(&value) {
-                    return Err(UncertaintyError::Value { name, value, allowed });
-                }
+        let ranges = [[0.0, 1.0], [0.0, 10.0]];
+        let allowed = ranges.iter().cycle();
+        for ((value, name), &allowed) in self.deviations().into_iter().zip(MEMORY_NAMES).zip(allowed) {
+            if !(allowed[0]..=allowed[1]).contains(&value) {
+                return Err(UncertaintyError::Value { name, value, allowed });
             }
         }
         let mut among = self.among.iter();
-        for (j, others) in self.with_others.iter().enumerate() {
+        for (j, (others, parameter)) in self.with_others.iter().zip(MEMORY_NAMES).enumerate() {
             let row = others.iter().chain(among.by_ref().take(j));
             let square: f32 = row.map(|&entry| f32::from(entry) * f32::from(entry)).sum();
             // Each of thirteen entries is rounded.
             if square > (WHOLE + 6.5) * (WHOLE + 6.5) {
-                return Err(UncertaintyError::Correlations { parameter: "a term" });
+                return Err(UncertaintyError::Correlations { parameter });
             }
         }
         Ok(())
@@ -480,11 +480,11 @@ mod tests {
         }
         let memory = MemoryUncertainty { parts: [0.0, 2.0, 0.0, 0.0], ..MemoryUncertainty::NONE };
         let refused = Uncertainty { memory, ..Uncertainty::NONE }.validate();
-        assert!(matches!(refused, Err(UncertaintyError::Value { name: "part of a term", .. })), "{refused:?}");
+        assert!(matches!(refused, Err(UncertaintyError::Value { name: "g2", .. })), "{refused:?}");
         let with_others = [[127, 80, 0, 0, 0]; MEMORY_PARAMETERS];
         let memory = MemoryUncertainty { with_others, ..MemoryUncertainty::NONE };
         let refused = Uncertainty { memory, ..Uncertainty::NONE }.validate();
-        assert_eq!(refused, Err(UncertaintyError::Correlations { parameter: "a term" }));
+        assert_eq!(refused, Err(UncertaintyError::Correlations { parameter: "g1" }));
     }
 
     /// Modulus against zero angle −1, x with either +1: no three errors can do that, and the variance would be negative.

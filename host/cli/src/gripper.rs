@@ -275,14 +275,19 @@ fn info(link: &Link) -> Result<String, LinkError> {
     Ok(text)
 }
 
-/// Standard deviations of the parameters behind the forces'.
-fn deviations(given: &Uncertainty) -> String {
+/// Standard deviations of the parameters behind the forces', and of so many terms of a material with memory.
+fn deviations(given: &Uncertainty, terms: usize) -> String {
     let Uncertainty { zero_angle, backlash, youngs_modulus, centre: [x, y], radius, .. } = given;
     let (zero_deg, play_deg, percent) = (zero_angle.to_degrees(), backlash.to_degrees(), 100.0 * youngs_modulus);
     let together = if given.correlations.iter().any(|r| *r != 0.0) { ", correlated" } else { "" };
-    format!(
+    let mut text = format!(
         "zero {zero_deg:.4}°, E {percent:.2} %, place ({x:.3}, {y:.3}) mm, radius {radius:.3} mm{together}; play {play_deg:.2}°"
-    )
+    );
+    let memory = given.memory.parts.iter().zip(&given.memory.times).take(terms);
+    for (number, (part, time)) in (1..).zip(memory) {
+        let _ = write!(text, "; g{number} {part:.4}, τ{number} {:.2} %", 100.0 * time);
+    }
+    text
 }
 
 fn get(link: &Link) -> Result<String, LinkError> {
@@ -292,7 +297,9 @@ fn get(link: &Link) -> Result<String, LinkError> {
         let _ = writeln!(text, "{key} = {value}");
     }
     for finger in 0..settings.count() as u8 {
-        let design = link.finger(finger)?.map_or_else(
+        let known = link.finger(finger)?;
+        let terms = known.as_ref().map_or(0, |finger| finger.prony.len());
+        let design = known.map_or_else(
             || "no design".to_owned(),
             |finger| format!("{} lamellae", finger.design.lamellae.attachments.len()),
         );
@@ -300,8 +307,8 @@ fn get(link: &Link) -> Result<String, LinkError> {
             .object(finger)?
             .map_or_else(|| "no object".to_owned(), |Object { design, friction }| object_keys(&design, friction));
         let uncertainty = link.uncertainty(finger)?.map_or_else(
-            || format!("not calibrated, taken as {}", deviations(&Uncertainty::DEFAULT)),
-            |uncertainty| format!("calibrated to {}", deviations(&uncertainty)),
+            || format!("not calibrated, taken as {}", deviations(&Uncertainty::DEFAULT, terms)),
+            |uncertainty| format!("calibrated to {}", deviations(&uncertainty, terms)),
         );
         for words in [design, object, uncertainty] {
             let _ = writeln!(text, "# finger {finger}: {words}");

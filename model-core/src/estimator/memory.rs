@@ -77,7 +77,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let others = part * elastic.standard_deviation;
         let memory = self.memory_variance(load, part, elastic.force_magnitude() / size);
         let variance = others * others + memory + unknown * unknown;
-        estimate.standard_deviation = libm::sqrtf(variance.max(0.0));
+        estimate.standard_deviation = if variance.is_nan() { f32::INFINITY } else { libm::sqrtf(variance.max(0.0)) };
         estimate
     }
 

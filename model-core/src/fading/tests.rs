@@ -264,26 +264,30 @@ fn slopes_are_derivatives_of_the_faded_force() {
     }
 }
 
-/// Against differences of the finger whose strains remember, closed and held.
+/// Against differences of the finger whose strains remember, closed and after every hold.
 #[test]
 fn slopes_are_those_of_the_finger_within_a_hundredth_of_the_force() {
     for (height, speed) in [(30.0, 20.0), (45.0, 2.0), (60.0, 20.0)] {
         let way = |terms: &[[f64; 2]]| {
             let mut pair = Pair::of(terms, height, 0.0);
             pair.sweep(0.0, 6.0, speed);
-            let held = HOLD.map(|seconds| size(pair.to(6.0, seconds)[0]));
-            (held, pair)
+            HOLD.map(|seconds| {
+                let force = size(pair.to(6.0, seconds)[0]);
+                (force, pair.force.slopes(load(&pair.elastic)))
+            })
         };
-        let (held, pair) = way(&TERMS);
-        let found = pair.force.slopes(load(&pair.elastic));
-        let force = held[HOLD.len() - 1];
+        let held = way(&TERMS);
         for k in 0..TERMS.len() {
             for number in [0, 1] {
                 let by = 0.01;
-                let [more, less] = [by, -by].map(|by| way(&changed(k, number, by)).0[HOLD.len() - 1]);
-                let expected = (more - less) / (2.0 * by);
-                let off = (found[k][number] - expected).abs() / force;
-                assert!(off < 0.01, "{height}, {k}, {number}: {} {expected} of {force}", found[k][number]);
+                let [more, less] = [by, -by].map(|by| way(&changed(k, number, by)));
+                for ((more, less), (force, slopes)) in more.iter().zip(&less).zip(&held) {
+                    let (expected, found) = ((more.0 - less.0) / (2.0 * by), slopes[k][number]);
+                    assert!(
+                        (found - expected).abs() < 0.01 * force,
+                        "{height}, {k}, {number}: {found} {expected} of {force}"
+                    );
+                }
             }
         }
     }
