@@ -1,5 +1,6 @@
 //! The model's size on a machine with a heap: any resolution.
 
+use model_core::equilibrium::PRONY_TERMS;
 use model_core::size::{Blank, Size, Storage};
 
 /// A run of values on the heap; it grows to what the model needs and keeps its contents.
@@ -51,8 +52,8 @@ macro_rules! size {
             type SlipCells<X: Blank> = Heap<X>;
             type SlipContacts<X: Blank> = Heap<X>;
             type SlipOnce<X: Blank> = Heap<X>;
-            const TERMS: usize = 4;
-            type Terms<X: Blank> = Heap<X>;
+            const TERMS: usize = PRONY_TERMS;
+            type Terms<X: Blank> = [X; PRONY_TERMS];
             type Past<X: Blank> = Heap<X>;
         }
     };

@@ -26,7 +26,7 @@ use crate::size::Blank;
 use crate::topology::Member;
 pub(crate) use link::Link;
 pub(crate) use node::Node;
-pub(crate) use past::{MOST_LAYERS, NoPast, Past, Remembered};
+pub(crate) use past::{NoPast, Past, Remembered, Trace};
 pub(crate) use pull::Pull;
 pub(crate) use quadratic::{Quadratic, hermite_weights};
 

@@ -1,6 +1,7 @@
 //! What the past of a material with memory adds to a member's forces (71).
 
 use crate::real::Real;
+use crate::size::{Blank, Size};
 
 /// What is left of the past at a node while a step is made: in the sign of the gradient and of the force f, in the step's unit. Nodes are
 /// counted from the member's start.
@@ -39,36 +40,51 @@ impl<T: Real> Past<T> for NoPast {
     }
 }
 
-/// The most layers of a node: the accepted stress, and one for each term.
-pub(crate) const MOST_LAYERS: usize = 5;
-
-/// A member's stresses at the accepted state and what each term still has of them, and their weights in the present step.
-#[derive(Clone, Copy)]
-pub(crate) struct Remembered<'a, T> {
-    /// Node by node, so many layers each.
-    pub layers: &'a [[T; 3]],
-    pub width: usize,
-    pub weights: [T; MOST_LAYERS],
+/// What a node remembers.
+pub(crate) struct Trace<T: Real, S: Size> {
+    /// Elastic stresses S along and across at the accepted state.
+    pub stress: [T; 2],
+    /// Per term the part qᵢ of H/k: moment, along, across.
+    pub left: S::Terms<[T; 3]>,
 }
 
-impl<T: Real> Past<T> for Remembered<'_, T> {
+impl<T: Real, S: Size> Clone for Trace<T, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: Real, S: Size> Copy for Trace<T, S> {}
+
+impl<T: Real, S: Size> Blank for Trace<T, S> {
+    const BLANK: Self = Self { stress: [T::ZERO; 2], left: S::Terms::BLANK };
+}
+
+impl<T: Real, S: Size> Trace<T, S> {
+    /// H/k: moment, along, across.
+    #[inline(always)]
+    pub fn sum(&self) -> [T; 3] {
+        let Some((&first, rest)) = self.left.as_ref().split_first() else { return [T::ZERO; 3] };
+        rest.iter().fold(first, |sum, left| [0, 1, 2].map(|part| sum[part] + left[part]))
+    }
+}
+
+/// What a member's nodes remember.
+pub(crate) struct Remembered<'a, T: Real, S: Size>(pub &'a [Trace<T, S>]);
+
+impl<T: Real, S: Size> Clone for Remembered<'_, T, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: Real, S: Size> Copy for Remembered<'_, T, S> {}
+
+impl<T: Real, S: Size> Past<T> for Remembered<'_, T, S> {
     const IS_ANY: bool = true;
 
-    /// The weighted sum of the node's layers. One and two terms, the usual numbers, go without a loop.
     #[inline(always)]
     fn stresses(self, node: usize) -> [T; 3] {
-        let layers = self.layers.get(node * self.width..).unwrap_or(&[]);
-        let [now, first, second, ..] = self.weights;
-        match (self.width, layers) {
-            (2, [s, h, ..]) => [0, 1, 2].map(|part| now * s[part] + first * h[part]),
-            (3, [s, h, g, ..]) => [0, 1, 2].map(|part| now * s[part] + first * h[part] + second * g[part]),
-            _ => {
-                let mut sum = [T::ZERO; 3];
-                for (layer, weight) in layers.iter().zip(self.weights).take(self.width) {
-                    sum = [0, 1, 2].map(|part| sum[part] + weight * layer[part]);
-                }
-                sum
-            }
-        }
+        self.0.get(node).map_or([T::ZERO; 3], Trace::sum)
     }
 }

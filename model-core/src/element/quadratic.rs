@@ -158,15 +158,10 @@ impl Quadratic {
         weight.at(middle) * T::of(1.5)
     }
 
-    /// Bending moments of the element that begins at a local node, on its three nodes in the gradient's sign, with the force f·e that its
-    /// middle has: those that the gradient gets, apart from it.
-    pub fn moments<T: Real>(of: Constants<'_, T>, angle: &[T], node: usize, pull: T) -> [T; 3] {
-        let (Some(&[a, m, b]), Some(&[k, far])) =
-            (angle.get(node..).and_then(<[T]>::first_chunk), of.coupling.get(node))
-        else {
-            return [T::ZERO; 3];
-        };
-        let part = T::one() - of.member.stiffening * pull;
+    /// Bending moments of an element of angles θ on its three nodes, in the gradient's sign: those that the gradient gets, apart from it.
+    /// `part` is what the force that its middle has leaves of its stiffness.
+    #[inline(always)]
+    pub fn moments<T: Real>([a, m, b]: [T; 3], [k, far]: [T; 2], part: T) -> [T; 3] {
         let (first, second, ends) = (part * (k * (m - a)), part * (k * (b - m)), part * (far * (b - a)));
         [first + ends, second - first, -(second + ends)]
     }

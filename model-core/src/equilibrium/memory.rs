@@ -88,6 +88,56 @@ fn a_held_finger_relaxes_as_its_material() {
     }
 }
 
+/// Ticks that are never as long as the one before, and pauses among them, in both precisions.
+#[test]
+fn uneven_ticks_relax_as_even_ones() {
+    fn worst<T: Real>() -> f64 {
+        let softness = if T::EPSILON.to_f64() < 1e-10 { Softness::Fixed(1e-9) } else { Softness::Local };
+        let mut follower = start::<T>(&how(Scheme::Simpson, softness), &TERMS, 0.0);
+        to(&mut follower, 6.0, 0.0);
+        let (sudden, mut time, mut worst) = (size(&follower), 0.0, 0.0_f64);
+        for tick in 0..2000_u32 {
+            let step = if tick % 400 == 399 { 20.0 } else { 2e-3 * (1.0 + 0.1 * f64::from(tick % 7)) };
+            to(&mut follower, 6.0, step);
+            time += step;
+            worst = worst.max((size(&follower) / sudden / left(&TERMS, time) - 1.0).abs());
+        }
+        worst
+    }
+    let (double, single) = (worst::<f64>(), worst::<f32>());
+    std::println!("off by {double:.1e} in double, {single:.1e} in single precision");
+    assert!(double < 1e-6 && single < 2e-3, "{double:e} {single:e}");
+}
+
+/// A step that is looked at and not made, however long, leaves what is remembered.
+#[test]
+fn a_step_that_is_not_made_changes_nothing() {
+    fn off<T: Real>(scheme: Scheme, seconds: f64) -> f64 {
+        let [mut one, mut other] = [0; 2].map(|_| start::<T>(&how(scheme, Softness::Local), &TERMS, 0.0));
+        for follower in [&mut one, &mut other] {
+            to(follower, 6.0, 0.6);
+        }
+        let at = other.timeline.at();
+        for seconds in [seconds, -seconds] {
+            other.timeline.pass(T::of(seconds));
+            other.timeline.take(at, at);
+            other.aim(at);
+        }
+        other.show_accepted();
+        for follower in [&mut one, &mut other] {
+            to(follower, 6.0, 0.05);
+        }
+        (size(&other) / size(&one) - 1.0).abs()
+    }
+    for scheme in [Scheme::Simpson, Scheme::Trapezoid] {
+        for seconds in [1e-4, 0.05, 2.0, 500.0] {
+            let (double, single) = (off::<f64>(scheme, seconds), off::<f32>(scheme, seconds));
+            std::println!("{scheme:?}, {seconds} s: off by {double:.1e} in double, {single:.1e} in single precision");
+            assert!(double < 1e-6 && single < 1e-3, "{scheme:?}, {seconds} s: {double:e} {single:e}");
+        }
+    }
+}
+
 /// The same in single precision and with friction, whose softness along the object does not relax.
 #[test]
 fn in_single_precision_and_with_friction() {

@@ -336,7 +336,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             let by = self.motion.world_to_finger(way);
             let here = self.motion.world_to_finger(self.timeline.at());
             let (by, turned) = self.spin.taking_along(&here, &by, turned, way);
-            self.work.history.aim(&self.model, &Way { by, turned, seconds: self.timeline.taken() });
+            let way = Way { by, turned, seconds: self.timeline.taken() };
+            self.work.history.aim(&self.model, &self.timeline.accepted, &way);
             self.stiffen();
         }
     }

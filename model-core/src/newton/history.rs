@@ -52,12 +52,12 @@ impl<T: Real, S: Size> History<T, S> {
     }
 
     /// The step that follows goes this way from the accepted state.
-    pub fn aim(&mut self, model: &Model<T, S>, way: &Way<T>) {
+    pub fn aim(&mut self, model: &Model<T, S>, accepted: &State<T, S>, way: &Way<T>) {
         if self.slip.rubs() {
             self.slip.aim(&way.by, way.turned, model.units.length);
         }
         if self.memory.is_kept() {
-            self.memory.aim(way.seconds);
+            self.memory.aim(model, accepted, way.seconds);
         }
     }
 

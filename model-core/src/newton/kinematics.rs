@@ -168,7 +168,7 @@ impl<T: Real, S: Size> Kinematics<T, S> {
     ) {
         let Some((of, angle, nodes, out)) = self.part(model, state, index) else { return };
         let kind = of.member.kind;
-        if memory.is_kept() {
+        if memory.is_heard() {
             kind.walk::<T, D, _>(of, memory.of(of.member.nodes()), angle, rows, nodes, out);
         } else {
             kind.walk::<T, D, _>(of, NoPast, angle, rows, nodes, out);
