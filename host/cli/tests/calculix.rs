@@ -157,6 +157,19 @@ fn calculix_agrees_on_bowed_beams() {
     agrees("bow", &other_case(bow, CIRCLE, "motor_angles_deg = [5.0]"), 3.0, 0.3);
 }
 
+/// Solid from 56 mm on, 18 mm below the notch, with contact on the beam just below: a finger that is open up to the notch has half the force.
+#[test]
+fn calculix_agrees_on_a_tip_that_is_solid_from_further_down() {
+    use model_core::design::Attachments;
+    let solid = |design: &mut model_core::design::Design| {
+        design.lamellae.attachments =
+            Attachments::Heights(heapless::Vec::from_slice(&[10.0, 20.0, 30.0, 40.0]).unwrap());
+        design.hinge.length.truncate(4);
+        design.rigid_above = Some(56.0);
+    };
+    agrees("solid", &other_case(solid, &CIRCLE.replace("45.0", "54.0"), "motor_angles_deg = [4.0]"), 3.0, 0.3);
+}
+
 #[test]
 fn calculix_agrees_on_pinned_lamellae() {
     let pin = |design: &mut model_core::design::Design| design.hinge.kind = model_core::design::HingeKind::Pinned;

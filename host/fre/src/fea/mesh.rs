@@ -143,9 +143,16 @@ impl Mesh {
             let held = held.map(|joint| joint.extent(&faces, beam)[1]);
             let clamp = held.fold(faces.clamp(), f64::max);
             let arcs = stations(clamp, &edges, merge, &sizes(beam_size), &neck);
-            // The wedge: from the notch to the middle of the tip on one side, along the outer face on the other.
+            // The wedge: from the notch to the middle of the tip on one side, along the outer face on the other. Where it begins below the
+            // notch, the beam goes on in it, and something fills what is between the beams.
             let end = region.ends[if front { 0 } else { 1 }];
-            let wedge = |&t: &f64| [faces.outer(lerp([merge, end], t)), mix(region.notch, region.top[1], t)];
+            let outer_corner = region.top[if front { 0 } else { 2 }];
+            let (inner, thickness) = (faces.inner(merge), faces.thickness(merge));
+            let room = length(inner, region.notch);
+            let inner_end = mix(outer_corner, region.top[1], thickness / (thickness + room));
+            let middle = |t: f64| mix(region.notch, region.top[1], t);
+            let beside = |t: f64| if room > SAME { mix(inner, inner_end, t) } else { middle(t) };
+            let wedge = |&t: &f64| [faces.outer(lerp([merge, end], t)), beside(t)];
             let row = |[a, b]: [Point; 2]| across.iter().map(|&t| mix(a, b, t)).collect::<Vec<_>>();
             let section = |&arc: &f64| match joints.iter().find_map(|seat| seat.rounded(arc)) {
                 // Thicker by the fillet, on the inner side of the centreline only.
@@ -171,19 +178,25 @@ impl Mesh {
             };
             let ids = mesh.add_patch(&rows, part, layer);
             mesh.clamped.extend(ids[0].iter().flatten());
-            let middle = through;
-            let end = ids.last().into_iter().flatten().flatten().copied();
+            let mut end: Vec<usize> = ids.last().into_iter().flatten().flatten().copied().collect();
+            if room > SAME {
+                let columns = sizes(beam_size).fractions(room, [true, false]);
+                let fill = |&t: &f64| columns.iter().map(|&at| mix(beside(t), middle(t), at)).collect::<Vec<_>>();
+                let ids = mesh.add_patch(&tip.iter().map(fill).collect::<Vec<_>>(), part, |_, _| Layer::Whole);
+                end.extend(ids.last().into_iter().flatten().flatten().skip(1));
+            }
+            let corner = end.last().copied();
             if front {
                 let outer = ids.iter().filter_map(|row| row[0]);
                 mesh.mark_contact(outer);
                 end_face.extend(end);
                 // In the wedge the columns run apart; it hardly bends, so its line is straight to the tip.
-                mesh.front_line = ids[..arcs.len()].iter().filter_map(|row| row[middle]).collect();
-                mesh.front_line.extend(ids[ids.len() - 1][2 * middle]);
+                mesh.front_line = ids[..arcs.len()].iter().filter_map(|row| row[through]).collect();
+                mesh.front_line.extend(corner);
             } else {
-                mesh.back_line = ids[..arcs.len()].iter().filter_map(|row| row[middle]).collect();
+                mesh.back_line = ids[..arcs.len()].iter().filter_map(|row| row[through]).collect();
                 // Both halves of the end face share the node on the front centreline, where the second one begins.
-                end_face.extend(end.rev().skip(1));
+                end_face.extend(end.into_iter().rev().skip(1));
             }
         }
         mesh.mark_contact(end_face.into_iter());

@@ -1,12 +1,15 @@
 //! The region that the finger fills as it is built: the beams' faces, the tip, and where the lamellae are joined.
 
-use model_core::design::{Design, HingeKind, PlaneStrain};
+use model_core::design::{Beam, Design, HingeKind, PlaneStrain};
 
 use super::error::FeaError;
 use super::fillet::Fillet;
 pub use crate::faces::{Faces, Point};
 pub(super) use crate::faces::{cross, dot, minus};
 use crate::shape::insets;
+
+/// Height below the notch from which on a solid tip has an edge of its own, mm.
+const NARROWEST: f64 = 0.05;
 
 /// What fillets leave free.
 const FRONT: &str = "the front beam beside its fillets";
@@ -62,9 +65,9 @@ pub struct Region<'d> {
     pub joints: Vec<Joint>,
     /// How the lamellae are joined to the beams.
     pub kind: HingeKind,
-    /// Arcs (front, back) at which the beams' inner faces meet.
+    /// Arcs (front, back) at which the beams' inner faces meet, or at which they reach the lower edge of a solid tip that begins below.
     pub merge: [f64; 2],
-    /// Point where they meet.
+    /// Point where they meet, or the middle of that edge.
     pub notch: Point,
     /// Corners of the tip: on the front beam's outer face, on its centreline, on the back beam's outer face.
     pub top: [Point; 3],
@@ -83,7 +86,7 @@ impl<'d> Region<'d> {
             what: "a tip where the beams' inner faces do not meet",
             allowed: "inner faces apart at the base and meeting below the tip",
         })?;
-        let notch = front.inner(merge[0]);
+        let (merge, notch) = solid(design, [&front, &back], merge);
         let tip = design.front.tip;
         let across = front.inward(front.length());
         let top_arc = Faces::crossing(|s| back.outer(s), tip, across, back.length());
@@ -103,6 +106,23 @@ impl<'d> Region<'d> {
         }
         let ends = [front.length(), top_arc];
         Ok(Self { joints, front, back, kind: design.joint(), merge, notch, top, ends })
+    }
+}
+
+/// Where the tip begins to be solid: arcs of the beams (front, back), and the middle between their inner faces there. That is where the inner
+/// faces meet, unless a solid tip begins further down.
+fn solid(design: &Design, [front, back]: [&Faces<'_>; 2], merge: [f64; 2]) -> ([f64; 2], Point) {
+    let notch = front.inner(merge[0]);
+    match design.rigid_above {
+        Some(height) if height < notch[1] - NARROWEST => {
+            let arc = |faces: &Faces<'_>, beam: &Beam| {
+                Faces::crossing(|s| faces.inner(s), [0.0, height], [1.0, 0.0], beam.arc_at_height(height))
+            };
+            let arcs = [arc(front, &design.front), arc(back, &design.back)];
+            let (a, b) = (front.inner(arcs[0]), back.inner(arcs[1]));
+            (arcs, [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])])
+        }
+        _ => (merge, notch),
     }
 }
 
