@@ -27,9 +27,10 @@ use fre::study::model::Precision;
 /// Fit modulus, zero angle, object offset or dimensions to measurements, with uncertainties.
 ///
 /// The first CSV belongs to the first case, and so on; a single case serves all CSVs. Each case has its own object, all have
-/// the same finger. Columns: motor_angle_deg and force_n (or fx_n and fy_n), and front_x_mm and front_y_mm for outlines. Rows
-/// of an opening motion are left out, because backlash shifts them. If the case's material has memory, every row counts and needs
-/// time_s, the time since the motion began with an open hand. --plot draws forces and residuals.
+/// the same finger. Columns: motor_angle_deg and force_n (or fx_n and fy_n), or motor_torque_nmm with --torque-sd-nmm; and
+/// front_x_mm and front_y_mm for outlines. Rows of an opening motion are left out, because backlash shifts them. If the case's
+/// material has memory, every row counts and needs time_s, the time since the motion began with an open hand. --plot draws
+/// forces or torques, and residuals.
 ///
 /// Exit status: 0 every parameter is determined; 1 bad input; 2 some parameter is not determined by the data, or the fit did
 /// not converge.
@@ -57,6 +58,9 @@ pub struct Args {
     /// Standard deviation of a measured force, N
     #[arg(long, value_name = "N", default_value_t = Noise::default().force_n, value_parser = positive)]
     force_sd_n: f64,
+    /// Standard deviation of a measured motor torque, N·mm; default: left out
+    #[arg(long, value_name = "NMM", value_parser = positive)]
+    torque_sd_nmm: Option<f64>,
     /// Standard deviation of a measured angle, degrees
     ///
     /// The default is a servo's count (0.088°) over √12, the rounding of its encoder.
@@ -223,6 +227,7 @@ fn noise(args: &Args) -> Noise {
     let default = Noise::default();
     Noise {
         force_n: args.force_sd_n,
+        torque_nmm: args.torque_sd_nmm.unwrap_or(default.torque_nmm),
         angle_deg: args.angle_sd_deg.unwrap_or(default.angle_deg),
         outline_mm: args.outline_sd_mm,
         loss: match args.loss {
@@ -294,7 +299,9 @@ fn input(args: &Args) -> Result<Input, String> {
     let documents = documents(args)?;
     let measured = args.measurements.iter().map(|path| Ok((path.display().to_string(), standard::measured(path)?)));
     let measured = measured.collect::<Result<Vec<_>, MeasuredError>>().map_err(|error| error.to_string())?;
-    Input::of_measured(measured, documents, args.both_ways, args.drive).map_err(|error| error.to_string())
+    let input = Input::of_measured(measured, documents, args.both_ways, args.drive);
+    let input = input.and_then(|input| if args.torque_sd_nmm.is_some() { Ok(input) } else { input.without_torques() });
+    input.map_err(|error| error.to_string())
 }
 
 /// The files that are written: the finger and the picture.

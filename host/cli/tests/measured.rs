@@ -48,7 +48,7 @@ fn bad_rows_and_gaps_are_told_with_their_line_and_do_not_spoil_the_rest() {
 3: motor_angle_deg is empty; needed is a number
 4: force_n = "abc" is not a finite number (the unit belongs in the header)
 5: force_n = "NaN" is not a finite number (the unit belongs in the header)
-6: has neither a force nor a point
+6: has neither a force, nor a torque, nor a point
 7: front_x_mm has 2 numbers, front_y_mm 1; needed are as many
 8: has 2 cells, the header 4 (decimals have a point)
 9: force_n = -1; a magnitude is not negative (components are fx_n, fy_n)

@@ -42,6 +42,7 @@ fn drawn(design: &Design, seed: u64) -> Readings {
         angle_deg,
         time_s: Some(time),
         force_n: None,
+        torque_nmm: None,
         front_mm: Vec::new(),
     };
     let readings = motion().into_iter().enumerate().map(reading).collect();
@@ -52,7 +53,7 @@ fn drawn(design: &Design, seed: u64) -> Readings {
     for (reading, prediction) in run.readings.iter_mut().zip(predicted) {
         let normal: f64 = StandardNormal.sample(&mut random);
         assert!(prediction.status.is_trustworthy(), "{prediction:?}");
-        reading.force_n = Some((prediction.force_n + 0.02 * normal).max(0.0));
+        reading.force_n = Some((prediction.force.value + 0.02 * normal).max(0.0));
     }
     run
 }
@@ -91,7 +92,7 @@ fn a_plan_states_how_well_its_readings_determine() {
     let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
     let protocol = Protocol::planned(&Plan::new(0.0, 8.0, 10.0, &OWN, false), object);
     let truth = Trial { parameters: PARAMETERS.to_vec(), values: TRUE.to_vec() };
-    let exact = Errors { force_n: 0.0, angle_deg: 0.0 };
+    let exact = Errors { force_n: 0.0, torque_nmm: None, angle_deg: 0.0 };
     let expected = fit(
         &model(&design),
         &draw(&model(&design), &truth, &protocol, exact, 0).unwrap(),
@@ -127,7 +128,7 @@ fn friction_comes_back_beside_the_modulus() {
     let predicted = model(&design).predict(&run, &truth, false).unwrap();
     for (reading, prediction) in run.readings.iter_mut().zip(predicted) {
         assert!(prediction.status.is_trustworthy(), "{prediction:?}");
-        reading.force_n = Some(prediction.force_n);
+        reading.force_n = Some(prediction.force.value);
     }
     let found = fit(&model(&design), &[run], &truth.parameters, &Noise::default()).unwrap();
     assert!(found.converged && found.undetermined.is_empty(), "{found:?}");

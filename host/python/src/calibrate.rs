@@ -18,6 +18,7 @@ use crate::options::{Words, word};
 #[derive(FromPyObject)]
 pub(crate) struct NoiseWords {
     force_sd_n: f64,
+    torque_sd_nmm: Option<f64>,
     angle_sd_deg: Option<f64>,
     outline_sd_mm: f64,
     loss: String,
@@ -33,6 +34,7 @@ impl NoiseWords {
         let losses = [("huber", Loss::Huber), ("tukey", Loss::Tukey), ("square", Loss::Square)];
         Ok(Noise {
             force_n: positive("force_sd_n", self.force_sd_n)?,
+            torque_nmm: positive("torque_sd_nmm", self.torque_sd_nmm.unwrap_or(default.torque_nmm))?,
             angle_deg: positive("angle_sd_deg", self.angle_sd_deg.unwrap_or(default.angle_deg))?,
             outline_mm: positive("outline_sd_mm", self.outline_sd_mm)?,
             loss: word("loss", &self.loss, &losses)?,
@@ -55,6 +57,7 @@ pub(crate) fn calibrate(
     if options.precision != Precision::F64 {
         return Err(case_error("precision = \"f32\": a fit needs f64", Some("precision"), None));
     }
+    let with_torques = noise.torque_sd_nmm.is_some();
     let noise = noise.noise()?;
     let words: Vec<(&str, Parameter)> = Parameter::ALL.map(|parameter| (parameter.word(), parameter)).to_vec();
     let parameters = parameters.iter().map(|found| word("fit", found, &words)).collect::<PyResult<Vec<Parameter>>>()?;
@@ -64,8 +67,9 @@ pub(crate) fn calibrate(
             let name = if documents.len() == 1 { "the case".to_owned() } else { format!("case {index}") };
             (name, (**document).clone())
         });
-        let input = Input::of(&measurements, named.collect(), both_ways, Drive::Rotating)
-            .map_err(|error| value(error.to_string()))?;
+        let input = Input::of(&measurements, named.collect(), both_ways, Drive::Rotating);
+        let input = input.and_then(|input| if with_torques { Ok(input) } else { input.without_torques() });
+        let input = input.map_err(|error| value(error.to_string()))?;
         let design = &input.finger.design;
         for (index, parameter) in parameters.iter().enumerate() {
             if parameters[..index].contains(parameter) {

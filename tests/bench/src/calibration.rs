@@ -124,7 +124,7 @@ impl Task {
         });
         let fits: Vec<Fit> = fits.collect::<Result<_>>()?;
         let spent = begin.elapsed();
-        let drawn = draw(&fine, &truth, protocol, Errors { force_n: 0.0, angle_deg: 0.0 }, 0)?;
+        let drawn = draw(&fine, &truth, protocol, Errors { force_n: 0.0, torque_nmm: None, angle_deg: 0.0 }, 0)?;
         let biased = fit(&reduced, &drawn, self.parameters, &Noise::default())?;
         let readings = [protocol.angles_deg.len(), protocol.readings()];
         Ok(Outcome::of(self, name, readings, spent, &fits, &biased))
@@ -186,7 +186,7 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Errors { force_n, angle_deg } = Errors::USUAL;
+        let Errors { force_n, angle_deg, .. } = Errors::USUAL;
         writeln!(f, "{} calibrations each; errors ±{force_n} N, ±{angle_deg:.3}°", self.runs)?;
         self.protocols.iter().try_for_each(|outcome| write!(f, "\n{outcome}"))
     }

@@ -9,6 +9,14 @@ use crate::study::run::Unsolved;
 /// Why there is no comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
+    /// The file has neither a force nor a point.
+    #[error(
+        "{file}: has motor torques alone, which `fre calibrate` reads; needed are forces (force_n, or fx_n and fy_n) or points (front_x_mm and front_y_mm)"
+    )]
+    TorquesAlone {
+        /// The file.
+        file: String,
+    },
     /// The finger cannot be discretised as asked.
     #[error(transparent)]
     Discretise(#[from] DiscretiseError),

@@ -50,6 +50,9 @@ pub fn with_measurements_watched(
         Order::Closing => measured.closing(),
         Order::File => measured.visits(),
     };
+    if measurements.is_empty() {
+        return Err(CompareError::TorquesAlone { file: file.display().to_string() });
+    }
     case.path.set_places(measurements.iter().map(|m| m.place).collect());
     let run = run::solve_watched(case, options, watch)?;
     let mut rows: Vec<Row> = run.places.iter().zip(&measurements).map(|(place, m)| Row::measured(place, m)).collect();

@@ -29,6 +29,8 @@ class Noise:
     """Of a point of an outline, mm."""
     loss: Literal["huber", "tukey", "square"] = "huber"
     """How readings far off count."""
+    torque_sd_nmm: float | None = None
+    """Standard deviation of a motor torque, N·mm. None: torques are left out."""
 
 
 class Calibration(Record):
@@ -65,7 +67,7 @@ class Calibration(Record):
         return self._finger
 
     def svg(self) -> str:
-        """Forces and residuals."""
+        """Forces or torques, and residuals."""
         return self._svg
 
     def _repr_svg_(self) -> str:

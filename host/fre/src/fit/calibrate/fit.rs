@@ -1,6 +1,6 @@
 //! The fit: Levenberg and Marquardt's method on the model's sensitivities, with a robust loss.
 //!
-//! A reading's residual is measured less predicted force over its standard deviation. The angle is uncertain as well as the
+//! A reading's residual is measured less predicted force, or torque, over its standard deviation. The angle is uncertain as well as the
 //! force, so that deviation is √(σ_F² + (dF/dα·σ_α)²): errors in variables, to first order. Readings that lie far off count less
 //! (P. J. Huber, Robust Statistics, 1981; Tukey's biweight rejects them altogether).
 //!
@@ -15,8 +15,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::noise::{Loss, Noise};
 use super::parameter::Parameter;
-use super::predictor::{Prediction, Predictor};
-use super::readings::Readings;
+use super::predictor::{Predicted, Prediction, Predictor};
+use super::readings::{Reading, Readings};
 use super::rests::{Equations, Rests};
 use super::trial::Trial;
 use crate::metrics::signed_distance;
@@ -57,7 +57,56 @@ pub struct Combination {
     pub terms: Vec<(Parameter, f64)>,
 }
 
-/// A reading's force and what the fit says of it.
+/// What was measured of a reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Magnitude of the force, N.
+    Force,
+    /// Torque of the motor, N·mm.
+    Torque,
+}
+
+impl Quantity {
+    /// All of them, in the order in which a fit has them of a reading.
+    pub const ALL: [Self; 2] = [Self::Force, Self::Torque];
+
+    /// Its unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Force => "N",
+            Self::Torque => "N·mm",
+        }
+    }
+
+    /// Its measured value.
+    fn measured(self, reading: &Reading) -> Option<f64> {
+        match self {
+            Self::Force => reading.force_n,
+            Self::Torque => reading.torque_nmm,
+        }
+    }
+
+    fn predicted(self, prediction: &Prediction) -> &Predicted {
+        match self {
+            Self::Force => &prediction.force,
+            Self::Torque => &prediction.torque,
+        }
+    }
+
+    fn deviation(self, noise: &Noise) -> f64 {
+        match self {
+            Self::Force => noise.force_n,
+            Self::Torque => noise.torque_nmm,
+        }
+    }
+
+    /// What was measured of a reading, and its values.
+    fn of(reading: &Reading) -> impl Iterator<Item = (Self, f64)> {
+        Self::ALL.into_iter().filter_map(|quantity| Some((quantity, quantity.measured(reading)?)))
+    }
+}
+
+/// A reading's force or torque, in the quantity's unit, and what the fit says of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residual {
     /// Index of the run.
@@ -66,20 +115,22 @@ pub struct Residual {
     pub line: usize,
     /// Measured angle, degrees.
     pub angle_deg: f64,
-    /// Measured and predicted force, N; none without a trustworthy solution.
-    pub measured_n: f64,
-    /// Predicted force, N; none without a trustworthy solution.
-    pub predicted_n: Option<f64>,
-    /// Standard deviation of their difference, N.
-    pub standard_deviation_n: f64,
+    /// What was measured.
+    pub quantity: Quantity,
+    /// Measured value.
+    pub measured: f64,
+    /// Predicted value; none without a trustworthy solution.
+    pub predicted: Option<f64>,
+    /// Standard deviation of their difference.
+    pub standard_deviation: f64,
     /// Weight that the loss left it, 0 … 1.
     pub weight: f64,
 }
 
 impl Residual {
-    /// Measured less predicted, N.
-    pub fn difference_n(&self) -> Option<f64> {
-        self.predicted_n.map(|predicted| self.measured_n - predicted)
+    /// Measured less predicted.
+    pub fn difference(&self) -> Option<f64> {
+        self.predicted.map(|predicted| self.measured - predicted)
     }
 
     /// So far off that it counts for less than half.
@@ -99,7 +150,7 @@ pub struct Fit {
     pub correlation: Vec<Vec<f64>>,
     /// What the data do not tell.
     pub undetermined: Vec<Combination>,
-    /// Every force, run by run.
+    /// Every force and torque, run by run.
     pub residuals: Vec<Residual>,
     /// Points of outlines that took part, and the root mean square of their distances, mm.
     pub outline: Option<(usize, f64)>,
@@ -112,10 +163,14 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Root mean square of the forces' residuals that count, N.
-    pub fn rms_n(&self) -> f64 {
-        let kept: Vec<f64> =
-            self.residuals.iter().filter(|r| !r.is_outlier()).filter_map(Residual::difference_n).collect();
+    /// The residuals of a quantity.
+    pub fn of(&self, quantity: Quantity) -> impl Iterator<Item = &Residual> {
+        self.residuals.iter().filter(move |residual| residual.quantity == quantity)
+    }
+
+    /// Root mean square of a quantity's residuals that count, in its unit; 0 without any.
+    pub fn rms(&self, quantity: Quantity) -> f64 {
+        let kept: Vec<f64> = self.of(quantity).filter(|r| !r.is_outlier()).filter_map(Residual::difference).collect();
         (kept.iter().map(|d| d * d).sum::<f64>() / kept.len().max(1) as f64).sqrt()
     }
 }
@@ -143,7 +198,7 @@ struct Point {
     /// The rests' errors of the angle, in its standard deviations.
     errors: Vec<f64>,
     predictions: Vec<Vec<Prediction>>,
-    /// Forces in the order of runs and readings, then points of outlines, then the rests' errors; none for readings without a prediction.
+    /// Forces and torques in the order of runs and readings, then points of outlines, then the rests' errors; none for readings without a prediction.
     rows: Vec<Option<Row>>,
 }
 
@@ -316,22 +371,24 @@ impl Judge<'_> {
         let mut rows = Vec::new();
         for (r, (run, predicted)) in runs.iter().zip(&predictions).enumerate() {
             for (i, (reading, prediction)) in run.readings.iter().zip(predicted).enumerate() {
-                let Some(measured) = reading.force_n else { continue };
-                rows.push(prediction.status.is_trustworthy().then(|| {
-                    let by_angle = prediction.force_per_deg_n * noise.angle_deg;
-                    let rest = rests.of(r, i);
-                    // A rest's error of the angle is not one of each reading.
-                    let own = || if rest.is_some() { noise.force_n } else { noise.force_n.hypot(by_angle) };
-                    let deviation = kept(rows.len()).unwrap_or_else(own);
-                    let shifted = rest.and_then(|rest| errors.get(rest)).map_or(0.0, |error| by_angle * error);
-                    let gradient = prediction.gradient.iter().zip(doubts).map(|(g, doubt)| g * doubt / deviation);
-                    Row {
-                        residual: (measured - prediction.force_n - shifted) / deviation,
-                        gradient: DVector::from_iterator(doubts.len(), gradient),
-                        rest: rest.map(|rest| (rest, by_angle / deviation)),
-                        deviation,
-                    }
-                }));
+                for (quantity, measured) in Quantity::of(reading) {
+                    let (predicted, of_it) = (quantity.predicted(prediction), quantity.deviation(noise));
+                    rows.push(prediction.status.is_trustworthy().then(|| {
+                        let by_angle = predicted.per_deg * noise.angle_deg;
+                        let rest = rests.of(r, i);
+                        // A rest's error of the angle is not one of each reading.
+                        let own = || if rest.is_some() { of_it } else { of_it.hypot(by_angle) };
+                        let deviation = kept(rows.len()).unwrap_or_else(own);
+                        let shifted = rest.and_then(|rest| errors.get(rest)).map_or(0.0, |error| by_angle * error);
+                        let gradient = predicted.gradient.iter().zip(doubts).map(|(g, doubt)| g * doubt / deviation);
+                        Row {
+                            residual: (measured - predicted.value - shifted) / deviation,
+                            gradient: DVector::from_iterator(doubts.len(), gradient),
+                            rest: rest.map(|rest| (rest, by_angle / deviation)),
+                            deviation,
+                        }
+                    }));
+                }
             }
         }
         if runs.iter().any(|run| run.readings.iter().any(|reading| !reading.front_mm.is_empty())) {
@@ -427,17 +484,19 @@ impl Judge<'_> {
         let mut rows = here.rows.iter();
         for (index, (run, predictions)) in runs.iter().zip(&here.predictions).enumerate() {
             for (reading, prediction) in run.readings.iter().zip(predictions) {
-                let Some(measured) = reading.force_n else { continue };
-                let row = rows.next().and_then(Option::as_ref);
-                residuals.push(Residual {
-                    run: index,
-                    line: reading.line,
-                    angle_deg: reading.angle_deg,
-                    measured_n: measured,
-                    predicted_n: row.map(|_| prediction.force_n),
-                    standard_deviation_n: row.map_or(noise.force_n, |row| row.deviation),
-                    weight: row.map_or(0.0, |row| noise.loss.of(row.residual / scale).1),
-                });
+                for (quantity, measured) in Quantity::of(reading) {
+                    let row = rows.next().and_then(Option::as_ref);
+                    residuals.push(Residual {
+                        run: index,
+                        line: reading.line,
+                        angle_deg: reading.angle_deg,
+                        quantity,
+                        measured,
+                        predicted: row.map(|_| quantity.predicted(prediction).value),
+                        standard_deviation: row.map_or(quantity.deviation(noise), |row| row.deviation),
+                        weight: row.map_or(0.0, |row| noise.loss.of(row.residual / scale).1),
+                    });
+                }
             }
         }
         let distances: Vec<f64> = runs

@@ -71,6 +71,12 @@ pub enum InputError {
         /// The row's line.
         line: usize,
     },
+    /// A file has motor torques alone, whose standard deviation is not given.
+    #[error("{file}: has motor torques alone; needed is their standard deviation (--torque-sd-nmm), or forces")]
+    TorquesAlone {
+        /// The file.
+        file: String,
+    },
     /// A file has another coordinate than motor angles.
     #[error(
         "{file}: has {found}; needed is motor_angle_deg, for a finger that is moved along a line too (see --drive)"
@@ -161,6 +167,25 @@ impl Input {
             runs.push(run);
         }
         Ok(Self { document, finger, objects, runs, remarks, drive })
+    }
+
+    /// Leaves the motor torques out, as where their standard deviation is not given, and says so.
+    ///
+    /// # Errors
+    /// A file has nothing else.
+    pub fn without_torques(mut self) -> Result<Self, InputError> {
+        for run in &mut self.runs {
+            let torques = run.readings.iter_mut().filter_map(|reading| reading.torque_nmm.take()).count();
+            if torques == 0 {
+                continue;
+            }
+            run.readings.retain(|reading| reading.force_n.is_some() || !reading.front_mm.is_empty());
+            if run.readings.is_empty() {
+                return Err(InputError::TorquesAlone { file: run.name.clone() });
+            }
+            self.remarks.push(format!("left out: {}: {torques} motor torques (--torque-sd-nmm uses them)", run.name));
+        }
+        Ok(self)
     }
 
     /// The runs of a plan, one per case and without forces.

@@ -18,7 +18,7 @@ mod rests;
 pub mod synthetic;
 mod trial;
 
-pub use fit::{Combination, Estimate, Fit, FitError, Progress, Residual, fit, fit_watched};
+pub use fit::{Combination, Estimate, Fit, FitError, Progress, Quantity, Residual, fit, fit_watched};
 pub use gripper::{uncertainty, zero_counts};
 pub use input::{Input, InputError};
 pub use noise::{Loss, Noise};

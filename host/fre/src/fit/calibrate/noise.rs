@@ -41,6 +41,8 @@ impl Loss {
 pub struct Noise {
     /// Standard deviation of a measured force, N.
     pub force_n: f64,
+    /// Of a measured motor torque, N·mm.
+    pub torque_nmm: f64,
     /// Of a measured angle, degrees.
     pub angle_deg: f64,
     /// Of a point of an outline, mm.
@@ -50,8 +52,10 @@ pub struct Noise {
 }
 
 impl Default for Noise {
-    /// A force sensor of 0.02 N, angles rounded to a servo's count (0.088°/√12), outlines within 0.3 mm.
+    /// A force sensor of 0.02 N, a torque sensor or a scale on a lever of 2 N·mm, angles rounded to a servo's count (0.088°/√12), outlines within
+    /// 0.3 mm.
     fn default() -> Self {
-        Self { force_n: 0.02, angle_deg: 360.0 / 4096.0 / 12_f64.sqrt(), outline_mm: 0.3, loss: Loss::default() }
+        let angle_deg = 360.0 / 4096.0 / 12_f64.sqrt();
+        Self { force_n: 0.02, torque_nmm: 2.0, angle_deg, outline_mm: 0.3, loss: Loss::default() }
     }
 }

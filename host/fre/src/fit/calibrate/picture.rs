@@ -1,53 +1,63 @@
-//! Forces and residuals over the angle.
+//! Forces and residuals over the angle; torques, where they were measured instead or as well.
 
-use super::{Fit, Readings, Residual};
+use super::{Fit, Quantity, Readings, Residual};
 use crate::draw::{Chart, Mark, Panel, Scene, Series, Style, literal};
 
-/// Measured and fitted forces, below them the residuals with the band of two standard deviations, below those the residuals in
-/// standard deviations.
+/// Measured and fitted forces, below them the residuals with the band of two standard deviations; the same of torques; below those the
+/// residuals in standard deviations.
 pub fn picture(name: &str, runs: &[Readings], fit: &Fit) -> Scene {
-    let subtitle =
-        format!("{} readings, residual rms {:.3} N; residual: measured less fitted", fit.residuals.len(), fit.rms_n());
-    let mut chart = Chart::new(format!("{name}: calibration"), subtitle, "measured motor angle (°)");
-    chart.height = 560.0;
-    let of_run = |run: usize| fit.residuals.iter().filter(move |residual| residual.run == run);
-    let points = |run: usize, value: &dyn Fn(&Residual) -> Option<f64>| -> Vec<[f64; 2]> {
-        of_run(run).map(|r| [r.angle_deg, value(r).unwrap_or(f64::NAN)]).collect()
+    let measured: Vec<Quantity> = Quantity::ALL.into_iter().filter(|&q| fit.of(q).next().is_some()).collect();
+    let shown = if measured.is_empty() { vec![Quantity::Force] } else { measured };
+    let rms = |&quantity: &Quantity| match quantity {
+        Quantity::Force => format!("{:.3} N", fit.rms(quantity)),
+        Quantity::Torque => format!("{:.1} N·mm", fit.rms(quantity)),
     };
+    let rms = shown.iter().map(rms).collect::<Vec<_>>().join(" and ");
+    let subtitle = format!("{} readings, residual rms {rms}; residual: measured less fitted", fit.residuals.len());
+    let mut chart = Chart::new(format!("{name}: calibration"), subtitle, "measured motor angle (°)");
+    chart.height = if shown.len() > 1 { 900.0 } else { 560.0 };
     // Colours for as many runs as there are; then they repeat.
     let colour = |run: usize| (run % 6) as u8;
     let short = |run: &Readings| literal(run.name.rsplit('/').next().unwrap_or(&run.name));
-    let mut forces = Vec::new();
-    let (mut residuals, mut standardised) = (Vec::new(), Vec::new());
-    for (index, run) in runs.iter().enumerate() {
-        let series = |name: String, style, points| Series { name, colour: colour(index), style, points };
-        forces.push(series(format!("{}, fitted", short(run)), Style::Line, points(index, &|r| r.predicted_n)));
-        forces.push(series(short(run), Style::Dots, points(index, &|r| Some(r.measured_n))));
-        residuals.push(series(short(run), Style::Dots, points(index, &Residual::difference_n)));
-        // An outlier would leave the others no height; the panel above has it.
-        let ratio = |r: &Residual| r.difference_n().filter(|_| !r.is_outlier()).map(|d| d / r.standard_deviation_n);
-        standardised.push(series(short(run), Style::Dots, points(index, &ratio)));
+    let points = |run: usize, quantity: Quantity, value: &dyn Fn(&Residual) -> Option<f64>| -> Vec<[f64; 2]> {
+        let of_run = fit.of(quantity).filter(|residual| residual.run == run);
+        of_run.map(|r| [r.angle_deg, value(r).unwrap_or(f64::NAN)]).collect()
+    };
+    let mut standardised = Vec::new();
+    for &quantity in &shown {
+        let (mut values, mut residuals) = (Vec::new(), Vec::new());
+        for (index, run) in runs.iter().enumerate() {
+            let series = |name: String, style, points| Series { name, colour: colour(index), style, points };
+            let fitted = points(index, quantity, &|r| r.predicted);
+            values.push(series(format!("{}, fitted", short(run)), Style::Line, fitted));
+            values.push(series(short(run), Style::Dots, points(index, quantity, &|r| Some(r.measured))));
+            residuals.push(series(short(run), Style::Dots, points(index, quantity, &Residual::difference)));
+            // An outlier would leave the others no height; the panel above has it.
+            let ratio = |r: &Residual| r.difference().filter(|_| !r.is_outlier()).map(|d| d / r.standard_deviation);
+            standardised.push(series(short(run), Style::Dots, points(index, quantity, &ratio)));
+        }
+        let rings = fit.of(quantity).filter(|r| r.is_outlier()).filter_map(|r| {
+            r.difference().map(|y| Mark::Ring { at: [r.angle_deg, y], words: format!("outlier, line {}", r.line) })
+        });
+        let symbol = if quantity == Quantity::Force { "*F*" } else { "*T*" };
+        let unit = quantity.unit();
+        chart.panels.extend([
+            Panel { y_title: format!("{symbol} ({unit})"), share: 2.0, series: values, ..Panel::default() },
+            Panel {
+                y_title: format!("residual ({unit})"),
+                share: 1.2,
+                series: residuals,
+                marks: rings.collect(),
+                ..Panel::default()
+            },
+        ]);
     }
-    let outliers = fit.residuals.iter().filter(|r| r.is_outlier());
-    let rings = outliers.filter_map(|r| {
-        r.difference_n().map(|y| Mark::Ring { at: [r.angle_deg, y], words: format!("outlier, line {}", r.line) })
+    chart.panels.push(Panel {
+        y_title: "residual / *σ*".into(),
+        share: 1.0,
+        series: standardised,
+        marks: vec![Mark::Band { low: -2.0, high: 2.0, words: "±2 *σ*".into() }],
+        ..Panel::default()
     });
-    chart.panels = vec![
-        Panel { y_title: "*F* (N)".into(), share: 2.0, series: forces, ..Panel::default() },
-        Panel {
-            y_title: "residual (N)".into(),
-            share: 1.2,
-            series: residuals,
-            marks: rings.collect(),
-            ..Panel::default()
-        },
-        Panel {
-            y_title: "residual / *σ*".into(),
-            share: 1.0,
-            series: standardised,
-            marks: vec![Mark::Band { low: -2.0, high: 2.0, words: "±2 *σ*".into() }],
-            ..Panel::default()
-        },
-    ];
     chart.scene()
 }

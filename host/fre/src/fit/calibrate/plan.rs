@@ -210,6 +210,7 @@ impl Plan {
             angle_deg,
             time_s: Some(time_s),
             force_n: None,
+            torque_nmm: None,
             front_mm: Vec::new(),
         };
         self.places.iter().enumerate().map(reading).collect()
@@ -231,7 +232,7 @@ pub fn expect(
     for run in &mut input.runs {
         let predicted = model.predict(run, &start, false)?;
         for (reading, prediction) in run.readings.iter_mut().zip(predicted) {
-            reading.force_n = prediction.status.is_trustworthy().then_some(prediction.force_n);
+            reading.force_n = prediction.status.is_trustworthy().then_some(prediction.force.value);
         }
         let all = run.readings.len();
         run.readings.retain(|reading| reading.force_n.is_some());

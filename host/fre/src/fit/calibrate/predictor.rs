@@ -4,7 +4,7 @@ use model_core::design::Design;
 use model_core::discretise::{Discretisation, DiscretiseError};
 use model_core::drive::Drive;
 use model_core::equilibrium::Target;
-use model_core::sensitivity::Probe;
+use model_core::sensitivity::{Derivative, Probe};
 use model_core::status::Status;
 
 use super::parameter::Parameter;
@@ -21,6 +21,8 @@ const STEP: f64 = 1e-3;
 const ROUGH_STEP: f64 = 0.02;
 /// The same of the angle, degrees.
 const AHEAD_DEG: f64 = 0.02;
+/// The same of a drive's ratio, degrees.
+const H: f64 = 1e-3;
 
 /// What the model says of one reading.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,13 +30,22 @@ pub struct Prediction {
     /// Status; nothing below holds without a trustworthy one.
     pub status: Status,
     /// Magnitude of the force, N.
-    pub force_n: f64,
-    /// Its derivative with respect to the motor angle, N per degree.
-    pub force_per_deg_n: f64,
-    /// Its derivatives with respect to the parameters, in their units; empty if they were not asked for.
-    pub gradient: Vec<f64>,
+    pub force: Predicted,
+    /// Torque of the motor, N·mm.
+    pub torque: Predicted,
     /// Front centreline, finger frame, mm; empty where none was measured.
     pub front_mm: Vec<Point>,
+}
+
+/// A quantity that the model predicts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Predicted {
+    /// Its value.
+    pub value: f64,
+    /// Its derivative with respect to the motor angle, per degree.
+    pub per_deg: f64,
+    /// Its derivatives with respect to the parameters, in their units; empty if they were not asked for.
+    pub gradient: Vec<f64>,
 }
 
 /// The model that readings are compared with.
@@ -87,8 +98,10 @@ impl Predictor<'_> {
         if rough {
             // The model has no derivative with respect to the angle either.
             for (here, ahead) in here.iter_mut().zip(self.follow(run, trial, Wanted::Force, AHEAD_DEG)?) {
-                let slope = (ahead.force_n - here.force_n) / AHEAD_DEG;
-                here.force_per_deg_n = if known(here, &ahead) { slope } else { 0.0 };
+                let known = known(here, &ahead);
+                for (here, ahead) in here.quantities_mut().into_iter().zip([&ahead.force, &ahead.torque]) {
+                    here.per_deg = if known { (ahead.value - here.value) / AHEAD_DEG } else { 0.0 };
+                }
             }
         }
         let step = if rough { ROUGH_STEP } else { STEP };
@@ -97,8 +110,10 @@ impl Predictor<'_> {
             let mut other = trial.clone();
             other.values[index] += step;
             for (here, there) in here.iter_mut().zip(self.follow(run, &other, Wanted::Force, 0.0)?) {
-                let slope = (there.force_n - here.force_n) / step;
-                here.gradient.push(if known(here, &there) { slope } else { 0.0 });
+                let known = known(here, &there);
+                for (here, there) in here.quantities_mut().into_iter().zip([&there.force, &there.torque]) {
+                    here.gradient.push(if known { (there.value - here.value) / step } else { 0.0 });
+                }
             }
         }
         Ok(())
@@ -133,10 +148,11 @@ impl Predictor<'_> {
         let travel = trial.travel(self.design);
         let scale = if self.drive == Drive::Rotating { 1.0 } else { travel };
         // The motion's coordinate, rad or mm, and its derivative by the motor's angle; none outside a drive's table.
-        let at = |reading: &Reading| {
-            let [coordinate, slope] = self.drive.coordinate((reading.angle_deg + zero).to_radians())?;
+        let at_angle = |angle_deg: f64| {
+            let [coordinate, slope] = self.drive.coordinate((angle_deg + zero).to_radians())?;
             Some([scale * coordinate, scale * slope])
         };
+        let at = |reading: &Reading| at_angle(reading.angle_deg);
         if let Some([first, _]) = run.readings.iter().find_map(at) {
             follower.start(first);
         }
@@ -153,39 +169,52 @@ impl Predictor<'_> {
             }
             let force = follower.solution().force_world();
             let size = force[0].hypot(force[1]);
-            let mut prediction = Prediction { force_n: size, ..Prediction::unknown(status) };
+            // Of a base that is moved along a line it is a force times what the drive moves it by.
+            let moment = follower.solution().motor_torque();
+            let mut prediction = Prediction::unknown(status);
+            (prediction.force.value, prediction.torque.value) = (size, moment * slope);
             if !reading.front_mm.is_empty() {
                 prediction.front_mm = follower.solution().front().collect();
             }
             if size == 0.0 || wanted == Wanted::Force {
                 let count = if wanted == Wanted::Derivatives { trial.parameters.len() } else { 0 };
-                prediction.gradient = vec![0.0; count];
+                prediction.quantities_mut().into_iter().for_each(|quantity| quantity.gradient = vec![0.0; count]);
                 return prediction;
             }
             let along = |v: [f64; 2]| (v[0] * force[0] + v[1] * force[1]) / size;
             // More samples touch than there is room for: no derivative, and the status says so.
             let Some(found) = follower.sensitivity() else { return Prediction::unknown(Status::ContactCapacity) };
-            prediction.force_per_deg_n = (along(found.coordinate.force) * slope).to_radians();
+            prediction.force.per_deg = (along(found.coordinate.force) * slope).to_radians();
+            // A crank's ratio changes, too.
+            let ratios = [H, -H].map(|by| at_angle(reading.angle_deg + by).map_or(slope, |[_, slope]| slope));
+            let bend = (ratios[0] - ratios[1]) / (2.0 * H.to_radians());
+            prediction.torque.per_deg = (found.coordinate.torque * slope * slope + moment * bend).to_radians();
             if wanted == Wanted::Slope {
                 return prediction;
             }
             for &parameter in &trial.parameters {
+                // Of the force, and of the moment that the drive moves the base against.
+                let of = |found: Derivative<f64>| Some([along(found.force), found.torque * slope]);
                 let derivative = match parameter {
-                    Parameter::YoungsModulus => Some(along(found.youngs_modulus.force)),
-                    Parameter::Zero => Some(prediction.force_per_deg_n),
-                    Parameter::ObjectX => Some(along(found.centre[0].force)),
-                    Parameter::ObjectY => Some(along(found.centre[1].force)),
-                    Parameter::Radius => Some(along(found.radius.force)),
+                    Parameter::YoungsModulus => of(found.youngs_modulus),
+                    Parameter::Zero => Some([prediction.force.per_deg, prediction.torque.per_deg]),
+                    Parameter::ObjectX => of(found.centre[0]),
+                    Parameter::ObjectY => of(found.centre[1]),
+                    Parameter::Radius => of(found.radius),
                     // Of runs with friction: [`Predictor::differences`].
                     Parameter::Friction => None,
-                    Parameter::Travel => Some(along(found.coordinate.force) * coordinate / travel),
+                    Parameter::Travel => of(found.coordinate).map(|[force, torque]| {
+                        [force * coordinate / travel, (torque * coordinate + moment * slope) / travel]
+                    }),
                     // Without memory nothing depends on its terms.
                     Parameter::Share(_) | Parameter::Fading(_) => None,
-                    Parameter::Design(dimension) => follower
-                        .design_sensitivity(&mut probe, &design, &self.discretisation, dimension)
-                        .map(|derivative| along(derivative.force)),
+                    Parameter::Design(dimension) => {
+                        follower.design_sensitivity(&mut probe, &design, &self.discretisation, dimension).and_then(of)
+                    }
                 };
-                prediction.gradient.push(derivative.unwrap_or(0.0));
+                let [force, torque] = derivative.unwrap_or_default();
+                prediction.force.gradient.push(force);
+                prediction.torque.gradient.push(torque);
             }
             prediction
         });
@@ -204,7 +233,12 @@ enum Wanted {
 }
 
 impl Prediction {
+    fn quantities_mut(&mut self) -> [&mut Predicted; 2] {
+        [&mut self.force, &mut self.torque]
+    }
+
     fn unknown(status: Status) -> Self {
-        Self { status, force_n: 0.0, force_per_deg_n: 0.0, gradient: Vec::new(), front_mm: Vec::new() }
+        let [force, torque] = <[Predicted; 2]>::default();
+        Self { status, force, torque, front_mm: Vec::new() }
     }
 }

@@ -1,8 +1,10 @@
 //! Measured readings on one object.
 
+use std::collections::BTreeMap;
+
 use model_core::object::ObjectDesign;
 
-use crate::fit::measured::Measured;
+use crate::fit::measured::{Measured, Measurement};
 use crate::metrics::Point;
 
 /// One reading.
@@ -16,8 +18,45 @@ pub struct Reading {
     pub time_s: Option<f64>,
     /// Measured magnitude of the force, N, if it was.
     pub force_n: Option<f64>,
+    /// Measured motor torque, N·mm, if it was.
+    pub torque_nmm: Option<f64>,
     /// Points of the front centreline, finger frame, mm, if there are any.
     pub front_mm: Vec<Point>,
+}
+
+impl Reading {
+    /// A force or a torque was measured.
+    pub fn has_load(&self) -> bool {
+        self.force_n.is_some() || self.torque_nmm.is_some()
+    }
+}
+
+/// The readings of a place, one for each line with a force or a torque; one with points alone if there is none.
+fn of_place(measurement: &Measurement) -> Vec<Reading> {
+    let blank = |line| Reading {
+        line,
+        angle_deg: measurement.place,
+        time_s: None,
+        force_n: None,
+        torque_nmm: None,
+        front_mm: Vec::new(),
+    };
+    let mut lines: BTreeMap<usize, Reading> = BTreeMap::new();
+    for &(line, force) in &measurement.forces {
+        lines.entry(line).or_insert_with(|| blank(line)).force_n = Some(force);
+    }
+    for &(line, torque) in &measurement.torques {
+        lines.entry(line).or_insert_with(|| blank(line)).torque_nmm = Some(torque);
+    }
+    let mut readings: Vec<Reading> = lines.into_values().collect();
+    if readings.is_empty() {
+        readings.push(blank(measurement.line));
+    }
+    // The outline belongs to the place; it counts once.
+    if let Some(first) = readings.first_mut() {
+        first.front_mm.clone_from(&measurement.front);
+    }
+    readings
 }
 
 /// Readings on one object, in the order of the motion; of a material with memory in that of their times.
@@ -60,26 +99,9 @@ impl Readings {
 
     /// A run of all measurements, in the file's order: the way that the finger has come.
     pub fn all(name: &str, object: ObjectDesign, friction: f64, measured: &Measured) -> Self {
-        let mut rows: Vec<(usize, f64, Option<f64>, &[Point])> = Vec::new();
-        for measurement in &measured.measurements {
-            if measurement.forces.is_empty() {
-                rows.push((measurement.line, measurement.place, None, &measurement.front));
-            }
-            for (index, &(line, force)) in measurement.forces.iter().enumerate() {
-                // The outline belongs to the place; it counts once.
-                let front = if index == 0 { measurement.front.as_slice() } else { &[] };
-                rows.push((line, measurement.place, Some(force), front));
-            }
-        }
-        rows.sort_by_key(|row| row.0);
-        let reading = |(line, angle_deg, force_n, front): (usize, f64, Option<f64>, &[Point])| Reading {
-            line,
-            angle_deg,
-            time_s: None,
-            force_n,
-            front_mm: front.to_vec(),
-        };
-        Self { name: name.to_owned(), object, friction, readings: rows.into_iter().map(reading).collect() }
+        let mut readings: Vec<Reading> = measured.measurements.iter().flat_map(of_place).collect();
+        readings.sort_by_key(|reading| reading.line);
+        Self { name: name.to_owned(), object, friction, readings }
     }
 
     /// A run of all measurements along their time, which each row has to have.
@@ -93,10 +115,10 @@ impl Readings {
                 let at = measurement.times.binary_search_by_key(&line, |(of, _)| *of).ok()?;
                 measurement.times.get(at).map(|(_, time)| *time)
             };
-            for (index, &(line, force)) in measurement.forces.iter().enumerate() {
-                let front_mm = if index == 0 { measurement.front.clone() } else { Vec::new() };
-                let (angle_deg, time_s) = (measurement.place, Some(time(line).ok_or(line)?));
-                readings.push(Reading { line, angle_deg, time_s, force_n: Some(force), front_mm });
+            // Points alone tell nothing of the time.
+            for reading in of_place(measurement).into_iter().filter(Reading::has_load) {
+                let time_s = Some(time(reading.line).ok_or(reading.line)?);
+                readings.push(Reading { time_s, ..reading });
             }
         }
         readings.sort_by_key(|reading| reading.line);

@@ -6,7 +6,7 @@ use model_core::drive::{Drive, Travel};
 use model_core::object::ObjectDesign;
 use serde_json::{Value, json};
 
-use super::{Combination, Fit, Input, Parameter, uncertainty, zero_counts};
+use super::{Combination, Fit, Input, Parameter, Quantity, uncertainty, zero_counts};
 use crate::case::Finger;
 
 /// A combination as a person reads it.
@@ -54,10 +54,14 @@ fn write_relations(out: &mut String, fit: &Fit) -> std::fmt::Result {
 
 fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
     let design = &input.finger.design;
-    let forces = fit.residuals.len();
+    let counts = [(Quantity::Force, "forces"), (Quantity::Torque, "torques")];
+    let counts = counts.map(|(quantity, word)| (fit.of(quantity).count(), word));
+    // Forces are named even where there are none, unless torques take their place.
+    let counts = counts.iter().filter(|(count, word)| *count > 0 || *word == "forces" && counts[1].0 == 0);
+    let measured = counts.map(|(count, word)| format!("{count} {word}")).collect::<Vec<_>>().join(" and ");
     let runs = input.runs.len();
     let plural = if runs == 1 { "" } else { "s" };
-    writeln!(out, "{}: {forces} forces of {runs} run{plural}", input.finger.name)?;
+    writeln!(out, "{}: {measured} of {runs} run{plural}", input.finger.name)?;
     writeln!(out, "{:<16} {:>10} {:>10} {:>10}  unit", "parameter", "start", "fitted", "σ")?;
     for estimate in &fit.estimates {
         let note = if estimate.determined { "" } else { "  not determined by the data" };
@@ -72,10 +76,15 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
         )?;
     }
     write_relations(out, fit)?;
+    let with_torques = fit.of(Quantity::Torque).next().is_some();
+    let rms = match (fit.of(Quantity::Force).next().is_some() || !with_torques, with_torques) {
+        (true, false) => format!("{:.4} N", fit.rms(Quantity::Force)),
+        (false, _) => format!("{:.3} N·mm", fit.rms(Quantity::Torque)),
+        (true, true) => format!("{:.4} N and {:.3} N·mm", fit.rms(Quantity::Force), fit.rms(Quantity::Torque)),
+    };
     writeln!(
         out,
-        "residuals: rms {:.4} N, {:.2} times what the stated noise allows; {} passes{}",
-        fit.rms_n(),
+        "residuals: rms {rms}, {:.2} times what the stated noise allows; {} passes{}",
         fit.inflation,
         fit.passes,
         if fit.converged { "" } else { ", NOT CONVERGED" }
@@ -85,11 +94,14 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
     }
     for residual in fit.residuals.iter().filter(|residual| residual.is_outlier()) {
         let name = &input.runs[residual.run].name;
-        match residual.difference_n() {
+        match residual.difference() {
             Some(difference) => writeln!(
                 out,
-                "outlier: {name}:{}: {:.3} N at {:.3}°, {difference:+.3} N off",
-                residual.line, residual.measured_n, residual.angle_deg
+                "outlier: {name}:{}: {:.3} {unit} at {:.3}°, {difference:+.3} {unit} off",
+                residual.line,
+                residual.measured,
+                residual.angle_deg,
+                unit = residual.quantity.unit(),
             )?,
             None => writeln!(out, "no solution: {name}:{}: at {:.3}°", residual.line, residual.angle_deg)?,
         }
@@ -162,23 +174,28 @@ pub fn document(input: &Input, fit: &Fit) -> Value {
         Value::Object(terms.collect())
     };
     let residuals = fit.residuals.iter().map(|residual| {
-        json!({
-            "file": input.runs[residual.run].name,
-            "line": residual.line,
-            "motor_angle_deg": residual.angle_deg,
-            "measured_n": residual.measured_n,
-            "fitted_n": residual.predicted_n,
-            "standard_deviation_n": residual.standard_deviation_n,
-            "weight": residual.weight,
-        })
+        let (file, line, angle) = (&input.runs[residual.run].name, residual.line, residual.angle_deg);
+        let (measured, fitted, deviation) = (residual.measured, residual.predicted, residual.standard_deviation);
+        match residual.quantity {
+            Quantity::Force => json!({
+                "file": file, "line": line, "motor_angle_deg": angle, "measured_n": measured, "fitted_n": fitted,
+                "standard_deviation_n": deviation, "weight": residual.weight,
+            }),
+            Quantity::Torque => json!({
+                "file": file, "line": line, "motor_angle_deg": angle, "measured_nmm": measured, "fitted_nmm": fitted,
+                "standard_deviation_nmm": deviation, "weight": residual.weight,
+            }),
+        }
     });
+    let rms_nmm = fit.of(Quantity::Torque).next().is_some().then(|| fit.rms(Quantity::Torque));
     json!({
         "converged": fit.converged,
         "passes": fit.passes,
         "parameters": estimates.collect::<Vec<_>>(),
         "correlation": fit.correlation,
         "undetermined": fit.undetermined.iter().map(combination).collect::<Vec<_>>(),
-        "rms_n": fit.rms_n(),
+        "rms_n": fit.rms(Quantity::Force),
+        "rms_nmm": rms_nmm,
         "inflation": fit.inflation,
         "outline": fit.outline.map(|(points, rms)| json!({ "points": points, "rms_mm": rms })),
         "residuals": residuals.collect::<Vec<_>>(),

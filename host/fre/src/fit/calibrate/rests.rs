@@ -1,4 +1,4 @@
-//! Readings of a motor that rests share one error of the angle.
+//! Readings of a motor that rests share one error of the angle, and so do a force and a torque that are read together.
 //!
 //! Along the times of a material with memory many readings belong to one angle. Its error is one unknown δ more, in standard deviations of
 //! the angle, which a row of its own holds near 0. It is eliminated from the normal equations (a Schur complement), so that the
@@ -19,7 +19,7 @@ pub(super) struct Rests {
 }
 
 impl Rests {
-    /// Of runs along their times; none of those without.
+    /// Of runs along their times, and of readings of both quantities.
     pub(super) fn find(runs: &[Readings]) -> Self {
         let mut count = 0;
         let of = runs.iter().map(|run| {
@@ -35,6 +35,12 @@ impl Rests {
                     places[place] = places[first];
                 } else {
                     first = place;
+                }
+            }
+            for (place, reading) in places.iter_mut().zip(&run.readings) {
+                if place.is_none() && reading.force_n.is_some() && reading.torque_nmm.is_some() {
+                    *place = Some(count);
+                    count += 1;
                 }
             }
             places
@@ -111,6 +117,7 @@ mod tests {
             angle_deg,
             time_s: timed.then_some(time),
             force_n: Some(1.0),
+            torque_nmm: None,
             front_mm: Vec::new(),
         };
         let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
@@ -126,6 +133,11 @@ mod tests {
         assert_eq!(of(0), [None, Some(0), Some(0), Some(0), Some(1), Some(1), None]);
         assert_eq!(of(1)[..3], [None, Some(2), Some(2)]);
         assert!(of(2).iter().all(Option::is_none) && rests.count == 3);
+        // A force and a torque of one reading.
+        let mut both = run(&places[..2], false);
+        both.readings[1].torque_nmm = Some(80.0);
+        let rests = Rests::find(&[both]);
+        assert_eq!((rests.of(0, 0), rests.of(0, 1), rests.count), (None, Some(0), 1));
     }
 
     /// The same as solving for everything together.

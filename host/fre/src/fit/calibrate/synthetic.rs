@@ -13,6 +13,8 @@ use super::{Plan, Predictor, Reading, Readings, Trial};
 pub struct Errors {
     /// Standard deviation of the force's, normal, N.
     pub force_n: f64,
+    /// The same of the motor torque's, N·mm; none where it is not measured.
+    pub torque_nmm: Option<f64>,
     /// Half the width of the angle's, uniform, degrees: half a count of the servo.
     pub angle_deg: f64,
 }
@@ -20,7 +22,7 @@ pub struct Errors {
 impl Errors {
     /// A force sensor's ±0.02 N, taken as a standard deviation (4.6 % of the errors are greater than twice that), and a servo's ±0.044°: half
     /// a count, which rounding never exceeds.
-    pub const USUAL: Self = Self { force_n: 0.02, angle_deg: 0.5 * COUNT_DEG };
+    pub const USUAL: Self = Self { force_n: 0.02, torque_nmm: None, angle_deg: 0.5 * COUNT_DEG };
 }
 
 /// Which objects are touched, and at which measured angles.
@@ -99,7 +101,8 @@ pub fn draw(
         let mut shifted = Vec::new();
         for (place, &angle_deg) in protocol.angles_deg.iter().enumerate() {
             let time_s = protocol.times_s.get(place).copied();
-            readings.push(Reading { line: place + 2, angle_deg, time_s, force_n: None, front_mm: Vec::new() });
+            let line = place + 2;
+            readings.push(Reading { line, angle_deg, time_s, force_n: None, torque_nmm: None, front_mm: Vec::new() });
             let share: f64 = StandardUniform.sample(&mut random);
             let rests = time_s.is_some() && place > 0 && protocol.angles_deg.get(place - 1) == Some(&angle_deg);
             match shifted.last().copied().filter(|_| rests) {
@@ -120,7 +123,11 @@ pub fn draw(
         for (&i, prediction) in order.iter().zip(predictions) {
             let normal: f64 = StandardNormal.sample(&mut random);
             if prediction.status.is_trustworthy() {
-                readings[i].force_n = Some((prediction.force_n + errors.force_n * normal).max(0.0));
+                readings[i].force_n = Some((prediction.force.value + errors.force_n * normal).max(0.0));
+                readings[i].torque_nmm = errors.torque_nmm.map(|error| {
+                    let normal: f64 = StandardNormal.sample(&mut random);
+                    prediction.torque.value + error * normal
+                });
             }
         }
         readings.retain(|reading| reading.force_n.is_some());

@@ -8,6 +8,7 @@
 //! | `force_n` | magnitude of the net force, N |
 //! | `fx_n`, `fy_n` | its components on the object, world frame, N; used for the magnitude where `force_n` has none |
 //! | `front_x_mm`, `front_y_mm` | points of the deformed front centreline, finger frame, mm, base to tip: lists separated by blanks, or one point per row |
+//! | `motor_torque_nmm` | torque that the contact demands of the motor, N·mm, positive where it resists closing; only the calibration reads it |
 //! | `time_s` | time since the motion began with an open hand, s; only the calibration of a material with memory reads it |
 //!
 //! Cells are separated by commas; or by semicolons or tabs, if that gives the header its columns or a first line `sep=;` says so,
@@ -36,6 +37,8 @@ const ROWS_AT_ONCE: usize = 1 << 14;
 
 /// The largest force that is believed, N: beyond it the unit is another one.
 const MAX_FORCE: f64 = 1e5;
+/// The same of a torque, N·mm.
+const MAX_TORQUE: f64 = 1e7;
 /// The largest coordinate of a point that is believed, mm: beyond it the unit is another one. No design is a tenth as long.
 const MAX_COORDINATE: f64 = 1e4;
 /// The largest file that is read: a million points are a tenth of it. What has no end, such as a device, ends here too.
@@ -137,6 +140,8 @@ pub struct Measurement {
     pub front: Vec<Point>,
     /// The line that each of them is in.
     pub front_lines: Vec<usize>,
+    /// Motor torques, N·mm, with the lines they are in.
+    pub torques: Vec<(usize, f64)>,
     /// Times since the motion began, s, of the lines that have one.
     pub times: Vec<(usize, f64)>,
     /// Sum of the forces, N: a mean of a million readings is not summed anew with each.
@@ -153,6 +158,7 @@ impl Measurement {
             forces: Vec::new(),
             front: Vec::new(),
             front_lines: Vec::new(),
+            torques: Vec::new(),
             times: Vec::new(),
         }
     }
@@ -193,6 +199,7 @@ impl Measurement {
     pub fn without(&self, forces: &[usize], points: &[usize]) -> Self {
         let mut rest = Self::at(self.place, self.line);
         rest.times.clone_from(&self.times);
+        rest.torques.clone_from(&self.torques);
         for (_, &(line, force)) in self.forces.iter().enumerate().filter(|(index, _)| !forces.contains(index)) {
             rest.add_force(line, force);
         }
@@ -292,8 +299,10 @@ impl Measured {
                 return Err(lacks("the other of a pair (fx_n and fy_n, front_x_mm and front_y_mm)"));
             }
         }
-        if [2, 3, 5].iter().all(|&column| columns[column].is_none()) {
-            return Err(lacks("a force (force_n, or fx_n and fy_n) or points (front_x_mm and front_y_mm)"));
+        if [2, 3, 5, 8].iter().all(|&column| columns[column].is_none()) {
+            return Err(lacks(
+                "a force (force_n, or fx_n and fy_n), a torque (motor_torque_nmm) or points (front_x_mm and front_y_mm)",
+            ));
         }
         let known = |name: &str| name.is_empty() || COLUMNS.contains(&name) || OWN.contains(&name);
         let aside = listed(heads.iter().zip(&names).filter(|(_, name)| !known(name)).map(|(head, _)| head));
@@ -339,17 +348,19 @@ impl Measured {
             measurement.add_force(line, force);
         }
         row.front.into_iter().for_each(|point| measurement.add_point(line, point));
+        measurement.torques.extend(row.torque.map(|torque| (line, torque)));
         measurement.times.extend(row.time.map(|time| (line, time)));
     }
 
-    /// The measurements as one closing motion: every place once, in ascending order.
+    /// The measurements of forces and points as one closing motion: every place once, in ascending order.
     pub fn closing(&self) -> Vec<Measurement> {
         let mut sorted = self.measurements.clone();
+        sorted.retain(|measurement| measurement.force.is_some() || !measurement.front.is_empty());
         sorted.sort_by(|a, b| a.place.total_cmp(&b.place));
         sorted
     }
 
-    /// The measurements as the motion that the file's order describes: a place is visited again if another one lies between.
+    /// The same as the motion that the file's order describes: a place is visited again if another one lies between.
     pub fn visits(&self) -> Vec<Measurement> {
         enum Of {
             Force(f64),
@@ -399,11 +410,17 @@ struct Row {
     place: f64,
     force: Option<f64>,
     front: Vec<Point>,
+    torque: Option<f64>,
     time: Option<f64>,
 }
 
 impl Row {
-    fn read(row: &[String], columns: &[Option<usize>; 8], coordinate: Coordinate, comma: bool) -> Result<Self, String> {
+    fn read(
+        row: &[String],
+        columns: &[Option<usize>; COLUMNS.len()],
+        coordinate: Coordinate,
+        comma: bool,
+    ) -> Result<Self, String> {
         let cell = |column: usize| {
             columns[column].and_then(|at| row.get(at)).map(String::as_str).filter(|text| !text.is_empty())
         };
@@ -443,14 +460,18 @@ impl Row {
             return Err(format!("{column} = {far:e}; allowed is {:e} to {MAX_COORDINATE:e}", -MAX_COORDINATE));
         }
         let front: Vec<Point> = xs.into_iter().zip(ys).map(|(x, y)| [x, y]).collect();
-        if force.is_none() && front.is_empty() {
-            return Err("has neither a force nor a point".to_owned());
+        let torque = number(8)?;
+        if let Some(torque) = torque.filter(|torque| torque.abs() > MAX_TORQUE) {
+            return Err(format!("motor_torque_nmm = {torque:e}; allowed is {:e} to {MAX_TORQUE:e}", -MAX_TORQUE));
+        }
+        if force.is_none() && torque.is_none() && front.is_empty() {
+            return Err("has neither a force, nor a torque, nor a point".to_owned());
         }
         let time = number(7)?;
         if let Some(time) = time.filter(|time| !(0.0..=MAX_TIME).contains(time)) {
             return Err(format!("time_s = {time}; allowed is 0 to {MAX_TIME:e}"));
         }
-        Ok(Self { place, force, front, time })
+        Ok(Self { place, force, front, torque, time })
     }
 }
 

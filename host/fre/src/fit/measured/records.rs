@@ -3,8 +3,17 @@
 use crate::visible::shortened;
 
 /// Columns that mean something.
-pub(super) const COLUMNS: [&str; 8] =
-    ["motor_angle_deg", "distance_mm", "force_n", "fx_n", "fy_n", "front_x_mm", "front_y_mm", "time_s"];
+pub(super) const COLUMNS: [&str; 9] = [
+    "motor_angle_deg",
+    "distance_mm",
+    "force_n",
+    "fx_n",
+    "fy_n",
+    "front_x_mm",
+    "front_y_mm",
+    "time_s",
+    "motor_torque_nmm",
+];
 
 /// The most lines of one cell: a note has fewer, and two stray quotation marks are not to hide what lies between them.
 const MOST_BREAKS: usize = 20;
