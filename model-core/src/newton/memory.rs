@@ -220,9 +220,6 @@ impl<T: Real, S: Size> Memory<T, S> {
         let fading = self.accepting();
         let (traces, mut from) = (self.traces.as_mut(), 0);
         for (index, (member, out)) in model.members().iter().zip(members).enumerate() {
-            // Contacts are on the front spans.
-            let own = if index < model.cells() { own_rows(rows, index, from) } else { 0..0 };
-            from = own.end.max(from);
             let run = member.nodes();
             let (Some(of), Some(angle), Some(on), Some(traces)) = (
                 model.constants(member),
@@ -233,14 +230,19 @@ impl<T: Real, S: Size> Memory<T, S> {
                 continue;
             };
             if member.compliance != [T::ZERO; 2] {
-                // Stress along and across: what balances the force, the past taken off, in the step's unit.
-                let mut pull = Pull::new(rows.run(own), out.force);
-                for (local, ((node, &weight), trace)) in on.iter().zip(of.weight).zip(&mut *traces).enumerate().rev() {
-                    let force = pull.force(run.start + local, weight);
-                    let ([x, y], [_, along, across]) = (node.e, trace.sum());
-                    trace.stress = [-(force[0] * x + force[1] * y + along), -(force[1] * x - force[0] * y + across)];
-                    pass::<T, S, 1>(trace, trace.stress[0], &fading);
-                    pass::<T, S, 2>(trace, trace.stress[1], &fading);
+                // Contacts are on the front spans.
+                let own = if index < model.cells() { own_rows(rows, index, from) } else { 0..0 };
+                if own.is_empty() {
+                    for (node, trace) in on.iter().zip(&mut *traces) {
+                        pass_forces(node, out.force, trace, &fading);
+                    }
+                } else {
+                    from = own.end;
+                    let mut pull = Pull::new(rows.run(own), out.force);
+                    let each = on.iter().zip(of.weight).zip(&mut *traces).enumerate();
+                    for (local, ((node, &weight), trace)) in each.rev() {
+                        pass_forces(node, pull.force(run.start + local, weight), trace, &fading);
+                    }
                 }
             }
             // Elements soften under compression by the force that their carriers have, which is the stress just found.
@@ -296,6 +298,15 @@ fn faded_and_gain<T: Real>(x: T) -> [T; 2] {
     // 1 − x/2 (1 − x/3 (1 − x/4 …)).
     let gain = (2..=LAST).rev().fold(T::one(), |rest, k| T::one() - x * T::of(1.0 / f64::from(k)) * rest);
     [x * gain, gain]
+}
+
+/// A node's stresses along and across become what balances the force through it, the past taken off, in the step's unit.
+#[inline(always)]
+fn pass_forces<T: Real, S: Size>(node: &Node<T>, force: [T; 2], trace: &mut Trace<T, S>, fading: &Fading<T, S>) {
+    let ([x, y], [_, along, across]) = (node.e, trace.sum());
+    trace.stress = [-(force[0] * x + force[1] * y + along), -(force[1] * x - force[0] * y + across)];
+    pass::<T, S, 1>(trace, trace.stress[0], fading);
+    pass::<T, S, 2>(trace, trace.stress[1], fading);
 }
 
 /// Changes what each term keeps of a node's stress, one of its three.
