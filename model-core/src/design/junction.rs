@@ -11,7 +11,7 @@ pub(crate) const BAR_ROOT: f64 = 0.32;
 /// A beam's flexible length reaches this many of its thicknesses into the solid wedge at the tip: the notch between the beams
 /// gives way a little (fitted to finite elements).
 const TIP_ROOT: f64 = 0.1;
-/// The same into a solid tip that begins below the notch: its edge gives way, and it has no more than the beams to hold them by.
+/// The same into a solid tip that begins below the notch, whose edge gives way more (fitted to finite elements).
 const EDGE_ROOT: f64 = 0.7;
 /// Length of that edge, in thicknesses of the beam, from which on it counts in full.
 const FULL_EDGE: f64 = 0.25;

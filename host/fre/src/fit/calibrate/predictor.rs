@@ -22,7 +22,7 @@ const ROUGH_STEP: f64 = 0.02;
 /// The same of the angle, degrees.
 const AHEAD_DEG: f64 = 0.02;
 /// The same of a drive's ratio, degrees.
-const H: f64 = 1e-3;
+const RATIO_DEG: f64 = 1e-3;
 
 /// What the model says of one reading.
 #[derive(Clone, Debug, PartialEq)]
@@ -186,8 +186,9 @@ impl Predictor<'_> {
             let Some(found) = follower.sensitivity() else { return Prediction::unknown(Status::ContactCapacity) };
             prediction.force.per_deg = (along(found.coordinate.force) * slope).to_radians();
             // A crank's ratio changes, too.
-            let ratios = [H, -H].map(|by| at_angle(reading.angle_deg + by).map_or(slope, |[_, slope]| slope));
-            let bend = (ratios[0] - ratios[1]) / (2.0 * H.to_radians());
+            let ratios =
+                [RATIO_DEG, -RATIO_DEG].map(|by| at_angle(reading.angle_deg + by).map_or(slope, |[_, slope]| slope));
+            let bend = (ratios[0] - ratios[1]) / (2.0 * RATIO_DEG.to_radians());
             prediction.torque.per_deg = (found.coordinate.torque * slope * slope + moment * bend).to_radians();
             if wanted == Wanted::Slope {
                 return prediction;
