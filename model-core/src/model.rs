@@ -47,7 +47,8 @@ pub struct Model<T: Real, S: Size> {
     /// Half the thickness over the length of the spring or element that begins at a node: strain per bend.
     pub(crate) fibre: S::Nodes<T>,
     pub(crate) samples: S::Samples<Sample<T>>,
-    /// Buckling load of each rib between clamped ends, 4π²EI/L² of an even one, in units of force; 0 where a rung is none.
+    /// Buckling load of each rib between clamped ends, 4π²EI/L² of an even one, in units of force, or a sixteenth of it where one end is free;
+    /// 0 where a rung is none.
     pub(crate) buckling_loads: S::Cells<T>,
     /// Where the front beam's held part ends, mm.
     pub(crate) base: [T; 2],

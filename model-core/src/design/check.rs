@@ -2,7 +2,7 @@
 
 use super::error::{DesignError, Field, MAX_LENGTH, MIN_THICKNESS, within};
 use super::junction::{BAR_ROOT, face_distances};
-use super::weld::{LARGEST_FILLET, Weld};
+use super::weld::{LARGEST_FILLET, Weld, clear_of_back};
 use super::{Attachments, Beam, Design, HingeFrom, HingeKind, LamellaKind, Profile, RibEnds, Ribs};
 use crate::size::{Lists, TooLong};
 
@@ -54,6 +54,9 @@ const BACK: BeamFields = BeamFields {
     factors: [Field::BackStiffness, Field::BackBending, Field::BackStretch],
     clamp: Field::BackClamp,
 };
+
+/// What may be too short of a rib.
+const ITSELF: &str = "it";
 
 /// Cosine of the largest angle by which a centreline may turn from one way between two of its points to the next: 60 degrees.
 const MOST_TURN: f64 = 0.5;
@@ -227,6 +230,12 @@ impl Design {
                 Field::Fillet.admit(ribs.fillet)?;
                 Field::RibBending.admit(ribs.bending_factor)?;
                 Field::RibStretch.admit(ribs.stretch_factor)?;
+                if let RibEnds::Gap(gap) = ribs.ends {
+                    Field::RibGap.admit(gap)?;
+                    if let Some(lamella) = (0..count).find(|&lamella| self.is_held(lamella)) {
+                        return Err(DesignError::GapBeforeHeld { lamella });
+                    }
+                }
                 self.validate_ribs(ends)?;
                 self.validate_fillets(ends)
             }
@@ -239,10 +248,14 @@ impl Design {
         let mut below = [self.front.clamp, self.back.clamp];
         for lamella in 0..self.lamella_count() {
             let room = |what, length: f64, needed: f64| {
-                if length > needed { Ok(()) } else { Err(DesignError::NoRoomForRib { lamella, what, length, needed }) }
+                let is_short = what == ITSELF && self.lamellae.gap().is_some();
+                let field = if is_short { Field::RibGap } else { Field::LamellaThickness };
+                let error = DesignError::NoRoomForRib { field, lamella, what, length, needed };
+                if length > needed { Ok(()) } else { Err(error) }
             };
-            let faces = face_distances(self, lamella);
-            room("it", self.lamella_width(lamella) - self.hinge_room(lamella).max(faces[0] + faces[1]), MIN_THICKNESS)?;
+            let [front, back] = face_distances(self, lamella);
+            let taken = front + clear_of_back(self, lamella, back);
+            room(ITSELF, self.lamella_width(lamella) - self.hinge_room(lamella).max(taken), MIN_THICKNESS)?;
             let weld = Weld::of(self, lamella);
             let arcs = self.attachment_arcs(lamella);
             let words = [
@@ -264,8 +277,8 @@ impl Design {
     /// Fillets end where another one, a held part or the solid tip begins, or before.
     #[inline(never)]
     fn validate_fillets(&self, ends: [f64; 2]) -> Result<(), DesignError> {
-        let Some(Ribs { ends: RibEnds::Welded, fillet, .. }) = self.lamellae.ribs().copied() else { return Ok(()) };
-        if fillet == 0.0 {
+        let Some(&Ribs { ends: joints, fillet, .. }) = self.lamellae.ribs() else { return Ok(()) };
+        if joints == RibEnds::Hinged || fillet == 0.0 {
             return Ok(());
         }
         // Arcs up to which a face is free below the next rib, and what the fillet above it takes of that per radius.

@@ -58,6 +58,8 @@ pub enum Field {
     BackArcs,
     /// `lamellae.thickness_mm`
     LamellaThickness,
+    /// `lamellae.gap_mm`
+    RibGap,
     /// `lamellae.fillet_mm`
     Fillet,
     /// `lamellae.bending_factor`
@@ -103,6 +105,7 @@ impl Field {
             Self::FrontArcs => "lamellae.front_arc_mm",
             Self::BackArcs => "lamellae.back_arc_mm",
             Self::LamellaThickness => "lamellae.thickness_mm",
+            Self::RibGap => "lamellae.gap_mm",
             Self::Fillet => "lamellae.fillet_mm",
             Self::RibBending => "lamellae.bending_factor",
             Self::RibStretch => "lamellae.stretch_factor",
@@ -134,7 +137,7 @@ impl Field {
             | Self::BackStretch
             | Self::RibBending
             | Self::RibStretch => Some([1e-3, 1e3]),
-            Self::Fillet => Some([0.0, 50.0]),
+            Self::RibGap | Self::Fillet => Some([0.0, 50.0]),
             Self::LamellaThickness | Self::HingeThickness | Self::HingeLength => Some([MIN_THICKNESS, MAX_LENGTH]),
             Self::FrontSagitta
             | Self::FrontThickness
@@ -268,6 +271,8 @@ pub enum DesignError {
     },
     /// A rib has no clear length between the beams, or beside it a beam none that bends.
     NoRoomForRib {
+        /// What takes the room: its thickness, or its gap.
+        field: Field,
         /// Index of the lamella, from 0 at the base.
         lamella: usize,
         /// What is too short.
@@ -276,6 +281,11 @@ pub enum DesignError {
         length: f64,
         /// More than this is needed, mm.
         needed: f64,
+    },
+    /// A rib ends with a gap before the part of the back beam that is held.
+    GapBeforeHeld {
+        /// Index of the rib, from 0 at the base.
+        lamella: usize,
     },
     /// A rib's fillets are larger than the tables of welds, or overlap with each other, a neighbour's, the held part or the solid tip.
     FilletTooLarge {
@@ -355,13 +365,15 @@ impl core::fmt::Display for DesignError {
                     "lamellae.thickness_mm has {found} entries; allowed is one for all or one per lamella ({lamellae})"
                 )
             }
-            Self::NoRoomForRib { lamella, what, length, needed } => {
-                let number = lamella + 1;
-                write!(
-                    f,
-                    "lamellae.thickness_mm: at rib {number} {what} is {length} mm long; more than {needed} mm is needed"
-                )
+            Self::NoRoomForRib { field, lamella, what, length, needed } => {
+                let (key, number) = (field.key(), lamella + 1);
+                write!(f, "{key}: at rib {number} {what} is {length} mm long; more than {needed} mm is needed")
             }
+            Self::GapBeforeHeld { lamella } => write!(
+                f,
+                "lamellae.ends is \"gap\": rib {} ends at the held part of the back beam; allowed are \"welded\" and \"hinged\" there, or ribs above back.clamp_mm",
+                lamella + 1
+            ),
             Self::FilletTooLarge { lamella, value, what, max } => {
                 let number = lamella + 1;
                 write!(f, "lamellae.fillet_mm is {value}; at rib {number} at most {max} mm is allowed, {what}")

@@ -35,7 +35,7 @@ impl Attachments {
 }
 
 /// How ribs end at the beams.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum RibEnds {
@@ -44,6 +44,9 @@ pub enum RibEnds {
     Welded,
     /// With necks, as the design's hinge describes them: their kind is flexible, whatever it says.
     Hinged,
+    /// Of one piece with the front beam, and free before the back beam: the middle of the end is so far from the back beam's face, mm. Where
+    /// it meets the face it presses against it, and slides along it without friction.
+    Gap(f64),
 }
 
 /// Ribs: lamellae that bend, of the beams' material.
@@ -112,6 +115,14 @@ impl Lamellae {
     /// The largest thickness of any, mm; 0 without one.
     pub fn thickest(&self) -> f64 {
         self.thickness.iter().flatten().fold(0.0, |most, &thickness| most.max(thickness))
+    }
+
+    /// Distance of the ribs' free ends from the back beam's face, mm, if they have such ends.
+    pub fn gap(&self) -> Option<f64> {
+        match self.kind {
+            LamellaKind::Rib(Ribs { ends: RibEnds::Gap(gap), .. }) => Some(gap),
+            _ => None,
+        }
     }
 
     /// The ribs, if the lamellae bend.

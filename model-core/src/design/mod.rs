@@ -221,7 +221,7 @@ impl Design {
     pub fn joint(&self) -> HingeKind {
         match self.lamellae.kind {
             LamellaKind::Rigid => self.hinge.kind,
-            LamellaKind::Rib(Ribs { ends: RibEnds::Welded, .. }) => HingeKind::Welded,
+            LamellaKind::Rib(Ribs { ends: RibEnds::Welded | RibEnds::Gap(_), .. }) => HingeKind::Welded,
             LamellaKind::Rib(Ribs { ends: RibEnds::Hinged, .. }) => HingeKind::Flexible,
         }
     }

@@ -111,11 +111,12 @@ pub(crate) struct Weld {
 }
 
 impl Weld {
-    /// Those of rib k; lamellae that are not welded ribs stiffen nothing.
+    /// Those of rib k; lamellae that are not welded ribs stiffen nothing, nor does the end of one that is free.
     // Double precision is software on the microcontroller: one copy for all who ask.
     #[inline(never)]
     pub fn of(design: &Design, lamella: usize) -> Self {
-        let LamellaKind::Rib(Ribs { ends: RibEnds::Welded, fillet, .. }) = design.lamellae.kind else {
+        let LamellaKind::Rib(Ribs { ends: RibEnds::Welded | RibEnds::Gap(_), fillet, .. }) = design.lamellae.kind
+        else {
             return Self { held: design.is_held(lamella), ..Self::default() };
         };
         let arcs = design.attachment_arcs(lamella);
@@ -126,6 +127,10 @@ impl Weld {
         let faces = face_distances(design, lamella);
         let mut weld = Self::default();
         for (side, (beam, outwards)) in [(&design.front, 1.0), (&design.back, -1.0)].into_iter().enumerate() {
+            if side == 1 && design.lamellae.gap().is_some() {
+                weld.start[1] = clear_of_back(design, lamella, faces[1]);
+                return weld;
+            }
             let (rib, arc) = (ribs[side], arcs[side]);
             let end = Self::end(beam, arc, along.map(|part| outwards * part), rib, fillet);
             (weld.reach[side], weld.coupling[side]) = (end.reach, end.coupling);
@@ -147,6 +152,7 @@ impl Weld {
         let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
         let width = libm::hypot(q[0] - p[0], q[1] - p[1]);
         let (ribs, faces) = (design.lamella_thickness(lamella), face_distances(design, lamella));
+        let gap = design.lamellae.gap().is_some();
         let root = |beam: &Beam, arc: f64, outwards: f64, rib: f64, face: f64| {
             let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width].map(|part| outwards * part);
             let e = beam.direction(arc);
@@ -155,10 +161,13 @@ impl Weld {
             let lean = cosine / sine;
             let middle = arc + 0.5 * lean * beam.thickness.at(arc);
             let half = 0.5 * rib / sine;
-            let fillet = [(1.0 - cosine) / sine, (1.0 + cosine) / sine];
+            // A free end has none.
+            let part = if gap && outwards < 0.0 { 0.0 } else { 1.0 };
+            let fillet = [part * (1.0 - cosine) / sine, part * (1.0 + cosine) / sine];
             Root { edges: [middle - half, middle + half], fillet, lean, face }
         };
-        [root(&design.front, arcs[0], 1.0, ribs[0], faces[0]), root(&design.back, arcs[1], -1.0, ribs[1], faces[1])]
+        let back = clear_of_back(design, lamella, faces[1]);
+        [root(&design.front, arcs[0], 1.0, ribs[0], faces[0]), root(&design.back, arcs[1], -1.0, ribs[1], back)]
     }
 
     /// The arm below, towards the base, of the front beam (0) or the back beam (1).
@@ -211,8 +220,14 @@ pub(super) struct Root {
     pub fillet: [f64; 2],
     /// Cotangent of the angle between beam and rib, positive where the rib leans towards the tip.
     pub lean: f64,
-    /// Distance from the centreline to the face along the rib, mm.
+    /// Distance from the centreline to the face along the rib, or to its free end, mm.
     pub face: f64,
+}
+
+/// Distance along rib k from the back beam's centreline to where the rib ends: that to the face, mm, or so much more as there is a gap.
+pub(super) fn clear_of_back(design: &Design, lamella: usize, face: f64) -> f64 {
+    let half = 0.5 * design.back.thickness.at(design.attachment_arcs(lamella)[1]);
+    face * (1.0 + design.lamellae.gap().unwrap_or(0.0) / half)
 }
 
 struct End {

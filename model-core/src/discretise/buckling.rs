@@ -14,14 +14,14 @@ const WIDTH: f64 = 1e-3;
 const BUCKLED: usize = 2;
 
 impl<T: Real, S: Size> Model<T, S> {
-    /// Finds each rib's buckling load between clamped ends.
+    /// Finds each rib's buckling load: between clamped ends, or with one that slides and turns freely.
     pub(super) fn find_buckling_loads(&mut self) {
         for index in 0..self.members().len() {
             let Some(&member) = self.member(index) else { continue };
             if let Role::Rung(rib, 0) = member.role
                 && self.is_rib(&member)
             {
-                let load = self.buckling_load(&member);
+                let load = self.buckling_load(&member) / T::of(self.topology.eased(rib));
                 self.buckling_loads.as_mut().put(usize::from(rib), load);
             }
         }

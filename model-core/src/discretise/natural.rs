@@ -1,6 +1,6 @@
 //! The units that a finger is computed in, and the finger in them.
 
-use crate::design::{Attachments, Beam, Design, LamellaKind, Profile};
+use crate::design::{Attachments, Beam, Design, LamellaKind, Profile, RibEnds};
 use crate::units::Units;
 
 /// Length, mm, and stiffness EI/L, N·mm, above which a finger's units are 2 mm and 2 N·mm; both are a little less than those of a
@@ -64,6 +64,9 @@ pub(super) fn express(design: &mut Design, units: &Units<f64>) {
     design.lamellae.thickness.iter_mut().flatten().for_each(scale);
     if let LamellaKind::Rib(ribs) = &mut design.lamellae.kind {
         scale(&mut ribs.fillet);
+        if let RibEnds::Gap(gap) = &mut ribs.ends {
+            scale(gap);
+        }
     }
     design.hinge.length.iter_mut().for_each(scale);
     scale(&mut design.hinge.thickness);

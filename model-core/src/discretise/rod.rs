@@ -164,3 +164,16 @@ pub(super) fn write_point<T: Real, S: Size>(
     model.direction.as_mut().run_mut(first..first + 2).fill([T::one(), T::ZERO]);
     Ok(Member { first: first as u16, kind: kind(scheme), ..Member::BLANK })
 }
+
+/// Writes the node pair of a gap: its first node has the gap's width and the direction across it.
+pub(super) fn write_gap<T: Real, S: Size>(
+    model: &mut Model<T, S>,
+    scheme: Scheme,
+    first: usize,
+    (width, [x, y]): (f64, [f64; 2]),
+) -> Result<Member<T>, DiscretiseError> {
+    let point = write_point(model, scheme, first)?;
+    model.direction.as_mut().run_mut(first..first + 2).fill([T::of(x), T::of(y)]);
+    model.weight.as_mut().put(first, T::of(width));
+    Ok(Member { kind: Kind::Gap, ..point })
+}

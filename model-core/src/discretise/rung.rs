@@ -1,7 +1,7 @@
 //! Rungs: hinges and bar, pins, welds, ribs, each a chain of parts; and the rigid part at the tip.
 
 use super::plate::{Plate, plate_factor};
-use super::rod::{Piece, Rod, write_point, write_rod};
+use super::rod::{Piece, Rod, write_gap, write_point, write_rod};
 use super::section::compliance;
 use super::welded::Welded;
 use super::{Discretisation, DiscretiseError, Elements, Physics, Scheme};
@@ -178,7 +178,8 @@ fn mean_area(axis: &Axis<'_>, thickness: &dyn Fn(f64) -> f64) -> f64 {
     6.0 * axis.width / (inverse(0.0) + 4.0 * inverse(0.5) + inverse(1.0))
 }
 
-/// Hands the parts of a welded rib to `with`. The joints lie at the welds' upper ends, from where links lead to the rib's axis.
+/// Hands the parts of a welded rib to `with`, or of one that is welded to the front beam and free before the back beam. The joints lie at the
+/// welds' upper ends, from where links lead to the rib's axis.
 #[inline(never)]
 fn with_weld(axis: &Axis<'_>, ribs: &Ribs, lamella: usize, width: f64, with: &mut dyn FnMut(&[Part<&Rod<'_>>])) {
     let Axis { design, how, along, .. } = *axis;
@@ -193,8 +194,10 @@ fn with_weld(axis: &Axis<'_>, ribs: &Ribs, lamella: usize, width: f64, with: &mu
     let before = [0, 1].map(|i| front * along[i] - up[0][i]);
     let behind = [0, 1].map(|i| back * along[i] + up[1][i]);
     let length = width - front - back;
-    // The taper is that between the beams' faces; beyond them the thickness stays.
-    let faces = face_distances(design, lamella);
+    // The taper is that between the beams' faces, or to the free end; beyond them the thickness stays.
+    let [front_face, back_face] = face_distances(design, lamella);
+    let gap = design.lamellae.gap();
+    let faces = [front_face, if gap.is_some() { back } else { back_face }];
     let [thin, other] = design.lamella_thickness(lamella);
     let thickness = |at: f64| {
         let part = (front + at * length - faces[0]) / (width - faces[0] - faces[1]);
@@ -209,7 +212,12 @@ fn with_weld(axis: &Axis<'_>, ribs: &Ribs, lamella: usize, width: f64, with: &mu
     let pieces = [Piece { elements, length, bending: &bending, thickness: &thickness }];
     let direction = |_: f64| along;
     let rib = Rod { compliance: welded.compliance, ..axis.rod(&pieces, &direction, area) };
-    with(&[Part::Link(before), Part::Rod(&rib), Part::Link(behind)]);
+    let Some(gap) = gap else { return with(&[Part::Link(before), Part::Rod(&rib), Part::Link(behind)]) };
+    // Across the gap, from the rib's end to the foot of the perpendicular on the face.
+    let [x, y] = design.back.direction(arcs[1]);
+    let across = if along[0] * y - along[1] * x > 0.0 { [y, -x] } else { [-y, x] };
+    let behind = [0, 1].map(|i| back * along[i] - gap * across[i]);
+    with(&[Part::Link(before), Part::Rod(&rib), Part::Gap(gap, across), Part::Link(behind)]);
 }
 
 /// Writes a rung's members; returns the next free node.
@@ -234,12 +242,15 @@ pub(super) fn write_rung<T: Real, S: Size>(
             (start, end, sign) = (end, start, -1.0);
             (rigid_start, rigid_end) = (back(rigid_end), back(rigid_start));
         }
-        let made = match part.rod {
-            Some(rod) => write_rod(model, how.scheme, node, &Rod { backwards, ..*rod }),
-            None => write_point(model, how.scheme, node),
+        let made = match (part.rod, part.gap) {
+            (Some(rod), _) => write_rod(model, how.scheme, node, &Rod { backwards, ..*rod }),
+            (None, Some(gap)) => write_gap(model, how.scheme, node, gap),
+            (None, None) => write_point(model, how.scheme, node),
         };
         written = made.and_then(|mut member| {
-            (member.role, member.start, member.end) = (Role::Rung(slot.lamella as u8, number), start, end);
+            let lamella = slot.lamella as u8;
+            member.role = if part.gap.is_some() { Role::Gap(lamella) } else { Role::Rung(lamella, number) };
+            (member.start, member.end) = (start, end);
             (member.rigid_start, member.rigid_end) = (rigid_start.map(T::of), rigid_end.map(T::of));
             (node, number) = (member.nodes().end, number + 1);
             // From front to back: with the cell below, against the one above.

@@ -1,6 +1,6 @@
 //! The elements of a member, asked by its kind: [`Element`]'s functions, each passed on to the one that implements it.
 
-use super::{Constants, Depth, Element, Link, Node, Past, Quadratic, Strain};
+use super::{Constants, Depth, Element, EndGap, Link, Node, Past, Quadratic, Strain};
 use crate::contact::{Row, Sample};
 use crate::real::Real;
 use crate::topology::Kind;
@@ -11,6 +11,7 @@ macro_rules! ask {
         match $kind {
             Kind::Quadratic => Quadratic::$function($($argument),*),
             Kind::Link => Link::$function($($argument),*),
+            Kind::Gap => EndGap::$function($($argument),*),
         }
     };
 }
@@ -30,6 +31,7 @@ impl Kind {
         match self {
             Self::Quadratic => Quadratic::walk::<D, P>(of, past, angle, rows, nodes, out),
             Self::Link => Link::walk::<D, P>(of, past, angle, rows, nodes, out),
+            Self::Gap => EndGap::walk::<D, P>(of, past, angle, rows, nodes, out),
         }
     }
 
@@ -57,6 +59,7 @@ impl Kind {
         match self {
             Self::Quadratic => <Quadratic as Element<T>>::SPARES_TANGENT,
             Self::Link => <Link as Element<T>>::SPARES_TANGENT,
+            Self::Gap => <EndGap as Element<T>>::SPARES_TANGENT,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Elements: what a force does to a member between two joints, and what the member's angles do against it.
 //!
-//! [`Element`] is the one interface; [`Quadratic`] (`simpson`) and [`Link`] (`paper`, `trapezoid`) are behind it. A member is asked for its
+//! [`Element`] is the one interface; [`Quadratic`] (`simpson`), [`Link`] (`paper`, `trapezoid`) and [`EndGap`] (none) are behind it. A member is asked for its
 //! kind once; the loops over its nodes know theirs. All that is here sees one member at a time, as runs of one length per node: no finger,
 //! no closures.
 //!
@@ -13,6 +13,7 @@
 //! Being linear in f, the term is an end-to-end vector shorter by ½ t q along e: a bent element is shorter by η = ½ t q/w per
 //! weight w of its carrier. Under compression the element is softer: what makes a back beam buckle as finite elements say.
 
+mod end_gap;
 mod kind;
 mod link;
 mod node;
@@ -24,6 +25,7 @@ use crate::contact::{Row, Sample};
 use crate::real::Real;
 use crate::size::Blank;
 use crate::topology::Member;
+pub(crate) use end_gap::EndGap;
 pub(crate) use link::Link;
 pub(crate) use node::Node;
 pub(crate) use past::{NoPast, Past, Remembered, Trace};

@@ -19,7 +19,8 @@ const BUCKLED: usize = 2;
 pub struct Buckling {
     /// The rib, from 0 at the base.
     pub rib: usize,
-    /// Its force over its buckling load between clamped ends, 4π²EI/L² of an even one.
+    /// Its force over its buckling load between clamped ends, 4π²EI/L² of an even one; over a sixteenth of that if its end is free before the
+    /// back beam.
     pub share: f64,
 }
 
@@ -34,14 +35,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         for index in 0..self.model.members().len() {
             let Some(Role::Rung(rib, 0)) = self.model.member(index).map(|member| member.role) else { continue };
             let from = nearest.map_or(share, |found| found.share);
-            if !self.buckles_at(index, 1.0 / from) {
+            let eased = self.model.topology.eased(rib);
+            if !self.buckles_at(index, eased / from) {
                 continue;
             }
             // No equilibrium carries more than twice the buckling load.
             let (mut low, mut high) = (0.5, 1.0 / from);
             for _ in 0..HALVINGS {
                 let middle = 0.5 * (low + high);
-                if self.buckles_at(index, middle) {
+                if self.buckles_at(index, eased * middle) {
                     high = middle;
                 } else {
                     low = middle;

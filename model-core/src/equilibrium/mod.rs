@@ -18,6 +18,8 @@ mod beams;
 mod begin;
 mod buckling;
 mod carry;
+#[cfg(test)]
+mod end_gaps;
 mod fold;
 mod hop;
 #[cfg(test)]

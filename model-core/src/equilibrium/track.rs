@@ -121,7 +121,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 // As where the motor stands: the factorisation that judged the last step has judged this state.
                 let drift = if outcome.iterations == 0 { self.drift + self.timeline.moved(&self.model) } else { moved };
                 let forces = self.forces();
-                if drift <= near && !self.passes_a_fall(target, forces) {
+                let is_alike = self.factored.kkt.has_gaps_of(&self.model, &self.work.kinematics);
+                if drift <= near && is_alike && !self.passes_a_fall(target, forces) {
                     self.drift = drift;
                     self.factored.is_near |= outcome.iterations > 0;
                     outcome.hops += u32::from(self.hops(target, forces));

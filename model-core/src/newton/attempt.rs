@@ -171,7 +171,8 @@ impl<T: Real, S: Size> Workspace<T, S> {
                     attempt.drift = judged.drift + state.largest_move(judged.state, model);
                 }
                 // The last factorisation was made at another state: where that is not near enough, judge the solution itself.
-                let is_stable = attempt.inertia.is_none_or(|inertia| inertia.is_stable());
+                let is_stable = attempt.inertia.is_none_or(|inertia| inertia.is_stable())
+                    && factored.kkt.has_gaps_of(model, &self.kinematics);
                 if !newton || is_stable && attempt.drift <= near {
                     attempt.status = Status::Converged;
                 } else if attempt.iterations < limits.budget {

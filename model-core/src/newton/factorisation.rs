@@ -9,6 +9,7 @@ use super::Hessian;
 use super::assembly::{add_corrections, add_member, put_closures};
 use super::condense::{Diagonal, Interior, condense};
 use super::condensed::{Condensed, Front};
+use super::end_gaps;
 use super::evaluated::Evaluated;
 use super::gaps::Contacts;
 use super::kinematics::Kinematics;
@@ -87,6 +88,7 @@ impl<T: Real, S: Size> Factorisation<T, S> {
                 self.fronts.as_mut().put(index, condensed.front());
             }
         }
+        end_gaps::note(model, kinematics, self.interiors.as_mut());
         negative += banded::factorise(self.band.as_mut().run_mut(0..n), model.topology.scale.as_ref());
         self.excess = negative as isize - 2 * model.cells() as isize;
         self.substitute(model, right);
@@ -124,6 +126,11 @@ impl<T: Real, S: Size> Factorisation<T, S> {
             *value = -*value;
         }
         banded::forward(self.band.as_ref().run(0..n), right.run_mut(0..n));
+    }
+
+    /// The same ends of ribs touch the back beam as when it was made.
+    pub fn has_gaps_of(&self, model: &Model<T, S>, kinematics: &Kinematics<T, S>) -> bool {
+        end_gaps::are_as_noted(model, kinematics, self.interiors.as_ref())
     }
 
     /// It is bordered by other rows than those noted.

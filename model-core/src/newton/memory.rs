@@ -349,6 +349,7 @@ fn pass_moments<T: Real, S: Size>(
                 }
             }
         }
+        Kind::Gap => {}
     }
 }
 

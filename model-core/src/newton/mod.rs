@@ -12,6 +12,7 @@ pub(crate) mod attempt;
 pub(crate) mod border;
 pub(crate) mod condense;
 pub(crate) mod condensed;
+pub(crate) mod end_gaps;
 mod evaluated;
 pub(crate) mod factored;
 pub(crate) mod factorisation;

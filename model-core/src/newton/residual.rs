@@ -1,13 +1,14 @@
 //! The gradient of the Lagrangian
 //! L = V(θ) + Σ λ_k·h_k(θ, λ, μ) − Σ μ_j g_j − ½ ε_c Σ μ_j², stretch and shear eliminated (see [`crate::model`]).
 
+use super::end_gaps;
 use super::gaps::{Contacts, Sweep};
 use super::kinematics::Kinematics;
 use crate::access::Access;
 use crate::model::Model;
 use crate::real::{Real, Tolerance};
 use crate::size::{Size, Storage};
-use crate::topology::CLAMPED;
+use crate::topology::{CLAMPED, Kind};
 
 /// What must vanish at an equilibrium, but for the interiors' gradients, which the nodes have, and the gaps, which the rows have.
 pub(crate) struct Residual<T: Real, S: Size> {
@@ -54,7 +55,7 @@ impl<T: Real, S: Size> Residual<T, S> {
     pub fn gather(
         &mut self,
         model: &Model<T, S>,
-        kinematics: &Kinematics<T, S>,
+        kinematics: &mut Kinematics<T, S>,
         contacts: &Contacts<T, S>,
         sweep: &Sweep<T>,
     ) -> Largest<T> {
@@ -66,6 +67,9 @@ impl<T: Real, S: Size> Residual<T, S> {
             let Some([first, .., last]) = kinematics.nodes.as_ref().get(member.nodes()) else { continue };
             worst.gradient = worst.gradient.max(out.steepest - member.rounding);
             model.topology.enter(self.closure.as_mut(), member, out.end_to_end());
+            if member.kind == Kind::Gap {
+                continue;
+            }
             let turn = |f: [T; 2], rigid: [T; 2]| f[1] * rigid[0] - f[0] * rigid[1];
             if member.start != CLAMPED {
                 joints.add(usize::from(member.start), first.gradient + turn(out.force, out.rigid_start));
@@ -73,6 +77,7 @@ impl<T: Real, S: Size> Residual<T, S> {
             joints.add(usize::from(member.end), last.gradient + turn(out.end_force, out.rigid_end));
         }
         model.topology.finish_closures(self.closure.as_mut());
+        end_gaps::close(model, kinematics, self.closure.as_mut(), joints);
         // NaN anywhere reaches a closure or a joint; the comparisons alone would drop it.
         let mut total = T::ZERO;
         for error in self.closure.as_ref().run(0..model.cells()).iter().flatten() {
@@ -83,6 +88,7 @@ impl<T: Real, S: Size> Residual<T, S> {
             total += *slope;
             worst.gradient = worst.gradient.max(slope.abs() - rounding);
         }
+        end_gaps::loosen(model, kinematics, self.closure.as_mut(), joints);
         for row in contacts.rows() {
             if row.touches() {
                 worst.length = worst.length.max((row.gap + model.contact_softness() * row.multiplier).abs());

@@ -8,7 +8,7 @@ use super::inertia::Inertia;
 use super::kinematics::SMALL;
 use super::residual::Largest;
 use super::settings::NewtonSettings;
-use super::{Hessian, Workspace, slip};
+use super::{Hessian, Workspace, end_gaps, slip};
 use crate::contact::coulomb::Turning;
 use crate::element::{Depth, Places, Residuals, Tangents};
 use crate::model::Model;
@@ -143,9 +143,13 @@ impl<T: Real, S: Size> Workspace<T, S> {
     }
 
     /// Finds the increments at the evaluated state with an earlier factorisation, if that has the present rows (35).
+    /// Where a rib's end is at the back beam, what is across its face turns too much with it: there is none then.
     pub(crate) fn solve_kept(&mut self, model: &Model<T, S>, factored: &mut Factored<T, S>) -> Option<Inertia> {
         let Self { effort, kinematics, contacts, residual, right, increment, .. } = self;
-        if !factored.kkt.takes(model, contacts) {
+        if end_gaps::any_shut(model, kinematics)
+            || !factored.kkt.has_gaps_of(model, kinematics)
+            || !factored.kkt.takes(model, contacts)
+        {
             return None;
         }
         effort.solves();

@@ -17,6 +17,7 @@ use crate::equilibrium::Parts;
 use crate::linear::symmetric;
 use crate::model::Model;
 use crate::newton::condense::Diagonal;
+use crate::newton::end_gaps;
 use crate::newton::{Evaluated, Hessian, Workspace};
 use crate::real::Real;
 use crate::size::Size;
@@ -213,6 +214,7 @@ pub(super) fn narrow<T: Real, S: Size>(work: &mut Workspace<T, S>, layout: Layou
 
 /// Factorises the KKT at the equilibrium and the dense border on all rows.
 pub(super) fn factorise<T: Real, S: Size>(parts: &mut Parts<'_, T, S>, layout: Layout) {
+    end_gaps::soften_all(parts.model, &mut parts.work.kinematics);
     parts.work.factorise(parts.model, parts.factored, Diagonal::of(Hessian::Newton, T::ZERO));
     settle(parts, layout);
 }

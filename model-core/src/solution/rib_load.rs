@@ -18,7 +18,8 @@ pub const NEAR_BUCKLING: f64 = 0.8;
 pub struct LoadedRib {
     /// The rib, from 0 at the base.
     pub rib: u8,
-    /// Its force in percent of its buckling load between clamped ends, 4π²EI/L² of an even one; from [`NEAR_BUCKLING`] on.
+    /// Its force in percent of its buckling load between clamped ends, 4π²EI/L² of an even one, or of a sixteenth of that if its end is free
+    /// before the back beam; from [`NEAR_BUCKLING`] on.
     pub percent: u8,
 }
 

@@ -4,7 +4,7 @@ use super::Solution;
 use crate::access::Access;
 use crate::real::Real;
 use crate::size::Size;
-use crate::topology::Role;
+use crate::topology::{Kind, Role};
 
 /// What is strained; spans and lamellae are counted from 0 at the base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,9 +68,10 @@ impl<'a, T: Real, S: Size> Solution<'a, T, S> {
                 }
                 Role::Rung(rung, 0) => (Place::FrontHinge(usize::from(rung)), T::ZERO),
                 Role::Rung(rung, _) => (Place::BackHinge(usize::from(rung)), T::ZERO),
+                Role::Gap(rung) => (Place::Rib(usize::from(rung)), T::ZERO),
             };
             let elements = nodes.len() - 1;
-            let flexible = length > T::ZERO;
+            let flexible = length > T::ZERO && member.kind != Kind::Gap;
             (0..if flexible { elements } else { 0 }).map(move |element| {
                 let angle = self.state.angle.as_ref().run(nodes.clone());
                 let stretch = |node: usize| self.stretch(nodes.start + node);

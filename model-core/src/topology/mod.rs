@@ -29,13 +29,15 @@ pub(crate) enum Role {
     Back(u8),
     /// A part of a rung, counted from its front end.
     Rung(u8, u8),
+    /// The gap between a rung's free end and the back beam.
+    Gap(u8),
 }
 
 impl Role {
     /// Span or rung.
     pub fn cell(self) -> u8 {
         match self {
-            Self::Front(cell) | Self::Back(cell) | Self::Rung(cell, _) => cell,
+            Self::Front(cell) | Self::Back(cell) | Self::Rung(cell, _) | Self::Gap(cell) => cell,
         }
     }
 }
@@ -48,6 +50,8 @@ pub(crate) enum Kind {
     Quadratic,
     /// Rigid links between springs.
     Link,
+    /// None: a gap, across which a rung's free end is kept from passing.
+    Gap,
 }
 
 /// A closure that a member's vector enters.
@@ -152,6 +156,8 @@ pub(crate) struct Topology<T: Real, S: Size> {
     closure_count: usize,
     member_count: usize,
     unknowns: usize,
+    /// Rungs that end with a gap.
+    pub gaps: usize,
     /// The front spans, base to tip, as contacts act on them; then all others, cell by cell.
     pub members: S::Members<Member<T>>,
     closures: S::Cells<Closure<T>>,
@@ -167,6 +173,7 @@ impl<T: Real, S: Size> Topology<T, S> {
         closure_count: 0,
         member_count: 0,
         unknowns: 0,
+        gaps: 0,
         members: <S::Members<Member<T>> as Storage<Member<T>>>::EMPTY,
         closures: <S::Cells<Closure<T>> as Storage<Closure<T>>>::EMPTY,
         scale: <S::Unknowns<T> as Storage<T>>::EMPTY,
@@ -175,7 +182,7 @@ impl<T: Real, S: Size> Topology<T, S> {
 
     /// Forgets everything and makes room for so many cells; false if there is none.
     pub fn reset(&mut self, cells: usize) -> bool {
-        (self.cells, self.closure_count, self.member_count, self.unknowns) = (0, 0, 0, 0);
+        (self.cells, self.closure_count, self.member_count, self.unknowns, self.gaps) = (0, 0, 0, 0, 0);
         // A cell has two spans, and but for the tip's a rung of at most two members and three joints.
         let fits = cells == 0
             || cells <= usize::from(u8::MAX)
@@ -222,6 +229,7 @@ impl<T: Real, S: Size> Topology<T, S> {
             }
         };
         *self.members.as_mut().get_mut(index)? = member;
+        self.gaps += usize::from(member.kind == Kind::Gap);
         Some(index)
     }
 
@@ -272,6 +280,11 @@ impl<T: Real, S: Size> Topology<T, S> {
     /// Index of the member with a role.
     pub fn find(&self, role: Role) -> Option<usize> {
         self.members().iter().position(|member| member.role == role)
+    }
+
+    /// By how much less than between clamped ends a rung buckles: one whose end is free before the back beam, a sixteenth of the load.
+    pub fn eased(&self, rung: u8) -> f64 {
+        if self.gaps > 0 && self.find(Role::Gap(rung)).is_some() { 16.0 } else { 1.0 }
     }
 
     /// Indices of the members in the order in which a person counts them: cell by cell, front span, back span, rung.

@@ -9,6 +9,9 @@ pub(crate) enum Part<R> {
     Pin,
     /// A rod that bends, from one joint to the next.
     Rod(R),
+    /// The gap between the end of what lies before and the back beam's face, undeformed: its width, mm, and the unit vector across it. It
+    /// turns with what lies behind: beyond it another angle.
+    Gap(f64, [f64; 2]),
 }
 
 /// A member of a rung: its joints counted from the front end, its rigid parts, and the rod between, if there is one.
@@ -18,10 +21,12 @@ pub(crate) struct Rung<R> {
     pub rigid_start: [f64; 2],
     pub rigid_end: [f64; 2],
     pub rod: Option<R>,
+    /// Width of the gap that it begins with, and the unit vector across it.
+    pub gap: Option<(f64, [f64; 2])>,
 }
 
 impl<R: Copy> Rung<R> {
-    /// Joints that a chain has: one at its front end, and one behind every rod and pin. A weld has one alone.
+    /// Joints that a chain has: one at its front end, and one behind every rod, pin and gap. A weld has one alone.
     pub fn joints(parts: &[Part<R>]) -> usize {
         1 + parts.iter().filter(|part| !matches!(part, Part::Link(_))).count()
     }
@@ -31,6 +36,8 @@ impl<R: Copy> Rung<R> {
     pub fn members(parts: &[Part<R>], mut member: impl FnMut(Self)) {
         let sum = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
         let is_link = |part: &Part<R>| matches!(part, Part::Link(_));
+        let point =
+            |joint, rigid_start, gap| Self { joints: [joint; 2], rigid_start, rigid_end: [0.0; 2], rod: None, gap };
         let last_rod = parts.iter().rposition(|part| !is_link(part));
         let mut before = [0.0; 2];
         let mut joint = 0;
@@ -40,9 +47,16 @@ impl<R: Copy> Rung<R> {
                 Part::Link(link) => before = sum(before, link),
                 Part::Pin => {
                     if before != [0.0; 2] {
-                        member(Self { joints: [joint; 2], rigid_start: before, rigid_end: [0.0; 2], rod: None });
+                        member(point(joint, before, None));
                     }
                     (before, joint) = ([0.0; 2], joint + 1);
+                }
+                Part::Gap(width, across) => {
+                    let links = rest
+                        .by_ref()
+                        .filter_map(|(_, part)| if let Part::Link(link) = part { Some(*link) } else { None });
+                    member(point(joint + 1, links.fold([0.0; 2], sum), Some((width, across))));
+                    before = [0.0; 2];
                 }
                 Part::Rod(rod) => {
                     let mut behind = [0.0; 2];
@@ -54,13 +68,13 @@ impl<R: Copy> Rung<R> {
                         }
                     }
                     let joints = [joint, joint + 1];
-                    member(Self { joints, rigid_start: before, rigid_end: behind, rod: Some(rod) });
+                    member(Self { joints, rigid_start: before, rigid_end: behind, rod: Some(rod), gap: None });
                     (before, joint) = ([0.0; 2], joint + 1);
                 }
             }
         }
         if before != [0.0; 2] {
-            member(Self { joints: [joint; 2], rigid_start: before, rigid_end: [0.0; 2], rod: None });
+            member(point(joint, before, None));
         }
     }
 }
@@ -96,6 +110,14 @@ mod tests {
         // Pinned at one end.
         let parts = [Part::Pin, Part::Link([-1.0, 0.0]), Part::Rod('r')];
         assert_eq!((Rung::joints(&parts), members(&parts)), (3, [([1, 2], -1.0, Some('r'), 0.0)].to_vec()));
+    }
+
+    #[test]
+    fn a_rib_before_a_gap_has_a_joint_at_its_end_and_the_gap_turns_with_the_back_beam() {
+        let parts = [Part::Link([-1.0, 0.0]), Part::Rod('r'), Part::Gap(0.4, [-1.0, 0.0]), Part::Link([-2.0, 0.0])];
+        assert_eq!(Rung::joints(&parts), 3);
+        assert_eq!(members(&parts), [([0, 1], -1.0, Some('r'), 0.0), ([2, 2], -2.0, None, 0.0)]);
+        Rung::members(&parts, |member| assert_eq!(member.gap.is_some(), member.rod.is_none()));
     }
 
     #[test]

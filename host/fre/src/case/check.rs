@@ -5,29 +5,19 @@ use serde_json::Value as Json;
 use super::error::CaseError;
 use super::source::{Table, Value};
 
-/// What a file is read for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Purpose {
-    /// To be solved: what is known but not computed yet is refused.
-    Solve,
-    /// To be drawn or meshed: every known key may be there.
-    Describe,
-}
-
 /// Checks a table, with all that is below it.
-pub(super) fn table(table: &Table<'_>, schema: &'static Json, purpose: Purpose) -> Result<(), CaseError> {
+pub(super) fn table(table: &Table<'_>, schema: &'static Json) -> Result<(), CaseError> {
     let schema = match schema["oneOf"].as_array() {
-        Some(variants) => variant(table, variants, purpose)?,
+        Some(variants) => variant(table, variants)?,
         None => schema,
     };
     let properties = schema["properties"].as_object();
     let properties = || properties.into_iter().flatten();
     let known: Vec<&'static str> = properties().map(|(key, _)| key.as_str()).collect();
-    let allowed = properties().filter(|(_, key)| key["x-computed"].is_null());
-    table.only(&known, || allowed.map(|(key, _)| key.as_str()).collect())?;
+    table.only(&known, || known.clone())?;
     for (key, property) in properties() {
         if let Some(found) = table.get(key) {
-            value(&found, property, purpose)?;
+            value(&found, property)?;
         }
     }
     for key in schema["required"].as_array().into_iter().flatten().filter_map(Json::as_str) {
@@ -39,7 +29,7 @@ pub(super) fn table(table: &Table<'_>, schema: &'static Json, purpose: Purpose) 
 }
 
 /// The schema that the table's tag names.
-fn variant(table: &Table<'_>, variants: &'static [Json], purpose: Purpose) -> Result<&'static Json, CaseError> {
+fn variant(table: &Table<'_>, variants: &'static [Json]) -> Result<&'static Json, CaseError> {
     let tag = variants.first().and_then(|variant| {
         let mut properties = variant["properties"].as_object()?.iter();
         properties.find(|(_, property)| !property["const"].is_null()).map(|(key, _)| key.as_str())
@@ -50,24 +40,18 @@ fn variant(table: &Table<'_>, variants: &'static [Json], purpose: Purpose) -> Re
         .filter_map(|schema| Some(Word { word: schema["properties"][tag]["const"].as_str()?, schema }))
         .collect();
     match table.get(tag) {
-        Some(value) => choice(&value, &words, purpose),
+        Some(value) => choice(&value, &words),
         None => Err(table.missing(tag, &format!("one of {}", quoted(&words)))),
     }
 }
 
 /// Checks a value, with all that is below it.
-fn value(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(), CaseError> {
-    if purpose == Purpose::Solve {
-        computed(found, schema)?;
-    }
+fn value(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
     if let Some(forms) = schema["anyOf"].as_array() {
         let Some(form) = form(found, forms) else { return Err(found.wrong(needed(schema))) };
-        if purpose == Purpose::Solve && !form["x-computed"].is_null() {
-            return Err(found.refuse(format!("known form, not yet computed; allowed is {}", needed(schema))));
-        }
-        return value_of(found, form, purpose);
+        return value_of(found, form);
     }
-    value_of(found, schema, purpose)
+    value_of(found, schema)
 }
 
 /// The form that a value has, as far as types say: of two lists, the one whose entries are of the first entry's type.
@@ -82,15 +66,15 @@ fn form(found: &Value<'_>, forms: &'static [Json]) -> Option<&'static Json> {
 }
 
 /// Checks a value of one form.
-fn value_of(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(), CaseError> {
+fn value_of(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
     if let Some(words) = schema["oneOf"].as_array().and_then(|words| words_of(words)) {
-        return choice(found, &words, purpose).map(drop);
+        return choice(found, &words).map(drop);
     }
     match schema["type"].as_str() {
         Some("number") => number(found, schema),
         Some("string") => found.text(|| needed(schema)).map(drop),
-        Some("array") => array(found, schema, purpose),
-        _ => table(&found.table(|| needed(schema))?, schema, purpose),
+        Some("array") => array(found, schema),
+        _ => table(&found.table(|| needed(schema))?, schema),
     }
 }
 
@@ -106,7 +90,7 @@ fn number(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
     }
 }
 
-fn array(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(), CaseError> {
+fn array(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
     let expected = || needed(schema);
     let length = |key: &str| schema[key].as_u64().and_then(|length| usize::try_from(length).ok());
     let (least, most) = (length("minItems").unwrap_or(0), length("maxItems").unwrap_or(usize::MAX));
@@ -119,7 +103,7 @@ fn array(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(
             Json::Array(items) => items.get(index).unwrap_or(&Json::Null),
             item => item,
         };
-        return entries.iter().enumerate().try_for_each(|(index, entry)| value(entry, each(index), purpose));
+        return entries.iter().enumerate().try_for_each(|(index, entry)| value(entry, each(index)));
     }
     let entries = found.entries(expected, most)?;
     if entries.len() < least {
@@ -133,7 +117,7 @@ fn array(found: &Value<'_>, schema: &'static Json, purpose: Purpose) -> Result<(
         let one = needed(&schema["items"]);
         return Err(found.refuse(format!("is empty; needed is at least one {}", one.trim_start_matches("a "))));
     }
-    entries.iter().try_for_each(|entry| value(entry, &schema["items"], purpose))
+    entries.iter().try_for_each(|entry| value(entry, &schema["items"]))
 }
 
 /// A word that a value may be, with the schema that goes with it.
@@ -147,37 +131,17 @@ fn words_of(words: &'static [Json]) -> Option<Vec<Word>> {
     words.iter().map(|schema| Some(Word { word: schema["const"].as_str()?, schema })).collect()
 }
 
-/// Words in quotes, without those that are not computed yet.
+/// Words in quotes.
 fn quoted(words: &[Word]) -> String {
-    let allowed = words.iter().filter(|word| word.schema["x-computed"].is_null());
-    allowed.map(|word| format!("\"{}\"", word.word)).collect::<Vec<_>>().join(", ")
+    words.iter().map(|word| format!("\"{}\"", word.word)).collect::<Vec<_>>().join(", ")
 }
 
-fn choice(found: &Value<'_>, words: &[Word], purpose: Purpose) -> Result<&'static Json, CaseError> {
+fn choice(found: &Value<'_>, words: &[Word]) -> Result<&'static Json, CaseError> {
     let text = found.text(|| format!("one of {}", quoted(words)))?;
     match words.iter().find(|word| word.word == text) {
-        Some(Word { schema, .. }) if purpose == Purpose::Solve && !schema["x-computed"].is_null() => {
-            Err(found.refuse(format!("known word, not yet computed; allowed is {}", quoted(words))))
-        }
         Some(word) => Ok(word.schema),
         None => Err(found.refuse(format!("allowed is {}", quoted(words)))),
     }
-}
-
-/// Refuses a value that is known but not computed yet.
-fn computed(found: &Value<'_>, schema: &'static Json) -> Result<(), CaseError> {
-    let Some(values) = schema["x-computed"].as_array() else { return Ok(()) };
-    if values.contains(&found.json()) {
-        return Ok(());
-    }
-    let allowed: Vec<String> = values.iter().map(word).collect();
-    let allowed = if allowed.is_empty() { String::new() } else { format!("; allowed is {}", allowed.join(", ")) };
-    Err(found.refuse(format!("known key, not yet computed{allowed}")))
-}
-
-/// A JSON value as a file has it.
-fn word(value: &Json) -> String {
-    value.as_f64().map_or_else(|| value.to_string(), |number| number.to_string())
 }
 
 /// A range in words; powers of ten where there would be rows of zeros.
@@ -193,11 +157,10 @@ pub(super) fn needed(schema: &Json) -> String {
         return words.to_owned();
     }
     if let Some(forms) = schema["anyOf"].as_array() {
-        let computed = forms.iter().filter(|form| form["x-computed"].is_null());
-        return computed.map(needed).collect::<Vec<_>>().join(", or ");
+        return forms.iter().map(needed).collect::<Vec<_>>().join(", or ");
     }
     if let Some(words) = schema["oneOf"].as_array() {
-        let words = words.iter().filter(|word| word["x-computed"].is_null()).filter_map(|word| word["const"].as_str());
+        let words = words.iter().filter_map(|word| word["const"].as_str());
         return format!("one of {}", words.map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", "));
     }
     let unit = |before: &str| said("x-unit").map(|unit| format!("{before}{unit}")).unwrap_or_default();

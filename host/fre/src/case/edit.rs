@@ -95,15 +95,12 @@ impl Document {
     /// Fails for a key that is not a number of this case; the error names those that are nearest.
     ///
     /// # Errors
-    /// An unknown key, or one whose physics is missing.
+    /// An unknown key.
     pub fn need(&self, key: &str) -> Result<(), KeyError> {
         let wanted = dotted(key);
         let mut keys = self.keys();
         if keys.contains(&wanted) {
             return Ok(());
-        }
-        if is_not_computed(self.root.as_table(), &wanted) {
-            return Err(KeyError::NotComputed { key: key.to_owned() });
         }
         // A key is often given by its last word: what ends alike comes first.
         let end = |key: &str| key.split('.').rfind(|part| part.parse::<usize>().is_err()).unwrap_or(key).to_owned();
@@ -220,9 +217,6 @@ fn is_number(schema: &Json) -> bool {
 fn table_keys(table: &dyn TableLike, schema: &Json, path: &str, keys: &mut Vec<String>) {
     let empty = Table::new();
     for (key, schema) in properties(table, schema).as_object().into_iter().flatten() {
-        if !schema["x-computed"].is_null() {
-            continue;
-        }
         let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
         match table.get(key) {
             Some(item) => match item.as_table_like() {
@@ -248,20 +242,6 @@ fn value_keys(value: &Value, schema: &Json, path: String, keys: &mut Vec<String>
         }
         _ => {}
     }
-}
-
-/// True for a key of the schema that is refused, or holds no value but its default, because its physics is missing.
-fn is_not_computed(table: &dyn TableLike, path: &str) -> bool {
-    let (empty, mut schema) = (Table::new(), keys::schema());
-    let mut table = table;
-    for key in path.split('.') {
-        schema = &properties(table, schema)[key];
-        if !schema["x-computed"].is_null() {
-            return true;
-        }
-        table = table.get(key).and_then(Item::as_table_like).unwrap_or(&empty);
-    }
-    false
 }
 
 /// Sets the value at a dotted key; tables that are missing on the way are made.
@@ -381,7 +361,7 @@ fn value(model: &Json) -> Value {
 mod tests {
     use std::path::Path;
 
-    use super::{Document, KeyError, preset_text};
+    use super::{Document, preset_text};
     use crate::case::{Case, PRESETS, preset, read_finger};
 
     const REST: &str = "[object]\nshape = \"circle\"\nradius_mm = 40 # of a bottle\ncentre_mm = [41, 0x2d]\n\
@@ -458,8 +438,6 @@ mod tests {
             assert!(message.contains(&format!("\"{key}\"")) && message.contains(near), "{message}");
         }
         assert!(document.need("finger.name").is_err() && document.need("motion.motor_angles_deg.0").is_err());
-        let key = "finger.lamellae.gap_mm";
-        assert_eq!(document.need(key), Err(KeyError::NotComputed { key: key.to_owned() }));
     }
 
     #[test]

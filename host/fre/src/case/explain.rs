@@ -76,14 +76,22 @@ pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
             Field::LamellaThickness.key(),
             format!("has {found} entries; allowed is one for all or one per lamella ({lamellae})"),
         ),
-        DesignError::NoRoomForRib { lamella, what, length, needed } => {
+        DesignError::GapBeforeHeld { lamella } => table.refuse(
+            "lamellae.ends",
+            format!(
+                "rib {} (counted from 1 at the base) ends at the held part of the back beam; allowed are \"welded\" and \"hinged\" \
+                 there, or ribs above back.clamp_mm",
+                lamella + 1
+            ),
+        ),
+        DesignError::NoRoomForRib { field, lamella, what, length, needed } => {
             let reason = format!(
                 "at rib {} (counted from 1 at the base) {what} is {} mm long; needed is more than {} mm",
                 lamella + 1,
                 rounded(length),
                 rounded(needed)
             );
-            entry(Field::LamellaThickness, lamella, reason)
+            entry(field, lamella, reason)
         }
         DesignError::FilletTooLarge { lamella, max, what, .. } => {
             let reason = format!(

@@ -6,7 +6,7 @@ use model_core::design::{
 };
 use model_core::equilibrium::{PRONY_PARTS, PRONY_TIMES};
 
-use super::check::{self, Purpose};
+use super::check;
 use super::error::CaseError;
 use super::explain::explain;
 use super::fits;
@@ -38,9 +38,9 @@ pub struct Finger {
     pub memory: Memory,
 }
 
-/// Reads the keys of a finger's table that is to be drawn or meshed: all that are known, whether they are computed yet or not.
+/// Reads the keys of a finger's table that is to be drawn or meshed.
 pub(super) fn describe(table: &Table<'_>, name: &str) -> Result<FingerTable, CaseError> {
-    check::table(table, keys::finger_schema(), Purpose::Describe)?;
+    check::table(table, keys::finger_schema())?;
     let mut keys: FingerTable = table.read()?;
     keys.name.get_or_insert_with(|| name.to_owned());
     Ok(keys)
@@ -48,7 +48,7 @@ pub(super) fn describe(table: &Table<'_>, name: &str) -> Result<FingerTable, Cas
 
 /// Reads and validates a finger's table; `name` stands in for a missing one.
 pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Finger, CaseError> {
-    check::table(table, keys::finger_schema(), Purpose::Solve)?;
+    check::table(table, keys::finger_schema())?;
     build(&table.read()?, table, name)
 }
 
@@ -230,6 +230,7 @@ fn lamellae(keys: Option<&LamellaeTable>, finger: &Table<'_>, beams: [&Beam; 2])
         keys::LamellaKind::Rigid => {
             for (key, given) in [
                 ("ends", keys.ends.is_some()),
+                ("gap_mm", keys.gap_mm.is_some()),
                 ("fillet_mm", keys.fillet_mm != 0.0),
                 ("bending_factor", keys.bending_factor != 1.0),
                 ("stretch_factor", keys.stretch_factor != 1.0),
@@ -246,11 +247,14 @@ fn lamellae(keys: Option<&LamellaeTable>, finger: &Table<'_>, beams: [&Beam; 2])
             return Err(table.refuse("fillet_mm", "means nothing to hinged ribs; ends = \"welded\" makes corners"));
         }
         keys::LamellaKind::Rib => LamellaKind::Rib(Ribs {
-            ends: match keys.ends {
-                None | Some(keys::RibEnds::Welded) => RibEnds::Welded,
-                Some(keys::RibEnds::Hinged) => RibEnds::Hinged,
-                // The schema's check refuses it before.
-                Some(keys::RibEnds::Gap) => return Err(table.refuse("ends", "not yet computed")),
+            ends: match (keys.ends, keys.gap_mm) {
+                (Some(keys::RibEnds::Gap), Some(gap)) => RibEnds::Gap(gap),
+                (Some(keys::RibEnds::Gap), None) => return Err(table.missing("gap_mm", "a number of mm")),
+                (_, Some(_)) => {
+                    return Err(table.refuse("gap_mm", "means nothing to these ribs; ends = \"gap\" makes free ends"));
+                }
+                (None | Some(keys::RibEnds::Welded), None) => RibEnds::Welded,
+                (Some(keys::RibEnds::Hinged), None) => RibEnds::Hinged,
             },
             fillet: keys.fillet_mm,
             bending_factor: keys.bending_factor,
@@ -402,7 +406,9 @@ impl From<&Lamellae> for LamellaeTable {
                 ends: Some(match ribs.ends {
                     RibEnds::Welded => keys::RibEnds::Welded,
                     RibEnds::Hinged => keys::RibEnds::Hinged,
+                    RibEnds::Gap(_) => keys::RibEnds::Gap,
                 }),
+                gap_mm: lamellae.gap(),
                 fillet_mm: ribs.fillet,
                 bending_factor: ribs.bending_factor,
                 stretch_factor: ribs.stretch_factor,

@@ -16,7 +16,7 @@ pub fn read_object(name: &str, text: &str) -> Result<(ObjectDesign, f64), CaseEr
     let source = Source { name: name.to_owned(), text: text.to_owned() };
     let tree = source.parse()?;
     let root = Table::root(&source, tree.get_ref());
-    check::table(&root, keys::object_schema(), check::Purpose::Solve)?;
+    check::table(&root, keys::object_schema())?;
     let keys: ObjectTable = root.read()?;
     Ok((build(&keys, &root)?, keys.friction()))
 }

@@ -92,7 +92,7 @@ impl Case {
     fn from_source(source: &Source, folder: Option<&Path>) -> Result<Self, CaseError> {
         let tree = source.parse()?;
         let root = Table::root(source, tree.get_ref());
-        check::table(&root, keys::schema(), check::Purpose::Solve)?;
+        check::table(&root, keys::schema())?;
         let keys: CaseFile = root.read()?;
         let below = |key| root.child(key).unwrap_or_else(|| root.clone());
         let finger = match &keys.finger {

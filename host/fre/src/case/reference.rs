@@ -45,8 +45,6 @@ name the key at fault.
 
 Editors that support JSON Schema for TOML (such as Taplo) check and complete keys with
 `fre schema > case.schema.json` and, in the first line of a case, `#:schema case.schema.json`.
-
-Keys marked *not yet computed* are known, but a value other than the one given is refused.
 ";
 
 /// Collects the tables below a schema, the outer ones first.
@@ -174,11 +172,6 @@ fn default(schema: &Json, required: bool) -> String {
 }
 
 fn limits(schema: &Json) -> String {
-    if let Some(values) = schema["x-computed"].as_array() {
-        let values: Vec<String> =
-            values.iter().map(|value| format!("only {}", value.as_f64().unwrap_or_default())).collect();
-        return values.join(", ");
-    }
     if let Some(words) = schema["x-limits"].as_str() {
         return words.to_owned();
     }
@@ -194,16 +187,9 @@ fn limits(schema: &Json) -> String {
 
 fn meaning(schema: &Json) -> String {
     let mut out = line(schema["description"].as_str().unwrap_or_default());
-    if !schema["x-computed"].is_null() {
-        out.push_str(" *Not yet computed.*");
-    }
     for word in words(schema).into_iter().flatten() {
-        let state = if word["x-computed"].is_null() { "" } else { " *Not yet computed.*" };
         let meaning = line(word["description"].as_str().unwrap_or_default());
-        let _ = write!(out, "<br>`{}`: {meaning}{state}", word["const"].as_str().unwrap_or_default());
-    }
-    for form in schema["anyOf"].as_array().into_iter().flatten().filter(|form| !form["x-computed"].is_null()) {
-        let _ = write!(out, "<br>{} *Not yet computed.*", line(form["description"].as_str().unwrap_or_default()));
+        let _ = write!(out, "<br>`{}`: {meaning}", word["const"].as_str().unwrap_or_default());
     }
     out
 }
@@ -222,7 +208,7 @@ mod tests {
             "| `width_mm` | number or `[[height_mm, width_mm], …]` | mm | needed | 0.1 to 5000; up to 64 entries |",
             "| `friction` | number |  | `0` | 0 to 3 |",
             "## `[object] shape = \"ellipse\"`",
-            "`gap`: Welded to the front beam, `gap_mm` away from the back beam. *Not yet computed.*",
+            "`gap`: Welded to the front beam, `gap_mm` away from the back beam.",
             "![Picture: hinge](case/hinge.svg)",
         ] {
             assert!(page.contains(piece), "{piece}\n{page}");

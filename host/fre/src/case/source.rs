@@ -270,11 +270,6 @@ impl<'d> Value<'d> {
         }
     }
 
-    /// The value as JSON; numbers are floating-point ones.
-    pub(super) fn json(&self) -> Json {
-        json(self.item.get_ref())
-    }
-
     /// The entries of an array of at most `max` entries.
     pub(super) fn entries(&self, expected: impl FnOnce() -> String, max: usize) -> Result<Vec<Value<'d>>, CaseError> {
         let DeValue::Array(array) = self.item.get_ref() else {

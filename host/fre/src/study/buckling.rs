@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct Written {
     /// Its name, such as `rib 3`.
     pub rib: String,
-    /// Its force over its buckling load between clamped ends.
+    /// Its force over its buckling load between clamped ends, or with a free end where it has one.
     pub load_share: f64,
 }
 

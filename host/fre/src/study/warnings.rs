@@ -165,7 +165,7 @@ impl fmt::Display for Warning {
             ),
             Self::Buckling { buckling: Buckling { rib, share }, at, from } => write!(
                 f,
-                "rib {} carries up to {share:.2} of the load at which it buckles between clamped ends (at {at}; 0.8 or more from {from} on): \
+                "rib {} carries up to {share:.2} of its buckling load (at {at}; 0.8 or more from {from} on): \
                  it bows, and the force depends by several percent on what changes the finger a little",
                 rib + 1
             ),

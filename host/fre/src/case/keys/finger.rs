@@ -243,9 +243,9 @@ pub struct LamellaeTable {
     #[serde(default = "PerRib::zero")]
     #[schemars(extend("x-unit" = "degrees", "x-range" = [-80.0, 80.0], "maxItems" = MAX_LAMELLAE))]
     pub angle_deg: PerRib,
-    /// Clearance between ribs and back beam, with `ends = "gap"`.
+    /// Clearance between the ribs' free ends and the back beam's face, with `ends = "gap"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("x-unit" = "mm", "x-default" = "needed with ends = \"gap\"", "x-computed" = []))]
+    #[schemars(extend("x-unit" = "mm", "x-range" = Field::RibGap.range(), "x-default" = "needed with ends = \"gap\""))]
     pub gap_mm: Option<f64>,
     /// Radius of the fillets in the corners where welded ribs meet beams, at most twice a rib's thickness.
     #[serde(default)]
@@ -299,8 +299,8 @@ pub enum RibEnds {
     Welded,
     /// With necks, as `[finger.hinge]` says.
     Hinged,
-    /// Welded to the front beam, `gap_mm` away from the back beam.
-    #[schemars(extend("x-computed" = []))]
+    /// Welded to the front beam, `gap_mm` away from the back beam. Where an end meets that beam, it presses against it with its middle and
+    /// slides along it without friction.
     Gap,
 }
 

@@ -11,7 +11,6 @@
 //! | `x-needed` | what a message asks for, where type and unit do not say it |
 //! | `x-pair` | names of a pair's two numbers |
 //! | `x-default` | the default in words, where it is not a value |
-//! | `x-computed` | the only values that are computed yet; an empty list refuses the key, the word or the form |
 //! | `x-picture` | picture on the page of all keys |
 
 mod finger;
