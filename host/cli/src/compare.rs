@@ -23,7 +23,7 @@ use fre::files::FileError;
 /// its mean along the finger and its largest value. Force error is the magnitude of the model's net force minus the
 /// reference's.
 ///
-/// --fea meshes the finger with its real thicknesses (straight or bowed, tapered; flexible, pinned or welded lamellae; solid tips), presses
+/// --fea meshes the finger with its real thicknesses (straight or bowed, tapered; flexible, pinned or welded lamellae, ribs with a gap; solid tips), presses
 /// it on the object (any shape) with CalculiX (`ccx`; `cargo xtask setup --fea` installs it) and compares at every place of
 /// the case's motion. --plot draws both shapes at the last place.
 ///

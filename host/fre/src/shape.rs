@@ -117,21 +117,25 @@ pub fn bar(design: &Design, lamella: usize) -> [[f64; 2]; 2] {
 
 /// Distances (front, back), mm, from the centrelines to the ends of lamella k's bar as it is built.
 pub fn insets(design: &Design, lamella: usize) -> [f64; 2] {
-    if design.joint() != HingeKind::Flexible {
+    let (joint, gap) = (design.joint(), design.lamellae.gap());
+    if joint != HingeKind::Flexible && gap.is_none() {
         return [0.0, 0.0];
     }
-    let length = design.hinge.length_of(lamella);
-    if design.hinge.from == HingeFrom::Centreline {
+    let length = if joint == HingeKind::Flexible { design.hinge.length_of(lamella) } else { 0.0 };
+    if joint == HingeKind::Flexible && design.hinge.from == HingeFrom::Centreline {
         return [length, length];
     }
     let arcs = design.attachment_arcs(lamella);
     let (p, q) = (design.front.point(arcs[0]), design.back.point(arcs[1]));
     let width = design.lamella_width(lamella);
     let along = [(q[0] - p[0]) / width, (q[1] - p[1]) / width];
-    let reach = |beam: &model_core::design::Beam, arc: f64| {
+    let reach = |beam: &model_core::design::Beam, arc: f64, gap: f64| {
         let e = beam.direction(arc);
         let sine = (e[0] * along[1] - e[1] * along[0]).abs().max(0.1);
-        length + 0.5 * beam.thickness.at(arc) / sine
+        length + (0.5 * beam.thickness.at(arc) + gap) / sine
     };
-    [reach(&design.front, arcs[0]), reach(&design.back, arcs[1])]
+    match gap {
+        Some(gap) => [0.0, reach(&design.back, arcs[1], gap)],
+        None => [reach(&design.front, arcs[0], 0.0), reach(&design.back, arcs[1], 0.0)],
+    }
 }

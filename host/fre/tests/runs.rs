@@ -153,8 +153,16 @@ const FILLETED: [(f64, f64, f64, [f64; 4]); 5] = [
     (1.2, 20.0, 1.2, [2.8869, 6.2795, 10.6244, 15.8037]),
 ];
 
-/// The beams of `fea-80` with seven welded ribs on Ø80: thickness, mm, angle, degrees, radius of the fillets and height of the circle, mm.
-fn ribbed(thickness: f64, degrees: f64, fillet: f64, height: f64, angles: &[f64]) -> String {
+/// The same on ribs that end with a gap: thickness, mm, angle, degrees, gap and height of the circle, mm.
+const GAPPED: [(f64, f64, f64, f64, [f64; 4]); 4] = [
+    (2.0, 0.0, 0.1, 30.0, [0.5953, 1.2060, 1.8058, 2.3628]),
+    (2.0, -20.0, 0.05, 30.0, [0.6245, 1.2569, 1.8851, 2.4903]),
+    (1.2, 20.0, 0.2, 38.0, [0.4989, 1.0263, 1.5669, 2.0289]),
+    (3.0, 0.0, 0.02, 45.0, [0.5707, 1.1789, 1.6525, 1.9536]),
+];
+
+/// The beams of `fea-80` with seven ribs on Ø80: thickness, mm, angle, degrees, more keys of the ribs and height of the circle, mm.
+fn ribbed(thickness: f64, degrees: f64, more: &str, height: f64, angles: &[f64]) -> String {
     format!(
         "[finger]\nname = \"ribs\"\nwidth_mm = 20\nplane_strain = \"stress\"\n\
              material = {{ youngs_modulus_pa = 4.95e7, poissons_ratio = 0.48 }}\n\
@@ -162,7 +170,7 @@ fn ribbed(thickness: f64, degrees: f64, fillet: f64, height: f64, angles: &[f64]
              back = {{ base_mm = [-28, 0], tip_mm = [0, 80], thickness_mm = 2 }}\n\
              tip = {{ rigid_above_mm = 74.1158 }}\nmotor = {{ axis_mm = [-14, -20] }}\n\
              lamellae = {{ kind = \"rib\", heights_mm = [9, 18, 27, 36, 45, 54, 63], thickness_mm = {thickness:?}, \
-             angle_deg = {degrees:?}, fillet_mm = {fillet:?} }}\n\
+             angle_deg = {degrees:?}, {more} }}\n\
              [object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, {height:?}]\n\
              [motion]\nmotor_angles_deg = {angles:?}\n"
     )
@@ -171,12 +179,25 @@ fn ribbed(thickness: f64, degrees: f64, fillet: f64, height: f64, angles: &[f64]
 #[test]
 fn fillets_stiffen_a_finger_as_finite_elements_say() {
     for (thickness, degrees, fillet, elements) in FILLETED {
-        let text = ribbed(thickness, degrees, fillet, 45.0, &[2.0, 4.0, 6.0, 8.0]);
+        let text = ribbed(thickness, degrees, &format!("fillet_mm = {fillet:?}"), 45.0, &[2.0, 4.0, 6.0, 8.0]);
         for (place, elements) in solved(&text).places.iter().zip(elements) {
             let error = place.force_magnitude_n().expect("a force") / elements - 1.0;
             println!("ribs {thickness} mm, {degrees}°, fillets {fillet} mm, at {}°: {:+.2} %", place.at, 100.0 * error);
             let most = if degrees == 0.0 { 0.02 } else { 0.03 };
             assert!(error.abs() < most, "{thickness} mm, {degrees}°, {fillet} mm: {error}");
+        }
+    }
+}
+
+#[test]
+fn ribs_with_a_gap_bear_what_finite_elements_say() {
+    for (thickness, degrees, gap, height, elements) in GAPPED {
+        let text =
+            ribbed(thickness, degrees, &format!("ends = \"gap\", gap_mm = {gap:?}"), height, &[2.0, 4.0, 6.0, 8.0]);
+        for (place, elements) in solved(&text).places.iter().zip(elements) {
+            let error = place.force_magnitude_n().expect("a force") / elements - 1.0;
+            println!("ribs {thickness} mm, {degrees}°, gap {gap} mm, at {}°: {:+.2} %", place.at, 100.0 * error);
+            assert!(error.abs() < 0.02, "{thickness} mm, {degrees}°, {gap} mm: {error}");
         }
     }
 }
@@ -209,7 +230,7 @@ fn ribs_that_bow_are_warned_of() {
         (2.0, 45.0, &[4.0, 8.0, 9.0, 10.0], 4),
         (1.2, 60.0, &[8.0, 8.5, 9.0, 9.1], 3),
     ] {
-        let found = bowing(&solved(&ribbed(thickness, 0.0, 0.0, height, angles)));
+        let found = bowing(&solved(&ribbed(thickness, 0.0, "fillet_mm = 0.0", height, angles)));
         println!("ribs of {thickness} mm at {height} mm: {found:.3?}");
         let first = found.iter().position(Option::is_some).unwrap_or(found.len());
         assert_eq!(first, expected, "{thickness} mm at {height} mm: {found:?}");

@@ -103,6 +103,17 @@ fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fm
         writeln!(out, "*FRICTION\n{friction},{:.6}", PENALTY * youngs_modulus)?;
     }
     writeln!(out, "*CONTACT PAIR,INTERACTION=TOUCH,TYPE=SURFACE TO SURFACE\nSFINGER,SRING")?;
+    if !mesh.rib_ends.is_empty() {
+        for (name, sides) in [("SENDS", &mesh.rib_ends), ("SWALL", &mesh.wall)] {
+            writeln!(out, "*SURFACE,NAME={name},TYPE=ELEMENT")?;
+            for side in sides {
+                writeln!(out, "{},S{}", side.element + 1, side.side + 1)?;
+            }
+        }
+        writeln!(out, "*SURFACE INTERACTION,NAME=GAP\n*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR")?;
+        writeln!(out, "{:.6}", PENALTY * youngs_modulus)?;
+        writeln!(out, "*CONTACT PAIR,INTERACTION=GAP,TYPE=SURFACE TO SURFACE\nSENDS,SWALL")?;
+    }
     writeln!(out, "*BOUNDARY\nNCLAMP,1,2")?;
     // An object that turns moves every node of its own; one that does not (or is round) moves as a whole.
     let turning = turns.iter().any(|&turn| turn != 0.0);

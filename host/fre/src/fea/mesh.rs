@@ -81,6 +81,10 @@ pub struct Mesh {
     pub layers: Vec<Layer>,
     /// Sides that may touch: the front beam's outer face, base to tip, then the tip's end face, front to back.
     pub contact_face: Vec<Side>,
+    /// Free ends of ribs.
+    pub rib_ends: Vec<Side>,
+    /// The back beam's inner face, which they may touch.
+    pub wall: Vec<Side>,
     /// Clamped nodes.
     pub clamped: Vec<usize>,
     /// Front beam's centreline, base to tip (the tip's corner where the centreline ends).
@@ -187,19 +191,23 @@ impl Mesh {
             }
             let corner = end.last().copied();
             if front {
-                let outer = ids.iter().filter_map(|row| row[0]);
-                mesh.mark_contact(outer);
+                let outer = mesh.sides(ids.iter().filter_map(|row| row[0]));
+                mesh.contact_face.extend(outer);
                 end_face.extend(end);
                 // In the wedge the columns run apart; it hardly bends, so its line is straight to the tip.
                 mesh.front_line = ids[..arcs.len()].iter().filter_map(|row| row[through]).collect();
                 mesh.front_line.extend(corner);
             } else {
                 mesh.back_line = ids[..arcs.len()].iter().filter_map(|row| row[through]).collect();
+                if region.joints.iter().any(|joint| joint.gap.is_some()) {
+                    mesh.wall = mesh.sides(ids[..arcs.len()].iter().filter_map(|row| *row.last()?));
+                }
                 // Both halves of the end face share the node on the front centreline, where the second one begins.
                 end_face.extend(end.into_iter().rev().skip(1));
             }
         }
-        mesh.mark_contact(end_face.into_iter());
+        let end_face = mesh.sides(end_face.into_iter());
+        mesh.contact_face.extend(end_face);
         for k in 0..region.joints.len() {
             mesh.add_lamella(region, k, &sizes, layered, refinement);
         }
@@ -231,7 +239,9 @@ impl Mesh {
         let steps = neck.len() - 1;
         let at = |along: f64, up: f64| [0, 1].map(|i| joint.start[i] + along * joint.along[i] + up * joint.up[i]);
         let front: Vec<Point> = neck.iter().map(|&t| region.front.inner(lerp(joint.front, t))).collect();
-        let back: Vec<Point> = neck.iter().map(|&t| region.back.inner(lerp(joint.back, t))).collect();
+        let short = joint.gap.unwrap_or(0.0);
+        let end = |t: f64| region.back.inner(lerp(joint.back, t));
+        let back: Vec<Point> = neck.iter().map(|&t| [0, 1].map(|i| end(t)[i] - short * joint.along[i])).collect();
         let middle: Vec<f64> = neck.iter().map(|&t| lerp([-joint.neck, joint.neck], t)).collect();
         if region.kind == HingeKind::Welded
             && let Some(fillets) = joint.fillets
@@ -242,7 +252,13 @@ impl Mesh {
         if region.kind == HingeKind::Welded {
             let columns = sizes(joint.bar).fractions(length(front[0], back[0]), [true, true]);
             self.add_band(&front, &back, &columns, k, layered.then_some(refinement));
-            self.hold(&back, joint.held);
+            if joint.gap.is_some() {
+                let end: Vec<usize> = back.iter().map(|&point| self.node(point)).collect();
+                let sides = self.sides(end.into_iter());
+                self.rib_ends.extend(sides);
+            } else {
+                self.hold(&back, joint.held);
+            }
             return;
         }
         // Necks, between a beam's face and an end of the bar.
@@ -392,15 +408,15 @@ impl Mesh {
         self.nodes.len() - 1
     }
 
-    /// Adds the sides along a line of nodes (corner, middle, corner, …) to those that may touch.
-    fn mark_contact(&mut self, line: impl Iterator<Item = usize>) {
+    /// The sides along a line of nodes (corner, middle, corner, …).
+    fn sides(&self, line: impl Iterator<Item = usize>) -> Vec<Side> {
         let middles: HashMap<usize, Side> = self
             .elements
             .iter()
             .enumerate()
             .flat_map(|(element, nodes)| (0..4).map(move |side| (nodes[4 + side], Side { element, side })))
             .collect();
-        self.contact_face.extend(line.skip(1).step_by(2).filter_map(|middle| middles.get(&middle).copied()));
+        line.skip(1).step_by(2).filter_map(|middle| middles.get(&middle).copied()).collect()
     }
 
     /// Area of the elements (corners only), mm².

@@ -36,6 +36,8 @@ pub struct Joint {
     pub bar: f64,
     /// It ends on the held part of the back beam.
     pub held: bool,
+    /// Distance of a rib's free end from the back beam's face along the rib.
+    pub gap: Option<f64>,
     /// Fillets of a welded rib at the front and the back beam, below and above it.
     pub fillets: Option<[[Fillet; 2]; 2]>,
 }
@@ -168,7 +170,8 @@ fn joint(
         let face = Faces::crossing(|s| faces.inner(s), p, along, arc);
         sign * dot(minus(faces.inner(face), if sign > 0.0 { p } else { q }), along)
     };
-    let faces_at = [inner(front, arcs[0], 1.0), width - inner(back, arcs[1], -1.0)];
+    let gap = design.lamellae.gap().map(|gap| gap / dot(back.inward(arcs[1]), along).abs().max(0.1));
+    let faces_at = [inner(front, arcs[0], 1.0), width - inner(back, arcs[1], -1.0) - gap.unwrap_or(0.0)];
     let slope = (ends[1] - ends[0]) / (faces_at[1] - faces_at[0]);
     let half = |at: f64| ends[0] + slope * (at - faces_at[0]);
     let edges = |faces: &Faces<'_>, arc: f64| {
@@ -186,6 +189,12 @@ fn joint(
     let sides = |faces: &Faces<'_>, arc: f64| if pinned { [arc - neck, arc + neck] } else { edges(faces, arc) };
     let ends = [sides(front, arcs[0]), sides(back, arcs[1])];
     let radius = design.lamellae.ribs().map_or(0.0, |ribs| ribs.fillet);
+    if radius > 0.0 && gap.is_some() {
+        return Err(FeaError::Unsupported {
+            what: "a rib with fillets and a gap",
+            allowed: "lamellae.fillet_mm = 0 beside lamellae.ends = \"gap\"",
+        });
+    }
     let joint = Joint {
         front: ends[0],
         back: ends[1],
@@ -196,6 +205,7 @@ fn joint(
         neck,
         bar: bar.max(neck),
         held: arcs[1] <= design.back.clamp || ends[1][0] <= design.back.clamp,
+        gap,
         fillets: (welded && radius > 0.0).then(|| fillets([front, back], ends, radius)),
     };
     let room = |value: f64, what: &'static str| {

@@ -79,6 +79,13 @@ pub enum RungEnds {
         /// Radius, mm.
         fillet: f64,
     },
+    /// Of one piece with the front wall, with fillets of this radius, and so far before the back wall's face.
+    Free {
+        /// Radius, mm.
+        fillet: f64,
+        /// Gap, mm.
+        gap: f64,
+    },
     /// By pins on the centrelines.
     Pinned,
     /// By necks of this thickness; `insets` are the distances (front, back) from the centrelines to the ends of the bar.
@@ -212,8 +219,9 @@ impl Body {
     fn root_thickness(&self, rung: &Rung) -> [f64; 2] {
         match rung.joined {
             RungEnds::Necked { neck, .. } => [neck; 2],
-            RungEnds::Welded { .. } | RungEnds::Pinned => {
-                let faces = self.face_insets(rung);
+            RungEnds::Welded { .. } | RungEnds::Free { .. } | RungEnds::Pinned => {
+                let mut faces = self.face_insets(rung);
+                faces[1] += self.gap_along(rung);
                 let clear = rung.length - faces[0] - faces[1];
                 let slope = (rung.thickness[1] - rung.thickness[0]) / clear.max(ROOM);
                 [rung.thickness[0] - slope * faces[0], rung.thickness[1] + slope * faces[1]]
@@ -230,6 +238,20 @@ impl Body {
         [reach(&self.front, rung.arcs[0], rung.ends[0], 1.0), reach(&self.back, rung.arcs[1], rung.ends[1], -1.0)]
     }
 
+    /// Distance of a rung's free end from the back wall's face along its axis; 0 of one that is joined.
+    fn gap_along(&self, rung: &Rung) -> f64 {
+        match rung.joined {
+            RungEnds::Free { gap, .. } => gap / dot(self.back.inward(rung.arcs[1]), rung.along).abs().max(0.1),
+            _ => 0.0,
+        }
+    }
+
+    /// Corners of a rung's free end, the lower one first: so far before the face as the gap is wide.
+    pub fn free_end(&self, rung: &Rung) -> [Point; 2] {
+        let gap = self.gap_along(rung);
+        self.roots(rung, false).map(|arc| along(self.back.inner(arc), rung.along, -gap))
+    }
+
     fn check_room(&self) -> Result<(), BodyError> {
         let mut below = [0.0; 2];
         for (rung, r) in self.rungs.iter().enumerate() {
@@ -238,7 +260,9 @@ impl Body {
             };
             let faces = self.face_insets(r);
             let clear = match r.joined {
-                RungEnds::Welded { .. } | RungEnds::Pinned => r.length - faces[0] - faces[1],
+                RungEnds::Welded { .. } | RungEnds::Free { .. } | RungEnds::Pinned => {
+                    r.length - faces[0] - faces[1] - self.gap_along(r)
+                }
                 RungEnds::Necked { neck, insets } => {
                     // Each corner of the bar's ends stands clear of the face that the neck comes from.
                     for up in [-0.5, 0.5].map(|side| side * r.thickness[0].max(neck)) {
@@ -310,10 +334,6 @@ fn rungs(keys: &LamellaeTable, hinge: Option<&HingeTable>, front: &Wall, back: &
         None => return Err(BodyError::Missing { key: "lamellae.thickness_mm", needed: "a number of mm" }),
     };
     let necked = match (keys.kind, keys.ends, hinge.map(|hinge| hinge.kind)) {
-        (_, Some(RibEnds::Gap), _) => {
-            let (what, allowed) = ("a rib with a gap", "\"welded\" or \"hinged\"");
-            return Err(BodyError::Unsupported { key: "lamellae.ends", what, allowed });
-        }
         (LamellaKind::Rib, Some(RibEnds::Hinged), _) | (LamellaKind::Rigid, _, Some(HingeKind::Flexible)) => true,
         (LamellaKind::Rib, _, _) | (LamellaKind::Rigid, _, Some(HingeKind::Welded | HingeKind::Pinned)) => false,
         (LamellaKind::Rigid, _, None) => {
@@ -332,6 +352,9 @@ fn rungs(keys: &LamellaeTable, hinge: Option<&HingeTable>, front: &Wall, back: &
     if necked && necks.is_none() {
         return Err(BodyError::Missing { key: "hinge", needed: "a table with length_mm and thickness_mm" });
     }
+    if keys.ends == Some(RibEnds::Gap) && keys.gap_mm.is_none() {
+        return Err(BodyError::Missing { key: "lamellae.gap_mm", needed: "a number of mm" });
+    }
     let pinned = keys.kind == LamellaKind::Rigid && hinge.is_some_and(|hinge| hinge.kind == HingeKind::Pinned);
     let rung = |(k, (arcs, thickness)): (usize, ([f64; 2], [f64; 2]))| {
         let ends = [front.centre(arcs[0]), back.centre(arcs[1])];
@@ -340,7 +363,10 @@ fn rungs(keys: &LamellaeTable, hinge: Option<&HingeTable>, front: &Wall, back: &
         let up = [direction[1], -direction[0]];
         let joined = match &necks {
             None if pinned => RungEnds::Pinned,
-            None => RungEnds::Welded { fillet: keys.fillet_mm },
+            None => match keys.gap_mm.filter(|_| keys.ends == Some(RibEnds::Gap)) {
+                Some(gap) => RungEnds::Free { fillet: keys.fillet_mm, gap },
+                None => RungEnds::Welded { fillet: keys.fillet_mm },
+            },
             Some((lengths, neck, from)) => {
                 let inset = |wall: &Wall, arc: f64| {
                     let e = wall.direction(arc);

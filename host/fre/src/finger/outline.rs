@@ -1,4 +1,5 @@
-//! The closed outline of a finger as it is printed: one loop around it, and one around each window between the rungs.
+//! The closed outline of a finger as it is printed: one loop around it, and one around each window between the rungs. Rungs with free ends leave
+//! one window, into which they reach.
 
 use super::{Body, BodyError, Point, Rung, RungEnds, Wall, along, cross, distance, dot, minus};
 
@@ -19,7 +20,11 @@ pub fn outline(body: &Body, base: f64) -> Result<Vec<Loop>, BodyError> {
         return Err(BodyError::Unsupported { key: "hinge.kind", what, allowed });
     }
     let mut loops = vec![around(body, base)];
-    loops.extend((0..=body.rungs.len()).map(|k| window(body, k)));
+    if body.rungs.iter().any(|rung| matches!(rung.joined, RungEnds::Free { .. })) {
+        loops.push(comb(body));
+    } else {
+        loops.extend((0..=body.rungs.len()).map(|k| window(body, k)));
+    }
     // The floor of the lowest window is as oblique as the walls' ends: a low base would let it through.
     let starts = [body.front.outer(0.0), body.back.outer(0.0)];
     let level = |x: f64| match base > 0.0 {
@@ -59,14 +64,7 @@ fn window(body: &Body, k: usize) -> Loop {
     let above = body.rungs.get(k);
     let roots = |rung: &Rung, end: usize| [true, false].map(|is_front| body.roots(rung, is_front)[end]);
     let low = below.map_or(base, |rung| roots(rung, 1));
-    let high = match above {
-        Some(rung) => roots(rung, 0),
-        None => match body.solid_above {
-            Some(height) => [front, back]
-                .map(|wall| wall.crossing(Wall::inner, [0.0, height], [1.0, 0.0], wall.arc_at_height(height))),
-            None => body.merge,
-        },
-    };
+    let high = above.map_or_else(|| top(body), |rung| roots(rung, 0));
     // Counter-clockwise first, which keeps the order readable: down the back, across, up the front, back over the rung above.
     let mut points: Loop = back.knots(low[1], high[1]).into_iter().rev().map(|arc| back.inner(arc)).collect();
     let mut corners = Vec::new();
@@ -81,7 +79,39 @@ fn window(body: &Body, k: usize) -> Loop {
         points.extend(edge(rung, -0.5));
         corners.push((0, fillet(rung)));
     }
-    let mut points = rounded(&points, &corners);
+    hole(&points, &corners)
+}
+
+/// Arcs (front, back) at which the highest window ends.
+fn top(body: &Body) -> [f64; 2] {
+    match body.solid_above {
+        Some(height) => [&body.front, &body.back]
+            .map(|wall| wall.crossing(Wall::inner, [0.0, height], [1.0, 0.0], wall.arc_at_height(height))),
+        None => body.merge,
+    }
+}
+
+/// The window of a finger whose rungs end before the back wall.
+fn comb(body: &Body) -> Loop {
+    let (front, back) = (&body.front, &body.back);
+    let (mut from, high) = (body.base(), top(body));
+    let mut points: Loop = back.knots(from[1], high[1]).into_iter().rev().map(|arc| back.inner(arc)).collect();
+    let mut corners = Vec::new();
+    for rung in &body.rungs {
+        let [low, up] = body.roots(rung, true);
+        points.extend(front.knots(from[0], low).into_iter().map(|arc| front.inner(arc)));
+        corners.push((points.len() - 1, fillet(rung)));
+        points.extend(body.free_end(rung));
+        corners.push((points.len(), fillet(rung)));
+        from[0] = up;
+    }
+    points.extend(front.knots(from[0], high[0]).into_iter().map(|arc| front.inner(arc)));
+    hole(&points, &corners)
+}
+
+/// A window from its corners counter-clockwise, some of them rounded.
+fn hole(points: &[Point], corners: &[(usize, f64)]) -> Loop {
+    let mut points = rounded(points, corners);
     points.dedup_by(|b, a| distance(*a, *b) < 1e-9);
     if points.len() > 1 && distance(points[0], points[points.len() - 1]) < 1e-9 {
         points.pop();
@@ -92,7 +122,7 @@ fn window(body: &Body, k: usize) -> Loop {
 
 fn fillet(rung: &Rung) -> f64 {
     match rung.joined {
-        RungEnds::Welded { fillet } => fillet,
+        RungEnds::Welded { fillet } | RungEnds::Free { fillet, .. } => fillet,
         RungEnds::Necked { .. } | RungEnds::Pinned => 0.0,
     }
 }
@@ -191,6 +221,38 @@ mod tests {
         let slab = [ends[0], ends[1], ends[2], ends[3], [ends[3][0], -5.0], [ends[0][0], -5.0]];
         let walls_and_rungs = area - 0.5 * twice_area(&slab);
         assert!((walls_and_rungs / mesh.area() - 1.0).abs() < 1e-3, "{walls_and_rungs} {}", mesh.area());
+    }
+
+    /// Ribs with a gap leave one window, and the rest has the area of the finite elements' mesh.
+    #[test]
+    fn ribs_with_a_gap_reach_into_one_window() {
+        let text = "[finger]\nwidth_mm = 20\nmaterial = { youngs_modulus_pa = 5e7, poissons_ratio = 0.4 }\n\
+             front = { base_mm = [0, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
+             back = { base_mm = [-28, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
+             lamellae = { kind = \"rib\", heights_mm = [15, 30, 45, 58], angle_deg = [-20, 0, 20, 0], \
+             thickness_mm = [[2, 1.2], [1.5, 1.5], [1.2, 2], [1, 1]], ends = \"gap\", gap_mm = 0.8 }\n\
+             [object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n\
+             [motion]\ndirection = [1, 0]\ndistances_mm = [1]\n";
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("gap.toml");
+        std::fs::write(&file, text).unwrap();
+        let body = Body::of(&describe_finger(&file).unwrap()).unwrap();
+        let loops = outline(&body, 5.0).unwrap();
+        assert_eq!(loops.len(), 2);
+        assert!(twice_area(&loops[0]) > 0.0 && twice_area(&loops[1]) < 0.0);
+        let (front, back) = (&body.front, &body.back);
+        let ends = [front.outer(0.0), front.inner(0.0), back.inner(0.0), back.outer(0.0)];
+        let slab = [ends[0], ends[1], ends[2], ends[3], [ends[3][0], -5.0], [ends[0][0], -5.0]];
+        let area = 0.5 * (twice_area(&loops[0]) + twice_area(&loops[1]) - twice_area(&slab));
+        let case = crate::case::Case::parse("case.toml", text).unwrap();
+        let mesh = crate::fea::Plan::of(&case, 1).unwrap().mesh;
+        assert!((area / mesh.area() - 1.0).abs() < 1e-3, "{area} {}", mesh.area());
+        // Each free end is as far from the back wall's face as the gap is wide.
+        for rung in &body.rungs {
+            for corner in body.free_end(rung) {
+                assert!((body.back.height_over_inner(corner).0 - 0.8).abs() < 1e-3, "{corner:?}");
+            }
+        }
     }
 
     #[test]
