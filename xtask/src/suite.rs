@@ -5,7 +5,9 @@ use crate::cross::{Cross, TRIPLE, built};
 use crate::pc::{FEATURES, cargo};
 use crate::{cycles, firmware, new_board, on_target, panic_free, paths, portable, python, release, setup};
 use anyhow::{Context, Result, bail};
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 /// A part of the suite, and what it does.
@@ -17,13 +19,18 @@ const PARTS: &[Part] = &[
     ("clippy", clippy),
     ("doc", doc),
     ("pc", pc),
-    ("python", |_| python::test()),
     ("target", target),
-    ("system", system),
     ("boards", boards),
+    ("python", |_| python::test()),
+    ("system", system),
     // Last: of what the parts before it have built.
     ("release", |_| release::run(release::Parts::Suite, &paths::target().join("release-suite"))),
 ];
+
+/// Parts that run beside those before [`ALONE`], where all run: they build in a folder of their own, a thread to an image.
+const BESIDE: [&str; 2] = ["target", "boards"];
+/// The first part that has the machine for itself: QEMU and clients of the firmware there keep to real time.
+const ALONE: &str = "python";
 
 /// Runs the parts named, or all. A part that fails stops at its first failing step; the others run all the same, so that one run names
 /// every part at fault.
@@ -36,7 +43,15 @@ pub fn run(names: &[&str]) -> Result<()> {
     setup::run(setup::Parts::Everything)?;
     let cross = Cross::find()?;
     let mut failed = Vec::new();
-    for (part, run) in PARTS.iter().filter(|(part, _)| names.is_empty() || names.contains(part)) {
+    let mut beside = if names.is_empty() { Some(Beside::start()?) } else { None };
+    let is_here = |part: &str| if names.is_empty() { !BESIDE.contains(&part) } else { names.contains(&part) };
+    for (part, run) in PARTS.iter().filter(|(part, _)| is_here(part)) {
+        if *part == ALONE
+            && let Some(beside) = beside.take()
+            && let Err(error) = beside.finish()
+        {
+            failed.push(format!("{error:#}"));
+        }
         let start = Instant::now();
         let result = run(&cross);
         headline(&format!("part `{part}`: {:.0} s", start.elapsed().as_secs_f64()));
@@ -48,32 +63,64 @@ pub fn run(names: &[&str]) -> Result<()> {
     if failed.is_empty() { Ok(()) } else { bail!("failed parts: {}\n{}", failed.len(), failed.join("\n")) }
 }
 
+/// Another run of this program, of the parts [`BESIDE`]; what it prints is shown when it has ended.
+struct Beside {
+    child: Child,
+    printed: PathBuf,
+}
+
+impl Beside {
+    fn start() -> Result<Self> {
+        let printed = paths::target().join("beside.log");
+        std::fs::create_dir_all(paths::target())?;
+        let file = File::create(&printed).with_context(|| format!("cannot write {}", printed.display()))?;
+        let program = std::env::current_exe().context("this program has no file")?;
+        let mut command = Command::new(program);
+        command.arg("test").args(BESIDE).stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file);
+        let child = command.spawn().context("cannot start a second run of this program")?;
+        Ok(Self { child, printed })
+    }
+
+    fn finish(mut self) -> Result<()> {
+        let status = self.child.wait()?;
+        headline(&format!("beside: {}", BESIDE.join(", ")));
+        print!("{}", String::from_utf8_lossy(&std::fs::read(&self.printed)?));
+        if !status.success() {
+            bail!("{}: see above", BESIDE.join(", "));
+        }
+        Ok(())
+    }
+}
+
 fn format(_: &Cross) -> Result<()> {
     headline("formatting");
     run_command(cargo("fmt").args(["--all", "--check", "--", "-l"]))?;
     run_command(cargo("fmt").args(["--all", "--check", "--", "-l"]).current_dir(paths::boards()))
 }
 
-fn clippy(cross: &Cross) -> Result<()> {
+fn clippy(_: &Cross) -> Result<()> {
     headline("clippy");
     // `--all-features`: the boards' clippy does not look at the crates that they share with the PC.
     let every_target = ["--workspace", "--all-targets", "--all-features"];
     run_command(cargo("clippy").arg("--quiet").args(every_target).args(["--", "-D", "warnings"]))?;
     // What takes the place of a feature that is off is compiled without it only.
     let bare = ["--package", "fre-cli", "--no-default-features", "--all-targets"];
-    run_command(cargo("clippy").arg("--quiet").args(bare).args(["--", "-D", "warnings"]))?;
-    headline("clippy, boards");
-    // Not `--all-targets`: that makes tests of binaries too, and those need `std`.
-    // Not `--workspace` either: the chip library is made for one chip at a time. What runs in QEMU are the default
-    // members; the others are the part `boards`.
-    let every_target = ["--lib", "--bins", "--tests", "--features", "mps2/bench"];
-    run_command(cross.cargo("clippy").args(["--quiet", "--release"]).args(every_target).args(["--", "-D", "warnings"]))
+    run_command(cargo("clippy").arg("--quiet").args(bare).args(["--", "-D", "warnings"]))
 }
 
 fn doc(_: &Cross) -> Result<()> {
     headline("documentation");
     let every_page = ["--quiet", "--no-deps", "--workspace"];
     run_command(cargo("doc").args(every_page).args(FEATURES).env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+fn clippy_on_target(cross: &Cross) -> Result<()> {
+    headline("clippy, target");
+    // Not `--all-targets`: that makes tests of binaries too, and those need `std`.
+    // Not `--workspace` either: the chip library is made for one chip at a time. What runs in QEMU are the default
+    // members; the others are the part `boards`.
+    let every_target = ["--lib", "--bins", "--tests", "--features", "mps2/bench"];
+    run_command(cross.cargo("clippy").args(["--quiet", "--release"]).args(every_target).args(["--", "-D", "warnings"]))
 }
 
 fn pc(_: &Cross) -> Result<()> {
@@ -90,6 +137,9 @@ fn pc(_: &Cross) -> Result<()> {
 }
 
 fn target(cross: &Cross) -> Result<()> {
+    // Parts that run at the same time wait for it.
+    firmware::show(firmware::SIMULATED)?;
+    clippy_on_target(cross)?;
     headline("tests on the target, in QEMU");
     on_target::run(&build_on_target(cross)?)?;
     headline("the estimator's image, searched for panics");
