@@ -4,7 +4,7 @@ use heapless::Vec;
 use messages::{CONTACTS, Contact, Finger, LAMELLAE, Mount, POINTS, Phase, Report, Role, Settings, Shape, Why, frame};
 use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, LamellaKind, Lamellae, Material, MaterialLaw, PlaneStrain,
-    Profile, Ribs,
+    Profile, RibEnds, Ribs,
 };
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::{Drive, Knots, MAX_DRIVE_KNOTS, Travel};
@@ -67,7 +67,7 @@ fn the_largest_finger_fits() {
                 back: filled(0.2, Lists::TARGET.lamellae),
             },
             thickness: filled([1.2, 1.1], Lists::TARGET.thicknesses),
-            kind: LamellaKind::Rib(Ribs::WELDED),
+            kind: LamellaKind::Rib(Ribs { ends: RibEnds::Gap(0.4), ..Ribs::WELDED }),
         },
         hinge: Hinge {
             kind: HingeKind::Welded,

@@ -5,7 +5,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlashErrorKind, check_erase, che
 use messages::{FINGERS, Mount, Reaction};
 use model_core::design::{
     Attachments, Beam, Design, Hinge, HingeFrom, HingeKind, LamellaKind, Lamellae, Material, MaterialLaw, PlaneStrain,
-    Profile, Ribs,
+    Profile, RibEnds, Ribs,
 };
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::PRONY_TERMS;
@@ -114,7 +114,7 @@ pub(super) fn longest() -> Finger {
         lamellae: Lamellae {
             attachments: arcs,
             thickness: filled([1.2, 1.1], Lists::TARGET.thicknesses),
-            kind: LamellaKind::Rib(Ribs::WELDED),
+            kind: LamellaKind::Rib(Ribs { ends: RibEnds::Gap(0.4), ..Ribs::WELDED }),
         },
         hinge: Hinge {
             kind: HingeKind::Welded,

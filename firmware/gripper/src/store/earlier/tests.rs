@@ -1,5 +1,10 @@
 //! What earlier versions kept comes back.
 
+use core::fmt::Debug;
+
+use model_core::design::{LamellaKind, Ribs};
+use serde::Serialize;
+
 use super::*;
 
 fn before(mount: Mount) -> Mount3 {
@@ -28,6 +33,22 @@ fn written<M>(settings: Settings, role: Role4, mount: impl Fn(Mount) -> M) -> Se
     Settings4 { rate_hz, shape_every, on_fault, support, role, baud, fingers: fingers.map(|kept| kept.map(&mount)) }
 }
 
+/// What was kept by these versions is read as what is expected, and as nothing when it is cut short.
+fn comes_back<K: Serialize, V: PartialEq + Debug>(
+    versions: impl IntoIterator<Item = u8>,
+    kept: &K,
+    read: impl Fn(u8, &[u8]) -> Option<V>,
+    expected: &V,
+) {
+    let mut bytes = [0; super::super::RECORD];
+    let used = postcard::to_slice(kept, &mut bytes).unwrap();
+    let Some((_, short)) = used.split_last() else { panic!("nothing was kept") };
+    for version in versions {
+        assert_eq!(read(version, used).as_ref(), Some(expected), "version {version}");
+        assert_eq!(read(version, short), None, "version {version}, cut short");
+    }
+}
+
 fn expected() -> Settings {
     let mount = Mount { servo_id: 7, zero: -3.5, side: Side::Right, backlash: 0.004, ..Mount::DEFAULT };
     Settings {
@@ -44,11 +65,7 @@ fn expected() -> Settings {
 #[test]
 fn settings_of_version_3_come_back_as_they_were() {
     let device = Role4::Device { id: 100, return_delay: 0 };
-    let mut bytes = [0; 512];
-    let used = postcard::to_slice(&written(expected(), device, before), &mut bytes).unwrap();
-    assert_eq!(settings(3, used), Some(expected()));
-    let length = used.len();
-    assert_eq!(settings(3, &bytes[..length - 1]), None, "cut short");
+    comes_back([3], &written(expected(), device, before), settings, &expected());
 }
 
 #[test]
@@ -68,13 +85,7 @@ fn settings_of_versions_5_and_6_come_back_as_they_were() {
         baud,
         fingers: fingers.map(|kept| kept.map(before_10)),
     };
-    let mut bytes = [0; 512];
-    let used = postcard::to_slice(&before, &mut bytes).unwrap();
-    for version in [5, 6] {
-        assert_eq!(settings(version, used), Some(expected));
-    }
-    let length = used.len();
-    assert_eq!(settings(6, &bytes[..length - 1]), None, "cut short");
+    comes_back([5, 6], &before, settings, &expected);
 }
 
 #[test]
@@ -89,17 +100,20 @@ fn settings_of_version_4_come_back_as_they_were() {
         let mut expected = Settings { role, ..expected() };
         expected.fingers[1].as_mut().unwrap().drive = drive;
         let mount = |mount: Mount| Mount4 { before: before(mount), drive: mount.drive };
-        let mut bytes = [0; 512];
-        let used = postcard::to_slice(&written(expected, kept, mount), &mut bytes).unwrap();
-        assert_eq!(settings(4, used), Some(expected));
-        let length = used.len();
-        assert_eq!(settings(4, &bytes[..length - 1]), None, "cut short");
+        comes_back([4], &written(expected, kept, mount), settings, &expected);
     }
 }
 
-/// A finger with as much of everything as one of those versions had room for.
+/// A finger with as much of everything as a microcontroller has room for, but for ribs with a gap, which none of those versions had.
+fn longest() -> Finger {
+    let mut finger = crate::store::tests::longest();
+    finger.design.lamellae.kind = LamellaKind::Rib(Ribs::WELDED);
+    finger
+}
+
+/// One with as much of everything as the first of those versions had room for.
 fn straight() -> Design {
-    let mut design = crate::store::tests::longest().design;
+    let mut design = longest().design;
     for beam in [&mut design.front, &mut design.back] {
         let Beam { base, tip, sagitta, stiffness_factor, .. } = *beam;
         *beam = Beam { sagitta, stiffness_factor, ..Beam::straight(base, tip, beam.thickness.clone()) };
@@ -132,19 +146,12 @@ fn of_one_thickness(lamellae: Lamellae) -> Lamellae5 {
 #[test]
 fn a_finger_of_versions_6_and_7_comes_back_with_beams_as_they_were() {
     let (design, how) = (straight(), Discretisation::estimator(Physics::Extended));
-    let mut bytes = [0; super::super::RECORD];
     let kept = Some(Finger7 { design: kept(&design, |lamellae| lamellae), how });
-    let used = postcard::to_slice(&kept, &mut bytes).unwrap();
-    for version in [6, 7] {
-        assert_eq!(finger(version, used), Some(Some(Finger::elastic(design.clone(), how))));
-    }
-    let length = used.len();
-    assert_eq!(finger(7, &bytes[..length - 1]), None, "cut short");
+    comes_back([6, 7], &kept, finger, &Some(Finger::elastic(design, how)));
 }
 
 #[test]
 fn settings_of_versions_7_to_9_come_back_without_a_fence() {
-    let mut bytes = [0; super::super::RECORD];
     let mut kept = Settings { untrusted_ms: 70, heat_margin: 11, supply_margin: 0.5, ..expected() };
     let servo = ServoSetup { model: 1020, operating_mode: 3, position_limits: [5, 4000], ..ServoSetup::UNREAD };
     kept.fingers[1] = kept.fingers[1].map(|mount| Mount { servo: Some(servo), calibration: 77, ..mount });
@@ -165,92 +172,56 @@ fn settings_of_versions_7_to_9_come_back_without_a_fence() {
         baud,
         fingers: fingers.map(|kept| kept.map(before_10)),
     };
-    let used = postcard::to_slice(&before, &mut bytes).unwrap();
-    for version in 7..=9 {
-        assert_eq!(settings(version, used), Some(kept));
-    }
-    let length = used.len();
-    assert_eq!(settings(9, &bytes[..length - 1]), None, "cut short");
+    comes_back(7..=9, &before, settings, &kept);
 }
 
 #[test]
 fn settings_of_version_10_come_back_as_they_were() {
-    let mut bytes = [0; super::super::RECORD];
     let mut kept = expected();
     kept.fingers[0] = kept.fingers[0].map(|mount| Mount { current_fence: true, ..mount });
-    let used = postcard::to_slice(&kept, &mut bytes).unwrap();
-    assert_eq!(settings(10, used), Some(kept));
-    let length = used.len();
-    assert_eq!(settings(10, &bytes[..length - 1]), None, "cut short");
+    comes_back([10], &kept, settings, &kept);
 }
 
 #[test]
 fn a_finger_of_versions_8_to_10_and_an_object_of_any_come_back() {
-    let mut bytes = [0; super::super::RECORD];
-    let Finger { design, how, .. } = crate::store::tests::longest();
-    let used = postcard::to_slice(&Some(Finger10 { design: design.clone(), how }), &mut bytes).unwrap();
-    for version in 8..=10 {
-        assert_eq!(finger(version, used), Some(Some(Finger::elastic(design.clone(), how))));
-    }
-    let length = used.len();
-    assert_eq!(finger(10, &bytes[..length - 1]), None, "cut short");
+    let Finger { design, how, .. } = longest();
+    comes_back(8..=10, &Some(Finger10 { design: design.clone(), how }), finger, &Some(Finger::elastic(design, how)));
     let design = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 30.0 };
-    let used = postcard::to_slice(&Some(design), &mut bytes).unwrap();
-    for version in 3..=8 {
-        assert_eq!(object(version, used), Some(Some(Object { design, friction: 0.0 })));
-    }
-    let length = used.len();
-    assert_eq!(object(8, &bytes[..length - 1]), None, "cut short");
+    comes_back(3..=8, &Some(design), object, &Some(Object { design, friction: 0.0 }));
     let rough = Some(Object { design, friction: 0.5 });
-    let used = postcard::to_slice(&rough, &mut bytes).unwrap();
-    assert_eq!(object(9, used), Some(rough));
+    comes_back([9], &rough, object, &rough);
 }
 
 #[test]
 fn a_finger_of_versions_4_and_5_comes_back_with_rigid_lamellae() {
     let (design, how) = (rigid(), Discretisation::estimator(Physics::Extended));
-    let mut bytes = [0; super::super::RECORD];
-    let used = postcard::to_slice(&Some(Finger7 { design: kept(&design, of_one_thickness), how }), &mut bytes).unwrap();
-    for version in [4, 5] {
-        assert_eq!(finger(version, used), Some(Some(Finger::elastic(design.clone(), how))));
-    }
-    let length = used.len();
-    assert_eq!(finger(5, &bytes[..length - 1]), None, "cut short");
+    let kept = Some(Finger7 { design: kept(&design, of_one_thickness), how });
+    comes_back([4, 5], &kept, finger, &Some(Finger::elastic(design, how)));
 }
 
 #[test]
 fn a_finger_of_version_3_comes_back_with_the_beams_own_softness() {
     let design = rigid();
     let Discretisation { scheme, elements, sampling, physics, .. } = Discretisation::estimator(Physics::Extended);
-    let mut bytes = [0; super::super::RECORD];
     for (softness, expected) in [(1e-3, Softness::Local), (0.0, Softness::Fixed(0.0))] {
         let kept =
             Some(Finger3 { design: kept(&design, of_one_thickness), scheme, elements, sampling, softness, physics });
-        let used = postcard::to_slice(&kept, &mut bytes).unwrap();
         let how = Discretisation { scheme, elements, sampling, softness: expected, physics };
-        let expected = Some(Some(Finger::elastic(design.clone(), how)));
-        assert_eq!(finger(3, used), expected);
+        comes_back([3], &kept, finger, &Some(Finger::elastic(design.clone(), how)));
     }
-    let none = postcard::to_slice(&None::<Finger3>, &mut bytes).unwrap();
-    assert_eq!(finger(3, none), Some(None));
+    comes_back([3], &None::<Finger3>, finger, &None);
 }
 
 #[test]
 fn an_uncertainty_of_version_11_comes_back_with_the_usual_one_of_terms() {
-    let mut bytes = [0; super::super::RECORD];
     let given = Uncertainty { zero_angle: 0.01, correlations: [0.1; 10], ..Uncertainty::DEFAULT };
     let Uncertainty { quantisation, backlash, zero_angle, youngs_modulus, centre, radius, correlations, .. } = given;
     let before = Uncertainty11 { quantisation, backlash, zero_angle, youngs_modulus, centre, radius, correlations };
-    let used = postcard::to_slice(&Some(before), &mut bytes).unwrap();
-    assert_eq!(uncertainty(11, used), Some(Some(given)));
-    let length = used.len();
-    assert_eq!(uncertainty(11, &bytes[..length - 1]), None, "cut short");
+    comes_back([11], &Some(before), uncertainty, &Some(given));
 }
 
 #[test]
 fn a_finger_of_version_11_comes_back_as_it_was() {
-    let mut bytes = [0; super::super::RECORD];
-    let kept = Some(crate::store::tests::longest());
-    let used = postcard::to_slice(&kept, &mut bytes).unwrap();
-    assert_eq!(finger(11, used), Some(kept));
+    let kept = Some(longest());
+    comes_back([11], &kept, finger, &kept);
 }
