@@ -101,7 +101,7 @@ fn ribs_may_end_with_a_gap() {
         ),
         (
             "kind = \"rib\"\nends = \"gap\"\ngap_mm = 20.0",
-            "case.toml:18: finger.lamellae.gap_mm = 20: at rib 1 (counted from 1 at the base) it is 1.9393 mm long; needed is more than 0.01 mm",
+            "case.toml:18: finger.lamellae.gap_mm = 20.0: at rib 2 (counted from 1 at the base) it is -1.5491 mm long; needed is more than 0.01 mm",
         ),
     ] {
         assert_eq!(message(lines), expected);

@@ -292,7 +292,7 @@ mod tests {
         snapbox::assert_data_eq!(
             said,
             snapbox::str![[r#"
---vary: "object.radius" is not a number of this case; the nearest are object.radius_mm, object.friction, finger.back.base_mm.0, finger.back.base_mm.1, elements
+--vary: "object.radius" is not a number of this case; the nearest are object.radius_mm, finger.lamellae.gap_mm, object.friction, finger.back.base_mm.0, elements
 --vary: object.radius_mm is given twice; allowed is once, with all its values
 --vary: finger.width_mm.1.1 is a part of finger.width_mm, which is varied as well; allowed is one of them
 --vary: finger.width_mm.1.1 is a part of finger.width_mm, which is varied as well; allowed is one of them
