@@ -219,7 +219,7 @@ fn what_is_no_finger_is_refused_with_what_is_needed() {
     let error = measure(std::slice::from_ref(&square), None, true, Front::Auto).unwrap_err();
     snapbox::assert_data_eq!(
         error.to_string(),
-        snapbox::str!["the outline has 0 windows; needed are two or more, with a rung between each two"]
+        snapbox::str!["the outline has too few windows (0); needed are two or more, with a rung between each two"]
     );
     for format in FORMATS {
         assert!(decode(b"no such thing", format).is_err(), "{format:?}");

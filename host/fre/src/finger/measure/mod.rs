@@ -19,7 +19,7 @@ pub use written::case_text;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeasureError {
     /// There are too few windows.
-    #[error("the outline has {windows} windows; needed are two or more, with a rung between each two")]
+    #[error("the outline has too few windows ({windows}); needed are two or more, with a rung between each two")]
     Windows {
         /// Windows found, bolts' holes left out.
         windows: usize,
