@@ -136,7 +136,7 @@ fn calculix_agrees_on_ribs_with_fillets() {
     agrees("fillets", &other_case(ribs, CIRCLE, "motor_angles_deg = [4.0]"), 2.0, 0.1);
 }
 
-/// Gaps of 0.05 mm that shut: without ribs the force is a quarter less.
+/// Gaps of 0.05 mm, some of which shut.
 #[test]
 fn calculix_agrees_on_ribs_that_end_with_a_gap() {
     use model_core::design::{LamellaKind, Lamellae, RibEnds, Ribs};

@@ -1,8 +1,8 @@
 //! Elements: what a force does to a member between two joints, and what the member's angles do against it.
 //!
-//! [`Element`] is the one interface; [`Quadratic`] (`simpson`), [`Link`] (`paper`, `trapezoid`) and [`EndGap`] (none) are behind it. A member is asked for its
-//! kind once; the loops over its nodes know theirs. All that is here sees one member at a time, as runs of one length per node: no finger,
-//! no closures.
+//! [`Element`] is the one interface; [`Quadratic`] (`simpson`), [`Link`] (`paper`, `trapezoid`) and [`EndGap`] (no element) are behind it. A
+//! member is asked for its kind once; the loops over its nodes know theirs. All that is here sees one member at a time, as runs of one
+//! length per node: no finger, no closures.
 //!
 //! Bending: a fibre at nominal strain u stores ½E(u² + c u³) per volume (see [`crate::design::MaterialLaw`]). Over a section of area A
 //! and second moment I, bent by κ and stretched by ε, that is ½EA ε² + ½EI κ² (1 + 3c ε) up to third order: the bending

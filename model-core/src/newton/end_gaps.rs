@@ -4,8 +4,8 @@
 //! it is shut, u has no part across it and f none along it. Of a pair of what must vanish, the closure of the cell below thus keeps the
 //! part across a shut gap, and has the force in place of the rest; the closure of the cell above gets both cells' errors.
 //!
-//! There the force has a compliance C, which is also the matrix's: with f + Δf = 0 asked for, the members around give way to a step by
-//! their own flexibility, and what is left of f is that way over C. It is gone with the steps' own errors.
+//! There the force has a compliance C, which is also the matrix's. After a step, f is as large as the motion of the members around divided
+//! by C; it vanishes as the steps do.
 
 use super::kinematics::Kinematics;
 use crate::access::Access;

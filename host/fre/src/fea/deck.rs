@@ -11,7 +11,7 @@ use std::fmt::Write;
 use model_core::design::{Design, PlaneStrain};
 use model_core::discretise::{Plate, plate_factor};
 
-use super::mesh::{Mesh, Part};
+use super::mesh::{Mesh, Part, Side};
 use super::plan::Plan;
 use super::region::{Faces, is_layered, minus};
 
@@ -89,10 +89,7 @@ fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fm
         writeln!(out, "*SPRING,ELSET=ELINKS\n\n{:.6}", LINK * youngs_modulus * width)?;
     }
 
-    writeln!(out, "*SURFACE,NAME=SFINGER,TYPE=ELEMENT")?;
-    for side in &mesh.contact_face {
-        writeln!(out, "{},S{}", side.element + 1, side.side + 1)?;
-    }
+    write_surface(out, "SFINGER", &mesh.contact_face)?;
     writeln!(out, "*SURFACE,NAME=SRING,TYPE=ELEMENT")?;
     for i in 0..arcs {
         writeln!(out, "{},S1", first_element + i)?;
@@ -104,12 +101,8 @@ fn write(out: &mut String, title: &str, design: &Design, plan: &Plan) -> std::fm
     }
     writeln!(out, "*CONTACT PAIR,INTERACTION=TOUCH,TYPE=SURFACE TO SURFACE\nSFINGER,SRING")?;
     if !mesh.rib_ends.is_empty() {
-        for (name, sides) in [("SENDS", &mesh.rib_ends), ("SWALL", &mesh.wall)] {
-            writeln!(out, "*SURFACE,NAME={name},TYPE=ELEMENT")?;
-            for side in sides {
-                writeln!(out, "{},S{}", side.element + 1, side.side + 1)?;
-            }
-        }
+        write_surface(out, "SENDS", &mesh.rib_ends)?;
+        write_surface(out, "SWALL", &mesh.wall)?;
         writeln!(out, "*SURFACE INTERACTION,NAME=GAP\n*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR")?;
         writeln!(out, "{:.6}", PENALTY * youngs_modulus)?;
         writeln!(out, "*CONTACT PAIR,INTERACTION=GAP,TYPE=SURFACE TO SURFACE\nSENDS,SWALL")?;
@@ -193,6 +186,12 @@ fn stiffness(design: &Design, mesh: &Mesh, element: usize) -> f64 {
     };
     let layers = if is_layered(design) { mesh.layers[element].factor(plate * bending / stretch) } else { 1.0 };
     stretch * layers * width / design.width.at(0.0)
+}
+
+/// A surface of sides of the mesh's elements.
+fn write_surface(out: &mut String, name: &str, sides: &[Side]) -> std::fmt::Result {
+    writeln!(out, "*SURFACE,NAME={name},TYPE=ELEMENT")?;
+    sides.iter().try_for_each(|side| writeln!(out, "{},S{}", side.element + 1, side.side + 1))
 }
 
 /// A set, sixteen numbers a line.
