@@ -4,6 +4,7 @@
 //! by the period's end, the report says so (`stale`, with its age) and the wait goes on until the bus' own deadline.
 
 use embassy_time::{Instant, Timer};
+use heapless::Vec;
 use messages::Role;
 
 use crate::Model;
@@ -31,20 +32,20 @@ pub async fn control<'a, B: Board>(
         feed::<B>(shared, &mut watchdog);
         Timer::after_millis(1).await;
     }
-    let mut core = Core::<B>::new(shared);
-    core.take_in(models.into_iter());
+    let mut place = Vec::new();
+    let Some(core) = Core::<B>::begun(&mut place, shared, models.into_iter()) else { B::restart("no room to begin") };
     let mut ears = None;
     loop {
         core.begin().await;
         feed::<B>(shared, &mut watchdog);
         if !matches!(core.hand.settings.role, Role::Master | Role::Idle) {
-            listening::listen(&mut core, servos.port_mut(), &mut ears).await;
+            listening::listen(core, servos.port_mut(), &mut ears).await;
             baud = None;
             continue;
         }
         ears = None;
         if core::mem::take(&mut core.orders.scan) {
-            scan(&mut core, &mut servos, &rates, baud, &mut watchdog).await;
+            scan(core, &mut servos, &rates, baud, &mut watchdog).await;
             continue;
         }
         if core.hand.settings.role == Role::Idle {

@@ -65,7 +65,7 @@ pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, e
         _ => {
             bus.set_baud(baud);
             core.orders.setup_is_new = true;
-            ears.insert(Ears::new::<B>(&core.hand.settings, baud))
+            Ears::open::<B>(ears, &core.hand.settings, baud)
         }
     };
     if core::mem::take(&mut core.orders.setup_is_new) {
@@ -92,6 +92,12 @@ pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &mut B::Bus, e
 }
 
 impl Ears {
+    // What making them takes is on the stack in here only.
+    #[inline(never)]
+    fn open<'e, B: Board>(ears: &'e mut Option<Self>, settings: &Settings, baud: u32) -> &'e mut Self {
+        ears.insert(Self::new::<B>(settings, baud))
+    }
+
     fn new<B: Board>(settings: &Settings, baud: u32) -> Self {
         let latency_us = B::BUS_LATENCY_US + RETURN_DELAY_US;
         // What comes while an estimate is made is heard when that is done.
@@ -270,7 +276,7 @@ impl<B: Board> Core<'_, B> {
                 (Command::Object(For { finger: finger as u8, what }), Key::Object(finger as u8))
             }
         };
-        match self.execute(command) {
+        match self.execute(&command) {
             Ok(()) if !self.unkept.contains(&key) => {
                 // There is room for every key.
                 let _ = self.unkept.push(key);

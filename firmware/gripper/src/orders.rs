@@ -14,8 +14,6 @@ use crate::unit::Unit;
 
 /// What was asked for, as far as it is still to be followed.
 pub(crate) struct Orders {
-    /// One that waits for a transaction's end.
-    pub(crate) waiting: Option<Order>,
     pub(crate) settings_changed: bool,
     /// Something was set that the control table has to show.
     pub(crate) setup_is_new: bool,
@@ -26,44 +24,43 @@ pub(crate) struct Orders {
 
 impl Orders {
     /// Nothing yet; the control table shows nothing either.
-    pub(crate) const NONE: Self =
-        Self { waiting: None, settings_changed: false, setup_is_new: true, scan: false, is_scanning: false };
+    pub(crate) const NONE: Self = Self { settings_changed: false, setup_is_new: true, scan: false, is_scanning: false };
 
-    /// Obeys one order, if there is one. The role changes between transactions only: after that nothing more is sent.
-    pub(crate) fn obey<B: Board>(&mut self, hand: &mut Hand<'_>, estimation: &mut Estimation, between: bool) {
-        self.receive(hand.shared);
+    /// Obeys one order, if there is one; `waiting` is for one that waits for a transaction's end. The role changes between transactions
+    /// only: after that nothing more is sent.
+    pub(crate) fn obey<B: Board>(
+        &mut self,
+        waiting: &mut Option<Order>,
+        hand: &mut Hand<'_>,
+        estimation: &mut Estimation,
+        between: bool,
+    ) {
+        receive(waiting, hand.shared);
         let is_new_role = |command: &Command| matches!(command, Command::Settings(to) if to.role != hand.settings.role);
-        if self.waiting.as_ref().is_none_or(|order| !between && is_new_role(&order.command)) {
+        // It is obeyed where it lies: a finger's description takes kilobytes of the stack.
+        let Some(Order { ticket, command }) = waiting else { return };
+        if !between && is_new_role(command) {
             return;
         }
         // One that was refused meanwhile, because nobody waits for it any more, is never done.
-        if let Some(Order { ticket, command }) = self.waiting.take()
-            && hand.shared.claim(ticket)
-        {
+        if hand.shared.claim(*ticket) {
             let outcome = match command {
-                Command::Open(which) => each(hand, which, |unit, mount| {
+                Command::Open(which) => each(hand, *which, |unit, mount| {
                     unit.rise();
                     unit.grip.open(&mount.limits());
                 }),
                 // A finger without torque stays so.
-                Command::Hold(which) => each(hand, which, |unit, _| {
+                Command::Hold(which) => each(hand, *which, |unit, _| {
                     if unit.torque.is_on() {
                         unit.grip.hold();
                     }
                 }),
-                Command::Relax(which) => each(hand, which, |unit, _| unit.relax()),
+                Command::Relax(which) => each(hand, *which, |unit, _| unit.relax()),
                 command => self.execute::<B>(hand, estimation, command).map(|()| Heeds::default()),
             };
-            hand.shared.answer(ticket, outcome);
+            hand.shared.answer(*ticket, outcome);
         }
-    }
-
-    /// Takes the next order, if none waits.
-    #[inline(never)]
-    fn receive(&mut self, shared: &Shared) {
-        if self.waiting.is_none() {
-            self.waiting = shared.orders.try_receive().ok();
-        }
+        *waiting = None;
     }
 
     /// Carries out what is asked for, or changes nothing.
@@ -71,7 +68,7 @@ impl Orders {
         &mut self,
         hand: &mut Hand<'_>,
         estimation: &mut Estimation,
-        command: Command,
+        command: &Command,
     ) -> Outcome {
         match command {
             // Each finger by itself.
@@ -84,7 +81,7 @@ impl Orders {
                 let refusal = unit.set_design(&what.what);
                 let cost = B::cost_ticks().wrapping_sub(start);
                 let finger = what.finger;
-                hand.shared.set_design(finger, refusal.is_ok().then_some(what.what));
+                hand.shared.set_design(finger, refusal.is_ok().then_some(&what.what));
                 // It starts anew, on the object where it was set: so do the others.
                 estimation.put_back(hand);
                 if refusal.is_ok() {
@@ -106,7 +103,7 @@ impl Orders {
                 hand.shared.set_uncertainty(what.finger, what.what);
                 Ok(())
             }
-            Command::Settings(settings) => {
+            &Command::Settings(settings) => {
                 settings.validate(hand.units.len())?;
                 hand.units.iter().try_for_each(|unit| unit.check_support(settings.support))?;
                 for (unit, mount) in hand.units.iter_mut().zip(settings.fingers) {
@@ -126,7 +123,7 @@ impl Orders {
                 Ok(())
             }
             Command::Hang => crate::provoke::hang(),
-            Command::Close(CloseTo { fingers, angle, speed }) => lead(
+            &Command::Close(CloseTo { fingers, angle, speed }) => lead(
                 hand,
                 fingers,
                 |_, mount| {
@@ -153,7 +150,7 @@ impl Orders {
             Command::Grip(to) => lead(
                 hand,
                 to.fingers,
-                |unit, mount| grippable(&to, unit, mount),
+                |unit, mount| grippable(to, unit, mount),
                 |unit, mount| {
                     unit.rise();
                     unit.grip.grip(&to.target(), &mount.limits());
@@ -161,7 +158,7 @@ impl Orders {
             ),
             Command::Carry(to) => {
                 may_lead(hand, Which::All)?;
-                let most = carriable(&to, hand)?;
+                let most = carriable(to, hand)?;
                 let carry = Carry::new(f64::from(to.weight * to.safety), f64::from(most), present(hand));
                 let first = to.target(carry.force());
                 let grip = GripTo { fingers: Which::All, force: most, speed: to.speed, limit: to.limit };
@@ -178,6 +175,14 @@ impl Orders {
                 Ok(())
             }
         }
+    }
+}
+
+/// Takes the next order, if none waits.
+#[inline(never)]
+fn receive(waiting: &mut Option<Order>, shared: &Shared) {
+    if waiting.is_none() {
+        *waiting = shared.orders.try_receive().ok();
     }
 }
 

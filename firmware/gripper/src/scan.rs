@@ -31,7 +31,7 @@ pub(crate) async fn scan<B: Board>(
     let (mut all, mut tried) = (0_u16, 0);
     for &baud in rates {
         // A change of the role waits for the bus, and whatever is asked for waits for that.
-        if core.orders.waiting.is_some() {
+        if core.waiting.is_some() {
             break;
         }
         tried += 1;

@@ -221,10 +221,12 @@ impl Shared {
     }
 
     /// Remembers a finger's design.
-    pub(crate) fn set_design(&self, finger: u8, design: Option<Finger>) {
+    // A copy is on the stack in here only.
+    #[inline(never)]
+    pub(crate) fn set_design(&self, finger: u8, design: Option<&Finger>) {
         self.set(|setup| {
             if let Some(place) = setup.fingers.get_mut(usize::from(finger)) {
-                *place = design;
+                *place = design.cloned();
             }
         });
     }

@@ -18,7 +18,7 @@ use crate::orders::Orders;
 use crate::scheduler::Scheduler;
 use crate::servo::Reading;
 use crate::setup::Key;
-use crate::shared::{Command, Shared};
+use crate::shared::{Command, Order, Shared};
 
 /// The records that there are: settings, and each finger's design and object.
 const UNKEPT: usize = 1 + 2 * FINGERS;
@@ -30,6 +30,8 @@ pub(crate) struct Core<'a, B> {
     pub(crate) estimation: Estimation,
     pub(crate) leadership: Leadership,
     pub(crate) orders: Orders,
+    /// An order that waits for a transaction's end.
+    pub(crate) waiting: Option<Order>,
     /// What the bus's master has set and the flash has not got yet.
     pub(crate) unkept: Vec<Key, UNKEPT>,
     /// The bus's master wants a restart.
@@ -38,27 +40,36 @@ pub(crate) struct Core<'a, B> {
 }
 
 impl<'a, B: Board> Core<'a, B> {
+    /// Begins with the fingers as they were kept in flash, in a place where there is none yet.
+    // In place, and what that takes is on the stack in here only: a value that is returned lies on the caller's as well.
+    #[inline(never)]
+    pub(crate) fn begun<'p>(
+        place: &'p mut Vec<Self, 1>,
+        shared: &'a Shared,
+        models: impl Iterator<Item = &'a mut Model>,
+    ) -> Option<&'p mut Self> {
+        // There is room for one.
+        let _ = place.push(Self::new(shared));
+        let core = place.first_mut()?;
+        core.hand.take_in::<B>(models);
+        core.scheduler = Scheduler::new(core.hand.settings.rate_hz);
+        core.estimation = Estimation::new(core.hand.settings.support);
+        Some(core)
+    }
+
     /// No finger yet.
-    pub(crate) fn new(shared: &'a Shared) -> Self {
+    fn new(shared: &'a Shared) -> Self {
         Self {
             hand: Hand::new(shared),
             scheduler: Scheduler::new(Settings::DEFAULT.rate_hz),
             estimation: Estimation::new(Settings::DEFAULT.support),
             leadership: Leadership::new(),
             orders: Orders::NONE,
+            waiting: None,
             unkept: Vec::new(),
             restart: false,
             board: PhantomData,
         }
-    }
-
-    /// Takes the fingers in, as they were kept in flash.
-    // In place, and what that takes is on the stack in here only.
-    #[inline(never)]
-    pub(crate) fn take_in(&mut self, models: impl Iterator<Item = &'a mut Model>) {
-        self.hand.take_in::<B>(models);
-        self.scheduler = Scheduler::new(self.hand.settings.rate_hz);
-        self.estimation = Estimation::new(self.hand.settings.support);
     }
 
     /// Waits for the next period and obeys one order.
@@ -74,11 +85,11 @@ impl<'a, B: Board> Core<'a, B> {
     }
 
     fn obey(&mut self, between: bool) {
-        self.orders.obey::<B>(&mut self.hand, &mut self.estimation, between);
+        self.orders.obey::<B>(&mut self.waiting, &mut self.hand, &mut self.estimation, between);
     }
 
     /// Does at once what is asked for.
-    pub(crate) fn execute(&mut self, command: Command) -> Outcome {
+    pub(crate) fn execute(&mut self, command: &Command) -> Outcome {
         self.orders.execute::<B>(&mut self.hand, &mut self.estimation, command)
     }
 
