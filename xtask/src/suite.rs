@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 /// A part of the suite, and what it does.
-type Part = (&'static str, fn(&Cross) -> Result<()>);
+type Part = (&'static str, fn() -> Result<()>);
 
 /// The suite, in the order its parts run in.
 const PARTS: &[Part] = &[
@@ -21,12 +21,14 @@ const PARTS: &[Part] = &[
     ("pc", pc),
     ("target", target),
     ("boards", boards),
-    ("python", |_| python::test()),
+    ("python", python::test),
     ("system", system),
     // Last: of what the parts before it have built.
-    ("release", |_| release::run(release::Parts::Suite, &paths::target().join("release-suite"))),
+    ("release", || release::run(release::Parts::Suite, &paths::target().join("release-suite"))),
 ];
 
+/// The first part that needs the set-up: where all run, it goes on beside those before.
+const EQUIPPED: &str = "pc";
 /// Parts that run beside those before [`ALONE`], where all run: they build in a folder of their own, a thread to an image.
 const BESIDE: [&str; 2] = ["target", "boards"];
 /// The first part that has the machine for itself: QEMU and clients of the firmware there keep to real time.
@@ -39,13 +41,22 @@ pub fn run(names: &[&str]) -> Result<()> {
         let parts: Vec<&str> = PARTS.iter().map(|(part, _)| *part).collect();
         bail!("`{unknown}` is not a part of the tests; the parts are: {}", parts.join(", "));
     }
-    headline("set-up");
-    setup::run(setup::Parts::Everything)?;
-    let cross = Cross::find()?;
+    let all = names.is_empty();
+    let mut beside = if all { Some(Beside::start(&["setup"])?) } else { None };
+    if !all {
+        headline("set-up");
+        setup::run(setup::Parts::Everything)?;
+    }
     let mut failed = Vec::new();
-    let mut beside = if names.is_empty() { Some(Beside::start()?) } else { None };
-    let is_here = |part: &str| if names.is_empty() { !BESIDE.contains(&part) } else { names.contains(&part) };
+    let is_here = |part: &str| if all { !BESIDE.contains(&part) } else { names.contains(&part) };
     for (part, run) in PARTS.iter().filter(|(part, _)| is_here(part)) {
+        if *part == EQUIPPED
+            && let Some(setup) = beside.take()
+        {
+            setup.finish()?;
+            let words: Vec<&str> = ["test"].into_iter().chain(BESIDE).collect();
+            beside = Some(Beside::start(&words)?);
+        }
         if *part == ALONE
             && let Some(beside) = beside.take()
             && let Err(error) = beside.finish()
@@ -53,7 +64,7 @@ pub fn run(names: &[&str]) -> Result<()> {
             failed.push(format!("{error:#}"));
         }
         let start = Instant::now();
-        let result = run(&cross);
+        let result = run();
         headline(&format!("part `{part}`: {:.0} s", start.elapsed().as_secs_f64()));
         if let Err(error) = result {
             println!("failed: {error:#}");
@@ -63,42 +74,43 @@ pub fn run(names: &[&str]) -> Result<()> {
     if failed.is_empty() { Ok(()) } else { bail!("failed parts: {}\n{}", failed.len(), failed.join("\n")) }
 }
 
-/// Another run of this program, of the parts [`BESIDE`]; what it prints is shown when it has ended.
+/// Another run of this program; what it prints is shown when it has ended.
 struct Beside {
+    words: String,
     child: Child,
     printed: PathBuf,
 }
 
 impl Beside {
-    fn start() -> Result<Self> {
+    fn start(words: &[&str]) -> Result<Self> {
         let printed = paths::target().join("beside.log");
         std::fs::create_dir_all(paths::target())?;
         let file = File::create(&printed).with_context(|| format!("cannot write {}", printed.display()))?;
         let program = std::env::current_exe().context("this program has no file")?;
         let mut command = Command::new(program);
-        command.arg("test").args(BESIDE).stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file);
+        command.args(words).stdin(Stdio::null()).stdout(file.try_clone()?).stderr(file);
         let child = command.spawn().context("cannot start a second run of this program")?;
-        Ok(Self { child, printed })
+        Ok(Self { words: words.join(" "), child, printed })
     }
 
     fn finish(mut self) -> Result<()> {
         let status = self.child.wait()?;
-        headline(&format!("beside: {}", BESIDE.join(", ")));
+        headline(&format!("beside: {}", self.words));
         print!("{}", String::from_utf8_lossy(&std::fs::read(&self.printed)?));
         if !status.success() {
-            bail!("{}: see above", BESIDE.join(", "));
+            bail!("{}: see above", self.words);
         }
         Ok(())
     }
 }
 
-fn format(_: &Cross) -> Result<()> {
+fn format() -> Result<()> {
     headline("formatting");
     run_command(cargo("fmt").args(["--all", "--check", "--", "-l"]))?;
     run_command(cargo("fmt").args(["--all", "--check", "--", "-l"]).current_dir(paths::boards()))
 }
 
-fn clippy(_: &Cross) -> Result<()> {
+fn clippy() -> Result<()> {
     headline("clippy");
     // `--all-features`: the boards' clippy does not look at the crates that they share with the PC.
     let every_target = ["--workspace", "--all-targets", "--all-features"];
@@ -108,7 +120,7 @@ fn clippy(_: &Cross) -> Result<()> {
     run_command(cargo("clippy").arg("--quiet").args(bare).args(["--", "-D", "warnings"]))
 }
 
-fn doc(_: &Cross) -> Result<()> {
+fn doc() -> Result<()> {
     headline("documentation");
     let every_page = ["--quiet", "--no-deps", "--workspace"];
     run_command(cargo("doc").args(every_page).args(FEATURES).env("RUSTDOCFLAGS", "-D warnings"))
@@ -123,7 +135,7 @@ fn clippy_on_target(cross: &Cross) -> Result<()> {
     run_command(cross.cargo("clippy").args(["--quiet", "--release"]).args(every_target).args(["--", "-D", "warnings"]))
 }
 
-fn pc(_: &Cross) -> Result<()> {
+fn pc() -> Result<()> {
     // `fre gripper` and its like are tested on the firmware, too: cargo builds the program for tests of its own package only.
     let image = firmware::show(firmware::SIMULATED)?;
     headline("tests on this PC");
@@ -136,7 +148,8 @@ fn pc(_: &Cross) -> Result<()> {
     run_command(&mut tests)
 }
 
-fn target(cross: &Cross) -> Result<()> {
+fn target() -> Result<()> {
+    let cross = &Cross::find()?;
     // Parts that run at the same time wait for it.
     firmware::show(firmware::SIMULATED)?;
     clippy_on_target(cross)?;
@@ -146,7 +159,7 @@ fn target(cross: &Cross) -> Result<()> {
     panic_free::check(cross)
 }
 
-fn system(_: &Cross) -> Result<()> {
+fn system() -> Result<()> {
     let image = firmware::show(firmware::SIMULATED)?;
     headline("system tests: firmware, servo and host together");
     // `--workspace`, not `--package`: the features of shared dependencies stay as they were, and nothing is built again.
@@ -159,7 +172,8 @@ fn system(_: &Cross) -> Result<()> {
     run_command(&mut tests)
 }
 
-fn boards(cross: &Cross) -> Result<()> {
+fn boards() -> Result<()> {
+    let cross = &Cross::find()?;
     portable::check()?;
     // The chip library is built once per chip and way, which takes minutes the first time.
     for board in fre_boards::ALL.iter().filter(|board| board.name != firmware::SIMULATED) {
