@@ -3,7 +3,7 @@
 use super::{Beam, Design};
 
 /// A hinge's flexible length reaches this many hinge thicknesses into the beam. Fitted, with shear, to finite elements
-/// (`tests/reference/tests/fea_80.rs`); without shear the neck needs 0.38 and 0.35 to give way as much.
+/// (`tests/reference/tests/all/fea_80.rs`); without shear the neck needs 0.38 and 0.35 to give way as much.
 pub(crate) const BEAM_ROOT: f64 = 0.33;
 /// A hinge's flexible length reaches this many hinge thicknesses into the lamella (fitted to finite elements).
 pub(crate) const BAR_ROOT: f64 = 0.32;

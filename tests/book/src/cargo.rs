@@ -92,6 +92,16 @@ impl Repository {
                 return Some(format!("there is no {option} {name}"));
             }
         }
+        // Tests of one file of a program: `NAME::`.
+        let has_file = |program: &&str, file: &str| {
+            packages.iter().any(|(folder, _)| folder.join("tests").join(program).join(format!("{file}.rs")).exists())
+        };
+        let files = words.iter().filter_map(|word| word.strip_suffix("::"));
+        for file in files {
+            if !after(&["--test"]).iter().any(|program| has_file(program, file)) {
+                return Some(format!("there are no tests of `{file}`"));
+            }
+        }
         for feature in
             after(&["--features", "-F"]).iter().flat_map(|list| list.split([',', ' '])).filter(|f| !f.is_empty())
         {
@@ -140,7 +150,7 @@ mod tests {
         let repository = Repository::read();
         let fault = |line: &str| repository.fault(&programs(line)[0]);
         for good in [
-            "cargo test -p reference-tests --test fea_80 -- --nocapture",
+            "cargo test -p reference-tests --test all fea_80:: -- --nocapture",
             "cargo +1.95 check --workspace --all-targets",
             "cargo run -p model-core --example free_object",
             "cargo install --path host/cli --features probe",
@@ -154,6 +164,7 @@ mod tests {
         for (bad, why) in [
             ("cargo test -p nothing", "no package `nothing`"),
             ("cargo test -p fre --test nothing", "no --test nothing"),
+            ("cargo test -p reference-tests --test all nothing:: -- --nocapture", "no tests of `nothing`"),
             ("cargo run -p model-core --example nothing", "no --example nothing"),
             ("cargo build -p fre-cli --features nothing", "no feature `nothing`"),
             ("cargo install --path host/nothing", "no package in `host/nothing`"),

@@ -15,7 +15,7 @@ model_core::fixed_size!(
     Many, cells 13, nodes 206, samples 146, contacts 121, friction
 );
 
-/// Fingers; all thousand by `FRE_RANDOM_FINGERS=1000 cargo test -p reference-tests --release --test friction_random`.
+/// Fingers; all thousand by `FRE_RANDOM_FINGERS=1000 cargo test -p reference-tests --release --test all friction_random::`.
 const FINGERS: usize = 60;
 
 /// A finger, a circle, a coefficient of friction, and the angles at which the motion turns round, rad.

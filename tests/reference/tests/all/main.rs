@@ -1,0 +1,29 @@
+//! Reference tests of the core, each file about one thing: one program, so that what they share is compiled once.
+
+mod bore;
+mod bounds;
+mod bowed;
+mod buckling;
+mod closing_and_opening;
+mod fea_80;
+mod friction;
+mod friction_random;
+mod grasp;
+mod hop;
+mod hysteresis;
+mod junction;
+mod ladder_80;
+mod not_a_fold;
+mod objects;
+mod passing;
+mod physics;
+mod plates;
+mod properties;
+mod quota;
+mod random_designs;
+mod ribs;
+mod scales;
+mod sharp;
+mod softness;
+mod strips;
+mod tracking;
