@@ -7,24 +7,26 @@
 /// ([`crate::object::ObjectDesign`]). A description is as large as its lists' capacities, so a microcontroller has shorter
 /// ones; the wire carries entries, not capacities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Lists {
     /// Lamellae of a finger.
-    pub lamellae: usize,
+    pub lamellae: u8,
     /// Thicknesses of them: one for all, or one per lamella.
-    pub thicknesses: usize,
+    pub thicknesses: u8,
     /// Knots of a taper.
-    pub knots: usize,
+    pub knots: u8,
     /// Points of a centreline between its ends.
-    pub points: usize,
+    pub points: u8,
     /// Corners of a polygon.
-    pub corners: usize,
+    pub corners: u8,
 }
 
 impl Lists {
-    /// A microcontroller's. 12 lamellae are what [`Paper`] has room for.
+    /// A microcontroller's with little memory. 12 lamellae are what [`Paper`] has room for.
     /// Its lamellae have one thickness, or one taper, for all.
     pub const TARGET: Self = Self { lamellae: 12, thicknesses: 1, knots: 8, points: 2, corners: 8 };
-    /// A microcontroller's with the memory for the size [`Ribs`] (feature `ribs`): every rib has a thickness of its own, or a taper, and
+    /// A microcontroller's with the memory for [`Ribs`] or [`RubbingRibs`] (feature `ribs`): every rib has a thickness of its own, or a taper, and
     /// walls curve and taper as those of printed fingers do. A description of a finger takes 1,104 bytes more than with [`Self::TARGET`].
     pub const RIBS: Self = Self { lamellae: 16, thicknesses: 16, knots: 16, points: 14, corners: 8 };
     /// Those of a machine with an operating system.
@@ -50,7 +52,8 @@ pub struct TooLong {
 
 impl TooLong {
     /// Checks a list's length.
-    pub(crate) fn check(key: &'static str, found: usize, most: usize) -> Result<(), Self> {
+    pub(crate) fn check(key: &'static str, found: usize, most: impl Into<usize>) -> Result<(), Self> {
+        let most = most.into();
         if found > most { Err(Self { key, found, most }) } else { Ok(()) }
     }
 }
@@ -200,6 +203,10 @@ fixed_size!(
     /// Up to 16 rungs of any kind on a microcontroller with the memory: `simpson`, 2 elements per span and rib, 3 in the tip span, 1 per
     /// hinge, 5 samples per element.
     Ribs, cells 17, nodes 270, samples 224, contacts 22
+);
+fixed_size!(
+    /// As [`Ribs`], with friction: up to 19 samples that touch or are about to.
+    RubbingRibs, cells 17, nodes 270, samples 224, contacts 39, friction
 );
 fixed_size!(
     /// The resolution of *Geometrico-Static Modelling of a FRE Finger*: 170 elements per beam and 20 per hinge with up to 7 lamellae, contact at nodes; fewer elements

@@ -65,13 +65,17 @@ pub fn twin(board: &str) -> Result<PathBuf> {
     if listed.is_small {
         build.arg("--config").arg(format!("profile.release.package.{SIMULATED}.opt-level=\"s\""));
     }
-    if !listed.has_friction {
-        build.arg("--no-default-features");
-    }
+    build.args(["--no-default-features", "--features", &room(listed).join(",")]);
     run_command(&mut build)?;
     let kept = image(SIMULATED).with_file_name(format!("twin-{board}"));
     std::fs::copy(image(SIMULATED), &kept).with_context(|| format!("cannot keep the image as {}", kept.display()))?;
     Ok(kept)
+}
+
+/// The features of the firmware for which a board has the memory.
+fn room(board: &Board) -> Vec<&'static str> {
+    let has = [(board.has_friction, "friction"), (board.has_ribs, "ribs")];
+    has.into_iter().filter_map(|(has, feature)| has.then_some(feature)).collect()
 }
 
 /// Where a board's image is once it is built.
@@ -185,7 +189,10 @@ mod tests {
             let level = format!("[profile.release.package.{}]\nopt-level = \"s\"\n", board.name);
             assert_eq!(manifest.contains(&level), board.is_small, "{}", board.name);
             let own = std::fs::read_to_string(paths::boards().join(board.name).join("Cargo.toml")).unwrap();
-            assert_eq!(own.contains("friction"), board.has_friction, "{}", board.name);
+            for feature in ["friction", "ribs"] {
+                let listed = room(board).contains(&feature);
+                assert_eq!(own.contains(&format!("\"{feature}\"")), listed, "{}: {feature}", board.name);
+            }
             // The virtual one has nothing to wire.
             assert!(
                 board.probe.is_none() || paths::boards().join(board.name).join("README.md").exists(),

@@ -35,13 +35,14 @@ pub struct Board {
     pub ram_budget: u32,
     /// The image is built for size instead of speed: its flash has no room for what unrolled loops and inlined calls take.
     pub is_small: bool,
-    /// Addresses of memory without wait states beside it, which holds the first finger's model and what the tasks share: the first, and the
-    /// one behind the last.
+    /// Addresses of memory without wait states beside it, which holds the first finger's model: the first, and the one behind the last.
     pub near: Option<[u32; 2]>,
     /// Its floating-point unit computes in double precision as well.
     pub has_double: bool,
     /// Its image has room for friction.
     pub has_friction: bool,
+    /// Its image has room for up to 16 ribs.
+    pub has_ribs: bool,
     /// Nothing can be fetched while the settings are written: they lie in the program's own bank of the flash.
     pub flash_stalls: bool,
     /// How it is reached with a debug probe; a virtual board has none.
@@ -71,7 +72,7 @@ pub const MPS2: Board = Board {
     fingers: 4,
     wanted_hz: 500,
     flash: [0, 4096 * KB],
-    flash_budget: 656 * KB,
+    flash_budget: 664 * KB,
     stack: 512 * KB,
     ram: 3584 * KB,
     ram_budget: 512 * KB,
@@ -79,6 +80,7 @@ pub const MPS2: Board = Board {
     near: None,
     has_double: false,
     has_friction: true,
+    has_ribs: true,
     flash_stalls: true,
     probe: None,
     loader: None,
@@ -97,11 +99,12 @@ pub const OPENCR: Board = Board {
     flash_budget: 688 * KB,
     stack: 48 * KB,
     ram: 272 * KB - 256,
-    ram_budget: 192 * KB,
+    ram_budget: 260 * KB,
     is_small: false,
     near: None,
     has_double: false,
     has_friction: true,
+    has_ribs: true,
     flash_stalls: true,
     probe: Some(Probe {
         chip: "STM32F746ZG",
@@ -120,13 +123,14 @@ pub const NUCLEO_H743ZI: Board = Board {
     wanted_hz: 1000,
     flash: [0x0800_0000, 0x0810_0000],
     flash_budget: 656 * KB,
-    stack: 48 * KB,
+    stack: 42 * KB,
     ram: 512 * KB,
     ram_budget: 448 * KB,
     is_small: false,
-    near: Some([0x2000_c100, 0x2002_0000]),
+    near: Some([0x2000_a900, 0x2002_0000]),
     has_double: true,
     has_friction: true,
+    has_ribs: true,
     flash_stalls: false,
     probe: Some(Probe { chip: "STM32H743ZI", connection: ST_LINK }),
     loader: None,
@@ -149,6 +153,7 @@ pub const NUCLEO_G474RE: Board = Board {
     near: None,
     has_double: false,
     has_friction: false,
+    has_ribs: false,
     flash_stalls: true,
     probe: Some(Probe { chip: "STM32G474RE", connection: ST_LINK }),
     loader: None,
@@ -166,11 +171,12 @@ pub const NUCLEO_F429ZI: Board = Board {
     flash_budget: 624 * KB,
     stack: 64 * KB,
     ram: 190 * KB - 256,
-    ram_budget: 160 * KB,
+    ram_budget: 180 * KB,
     is_small: false,
     near: None,
     has_double: false,
     has_friction: true,
+    has_ribs: true,
     flash_stalls: false,
     probe: Some(Probe { chip: "STM32F429ZI", connection: ST_LINK }),
     loader: None,

@@ -71,11 +71,15 @@ pub use shared::Shared;
 /// Version of the program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Its room: with friction where the board has memory for what that remembers.
-#[cfg(feature = "friction")]
-type Room = model_core::size::Rubbing;
-#[cfg(not(feature = "friction"))]
+/// Its room: with friction where the board has memory for what that remembers, and for up to 16 ribs where it has memory for them.
+#[cfg(not(any(feature = "friction", feature = "ribs")))]
 type Room = model_core::size::Reduced;
+#[cfg(all(feature = "friction", not(feature = "ribs")))]
+type Room = model_core::size::Rubbing;
+#[cfg(all(feature = "ribs", not(feature = "friction")))]
+type Room = model_core::size::Ribs;
+#[cfg(all(feature = "ribs", feature = "friction"))]
+type Room = model_core::size::RubbingRibs;
 
 /// The model that runs on the microcontroller.
 pub type Model = model_core::estimator::Estimator<f32, Room>;

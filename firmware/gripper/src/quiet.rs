@@ -124,7 +124,8 @@ mod tests {
     fn settings_are_written_between_transactions() {
         static QUIET: Quiet = Quiet::new();
         let (changes, setup) = (Cell::new(0), Setup::DEFAULT);
-        let mut store = Store::new(Flash(std::vec![0xFF; 4 * 4096], &changes));
+        let mut place = heapless::Vec::new();
+        let store = Store::begun(&mut place, Flash(std::vec![0xFF; 4 * 4096], &changes)).unwrap();
         store.wait_for(&QUIET);
         let context = &mut Context::from_waker(Waker::noop());
         {

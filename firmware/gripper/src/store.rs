@@ -13,7 +13,9 @@ mod tests;
 mod torn;
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use heapless::Vec;
 use messages::{Finger, Object, Settings};
+use model_core::size::Lists;
 use model_core::uncertainty::Uncertainty;
 use postcard_rpc::postcard;
 use sequential_storage::cache::{Cache, Uncached};
@@ -30,8 +32,14 @@ use seal::Digests;
 const VERSION: u8 = 12;
 /// The first version that is read as well: every value had another layout.
 const EARLIEST: u8 = 3;
-/// Longest record, version and key included, in words of any flash (32 bytes at most).
-const RECORD: usize = 1088;
+/// Longest record, version and key included, in words of any flash (32 bytes at most): a finger's.
+const RECORD: usize = record_bytes(Lists::HERE);
+
+/// Longest record where descriptions have such lists.
+const fn record_bytes(lists: Lists) -> usize {
+    (Finger::bytes(lists) + 2).next_multiple_of(32)
+}
+
 /// Number of the seal in flash.
 const SEAL: u8 = 0x40;
 
@@ -64,7 +72,16 @@ pub(crate) struct Store<F: NorFlash> {
 }
 
 impl<F: NorFlash> Store<F> {
-    pub(crate) fn new(flash: F) -> Self {
+    /// A store in a place where there is none yet.
+    // Its buffers are on the stack in here only: a value that is returned lies on the caller's as well.
+    #[inline(never)]
+    pub(crate) fn begun(place: &mut Vec<Self, 1>, flash: F) -> Option<&mut Self> {
+        // There is room for one.
+        let _ = place.push(Self::new(flash));
+        place.first_mut()
+    }
+
+    fn new(flash: F) -> Self {
         let flash = Blocking { flash, quiet: None };
         let all = 0..u32::try_from(ReadNorFlash::capacity(&flash.flash)).unwrap_or(0);
         let config = MapConfig::try_new(all).ok();

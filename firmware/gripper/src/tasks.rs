@@ -17,9 +17,8 @@ macro_rules! tasks {
         #[unsafe(link_section = ".fre_image")]
         static LABEL: fre_boards::Label = fre_boards::Label::new(<$board as $crate::Board>::NAME, $crate::VERSION);
 
-        // What every tick works with is in a section of its own: a board's linker script can put it into memory without wait states.
-        #[unsafe(link_section = ".bss.near")]
         static SHARED: $crate::Shared = $crate::Shared::new();
+        // What every tick works with is in a section of its own: a board's linker script can put it into memory without wait states.
         type Near = [$crate::Model; 1];
         type Far = [$crate::Model; <$board as $crate::Board>::FINGERS - 1];
         #[unsafe(link_section = ".bss.near")]

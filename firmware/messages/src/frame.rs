@@ -7,11 +7,25 @@ use core::fmt;
 
 use cobs::{CobsEncoder, decode_in_place};
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use model_core::size::Lists;
 use postcard_rpc::header::VarHeader;
 use serde::Serialize;
 
-/// Longest message, header included, bytes.
-pub const MESSAGE: usize = 2048;
+use crate::Finger;
+
+/// Longest message, header included, bytes: a shape's, or a finger's where the lists of its description are long.
+pub const MESSAGE: usize = bytes(Lists::HERE);
+
+/// Longest message, header included, bytes, where descriptions have such lists.
+pub const fn bytes(lists: Lists) -> usize {
+    let finger = Finger::bytes(lists) + HEADER;
+    if finger > SHAPE { finger } else { SHAPE }
+}
+
+/// A header and the finger's number, at most.
+const HEADER: usize = 32;
+/// Room for a shape.
+const SHAPE: usize = 2048;
 /// Longest frame, bytes.
 pub const FRAME: usize = cobs::max_encoding_length(MESSAGE + CHECK) + 2;
 

@@ -45,7 +45,7 @@ use model_core::uncertainty::Uncertainty;
 use postcard_rpc::{TopicDirection, endpoints, topics};
 
 /// Version of what messages mean. (Their layout is distinguished by the keys.)
-pub const PROTOCOL_VERSION: u16 = 9;
+pub const PROTOCOL_VERSION: u16 = 10;
 
 /// Most fingers of a gripper.
 pub const FINGERS: usize = 4;

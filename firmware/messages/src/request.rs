@@ -4,6 +4,7 @@ use heapless::Vec;
 use model_core::design::Design;
 use model_core::discretise::Discretisation;
 use model_core::equilibrium::PRONY_TERMS;
+use model_core::size::Lists;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +37,17 @@ pub struct Finger {
 }
 
 impl Finger {
+    /// Its encoding at most, bytes, if no list of the design is longer than these.
+    pub const fn bytes(lists: Lists) -> usize {
+        // Of the width and the beams' thicknesses, the beams' centrelines, the ribs' thicknesses, their places and their hinges' lengths.
+        let pairs = 3 * lists.knots as usize + 2 * lists.points as usize + lists.thicknesses as usize;
+        let numbers = 2 * pairs + 3 * lists.lamellae as usize;
+        numbers * size_of::<f64>() + Self::REST
+    }
+
+    /// What is not in a list, and the lists' lengths, bytes.
+    const REST: usize = 320;
+
     /// Of an elastic material.
     pub const fn elastic(design: Design, how: Discretisation) -> Self {
         Self { design, how, prony: Vec::new() }

@@ -1,6 +1,7 @@
 //! What a gripper says of itself: its version, how it started, what it counted.
 
 use heapless::String;
+use model_core::size::Lists;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,8 @@ pub struct Version {
     pub board: String<16>,
     /// Ticks per second of the clock in which costs are reported.
     pub cost_hz: u32,
+    /// How long the lists of a finger's or an object's description may be.
+    pub lists: Lists,
 }
 
 /// Why a processor started.

@@ -11,8 +11,8 @@ use crate::{Derating, Difference, Phase, ResetCause, Strain, Why};
 
 /// Most points of a beam in a [`Shape`].
 pub const POINTS: usize = 64;
-/// Most lamellae in a [`Shape`].
-pub const LAMELLAE: usize = Lists::TARGET.lamellae;
+/// Most lamellae in a [`Shape`]: as many as a finger's description has here.
+pub const LAMELLAE: usize = Lists::HERE.lamellae as usize;
 /// Most contact points in a [`Shape`]: as many as the microcontroller's model has room for, so that none is left out.
 pub const CONTACTS: usize = <Reduced as Size>::CONTACTS;
 

@@ -18,12 +18,12 @@ use postcard_rpc::{Endpoint, Key};
 use serde::{Serialize, de::DeserializeOwned};
 
 fn full<X: Clone, const N: usize>(value: X) -> Vec<X, N> {
-    filled(value, N)
+    core::iter::repeat_n(value, N).collect()
 }
 
 /// A list of so many entries.
-fn filled<X: Clone, const N: usize>(value: X, entries: usize) -> Vec<X, N> {
-    core::iter::repeat_n(value, entries).collect()
+fn filled<X: Clone, const N: usize>(value: X, entries: u8) -> Vec<X, N> {
+    core::iter::repeat_n(value, entries.into()).collect()
 }
 
 /// Sends a message through a frame; returns its length and what arrived.
@@ -41,14 +41,14 @@ fn through<T: Serialize + DeserializeOwned>(body: &T) -> (usize, T) {
     (length, postcard_rpc::postcard::from_bytes(body).unwrap())
 }
 
-#[test]
-fn the_largest_finger_fits() {
-    let profile = || Profile { knots: filled([f64::MIN, f64::MAX], Lists::TARGET.knots) };
+/// A finger with as much of everything as there is room for in such lists.
+fn largest(lists: Lists) -> Finger {
+    let profile = || Profile { knots: filled([f64::MIN, f64::MAX], lists.knots) };
     let beam = || Beam {
         base: [1.5; 2],
         tip: [-2.5; 2],
         sagitta: 0.1,
-        via: filled([1.5, -2.5], Lists::TARGET.points),
+        via: filled([1.5, -2.5], lists.points),
         thickness: profile(),
         stiffness_factor: 1.1,
         bending_factor: 1.2,
@@ -62,28 +62,34 @@ fn the_largest_finger_fits() {
         front: beam(),
         back: beam(),
         lamellae: Lamellae {
-            attachments: Attachments::Arcs {
-                front: filled(0.1, Lists::TARGET.lamellae),
-                back: filled(0.2, Lists::TARGET.lamellae),
-            },
-            thickness: filled([1.2, 1.1], Lists::TARGET.thicknesses),
+            attachments: Attachments::Arcs { front: filled(0.1, lists.lamellae), back: filled(0.2, lists.lamellae) },
+            thickness: filled([1.2, 1.1], lists.thicknesses),
             kind: LamellaKind::Rib(Ribs { ends: RibEnds::Gap(0.4), ..Ribs::WELDED }),
         },
         hinge: Hinge {
             kind: HingeKind::Welded,
-            length: filled(2.5, Lists::TARGET.lamellae),
+            length: filled(2.5, lists.lamellae),
             thickness: 0.8,
             from: HingeFrom::Face,
         },
         rigid_above: Some(70.0),
         motor_axis: [-14.0, -20.0],
     };
-    assert_eq!(design.fits(Lists::TARGET), Ok(()));
-    let finger =
-        Some(Finger::elastic(design, Discretisation::estimator(Physics::Paper)).relaxing(&[[0.2, 1e5]; PRONY_TERMS]));
-    let (length, back) = through(&finger);
-    assert_eq!(back, finger);
-    assert!(length <= 1056, "{length} bytes");
+    assert_eq!(design.fits(lists), Ok(()));
+    Finger::elastic(design, Discretisation::estimator(Physics::Paper)).relaxing(&[[0.2, 1e5]; PRONY_TERMS])
+}
+
+#[test]
+fn the_largest_finger_fits() {
+    for lists in [Lists::TARGET, Lists::RIBS, Lists::HOSTED] {
+        let finger = Some(largest(lists));
+        let (message, back) = through(&finger);
+        assert_eq!(back, finger);
+        let bare = postcard_rpc::postcard::to_vec::<_, { frame::MESSAGE }>(&finger).unwrap().len();
+        let most = Finger::bytes(lists);
+        assert!((most - 64..=most).contains(&bare), "{bare} bytes with {lists:?}, {most} at most");
+        assert!(message <= frame::bytes(lists), "{message} bytes with {lists:?}");
+    }
 }
 
 #[test]

@@ -233,7 +233,7 @@ fn info(link: &Link) -> Result<String, LinkError> {
     let version = link.version()?;
     let _ = writeln!(text, "board            {}", version.board);
     let _ = writeln!(text, "firmware         {}, protocol {}", version.firmware, version.protocol);
-    let _ = writeln!(text, "room for         {} fingers", version.fingers);
+    let _ = writeln!(text, "room for         {} fingers of up to {} lamellae", version.fingers, version.lists.lamellae);
     let boot = link.boot()?;
     let _ = writeln!(text, "started because  {}", boot.cause.words());
     if let Some(words) = boot.last_words {

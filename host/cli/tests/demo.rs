@@ -18,6 +18,7 @@ use messages::{Counters, Phase, Report, Version};
 use model_core::discretise::{Discretisation, Physics, Scheme};
 use model_core::estimator::Estimator;
 use model_core::object::ObjectDesign;
+use model_core::size::Lists;
 use model_core::size::Reduced;
 use model_core::status::Status;
 
@@ -234,6 +235,7 @@ fn seen(physics: Physics) -> Seen {
             firmware: "0.0.0".parse().unwrap(),
             board: "test".parse().unwrap(),
             cost_hz: 25_000_000,
+            lists: Lists::RIBS,
         },
         pace: Pace::Counted { shift: 2 },
         samples,

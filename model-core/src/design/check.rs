@@ -164,8 +164,9 @@ impl Design {
         }
         for (field, beam) in [(Field::FrontCentreline, &self.front), (Field::BackCentreline, &self.back)] {
             // The list has the ends as well.
-            if beam.via.len() > room.points {
-                TooLong::check(field.key(), beam.via.len() + 2, room.points + 2)?;
+            let points = usize::from(room.points);
+            if beam.via.len() > points {
+                TooLong::check(field.key(), beam.via.len() + 2, points + 2)?;
             }
         }
         let lamellae = match self.lamellae.attachments {

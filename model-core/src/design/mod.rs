@@ -23,13 +23,13 @@ pub use weld::weld_numbers;
 use crate::size::Lists;
 
 /// Largest number of lamellae of a finger on this machine.
-pub const MAX_LAMELLAE: usize = Lists::HERE.lamellae;
+pub const MAX_LAMELLAE: usize = Lists::HERE.lamellae as usize;
 /// Largest number of their thicknesses on this machine.
-pub const MAX_THICKNESSES: usize = Lists::HERE.thicknesses;
+pub const MAX_THICKNESSES: usize = Lists::HERE.thicknesses as usize;
 /// Largest number of knots of a [`Profile`] on this machine.
-pub const MAX_KNOTS: usize = Lists::HERE.knots;
+pub const MAX_KNOTS: usize = Lists::HERE.knots as usize;
 /// Largest number of points of a centreline between its ends on this machine.
-pub const MAX_POINTS: usize = Lists::HERE.points;
+pub const MAX_POINTS: usize = Lists::HERE.points as usize;
 
 /// A quantity along the finger: constant, or linear between knots and constant beyond the first and last.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use core::ops::Deref;
 use crate::size::{Lists, TooLong};
 
 /// The most corners of a polygon on this machine.
-pub const MAX_CORNERS: usize = Lists::HERE.corners;
+pub const MAX_CORNERS: usize = Lists::HERE.corners as usize;
 
 /// Smallest radius of curvature of any outline, mm.
 pub(super) const SHARPEST: f64 = 0.1;

@@ -6,7 +6,7 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer, with_deadline};
 use embedded_io_async::Read;
 use embedded_storage::nor_flash::NorFlash;
-use heapless::String;
+use heapless::{String, Vec};
 use messages::{
     BootReport, Carry, CarryTo, Close, CloseTo, Counters, ENDPOINTS, Event, FingerFor, GetBoot, GetCounters, GetFinger,
     GetObject, GetServo, GetSettings, GetUncertainty, GetVersion, Grip, GripTo, Hold, MaybeFinger, MaybeObject,
@@ -14,6 +14,7 @@ use messages::{
     Refusal, Relax, Scan, SetFinger, SetObject, SetSettings, SetUncertainty, Settings, TOPICS_IN, TOPICS_OUT,
     UncertaintyFor, Version, Which, frame,
 };
+use model_core::size::Lists;
 use postcard_rpc::define_dispatch;
 use postcard_rpc::header::{VarHeader, VarKeyKind};
 use postcard_rpc::server::{Dispatch, Server, WireSpawn};
@@ -40,7 +41,8 @@ pub async fn answer<B: Board, R: Read>(shared: &'static Shared, port: R, flash: 
 
 async fn restore_and_answer<B: Board, R: Read>(shared: &'static Shared, port: R, flash: B::Flash, boot: Boot) -> ! {
     shared.tell(Event::Started { cause: boot.cause });
-    let mut store = Store::new(flash);
+    let mut place = Vec::new();
+    let Some(store) = Store::begun(&mut place, flash) else { B::restart("no room to begin") };
     if B::FLASH_STALLS {
         store.wait_for(&shared.quiet);
     }
@@ -54,7 +56,7 @@ async fn restore_and_answer<B: Board, R: Read>(shared: &'static Shared, port: R,
 }
 
 /// Writes to flash what was set.
-async fn keep<F: NorFlash>(shared: &Shared, mut store: Store<F>) -> ! {
+async fn keep<F: NorFlash>(shared: &Shared, store: &mut Store<F>) -> ! {
     loop {
         let key = shared.keep.receive().await;
         let is_kept = store.keep(key, &shared).await.is_ok();
@@ -73,6 +75,7 @@ async fn serve<B: Board, R: Read>(shared: &'static Shared, port: R, boot: Boot) 
         fingers: B::FINGERS as u8,
         board: short(B::NAME),
         cost_hz: B::COST_HZ,
+        lists: Lists::HERE,
     };
     let mut ticket = 0;
     loop {
@@ -372,8 +375,8 @@ mod tests {
     use super::*;
 
     fn context(shared: &'static Shared) -> Context {
-        let version =
-            Version { protocol: 0, firmware: String::new(), fingers: 1, board: String::new(), cost_hz: 1_000_000 };
+        let (firmware, board) = (String::new(), String::new());
+        let version = Version { protocol: 0, firmware, fingers: 1, board, cost_hz: 1_000_000, lists: Lists::TARGET };
         let boot = BootReport { cause: ResetCause::PowerOn, last_words: None };
         Context { shared, version, boot, ticket: 0, command: None, restart: |_| panic!("a restart") }
     }

@@ -1,5 +1,7 @@
 //! Records in flash: kept, restored, damaged, of earlier versions.
 
+use std::vec::Vec;
+
 use embassy_futures::block_on;
 use embedded_storage::nor_flash::{ErrorType, NorFlashErrorKind, check_erase, check_read, check_write};
 use messages::{FINGERS, Mount, Reaction};
@@ -14,17 +16,20 @@ use model_core::size::Lists;
 
 use super::*;
 
-/// NOR flash that loses power after so many bytes written or erased; it stays as it is then.
+/// NOR flash of four sectors that loses power after so many bytes written or erased; it stays as it is then.
 #[derive(Clone)]
-struct Flash<const WORD: usize> {
+struct Flash<const WORD: usize, const SECTOR: usize = 2048> {
     bytes: Vec<u8>,
     left: usize,
     done: usize,
 }
 
+/// Bytes of a sector as most tests have it.
 const SECTOR: usize = 2048;
+/// Bytes of a sector that a finger with [`Lists::RIBS`] fits into.
+const WIDE: usize = 4096;
 
-impl<const WORD: usize> Flash<WORD> {
+impl<const WORD: usize, const SECTOR: usize> Flash<WORD, SECTOR> {
     fn new() -> Self {
         Self { bytes: vec![0xFF; 4 * SECTOR], left: usize::MAX, done: 0 }
     }
@@ -37,11 +42,11 @@ impl<const WORD: usize> Flash<WORD> {
     }
 }
 
-impl<const WORD: usize> ErrorType for &mut Flash<WORD> {
+impl<const WORD: usize, const SECTOR: usize> ErrorType for &mut Flash<WORD, SECTOR> {
     type Error = NorFlashErrorKind;
 }
 
-impl<const WORD: usize> ReadNorFlash for &mut Flash<WORD> {
+impl<const WORD: usize, const SECTOR: usize> ReadNorFlash for &mut Flash<WORD, SECTOR> {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
@@ -55,7 +60,7 @@ impl<const WORD: usize> ReadNorFlash for &mut Flash<WORD> {
     }
 }
 
-impl<const WORD: usize> NorFlash for &mut Flash<WORD> {
+impl<const WORD: usize, const SECTOR: usize> NorFlash for &mut Flash<WORD, SECTOR> {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = SECTOR;
 
@@ -85,26 +90,25 @@ pub(super) fn with(zero: f32, objects: u32) -> Setup {
     setup
 }
 
-fn filled<X: Clone, const N: usize>(value: X, entries: usize) -> heapless::Vec<X, N> {
-    core::iter::repeat_n(value, entries).collect()
+fn filled<X: Clone, const N: usize>(value: X, entries: u8) -> heapless::Vec<X, N> {
+    core::iter::repeat_n(value, entries.into()).collect()
 }
 
-/// A finger with as much of everything as a microcontroller has room for.
-pub(super) fn longest() -> Finger {
-    let profile = || Profile { knots: filled([1.5, 2.5], Lists::TARGET.knots) };
+/// A finger with as much of everything as a microcontroller with such lists has room for.
+pub(super) fn longest(lists: Lists) -> Finger {
+    let profile = || Profile { knots: filled([1.5, 2.5], lists.knots) };
     let beam = || Beam {
         base: [1.5; 2],
         tip: [2.5; 2],
         sagitta: 0.1,
-        via: filled([1.5, -2.5], Lists::TARGET.points),
+        via: filled([1.5, -2.5], lists.points),
         thickness: profile(),
         stiffness_factor: 1.1,
         bending_factor: 1.2,
         stretch_factor: 0.9,
         clamp: 3.5,
     };
-    let arcs =
-        Attachments::Arcs { front: filled(0.1, Lists::TARGET.lamellae), back: filled(0.2, Lists::TARGET.lamellae) };
+    let arcs = Attachments::Arcs { front: filled(0.1, lists.lamellae), back: filled(0.2, lists.lamellae) };
     let design = Design {
         width: profile(),
         plane_strain: PlaneStrain::Auto,
@@ -113,12 +117,12 @@ pub(super) fn longest() -> Finger {
         back: beam(),
         lamellae: Lamellae {
             attachments: arcs,
-            thickness: filled([1.2, 1.1], Lists::TARGET.thicknesses),
+            thickness: filled([1.2, 1.1], lists.thicknesses),
             kind: LamellaKind::Rib(Ribs { ends: RibEnds::Gap(0.4), ..Ribs::WELDED }),
         },
         hinge: Hinge {
             kind: HingeKind::Welded,
-            length: filled(2.5, Lists::TARGET.lamellae),
+            length: filled(2.5, lists.lamellae),
             thickness: 0.8,
             from: HingeFrom::Face,
         },
@@ -181,17 +185,22 @@ fn what_is_kept_already_is_not_written_again() {
 /// else, the other records are as they were, and the next one can be kept. Of every flash's turn, the writes around the
 /// one that erases a sector.
 fn cut_everywhere<const WORD: usize>(key: Key, make: fn(u32) -> Setup) {
+    cut_every::<WORD, SECTOR>(1, key, make);
+}
+
+/// The same after every so many bytes.
+fn cut_every<const WORD: usize, const SECTOR: usize>(every: usize, key: Key, make: fn(u32) -> Setup) {
     let part = |setup: &Setup| match key {
         Key::Settings => format!("{:?}", setup.settings),
         Key::Finger(finger) => format!("{:?}", setup.fingers[usize::from(finger)]),
         Key::Object(finger) => format!("{:?}", setup.objects[usize::from(finger)]),
         Key::Uncertainty(finger) => format!("{:?}", setup.uncertainties[usize::from(finger)]),
     };
-    let mut flash = Flash::<WORD>::new();
+    let mut flash = Flash::<WORD, SECTOR>::new();
     let mut old = make(0);
     keep(&mut flash, key, &old).unwrap();
     keep(&mut flash, Key::Object(1), &old).unwrap();
-    let written = |flash: &Flash<WORD>, setup: &Setup| {
+    let written = |flash: &Flash<WORD, SECTOR>, setup: &Setup| {
         let mut whole = flash.clone();
         keep(&mut whole, key, setup).unwrap();
         (whole.done - flash.done, whole)
@@ -205,7 +214,7 @@ fn cut_everywhere<const WORD: usize>(key: Key, make: fn(u32) -> Setup) {
         // This write, or the one behind it, erases; or the first of all, onto a fresh flash.
         if erases || round == 1 || written(&whole, &next).0 > SECTOR {
             erasures += usize::from(erases);
-            for cut in 0..bytes {
+            for cut in (0..bytes).step_by(every) {
                 let mut broken = flash.clone();
                 broken.left = cut;
                 let kept = keep(&mut broken, key, &new);
@@ -225,7 +234,7 @@ fn cut_everywhere<const WORD: usize>(key: Key, make: fn(u32) -> Setup) {
         (flash, old) = (whole, new);
         round += 1;
     }
-    assert!(cuts > 3 * SECTOR, "{cuts} cuts");
+    assert!(cuts > 3 * SECTOR / every, "{cuts} cuts");
 }
 
 #[test]
@@ -242,17 +251,22 @@ fn a_write_cut_at_any_byte_leaves_the_old() {
 /// The longest records: a whole finger.
 #[test]
 fn a_long_write_cut_at_any_byte_leaves_the_old() {
-    let make = |round: u32| {
+    fn make(lists: Lists, round: u32) -> Setup {
         let mut setup = with(0.0, 0);
-        let mut finger = longest();
+        let mut finger = longest(lists);
         finger.design.material.youngs_modulus += f64::from(round);
         setup.fingers[2] = Some(finger);
         setup
-    };
-    assert!(encode(Key::Finger(2), &make(0), &mut [0; RECORD]).unwrap() > 500);
-    cut_everywhere::<1>(Key::Finger(2), make);
-    cut_everywhere::<8>(Key::Finger(2), make);
-    cut_everywhere::<32>(Key::Finger(2), make);
+    }
+    for (lists, least) in [(Lists::TARGET, 900), (Lists::RIBS, SECTOR)] {
+        let length = encode(Key::Finger(2), &make(lists, 0), &mut [0; RECORD]).unwrap();
+        assert!((least..=record_bytes(lists)).contains(&length), "{lists:?}: {length} bytes");
+    }
+    cut_everywhere::<1>(Key::Finger(2), |round| make(Lists::TARGET, round));
+    cut_everywhere::<8>(Key::Finger(2), |round| make(Lists::TARGET, round));
+    cut_everywhere::<32>(Key::Finger(2), |round| make(Lists::TARGET, round));
+    // Of a sector twice as large: not every byte, but no pattern either.
+    cut_every::<8, WIDE>(29, Key::Finger(2), |round| make(Lists::RIBS, round));
 }
 
 /// Noise instead of flash: told, survived, and written anew.

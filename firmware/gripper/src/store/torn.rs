@@ -10,6 +10,8 @@ use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 
+use model_core::size::Lists;
+
 use super::Found;
 use super::tests::{keep, longest, restore, with};
 use crate::setup::{Key, Setup};
@@ -213,7 +215,7 @@ fn a_word_torn_anywhere_leaves_the_old() {
 fn a_word_torn_in_a_long_record_leaves_the_old() {
     let make = |round: u32| {
         let mut setup = with(0.0, 0);
-        let mut finger = longest();
+        let mut finger = longest(Lists::TARGET);
         finger.design.material.youngs_modulus += f64::from(round);
         setup.fingers[2] = Some(finger);
         setup

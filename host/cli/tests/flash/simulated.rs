@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use fre_gripper::loader::{Acknowledgement, Decoder, Frame, Kind, checksum};
 use messages::{GetVersion, Version, frame};
+use model_core::size::Lists;
 use postcard_rpc::Endpoint;
 use postcard_rpc::header::{VarHeader, VarKey};
 use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl, open};
@@ -70,8 +71,8 @@ impl Simulated {
             let Some((header, _)) = event.ok().and_then(|bytes| VarHeader::take_from_slice(bytes)) else { continue };
             if let Some((board, firmware)) = self.program.as_ref().filter(|_| !self.faults.mute) {
                 let short = |words: &str| heapless::String::try_from(words).unwrap();
-                let version =
-                    Version { protocol: 1, firmware: short(firmware), fingers: 2, board: short(board), cost_hz: 1 };
+                let (firmware, board) = (short(firmware), short(board));
+                let version = Version { protocol: 1, firmware, fingers: 2, board, cost_hz: 1, lists: Lists::RIBS };
                 let header = VarHeader { key: VarKey::Key8(GetVersion::RESP_KEY), seq_no: header.seq_no };
                 let (mut scratch, mut line) = ([0; frame::MESSAGE], [0; frame::FRAME]);
                 let message = frame::message(&header, &version, &mut scratch).unwrap();

@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{EstimateTopic, EventTopic, GraspTopic, Report, ShapeTopic};
+use model_core::size::Lists;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 use postcard_rpc::standard_icd::{ERROR_KEY, WireError};
 use postcard_rpc::{Endpoint, Topic, postcard};
@@ -58,6 +59,8 @@ pub struct Link {
     reader: Option<JoinHandle<()>>,
     patience: Duration,
     place: String,
+    /// How long the lists of a description may be there, once it is known.
+    pub(super) lists: OnceLock<Lists>,
 }
 
 /// The lock, also if another thread stopped while it held it.
@@ -117,6 +120,7 @@ impl Link {
             reader: Some(thread),
             patience: PATIENCE,
             place,
+            lists: OnceLock::new(),
         })
     }
 

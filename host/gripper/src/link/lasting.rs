@@ -185,6 +185,7 @@ mod tests {
 
     use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
     use messages::{GetSettings, GetVersion, PROTOCOL_VERSION, Settings, Version};
+    use model_core::size::Lists;
     use postcard_rpc::Endpoint;
     use postcard_rpc::header::{VarHeader, VarKey};
 
@@ -201,6 +202,7 @@ mod tests {
             fingers: 0,
             board: "peer".try_into().unwrap(),
             cost_hz: 1,
+            lists: Lists::TARGET,
         };
         let (mut decoder, mut chunk) = (Decoder::<FRAME>::new(), [0; 256]);
         while let Ok(count @ 1..) = peer.read(&mut chunk) {

@@ -26,6 +26,15 @@ impl Link {
         self.ask::<GetVersion>(&())
     }
 
+    /// How long the lists of a description may be there.
+    fn lists(&self) -> Result<Lists, LinkError> {
+        if let Some(lists) = self.lists.get() {
+            return Ok(*lists);
+        }
+        let lists = self.version()?.lists;
+        Ok(*self.lists.get_or_init(|| lists))
+    }
+
     /// How its program started.
     ///
     /// # Errors
@@ -48,7 +57,7 @@ impl Link {
     /// As [`Link::ask`], and what is wrong with the object.
     pub fn set_object(&self, finger: u8, object: impl Into<Object>) -> Result<(), LinkError> {
         let object = object.into();
-        object.design.fits(Lists::TARGET)?;
+        object.design.fits(self.lists()?)?;
         Ok(self.ask::<SetObject>(&For { finger, what: object })??)
     }
 
@@ -58,7 +67,7 @@ impl Link {
     /// As [`Link::set_object`].
     pub fn place_object(&self, finger: u8, object: impl Into<Object>) -> Result<(), LinkError> {
         let object = object.into();
-        object.design.fits(Lists::TARGET)?;
+        object.design.fits(self.lists()?)?;
         Ok(self.ask::<PlaceObject>(&For { finger, what: object })??)
     }
 
@@ -75,7 +84,7 @@ impl Link {
     /// # Errors
     /// As [`Link::ask`], and what is wrong with the design or its discretisation.
     pub fn set_finger(&self, finger: u8, design: &Finger) -> Result<(), LinkError> {
-        design.design.fits(Lists::TARGET)?;
+        design.design.fits(self.lists()?)?;
         Ok(self.ask::<SetFinger>(&For { finger, what: design.clone() })??)
     }
 

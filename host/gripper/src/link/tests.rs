@@ -7,9 +7,14 @@ use std::thread;
 use std::time::Duration;
 
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
-use messages::{Counters, EstimateTopic, GetCounters, Phase, Report, SetObject};
+use messages::{
+    Counters, EstimateTopic, Finger, GetCounters, GetVersion, PROTOCOL_VERSION, Phase, Report, SetObject, Version,
+};
+use model_core::design::{Profile, ladder_80};
+use model_core::discretise::{Discretisation, Physics};
 use model_core::estimator::Estimate;
 use model_core::object::{Corners, ObjectDesign};
+use model_core::size::Lists;
 use model_core::status::Status;
 use postcard_rpc::header::{VarHeader, VarKey, VarKeyKind, VarSeq};
 use postcard_rpc::standard_icd::{ERROR_KEY, WireError};
@@ -100,25 +105,43 @@ fn every_way_to_fail_is_told_apart() {
     let silent = with_peer(HASTY, |_| Vec::new());
     assert!(matches!(silent.version(), Err(LinkError::Timeout { path: "version", .. })));
 
-    let strange = with_peer(PATIENT, |number| frame(ERROR_KEY, number, &WireError::UnknownKey));
+    let known = |link: Link| {
+        link.lists.set(Lists::TARGET).unwrap();
+        link
+    };
+    let strange = known(with_peer(PATIENT, |number| frame(ERROR_KEY, number, &WireError::UnknownKey)));
     let error = strange.set_object(0, OBJECT).unwrap_err();
     assert!(matches!(error, LinkError::Wire { error: WireError::UnknownKey, .. }), "{error}");
 
-    let confused = with_peer(PATIENT, |number| frame(SetObject::RESP_KEY, number, &[9_u8; 3]));
+    let confused = known(with_peer(PATIENT, |number| frame(SetObject::RESP_KEY, number, &[9_u8; 3])));
     assert!(matches!(confused.set_object(0, OBJECT), Err(LinkError::Answer { path: "object/set" })));
 
     // An answer to another question does not count.
-    let other = with_peer(HASTY, |number| {
+    let other = known(with_peer(HASTY, |number| {
         let number: u32 = number.into();
         frame(SetObject::RESP_KEY, VarSeq::Seq4(number + 1), &messages::Outcome::Ok(()))
-    });
+    }));
     assert!(matches!(other.set_object(0, OBJECT), Err(LinkError::Timeout { .. })));
     assert_eq!(other.statistics().unexpected, 1);
 }
 
+/// Of a gripper that answers every request with how long its lists are.
+fn with_lists(lists: Lists) -> Link {
+    let version = Version {
+        protocol: PROTOCOL_VERSION,
+        firmware: "1".try_into().unwrap(),
+        fingers: 1,
+        board: "peer".try_into().unwrap(),
+        cost_hz: 1,
+        lists,
+    };
+    with_peer(PATIENT, move |number| frame(GetVersion::RESP_KEY, number, &version))
+}
+
+/// The gripper says how much room it has; what fits is sent.
 #[test]
 fn what_the_gripper_has_no_room_for_is_not_sent() {
-    let link = with_peer(HASTY, |_| Vec::new());
+    let link = with_lists(Lists::TARGET);
     let corners: Vec<[f64; 2]> = (0..9)
         .map(|k| f64::from(k) * 0.6)
         .map(|angle| [60.0 + 20.0 * angle.cos(), 45.0 + 20.0 * angle.sin()])
@@ -127,6 +150,15 @@ fn what_the_gripper_has_no_room_for_is_not_sent() {
     object.validate().unwrap();
     let error = link.set_object(0, object).unwrap_err();
     assert_eq!(error.to_string(), "corners_mm has 9 entries; the microcontroller has room for 8");
+
+    let mut design = ladder_80();
+    design.front.thickness =
+        Profile { knots: (0..9).map(|knot| [10.0 * f64::from(knot), 2.0 - 0.05 * f64::from(knot)]).collect() };
+    let finger = Finger::elastic(design, Discretisation::estimator(Physics::Extended));
+    let error = link.set_finger(0, &finger).unwrap_err();
+    assert_eq!(error.to_string(), "front.thickness_mm has 9 entries; the microcontroller has room for 8");
+    let error = with_lists(Lists::RIBS).set_finger(0, &finger).unwrap_err();
+    assert!(matches!(error, LinkError::Answer { path: "finger/set" }), "it was sent: {error}");
 }
 
 #[test]

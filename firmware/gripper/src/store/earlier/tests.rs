@@ -3,6 +3,7 @@
 use core::fmt::Debug;
 
 use model_core::design::{LamellaKind, Ribs};
+use model_core::size::Lists;
 use serde::Serialize;
 
 use super::*;
@@ -106,7 +107,7 @@ fn settings_of_version_4_come_back_as_they_were() {
 
 /// A finger with as much of everything as a microcontroller has room for, but for ribs with a gap, which none of those versions had.
 fn longest() -> Finger {
-    let mut finger = crate::store::tests::longest();
+    let mut finger = crate::store::tests::longest(Lists::TARGET);
     finger.design.lamellae.kind = LamellaKind::Rib(Ribs::WELDED);
     finger
 }
