@@ -258,7 +258,7 @@ fn a_planned_motion_is_made_and_recorded() {
         // The next fresh report after its time; there are 500 a second, in the board's time, unless a busy PC answers late.
         assert!((-0.001..0.2).contains(&(number(0) - time_s)), "{row:?}, planned {time_s}");
         // The servo's time passes with the answers that it gives: on a busy PC the motor stays behind, and gets there while it is held.
-        let rests_now = (1.5..2.9).contains(time_s);
+        let rests_now = (1.9..2.9).contains(time_s);
         let allowed = if rests_now { *angle_deg - 0.3..*angle_deg + 0.3 } else { -0.5..6.5 };
         assert!(allowed.contains(&number(1)), "{row:?}, planned {angle_deg} at {time_s}");
         rests += usize::from(rests_now);
@@ -267,7 +267,7 @@ fn a_planned_motion_is_made_and_recorded() {
             assert!(number(3) > 1.0 && ["converged", "tracking"].contains(&&row[5]), "{row:?}");
         }
     }
-    assert!(rests > 2, "{rests} readings at rest");
+    assert!(rests > 1, "{rests} readings at rest");
     // It has opened in between, and closed again.
     let rested = planned.places.iter().rposition(|[_, angle_deg]| *angle_deg == 0.0).unwrap();
     let open: f64 = rows[rested][1].parse().unwrap();
