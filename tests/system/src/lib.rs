@@ -10,6 +10,7 @@
 //!
 //! The firmware's ELF is named by the environment variable `FRE_FIRMWARE_ELF`; `cargo xtask test` builds it and sets it.
 
+mod agreement;
 mod bench;
 mod browser;
 mod campaign;
@@ -22,6 +23,7 @@ mod machine;
 mod shared_bus;
 mod watch;
 
+pub use agreement::Agreement;
 pub use bench::{Bench, Meddling};
 pub use browser::Browser;
 pub use campaign::{Campaign, campaign};

@@ -4,19 +4,17 @@
 use std::time::Duration;
 
 use fre_gripper::link::set;
-use fre_gripper::servo::{Config, OnBranch};
+use fre_gripper::servo::Config;
 use messages::{GripTo, Mount, Phase, Settings, Which};
 use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
-use system_tests::{Machine, Watch, finger, load_on};
+use system_tests::{Agreement, Machine, Watch, finger, load_on};
 
 /// Longest wait for anything, on a busy PC.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// 2.3 mm in front of the jaw at motor angle 0.
 const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [43.3, 45.0], radius: 40.0 };
-/// One count of the servo, rad.
-const COUNT: f64 = std::f64::consts::TAU / 4096.0;
 
 /// A rack that moves the jaw 12 mm per radian; the reference is the scheme `paper` at 170/20, which the servo's finger is made of.
 #[test]
@@ -43,22 +41,9 @@ fn a_jaw_grips_with_the_force_asked_for() {
     watch.until_report("a closed jaw", PATIENCE, |report| {
         report.goal == 0.75 && (report.estimate.motor_angle - 0.75).abs() < 0.004 && report.estimate.age == 0
     });
-    let (mut compared, mut worst, mut worst_torque) = (0, 0.0_f64, 0.0_f64);
-    let mut on = OnBranch::default();
-    for report in watch.reports.iter().filter(|report| report.estimate.age == 0) {
-        assert!(report.estimate.status.is_trustworthy(), "{report:?}");
-        let truth = load.at(f64::from(report.position - 2048) * COUNT, &mut on);
-        let force = truth.force[0].hypot(truth.force[1]);
-        let told = f64::from(report.estimate.force_magnitude());
-        if force > 1.0 {
-            compared += 1;
-            worst = worst.max((told / force - 1.0).abs());
-            worst_torque = worst_torque.max((f64::from(report.estimate.torque) / truth.torque - 1.0).abs());
-        }
-    }
-    eprintln!("{compared} places: force {:.2} %, torque {:.2} %", 100.0 * worst, 100.0 * worst_torque);
+    let agreement = Agreement::of(&watch.reports, &load);
     // The order of the reference's own error at Mid (2.5 %) and the reduced model's (0.5 %).
-    assert!(compared > 50 && worst < 0.04 && worst_torque < 0.04, "{compared} {worst} {worst_torque}");
+    assert!(agreement.is_within(0.04), "{agreement:?}");
 
     for force in [2.0_f64, 4.0] {
         link.open_fingers(Which::All).unwrap();

@@ -7,20 +7,18 @@ use std::time::Duration;
 use fre::case::preset;
 use fre::study::model::Options;
 use fre_gripper::link::set;
-use fre_gripper::servo::{Config, Load, OnBranch};
+use fre_gripper::servo::{Config, Load};
 use messages::{Finger, Mount, Settings, Which};
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::Drive;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
-use system_tests::{Machine, Watch};
+use system_tests::{Agreement, Machine, Watch};
 
 /// Longest wait for anything, on a busy PC.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// 2.3 mm in front of the front wall at motor angle 0.
 const OBJECT: ObjectDesign = ObjectDesign::Circle { centre: [43.2, 65.0], radius: 40.0 };
-/// One count of the servo, rad.
-const COUNT: f64 = std::f64::consts::TAU / 4096.0;
 /// Where it closes to, rad: 6.7 mm onto the object.
 const CLOSED: f32 = 0.75;
 
@@ -49,25 +47,8 @@ fn the_finger_of_the_umi_runs_on_the_gripper() {
     watch.until_report("a closed finger", PATIENCE, |report| {
         report.goal == CLOSED && (report.estimate.motor_angle - CLOSED).abs() < 0.004 && report.estimate.age == 0
     });
-    let (mut compared, mut worst, mut worst_torque) = (0, 0.0_f64, 0.0_f64);
-    let mut on = OnBranch::default();
-    for report in watch.reports.iter().filter(|report| report.estimate.age == 0) {
-        assert!(report.estimate.status.is_trustworthy(), "{report:?}");
-        let truth = load.at(f64::from(report.position - 2048) * COUNT, &mut on);
-        let force = truth.force[0].hypot(truth.force[1]);
-        if force > 1.0 {
-            compared += 1;
-            worst = worst.max((f64::from(report.estimate.force_magnitude()) / force - 1.0).abs());
-            worst_torque = worst_torque.max((f64::from(report.estimate.torque) / truth.torque - 1.0).abs());
-        }
-    }
-    let depth = machine.stack_depth();
-    eprintln!(
-        "{compared} places: force {:.2} %, torque {:.2} %; {depth} bytes of stack",
-        100.0 * worst,
-        100.0 * worst_torque
-    );
-    assert!(compared > 50 && worst < 0.01 && worst_torque < 0.01, "{compared} {worst} {worst_torque}");
+    let agreement = Agreement::of(&watch.reports, &load);
+    assert!(agreement.is_within(0.01), "{agreement:?}");
     // All ribs are in the picture.
     let ribs = |shape: &messages::Shape| [shape.lamella_front.len(), shape.lamella_back.len()];
     assert_eq!(watch.shapes.last().map(ribs), Some([15, 15]));
