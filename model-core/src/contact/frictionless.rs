@@ -44,9 +44,9 @@ pub(crate) struct Settled {
 /// Finds the rows' new states, from the present ones on, and the steps Δμ of all rows. A row that may pull is closed for good.
 ///
 /// A primal active-set method: from feasible multipliers, go towards the solution on the present set, but only as far as
-/// no multiplier turns negative; rows that reach zero leave, then the most violated gap comes in. On a positive definite
-/// D every pass lowers ½ μᵀDμ − cᵀμ, so no set returns; on an indefinite one the passes are bounded and rows that would
-/// have to pull at once are left out.
+/// no multiplier turns negative; rows that reach zero leave, then violated gaps come in: all of them as long as none of these has to
+/// leave again at once, then the most violated one. On a positive definite D every pass that moves lowers ½ μᵀDμ − cᵀμ, so no set
+/// returns; on an indefinite one the passes are bounded and a row that would have to pull at once is left out.
 pub(crate) fn settle<T: Real>(
     problem: &mut Problem<'_, T>,
     count: usize,
@@ -70,7 +70,8 @@ pub(crate) fn settle<T: Real>(
         }
     }
     set.factorised = set.factorised.min(set.listed);
-    let mut newest = None;
+    // Violated gaps come in together until one of them would have to pull; from then on one by one, so that no set returns.
+    let (mut newest, mut together) = (None, true);
     let mut refused = false;
     for _ in 0..4 * count + 8 {
         outcome.negative = solve_on(problem, &mut set, states, delta);
@@ -102,6 +103,7 @@ pub(crate) fn settle<T: Real>(
                 *delta = -multiplier;
                 *state = ContactState::Open;
                 dropped = true;
+                together &= part > T::ZERO;
                 refused |= newest == Some(j) && part == T::ZERO;
             }
         }
@@ -121,25 +123,32 @@ pub(crate) fn settle<T: Real>(
             }
             return outcome;
         }
-        // Take in the most violated gap.
         let mut worst: Option<(usize, T)> = None;
-        let matrix = problem.flexibility.chunks(stride.max(1));
-        for (j, ((row, &rhs), &state)) in matrix.zip(problem.rhs).zip(&*states).enumerate() {
-            if state == ContactState::Closed {
+        let (matrix, rhs, before) = (problem.flexibility.chunks(stride.max(1)), problem.rhs, set.listed);
+        for (j, ((row, &rhs), state)) in matrix.zip(rhs).zip(&mut *states).enumerate() {
+            if *state == ContactState::Closed {
                 continue;
             }
             let gap = product(row, delta) - rhs;
-            if gap < -problem.tolerance && worst.is_none_or(|(_, least)| gap < least) {
-                worst = Some((j, gap));
+            if gap < -problem.tolerance {
+                if together {
+                    *state = ContactState::Closed;
+                    set.take_in(problem, j);
+                }
+                if worst.is_none_or(|(_, least)| gap < least) {
+                    worst = Some((j, gap));
+                }
             }
         }
-        let Some(found) = worst.and_then(|(j, _)| states.get_mut(j).map(|state| (j, state))) else {
+        let Some((most, _)) = worst else {
             outcome.settled = true;
             return outcome;
         };
-        *found.1 = ContactState::Closed;
-        newest = Some(found.0);
-        set.take_in(problem, found.0);
+        if !together && let Some(state) = states.get_mut(most) {
+            *state = ContactState::Closed;
+            set.take_in(problem, most);
+        }
+        newest = (set.listed == before + 1).then_some(most);
     }
     outcome
 }

@@ -27,7 +27,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let remaining = to - self.timeline.at();
         let untouched = self.timeline.accepted.touching_count == 0 && self.timeline.accepted.load == [T::ZERO; 2];
         let is_strained = self.work.history.memory.is_strained();
-        if untouched && !is_strained && remaining.abs() > self.max_step() && self.is_clear(to) {
+        if untouched && !is_strained && remaining.abs() > self.max_step() && self.is_clear_on_the_way(to) {
             // From one open hand to another nothing happens on the way.
             self.timeline.take(to, to);
             self.accept(to);

@@ -3,6 +3,7 @@
 use super::phase::Phase;
 use super::{Follower, START_CHECKS};
 use crate::access::Access;
+use crate::newton::gaps::Sweep;
 use crate::object::{Motion, Object};
 use crate::real::Real;
 use crate::size::Size;
@@ -47,13 +48,33 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         clear
     }
 
-    /// The finger at rest neither touches the object nor has passed it: the object lies on the front beam's outer side.
+    /// The finger at rest neither touches the object nor has passed it: the object lies on the front beam's outer side. The workspace shows
+    /// the finger at rest.
+    #[inline(never)]
     pub(super) fn is_clear(&mut self, coordinate: T) -> bool {
+        let object = self.put_to_rest(coordinate);
+        let (_, sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::ZERO);
+        self.shows_clear(&sweep)
+    }
+
+    /// The same on the way elsewhere: where the finger at rest is not clear, that costs the front beam only, and the workspace shows nothing
+    /// that may be read.
+    #[inline(never)]
+    pub(super) fn is_clear_on_the_way(&mut self, coordinate: T) -> bool {
+        let object = self.put_to_rest(coordinate);
+        let sweep = self.work.place(&self.model, &self.timeline.present, &object);
+        self.shows_clear(&sweep) && self.is_clear(coordinate)
+    }
+
+    #[inline(never)]
+    fn put_to_rest(&mut self, coordinate: T) -> Seen<T, O> {
         self.timeline.present.rest();
         self.work.history.memory.mute();
-        let object = self.seen(coordinate);
-        let (_, sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::ZERO);
-        sweep.nearest >= T::ZERO && !self.rests_behind(&sweep)
+        self.seen(coordinate)
+    }
+
+    fn shows_clear(&self, sweep: &Sweep<T>) -> bool {
+        sweep.nearest >= T::ZERO && !self.rests_behind(sweep)
     }
 
     /// Looks for contacts as densely as the object asks.

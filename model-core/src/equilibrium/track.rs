@@ -79,7 +79,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return self.follow_on(to, budget);
         }
         let mut outcome = Outcome::at(Status::MaxIterations);
-        if is_open && remaining.abs() > self.max_step() && self.is_clear(to) {
+        if is_open && remaining.abs() > self.max_step() && self.is_clear_on_the_way(to) {
             // From one open hand to another nothing happens on the way.
             self.accept(to);
             return Outcome { status: self.standing(), steps: 1, ..outcome };
@@ -154,7 +154,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 self.timeline.present.lambda.as_ref().iter().fold(T::ZERO, |sum, l| sum + l[0] + l[1]).is_finite();
             // Without a stable factorisation, or with a step that wants clipping, the whole method decides.
             let odd = self.timeline.present.touching_count == 0 || self.presses_from_behind();
-            if self.timeline.present.touching_count == 0 && finite && self.opens(to) {
+            if self.timeline.present.touching_count == 0 && finite && self.opens(to, is_within(COARSE)) {
                 return Outcome { status: self.standing(), steps: 1, ..outcome };
             }
             if !inertia.is_stable() || !finite || moved > T::of(CLIP) || odd {
@@ -193,9 +193,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         Outcome { status, steps: 1, ..outcome }
     }
 
-    /// A step has let the object go. Where the open hand lies clear of it, that is the equilibrium, and accepted.
-    fn opens(&mut self, to: T) -> bool {
-        let clear = self.is_clear(to);
+    /// A step has let the object go. Where the open hand lies clear of it, that is the equilibrium, and accepted; `likely`, if that is to be
+    /// expected.
+    fn opens(&mut self, to: T, likely: bool) -> bool {
+        let clear = if likely { self.is_clear(to) } else { self.is_clear_on_the_way(to) };
         if clear {
             self.rest();
             self.accept(to);

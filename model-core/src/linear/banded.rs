@@ -61,22 +61,42 @@ pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T]) {
     let mut last = [T::ZERO; BAND];
     let (rows, rows_left) = band.as_chunks::<BAND>();
     let (blocks, left) = x.as_chunks_mut::<BAND>();
-    let mut one = |at: usize, row: &[T; BAND + 1], x: &mut T| {
-        let mut value = *x;
-        for k in 0..BAND {
-            value -= row[BAND - 1 - k] * last[(at + BAND - 1 - k) % BAND];
-        }
-        *x = value;
-        last[at] = value;
-    };
     for (rows, block) in rows.iter().zip(blocks) {
         for at in 0..BAND {
-            one(at, &rows[at], &mut block[at]);
+            block[at] = next(&mut last, at, &rows[at], block[at]);
         }
     }
     for (at, (row, x)) in rows_left.iter().zip(left).enumerate() {
-        one(at % BAND, row, x);
+        *x = next(&mut last, at % BAND, row, *x);
     }
+}
+
+/// As [`forward`] for two at once, which share what is loaded of L.
+#[inline(never)]
+pub(crate) fn forward_both<T: Real>(band: &[[T; BAND + 1]], x: &mut [T], y: &mut [T]) {
+    let (mut last_x, mut last_y) = ([T::ZERO; BAND], [T::ZERO; BAND]);
+    let (rows, rows_left) = band.as_chunks::<BAND>();
+    let ((x_blocks, x_left), (y_blocks, y_left)) = (x.as_chunks_mut::<BAND>(), y.as_chunks_mut::<BAND>());
+    for ((rows, x), y) in rows.iter().zip(x_blocks).zip(y_blocks) {
+        for at in 0..BAND {
+            x[at] = next(&mut last_x, at, &rows[at], x[at]);
+            y[at] = next(&mut last_y, at, &rows[at], y[at]);
+        }
+    }
+    for (at, ((row, x), y)) in rows_left.iter().zip(x_left).zip(y_left).enumerate() {
+        *x = next(&mut last_x, at % BAND, row, *x);
+        *y = next(&mut last_y, at % BAND, row, *y);
+    }
+}
+
+/// The value of an unknown, whose place modulo the bandwidth is `at`, from the last ones.
+#[inline(always)]
+fn next<T: Real>(last: &mut [T; BAND], at: usize, row: &[T; BAND + 1], mut value: T) -> T {
+    for k in 0..BAND {
+        value -= row[BAND - 1 - k] * last[(at + BAND - 1 - k) % BAND];
+    }
+    last[at] = value;
+    value
 }
 
 /// x = L⁻ᵀ D⁻¹ y in place.
@@ -136,7 +156,11 @@ mod tests {
             let negative = factorise(&mut band, &[]);
             assert_eq!(negative, dense.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count());
             let mut found = right.clone();
+            let (mut twin, mut double) = (found.clone(), found.iter().map(|x| 2.0 * x).collect::<Vec<_>>());
+            forward_both(&band, &mut twin, &mut double);
             forward(&band, &mut found);
+            assert_eq!(twin, found);
+            assert!(double.iter().zip(&found).all(|(double, one)| *double == 2.0 * one));
             backward(&band, &mut found);
             let exact = dense.lu().solve(&DVector::from_vec(right)).expect("a regular matrix");
             for (found, exact) in found.iter().zip(&exact) {

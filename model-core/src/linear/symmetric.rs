@@ -245,13 +245,12 @@ pub(crate) fn solve<T: Real>(a: &[T], n: usize, stride: usize, order: &[u16], x:
     for k in (0..n).rev() {
         // Within a pair there is no multiplier: L's block is the identity.
         let second = k > 0 && order.at(k - 1) & PAIR != 0;
-        let first = if second { k + 1 } else { k + 1 + usize::from(order.at(k) & PAIR != 0) };
-        let mut value = y.at(k);
-        let column = a.get(first * stride + k..).unwrap_or(&[]).iter().step_by(stride.max(1));
-        for (&l, &y) in column.zip(y.get(first..).unwrap_or(&[])) {
-            value -= l * y;
+        let (above, rest) = y.split_at_mut(k);
+        let (Some(row), Some(&value)) = (a.get(k * stride..), rest.first()) else { return };
+        let above = above.get_mut(..k - usize::from(second)).unwrap_or(&mut []);
+        for (y, &l) in above.iter_mut().zip(row) {
+            *y -= l * value;
         }
-        y.put(k, value);
     }
     for (&y, &place) in y.iter().zip(order) {
         x.put(usize::from(place & !PAIR), y);

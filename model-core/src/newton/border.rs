@@ -11,7 +11,6 @@ use crate::access::Access;
 use crate::contact::{Direction, Row, cell_of, own_rows};
 use crate::element::Node;
 use crate::linear::banded;
-use crate::linear::symmetric::product;
 use crate::model::Model;
 use crate::real::Real;
 use crate::size::{Blank, Size, Storage};
@@ -22,11 +21,11 @@ fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// n·C·m of a node with direction e: how the row m gives way under the row n by stretch and shear.
+/// C·n of a node with direction e: how stretch and shear under a force n move it.
 #[inline]
-fn compliance_along<T: Real>(e: [T; 2], compliance: [T; 2], n: [T; 2], m: [T; 2]) -> T {
-    let cross = |v: [T; 2]| v[1] * e[0] - v[0] * e[1];
-    compliance[0] * dot(e, n) * dot(e, m) + compliance[1] * cross(n) * cross(m)
+fn yielding<T: Real>([x, y]: [T; 2], [stretch, shear]: [T; 2], n: [T; 2]) -> [T; 2] {
+    let (along, across) = (stretch * (x * n[0] + y * n[1]), shear * (x * n[1] - y * n[0]));
+    [along * x - across * y, along * y + across * x]
 }
 
 /// The contact rows against joints, λ and each other: what a factorisation makes of them, and is kept with it.
@@ -37,8 +36,8 @@ pub(crate) struct Border<T: Real, S: Size> {
     pub own: S::Contacts<Own<T>>,
     /// D = −Z + Qᵀ KKT⁻¹ Q, mm/N, row by row; symmetric.
     pub flexibility: S::Pairs<T>,
-    /// D⁻¹ L⁻¹ of one column.
-    scaled: S::Unknowns<T>,
+    /// D⁻¹ L⁻¹ of two columns.
+    scaled: S::Unknowns<[T; 2]>,
 }
 
 /// The condensed residual with its sign changed: what the increments are to take away.
@@ -64,7 +63,7 @@ impl<T: Real, S: Size> Border<T, S> {
         columns: <S::Rows<T> as Storage<T>>::EMPTY,
         own: <S::Contacts<Own<T>> as Storage<Own<T>>>::EMPTY,
         flexibility: <S::Pairs<T> as Storage<T>>::EMPTY,
-        scaled: <S::Unknowns<T> as Storage<T>>::EMPTY,
+        scaled: <S::Unknowns<[T; 2]> as Storage<[T; 2]>>::EMPTY,
     };
 
     /// Makes room for a model; false if there is none.
@@ -116,10 +115,11 @@ impl<T: Real, S: Size> Border<T, S> {
         let (member, m) = (model.member(index)?, kinematics.members.as_ref().get(index)?);
         let nodes = member.nodes();
         let interior = usize::from(member.interior);
-        let mut own = Own { lever: kinematics.lever(model, index, sample), ..Own::BLANK };
+        let mut lever = kinematics.lever(model, index, sample);
         if S::RUBS && row.direction == Direction::Tangent {
-            slip::lengthen(model, row, &mut own.lever);
+            slip::lengthen(model, row, &mut lever);
         }
+        let mut own = Own { entries: lever.map(|lever| -dot(normal, lever)), ..Own::BLANK };
         // Raw entries on the span: −n·∂P with the angles, w C n with the force; nothing beyond the sample's element.
         let first = usize::from(sample.node).saturating_sub(nodes.start).min(nodes.len());
         let (start, end, before_end) = if kkt.curved {
@@ -135,9 +135,9 @@ impl<T: Real, S: Size> Border<T, S> {
         // A member without stretch and shear moves no sample by them.
         let is_strained = member.compliance != [T::ZERO; 2];
         let tensor = if is_strained {
-            raw_entries::<T, true>(column, list, weight, first, &own.lever, row)?
+            raw_entries::<T, true>(column, list, weight, first, &own.entries, row)?
         } else {
-            raw_entries::<T, false>(column, list, weight, first, &own.lever, row)?
+            raw_entries::<T, false>(column, list, weight, first, &own.entries, row)?
         };
         if S::RUBS
             && row.direction == Direction::Tangent
@@ -177,7 +177,17 @@ impl<T: Real, S: Size> Border<T, S> {
         }
         *self.own.as_mut().get_mut(j)? = own;
 
-        // Rows on the same span, this one included: −Z = −Σ n′·∂P′ z + Σ w w′/l n·C·n′.
+        // Rows on the same span, this one included: −Z = −Σ n′·∂P′ z + Σ w w′/l n·C·n′; `strain` has the last sum without what a node has
+        // beyond this row's sample.
+        let mut beyond = [[T::ZERO; 2]; 3];
+        if is_strained {
+            let on = list.iter().zip(weight).skip(first).zip(&sample.weights);
+            for (beyond, ((node, &weight), &part)) in
+                beyond.iter_mut().zip(on).filter(|(_, ((_, w), _))| **w != T::ZERO)
+            {
+                *beyond = yielding(node.e, member.compliance, normal).map(|c| (part / weight - T::one()) * c);
+            }
+        }
         let mut swept = [T::ZERO; 2];
         let mut passed = 0;
         let entries = self.flexibility.as_mut().get_mut(j * S::CONTACTS..)?.get_mut(span_start..=j)?;
@@ -192,22 +202,14 @@ impl<T: Real, S: Size> Border<T, S> {
                 passed += 1;
             }
             let mut sum = dot(normal, own.strain) - dot(other.normal, swept);
-            for (t, (&lever, &w)) in own.lever.iter().zip(&lower.weights).enumerate() {
-                let node = start + t;
-                // The joints at both ends come by their columns.
-                if let Some(&z) = solved.get(node.wrapping_sub(1)) {
-                    sum -= dot(other.normal, lever) * z;
-                }
-                // A node that this row's sample has in part only.
-                if is_strained
-                    && w != T::ZERO
-                    && let (Some(part), Some(on), Some(&weight)) =
-                        (node.checked_sub(first), list.get(node), weight.get(node))
-                {
-                    let part = sample.weights.get(part).copied().unwrap_or(T::ZERO);
-                    sum += w
-                        * (part / weight - T::one())
-                        * compliance_along(on.e, member.compliance, normal, other.normal);
+            // The joints at both ends come by their columns.
+            let (joints, from) = if start == 0 { (1, 0) } else { (0, start - 1) };
+            for (&entry, &z) in own.entries.iter().skip(joints).zip(solved.get(from..).unwrap_or(&[])) {
+                sum += entry * z;
+            }
+            if is_strained && let Some(apart) = first.checked_sub(start) {
+                for (&w, beyond) in lower.weights.iter().skip(apart).zip(&beyond) {
+                    sum += w * dot(*beyond, other.normal);
                 }
             }
             *entry = sum;
@@ -289,30 +291,55 @@ impl<T: Real, S: Size> Border<T, S> {
         if n == 0 {
             return;
         }
-        let (Some(band), Some(joints), Some(scaled)) =
-            (kkt.band.as_ref().get(..n), right.joints.as_ref().get(..n), self.scaled.as_mut().get_mut(..n))
-        else {
+        let (Some(band), Some(joints), Some(scaled), Some(columns)) = (
+            kkt.band.as_ref().get(..n),
+            right.joints.as_ref().get(..n),
+            self.scaled.as_mut().get_mut(..n),
+            self.columns.as_mut().get_mut(..count * n),
+        ) else {
             return;
         };
         let flexibility = self.flexibility.as_mut();
-        for (j, right) in right.rows.as_mut().iter_mut().take(count).enumerate() {
-            let Some((below, column)) =
-                self.columns.as_mut().get_mut(..(j + 1) * n).and_then(|all| all.split_at_mut_checked(j * n))
-            else {
-                return;
-            };
-            banded::forward(band, column);
-            for ((scaled, &mut y), row) in scaled.iter_mut().zip(column.iter_mut()).zip(band) {
-                *scaled = y * row[banded::BAND];
-            }
-            *right += product(scaled, joints);
-            for (k, other) in below.chunks_exact(n).chain([&*column]).enumerate() {
-                let Some(entry) = flexibility.get_mut(j * S::CONTACTS + k) else { return };
-                *entry += product(scaled, other);
-                let value = *entry;
-                if let Some(mirrored) = flexibility.get_mut(k * S::CONTACTS + j) {
-                    *mirrored = value;
+        let mut add = |j: usize, k: usize, part: T| {
+            let entry = flexibility.at(j * S::CONTACTS + k) + part;
+            flexibility.put(j * S::CONTACTS + k, entry);
+            flexibility.put(k * S::CONTACTS + j, entry);
+        };
+        // Two by two: what is loaded for one product serves another.
+        for j in (0..count).step_by(2) {
+            let Some((below, from)) = columns.split_at_mut_checked(j * n) else { return };
+            let Some((column, next)) = from.split_at_mut_checked(n) else { return };
+            let next = next.get_mut(..n).unwrap_or(&mut []);
+            let pair = if next.is_empty() { 1 } else { 2 };
+            if pair == 2 {
+                banded::forward_both(band, column, next);
+                for (((scaled, &x), &y), row) in scaled.iter_mut().zip(&*column).zip(&*next).zip(band) {
+                    *scaled = [x * row[banded::BAND], y * row[banded::BAND]];
                 }
+            } else {
+                banded::forward(band, column);
+                for ((scaled, &x), row) in scaled.iter_mut().zip(&*column).zip(band) {
+                    *scaled = [x * row[banded::BAND], T::ZERO];
+                }
+            }
+            let [[taken, _], [taken_next, _]] = products(scaled, joints, joints);
+            for (right, taken) in right.rows.as_mut().iter_mut().skip(j).zip([taken, taken_next]).take(pair) {
+                *right += taken;
+            }
+            for (k, lower) in below.chunks_exact(2 * n).enumerate() {
+                let (first, second) = lower.split_at_checked(n).unwrap_or_default();
+                for (row, parts) in products(scaled, first, second).into_iter().take(pair).enumerate() {
+                    add(j + row, 2 * k, parts[0]);
+                    add(j + row, 2 * k + 1, parts[1]);
+                }
+            }
+            if pair == 2 {
+                let [[own, across], [_, next_own]] = products(scaled, column, next);
+                add(j, j, own);
+                add(j + 1, j, across);
+                add(j + 1, j + 1, next_own);
+            } else {
+                add(j, j, products(scaled, column, column)[0][0]);
             }
         }
     }
@@ -343,11 +370,11 @@ impl<T: Real, S: Size> Border<T, S> {
         let (band, joints, scaled) =
             (kkt.band.as_ref().run(0..n), right.joints.as_ref().run(0..n), self.scaled.as_mut().run_mut(0..n));
         for ((scaled, &y), row) in scaled.iter_mut().zip(joints).zip(band) {
-            *scaled = y * row[banded::BAND];
+            *scaled = [y * row[banded::BAND], T::ZERO];
         }
         let columns = self.columns.as_ref().chunks_exact(n.max(1)).take(contacts.count);
         for (right, column) in right.rows.as_mut().iter_mut().zip(columns) {
-            *right += product(column, scaled);
+            *right += column.iter().zip(&*scaled).fold(T::ZERO, |sum, (&entry, &[scaled, _])| sum + entry * scaled);
         }
     }
 
@@ -371,7 +398,7 @@ impl<T: Real, S: Size> Border<T, S> {
         };
         let (mut passed, mut swept) = (0, [T::ZERO; 2]);
         let rows = contacts.rows().run(own.clone()).iter().zip(self.own.as_ref().run(own.clone()));
-        for ((row, lever), right) in rows.zip(right.rows.as_mut().run_mut(own.clone())) {
+        for ((row, own), right) in rows.zip(right.rows.as_mut().run_mut(own.clone())) {
             let first = usize::from(row.place.node).saturating_sub(nodes.start);
             // The interior nodes below the sample's element, whose levers are whole.
             while passed + 1 < first
@@ -380,19 +407,41 @@ impl<T: Real, S: Size> Border<T, S> {
                 swept = [swept[0] + node.lever[0] * z, swept[1] + node.lever[1] * z];
                 passed += 1;
             }
-            let mut moved = [swept[0] - below[0], swept[1] - below[1]];
-            for (k, &[x, y]) in lever.lever.iter().enumerate() {
-                if let Some(&z) = (first + k).checked_sub(1).and_then(|node| solved.get(node)) {
-                    moved = [moved[0] + x * z, moved[1] + y * z];
-                }
+            let mut moved = dot(row.normal, [swept[0] - below[0], swept[1] - below[1]]);
+            let (joints, from) = if first == 0 { (1, 0) } else { (0, first - 1) };
+            for (&entry, &z) in own.entries.iter().skip(joints).zip(solved.get(from..).unwrap_or(&[])) {
+                moved -= entry * z;
             }
-            *right = row.normal[0] * moved[0] + row.normal[1] * moved[1] - row.gap - row.softness * row.multiplier;
+            *right = moved - row.gap - row.softness * row.multiplier;
         }
         own.end
     }
 }
 
-/// Entries of a row with the angles of its own span, from its node `first` on those of its element, before condensation; with them Σ w of
+/// Products of two columns with two others.
+// Called four times: copies would cost flash and spare little.
+#[inline(never)]
+fn products<T: Real>(scaled: &[[T; 2]], first: &[T], second: &[T]) -> [[T; 2]; 2] {
+    let mut sums = [[T::ZERO; 2]; 2];
+    let mut add = |&[x, y]: &[T; 2], a: T, b: T| {
+        sums = [[sums[0][0] + x * a, sums[0][1] + x * b], [sums[1][0] + y * a, sums[1][1] + y * b]];
+    };
+    let count = scaled.len().min(first.len()).min(second.len());
+    let (scaled, scaled_left) = scaled.run(0..count).as_chunks::<4>();
+    let ((first, first_left), (second, second_left)) =
+        (first.run(0..count).as_chunks::<4>(), second.run(0..count).as_chunks::<4>());
+    for ((scaled, a), b) in scaled.iter().zip(first).zip(second) {
+        for i in 0..4 {
+            add(&scaled[i], a[i], b[i]);
+        }
+    }
+    for ((scaled, &a), &b) in scaled_left.iter().zip(first_left).zip(second_left) {
+        add(scaled, a, b);
+    }
+    sums
+}
+
+/// Entries of a row with the angles of its own span, from its node `first` on those given, before condensation; with them Σ w of
 /// eₓ², eₓ e_y and 1, if the span is `STRAINED`.
 #[inline(always)]
 fn raw_entries<T: Real, const STRAINED: bool>(
@@ -400,7 +449,7 @@ fn raw_entries<T: Real, const STRAINED: bool>(
     list: &[Node<T>],
     weight: &[T],
     first: usize,
-    lever: &[[T; 2]; 3],
+    entries: &[T; 3],
     row: &Row<T>,
 ) -> Option<[T; 3]> {
     let mut tensor = [T::ZERO; 3];
@@ -415,9 +464,9 @@ fn raw_entries<T: Real, const STRAINED: bool>(
         weigh(w, node.e);
     }
     beyond.fill(T::ZERO);
-    let element = list.get(first..)?.iter().zip(lever).zip(&row.place.weights);
-    for (value, ((node, lever), &w)) in beyond.iter_mut().zip(element) {
-        *value = -dot(row.normal, *lever);
+    let element = list.get(first..)?.iter().zip(entries).zip(&row.place.weights);
+    for (value, ((node, &entry), &w)) in beyond.iter_mut().zip(element) {
+        *value = entry;
         weigh(w, node.e);
     }
     Some(tensor)

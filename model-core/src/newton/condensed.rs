@@ -69,12 +69,12 @@ impl<T: Real> Condensed<T> {
 pub(crate) struct Own<T> {
     /// With the span's force.
     pub x: [T; 2],
-    /// Derivatives of the sample's position with respect to the angles of the three nodes of its element, mm.
-    pub lever: [[T; 2]; 3],
+    /// −n·∂P with the angles of the three nodes of its element, before condensation, mm.
+    pub entries: [T; 3],
     /// Σ w C n: how the span's stretch and shear under the row move the sample, mm/N.
     pub strain: [T; 2],
 }
 
 impl<T: Real> Blank for Own<T> {
-    const BLANK: Self = Self { x: [T::ZERO; 2], lever: [[T::ZERO; 2]; 3], strain: [T::ZERO; 2] };
+    const BLANK: Self = Self { x: [T::ZERO; 2], entries: [T::ZERO; 3], strain: [T::ZERO; 2] };
 }

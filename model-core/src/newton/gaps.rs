@@ -230,6 +230,15 @@ impl<T: Real, S: Size> Contacts<T, S> {
                 prefix += vec2_of(on.strained) * weight;
                 node += 1;
             }
+            let index = if is_fine { model.index_of(at) } else { at };
+            // Neither near nor the nearest. While something touches, where the others are does not matter.
+            let is_far = |gathering: &Gathering<'_, T, S>| {
+                let matters = if state.touching_count > 0 { margin } else { margin.max(gathering.found.nearest) };
+                gathering.next != Some(index) && seen - longest * sample.arc > sample.half_thickness + matters
+            };
+            if !is_fine && is_far(&gathering) {
+                continue;
+            }
             let below = prefix;
             let mut position = prefix;
             let from = nodes.get(usize::from(sample.node)..).unwrap_or(&[]);
@@ -254,7 +263,6 @@ impl<T: Real, S: Size> Contacts<T, S> {
                     let reach = sample.half_thickness + margin + longest * model.way_to(at);
                     !object.clears(position, reach) && object.gap(position).distance <= reach
                 };
-                let index = model.index_of(at);
                 let first = index + 1 - model.fineness;
                 if near || gathering.next.is_some_and(|next| next < index) {
                     for index in first..index {
@@ -284,17 +292,13 @@ impl<T: Real, S: Size> Contacts<T, S> {
                     }
                 }
             }
-            let index = if is_fine { model.index_of(at) } else { at };
-            let touched = gathering.next == Some(index);
-            // While something touches, where the others are does not matter.
-            let matters = touched || state.touching_count == 0;
-            if !matters && seen - longest * sample.arc > sample.half_thickness + margin {
+            if is_fine && is_far(&gathering) {
                 continue;
             }
             let gap = sample_gap(object, sample, position);
             seen = gap.distance + sample.half_thickness + longest * sample.arc;
             gathering.nearest(&gap);
-            if touched {
+            if gathering.next == Some(index) {
                 gathering.touching(index, sample, &gap);
             } else if is_fine && model.stride(at, &gap) < model.fineness {
                 gathering.between(index, sample, &gap, usize::from(REACH) * model.stride(at, &gap));

@@ -152,9 +152,9 @@ impl<T: Real, S: Size> Increment<T, S> {
                     continue;
                 }
                 let first = usize::from(row.place.node).wrapping_sub(nodes.start);
-                for (k, &[x, y]) in own.lever.iter().enumerate() {
+                for (k, &entry) in own.entries.iter().enumerate() {
                     if let Some(value) = angle.get_mut(first.wrapping_add(k)) {
-                        *value += delta * (row.normal[0] * x + row.normal[1] * y);
+                        *value -= delta * entry;
                     }
                 }
             }

@@ -23,6 +23,16 @@ const NOTHING_TO_REPOSITION: f64 = 1e-6;
 const MISDIRECTED: f64 = 0.01;
 
 impl<T: Real, S: Size> Workspace<T, S> {
+    /// Front beam and gaps at a state, and nothing else.
+    #[inline(never)]
+    pub(crate) fn place<O: Object<T>>(&mut self, model: &Model<T, S>, state: &State<T, S>, object: &O) -> Sweep<T> {
+        let Self { kinematics, contacts, history, .. } = self;
+        kinematics.direct(model, state);
+        contacts.recall(model, state);
+        kinematics.place_front::<Places>(model, &history.memory, state, contacts.rows());
+        contacts.sweep(model, state, kinematics, object, T::ZERO, history.slip.room())
+    }
+
     /// Kinematics, gaps, forces, gradient and second derivatives at a state.
     pub(crate) fn evaluate<O: Object<T>>(
         &mut self,
