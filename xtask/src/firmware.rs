@@ -36,6 +36,12 @@ pub fn show(board: &str) -> Result<PathBuf> {
     Ok(image)
 }
 
+/// Looks through a board's own code with Clippy.
+pub fn lint(cross: &Cross, board: &str) -> Result<()> {
+    let package = ["--quiet", "--release", "--package", board, "--bins"];
+    run_command(cross.cargo("clippy").args(package).args(["--", "-D", "warnings"]))
+}
+
 /// That the image's file says which board and version it is: `fre flash` refuses all others.
 pub fn labelled(board: &Board, image: &[u8]) -> Result<()> {
     let file = object::File::parse(image).context("the image is not an ELF file")?;

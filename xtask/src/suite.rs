@@ -122,8 +122,9 @@ fn clippy() -> Result<()> {
 
 fn doc() -> Result<()> {
     headline("documentation");
-    let every_page = ["--quiet", "--no-deps", "--workspace"];
-    run_command(cargo("doc").args(every_page).args(FEATURES).env("RUSTDOCFLAGS", "-D warnings"))
+    // All features, as Clippy has them: what it has looked through of others' crates serves here as well.
+    let every_page = ["--quiet", "--no-deps", "--workspace", "--all-features"];
+    run_command(cargo("doc").args(every_page).env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 fn clippy_on_target(cross: &Cross) -> Result<()> {
@@ -136,16 +137,21 @@ fn clippy_on_target(cross: &Cross) -> Result<()> {
 }
 
 fn pc() -> Result<()> {
-    // `fre gripper` and its like are tested on the firmware, too: cargo builds the program for tests of its own package only.
-    let image = firmware::show(firmware::SIMULATED)?;
     headline("tests on this PC");
-    let every_package = ["--no-fail-fast", "--workspace", "--exclude", "system-tests"];
-    let mut tests = cargo("test");
-    tests.args(every_package).args(FEATURES).env("FRE_FIRMWARE_ELF", image);
-    if find("ccx").is_some() {
-        tests.args(["--features", "fre-cli/fea"]);
-    }
-    run_command(&mut tests)
+    // `fre gripper` and its like are tested on the firmware, too: cargo builds the program for tests of its own package only.
+    let tests = || {
+        let mut tests = cargo("test");
+        tests.args(["--no-fail-fast", "--workspace", "--exclude", "system-tests"]).args(FEATURES);
+        tests.env("FRE_FIRMWARE_ELF", firmware::image(firmware::SIMULATED));
+        if find("ccx").is_some() {
+            tests.args(["--features", "fre-cli/fea"]);
+        }
+        tests
+    };
+    // Parts that run at the same time build the image meanwhile.
+    run_command(tests().arg("--no-run"))?;
+    firmware::show(firmware::SIMULATED)?;
+    run_command(&mut tests())
 }
 
 fn target() -> Result<()> {
@@ -174,13 +180,13 @@ fn system() -> Result<()> {
 
 fn boards() -> Result<()> {
     let cross = &Cross::find()?;
-    portable::check()?;
+    portable::check(portable::Systems::First)?;
     // The chip library is built once per chip and way, which takes minutes the first time.
     for board in fre_boards::ALL.iter().filter(|board| board.name != firmware::SIMULATED) {
         firmware::show(board.name)?;
-        let package = ["--quiet", "--release", "--package", board.name, "--bins"];
-        run_command(cross.cargo("clippy").args(package).args(["--", "-D", "warnings"]))?;
     }
+    // What boards have of their own is alike, and a second look takes their chip's library once more: the others' are for a release.
+    firmware::lint(cross, firmware::MEASURED)?;
     new_board::check(cross)
 }
 

@@ -8,9 +8,9 @@ mod versions;
 mod words;
 
 use crate::command::{capture, headline, output, run as run_command};
-use crate::firmware;
+use crate::cross::Cross;
 use crate::pc::cargo;
-use crate::{paths, python};
+use crate::{firmware, paths, portable, python};
 use anyhow::{Context, Result, bail, ensure};
 use pulldown_cmark::{Event, Options, Parser, Tag};
 use std::fs;
@@ -54,6 +54,13 @@ pub fn run(parts: Parts, folder: &Path) -> Result<()> {
     }
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
 
+    if parts == Parts::Built {
+        portable::check(portable::Systems::All)?;
+        let cross = Cross::find()?;
+        for board in fre_boards::ALL.iter().filter(|board| board.name != firmware::SIMULATED) {
+            firmware::lint(&cross, board.name)?;
+        }
+    }
     headline(&format!("release {version}: the command"));
     let name = format!("fre-{version}-{}-{}", std::env::consts::ARCH, std::env::consts::OS);
     let archive = pack(&command(parts)?, &name, folder)?;
