@@ -92,7 +92,7 @@ pub struct Estimate {
 impl Estimate {
     /// Magnitude of the force, N.
     pub fn force_magnitude(&self) -> f32 {
-        libm::sqrtf(self.force[0] * self.force[0] + self.force[1] * self.force[1])
+        magnitude(self.force)
     }
 
     /// All numbers zero, with a status that says why.
@@ -115,4 +115,9 @@ impl Estimate {
             loaded_rib: None,
         }
     }
+}
+
+/// Magnitude of a force: everywhere the same to the last bit, so that a force is never beside its own interval.
+pub(super) fn magnitude([x, y]: [f32; 2]) -> f32 {
+    libm::sqrtf(x * x + y * y)
 }

@@ -162,10 +162,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
         // Where it turned round the finger may be still, as it was.
         let (_, backlash) = self.slack();
         let turned = rub.path.turned(backlash).copied();
-        estimate.interval = ends.map(|_| Interval::over(&one, [other].into_iter().chain(turned)));
         // The middle of what may be: of a past that is known, what is.
         rub.shown = one.plus(0.5, &other.plus(-1.0, &one));
         (estimate.force, estimate.torque) = (rub.shown.force, rub.shown.torque);
+        estimate.interval = ends.map(|_| Interval::over(&one, [other].into_iter().chain(turned)).with(estimate));
         estimate.force_per_angle = if rub.has_angle { rub.per_angle.force } else { [0.0; 2] };
         self.slopes.youngs_modulus = estimate.force_magnitude();
         let known = rub.has_angle && rub.has_centre;

@@ -11,6 +11,8 @@
 //! | nothing: the object was set while held, ticks were lost | between closing slip and opening slip |
 //! | nothing, and a motion since | between slip that way and the past that it takes longest to forget, until that slips as well |
 
+use super::Estimate;
+use super::estimate::magnitude;
 use crate::equilibrium::SlipWay;
 use crate::solution::Reading;
 
@@ -31,15 +33,21 @@ pub struct Interval {
 impl Interval {
     /// Of what there may be: a reading, and others if the past may have brought it there as well.
     pub(super) fn over(one: &Reading<f32>, others: impl Iterator<Item = Reading<f32>>) -> Self {
-        let mut found = Self { normal: [one.normal; 2], magnitude: [size(one); 2], torque: [one.torque; 2] };
+        let mut found = Self { normal: [one.normal; 2], magnitude: [magnitude(one.force); 2], torque: [one.torque; 2] };
         for other in others.filter(|other| other != one) {
-            let take = |[low, high]: &mut [f32; 2], value: f32| (*low, *high) = (low.min(value), high.max(value));
             take(&mut found.normal, other.normal);
-            take(&mut found.magnitude, size(&other));
+            take(&mut found.magnitude, magnitude(other.force));
             take(&mut found.torque, other.torque);
             found.magnitude[0] = found.magnitude[0].min(found.normal[0]);
         }
         found
+    }
+
+    /// With the forces of an estimate, which rounding or the middle between two directions may leave outside.
+    pub(super) fn with(mut self, estimate: &Estimate) -> Self {
+        take(&mut self.magnitude, estimate.force_magnitude());
+        take(&mut self.torque, estimate.torque);
+        self
     }
 
     /// The forces times what lies between two parts, the lesser first and at least zero.
@@ -58,8 +66,9 @@ impl Interval {
     }
 }
 
-fn size(reading: &Reading<f32>) -> f32 {
-    libm::hypotf(reading.force[0], reading.force[1])
+/// Widens an interval to a value.
+fn take([low, high]: &mut [f32; 2], value: f32) {
+    (*low, *high) = (low.min(value), high.max(value));
 }
 
 impl Reading<f32> {
@@ -205,6 +214,7 @@ fn median(mut of: [f64; LAST]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::status::Status;
 
     const NOW: Reading<f32> = Reading { force: [3.0, 4.0], normal: 4.5, torque: 200.0 };
 
@@ -255,6 +265,10 @@ mod tests {
         let found = Interval::over(&NOW, [other].into_iter());
         assert_eq!((found.normal, found.magnitude, found.torque), ([4.5, 5.0], [4.5, 6.0], [150.0, 200.0]));
         assert_eq!(Interval::over(&NOW, [NOW].into_iter()).magnitude, [5.0, 5.0]);
+        // The middle of two forces may be less than both.
+        let middle = Estimate { force: [0.0, 4.0], torque: 210.0, ..Estimate::blank(Status::Converged) };
+        let widened = found.with(&middle);
+        assert_eq!((widened.normal, widened.magnitude, widened.torque), ([4.5, 5.0], [4.0, 6.0], [150.0, 210.0]));
         assert!((found.deviation() - 1.5 / 12.0_f32.sqrt()).abs() < 1e-6);
     }
 }
