@@ -9,12 +9,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+/// A test program of the command, for which cargo builds the command as well.
+const TESTED: &str = "words";
+
 /// Builds the wheel, installs it in a fresh environment, and runs pytest there.
 pub fn test() -> Result<()> {
     let image = firmware::show(firmware::SIMULATED)?;
     headline("the command, whose results those of the package are compared with");
-    // The same features and profile as the tests on this PC: nothing is built twice.
-    run_command(cargo("build").args(["--quiet", "--profile", "test", "--workspace", "--bin", "fre"]).args(FEATURES))?;
+    // As a part of the tests on this PC, whose dependencies differ from a program's alone: nothing is built twice.
+    run_command(cargo("test").args(["--quiet", "--no-run", "--workspace", "--test", TESTED]).args(FEATURES))?;
     headline("the wheel");
     let wheel = wheel("dev")?;
     let python = install(&wheel)?;
