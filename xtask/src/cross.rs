@@ -18,6 +18,13 @@ pub const TRIPLE: &str = "thumbv7em-none-eabihf";
 /// For a Cortex-M7 whose floating-point unit computes in double precision, as the compiler takes one to be.
 const DOUBLE: &str = "-Ctarget-cpu=cortex-m7";
 
+/// Target folder in which a board's image is built. Cargo keeps what it built with other flags under the same names: in one folder, every
+/// change from one floating-point unit to the other would build all again.
+pub fn board_target(board: &Board) -> PathBuf {
+    let folder = paths::boards_target();
+    if board.has_double { folder.join("double") } else { folder }
+}
+
 /// A toolchain that can build for [`TRIPLE`].
 #[derive(Debug, PartialEq)]
 pub enum Cross {
@@ -45,21 +52,25 @@ impl Cross {
 
     /// `cargo SUBCOMMAND` in the boards' workspace, for the target, into a target folder of its own.
     pub fn cargo(&self, subcommand: &str) -> Command {
-        let mut command = self.bare_cargo();
-        command.arg(subcommand);
-        command.args(["--target", TRIPLE]);
-        command.arg("--target-dir").arg(paths::boards_target());
-        command.current_dir(paths::boards());
-        command
+        self.cargo_into(&paths::boards_target(), subcommand)
     }
 
-    /// The same for a board's image: for the floating-point unit that its processor has.
+    /// The same for a board's image, into [`board_target`]: for the floating-point unit that its processor has.
     pub fn image_cargo(&self, board: &Board, subcommand: &str) -> Command {
-        let mut command = self.cargo(subcommand);
+        let mut command = self.cargo_into(&board_target(board), subcommand);
         if board.has_double {
             let flags = [self.flags(), vec![DOUBLE.to_owned()]].concat();
             command.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
         }
+        command
+    }
+
+    fn cargo_into(&self, folder: &Path, subcommand: &str) -> Command {
+        let mut command = self.bare_cargo();
+        command.arg(subcommand);
+        command.args(["--target", TRIPLE]);
+        command.arg("--target-dir").arg(folder);
+        command.current_dir(paths::boards());
         command
     }
 

@@ -1,12 +1,12 @@
 //! `cargo xtask firmware BOARD`: builds one board's image and prints its sections.
 
 use crate::command::{headline, run as run_command};
-use crate::cross::{Cross, TRIPLE};
+use crate::cross::{Cross, TRIPLE, board_target};
 use crate::{in_ram, near, paths, setup};
 use anyhow::{Context, Result, bail, ensure};
 use fre_boards::{Board, Label, SECTION};
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The one that QEMU runs.
 pub const SIMULATED: &str = fre_boards::MPS2.name;
@@ -58,7 +58,7 @@ fn build(board: &str) -> Result<PathBuf> {
     let listed = check(board)?;
     let cross = Cross::find()?;
     run_command(cross.image_cargo(listed, "build").args(["--quiet", "--release", "--package", board, "--bins"]))?;
-    Ok(image(board))
+    keep(&image_in(&board_target(listed), board), &image(board))
 }
 
 /// Builds the simulated board's image as a board's own is made: optimised alike, for the same floating-point unit, with the same room.
@@ -74,8 +74,7 @@ pub fn twin(board: &str) -> Result<PathBuf> {
     build.args(["--no-default-features", "--features", &room(listed).join(",")]);
     run_command(&mut build)?;
     let kept = image(SIMULATED).with_file_name(format!("twin-{board}"));
-    std::fs::copy(image(SIMULATED), &kept).with_context(|| format!("cannot keep the image as {}", kept.display()))?;
-    Ok(kept)
+    keep(&image_in(&board_target(listed), SIMULATED), &kept)
 }
 
 /// The features of the firmware for which a board has the memory.
@@ -84,9 +83,26 @@ fn room(board: &Board) -> Vec<&'static str> {
     has.into_iter().filter_map(|(has, feature)| has.then_some(feature)).collect()
 }
 
-/// Where a board's image is once it is built.
+/// Where a board's image is once it is built; `fre flash` looks there, too.
 pub fn image(board: &str) -> PathBuf {
-    paths::boards_target().join(TRIPLE).join("release").join(format!("gripper-{board}"))
+    image_in(&paths::boards_target(), board)
+}
+
+/// Copies an image to where it is looked for, unless it is there; returns that place.
+fn keep(built: &Path, kept: &Path) -> Result<PathBuf> {
+    if built != kept {
+        let copy = || {
+            kept.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+            std::fs::copy(built, kept)
+        };
+        copy().with_context(|| format!("cannot keep the image as {}", kept.display()))?;
+    }
+    Ok(kept.to_owned())
+}
+
+/// A board's image in a target folder.
+fn image_in(folder: &Path, board: &str) -> PathBuf {
+    folder.join(TRIPLE).join("release").join(format!("gripper-{board}"))
 }
 
 fn check(board: &str) -> Result<&'static Board> {
@@ -140,6 +156,20 @@ fn within(board: &Board, flash: u64, ram: u64) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// An image that was built elsewhere is then where `fre flash` looks, and the last one built counts.
+    #[test]
+    fn an_image_is_kept_where_it_is_looked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let (built, kept) = (folder.path().join("built"), folder.path().join("double/kept"));
+        for content in ["first", "second"] {
+            std::fs::write(&built, content).unwrap();
+            assert_eq!(keep(&built, &kept).unwrap(), kept);
+            assert_eq!(std::fs::read_to_string(&kept).unwrap(), content);
+        }
+        assert_eq!(keep(&kept, &kept).unwrap(), kept);
+        assert_eq!(std::fs::read_to_string(&kept).unwrap(), "second");
+    }
 
     #[test]
     fn a_budget_is_kept_or_named() {
