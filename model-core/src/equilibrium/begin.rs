@@ -84,7 +84,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     /// Largest step of the coordinate.
-    pub(super) fn max_step(&self) -> T {
+    pub(crate) fn max_step(&self) -> T {
         self.largest_step
     }
 

@@ -22,8 +22,10 @@ mod carry;
 mod end_gaps;
 mod fold;
 mod hop;
+mod joint;
 #[cfg(test)]
 mod memory;
+mod moved;
 mod neighbour;
 mod parts;
 mod passing;
@@ -69,6 +71,8 @@ use crate::state::State;
 use crate::status::Status;
 pub(crate) use carry::Mark;
 use hop::Fall;
+pub(crate) use joint::Answer;
+pub(crate) use moved::Moved;
 pub(crate) use parts::Parts;
 use passing::Barred;
 pub(crate) use peek::Aside;
@@ -329,6 +333,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
 
     /// Tells the history what a step from the accepted state to a coordinate goes through.
     fn aim(&mut self, coordinate: T) {
+        self.aim_past(coordinate, &self.spin.moved(coordinate - self.timeline.at()));
+    }
+
+    /// The same with an object that moves.
+    fn aim_past(&mut self, coordinate: T, moved: &Moved<T>) {
         if self.work.history.is_kept() {
             let way = coordinate - self.timeline.at();
             let turned = match self.motion {
@@ -337,7 +346,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             };
             let by = self.motion.world_to_finger(way);
             let here = self.motion.world_to_finger(self.timeline.at());
-            let (by, turned) = self.spin.taking_along(&here, &by, turned, way);
+            let (by, turned) = moved.before(&here, &by, turned);
             let way = Way { by, turned, seconds: self.timeline.taken() };
             self.work.history.aim(&self.model, &self.timeline.accepted, &way);
             self.stiffen();

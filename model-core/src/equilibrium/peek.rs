@@ -1,14 +1,14 @@
 //! Looking at a place beside the accepted equilibrium, which stays: what friction would answer to a small motion, and what the forces would be
 //! with another past.
 
-use super::{Follower, SlipWay};
+use super::{Follower, Moved, SlipWay};
 use crate::contact::{ContactState, SlipState};
-use crate::newton::attempt::{Judged, Limits};
+use crate::newton::attempt::{Attempt, Judged, Limits};
 use crate::newton::settings::NewtonSettings;
-use crate::object::{Displacement, Object};
-use crate::real::{Real, Vec2};
+use crate::object::Object;
+use crate::real::Real;
 use crate::size::Size;
-use crate::solution::Reading;
+use crate::solution::{Reading, Solution};
 use crate::status::Status;
 
 /// Where to look, from the accepted equilibrium.
@@ -16,8 +16,8 @@ use crate::status::Status;
 pub(crate) struct Aside<T> {
     /// Way along the motion, rad or mm.
     pub along: T,
-    /// Shift of the object, world frame, mm.
-    pub shift: [T; 2],
+    /// How the object has moved there. One that spins is not moved otherwise.
+    pub moved: Moved<T>,
     /// Everything that touches slips one way, whatever its past.
     pub forced: Option<SlipWay>,
 }
@@ -26,15 +26,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Looks at a place with at most so many Newton iterations. What they leave is not looked at where there is a single one: it is for the
     /// derivative of a short way. `None` if there is no equilibrium or the iterations do not converge; at most one evaluation more.
     pub(crate) fn peek(&mut self, aside: Aside<T>, iterations: u32) -> Option<Reading<T>> {
-        let status = self.look(aside, iterations)?;
-        let found = (status == Status::Converged || iterations == 1).then(|| {
-            let mut reading = self.solution().reading();
-            let at = self.timeline.at() + aside.along;
-            let [x, y] = self.solution().force_finger();
-            let world = self.motion.world_to_finger(at).vector_back(Vec2::new(x, y));
-            reading.force = [world.x, world.y];
-            reading
-        });
+        let status = self.look(&aside, iterations, true)?.status;
+        let found = (status == Status::Converged || iterations == 1).then(|| self.solution_at(&aside).reading());
         self.work.history.slip.forced = ContactState::Open;
         self.show_accepted();
         found.filter(|found| (found.force[0] + found.force[1] + found.torque + found.normal).is_finite())
@@ -43,8 +36,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Takes a past for the accepted one in which everything has slipped one way; false, and everything as it was, if no equilibrium is found
     /// with it within so many iterations.
     pub(crate) fn suppose(&mut self, way: SlipWay, iterations: u32) -> bool {
-        let aside = Aside { along: T::ZERO, shift: [T::ZERO; 2], forced: Some(way) };
-        let found = self.look(aside, iterations) == Some(Status::Converged) && self.solution().touching() > 0;
+        let aside = Aside { along: T::ZERO, moved: Moved::NONE, forced: Some(way) };
+        let attempt = self.look(&aside, iterations, true);
+        let converged = attempt.is_some_and(|attempt| attempt.status == Status::Converged);
+        let found = converged && self.solution().touching() > 0;
         self.work.history.slip.forced = ContactState::Open;
         if found {
             let at = self.timeline.at();
@@ -67,25 +62,26 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         solution.touching() > 0 && solution.contacts().all(|contact| contact.slip == Some(slip))
     }
 
-    /// Newton's method at a place, from the accepted state; the workspace shows what it ends at.
-    fn look(&mut self, aside: Aside<T>, iterations: u32) -> Option<Status> {
+    /// What the workspace shows at a place, to be read.
+    pub(super) fn solution_at(&self, aside: &Aside<T>) -> Solution<'_, T, S> {
+        Solution { coordinate: self.timeline.at() + aside.along, ..self.solution() }
+    }
+
+    /// Newton's method at a place, from the accepted state or, not `anew`, from where the workspace is; it shows what it ends at.
+    pub(super) fn look(&mut self, aside: &Aside<T>, iterations: u32, anew: bool) -> Option<Attempt<T>> {
         if !self.has_equilibrium() || self.timeline.is_marked() {
             return None;
         }
-        self.reject();
-        let at = self.timeline.at();
+        if anew {
+            self.reject();
+        }
+        let to = self.timeline.at() + aside.along;
         let object = self.object;
-        let [x, y] = aside.shift;
-        let one = T::one();
-        self.object =
-            object.displaced(&Displacement { rotation: Vec2::new(one, T::ZERO), translation: Vec2::new(x, y) });
-        let seen = self.seen(at + aside.along);
+        let moved = if self.spin.is_none() { aside.moved } else { self.spin.moved(aside.along) };
+        self.object = object.displaced(&aside.moved.displacement());
+        let seen = self.seen(to);
         self.object = object;
-        self.aim(at + aside.along);
-        self.work.history.slip.shift_object(
-            self.motion.world_to_finger(at + aside.along).vector(Vec2::new(x, y)),
-            self.model.units.length,
-        );
+        self.aim_past(to, &moved);
         self.work.history.slip.forced = aside.forced.map_or(ContactState::Open, SlipWay::state);
         let limits = Limits {
             iterations,
@@ -97,6 +93,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         };
         let (present, accepted) = self.timeline.present_and_accepted();
         let judged = Judged { state: accepted, drift: self.drift };
-        Some(self.work.newton(&self.model, &mut self.factored, present, &seen, judged, &limits).status)
+        let attempt = self.work.newton(&self.model, &mut self.factored, present, &seen, judged, &limits);
+        self.sweep = attempt.sweep;
+        Some(attempt)
     }
 }

@@ -1,7 +1,7 @@
 //! An object that turns in the world while the finger moves: a cylinder about its axis.
 
-use crate::object::Displacement;
-use crate::real::{Real, Vec2};
+use super::moved::Moved;
+use crate::real::Real;
 
 /// How an object turns.
 #[derive(Clone, Copy)]
@@ -16,24 +16,13 @@ impl<T: Real> Spin<T> {
     /// It does not turn.
     pub const NONE: Self = Self { about: [T::ZERO; 2], rate: T::ZERO };
 
-    /// How the object's points move in the finger's frame along a way, and by how much they turn: as the frame does, `by` and `turned`, and
-    /// before that about the point, which is `here` in the finger's frame.
-    pub fn taking_along(
-        &self,
-        here: &Displacement<T>,
-        by: &Displacement<T>,
-        turned: T,
-        way: T,
-    ) -> (Displacement<T>, T) {
-        if self.rate == T::ZERO {
-            return (*by, turned);
-        }
-        let turn = self.rate * way;
-        let (sin, cos) = turn.sin_cos();
-        let about = here.point(Vec2::new(self.about[0], self.about[1]));
-        let rotation = Vec2::new(by.rotation.x * cos - by.rotation.y * sin, by.rotation.y * cos + by.rotation.x * sin);
-        let whole = Displacement { rotation, translation: Vec2::new(T::ZERO, T::ZERO) };
-        (Displacement { rotation, translation: by.point(about) - whole.point(about) }, turned + turn)
+    pub fn is_none(&self) -> bool {
+        self.rate == T::ZERO
+    }
+
+    /// How it moves along a way.
+    pub fn moved(&self, way: T) -> Moved<T> {
+        Moved { about: self.about, turn: self.rate * way, shift: [T::ZERO; 2] }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::path::{Interval, Path};
 use super::{DIFFERENTIATE_EVERY, DIFFERENTIATE_WITHIN, Estimate, Estimator};
-use crate::equilibrium::{Aside, SlipWay};
+use crate::equilibrium::{Aside, Moved, SlipWay};
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size};
 use crate::solution::Reading;
@@ -185,7 +185,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
             // As the place moves on, so do the ends.
             let moved = rub.path.moves().then_some(beside.unwrap_or(way));
             if let Some(past) = missing.or(moved) {
-                let aside = Aside { along: T::ZERO, shift: [T::ZERO; 2], forced: Some(past) };
+                let aside = Aside { along: T::ZERO, moved: Moved::NONE, forced: Some(past) };
                 let found = self.follower.peek(aside, PAST).map(|found| self.taken(found));
                 match past {
                     SlipWay::Closing => rub.closing = found,
@@ -205,7 +205,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let unit = |on: Turn| if rub.turn == on { T::of(SHORT_SHIFT) } else { T::ZERO };
         let shift = [unit(Turn::CentreX), unit(Turn::CentreY)];
         let along = if rub.turn == Turn::Angle { T::of(angle * self.ratio) } else { T::ZERO };
-        let found = self.follower.peek(Aside { along, shift, forced: None }, 1);
+        let moved = Moved { shift, ..Moved::NONE };
+        let found = self.follower.peek(Aside { along, moved, forced: None }, 1);
         let Some(found) = found.map(|found| self.taken(found)) else { return 1 };
         let change = found.plus(-1.0, &rub.reading);
         let size = rub.reading.force.map(f64::from);

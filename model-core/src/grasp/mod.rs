@@ -6,13 +6,21 @@
 //! energy falls; between steps the fingers are followed, so that the grasp is the one that is reached from where the object
 //! was held.
 //!
-//! Contact is frictionless. A circle's contact forces all pass through its centre, so its balance is that of forces: the
-//! turn is left alone. Other shapes turn as well, until the moments are in balance.
+//! Without friction a circle's contact forces all pass through its centre, so its balance is that of forces: the turn is left
+//! alone. Other shapes turn as well, until the moments are in balance.
+//!
+//! With friction there is no such energy, and the place depends on the way: fingers and object move in steps of all together
+//! ([`Grasp::advance_within`]).
 
+#[cfg(test)]
+mod gripping;
 mod margin;
 mod portal;
 mod resume;
+mod rubbing;
+mod slope;
 mod survey;
+mod together;
 mod touches;
 
 use heapless::Vec;
@@ -27,6 +35,7 @@ use crate::size::Size;
 use crate::status::Status;
 pub use margin::{Margin, Pull, Touch, margin};
 pub use resume::{Held, Place};
+pub use rubbing::Course;
 pub use survey::{Bears, Survey};
 pub use touches::touches;
 
@@ -60,7 +69,7 @@ pub struct Finger<'a, T: Real, S: Size> {
 pub struct Load {
     /// Force at the object's reference point (centre; of a polygon, the mean of its corners), N.
     pub force: [f64; 2],
-    /// Moment, N·mm, counter-clockwise. A circle cannot be held against one.
+    /// Moment, N·mm, counter-clockwise. Without friction a circle cannot be held against one.
     pub moment: f64,
 }
 
@@ -146,6 +155,8 @@ pub struct Grasp<'a, T: Real, S: Size> {
     /// Newton iterations allowed for what is being done, and spent.
     allowed: u32,
     spent: u32,
+    /// What the last balance with friction tells the next one.
+    course: Course,
 }
 
 /// Sum over the fingers at the present place.
@@ -172,16 +183,28 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         }
         object.validate().map_err(GraspError::Object)?;
         let (origin, size) = object.reference().ok_or(GraspError::Endless)?;
-        let round = is_round(&object);
+        let free = is_round(&object) && !fingers.iter().any(|finger| finger.follower.rubs());
         let finite = load.force.iter().all(|part| part.is_finite()) && load.moment.is_finite();
-        if !finite || (round && load.moment != 0.0) {
+        if !finite || (free && load.moment != 0.0) {
             return Err(GraspError::Load);
         }
         for finger in &mut fingers {
             finger.follower.set_object(finger.placement.object_back(&object), finger.motion);
         }
         let (centre, turn, begun) = (origin, 0.0, false);
-        Ok(Self { fingers, given: object, origin, size, load, centre, turn, begun, allowed: u32::MAX, spent: 0 })
+        Ok(Self {
+            fingers,
+            given: object,
+            origin,
+            size,
+            load,
+            centre,
+            turn,
+            begun,
+            allowed: u32::MAX,
+            spent: 0,
+            course: Course::default(),
+        })
     }
 
     /// Changes what pulls at the object; it stays where it is until [`Self::release`].
@@ -203,9 +226,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     /// # Errors
     /// Not as many finite coordinates as fingers.
     pub fn close(&mut self, coordinates: &[f64]) -> Result<Status, GraspError> {
-        if coordinates.len() != self.fingers.len() || coordinates.iter().any(|at| !at.is_finite()) {
-            return Err(GraspError::Coordinates);
-        }
+        self.check(coordinates)?;
         let begun = core::mem::replace(&mut self.begun, true);
         let mut worst = Status::Converged;
         for (finger, &at) in self.fingers.iter_mut().zip(coordinates) {
@@ -230,6 +251,11 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     /// next call goes on from where the object then is.
     pub fn release_within(&mut self, iterations: u32) -> Balance {
         (self.allowed, self.spent) = (iterations, 0);
+        if self.rubs() {
+            let at: Vec<f64, MAX_FINGERS> =
+                self.fingers.iter().map(|finger| finger.follower.solution().coordinate()).collect();
+            return self.advance_rubbing(&at);
+        }
         let tolerance = (1e-6_f64).max(2e3 * T::EPSILON.to_f64());
         let mut steps = 0;
         let mut here = self.sum();
@@ -268,6 +294,29 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
             }
         };
         self.report(status, &here, steps, known)
+    }
+
+    /// Moves the bases to coordinates (rad or mm, one per finger) while the object, let go, moves with them: with friction one step of all
+    /// after the other, without it first the fingers and then the object, as no way matters. The fingers have been closed before.
+    ///
+    /// At most about so many Newton iterations, as [`Self::release_within`]: with `max-iterations` fingers and object have come as far as
+    /// they have, in balance or not, and the next call goes on from there.
+    ///
+    /// # Errors
+    /// Not as many finite coordinates as fingers.
+    pub fn advance_within(&mut self, coordinates: &[f64], iterations: u32) -> Result<Balance, GraspError> {
+        if self.rubs() && self.begun {
+            self.check(coordinates)?;
+            (self.allowed, self.spent) = (iterations, 0);
+            return Ok(self.advance_rubbing(coordinates));
+        }
+        self.close(coordinates)?;
+        Ok(self.release_within(iterations))
+    }
+
+    fn check(&self, coordinates: &[f64]) -> Result<(), GraspError> {
+        let good = coordinates.len() == self.fingers.len() && coordinates.iter().all(|at| at.is_finite());
+        if good { Ok(()) } else { Err(GraspError::Coordinates) }
     }
 
     /// What was computed so far, all fingers together.
@@ -371,9 +420,9 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         if status.is_trustworthy() { Ok(()) } else { Err(status) }
     }
 
-    /// 2 for a circle or a bore, whose turn nothing depends on, else 3.
+    /// 2 for a circle or a bore, whose turn nothing depends on without friction, else 3.
     fn freedoms(&self) -> usize {
-        if is_round(&self.given) { 2 } else { 3 }
+        if is_round(&self.given) && !self.rubs() { 2 } else { 3 }
     }
 
     fn force(&self, finger: &Finger<'_, T, S>) -> [f64; 2] {

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::{Finger, Grasp, GraspError, Load, Placement};
+use super::{Course, Finger, Grasp, GraspError, Load, Placement};
 use crate::equilibrium::Follower;
 use crate::object::ObjectDesign;
 use crate::real::Real;
@@ -85,9 +85,20 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
             begun: true,
             allowed: u32::MAX,
             spent: 0,
+            course: Course::default(),
         };
         grasp.set_load(load)?;
         Ok(grasp)
+    }
+
+    /// Takes up what the last balance knew of the way: with friction the object then goes on as it went.
+    pub fn with_course(self, course: Course) -> Self {
+        Self { course, ..self }
+    }
+
+    /// What this balance tells the next one.
+    pub fn course(&self) -> Course {
+        self.course
     }
 
     /// How far the object has come.

@@ -107,11 +107,6 @@ impl<T: Real, S: Size> Slip<T, S> {
         self.dissipated *= part;
     }
 
-    /// The object has also been shifted by so much, finger frame, mm.
-    pub(crate) fn shift_object(&mut self, by: Vec2<T>, length: T) {
-        self.shift = [self.shift[0] + by.x / length, self.shift[1] + by.y / length];
-    }
-
     /// Where a sample of the accepted state would be, had it stuck to the object.
     fn anchor(&self, model: &Model<T, S>, sample: &Sample<T>) -> Vec2<T> {
         let cell = usize::from(sample.cell);

@@ -1,0 +1,374 @@
+//! A free object between fingers with friction: one step of all fingers and the object together.
+//!
+//! With friction the forces depend on the way, so that nothing may be tried by going there. A step goes a part p of what is left of the
+//! fingers' ways, and leaves 1 − p of the force that was left over: an object that is let go with a force left over is let go
+//! gradually. Where the object is then, C, follows from
+//!
+//! > Σ F_i(α_i + p Δα_i, C) + W = (1 − p) R⁰,
+//!
+//! each F_i from the finger's accepted state, by a quasi-Newton method that begins where the object's last step leads to. Where what
+//! sticks begins to slip, the slope changes by orders of magnitude: it is taken anew, and a correction that leads beyond is followed by one
+//! along the chord.
+//!
+//! Where no step is found, the balance has ended, and the object falls, as slowly as it takes: with the fingers' coordinates as they are,
+//! implicit steps of the motion against a drag, c (C − C⁰) = Σ F_i + W, lead to the next balance, which is flagged as a snap.
+//!
+//! Friction turns the object, a cylinder as well: there are always three freedoms. Forces that are less than 1e-4 of all, 1e-3 in single
+//! precision, count as balanced; in a grip that slides everywhere they do not even turn the object any more.
+
+use super::slope::{Slope, dot, learn, minus, plus, returns, solve, within};
+use super::together::{Answers, Step};
+use super::{Balance, Grasp, HALVINGS, LONGEST, MAX_FINGERS, STEPS, Sum, largest, magnitude, magnitude3};
+use crate::real::Real;
+use crate::size::Size;
+use crate::status::Status;
+
+/// Forces left over that count as balanced, as a part of all and of 1 N: in double precision, and in units of the precision's
+/// [`Real::EPSILON`].
+const BALANCED: f64 = 1e-4;
+const BALANCED_EPSILONS: f64 = 8e3;
+/// What a step may miss its aim by, in parts of that.
+const LEAVES: f64 = 0.5;
+/// Corrections of the object's place in a step.
+const CORRECTIONS: u32 = 16;
+/// What a correction leaves as a rule of what there was; with more the slope is not what it was.
+const GOOD: f64 = 0.3;
+/// ... at most where it went too far, and at most at all.
+const LESS: f64 = 0.9;
+const WORSE: f64 = 10.0;
+/// Calls without the time to find a step after which it is halved.
+const TRIES: u32 = 6;
+/// Halvings of steps after which the balance is taken to have ended.
+const HALVED: u32 = 4;
+/// The drag against which the object falls at first and at least, N/mm, and what a step takes of it.
+const DRAG: f64 = 10.0;
+const LEAST_DRAG: f64 = 1e-3;
+const EASES: f64 = 0.3;
+
+/// What a balance with friction tells the next one, if all goes on as it went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Course {
+    /// How the forces answer the object's motion.
+    slope: Option<Slope>,
+    pace: Option<Pace>,
+    going: Going,
+    /// A step that there was no time to find: where the fingers go in it, rad or mm, and how often there was none.
+    pending: Option<([f64; MAX_FINGERS], u32)>,
+    /// The best guess of the object's step in it.
+    guess: Option<[f64; 3]>,
+}
+
+/// How the steps go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Going {
+    /// Part of the ways that is gone in the next step.
+    part: f64,
+    /// Steps that failed since one that went all right.
+    failed: u32,
+    /// The drag, if the object falls; whether it has made a step since it began to.
+    drag: Option<f64>,
+    has_fallen: bool,
+    /// It fell.
+    fell: bool,
+    /// The fingers have gone alone.
+    alone: bool,
+}
+
+impl Default for Going {
+    fn default() -> Self {
+        Self { part: 1.0, failed: 0, drag: None, has_fallen: true, fell: false, alone: false }
+    }
+}
+
+impl Going {
+    /// A step went all right.
+    fn goes_on(&mut self) {
+        match &mut self.drag {
+            // What is left is a whole again.
+            None => self.part = (2.0 * self.part / (1.0 - self.part)).min(1.0),
+            Some(drag) => {
+                *drag = (*drag * EASES).max(LEAST_DRAG);
+                (self.failed, self.has_fallen, self.fell) = (0, true, true);
+            }
+        }
+    }
+
+    /// A step failed; false if there is nothing left to try.
+    fn tries_again(&mut self) -> bool {
+        self.failed += 1;
+        match &mut self.drag {
+            None if self.failed > HALVED => (self.drag, self.failed, self.has_fallen) = (Some(DRAG), 0, false),
+            None => self.part *= 0.5,
+            Some(_) if self.failed > HALVINGS => return false,
+            Some(drag) => *drag /= EASES,
+        }
+        true
+    }
+}
+
+/// How the object moved with the fingers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pace {
+    /// The fingers' ways together, or where they stood what was let go of the force that was left over.
+    way: f64,
+    releases: bool,
+    /// The object's step.
+    object: [f64; 3],
+}
+
+impl Pace {
+    fn of(ways: &[f64], step: &Step, here: &Sum) -> Self {
+        let way = step.part * ways.iter().sum::<f64>();
+        let releases = way == 0.0;
+        Self { way: if releases { step.part * magnitude3(&here.left) } else { way }, releases, object: step.object }
+    }
+}
+
+/// What a step is meant to do.
+struct Aim {
+    /// Part of the fingers' ways.
+    part: f64,
+    /// What it is meant to leave over, N, and how exactly.
+    meant: [f64; 3],
+    leaves: f64,
+    /// The drag that the object falls against, N/mm; 0 where it is in balance all the way.
+    drag: f64,
+}
+
+impl Aim {
+    /// By what a step of the object misses it, N.
+    fn missed_by(&self, left: &[f64; 3], object: &[f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|i| left[i] - self.meant[i] - self.drag * object[i])
+    }
+}
+
+/// A correction of the object's step.
+#[derive(Clone, Copy)]
+struct Correction {
+    /// Where it began, and by how much that missed the aim.
+    from: [f64; 3],
+    off: [f64; 3],
+    more: [f64; 3],
+    /// The one before began there as well, and led too far.
+    stayed: bool,
+}
+
+impl<T: Real, S: Size> Grasp<'_, T, S> {
+    /// Moves the fingers to coordinates while the object, let go, moves with them.
+    pub(super) fn advance_rubbing(&mut self, to: &[f64]) -> Balance {
+        let tolerance = BALANCED.max(BALANCED_EPSILONS * T::EPSILON.to_f64());
+        let mut going = self.course.going;
+        (going.fell, going.alone) = (going.drag.is_some(), false);
+        let mut steps = 0;
+        let mut here = self.sum();
+        let status = loop {
+            if self.left() < self.fingers.len() as u32 {
+                break Status::MaxIterations;
+            }
+            // What there was no time for comes first: another way would be another problem.
+            let pending = self.course.pending.take();
+            let ways = match &pending {
+                Some((to, _)) => self.ways(to),
+                None => self.ways(to),
+            };
+            let forces: f64 = self.fingers.iter().map(|finger| magnitude(self.force(finger))).sum();
+            let allowed = tolerance * (1.0 + forces);
+            let balanced = largest(&here.left) <= allowed;
+            if balanced && going.has_fallen && going.drag.take().is_some() {
+                going.failed = 0;
+            }
+            if balanced && ways.iter().all(|way| *way == 0.0) && pending.is_none() {
+                let held = here.touching > 0 && forces > 4.0 * tolerance;
+                let fell = core::mem::take(&mut going).fell;
+                break match if held { self.standing_rubbing(&ways) } else { Status::NoContact } {
+                    Status::Converged if fell => Status::Snapped,
+                    status => status,
+                };
+            }
+            if steps >= STEPS {
+                break Status::MaxIterations;
+            }
+            going.part = going.part.min(self.farthest(&ways));
+            let (part, leaves) = (going.part, LEAVES * allowed);
+            let aim = match going.drag {
+                None => Aim { part, meant: here.left.map(|left| (1.0 - part) * left), leaves, drag: 0.0 },
+                // From a balance that ends, the fingers have to go on a little for the object to fall.
+                Some(drag) => Aim { part: if balanced { part } else { 0.0 }, meant: [0.0; 3], leaves, drag },
+            };
+            match self.step_together(&ways, &aim, &here) {
+                Ok(there) => {
+                    (here, steps) = (there, steps + 1);
+                    going.goes_on();
+                }
+                Err(_) if self.left() == 0 => {
+                    let (mut target, tries) = pending.unwrap_or_default();
+                    if tries == 0 {
+                        target.iter_mut().zip(to).for_each(|(target, to)| *target = *to);
+                    }
+                    if tries < TRIES {
+                        self.course.pending = Some((target, tries + 1));
+                    } else {
+                        going.tries_again();
+                    }
+                    break Status::MaxIterations;
+                }
+                Err(_) if going.tries_again() => {}
+                Err(status) if going.alone => break status,
+                Err(status) => {
+                    // A finger that snaps does so alone, and the object falls to where it is in balance then.
+                    if !self.go_alone(to) {
+                        break status;
+                    }
+                    (here, steps) = (self.sum(), steps + 1);
+                    going = Going { failed: 0, drag: Some(DRAG), fell: true, alone: true, ..going };
+                }
+            }
+        };
+        self.course.going = going;
+        let known = status.is_trustworthy() || status == Status::Folded;
+        let stiffness = self.course.slope.filter(|_| known).map(|slope| self.in_radians(&slope));
+        self.report(status, &here, steps, stiffness)
+    }
+
+    /// One step of all; or why there is none, and everything is as it was.
+    fn step_together(&mut self, ways: &[f64], aim: &Aim, here: &Sum) -> Result<Sum, Status> {
+        let guess = self.course.guess.take();
+        let ahead = guess.or_else(|| self.expected(ways, aim, here));
+        let slope = self.course.slope.filter(|_| ahead.is_some());
+        let mut found = Err(Status::Stagnated);
+        for (object, slope) in [ahead.map(|step| (step, slope)), Some(([0.0; 3], None))].into_iter().flatten() {
+            found = self.search_together(ways, aim, here, object, slope);
+            if found.is_ok() || self.left() == 0 {
+                break;
+            }
+        }
+        if found.is_err() {
+            self.show_accepted();
+        }
+        found
+    }
+
+    /// How the object is expected to move: as in the last step, if that was one of the same kind.
+    fn expected(&self, ways: &[f64], aim: &Aim, here: &Sum) -> Option<[f64; 3]> {
+        let pace = self.course.pace.filter(|_| aim.drag == 0.0)?;
+        let ahead = Pace::of(ways, &Step::still(aim.part), here);
+        let ratio = ahead.way / pace.way;
+        let is_alike = ahead.releases == pace.releases && ratio > 0.0 && ratio.is_finite();
+        is_alike.then(|| pace.object.map(|step| ratio * step))
+    }
+
+    /// Looks for the object's step, beginning with a guess, and takes it.
+    fn search_together(
+        &mut self,
+        ways: &[f64],
+        aim: &Aim,
+        here: &Sum,
+        object: [f64; 3],
+        mut slope: Option<Slope>,
+    ) -> Result<Sum, Status> {
+        let mut step = Step { part: aim.part, object };
+        let mut last: Option<Correction> = None;
+        let mut nearest: Option<(f64, [f64; 3])> = None;
+        for correction in 0..CORRECTIONS {
+            let is_short = magnitude3(&step.object) <= LONGEST;
+            if !is_short {
+                return Err(Status::Stagnated);
+            }
+            let answers = self.answers(ways, &step, correction == 0)?;
+            if let Some(failed) = answers.each.iter().find(|answer| answer.status != Status::Converged) {
+                return Err(failed.status);
+            }
+            let off = aim.missed_by(&answers.left, &step.object);
+            if largest(&off) <= aim.leaves {
+                return Ok(self.take_together(ways, aim, &step, here, &answers, slope));
+            }
+            let miss = magnitude3(&off);
+            if nearest.is_none_or(|(least, _)| miss <= least) {
+                nearest = Some((miss, step.object));
+            }
+            if self.left() == 0 {
+                (self.course.guess, self.course.slope) = (nearest.map(|(_, object)| object), slope);
+                return Err(Status::MaxIterations);
+            }
+            let (mut from, mut over, mut halves) = (step.object, off, false);
+            let mut holds = last.is_none() && slope.is_some();
+            if let (Some(Correction { from: began, off: before, more, stayed }), Some(slope)) = (last, &mut slope) {
+                let (was, is) = (magnitude3(&before), magnitude3(&off));
+                let goes_on = dot(&off, &before) > 0.0;
+                if goes_on && is > WORSE * was {
+                    return Err(Status::Stagnated);
+                }
+                if !goes_on && is > LESS * was {
+                    // Too far, beyond where it sticks or slips: from the same place along the chord, then half as far.
+                    (from, over, halves) = (began, before, stayed);
+                }
+                holds = !goes_on || is <= GOOD * was;
+                if holds {
+                    learn(slope, &more, &minus(&before, &off));
+                }
+            }
+            let known = match slope.filter(|_| holds) {
+                Some(slope) => slope,
+                // What stuck slips by now, or the other way round.
+                None => {
+                    let mut slope = self.slope(ways, &step, &answers.left, &off, false)?;
+                    for (i, row) in slope.iter_mut().enumerate() {
+                        row[i] += aim.drag;
+                    }
+                    slope
+                }
+            };
+            slope = Some(known);
+            let more = match last {
+                Some(Correction { more, .. }) if halves => more.map(|part| 0.5 * part),
+                _ => within(solve(&known, &over), LONGEST),
+            };
+            last = Some(Correction { from, off: over, more, stayed: from != step.object });
+            step.object = plus(&from, &more);
+        }
+        Err(Status::Stagnated)
+    }
+
+    /// Accepts a step, and keeps in mind how it went.
+    fn take_together(
+        &mut self,
+        ways: &[f64],
+        aim: &Aim,
+        step: &Step,
+        here: &Sum,
+        answers: &Answers<T>,
+        slope: Option<Slope>,
+    ) -> Sum {
+        if aim.drag == 0.0 {
+            self.course.slope = slope.or(self.course.slope);
+            self.course.pace = Some(Pace::of(ways, step, here));
+        } else {
+            (self.course.slope, self.course.pace) = (None, None);
+        }
+        self.accept_together(ways, step, answers)
+    }
+
+    /// Status of a place where nothing is left over: whether what moves the object is answered by a force back, in every direction.
+    fn standing_rubbing(&mut self, ways: &[f64]) -> Status {
+        if !self.course.slope.is_some_and(|slope| returns(&slope)) {
+            // That of the last step has been corrected on the way: the place's own decides.
+            let here = self.sum().left;
+            let found = self.slope(ways, &Step::still(0.0), &here, &here, true);
+            self.show_accepted();
+            self.course.slope = found.ok();
+        }
+        let snapped = self.fingers.iter().any(|finger| finger.follower.has_snapped());
+        match &self.course.slope {
+            None => Status::MaxIterations,
+            Some(slope) if !returns(slope) => Status::Folded,
+            Some(_) if snapped => Status::Snapped,
+            Some(_) => Status::Converged,
+        }
+    }
+
+    /// A slope with turns in rad.
+    fn in_radians(&self, slope: &Slope) -> Slope {
+        let unit = |i: usize| if i == 2 { self.size } else { 1.0 };
+        core::array::from_fn(|i| core::array::from_fn(|j| slope[i][j] * unit(i) * unit(j)))
+    }
+}
