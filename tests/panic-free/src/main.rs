@@ -1,4 +1,4 @@
-//! Two fingers' estimators, from a design to the balance of a free object between them and their shapes, and the bus as a master, a device and a
+//! Two fingers' estimators with friction, from a design to the balance of a free object between them and their shapes, and the bus as a master, a device and a
 //! listener see it, and one finger's state machines; nothing else. If the linker keeps a panic handler, there is a way to it.
 
 #![no_std]
@@ -13,12 +13,12 @@ use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::equilibrium::Settings;
 use model_core::estimator::{Estimator, EstimatorSettings};
-use model_core::grasp::{Grasp, Held, Load, Place, Survey, touches};
+use model_core::grasp::{Course, Grasp, Held, Load, Place, Survey, touches};
 use model_core::object::ObjectDesign;
-use model_core::size::Reduced;
+use model_core::size::Rubbing;
 use model_core::uncertainty::Uncertainty;
 
-type Fingers = [Estimator<f32, Reduced>; 2];
+type Fingers = [Estimator<f32, Rubbing>; 2];
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -46,6 +46,7 @@ fn set(fingers: &mut Fingers) {
         black_box(estimator.configure(design, &how).is_ok());
         let object = black_box(ObjectDesign::Circle { centre: [0.0; 2], radius: 1.0 });
         black_box(estimator.set_object(object).is_ok());
+        black_box(estimator.set_friction(black_box(0.5)).is_ok());
         let _ = black_box(estimator.set_settings(black_box(EstimatorSettings::DEFAULT), black_box(Settings::DEFAULT)));
         black_box(estimator.set_uncertainty(black_box(Uncertainty::DEFAULT)).is_ok());
         black_box(estimator.set_prony(black_box(&[[0.1, 1.0], [0.1, 100.0]])).is_ok());
@@ -60,6 +61,8 @@ fn tick(fingers: &mut Fingers) {
         #[cfg(feature = "can-panic")]
         black_box([0.0, 1.0][usize::from(black_box(estimate.iterations))]);
         black_box(estimate);
+        black_box(estimator.head_for(black_box(0.0)));
+        estimator.forget_path();
     }
 }
 
@@ -69,8 +72,11 @@ fn balance(fingers: &mut Fingers) {
         let object = *estimator.object()?;
         Some(Held { follower: estimator.follower_mut(), mirrored: black_box(false), object })
     });
-    let Ok(mut grasp) = Grasp::resume(held, black_box(Load::default()), black_box(Place::default())) else { return };
+    let Ok(grasp) = Grasp::resume(held, black_box(Load::default()), black_box(Place::default())) else { return };
+    let mut grasp = grasp.with_course(black_box(Course::default()));
     black_box(grasp.release_within(black_box(3)));
+    black_box(grasp.advance_within(black_box(&[0.1; 2]), black_box(3)).is_ok());
+    black_box(grasp.course());
     let place = black_box(grasp.place());
     drop(grasp);
     for estimator in fingers {
