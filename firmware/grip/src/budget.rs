@@ -58,9 +58,14 @@ impl Budget {
 
     /// Iterations that fit into this time, ticks of the cost clock. One always: otherwise it would never come to an end.
     pub fn iterations(&self, left: u32) -> u32 {
+        self.iterations_of(left, 1)
+    }
+
+    /// The same for what may take so many times as many as an estimate.
+    pub fn iterations_of(&self, left: u32, times: u32) -> u32 {
         let most = |count: u32| self.expected(count) * (1.0 + DEVIATIONS * self.deviation);
         let fits = |count: &u32| !self.begun || most(*count) <= left as f32;
-        (1..=self.most).rev().find(fits).unwrap_or(1)
+        (1..=self.most.saturating_mul(times)).rev().find(fits).unwrap_or(1)
     }
 
     /// What an estimate took.
@@ -102,6 +107,13 @@ mod tests {
         let budget = learnt(2_000, 1_000, [2, 3, 2, 1, 2, 3, 2, 2].into_iter().cycle().take(200));
         let allowed = [0, 2_990, 4_010, 5_010, 1_000_000].map(|left| budget.iterations(left));
         assert_eq!(allowed, [1, 1, 2, 3, MOST]);
+    }
+
+    #[test]
+    fn what_takes_longer_may_where_there_is_time() {
+        let budget = learnt(2_000, 1_000, [2, 3, 2, 1, 2, 3, 2, 2].into_iter().cycle().take(200));
+        assert_eq!([4_010, 1_000_000].map(|left| budget.iterations_of(left, 3)), [2, 3 * MOST]);
+        assert_eq!(Budget::new(MOST).iterations_of(0, 2), 2 * MOST, "nothing is known");
     }
 
     #[test]

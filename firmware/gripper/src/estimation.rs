@@ -38,7 +38,7 @@ impl Estimation {
     /// A tick begins.
     pub(crate) fn begin(&mut self, hand: &mut Hand<'_>) {
         hand.units.iter_mut().for_each(|unit| unit.is_reported = false);
-        self.free.iter_mut().for_each(Free::begin);
+        self.free.iter_mut().for_each(|free| free.begin(&hand.units));
     }
 
     /// Takes what holds the object besides the fingers.
@@ -102,27 +102,41 @@ impl Estimation {
         let start = B::cost_ticks();
         unit.model.set_budget(unit.budget.iterations(left));
         let seconds = unit.passed(reading);
+        let angle = unit.calibration.finger_angle(reading.position);
+        if self.free.as_ref().is_some_and(Free::is_carried)
+            && let to @ Some(_) = unit.model.head_for(angle)
+        {
+            let cost = B::cost_ticks().wrapping_sub(start);
+            let estimate = Estimate { motor_angle: angle as f32, ..unit.last.estimate };
+            unit.pending = Some(Pending { reading: *reading, estimate, cost, to });
+            hand.shared.add(|counters| &mut counters.estimates);
+            self.balance::<B>(hand, scheduler);
+            return;
+        }
         // Called from here only, where the board is known: elsewhere the solver would be in the image twice.
-        let estimate = unit.model.update_after(unit.calibration.finger_angle(reading.position), seconds);
+        let estimate = unit.model.update_after(angle, seconds);
         let cost = B::cost_ticks().wrapping_sub(start);
         // Without a finger, an object or a motion an estimate costs nothing, and tells nothing of what one costs.
         if estimate.status != Status::OutOfRange && !unit.model.has_rested() {
             unit.budget.spent(cost, u32::from(estimate.iterations));
         }
         hand.shared.add(|counters| &mut counters.estimates);
+        let pending = Pending { reading: *reading, estimate, cost, to: None };
         if self.free.is_some() {
-            unit.pending = Some(Pending { reading: *reading, estimate, cost });
+            unit.pending = Some(pending);
             self.balance::<B>(hand, scheduler);
         } else {
-            self.conclude::<B>(hand, scheduler, finger, &Pending { reading: *reading, estimate, cost });
+            self.conclude::<B>(hand, scheduler, finger, &pending);
         }
     }
 
     /// An estimate is ready: the grip goes by it, and it is reported.
     fn conclude<B: Board>(&mut self, hand: &mut Hand<'_>, scheduler: &Scheduler, finger: usize, pending: &Pending) {
-        let Pending { reading, estimate, cost } = *pending;
+        let Pending { reading, estimate, cost, .. } = *pending;
         let seconds = scheduler.seconds();
-        let faults = Faults { reaction: self.on_fault(hand), ..hand.settings.faults() };
+        let given = hand.settings.faults();
+        let patience = f64::from(self.free.as_ref().map_or(0, Free::patience)) * seconds;
+        let faults = Faults { reaction: self.on_fault(hand), untrusted_s: given.untrusted_s.max(patience), ..given };
         let Some(unit) = hand.units.get_mut(finger) else {
             return;
         };
@@ -177,7 +191,7 @@ impl Estimation {
         let is_gone = self.free.as_mut().is_some_and(|free| free.find(&mut hand.units, left));
         let cost = B::cost_ticks().wrapping_sub(start);
         if let Some(free) = &mut self.free {
-            free.is_balanced_now(cost);
+            free.is_balanced_now(cost, &mut hand.units);
         }
         self.leave_unbalanced::<B>(hand, scheduler);
         if is_gone {

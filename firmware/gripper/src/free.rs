@@ -5,11 +5,15 @@
 //! the forces there are reported. Where the balance is not reached in time, or there is none, all reports say so and repeat
 //! the last good numbers with their age; the next tick goes on from there.
 //!
+//! With friction the way matters, and a finger that goes on alone would rub: once two fingers touch the object, they wait for one another
+//! before they move, and all go together with it. Where that leads nowhere for some ticks, as when the hand lets go of it, they go to where
+//! they are, and it to where it then rests.
+//!
 //! Until two fingers touch it the object stays where it is: something else holds it. Once no finger touches it any more, it counts
 //! as standing where it was set.
 
 use messages::{FreeObject, Side, Support};
-use model_core::grasp::{Grasp, Held, Load, Place};
+use model_core::grasp::{Course, Grasp, Held, Load, MAX_FINGERS, Place};
 use model_core::status::Status;
 
 use crate::unit::{Pending, Unit};
@@ -19,6 +23,10 @@ const FARTHEST: f64 = 50.0;
 /// Ticks in which a balance may be looked for before a gripping finger takes it for a fault: an object that is let go has
 /// some way to go.
 const SETTLING: u32 = 100;
+/// Iterations of a motion with the object, in those that an estimate takes at most.
+const CARRYING: u32 = 3;
+/// Ticks in a row without a balance in a motion with the object that are put up with.
+const PATIENCE: u32 = 8;
 /// A turn that counts as far as a shift by its arc, this far from the centre, mm.
 const ARM: f64 = 50.0;
 
@@ -31,10 +39,16 @@ pub(crate) struct Free {
     settling: u32,
     /// The report is of this tick.
     is_new: bool,
+    /// The fingers move with it in this tick, and what the last motion tells this one.
+    is_carried: bool,
+    course: Course,
+    /// Ticks in a row in which that led nowhere.
+    late: u32,
 }
 
 impl Free {
     /// What the settings say, if it is free.
+    #[inline(never)]
     pub(crate) fn of(support: Support) -> Option<Self> {
         let Support::Free { load, moment } = support else {
             return None;
@@ -42,12 +56,25 @@ impl Free {
         let load = Load { force: load.map(f64::from), moment: f64::from(moment) };
         let report =
             FreeObject { status: Status::Stale, shift: [0.0; 2], turn: 0.0, residual: 0.0, iterations: 0, cost: 0 };
-        Some(Self { load, place: Place::default(), report, settling: 0, is_new: false })
+        let (place, course) = (Place::default(), Course::default());
+        Some(Self { load, place, report, settling: 0, is_new: false, is_carried: false, course, late: 0 })
     }
 
     /// A tick begins.
-    pub(crate) fn begin(&mut self) {
+    #[inline(never)]
+    pub(crate) fn begin(&mut self, units: &[Unit<'_>]) {
         (self.report.iterations, self.report.cost, self.is_new) = (0, 0, false);
+        let mounted = || units.iter().filter(|unit| unit.mount.is_some());
+        let touching = mounted().filter(|unit| unit.model.follower().solution().touching() > 0).count();
+        self.is_carried = touching >= 2 && self.late < PATIENCE && mounted().any(|unit| unit.model.rubs());
+        if !self.is_carried {
+            (self.late, self.course) = (0, Course::default());
+        }
+    }
+
+    /// Whether the fingers wait for one another, to move with it.
+    pub(crate) fn is_carried(&self) -> bool {
+        self.is_carried
     }
 
     pub(crate) fn report(&self) -> FreeObject {
@@ -71,11 +98,12 @@ impl Free {
     }
 
     /// The object is where it was set.
+    #[inline(never)]
     pub(crate) fn put_back(&mut self, units: &mut [Unit<'_>]) {
         if self.place == Place::default() {
             return;
         }
-        self.place = Place::default();
+        (self.place, self.course) = (Place::default(), Course::default());
         (self.report.shift, self.report.turn) = ([0.0; 2], 0.0);
         for unit in units {
             if let Some(object) = unit.model.object().copied() {
@@ -90,9 +118,22 @@ impl Free {
         self.report.status == Status::MaxIterations && self.settling <= SETTLING
     }
 
-    /// Its balance is of this tick, and has cost so much.
-    pub(crate) fn is_balanced_now(&mut self, cost: u32) {
+    /// Ticks without a balance that are no reason to stop a motion.
+    pub(crate) fn patience(&self) -> u32 {
+        if self.is_carried { PATIENCE } else { 0 }
+    }
+
+    /// Its balance is of this tick, and has cost so much; where the fingers went with it, that tells what iterations cost.
+    #[inline(never)]
+    pub(crate) fn is_balanced_now(&mut self, cost: u32, units: &mut [Unit<'_>]) {
         (self.report.cost, self.is_new) = (cost, true);
+        let goes = |unit: &Unit<'_>| unit.pending.is_some_and(|pending| pending.to.is_some());
+        let count = units.iter().filter(|unit| goes(unit)).count().max(1) as u32;
+        let iterations = u32::from(self.report.iterations) / count;
+        // Where nothing moves, it tells nothing.
+        for unit in units.iter_mut().filter(|unit| iterations > 0 && goes(unit)) {
+            unit.budget.spent(cost / count, iterations);
+        }
     }
 
     /// What its balance is worth at a tick's end: stale if it was not looked for though a finger waits for it or has no estimate.
@@ -116,33 +157,42 @@ impl Free {
         let fingers = units.iter().filter(|unit| unit.mount.is_some()).count().max(1);
         let share = u32::try_from(left / fingers as u64).unwrap_or(u32::MAX);
         for unit in &*units {
-            let Some(Pending { estimate, .. }) = unit.pending else {
+            let Some(Pending { estimate, to, .. }) = unit.pending else {
                 continue;
             };
-            if !estimate.status.is_trustworthy() || estimate.age > 0 {
+            if to.is_none() && (!estimate.status.is_trustworthy() || estimate.age > 0) {
                 self.report.status = estimate.status;
                 return false;
             }
             count += 1;
             touching += u32::from(unit.model.follower().solution().touching() > 0);
-            each = each.min(unit.budget.iterations(share));
+            // Where what stuck begins to slip, a motion takes several times as many as an estimate.
+            each = each.min(unit.budget.iterations_of(share, if self.is_carried { CARRYING } else { 1 }));
         }
         if touching < 2 {
             (self.report.status, self.settling) = (Status::NoContact, 0);
             return touching == 0;
         }
+        let mut to: heapless::Vec<f64, MAX_FINGERS> = heapless::Vec::new();
         let held = units.iter_mut().filter_map(|unit| {
             let mirrored = unit.mount?.side == Side::Right;
             let object = *unit.model.object()?;
+            let there = unit.pending.and_then(|pending| pending.to);
+            // As much room as for fingers.
+            let _ = to.push(there.unwrap_or_else(|| unit.model.follower().solution().coordinate()));
             Some(Held { follower: unit.model.follower_mut(), mirrored, object })
         });
-        let Ok(mut grasp) = Grasp::resume(held, self.load, self.place) else {
+        let Ok(grasp) = Grasp::resume(held, self.load, self.place) else {
             self.report.status = Status::OutOfRange;
             return false;
         };
+        let mut grasp = grasp.with_course(self.course);
         // With no time left nothing is begun.
-        let balance = grasp.release_within(if left == 0 { 0 } else { each.saturating_mul(count) });
-        self.place = grasp.place();
+        let allowed = if left == 0 { 0 } else { each.saturating_mul(count) };
+        // There are as many coordinates as fingers.
+        let carried = if self.is_carried { grasp.advance_within(&to, allowed).ok() } else { None };
+        let balance = carried.unwrap_or_else(|| grasp.release_within(allowed));
+        (self.place, self.course) = (grasp.place(), grasp.course());
         let is_far = self.distance() > FARTHEST;
         let status = match balance.status {
             _ if is_far => Status::OutOfRange,
@@ -153,6 +203,7 @@ impl Free {
         if status.is_trustworthy() {
             self.settling = 0;
         }
+        self.late = if self.is_carried && !status.is_trustworthy() { self.late + 1 } else { 0 };
         self.report = FreeObject {
             status,
             shift: self.place.shift.map(|x| x as f32),

@@ -90,8 +90,7 @@ impl Orders {
                 refusal
             }
             Command::Object(what) => {
-                let support = hand.settings.support;
-                hand.unit(what.finger)?.set_object(&what.what, support)?;
+                hand.unit(what.finger)?.set_object(&what.what)?;
                 estimation.put_back(hand);
                 hand.shared.set_object(what.finger, what.what);
                 self.setup_is_new = true;

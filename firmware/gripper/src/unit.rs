@@ -41,14 +41,12 @@ const BRIEF_US: u64 = 100_000;
 /// Ticks in a row without a position after which the way that the finger has come is unknown.
 const UNSEEN: u8 = 5;
 
-/// Whether a board with or without room for friction takes a coefficient of an object that is held so.
-fn check_friction(friction: f64, has_room: bool, support: Support) -> Outcome {
-    let why = match support {
-        _ if friction == 0.0 => return Ok(()),
-        _ if !has_room => "on this board: its memory has no room for friction",
-        Support::Free { .. } => "for a free object: its balance is without friction",
-        Support::Fixed => return Ok(()),
-    };
+/// Whether a board with or without room for friction takes a coefficient.
+fn check_friction(friction: f64, has_room: bool) -> Outcome {
+    if friction == 0.0 || has_room {
+        return Ok(());
+    }
+    let why = "on this board: its memory has no room for friction";
     Err(Refusal::Object(Refusal::text(&format_args!("friction is {friction}; allowed is 0 {why}"))))
 }
 
@@ -69,6 +67,8 @@ pub(crate) struct Pending {
     pub(crate) reading: Reading,
     pub(crate) estimate: Estimate,
     pub(crate) cost: u32,
+    /// Where it is to go with the object, rad or mm; nothing if it has gone there by itself.
+    pub(crate) to: Option<f64>,
 }
 
 /// A finger.
@@ -96,8 +96,6 @@ pub(crate) struct Unit<'a> {
     pub(crate) repeats: u32,
     /// Ticks in a row without a position, up to a few.
     pub(crate) unseen: u8,
-    /// The object's coefficient of friction.
-    friction: f64,
     /// When the position behind the last estimate came, µs; nothing before the first.
     seen_us: Option<u64>,
     /// What waits for the other fingers on a free object.
@@ -143,7 +141,6 @@ impl<'a> Unit<'a> {
             is_settled: false,
             repeats: 0,
             unseen: 0,
-            friction: 0.0,
             seen_us: None,
             last: Report::blank(finger),
             told: Report::blank(finger).phase,
@@ -206,7 +203,7 @@ impl<'a> Unit<'a> {
         {
             shared.set_design(finger, None);
         }
-        self.has_object = object.is_some_and(|object| self.set_object(&object, support).is_ok());
+        self.has_object = object.is_some_and(|object| self.set_object(&object).is_ok());
     }
 
     /// Refuses a finger whose material has memory where that does not go, or is none.
@@ -238,21 +235,19 @@ impl<'a> Unit<'a> {
     }
 
     /// Takes an object; what is wrong with it changes nothing.
-    pub(crate) fn set_object(&mut self, object: &Object, support: Support) -> Outcome {
+    pub(crate) fn set_object(&mut self, object: &Object) -> Outcome {
         let Object { design, friction } = object;
         design.validate().map_err(|error| Refusal::Object(Refusal::text(&error)))?;
-        check_friction(*friction, Room::RUBS, support)?;
+        check_friction(*friction, Room::RUBS)?;
         self.model.set_friction(*friction).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
-        self.friction = *friction;
         // Validated above.
         self.model.set_object(*design).map_err(|error| Refusal::Object(Refusal::text(&error)))?;
         self.has_object = true;
         Ok(())
     }
 
-    /// Refuses a support that does not go with the object's friction or the finger's memory.
+    /// Refuses a support that does not go with the finger's memory.
     pub(crate) fn check_support(&self, support: Support) -> Outcome {
-        check_friction(self.friction, true, support)?;
         check_memory(self.model.fades(), support)
     }
 
@@ -415,16 +410,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn friction_is_refused_by_name_where_it_has_no_room_and_for_a_free_object() {
-        let free = Support::Free { load: [0.0; 2], moment: 0.0 };
-        let words =
-            |friction, has_room, support| check_friction(friction, has_room, support).map_err(|why| why.to_string());
-        assert_eq!(words(0.0, false, free), Ok(()));
-        assert_eq!(words(0.6, true, Support::Fixed), Ok(()));
+    fn friction_is_refused_by_name_where_it_has_no_room() {
+        let words = |friction, has_room| check_friction(friction, has_room).map_err(|why| why.to_string());
+        assert_eq!((words(0.0, false), words(0.6, true)), (Ok(()), Ok(())));
         let board = "friction is 0.6; allowed is 0 on this board: its memory has no room for friction";
-        assert_eq!(words(0.6, false, Support::Fixed), Err(board.to_owned()));
-        let object = "friction is 0.6; allowed is 0 for a free object: its balance is without friction";
-        assert_eq!(words(0.6, true, free), Err(object.to_owned()));
+        assert_eq!(words(0.6, false), Err(board.to_owned()));
     }
 
     #[test]

@@ -13,11 +13,11 @@ pub enum Support {
     #[default]
     Fixed,
     /// Nothing. From where it is when this is set (two fingers at least touch it) it goes to where their forces balance
-    /// the load, without friction, and follows them from then on. All fingers have the same object.
+    /// the load, with the object's friction if it has any, and follows them from then on. All fingers have the same object.
     Free {
         /// Force at its centre (of a polygon: the mean of the corners), N, gripper frame; its weight, for instance.
         load: [f32; 2],
-        /// Moment, N·mm, counter-clockwise; 0 for a circle, which nothing holds against one.
+        /// Moment, N·mm, counter-clockwise; 0 for a circle without friction, which nothing holds against one.
         moment: f32,
     },
 }

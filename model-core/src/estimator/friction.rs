@@ -86,6 +86,12 @@ impl Rub {
 }
 
 impl<T: Real, S: Size> Estimator<T, S> {
+    /// Where a finger is to go that moves with its object, rad.
+    pub(super) fn lead_path(&mut self, motor_angle: f64) -> f64 {
+        self.follow_path(motor_angle);
+        self.rub().path.front(self.slack().0)
+    }
+
     /// Where friction's history is at a measured angle, rad.
     pub(super) fn follow_path(&mut self, motor_angle: f64) -> f64 {
         let (play, backlash) = self.slack();
@@ -132,8 +138,9 @@ impl<T: Real, S: Size> Estimator<T, S> {
         most
     }
 
-    /// The estimate at the measured angle, its derivative, interval and standard deviation.
-    pub(super) fn read_rubbing(&mut self, estimate: &mut Estimate, iterations: u32) {
+    /// The estimate at the measured angle, its derivative, interval and standard deviation. Where the object is `free` it is that of the motion's
+    /// front: what the rest of the angle does to an object that gives way is not known, and forces that balance each other stay so.
+    pub(super) fn read_rubbing(&mut self, estimate: &mut Estimate, iterations: u32, free: bool) {
         let mut rub = self.rub();
         if self.follower.solution().touching() == 0 {
             let mut path = rub.path;
@@ -157,7 +164,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         }
         let given = self.given();
         let ends = rub.ends();
-        let rest = if rub.has_angle { rub.path.rest() as f32 } else { 0.0 };
+        let rest = if rub.has_angle && !free { rub.path.rest() as f32 } else { 0.0 };
         let [one, other] = ends.unwrap_or([rub.reading; 2]).map(|end| end.plus(rest, &rub.per_angle));
         // Where it turned round the finger may be still, as it was.
         let (_, backlash) = self.slack();

@@ -244,6 +244,11 @@ impl<T: Real, S: Size> Estimator<T, S> {
         &self.follower
     }
 
+    /// There is friction.
+    pub fn rubs(&self) -> bool {
+        self.follower.rubs()
+    }
+
     /// The last estimate found the motor where it had been, and had nothing to do: what it took says nothing of what others take.
     pub fn has_rested(&self) -> bool {
         self.has_rested
@@ -261,14 +266,37 @@ impl<T: Real, S: Size> Estimator<T, S> {
         &mut self.follower
     }
 
-    /// The last estimate with the numbers of the place that the object was moved to. Derivatives and standard deviation stay
-    /// those of the estimate: they are for an object that stands still.
+    /// Takes a measured motor angle, rad, without following it: the coordinate (rad or mm) to which the finger is to go, for who moves finger and
+    /// object together ([`crate::grasp::Grasp::advance_within`]); [`Self::reread`] afterwards. `None` for an angle out of range and while there is no
+    /// equilibrium to go on from: [`Self::update_after`] says so and looks for one.
+    #[inline(never)]
+    pub fn head_for(&mut self, motor_angle: f64) -> Option<f64> {
+        let settings = self.settings();
+        let [least, most] = settings.range;
+        if !self.placed || !self.follower.has_equilibrium() || !(least..=most).contains(&motor_angle) {
+            return None;
+        }
+        let followed = if self.follower.rubs() { self.lead_path(motor_angle) } else { motor_angle };
+        let [coordinate, ratio] = self.drive.coordinate(followed)?;
+        self.ratio = ratio;
+        (self.last.motor_angle, self.has_rested, self.settled) = (motor_angle as f32, false, false);
+        self.last.iterations = if self.follower.rubs() { self.suppose_path(settings.budget) as u16 } else { 0 };
+        self.last.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
+        Some(coordinate)
+    }
+
+    /// The last estimate with the numbers of the place that the object was moved to. Derivatives and standard deviation are for an object that
+    /// stands still; without friction they stay those of the estimate.
+    #[inline(never)]
     pub fn reread(&mut self) -> Estimate {
         let mut estimate = self.last;
         self.placed &= self.follower.has_equilibrium();
         estimate.status = if self.placed { self.follower.standing() } else { Status::OutOfRange };
         if estimate.status.is_trustworthy() {
             self.read(&mut estimate);
+            if self.follower.rubs() {
+                self.read_rubbing(&mut estimate, 0, true);
+            }
             estimate.age = 0;
         } else {
             estimate.age = self.last.age.saturating_add(1);
@@ -347,7 +375,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
                     self.read(&mut estimate);
                 }
                 if rubs {
-                    self.read_rubbing(&mut estimate, supposing + outcome.iterations);
+                    self.read_rubbing(&mut estimate, supposing + outcome.iterations, false);
                 } else {
                     self.differentiate(&mut estimate, outcome.iterations);
                 }

@@ -97,8 +97,9 @@ pub(super) struct Path {
     at: f64,
     /// Where it was a tick ago.
     before: f64,
-    /// It opens; otherwise it closes.
+    /// It opens; otherwise it closes. It has moved at all, so that the measured angle was ahead of it.
     opens: bool,
+    leads: bool,
     /// It has turned round since the hand was open: where, and what the forces were.
     turned: bool,
     turned_at: f64,
@@ -117,6 +118,7 @@ impl Path {
         at: 0.0,
         before: 0.0,
         opens: false,
+        leads: false,
         turned: false,
         turned_at: 0.0,
         turned_with: Reading { force: [0.0; 2], normal: 0.0, torque: 0.0 },
@@ -134,6 +136,7 @@ impl Path {
         if (measured - last).abs() > LEAP {
             self.forget();
             // Nobody knows which way.
+            self.leads = false;
             (self.measured, self.at, self.before) = ([measured; LAST], measured, measured);
             return measured;
         }
@@ -153,7 +156,7 @@ impl Path {
                 }
                 (self.opens, self.supposed) = (opens, false);
             }
-            self.at = to;
+            (self.at, self.leads) = (to, true);
         }
         to
     }
@@ -161,6 +164,12 @@ impl Path {
     /// Friction's history has moved in this tick.
     pub fn moves(&self) -> bool {
         self.at != self.before
+    }
+
+    /// How far the motion has come, rad: ahead of friction's history by the play, up to which it may go back before that turns round. For a
+    /// finger that moves with an object, whose force is not to be corrected for the play afterwards.
+    pub fn front(&self, play: f64) -> f64 {
+        if self.leads { self.at + self.way().sign() * play } else { self.at }
     }
 
     /// The rest of the measured angle, rad.
@@ -231,6 +240,20 @@ mod tests {
         assert!((outlier - 0.1).abs() < 1e-3, "{outlier}");
         let moved = (0..5).filter(|_| path.follow(0.1025, 0.001, 0.004, &NOW) > 0.1014 && path.moves()).count();
         assert_eq!((moved, path.way()), (1, SlipWay::Closing));
+    }
+
+    /// In a motion one way the front is where the measured angle is; it goes back only after twice the play, and then by all of it.
+    #[test]
+    fn the_front_of_a_motion_does_not_lag() {
+        let mut path = Path::EMPTY;
+        let mut go = |to: f64| {
+            (0..5).for_each(|_| assert!(path.follow(to, 0.001, 0.004, &NOW) > 0.0));
+            path.front(0.001)
+        };
+        assert_eq!(go(0.1), 0.1, "nothing is known of a motion");
+        assert!((go(0.105) - 0.105).abs() < 1e-12);
+        assert!((go(0.104) - 0.105).abs() < 1e-12 && (go(0.1031) - 0.105).abs() < 1e-12);
+        assert!((go(0.102) - 0.102).abs() < 1e-12);
     }
 
     #[test]

@@ -252,8 +252,10 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
     pub fn release_within(&mut self, iterations: u32) -> Balance {
         (self.allowed, self.spent) = (iterations, 0);
         if self.rubs() {
-            let at: Vec<f64, MAX_FINGERS> =
-                self.fingers.iter().map(|finger| finger.follower.solution().coordinate()).collect();
+            let mut at = [0.0; MAX_FINGERS];
+            for (at, finger) in at.iter_mut().zip(&self.fingers) {
+                *at = finger.follower.solution().coordinate();
+            }
             return self.advance_rubbing(&at);
         }
         let tolerance = (1e-6_f64).max(2e3 * T::EPSILON.to_f64());
@@ -528,16 +530,19 @@ fn magnitude([x, y]: [f64; 2]) -> f64 {
     libm::hypot(x, y)
 }
 
+#[inline(never)]
 fn magnitude3(v: &[f64; 3]) -> f64 {
     libm::sqrt(v.iter().map(|x| x * x).sum())
 }
 
+#[inline(never)]
 fn largest(left: &[f64; 3]) -> f64 {
     // NaN counts as large.
     left.iter().fold(0.0, |most: f64, part| if part.abs() <= most { most } else { part.abs() })
 }
 
 /// The Newton step on the leading n freedoms, with as much added to the diagonal as makes it positive definite.
+#[inline(never)]
 fn newton(stiffness: &[[f64; 3]; 3], left: &[f64; 3], n: usize) -> [f64; 3] {
     let largest = (0..n).map(|i| stiffness[i][i].abs()).fold(SOFTEST, f64::max);
     let mut shift = 0.0;

@@ -137,6 +137,7 @@ struct Aim {
 
 impl Aim {
     /// By what a step of the object misses it, N.
+    #[inline(never)]
     fn missed_by(&self, left: &[f64; 3], object: &[f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|i| left[i] - self.meant[i] - self.drag * object[i])
     }
@@ -242,6 +243,9 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 break;
             }
         }
+        if found.is_ok() || self.left() > 0 {
+            self.course.guess = None;
+        }
         if found.is_err() {
             self.show_accepted();
         }
@@ -249,6 +253,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     }
 
     /// How the object is expected to move: as in the last step, if that was one of the same kind.
+    #[inline(never)]
     fn expected(&self, ways: &[f64], aim: &Aim, here: &Sum) -> Option<[f64; 3]> {
         let pace = self.course.pace.filter(|_| aim.drag == 0.0)?;
         let ahead = Pace::of(ways, &Step::still(aim.part), here);
@@ -258,6 +263,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     }
 
     /// Looks for the object's step, beginning with a guess, and takes it.
+    #[inline(never)]
     fn search_together(
         &mut self,
         ways: &[f64],
@@ -268,7 +274,9 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     ) -> Result<Sum, Status> {
         let mut step = Step { part: aim.part, object };
         let mut last: Option<Correction> = None;
-        let mut nearest: Option<(f64, [f64; 3])> = None;
+        // What there is no time for goes on from the best guess.
+        self.course.guess = Some(object);
+        let mut nearest = None;
         for correction in 0..CORRECTIONS {
             let is_short = magnitude3(&step.object) <= LONGEST;
             if !is_short {
@@ -283,11 +291,10 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 return Ok(self.take_together(ways, aim, &step, here, &answers, slope));
             }
             let miss = magnitude3(&off);
-            if nearest.is_none_or(|(least, _)| miss <= least) {
-                nearest = Some((miss, step.object));
+            if nearest.is_none_or(|least| miss <= least) {
+                (nearest, self.course.guess) = (Some(miss), Some(step.object));
             }
             if self.left() == 0 {
-                (self.course.guess, self.course.slope) = (nearest.map(|(_, object)| object), slope);
                 return Err(Status::MaxIterations);
             }
             let (mut from, mut over, mut halves) = (step.object, off, false);
@@ -319,6 +326,9 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 }
             };
             slope = Some(known);
+            if aim.drag == 0.0 {
+                self.course.slope = slope;
+            }
             let more = match last {
                 Some(Correction { more, .. }) if halves => more.map(|part| 0.5 * part),
                 _ => within(solve(&known, &over), LONGEST),
@@ -330,6 +340,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     }
 
     /// Accepts a step, and keeps in mind how it went.
+    #[inline(never)]
     fn take_together(
         &mut self,
         ways: &[f64],
@@ -349,6 +360,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     }
 
     /// Status of a place where nothing is left over: whether what moves the object is answered by a force back, in every direction.
+    #[inline(never)]
     fn standing_rubbing(&mut self, ways: &[f64]) -> Status {
         if !self.course.slope.is_some_and(|slope| returns(&slope)) {
             // That of the last step has been corrected on the way: the place's own decides.
@@ -367,6 +379,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     }
 
     /// A slope with turns in rad.
+    #[inline(never)]
     fn in_radians(&self, slope: &Slope) -> Slope {
         let unit = |i: usize| if i == 2 { self.size } else { 1.0 };
         core::array::from_fn(|i| core::array::from_fn(|j| slope[i][j] * unit(i) * unit(j)))

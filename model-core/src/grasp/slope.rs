@@ -18,25 +18,30 @@ pub(super) fn returns(slope: &Slope) -> bool {
     trace > 0.0 && whole >= -hair && trace * minors >= whole - hair
 }
 
+#[inline(never)]
 pub(super) fn plus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| a[i] + b[i])
 }
 
+#[inline(never)]
 pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// A step of at most a length.
+#[inline(never)]
 pub(super) fn within(step: [f64; 3], most: f64) -> [f64; 3] {
     let length = magnitude3(&step);
     if length > most { step.map(|part| part * most / length) } else { step }
 }
 
+#[inline(never)]
 pub(super) fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| a[i] - b[i])
 }
 
 /// Takes into a slope what a step has changed the forces by (Broyden's update).
+#[inline(never)]
 pub(super) fn learn(slope: &mut Slope, step: &[f64; 3], less: &[f64; 3]) {
     let square: f64 = step.iter().map(|part| part * part).sum();
     if square > 0.0 {
@@ -49,11 +54,13 @@ pub(super) fn learn(slope: &mut Slope, step: &[f64; 3], less: &[f64; 3]) {
     }
 }
 
+#[inline(never)]
 fn determinant([a, b, c]: &Slope) -> f64 {
     a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
 /// The step that a slope answers with these forces; where it has none, or hardly any, that of a stiffer one.
+#[inline(never)]
 pub(super) fn solve(slope: &Slope, left: &[f64; 3]) -> [f64; 3] {
     let size = slope.iter().flatten().fold(0.0, |most: f64, part| most.max(part.abs()));
     let whole = determinant(slope);

@@ -46,6 +46,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     }
 
     /// The fingers go to their coordinates while the object stays; false if one cannot.
+    #[inline(never)]
     pub(super) fn go_alone(&mut self, to: &[f64]) -> bool {
         let mut all = true;
         for (index, &to) in to.iter().enumerate() {
@@ -59,12 +60,17 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     }
 
     /// What is left of the fingers' ways, rad or mm.
-    pub(super) fn ways(&self, to: &[f64]) -> Vec<f64, MAX_FINGERS> {
-        let at = self.fingers.iter().map(|finger| finger.follower.solution().coordinate());
-        at.zip(to).map(|(at, to)| T::of(*to).to_f64() - at).collect()
+    #[inline(never)]
+    pub(super) fn ways(&self, to: &[f64]) -> [f64; MAX_FINGERS] {
+        let mut ways = [0.0; MAX_FINGERS];
+        for ((way, finger), to) in ways.iter_mut().zip(&self.fingers).zip(to) {
+            *way = T::of(*to).to_f64() - finger.follower.solution().coordinate();
+        }
+        ways
     }
 
     /// The largest part of the ways that no finger's step is too long for.
+    #[inline(never)]
     pub(super) fn farthest(&self, ways: &[f64]) -> f64 {
         let parts = self.fingers.iter().zip(ways).map(|(finger, way)| finger.follower.max_step().to_f64() / way.abs());
         // Of no way a division by zero leaves no bound.

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use fre_gripper::servo::{Clock, Config, Gains};
-use messages::{Grasp, Mount, Report, Settings, Side, Support, Which};
+use messages::{Grasp, Mount, Object, Report, Settings, Side, Support, Which};
 use model_core::equilibrium::Follower;
 use model_core::grasp::{Balance, Finger, Grasp as Model, Load, Placement};
 use model_core::object::{Motion, ObjectDesign};
-use model_core::size::Paper;
+use model_core::size::{Paper, Rubbing};
 use model_core::status::Status;
 use system_tests::{Machine, Watch, finger};
 
@@ -58,6 +58,11 @@ fn last(watch: &Watch) -> [Report; 2] {
     [0, 1].map(|finger| *watch.reports.iter().rev().find(|report| report.finger == finger).expect("a report"))
 }
 
+/// The fingers' last angles, rad.
+fn last_angles(watch: &Watch) -> [f64; 2] {
+    last(watch).map(|report| f64::from(report.estimate.motor_angle))
+}
+
 /// Waits until both fingers are at their goals with a good estimate.
 fn settled(watch: &mut Watch, goals: [f32; 2]) {
     let mut there = [false; 2];
@@ -70,7 +75,7 @@ fn settled(watch: &mut Watch, goals: [f32; 2]) {
 }
 
 /// Waits for a grasp with a balance that is so.
-fn until_free(watch: &mut Watch, what: &str, so: impl Fn(&Grasp) -> bool) {
+fn until_free(watch: &mut Watch, what: &str, mut so: impl FnMut(&Grasp) -> bool) {
     watch.until(what, SECONDS(60), |told| matches!(told, fre_gripper::link::Told::Grasp(grasp) if so(grasp)));
 }
 
@@ -82,7 +87,7 @@ fn judge(watch: &Watch, since: usize) {
     let grasp = watch.grasps.last().unwrap();
     let free = grasp.free.expect("a free object");
     assert_eq!((free.status, grasp.is_trustworthy), (Status::Converged, true), "{grasp:?}");
-    let angles = reports.map(|report| f64::from(report.estimate.motor_angle));
+    let angles = last_angles(watch);
     let place = [0, 1].map(|i| CENTRE[i] + f64::from(free.shift[i]));
     for (centre, near, alike) in [(place, 0.05, 0.02), (CENTRE, 0.5, 0.15)] {
         let balance = core(angles, centre);
@@ -111,16 +116,19 @@ fn judge(watch: &Watch, since: usize) {
     }
 }
 
-#[test]
-fn an_object_that_is_let_go_rests_where_the_core_says() {
-    let servo = |id: u8| Config {
+fn servo(id: u8) -> Config {
+    Config {
         id,
         baud_rate: 1_000_000,
         clock: Clock::Requests { period_us: 5_000 },
         start_deg: Some(-1.0),
         gains: Gains::GREATEST,
         ..Config::default()
-    };
+    }
+}
+
+#[test]
+fn an_object_that_is_let_go_rests_where_the_core_says() {
     let machine = Machine::boot_all(vec![servo(1), servo(2)]);
     let link = machine.link();
     let mut watch = Watch::new(&link);
@@ -190,5 +198,113 @@ fn an_object_that_is_let_go_rests_where_the_core_says() {
     until_free(&mut watch, "open fingers", |grasp| {
         grasp.is_trustworthy
             && grasp.free.is_some_and(|free| free.status == Status::NoContact && free.shift == [0.0; 2])
+    });
+}
+
+const FRICTION: f64 = 0.5;
+
+/// The same fingers in f64 with friction: closed on the object where it is held, which is let go, and then moved with it along these angles.
+fn core_with_friction(angles: &[[f64; 2]]) -> Vec<Balance> {
+    let given = finger();
+    let mut models = [0, 1].map(|_| Box::new(Follower::<f64, Rubbing>::EMPTY));
+    for model in &mut models {
+        model.configure(&given.design, &given.how).unwrap();
+        model.set_friction(FRICTION).unwrap();
+    }
+    let motion = Motion::Rotating { axis: given.design.motor_axis };
+    let fingers = models.iter_mut().zip(placements());
+    let fingers = fingers.map(|(follower, placement)| Finger { follower, placement, motion });
+    let load = Load { force: LOAD.map(f64::from), moment: 0.0 };
+    let object = ObjectDesign::Circle { centre: CENTRE, radius: RADIUS };
+    let mut grasp = Model::new(fingers.collect(), object, load).unwrap();
+    let (&first, others) = angles.split_first().unwrap();
+    assert_eq!(grasp.close(&first), Ok(Status::Converged));
+    let mut found = vec![grasp.release()];
+    let mut at = first;
+    for to in others {
+        const STEPS: u32 = 40;
+        let mut last = None;
+        for step in 1..=STEPS {
+            let part = f64::from(step) / f64::from(STEPS);
+            let way = [0, 1].map(|i| at[i] + part * (to[i] - at[i]));
+            last = Some(grasp.advance_within(&way, u32::MAX).unwrap());
+        }
+        found.extend(last);
+        at = *to;
+    }
+    found
+}
+
+/// With friction fingers and object move as one: let go, pressed harder and released by a part, the forces are those of the same way in f64,
+/// and what the object is held by grows with friction.
+#[test]
+fn fingers_that_rub_move_with_the_object_between_them() {
+    let machine = Machine::boot_all(vec![servo(1), servo(2)]);
+    let link = machine.link();
+    let mut watch = Watch::new(&link);
+    link.set_settings(&settings(Support::Fixed)).unwrap();
+    for (number, design) in (0..).zip(circle(RADIUS)) {
+        link.set_finger(number, &finger()).unwrap();
+        link.set_object(number, Object { design, friction: FRICTION }).unwrap();
+    }
+    settled(&mut watch, [-DEGREE; 2]);
+    let go = |watch: &mut Watch, goals: [f32; 2]| {
+        let goals = goals.map(|goal| goal * DEGREE);
+        for (finger, goal) in (0..).zip(goals) {
+            link.close(Which::One(finger), goal, Some(0.1)).unwrap();
+        }
+        settled(watch, goals);
+        // Until both servos stand, and what they hold.
+        let (mut still, mut last) = (0, [f32::NAN; 2]);
+        until_free(watch, "a hand that stands", |grasp| {
+            let near = last.iter().zip(grasp.sum).all(|(a, b)| (a - b).abs() < 2e-3);
+            (still, last) = (if near && grasp.is_trustworthy { still + 1 } else { 0 }, grasp.sum);
+            still > 25
+        });
+        last_angles(watch)
+    };
+    let mut way = vec![go(&mut watch, [9.0, 7.0])];
+    let since = watch.grasps.len();
+    link.set_settings(&settings(Support::Free { load: LOAD, moment: 0.0 })).unwrap();
+    until_free(&mut watch, "balance", |grasp| grasp.free.is_some_and(|free| free.status == Status::Converged));
+    let mut found = vec![(last(&watch), *watch.grasps.last().unwrap())];
+    for goals in [[10.5, 8.5], [9.5, 7.5]] {
+        way.push(go(&mut watch, goals));
+        found.push((last(&watch), *watch.grasps.last().unwrap()));
+    }
+    let core = core_with_friction(&way);
+    for ((reports, grasp), balance) in found.iter().zip(&core) {
+        let free = grasp.free.expect("a free object");
+        println!("target: {free:?} {:?}, f64: {balance:?}", reports.map(|report| report.estimate.force));
+        assert!(free.status.is_trustworthy() && balance.status.is_trustworthy());
+        let place = [0, 1].map(|i| CENTRE[i] + f64::from(free.shift[i]));
+        let off = (balance.centre[0] - place[0]).hypot(balance.centre[1] - place[1]);
+        assert!(off < 0.05, "{off} mm");
+        for (k, (report, placement)) in reports.iter().zip(placements()).enumerate() {
+            let force = placement.vector(report.estimate.force.map(f64::from));
+            for (found, exact) in force.iter().zip(balance.forces[k]) {
+                assert!((found - exact).abs() < 0.05, "finger {k}: {found} N, {exact} N");
+            }
+        }
+    }
+    // Whatever is told as balanced is: ticks without a balance say so.
+    let ticks: Vec<_> = watch.grasps[since..].iter().filter(|grasp| grasp.free.is_some()).collect();
+    let lost = ticks.iter().filter(|grasp| !grasp.is_trustworthy).count();
+    println!("{lost} of {} ticks without a balance", ticks.len());
+    assert!(lost * 6 < ticks.len(), "{lost} of {}", ticks.len());
+    for grasp in ticks.iter().filter(|grasp| grasp.is_trustworthy) {
+        let left = [grasp.sum[0] + LOAD[0], grasp.sum[1] + LOAD[1]];
+        assert!(left[0].hypot(left[1]) < 0.012, "balanced, and {left:?} N are left: {grasp:?}");
+    }
+    let costs: Vec<u32> =
+        ticks.iter().filter_map(|grasp| grasp.free).map(|free| free.cost * Machine::INSTRUCTIONS_PER_TICK).collect();
+    let mean = costs.iter().map(|cost| u64::from(*cost)).sum::<u64>() / costs.len() as u64;
+    println!("{} motions: {mean} instructions each, {} at most", costs.len(), costs.iter().max().unwrap());
+
+    // Opened, the hand lets go of it, and it counts as standing where it was set.
+    link.open_fingers(Which::All).unwrap();
+    until_free(&mut watch, "open fingers", |grasp| {
+        let is_gone = |free: messages::FreeObject| free.status == Status::NoContact && free.shift == [0.0; 2];
+        grasp.is_trustworthy && grasp.free.is_some_and(is_gone)
     });
 }
