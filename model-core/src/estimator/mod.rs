@@ -279,7 +279,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let followed = if self.follower.rubs() { self.lead_path(motor_angle) } else { motor_angle };
         let [coordinate, ratio] = self.drive.coordinate(followed)?;
         self.ratio = ratio;
-        (self.last.motor_angle, self.has_rested, self.settled) = (motor_angle as f32, false, false);
+        let stands = T::of(coordinate).to_f64() == self.follower.solution().coordinate();
+        (self.last.motor_angle, self.has_rested, self.settled) = (motor_angle as f32, stands, false);
         self.last.iterations = if self.follower.rubs() { self.suppose_path(settings.budget) as u16 } else { 0 };
         self.last.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
         Some(coordinate)

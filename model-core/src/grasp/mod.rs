@@ -114,7 +114,7 @@ impl core::error::Error for GraspError {}
 /// Where the object rests, and what holds it. Grasp's world, mm, N, rad.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Balance {
-    /// `converged` or `snapped` (a finger has) for a stable balance; `no-contact` if nothing holds the object and nothing
+    /// `converged` or `snapped` (a finger has, or with friction the object) for a stable balance; `no-contact` if nothing holds the object and nothing
     /// pulls at it; `max-iterations` if it was still moving; `folded` if the balance is not stable; `stagnated` if no step
     /// leads further; else the status of the finger that could not be followed.
     pub status: Status,
@@ -130,7 +130,8 @@ pub struct Balance {
     /// against each other. With two opposed fingers and no load, the force of either; 0 if one finger bears all.
     pub squeeze: f64,
     /// Stiffness of the grasp: how force (N) and moment (N·mm) on the object rise against its motion (mm and rad, about the
-    /// reference point). Positive definite where the balance is stable; zero if it was not found.
+    /// reference point). Positive definite where the balance is stable; zero if it was not found. With friction it is not symmetric, and that of a
+    /// motion that goes on as the last one did.
     pub stiffness: [[f64; 3]; 3],
     /// What is left of force (N) and moment over the object's size (N).
     pub residual: f64,
