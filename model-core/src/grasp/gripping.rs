@@ -20,14 +20,16 @@ const FREE: Load = Load { force: [0.0; 2], moment: 0.0 };
 
 type Pair<T> = [Box<Follower<T, Rubbing>>; 2];
 
+fn finger<T: Real>(friction: f64) -> Box<Follower<T, Rubbing>> {
+    let mut follower = Box::new(Follower::EMPTY);
+    let how = Discretisation::reduced(Physics::Extended);
+    follower.configure(&crate::design::ladder_80(), &how).expect("a valid design");
+    follower.set_friction(friction).expect("in range");
+    follower
+}
+
 fn pair<T: Real>(friction: f64) -> Pair<T> {
-    [(), ()].map(|()| {
-        let mut follower = Box::new(Follower::EMPTY);
-        let how = Discretisation::reduced(Physics::Extended);
-        follower.configure(&crate::design::ladder_80(), &how).expect("a valid design");
-        follower.set_friction(friction).expect("in range");
-        follower
-    })
+    [finger(friction), finger(friction)]
 }
 
 /// Two fingers close on an object that is held, which is then let go.
@@ -244,6 +246,54 @@ fn balances_in_bounded_time_are_those_of_a_grip_that_has_all_time() {
         let before = (grasp.centre, grasp.turn);
         let none = grasp.advance_within(&angles(0.5), 0).expect("as many coordinates as fingers");
         assert_eq!((none.status, grasp.centre, grasp.turn), (Status::MaxIterations, before.0, before.1));
+    }
+}
+
+/// Parallel jaws, and three fingers around a cylinder: as they are moved on, one further than the others, work and forces are balanced as well.
+#[test]
+fn jaws_and_three_fingers_grip_as_two_that_turn_do() {
+    let sliding = Motion::Translating { direction: [1.0, 0.0] };
+    let apart = Placement { translation: [70.0, 0.0], ..PAIR[1] };
+    let jaws = [(Placement::HERE, sliding), (apart, sliding)];
+    let ring = [0.0, 120.0, 240.0_f64].map(|degrees| {
+        let placement = Placement { mirrored: false, angle: degrees.to_radians(), translation: [0.0; 2] };
+        let [x, y] = placement.vector([28.0, 44.0]);
+        (Placement { translation: [-x, -y], ..placement }, TURNING)
+    });
+    let circle = |x: f64, y: f64| ObjectDesign::Circle { centre: [x, y], radius: 25.0 };
+    let cases: [(&[(Placement, Motion)], ObjectDesign, &[f64], f64); 2] =
+        [(&jaws, circle(35.3, 44.0), &[9.0, 8.5], 3.0), (&ring, circle(0.3, -0.2), &[0.09; 3], 0.05)];
+    for (fingers, object, begin, further) in cases {
+        let mut followers: Vec<Box<Follower<f64, Rubbing>>> = (0..fingers.len()).map(|_| finger(0.5)).collect();
+        let placed = followers.iter_mut().zip(fingers).map(|(follower, &(placement, motion))| Finger {
+            follower: &mut **follower,
+            placement,
+            motion,
+        });
+        let mut grasp = Grasp::new(placed.collect(), object, FREE).expect("a good grasp");
+        assert_eq!(grasp.close(begin), Ok(Status::Converged));
+        let first = grasp.release();
+        assert!(first.status.is_trustworthy(), "{first:?}");
+        let torques = |grasp: &Grasp<'_, f64, Rubbing>| -> Vec<f64> {
+            grasp.fingers.iter().map(|finger| finger.follower.solution().motor_torque()).collect()
+        };
+        let (before, mut work, mut torque, mut at) = (stored(&grasp), 0.0, torques(&grasp), begin.to_vec());
+        for k in 1..=60 {
+            // The first goes all the way, the others a half.
+            let part = f64::from(k) / 60.0;
+            let shares = (0..begin.len()).map(|i| if i == 0 { 1.0 } else { 0.5 });
+            let to: Vec<f64> = begin.iter().zip(shares).map(|(begin, share)| begin + share * part * further).collect();
+            let balance = grasp.advance_within(&to, u32::MAX).expect("as many coordinates as fingers");
+            assert!(balance.status.is_trustworthy(), "{k}: {balance:?}");
+            let forces: f64 = balance.forces.iter().map(|&[x, y]| x.hypot(y)).sum();
+            assert!(balance.net[0].hypot(balance.net[1]) < 2e-4 * (1.0 + forces), "{balance:?}");
+            let now = torques(&grasp);
+            work += (0..to.len()).map(|i| 0.5 * (now[i] + torque[i]) * (to[i] - at[i])).sum::<f64>();
+            (torque, at) = (now, to);
+        }
+        let gained = stored(&grasp) - before;
+        std::println!("{} fingers: {work} {gained}", fingers.len());
+        assert!((work - gained).abs() < 1e-3 * gained, "{work} {gained}");
     }
 }
 
