@@ -6,7 +6,7 @@ use std::vec::Vec;
 use super::{Balance, Course, EXCESS, Finger, Grasp, Load, Placement, Pull, margin, touches};
 use crate::discretise::{Discretisation, Physics};
 use crate::equilibrium::Follower;
-use crate::object::{Motion, ObjectDesign};
+use crate::object::{Corners, Motion, ObjectDesign};
 use crate::real::Real;
 use crate::size::{Rubbing, Size};
 use crate::status::Status;
@@ -149,6 +149,39 @@ fn an_object_that_slides_between_the_fingers_comes_to_rest_again() {
             );
         }
     }
+}
+
+/// A block that is held askew goes from one balance to another between two ticks, a third of a millimetre away: what is lost at once is flagged.
+#[test]
+fn a_step_that_leads_to_another_balance_is_flagged() {
+    let corners = [[12.094965, 28.941315], [40.133874, 26.246008], [43.195125, 58.09177], [15.156216, 60.787087]];
+    let block = ObjectDesign::Polygon { corners: Corners::new(&corners).expect("four corners"), rounding: 8.0 };
+    let load = Load { force: [0.2721, -0.0212], moment: 2.6122 };
+    let mut pair = pair::<f64>(0.3832161195750068);
+    let fingers = pair.iter_mut().zip(PAIR).map(|(follower, placement)| Finger {
+        follower: &mut **follower,
+        placement,
+        motion: TURNING,
+    });
+    let mut grasp = Grasp::new(fingers.collect(), block, load).expect("a good grasp");
+    let angle = |part: f64| [7.9271 + part * 3.5845, 5.2031 + part * 2.5184].map(f64::to_radians);
+    assert_eq!(grasp.close(&angle(0.0)), Ok(Status::Converged));
+    assert_eq!(grasp.release().status, Status::Converged);
+    let mut snapped = Vec::new();
+    for k in 1..=80 {
+        let from = grasp.centre;
+        let balance =
+            grasp.advance_within(&angle(f64::from(k) / 80.0), u32::MAX).expect("as many coordinates as fingers");
+        assert!(balance.status.is_trustworthy(), "{k}: {balance:?}");
+        let way = (grasp.centre[0] - from[0]).hypot(grasp.centre[1] - from[1]);
+        if balance.status == Status::Snapped {
+            snapped.push((k, way));
+        } else {
+            assert!(way < 0.25, "{k}: {way} mm");
+        }
+    }
+    std::println!("{snapped:?}");
+    assert!(snapped.iter().any(|(_, way)| *way > 0.3) && snapped.len() <= 3, "{snapped:?}");
 }
 
 /// The load that moves the object is the one that the friction cones bear.

@@ -162,8 +162,10 @@ pub struct Grasp<'a, T: Real, S: Size> {
 
 /// Sum over the fingers at the present place.
 struct Sum {
-    /// Σ V − W·C, N·mm.
+    /// Σ V − W·C, with what friction has dissipated, N·mm.
     energy: f64,
+    /// What the motors give against the contact, N·mm, or N of a translated base; with friction only.
+    torques: [f64; MAX_FINGERS],
     /// Force and moment left, N and N·mm over the size: the energy's gradient with its sign changed.
     left: [f64; 3],
     touching: usize,
@@ -437,8 +439,13 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         let offset = [self.centre[0] - self.origin[0], self.centre[1] - self.origin[1]];
         let mut energy = -(wx * offset[0] + wy * offset[1]) - self.load.moment * self.turn;
         let mut left = [wx, wy, self.load.moment];
-        let mut touching = 0;
-        for finger in &self.fingers {
+        let (mut touching, mut torques, rubs) = (0, [0.0; MAX_FINGERS], self.rubs());
+        for (finger, torque) in self.fingers.iter().zip(&mut torques) {
+            if rubs {
+                let solution = finger.follower.solution();
+                *torque = solution.motor_torque().to_f64();
+                energy += solution.dissipated().to_f64();
+            }
             let about = finger.placement.point_back(self.centre).map(T::of);
             let [x, y, moment] = finger.follower.solution().wrench(about).map(Real::to_f64);
             let [x, y] = finger.placement.vector([x, y]);
@@ -447,7 +454,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
             touching += finger.follower.solution().touching();
         }
         left[2] = if self.freedoms() == 3 { left[2] / self.size } else { 0.0 };
-        Sum { energy, left, touching }
+        Sum { energy, torques, left, touching }
     }
 
     /// −Σ dF/dC of the fingers, in N, mm and rad; none if one of them cannot say.

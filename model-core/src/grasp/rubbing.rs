@@ -11,7 +11,8 @@
 //! along the chord.
 //!
 //! Where no step is found, the balance has ended, and the object falls, as slowly as it takes: with the fingers' coordinates as they are,
-//! implicit steps of the motion against a drag, c (C − C⁰) = Σ F_i + W, lead to the next balance, which is flagged as a snap.
+//! implicit steps of the motion against a drag, c (C − C⁰) = Σ F_i + W, lead to the next balance, which is flagged as a snap. So is a step
+//! that leads to another balance at once.
 //!
 //! Friction turns the object, a cylinder as well: there are always three freedoms. Forces that are less than 1e-4 of all, 1e-3 in single
 //! precision, count as balanced; in a grip that slides everywhere they do not even turn the object any more.
@@ -44,6 +45,8 @@ const HALVED: u32 = 4;
 const DRAG: f64 = 10.0;
 const LEAST_DRAG: f64 = 1e-3;
 const EASES: f64 = 0.3;
+/// Part of the energy that a step loses which has led to another balance: the work of a step that has not is what is stored and dissipated.
+const LOSES: f64 = 1e-3;
 
 /// What a balance with friction tells the next one, if all goes on as it went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -124,6 +127,17 @@ impl Pace {
     }
 }
 
+impl Sum {
+    /// Energy that a step from here to there has lost, N·mm: the work of the motors and of what held the object, less what is stored and
+    /// dissipated.
+    #[inline(never)]
+    fn lost(&self, there: &Self, ways: &[f64], step: &Step) -> f64 {
+        let torques = self.torques.iter().zip(&there.torques).map(|(here, there)| 0.5 * step.part * (here + there));
+        let motors: f64 = torques.zip(ways).map(|(torque, way)| torque * way).sum();
+        motors - 0.5 * dot(&plus(&self.left, &there.left), &step.object) - (there.energy - self.energy)
+    }
+}
+
 /// What a step is meant to do.
 struct Aim {
     /// Part of the fingers' ways.
@@ -197,9 +211,10 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 Some(drag) => Aim { part: if balanced { part } else { 0.0 }, meant: [0.0; 3], leaves, drag },
             };
             match self.step_together(&ways, &aim, &here) {
-                Ok(there) => {
+                Ok((there, jumps)) => {
                     (here, steps) = (there, steps + 1);
                     going.goes_on();
+                    going.fell |= jumps;
                 }
                 Err(_) if self.left() == 0 => {
                     let (mut target, tries) = pending.unwrap_or_default();
@@ -231,8 +246,8 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
         self.report(status, &here, steps, stiffness)
     }
 
-    /// One step of all; or why there is none, and everything is as it was.
-    fn step_together(&mut self, ways: &[f64], aim: &Aim, here: &Sum) -> Result<Sum, Status> {
+    /// One step of all, and whether the object jumps in it; or why there is none, and everything is as it was.
+    fn step_together(&mut self, ways: &[f64], aim: &Aim, here: &Sum) -> Result<(Sum, bool), Status> {
         let guess = self.course.guess.take();
         let ahead = guess.or_else(|| self.expected(ways, aim, here));
         let slope = self.course.slope.filter(|_| ahead.is_some());
@@ -271,7 +286,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
         here: &Sum,
         object: [f64; 3],
         mut slope: Option<Slope>,
-    ) -> Result<Sum, Status> {
+    ) -> Result<(Sum, bool), Status> {
         let mut step = Step { part: aim.part, object };
         let mut last: Option<Correction> = None;
         // What there is no time for goes on from the best guess.
@@ -339,7 +354,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
         Err(Status::Stagnated)
     }
 
-    /// Accepts a step, and keeps in mind how it went.
+    /// Accepts a step, and keeps in mind how it went. Returns whether the object jumps in it.
     #[inline(never)]
     fn take_together(
         &mut self,
@@ -349,14 +364,16 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
         here: &Sum,
         answers: &Answers<T>,
         slope: Option<Slope>,
-    ) -> Sum {
+    ) -> (Sum, bool) {
         if aim.drag == 0.0 {
             self.course.slope = slope.or(self.course.slope);
             self.course.pace = Some(Pace::of(ways, step, here));
         } else {
             (self.course.slope, self.course.pace) = (None, None);
         }
-        self.accept_together(ways, step, answers)
+        let there = self.accept_together(ways, step, answers);
+        let jumps = here.lost(&there, ways, step) > LOSES * here.energy.abs();
+        (there, jumps)
     }
 
     /// Status of a place where nothing is left over: whether what moves the object is answered by a force back, in every direction.
