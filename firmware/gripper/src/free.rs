@@ -39,10 +39,10 @@ pub(crate) struct Free {
     settling: u32,
     /// The report is of this tick.
     is_new: bool,
-    /// The fingers move with it in this tick, and what the last motion tells this one.
+    /// The fingers move with it in this tick, and what is known of the last motion.
     is_carried: bool,
     course: Course,
-    /// Ticks in a row in which that led nowhere.
+    /// Ticks in a row without a balance.
     late: u32,
 }
 
@@ -118,19 +118,19 @@ impl Free {
         self.report.status == Status::MaxIterations && self.settling <= SETTLING
     }
 
-    /// Ticks without a balance that are no reason to stop a motion.
+    /// Ticks without a balance for which a motion goes on.
     pub(crate) fn patience(&self) -> u32 {
         if self.is_carried { PATIENCE } else { 0 }
     }
 
-    /// Its balance is of this tick, and has cost so much; where the fingers went with it, that tells what iterations cost.
+    /// Its balance is of this tick, and has cost so much; where the fingers went with it, the cost of their iterations is learnt.
     #[inline(never)]
     pub(crate) fn is_balanced_now(&mut self, cost: u32, units: &mut [Unit<'_>]) {
         (self.report.cost, self.is_new) = (cost, true);
         let goes = |unit: &Unit<'_>| unit.pending.is_some_and(|pending| pending.to.is_some());
         let count = units.iter().filter(|unit| goes(unit)).count().max(1) as u32;
         let iterations = u32::from(self.report.iterations) / count;
-        // Where nothing moves, it tells nothing.
+        // Where nothing moves, there is nothing to learn.
         for unit in units.iter_mut().filter(|unit| iterations > 0 && goes(unit)) {
             unit.budget.spent(cost / count, iterations);
         }

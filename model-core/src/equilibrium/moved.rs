@@ -15,7 +15,7 @@ pub(crate) struct Moved<T> {
 }
 
 impl<T: Real> Moved<T> {
-    /// It stands.
+    /// None.
     pub const NONE: Self = Self { about: [T::ZERO; 2], turn: T::ZERO, shift: [T::ZERO; 2] };
 
     /// As it maps the world's points.

@@ -156,7 +156,7 @@ pub struct Grasp<'a, T: Real, S: Size> {
     /// Newton iterations allowed for what is being done, and spent.
     allowed: u32,
     spent: u32,
-    /// What the last balance with friction tells the next one.
+    /// What the last balance with friction leaves for the next one.
     course: Course,
 }
 

@@ -96,7 +96,7 @@ impl<'a, T: Real, S: Size> Grasp<'a, T, S> {
         Self { course, ..self }
     }
 
-    /// What this balance tells the next one.
+    /// What this balance leaves for the next one.
     pub fn course(&self) -> Course {
         self.course
     }

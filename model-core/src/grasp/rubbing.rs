@@ -12,7 +12,7 @@
 //!
 //! Where no step is found, the balance has ended, and the object falls, as slowly as it takes: with the fingers' coordinates as they are,
 //! implicit steps of the motion against a drag, c (C − C⁰) = Σ F_i + W, lead to the next balance, which is flagged as a snap. So is a step
-//! that leads to another balance at once.
+//! to another balance at once.
 //!
 //! Friction turns the object, a cylinder as well: there are always three freedoms. Forces that are less than 1e-4 of all, 1e-3 in single
 //! precision, count as balanced; in a grip that slides everywhere they do not even turn the object any more.
@@ -45,10 +45,11 @@ const HALVED: u32 = 4;
 const DRAG: f64 = 10.0;
 const LEAST_DRAG: f64 = 1e-3;
 const EASES: f64 = 0.3;
-/// Part of the energy that a step loses which has led to another balance: the work of a step that has not is what is stored and dissipated.
+/// Part of the energy that a step may lose: the work of one within a balance is stored and dissipated, but for the length of the step. More is
+/// lost on the way to another balance.
 const LOSES: f64 = 1e-3;
 
-/// What a balance with friction tells the next one, if all goes on as it went.
+/// What a balance with friction leaves for the next one, if all goes on as it went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Course {
     /// How the forces answer the object's motion.
@@ -112,7 +113,7 @@ impl Going {
 /// How the object moved with the fingers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pace {
-    /// The fingers' ways together, or where they stood what was let go of the force that was left over.
+    /// The fingers' ways together, or where there are none what was let go of the force that was left over.
     way: f64,
     releases: bool,
     /// The object's step.
@@ -164,7 +165,7 @@ struct Correction {
     from: [f64; 3],
     off: [f64; 3],
     more: [f64; 3],
-    /// The one before began there as well, and led too far.
+    /// The one before began there as well, and was too long.
     stayed: bool,
 }
 
