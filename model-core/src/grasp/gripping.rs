@@ -294,7 +294,9 @@ fn jaws_and_three_fingers_grip_as_two_that_turn_do() {
         (Placement { translation: [-x, -y], ..placement }, TURNING)
     });
     let circle = |x: f64, y: f64| ObjectDesign::Circle { centre: [x, y], radius: 25.0 };
-    let cases: [(&[(Placement, Motion)], ObjectDesign, &[f64], f64); 2] =
+    // Fingers, object, where they begin and how far they go.
+    type Case<'a> = (&'a [(Placement, Motion)], ObjectDesign, &'a [f64], f64);
+    let cases: [Case<'_>; 2] =
         [(&jaws, circle(35.3, 44.0), &[9.0, 8.5], 3.0), (&ring, circle(0.3, -0.2), &[0.09; 3], 0.05)];
     for (fingers, object, begin, further) in cases {
         let mut followers: Vec<Box<Follower<f64, Rubbing>>> = (0..fingers.len()).map(|_| finger(0.5)).collect();
