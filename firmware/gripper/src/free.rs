@@ -6,8 +6,8 @@
 //! the last good numbers with their age; the next tick goes on from there.
 //!
 //! With friction the way matters, and a finger that goes on alone would rub: once two fingers touch the object, they wait for one another
-//! before they move, and all go together with it. Where that leads nowhere for some ticks, as when the hand lets go of it, they go to where
-//! they are, and it to where it then rests.
+//! before they move, and all go together with it. Where no balance is found for some ticks, as when the hand lets go of it, the fingers are
+//! followed to their angles alone, and it goes to where it then rests.
 //!
 //! Until two fingers touch it the object stays where it is: something else holds it. Once no finger touches it any more, it counts
 //! as standing where it was set.

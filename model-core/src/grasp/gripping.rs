@@ -34,13 +34,22 @@ fn pair<T: Real>(friction: f64) -> Pair<T> {
 
 /// Two fingers close on an object that is held, which is then let go.
 fn gripped<'a, T: Real>(pair: &'a mut Pair<T>, object: ObjectDesign, load: Load) -> (Grasp<'a, T, Rubbing>, Balance) {
+    gripped_at(pair, object, load, angles(0.0))
+}
+
+fn gripped_at<'a, T: Real>(
+    pair: &'a mut Pair<T>,
+    object: ObjectDesign,
+    load: Load,
+    angles: [f64; 2],
+) -> (Grasp<'a, T, Rubbing>, Balance) {
     let fingers = pair.iter_mut().zip(PAIR).map(|(follower, placement)| Finger {
         follower: &mut **follower,
         placement,
         motion: TURNING,
     });
     let mut grasp = Grasp::new(fingers.collect(), object, load).expect("a good grasp");
-    assert_eq!(grasp.close(&BEGIN.map(f64::to_radians)), Ok(Status::Converged));
+    assert_eq!(grasp.close(&angles), Ok(Status::Converged));
     let balance = grasp.release();
     (grasp, balance)
 }
@@ -158,15 +167,9 @@ fn a_step_that_leads_to_another_balance_is_flagged() {
     let block = ObjectDesign::Polygon { corners: Corners::new(&corners).expect("four corners"), rounding: 8.0 };
     let load = Load { force: [0.2721, -0.0212], moment: 2.6122 };
     let mut pair = pair::<f64>(0.3832161195750068);
-    let fingers = pair.iter_mut().zip(PAIR).map(|(follower, placement)| Finger {
-        follower: &mut **follower,
-        placement,
-        motion: TURNING,
-    });
-    let mut grasp = Grasp::new(fingers.collect(), block, load).expect("a good grasp");
     let angle = |part: f64| [7.9271 + part * 3.5845, 5.2031 + part * 2.5184].map(f64::to_radians);
-    assert_eq!(grasp.close(&angle(0.0)), Ok(Status::Converged));
-    assert_eq!(grasp.release().status, Status::Converged);
+    let (mut grasp, first) = gripped_at(&mut pair, block, load, angle(0.0));
+    assert_eq!(first.status, Status::Converged);
     let mut snapped = Vec::new();
     for k in 1..=80 {
         let from = grasp.centre;

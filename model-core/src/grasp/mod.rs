@@ -9,7 +9,7 @@
 //! Without friction a circle's contact forces all pass through its centre, so its balance is that of forces: the turn is left
 //! alone. Other shapes turn as well, until the moments are in balance.
 //!
-//! With friction there is no such energy, and the place depends on the way: fingers and object move in steps of all together
+//! With friction there is no such energy, and the place depends on the way: fingers and object move together, step by step
 //! ([`Grasp::advance_within`]).
 
 #[cfg(test)]

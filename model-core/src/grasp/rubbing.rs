@@ -1,4 +1,4 @@
-//! A free object between fingers with friction: one step of all fingers and the object together.
+//! A free object between fingers with friction: fingers and object move together, step by step.
 //!
 //! With friction the forces depend on the way, so that nothing may be tried by going there. A step goes a part p of what is left of the
 //! fingers' ways, and leaves 1 − p of the force that was left over: an object that is let go with a force left over is let go
@@ -37,7 +37,7 @@ const GOOD: f64 = 0.3;
 /// ... at most where it went too far, and at most at all.
 const LESS: f64 = 0.9;
 const WORSE: f64 = 10.0;
-/// Calls without the time to find a step after which it is halved.
+/// Calls that leave a step unfinished before it is halved.
 const TRIES: u32 = 6;
 /// Halvings of steps after which the balance is taken to have ended.
 const HALVED: u32 = 4;
@@ -56,7 +56,7 @@ pub struct Course {
     slope: Option<Slope>,
     pace: Option<Pace>,
     going: Going,
-    /// A step that there was no time to find: where the fingers go in it, rad or mm, and how often there was none.
+    /// A step that was left unfinished: where the fingers go in it, rad or mm, and how many calls have not finished it.
     pending: Option<([f64; MAX_FINGERS], u32)>,
     /// The best guess of the object's step in it.
     guess: Option<[f64; 3]>,
@@ -181,7 +181,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
             if self.left() < self.fingers.len() as u32 {
                 break Status::MaxIterations;
             }
-            // What there was no time for comes first: another way would be another problem.
+            // A step that was left unfinished comes first: with other coordinates it would be another problem.
             let pending = self.course.pending.take();
             let ways = match &pending {
                 Some((to, _)) => self.ways(to),
@@ -290,7 +290,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     ) -> Result<(Sum, bool), Status> {
         let mut step = Step { part: aim.part, object };
         let mut last: Option<Correction> = None;
-        // What there is no time for goes on from the best guess.
+        // If the time runs out, the next call goes on from the best guess.
         self.course.guess = Some(object);
         let mut nearest = None;
         for correction in 0..CORRECTIONS {

@@ -287,7 +287,7 @@ fn fingers_that_rub_move_with_the_object_between_them() {
             }
         }
     }
-    // Whatever is told as balanced is: ticks without a balance say so.
+    // A grasp that is reported as balanced is balanced, and few ticks are without a balance.
     let ticks: Vec<_> = watch.grasps[since..].iter().filter(|grasp| grasp.free.is_some()).collect();
     let lost = ticks.iter().filter(|grasp| !grasp.is_trustworthy).count();
     println!("{lost} of {} ticks without a balance", ticks.len());
