@@ -8,7 +8,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use fre_boards::Board;
 use fre_cycles::chip;
-use fre_cycles::report::{Measured, Window};
+use fre_cycles::report::{Cost, Measured, Window};
 use fre_gripper::servo::{Config, Fault};
 use messages::{Finger, GripTo, Mount, Report, Settings, Which};
 use model_core::discretise::{Discretisation, Sampling};
@@ -68,6 +68,8 @@ struct Campaign {
     /// Estimates, those of which no window was found included.
     seen: usize,
     chips: Vec<Measured>,
+    /// Addresses of the reads of the clock that an estimate lies between.
+    between: Option<[u32; 2]>,
     /// For each chip, the share of the estimates' instructions whose address in its image is known by name.
     by_name: Vec<f64>,
 }
@@ -170,6 +172,9 @@ pub fn measure() -> Result<Rates> {
     let mut rates = Vec::new();
     let mut boards: Vec<&str> = chip::all().iter().map(|chip| chip.board).collect();
     boards.dedup();
+    if let Ok(only) = std::env::var("FRE_ONLY") {
+        boards.retain(|b| only == *b);
+    }
     for board in boards {
         let mut by_samples = Vec::new();
         for samples in [2, 4, 5] {
@@ -233,9 +238,10 @@ fn campaign(board: &str, samples: u8) -> Result<Campaign> {
     let windows = report.measured_as(&costs, f64::from(Machine::INSTRUCTIONS_PER_TICK));
     let seen = estimates.len();
     let by_name = (0..report.chips.len()).map(|chip| share_by_name(&windows, chip)).collect();
+    let between = windows.iter().flatten().next().map(|window| window.between);
     let found = |(estimate, window): (Estimate, Option<&Window>)| Some((estimate, window?.cycles.clone()));
     let estimates = estimates.into_iter().zip(windows).filter_map(found).collect();
-    Ok(Campaign { estimates, seen, chips: report.chips, by_name })
+    Ok(Campaign { estimates, seen, chips: report.chips, between, by_name })
 }
 
 /// The share of the windows' instructions whose address in a chip's image is known by name.
@@ -399,13 +405,15 @@ fn kinds(f: &mut fmt::Formatter<'_>, samples: u8, campaign: &Campaign) -> fmt::R
     }
     for (index, board) in boards {
         let Some(chip) = campaign.chips.get(index) else { continue };
-        writeln!(
-            f,
-            "\nThe costliest addresses of {board} by the upper bound ({:.0} % of an estimate's instructions are known by name):\n",
-            100.0 * campaign.by_name.get(index).copied().unwrap_or(0.0)
-        )?;
-        for (address, share, what) in &chip.dearest {
-            writeln!(f, "- `{address:#x}`, {:.1} %: `{what}`", 100.0 * share)?;
+        let known = 100.0 * campaign.by_name.get(index).copied().unwrap_or(0.0);
+        for (what, costs) in [("functions", &chip.functions), ("addresses", &chip.addresses)] {
+            writeln!(
+                f,
+                "\nAn estimate's costliest {what} on {board}, by the upper bound ({known:.0} % known by name):\n"
+            )?;
+            for Cost { share, name, .. } in costs.iter().filter(|cost| campaign.between == Some(cost.between)) {
+                writeln!(f, "- {:.1} %: `{name}`", 100.0 * share)?;
+            }
         }
     }
     Ok(())
@@ -428,8 +436,8 @@ mod tests {
         let mut estimates: Vec<_> = (0..contacts).map(|_| (estimate(true, 1e5), cycles(1e5))).collect();
         estimates.extend((0..others).map(|_| (estimate(false, most), cycles(most))));
         let (board, layout) = ("opencr".to_owned(), "flash over AXI, caches".to_owned());
-        let chip = Measured { board, layout, clock_hz: 216e6, dearest: vec![] };
-        Campaign { seen: estimates.len(), estimates, chips: vec![chip], by_name: vec![1.0] }
+        let chip = Measured { board, layout, clock_hz: 216e6, addresses: vec![], functions: vec![] };
+        Campaign { seen: estimates.len(), estimates, chips: vec![chip], between: None, by_name: vec![1.0] }
     }
 
     #[test]

@@ -102,6 +102,12 @@ const IMAGE: &str = "gripper_";
 /// A symbol's name as it is the same in every image: without the hash that the compiler puts behind it, which differs from build to build,
 /// and with `image` in place of the image's own crate.
 fn name_of(symbol: &str) -> String {
+    /// The function at an address.
+    pub fn function(&self, address: u32) -> Option<&str> {
+        let (index, _) = self.symbol(address)?;
+        Some(self.symbols.get(index)?.name.as_str())
+    }
+
     let name = format!("{:#}", rustc_demangle::demangle(symbol));
     let mut pieces = name.split(IMAGE);
     let mut same = pieces.next().unwrap_or("").to_owned();

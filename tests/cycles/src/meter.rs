@@ -1,5 +1,6 @@
 //! What the plugin feeds: executed instructions and accesses in, cycles of every window out.
 
+use std::collections::HashMap;
 use std::fmt::Write;
 
 use crate::chip::{self, Chip};
@@ -23,7 +24,7 @@ struct Track {
     sides: [Side; 2],
     /// For each place its address in this chip's image.
     places: Vec<u32>,
-    /// For each place the cycles of the upper bound, in windows.
+    /// For each place the cycles of the upper bound in this window.
     cycles: Vec<u64>,
     /// The window's instructions whose address in this chip's image is known by name.
     named: u64,
@@ -50,6 +51,10 @@ pub struct Meter {
     ends_window: bool,
     unknown: Vec<String>,
     /// Windows that have ended, as lines.
+    /// The places that were executed in it, each once.
+    seen: Vec<usize>,
+    /// Between which reads of the clock a place has cost how much on each chip, by the upper bound.
+    costs: HashMap<[u32; 2], HashMap<usize, Vec<u64>>>,
     told: String,
 }
 
@@ -85,6 +90,8 @@ impl Meter {
             told: String::new(),
         })
     }
+            seen: Vec::new(),
+            costs: HashMap::new(),
 
     /// An instruction was translated: its number for [`Self::execute`].
     pub fn translate(&mut self, address: u32, bytes: u32, text: &str) -> usize {
@@ -130,6 +137,10 @@ impl Meter {
         let Some(Place { address, bytes, instruction }) = self.places.get(number) else { return };
         let jumped = next.is_some_and(|next| next != address.wrapping_add(*bytes));
         let in_window = self.window.is_some();
+        let is_first = in_window && self.tracks.iter().all(|track| track.cycles.get(number) == Some(&0));
+        if is_first {
+            self.seen.push(number);
+        }
         for Track { sides, places, cycles, map, named, by_name, .. } in &mut self.tracks {
             let Some(&at) = places.get(number) else { continue };
             *named += u64::from(by_name.get(number).copied().unwrap_or(false));
@@ -177,6 +188,13 @@ impl Meter {
         for side in self.tracks.iter_mut().flat_map(|track| &mut track.sides) {
             if side.bound == Bound::Upper {
                 side.memory.empty();
+            let costs = self.costs.entry([began, address]).or_default();
+            for number in self.seen.drain(..) {
+                let of_chips = costs.entry(number).or_insert_with(|| vec![0; self.tracks.len()]);
+                for (sum, track) in of_chips.iter_mut().zip(&mut self.tracks) {
+                    *sum += track.cycles.get_mut(number).map_or(0, std::mem::take);
+                }
+            }
                 side.pipeline.forget();
             }
             side.began = side.pipeline.now();
@@ -197,17 +215,34 @@ impl Meter {
         for (index, track) in self.tracks.iter().enumerate() {
             let Chip { board, layout, clock_hz, .. } = track.chip;
             let _ = writeln!(told, "{} {index} {board} {clock_hz} {layout}", report::CHIP);
-            let total: u64 = track.cycles.iter().sum();
-            let mut dearest: Vec<(u64, usize)> =
-                track.cycles.iter().enumerate().map(|(number, &cycles)| (cycles, number)).collect();
-            dearest.sort_unstable_by(|a, b| b.cmp(a));
-            for &(cycles, number) in dearest.iter().take(report::DEAREST) {
-                let Some(&address) = track.places.get(number) else { continue };
-                let name = track.map.target().name(address);
-                let share = cycles as f64 / total.max(1) as f64;
-                let _ = writeln!(told, "{} {index} {address:#x} {share:.5} {name}", report::ADDRESS);
+            for ([from, to], costs) in &self.costs {
+                let of_this = |(&number, costs): (&usize, &Vec<u64>)| Some((costs.get(index).copied()?, number));
+                let places: Vec<(u64, usize)> = costs.iter().filter_map(of_this).collect();
+                let all = places.iter().map(|(cycles, _)| cycles).sum::<u64>().max(1) as f64;
+                let mut functions: HashMap<&str, u64> = HashMap::new();
+                for &(cycles, number) in &places {
+                    let function = track.places.get(number).and_then(|&address| track.map.target().function(address));
+                    *functions.entry(function.unwrap_or("?")).or_default() += cycles;
+                }
+                for (cycles, number) in dearest(places) {
+                    let Some(&address) = track.places.get(number) else { continue };
+                    let (share, name) = (cycles as f64 / all, track.map.target().name(address));
+                    let _ =
+                        writeln!(told, "{} {index} {from:#x} {to:#x} {share:.5} {address:#x} {name}", report::ADDRESS);
+                }
+                for (cycles, name) in dearest(functions.into_iter().map(|(name, cycles)| (cycles, name)).collect()) {
+                    let share = cycles as f64 / all;
+                    let _ = writeln!(told, "{} {index} {from:#x} {to:#x} {share:.5} {name}", report::FUNCTION);
+                }
             }
         }
         told
     }
+}
+
+/// The costliest, the most first.
+fn dearest<P: Ord>(mut of: Vec<(u64, P)>) -> Vec<(u64, P)> {
+    of.sort_unstable_by(|a, b| b.cmp(a));
+    of.truncate(report::DEAREST);
+    of
 }

@@ -5,9 +5,10 @@ use std::fmt;
 pub(crate) const WINDOW: &str = "window";
 pub(crate) const CHIP: &str = "chip";
 pub(crate) const ADDRESS: &str = "address";
+pub(crate) const FUNCTION: &str = "function";
 pub(crate) const UNKNOWN: &str = "unknown";
-/// Addresses that are told of each chip.
-pub(crate) const DEAREST: usize = 10;
+/// Addresses and functions that are told of each chip and place of a window.
+pub(crate) const DEAREST: usize = 12;
 
 /// What was measured.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,8 +43,21 @@ pub struct Measured {
     pub layout: String,
     /// Hertz.
     pub clock_hz: f64,
-    /// The costliest addresses by the upper bound: address, share of all cycles, what lies there.
-    pub dearest: Vec<(u32, f64, String)>,
+    /// The costliest addresses of each kind of window.
+    pub addresses: Vec<Cost>,
+    /// The costliest functions.
+    pub functions: Vec<Cost>,
+}
+
+/// What something costs of the windows between two reads of the clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cost {
+    /// Addresses of the reads, in the image that QEMU ran.
+    pub between: [u32; 2],
+    /// Share of their cycles, by the upper bound.
+    pub share: f64,
+    /// A function; or an address in the board's image, and what lies there.
+    pub name: String,
 }
 
 /// A line that is none of the plugin's.
@@ -114,14 +128,16 @@ impl Report {
                 let (_, board) = (words.next()?, words.next()?.to_owned());
                 let clock_hz = words.next()?.parse().ok()?;
                 let layout = words.collect::<Vec<_>>().join(" ");
-                self.chips.push(Measured { board, layout, clock_hz, dearest: Vec::new() });
+                self.chips.push(Measured { board, layout, clock_hz, addresses: Vec::new(), functions: Vec::new() });
             }
-            ADDRESS => {
+            kind @ (ADDRESS | FUNCTION) => {
                 let chip: usize = words.next()?.parse().ok()?;
-                let at = address(words.next()?)?;
+                let between = [address(words.next()?)?, address(words.next()?)?];
                 let share = words.next()?.parse().ok()?;
                 let name = words.collect::<Vec<_>>().join(" ");
-                self.chips.get_mut(chip)?.dearest.push((at, share, name));
+                let Measured { addresses, functions, .. } = self.chips.get_mut(chip)?;
+                let costs = if kind == ADDRESS { addresses } else { functions };
+                costs.push(Cost { between, share, name });
             }
             UNKNOWN => self.unknown.push(words.next()?.to_owned()),
             _ => return None,
@@ -137,8 +153,8 @@ mod tests {
     #[test]
     fn what_was_written_is_read() {
         let windows = "window 0x10 0x20 7 8 9 6 10 11 7\nwindow 0x10 0x20 7 8";
-        let summary =
-            "unknown vrsqrte.f32\nchip 0 opencr 216000000 flash, caches\naddress 0 0x8000100 0.25000 solve + 0x4\n";
+        let summary = "unknown vrsqrte.f32\nchip 0 opencr 216000000 flash, caches\naddress 0 0x10 0x20 0.25000 0x8000100 solve + 0x4\n\
+            function 0 0x10 0x20 0.75000 solve\n";
         let report = Report::parse(windows, summary).unwrap();
         assert_eq!(report.windows.len(), 1, "the second was cut");
         assert_eq!(
@@ -148,7 +164,9 @@ mod tests {
         assert_eq!(report.unknown, ["vrsqrte.f32"]);
         let [chip] = report.chips.as_slice() else { panic!("{report:?}") };
         assert_eq!((chip.board.as_str(), chip.layout.as_str()), ("opencr", "flash, caches"));
-        assert_eq!(chip.dearest, [(0x0800_0100, 0.25, "solve + 0x4".to_owned())]);
+        let cost = |share, name: &str| Cost { between: [0x10, 0x20], share, name: name.to_owned() };
+        assert_eq!(chip.addresses, [cost(0.25, "0x8000100 solve + 0x4")]);
+        assert_eq!(chip.functions, [cost(0.75, "solve")]);
         assert!(Report::parse("nonsense\n", "").is_err());
     }
 

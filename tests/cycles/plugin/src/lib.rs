@@ -17,7 +17,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use fre_cycles::Meter;
 
 /// Windows between two writings of the summary.
-const EVERY: u32 = 50;
+const EVERY: u32 = 250;
 
 struct State {
     meter: Meter,
