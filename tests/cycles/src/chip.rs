@@ -2,10 +2,10 @@
 //!
 //! | chip | figure | source |
 //! |---|---|---|
-//! | STM32F746 | 4 + 4 KB caches, lines of 32 bytes, 2 and 4 ways; TCM without wait states | ST RM0385 section 2, Arm DDI 0489 section 5 |
+//! | STM32F746 | 4 + 4 KB caches, lines of 32 bytes, 2 and 4 ways; TCM without wait states, 16 KB of it for code | ST RM0385 section 2, Arm DDI 0489 section 5 |
 //! | | flash of 256 bits, 7 wait states at 216 MHz and 3.3 V; accelerator (ART) of 64 lines of 256 bits on the ITCM side | RM0385 section 3.3 |
-//! | STM32H743 | 16 + 16 KB caches; flash words of 256 bits, 4 wait states at 240 MHz (the bus runs at half the processor's clock) | RM0433 sections 2 and 4.3 |
-//! | STM32G474 | accelerator of 1 KB for code (32 lines of four 64-bit words) and 256 bytes for data; 4 wait states at 170 MHz; prefetch off unless it is switched on | RM0440 section 5.3 |
+//! | STM32H743 | 16 + 16 KB caches; 64 KB of TCM for code; flash words of 256 bits, 4 wait states at 240 MHz (the bus runs at half the processor's clock) | RM0433 sections 2 and 4.3 |
+//! | STM32G474 | 32 KB of core-coupled memory; accelerator of 1 KB for code (32 lines of four 64-bit words) and 256 bytes for data; 4 wait states at 170 MHz; prefetch off unless it is switched on | RM0440 section 5.3 |
 //!
 //! The sections are cited from memory: check them before a figure is relied upon. Not published, and bracketed: the cycles that the bus matrix and the bridges add to a miss, whether a line's first word reaches the
 //! processor before its last, and what a written line costs that makes room.
@@ -29,6 +29,8 @@ pub struct Chip {
     pub processor: Processor,
     /// How instructions come.
     pub code: CodePath,
+    /// The memory from which they come without waiting: the first address, and the one behind the last. Data in it do not wait either.
+    pub tight: [u32; 2],
     /// How data come; addresses that lie nowhere are devices.
     pub data: Vec<Region>,
 }
@@ -59,15 +61,17 @@ pub fn all() -> Vec<Chip> {
     };
     let f746 = Chip {
         board: OPENCR.name,
-        layout: "flash over AXI, caches",
+        layout: "flash over AXI, caches; hot functions in ITCM",
         clock_hz: f64::from(OPENCR.clock_hz),
         processor: Processor::CortexM7 { data_cache_bytes: 4 * KB },
         code: CodePath::Cached { bytes: 4 * KB, ways: 2, miss: F746_FLASH },
+        tight: [0, 16 * KB],
         data: f746_data(DataPath::Cached(F746_FLASH)),
     };
+    let f746_cool = cool(&f746, F746_FLASH);
     // Over the tightly coupled interface neither cache is in the way; literals pass by the accelerator's lines.
     let over_itcm = Chip {
-        layout: "flash over ITCM, ART",
+        layout: "flash over ITCM, ART; hot functions in ITCM",
         code: CodePath::Accelerated { lines: 64, word: 32, line: 32, miss: Range::between(7, 9), prefetch: true },
         data: f746_data(DataPath::Direct(Range::between(7, 9))),
         ..f746.clone()
@@ -82,12 +86,14 @@ pub fn all() -> Vec<Chip> {
     };
     let h743 = Chip {
         board: NUCLEO_H743ZI.name,
-        layout: "flash over AXI, caches",
+        layout: "flash over AXI, caches; hot functions in ITCM",
         clock_hz: f64::from(NUCLEO_H743ZI.clock_hz),
         processor: Processor::CortexM7 { data_cache_bytes: 16 * KB },
         code: CodePath::Cached { bytes: 16 * KB, ways: 2, miss: H743_FLASH },
+        tight: [0, 64 * KB],
         data: h743_tail(DataPath::Cached(H743_SRAM)),
     };
+    let h743_cool = cool(&h743, H743_FLASH);
     let h743_tight = Chip {
         layout: "as if all code and data lay in TCM",
         code: CodePath::Tight,
@@ -100,13 +106,22 @@ pub fn all() -> Vec<Chip> {
         clock_hz: f64::from(NUCLEO_G474RE.clock_hz),
         processor: Processor::CortexM4,
         code: CodePath::Accelerated { lines: 32, word: 8, line: 32, miss: Range::exactly(4), prefetch: false },
+        tight: [0x1000_0000, 0x1000_0000 + 32 * KB],
         data: vec![
             flash(0x0800_0000, DataPath::Accelerated { lines: 8, miss: Range::between(4, 5) }),
             Region { first: 0x2000_0000, last: 0x2000_0000 + 128 * KB - 1, path: DataPath::Tight },
         ],
     };
     let g474_tight = Chip { layout: "as if all code lay in CCM", code: CodePath::Tight, ..g474.clone() };
-    vec![f746, over_itcm, f746_tight, h743, h743_tight, g474, g474_tight]
+    vec![f746, f746_cool, over_itcm, f746_tight, h743, h743_cool, h743_tight, g474, g474_tight]
+}
+
+/// As if the hot functions came over AXI as well: what their place is worth.
+fn cool(chip: &Chip, flash: Range) -> Chip {
+    let [first, end] = chip.tight;
+    let mut data = chip.data.clone();
+    data.push(Region { first, last: end - 1, path: DataPath::Cached(flash) });
+    Chip { layout: "flash over AXI, caches", tight: [0, 0], data, ..chip.clone() }
 }
 
 #[cfg(test)]
@@ -121,6 +136,8 @@ mod tests {
                 let others = chip.data.iter().skip(index + 1);
                 let apart = |other: &Region| region.last < other.first || other.last < region.first;
                 assert!(others.clone().all(apart), "{} {}", chip.board, chip.layout);
+                let [first, end] = chip.tight;
+                assert!(region.last < first || end <= region.first, "{} {}", chip.board, chip.layout);
             }
         }
         for range in [F746_FLASH, F746_SRAM, H743_FLASH, H743_SRAM, DEVICE] {

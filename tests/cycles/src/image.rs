@@ -28,6 +28,8 @@ pub struct Image {
     /// Those that are loaded, or cleared at the start.
     sections: Vec<Section>,
     stack_start: u32,
+    /// Where a function starts, and where the linker's own code starts by which far branches reach it.
+    detours: Vec<(u32, u32)>,
 }
 
 /// What is wrong with an image.
@@ -50,6 +52,7 @@ impl Image {
     pub fn parse(elf: &[u8]) -> Result<Self, NotAnImage> {
         let file = object::File::parse(elf).map_err(|error| NotAnImage(format!("not an ELF file: {error}")))?;
         let mut symbols = Vec::new();
+        let (mut starts, mut detours) = (HashMap::new(), Vec::new());
         let mut stack_start = 0;
         for symbol in file.symbols() {
             let (Ok(name), address) = (symbol.name(), symbol.address() as u32) else { continue };
@@ -59,6 +62,10 @@ impl Image {
             if symbol.size() > 0 && matches!(symbol.kind(), SymbolKind::Text | SymbolKind::Data | SymbolKind::Unknown) {
                 // The lowest bit of a function's address says Thumb.
                 let start = if symbol.kind() == SymbolKind::Text { address & !1 } else { address };
+                match name.split_once(DETOUR) {
+                    Some((_, goal)) => detours.push((goal, start)),
+                    None => drop(starts.insert(name, start)),
+                }
                 symbols.push(Symbol { start, size: symbol.size() as u32, name: name_of(name) });
             }
         }
@@ -77,7 +84,14 @@ impl Image {
                 Some(Section { name, first: section.address() as u32, bytes: section.size() as u32 })
             })
             .collect();
-        Ok(Self { symbols, sections, stack_start })
+        let detours = detours.into_iter().filter_map(|(goal, start)| Some((*starts.get(goal)?, start))).collect();
+        Ok(Self { symbols, sections, stack_start, detours })
+    }
+
+    /// Where the linker's own code is by which a branch reaches a function that is too far away for it.
+    pub fn detour(&self, from: u32, to: u32) -> Option<u32> {
+        let to_it = self.detours.iter().filter(|(goal, _)| from.abs_diff(to) > FARTHEST && *goal == to);
+        to_it.map(|&(_, start)| start).min_by_key(|start| start.abs_diff(from))
     }
 
     /// The symbol at an address, and how far behind its start it lies.
@@ -88,6 +102,12 @@ impl Image {
         (offset < symbol.size).then_some((index, offset))
     }
 
+    /// The function at an address.
+    pub fn function(&self, address: u32) -> Option<&str> {
+        let (index, _) = self.symbol(address)?;
+        Some(self.symbols.get(index)?.name.as_str())
+    }
+
     /// What lies at an address, for a reader.
     pub fn name(&self, address: u32) -> String {
         let Some((index, offset)) = self.symbol(address) else { return format!("{address:#010x}") };
@@ -96,18 +116,17 @@ impl Image {
     }
 }
 
+/// What stands before a function's name in the name of the code by which far branches reach it.
+const DETOUR: &str = "LongThunk_";
+/// How far a branch reaches (Armv7-M, `B` and `BL`, encodings T4 and T1).
+const FARTHEST: u32 = 16 << 20;
+
 /// What the crates of the boards' images are named by, each followed by its board's own name.
 const IMAGE: &str = "gripper_";
 
 /// A symbol's name as it is the same in every image: without the hash that the compiler puts behind it, which differs from build to build,
 /// and with `image` in place of the image's own crate.
 fn name_of(symbol: &str) -> String {
-    /// The function at an address.
-    pub fn function(&self, address: u32) -> Option<&str> {
-        let (index, _) = self.symbol(address)?;
-        Some(self.symbols.get(index)?.name.as_str())
-    }
-
     let name = format!("{:#}", rustc_demangle::demangle(symbol));
     let mut pieces = name.split(IMAGE);
     let mut same = pieces.next().unwrap_or("").to_owned();
@@ -195,7 +214,7 @@ mod tests {
     fn image(symbols: &[(u32, u32, &str)], sections: &[(u32, u32, &str)]) -> Image {
         let symbols = symbols.iter().map(|&(start, size, name)| Symbol { start, size, name: name_of(name) });
         let sections = sections.iter().map(|&(first, bytes, name)| Section { name: name.to_owned(), first, bytes });
-        Image { symbols: symbols.collect(), sections: sections.collect(), stack_start: 0 }
+        Image { symbols: symbols.collect(), sections: sections.collect(), stack_start: 0, detours: Vec::new() }
     }
 
     #[test]
@@ -222,6 +241,15 @@ mod tests {
         assert_eq!(map.carry(0x2000_00f0), Carried { address: 0x2400_007f, by_name: false }, "a shorter section");
         assert_eq!(map.carry(0x4000_0000), Carried { address: 0x4000_0000, by_name: false }, "a device stays");
         assert_eq!(map.target().name(0x8104), "solve + 0x4");
+    }
+
+    #[test]
+    fn what_is_too_far_away_is_reached_by_the_nearest_detour() {
+        let far = image(&[(0x400, 0x20, "solve")], &[]);
+        let far = Image { detours: vec![(0x400, 0x0810_0000), (0x400, 0x0900_0000), (0x500, 0x0800_0100)], ..far };
+        assert_eq!(far.detour(0x0800_0000, 0x400), Some(0x0810_0000));
+        assert_eq!(far.detour(0x0800_0000, 0x600), None, "nothing leads there");
+        assert_eq!(far.detour(0x480, 0x400), None, "near enough");
     }
 
     #[test]

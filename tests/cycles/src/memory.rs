@@ -117,6 +117,7 @@ impl Lines {
 pub struct Memory {
     bound: Bound,
     code: CodePath,
+    tight: [u32; 2],
     regions: Vec<Region>,
     code_lines: Lines,
     data_lines: Lines,
@@ -147,6 +148,7 @@ impl Memory {
         Self {
             bound,
             code: chip.code,
+            tight: chip.tight,
             regions: chip.data.clone(),
             code_lines,
             data_lines: Lines::new((data_bytes / LINE) as usize, DATA_WAYS),
@@ -179,6 +181,9 @@ impl Memory {
             return 0;
         }
         self.at_hand = Some(fetched);
+        if self.is_tight(address) {
+            return 0;
+        }
         match self.code {
             CodePath::Tight => 0,
             CodePath::Cached { miss, .. } => match self.code_lines.access(address / LINE, 0, false) {
@@ -206,8 +211,17 @@ impl Memory {
         }
     }
 
+    /// An address in the memory from which code comes without waiting.
+    fn is_tight(&self, address: u32) -> bool {
+        let [first, end] = self.tight;
+        (first..end).contains(&address)
+    }
+
     /// Cycles that an access to data is waited for.
     pub fn access(&mut self, address: u32, write: bool) -> u32 {
+        if self.is_tight(address) {
+            return 0;
+        }
         let region = self.regions.iter().find(|region| (region.first..=region.last).contains(&address));
         let Some(Region { path, .. }) = region else { return DEVICE.at(self.bound) };
         match *path {
@@ -238,6 +252,7 @@ mod tests {
             clock_hz: 1.0,
             processor: Processor::CortexM7 { data_cache_bytes: 256 },
             code,
+            tight: [0x1000, 0x2000],
             data: vec![Region { first: 0x2000_0000, last: 0x2000_ffff, path: data }],
         }
     }
@@ -290,6 +305,15 @@ mod tests {
             Memory::new(&chip(CodePath::Cached { bytes: 128, ways: 2, miss: MISS }, DataPath::Tight), Bound::Lower);
         assert_eq!(memory.fetch(30, 4, 0), 20);
         assert_eq!(memory.fetch(34, 2, 0), 0);
+    }
+
+    #[test]
+    fn code_in_tightly_coupled_memory_never_waits_and_takes_nobody_s_line() {
+        let code = CodePath::Cached { bytes: 64, ways: 1, miss: MISS };
+        let mut memory = Memory::new(&chip(code, DataPath::Cached(MISS)), Bound::Upper);
+        assert_eq!(memory.fetch(0x2000, 4, 0), 20);
+        assert_eq!((memory.fetch(0x1000, 4, 0), memory.access(0x1ffc, false)), (0, 0));
+        assert_eq!(memory.fetch(0x2000, 4, 0), 0, "its line is still there");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use crate::chip::{self, Chip};
 use crate::image::{Image, LinkMap, NotAnImage};
-use crate::instruction::Instruction;
+use crate::instruction::{Instruction, Kind};
 use crate::memory::Memory;
 use crate::pipeline::Pipeline;
 use crate::{Bound, report};
@@ -38,6 +38,9 @@ struct Side {
     began: u64,
 }
 
+/// What the linker puts between a branch and a goal that is too far away for it.
+const DETOUR: [(u32, &str); 3] = [(0, "movw r12, #0"), (4, "movt r12, #0"), (8, "bx r12")];
+
 /// Follows a program on every chip.
 pub struct Meter {
     clock: u32,
@@ -48,13 +51,15 @@ pub struct Meter {
     moved: Vec<(u32, bool)>,
     /// Where the window began, and its instructions so far.
     window: Option<(u32, u64)>,
-    ends_window: bool,
-    unknown: Vec<String>,
-    /// Windows that have ended, as lines.
     /// The places that were executed in it, each once.
     seen: Vec<usize>,
     /// Between which reads of the clock a place has cost how much on each chip, by the upper bound.
     costs: HashMap<[u32; 2], HashMap<usize, Vec<u64>>>,
+    ends_window: bool,
+    /// The linker's own code by which far branches go: where each instruction lies, and what it is.
+    detour: Vec<(u32, Instruction)>,
+    unknown: Vec<String>,
+    /// Windows that have ended, as lines.
     told: String,
 }
 
@@ -85,13 +90,14 @@ impl Meter {
             running: None,
             moved: Vec::new(),
             window: None,
+            seen: Vec::new(),
+            costs: HashMap::new(),
             ends_window: false,
+            detour: DETOUR.iter().filter_map(|(at, text)| Some((*at, Instruction::parse(text).ok()?))).collect(),
             unknown: Vec::new(),
             told: String::new(),
         })
     }
-            seen: Vec::new(),
-            costs: HashMap::new(),
 
     /// An instruction was translated: its number for [`Self::execute`].
     pub fn translate(&mut self, address: u32, bytes: u32, text: &str) -> usize {
@@ -100,14 +106,7 @@ impl Meter {
                 self.unknown.push(mnemonic);
             }
             // What is not known costs at worst as much as anything does.
-            Instruction {
-                kind: crate::instruction::Kind::System,
-                words: 0,
-                reads: 0,
-                writes: 0,
-                conditional: false,
-                double: false,
-            }
+            Instruction { kind: Kind::System, words: 0, reads: 0, writes: 0, conditional: false, double: false }
         });
         self.places.push(Place { address, bytes, instruction });
         for track in &mut self.tracks {
@@ -121,7 +120,7 @@ impl Meter {
 
     /// An instruction begins.
     pub fn execute(&mut self, number: usize) {
-        self.finish(self.places.get(number).map(|place| place.address));
+        self.finish(number);
         self.running = Some(number);
     }
 
@@ -131,11 +130,12 @@ impl Meter {
         self.moved.push((address, write));
     }
 
-    /// The instruction that ran is over; the next one lies here.
-    fn finish(&mut self, next: Option<u32>) {
+    /// The instruction that ran is over; the next one is this.
+    fn finish(&mut self, next: usize) {
         let Some(number) = self.running.take() else { return };
         let Some(Place { address, bytes, instruction }) = self.places.get(number) else { return };
-        let jumped = next.is_some_and(|next| next != address.wrapping_add(*bytes));
+        let follows = address.wrapping_add(*bytes);
+        let jumped = self.places.get(next).is_some_and(|next| next.address != follows);
         let in_window = self.window.is_some();
         let is_first = in_window && self.tracks.iter().all(|track| track.cycles.get(number) == Some(&0));
         if is_first {
@@ -144,6 +144,9 @@ impl Meter {
         for Track { sides, places, cycles, map, named, by_name, .. } in &mut self.tracks {
             let Some(&at) = places.get(number) else { continue };
             *named += u64::from(by_name.get(number).copied().unwrap_or(false));
+            // The boards' memories for code lie further apart than a branch reaches; the simulated board has one.
+            let goal = if jumped && instruction.kind == Kind::Branch { places.get(next) } else { None };
+            let detour = goal.and_then(|&goal| map.target().detour(at, goal));
             for Side { bound, memory, pipeline, .. } in sides {
                 let before = pipeline.now();
                 let fetch = memory.fetch(at, *bytes, before);
@@ -154,6 +157,15 @@ impl Meter {
                 pipeline.issue(instruction, fetch, data);
                 if instruction.may_jump() {
                     pipeline.went(instruction, *address, jumped);
+                }
+                if let Some(start) = detour {
+                    for (offset, instruction) in &self.detour {
+                        let fetch = memory.fetch(start + offset, 4, pipeline.now());
+                        pipeline.issue(instruction, fetch, 0);
+                        if instruction.may_jump() {
+                            pipeline.went(instruction, start, true);
+                        }
+                    }
                 }
                 if *bound == Bound::Upper
                     && in_window
@@ -176,6 +188,13 @@ impl Meter {
     fn turn(&mut self, address: u32) {
         if let Some((began, instructions)) = self.window.replace((address, 0)) {
             let _ = write!(self.told, "{} {began:#x} {address:#x} {instructions}", report::WINDOW);
+            let costs = self.costs.entry([began, address]).or_default();
+            for number in self.seen.drain(..) {
+                let of_chips = costs.entry(number).or_insert_with(|| vec![0; self.tracks.len()]);
+                for (sum, track) in of_chips.iter_mut().zip(&mut self.tracks) {
+                    *sum += track.cycles.get_mut(number).map_or(0, std::mem::take);
+                }
+            }
             for track in &self.tracks {
                 let [lower, upper] = track.sides.each_ref().map(|side| side.pipeline.now() - side.began);
                 let _ = write!(self.told, " {lower} {upper} {}", track.named);
@@ -188,13 +207,6 @@ impl Meter {
         for side in self.tracks.iter_mut().flat_map(|track| &mut track.sides) {
             if side.bound == Bound::Upper {
                 side.memory.empty();
-            let costs = self.costs.entry([began, address]).or_default();
-            for number in self.seen.drain(..) {
-                let of_chips = costs.entry(number).or_insert_with(|| vec![0; self.tracks.len()]);
-                for (sum, track) in of_chips.iter_mut().zip(&mut self.tracks) {
-                    *sum += track.cycles.get_mut(number).map_or(0, std::mem::take);
-                }
-            }
                 side.pipeline.forget();
             }
             side.began = side.pipeline.now();
@@ -245,4 +257,15 @@ fn dearest<P: Ord>(mut of: Vec<(u64, P)>) -> Vec<(u64, P)> {
     of.sort_unstable_by(|a, b| b.cmp(a));
     of.truncate(report::DEAREST);
     of
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_linker_puts_between_is_known_and_ends_with_a_branch() {
+        let kinds: Vec<_> = DETOUR.iter().map(|(_, text)| Instruction::parse(text).map(|it| it.kind)).collect();
+        assert_eq!(kinds, [Ok(Kind::Simple), Ok(Kind::Simple), Ok(Kind::IndirectBranch)]);
+    }
 }
