@@ -1,8 +1,10 @@
 //! What of a board's image runs from RAM, by its symbols, its vectors and its instructions: the interrupts of the serial lines, their
 //! vectors, and, where the settings lie in the program's own bank of flash, what writes them. QEMU has no flash that stalls, so that no
-//! run shows it.
+//! run shows it. And the functions that a board's `hot.txt` names: a name that nothing has any more would make the board slower, and
+//! nothing else would show it.
 
 use crate::panic_free::calls;
+use crate::paths;
 use anyhow::{Context, Result, bail, ensure};
 use fre_boards::Board;
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
@@ -12,6 +14,8 @@ use std::ops::Range;
 const RAM: [Range<u64>; 3] = [0..0x1_0000, 0x1000_0000..0x1001_0000, 0x2000_0000..0x2008_0000];
 /// Their flash. (What the F7 shows of it at 0x0020_0000 is used by nobody here.)
 const FLASH: Range<u64> = 0x0800_0000..0x0820_0000;
+/// Part of the names of the linker's own code, by which code in flash and in RAM call one another.
+const DETOUR: &str = "LongThunk";
 /// Parts of the mangled names of what waits for a flash that stalls.
 const FLASH_CODE: [&str; 2] = ["8stalling5start", "8stalling3put"];
 
@@ -40,8 +44,8 @@ pub fn check(board: &Board, image: &[u8]) -> Result<()> {
     let (unused, mut lines) = (symbol("DefaultHandler")?, 0);
     for function in file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text) {
         let name = function.name()?;
-        // The linker's own, by which code in flash calls code that is far away; and vectors of lines that nobody uses.
-        if name.contains("LongThunk") || function.address() == unused {
+        // And vectors of lines that nobody uses.
+        if name.contains(DETOUR) || function.address() == unused {
             continue;
         }
         let is_line = name.strip_prefix("USART").is_some_and(|number| number.parse::<u8>().is_ok());
@@ -64,7 +68,38 @@ pub fn check(board: &Board, image: &[u8]) -> Result<()> {
         code.end - code.start,
         code.start
     );
+    let list = std::fs::read_to_string(paths::boards().join(board.name).join("hot.txt")).unwrap_or_default();
+    hot(&file, symbol("__shot")?..symbol("__ehot")?, &list)
+}
+
+/// That what a board's list names is in its memory for hot functions, and nowhere else.
+fn hot<'data>(file: &impl Object<'data>, memory: Range<u64>, list: &str) -> Result<()> {
+    let functions: Vec<(String, u64)> = file
+        .symbols()
+        .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
+        .filter_map(|symbol| Some((symbol.name().ok()?, symbol.address() & !1)))
+        .filter(|(name, _)| !name.contains(DETOUR))
+        .map(|(name, at)| (format!("{:#}", rustc_demangle::demangle(name)), at))
+        .collect();
+    for path in list.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        let mut found = functions.iter().filter(|(name, _)| is_called(name, path)).peekable();
+        ensure!(found.peek().is_some(), "hot.txt names {path}, which is no function of the image");
+        if let Some((name, at)) = found.find(|(_, at)| !memory.contains(at)) {
+            bail!("{name} is at {at:#x}, not with the hot functions");
+        }
+    }
+    let count = functions.iter().filter(|(_, at)| memory.contains(at)).count();
+    if !memory.is_empty() {
+        println!("hot            {:>8} bytes at {:#010x}, {count} functions", memory.end - memory.start, memory.start);
+    }
     Ok(())
+}
+
+/// Whether a function's name has the words of a path in their order, and ends with the last one.
+fn is_called(name: &str, path: &str) -> bool {
+    let (modules, last) = path.rsplit_once("::").unwrap_or(("", path));
+    let Some(rest) = name.strip_suffix(last).and_then(|rest| rest.strip_suffix("::")) else { return false };
+    modules.split("::").try_fold(rest, |rest, word| Some(rest.split_once(word)?.1)).is_some()
 }
 
 /// Words of memory.
@@ -128,6 +163,17 @@ fn leads_out(code: &[u8], base: u64, mapping: &Mapping) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_function_is_found_by_the_words_of_its_path() {
+        let name = "model_core::newton::border::Border<T,S>::make";
+        assert!(is_called(name, "newton::border::make") && is_called(name, "make"));
+        for other in ["newton::condense::make", "border::newton::make", "newton::border::load", "newton::border::mak"] {
+            assert!(!is_called(name, other), "{other}");
+        }
+        let method = "<model_core::element::quadratic::Quadratic as model_core::element::Element<T>>::bend";
+        assert!(is_called(method, "quadratic::bend"));
+    }
 
     #[test]
     fn code_that_needs_flash_is_found() {

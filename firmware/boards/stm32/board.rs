@@ -1,6 +1,36 @@
-//! The STM32 boards' build script: puts the memory map where the linker finds it, and links the image.
+//! The STM32 boards' build script: puts the memory map and the list of hot functions where the linker finds them, and links the image.
 
 use std::{env, fs, path::PathBuf};
+
+/// Functions that the linker takes from the program's other code into memory without wait states; `fast::load` copies them there.
+fn hot(functions: &str) -> String {
+    let patterns: String = functions
+        .lines()
+        .filter(|line| !line.trim().is_empty() && !line.starts_with('#'))
+        .map(|path| format!("    *(.text.{});\n", mangled(path.trim())))
+        .collect();
+    format!(
+        "SECTIONS
+{{
+  .hot : ALIGN(8)
+  {{
+    __shot = .;
+{patterns}    . = ALIGN(8);
+    __ehot = .;
+  }} > CODE AT> FLASH
+  __sihot = LOADADDR(.hot);
+}} INSERT AFTER .rodata;
+"
+    )
+}
+
+/// What the compiler's names of a function match: the last word of its path with its length before it and the hash behind it, the words
+/// before it in their order.
+fn mangled(path: &str) -> String {
+    let (modules, name) = path.rsplit_once("::").unwrap_or(("", path));
+    let modules: String = modules.split("::").map(|word| format!("*{word}")).collect();
+    format!("_ZN{modules}*{}{name}17h*", name.len())
+}
 
 fn main() {
     let folder = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
@@ -11,8 +41,12 @@ fn main() {
     if map.lines().any(|line| line.trim().starts_with("NEAR ")) {
         println!("cargo::rustc-link-arg-bins=-Tnear.x");
     }
+    println!("cargo::rerun-if-changed=hot.txt");
+    let functions = fs::read_to_string("hot.txt").unwrap_or_default();
+    fs::write(folder.join("hot.x"), hot(&functions)).expect("the build folder can be written");
+    // `hot.x` before the linker's own script, which would take the functions for code like all other.
     // `near.x`, `survivor.x`, `fast.x` and `label.x` are the crate stm32's.
-    for script in ["link.x", "survivor.x", "fast.x", "label.x", "defmt.x"] {
+    for script in ["hot.x", "link.x", "survivor.x", "fast.x", "label.x", "defmt.x"] {
         println!("cargo::rustc-link-arg-bins=-T{script}");
     }
 }

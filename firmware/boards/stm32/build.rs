@@ -15,14 +15,14 @@ const FAST: &str = "SECTIONS
   {
     __sfast_vectors = .;
     . += SIZEOF(.vector_table);
-    . = ALIGN(4);
+    . = ALIGN(8);
     __efast_vectors = .;
   } > CODE
-  .fast : ALIGN(4)
+  .fast : ALIGN(8)
   {
     __sfast = .;
     KEEP(*(.fast .fast.*));
-    . = ALIGN(4);
+    . = ALIGN(8);
     __efast = .;
   } > CODE AT> FLASH
   __sifast = LOADADDR(.fast);
