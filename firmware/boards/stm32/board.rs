@@ -41,9 +41,10 @@ fn main() {
     if map.lines().any(|line| line.trim().starts_with("NEAR ")) {
         println!("cargo::rustc-link-arg-bins=-Tnear.x");
     }
-    println!("cargo::rerun-if-changed=hot.txt");
-    let functions = fs::read_to_string("hot.txt").unwrap_or_default();
-    fs::write(folder.join("hot.x"), hot(&functions)).expect("the build folder can be written");
+    let functions = fs::read_to_string("hot.txt").ok();
+    // Where there is no list, the folder is watched for one: a file that is missing would always count as changed.
+    println!("cargo::rerun-if-changed={}", if functions.is_some() { "hot.txt" } else { "." });
+    fs::write(folder.join("hot.x"), hot(&functions.unwrap_or_default())).expect("the build folder can be written");
     // `hot.x` before the linker's own script, which would take the functions for code like all other.
     // `near.x`, `survivor.x`, `fast.x` and `label.x` are the crate stm32's.
     for script in ["hot.x", "link.x", "survivor.x", "fast.x", "label.x", "defmt.x"] {
