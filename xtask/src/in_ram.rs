@@ -83,7 +83,7 @@ fn hot<'data>(file: &impl Object<'data>, memory: Range<u64>, list: &str) -> Resu
         .collect();
     for path in list.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let mut found = functions.iter().filter(|(name, _)| is_called(name, path)).peekable();
-        ensure!(found.peek().is_some(), "hot.txt names {path}, which is no function of the image");
+        ensure!(found.peek().is_some(), "hot.txt names {path}, but no function of the image is called so");
         if let Some((name, at)) = found.find(|(_, at)| !memory.contains(at)) {
             bail!("{name} is at {at:#x}, not with the hot functions");
         }
