@@ -172,9 +172,6 @@ pub fn measure() -> Result<Rates> {
     let mut rates = Vec::new();
     let mut boards: Vec<&str> = chip::all().iter().map(|chip| chip.board).collect();
     boards.dedup();
-    if let Ok(only) = std::env::var("FRE_ONLY") {
-        boards.retain(|b| only == *b);
-    }
     for board in boards {
         let mut by_samples = Vec::new();
         for samples in [2, 4, 5] {
