@@ -1,7 +1,7 @@
 //! What of a board's image runs from RAM, by its symbols, its vectors and its instructions: the interrupts of the serial lines, their
 //! vectors, and, where the settings lie in the program's own bank of flash, what writes them. QEMU has no flash that stalls, so that no
-//! run shows it. And the functions that a board's `hot.txt` names: a name that nothing has any more would make the board slower, and
-//! nothing else would show it.
+//! run shows it. And the functions that a board's `hot.txt` names: if one were renamed, the board would become slower, and nothing else would
+//! show it.
 
 use crate::panic_free::calls;
 use crate::paths;
@@ -44,7 +44,7 @@ pub fn check(board: &Board, image: &[u8]) -> Result<()> {
     let (unused, mut lines) = (symbol("DefaultHandler")?, 0);
     for function in file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text) {
         let name = function.name()?;
-        // And vectors of lines that nobody uses.
+        // Neither the linker's own code nor the vectors of lines that nobody uses.
         if name.contains(DETOUR) || function.address() == unused {
             continue;
         }

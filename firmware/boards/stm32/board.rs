@@ -42,10 +42,10 @@ fn main() {
         println!("cargo::rustc-link-arg-bins=-Tnear.x");
     }
     let functions = fs::read_to_string("hot.txt").ok();
-    // Where there is no list, the folder is watched for one: a file that is missing would always count as changed.
+    // A board without a list has its folder watched instead: Cargo treats a missing file as changed and would relink the image every time.
     println!("cargo::rerun-if-changed={}", if functions.is_some() { "hot.txt" } else { "." });
     fs::write(folder.join("hot.x"), hot(&functions.unwrap_or_default())).expect("the build folder can be written");
-    // `hot.x` before the linker's own script, which would take the functions for code like all other.
+    // `hot.x` comes before the linker's own script, which would otherwise place these functions with all other code.
     // `near.x`, `survivor.x`, `fast.x` and `label.x` are the crate stm32's.
     for script in ["hot.x", "link.x", "survivor.x", "fast.x", "label.x", "defmt.x"] {
         println!("cargo::rustc-link-arg-bins=-T{script}");

@@ -236,13 +236,13 @@ impl Meter {
                     let function = track.places.get(number).and_then(|&address| track.map.target().function(address));
                     *functions.entry(function.unwrap_or("?")).or_default() += cycles;
                 }
-                for (cycles, number) in dearest(places) {
+                for (cycles, number) in costliest(places) {
                     let Some(&address) = track.places.get(number) else { continue };
                     let (share, name) = (cycles as f64 / all, track.map.target().name(address));
                     let _ =
                         writeln!(told, "{} {index} {from:#x} {to:#x} {share:.5} {address:#x} {name}", report::ADDRESS);
                 }
-                for (cycles, name) in dearest(functions.into_iter().map(|(name, cycles)| (cycles, name)).collect()) {
+                for (cycles, name) in costliest(functions.into_iter().map(|(name, cycles)| (cycles, name)).collect()) {
                     let share = cycles as f64 / all;
                     let _ = writeln!(told, "{} {index} {from:#x} {to:#x} {share:.5} {name}", report::FUNCTION);
                 }
@@ -252,10 +252,10 @@ impl Meter {
     }
 }
 
-/// The costliest, the most first.
-fn dearest<P: Ord>(mut of: Vec<(u64, P)>) -> Vec<(u64, P)> {
+/// The costliest entries, in descending order.
+fn costliest<P: Ord>(mut of: Vec<(u64, P)>) -> Vec<(u64, P)> {
     of.sort_unstable_by(|a, b| b.cmp(a));
-    of.truncate(report::DEAREST);
+    of.truncate(report::COSTLIEST);
     of
 }
 

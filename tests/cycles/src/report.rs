@@ -7,8 +7,8 @@ pub(crate) const CHIP: &str = "chip";
 pub(crate) const ADDRESS: &str = "address";
 pub(crate) const FUNCTION: &str = "function";
 pub(crate) const UNKNOWN: &str = "unknown";
-/// Addresses and functions that are told of each chip and place of a window.
-pub(crate) const DEAREST: usize = 12;
+/// How many addresses and functions are listed for each chip and kind of window.
+pub(crate) const COSTLIEST: usize = 12;
 
 /// What was measured.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,7 +49,7 @@ pub struct Measured {
     pub functions: Vec<Cost>,
 }
 
-/// What something costs of the windows between two reads of the clock.
+/// What an address or a function costs within the windows between two reads of the clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
     /// Addresses of the reads, in the image that QEMU ran.

@@ -54,10 +54,10 @@ fn ticks_have_bounds_in_cycles_on_every_chip() {
             let shares: f64 = costs.iter().filter(|cost| cost.between == between).map(|cost| cost.share).sum();
             assert!(0.0 < shares && shares <= 1.0 + 1e-3, "{name}: {costs:?}");
         }
-        // Where an estimate is made is where the solver is, not whoever waits.
+        // The costliest function of an estimate belongs to the solver, not to something that waits.
         let is_solver = |name: &str| name.starts_with("model_core::newton");
-        let dearest = chip.functions.iter().find(|cost| cost.between == between).map(|cost| cost.name.as_str());
-        assert!(dearest.is_some_and(is_solver), "{name}: {dearest:?}");
+        let costliest = chip.functions.iter().find(|cost| cost.between == between).map(|cost| cost.name.as_str());
+        assert!(costliest.is_some_and(is_solver), "{name}: {costliest:?}");
         let mut sums = [0.0_f64; 4];
         for window in &found {
             let [lower, upper] = window.cycles[index];
