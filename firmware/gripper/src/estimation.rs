@@ -95,10 +95,6 @@ impl Estimation {
         unit.seen();
         unit.alert_changed |= reading.alert != unit.alert;
         unit.alert = reading.alert;
-        if let Some((position, error)) = reading.refused {
-            hand.shared.add(|counters| &mut counters.bus_refused);
-            hand.shared.tell(Event::GoalRefused { finger: finger as u8, position, error: error.code() });
-        }
         let start = B::cost_ticks();
         unit.model.set_budget(unit.budget.iterations(left));
         let seconds = unit.passed(reading);
@@ -229,7 +225,7 @@ impl Estimation {
             if hand.units.get(finger).is_some_and(|unit| unit.mount.is_some() && !unit.is_done())
                 && !self.repeat::<B>(hand, scheduler, finger)
             {
-                self.stale(hand, finger);
+                self.stale(hand, scheduler, finger);
             }
         }
         self.leave_unbalanced::<B>(hand, scheduler);
@@ -244,7 +240,7 @@ impl Estimation {
     }
 
     /// No position came in this period: the old numbers, marked as such.
-    fn stale(&mut self, hand: &mut Hand<'_>, finger: usize) {
+    fn stale(&mut self, hand: &mut Hand<'_>, scheduler: &Scheduler, finger: usize) {
         let reaction = hand.settings.on_fault;
         let Some(unit) = hand.units.get_mut(finger) else {
             return;
@@ -254,7 +250,8 @@ impl Estimation {
         estimate.status = Status::Stale;
         estimate.age = estimate.age.saturating_add(1);
         estimate.iterations = 0;
-        (unit.last.time_us, unit.last.cost) = (now_us(), 0);
+        // A position that comes while this is done is a later one.
+        (unit.last.time_us, unit.last.cost) = (now_us().min(scheduler.end.as_micros()), 0);
         if let Some(mount) = &unit.mount {
             unit.grip.miss(&mount.limits(), reaction);
         }

@@ -7,8 +7,9 @@ use heapless::Vec;
 use messages::{Event, FINGERS, Reaction, Silence};
 
 use crate::board::BusPort;
+use crate::bus::Goals;
 use crate::hand::Hand;
-use crate::servo::{BusError, Fence, Found, Turn};
+use crate::servo::{BusError, Fence, Found, Servos, Turn};
 use crate::shared::Shared;
 use crate::unit::{Torque, Unit};
 
@@ -48,21 +49,26 @@ impl Leadership {
 
     /// A servo that is to be looked for now, the fingers in turn. Less often while a finger grips: that costs it ticks.
     pub(crate) fn sought(&mut self, hand: &Hand<'_>) -> Option<(usize, Id)> {
-        let present = hand.is_any_present();
         let now = Instant::now();
-        if present && now < self.search {
-            return None;
-        }
-        let missing = |(_, unit): &(usize, &Unit<'_>)| unit.mount.is_some() && !unit.health.is_present();
-        let fingers = hand.units.iter().enumerate();
-        let (finger, unit) = fingers.clone().skip(self.next_sought).chain(fingers).find(missing)?;
-        let id = unit.id()?;
+        let (finger, id) = self.missing(hand, now)?;
         self.search = now + if hand.is_any_gripping() { SEARCH_GRIPPING } else { SEARCH };
         self.next_sought = finger + 1;
         Some((finger, id))
     }
 
+    #[inline(never)]
+    fn missing(&self, hand: &Hand<'_>, now: Instant) -> Option<(usize, Id)> {
+        if hand.is_any_present() && now < self.search {
+            return None;
+        }
+        let missing = |(_, unit): &(usize, &Unit<'_>)| unit.mount.is_some() && !unit.health.is_present();
+        let fingers = hand.units.iter().enumerate();
+        let (finger, unit) = fingers.clone().skip(self.next_sought).chain(fingers).find(missing)?;
+        Some((finger, unit.id()?))
+    }
+
     /// A servo whose torque is to be changed: off, or on with this goal (counts).
+    #[inline(never)]
     pub(crate) fn torque(hand: &Hand<'_>) -> Option<(usize, Id, Option<i32>)> {
         hand.units.iter().enumerate().filter(|(_, unit)| unit.health.is_present()).find_map(|(finger, unit)| {
             let goal = match unit.torque {
@@ -132,23 +138,40 @@ impl Leadership {
         }
     }
 
-    /// Whom the tick asks, and for what.
+    /// Whom the tick asks.
     #[inline(never)]
-    pub(crate) fn turns<U: BusPort>(hand: &mut Hand<'_>, seconds: f64) -> Vec<Turn<U>, FINGERS> {
+    pub(crate) fn turns<U: BusPort>(hand: &Hand<'_>) -> Vec<Turn<U>, FINGERS> {
+        let present = |(finger, unit): (usize, &Unit<'_>)| {
+            unit.id().filter(|_| unit.health.is_present()).map(|id| Turn::new(finger, id))
+        };
+        // There are as many as fingers at most.
+        hand.units.iter().enumerate().filter_map(present).collect()
+    }
+
+    /// Where the servos that are there go next.
+    #[inline(never)]
+    pub(crate) fn goals(hand: &mut Hand<'_>, seconds: f64) -> Goals {
         Self::mind_host(hand);
-        let mut turns = Vec::new();
-        for (finger, unit) in hand.units.iter_mut().enumerate() {
-            if let Some(id) = unit.id()
-                && unit.health.is_present()
-            {
-                // One per finger.
-                let _ = turns.push(Turn::new(finger, id, unit.advance(seconds)));
-            }
+        let mut goals = [None; FINGERS];
+        for (goal, unit) in goals.iter_mut().zip(&mut hand.units).filter(|(_, unit)| unit.health.is_present()) {
+            *goal = unit.advance(seconds);
         }
-        turns
+        goals
+    }
+
+    /// Whether something else than a tick's question is to be done on the bus.
+    #[inline(never)]
+    pub(crate) fn has_more_to_do<U: BusPort>(&self, hand: &Hand<'_>, servos: &Servos<U>) -> bool {
+        let now = Instant::now();
+        self.missing(hand, now).is_some()
+            || self.unseen(hand, now).is_some()
+            || Self::torque(hand).is_some()
+            || Self::alerting(hand).is_some()
+            || Self::unfenced(hand, |finger, fence| servos.unfenced(finger, fence)).is_some()
     }
 
     /// A finger's tick without an answer.
+    #[inline(never)]
     pub(crate) fn failed<U: BusPort>(&self, hand: &mut Hand<'_>, finger: usize, error: &BusError<U>) {
         count::<U>(hand.shared, error);
         if hand.units.get_mut(finger).is_some_and(|unit| unit.health.failed()) {
@@ -190,17 +213,26 @@ impl Leadership {
     /// A servo that is to be asked how warm it is, the fingers in turn.
     pub(crate) fn strained(&mut self, hand: &Hand<'_>) -> Option<(usize, Id)> {
         let now = Instant::now();
-        if now < self.look {
-            return None;
-        }
-        let present = |(_, unit): &(usize, &Unit<'_>)| unit.health.is_present() && unit.bounds.is_some();
-        let fingers = hand.units.iter().enumerate();
-        let count = fingers.clone().filter(present).count().max(1);
-        let (finger, unit) = fingers.clone().skip(self.next_looked).chain(fingers).find(present)?;
-        let id = unit.id()?;
+        let (finger, id) = self.unseen(hand, now)?;
+        let count = hand.units.iter().filter(|unit| Self::can_be_seen(unit)).count().max(1);
         self.look = now + LOOK / count as u32;
         self.next_looked = finger + 1;
         Some((finger, id))
+    }
+
+    fn can_be_seen(unit: &Unit<'_>) -> bool {
+        unit.health.is_present() && unit.bounds.is_some()
+    }
+
+    #[inline(never)]
+    fn unseen(&self, hand: &Hand<'_>, now: Instant) -> Option<(usize, Id)> {
+        if now < self.look {
+            return None;
+        }
+        let fingers = hand.units.iter().enumerate();
+        let mut turned = fingers.clone().skip(self.next_looked).chain(fingers);
+        let (finger, unit) = turned.find(|(_, unit)| Self::can_be_seen(unit))?;
+        Some((finger, unit.id()?))
     }
 
     /// A servo has said how warm it is and what supplies it.
@@ -220,6 +252,7 @@ impl Leadership {
     }
 
     /// A servo whose hardware errors have changed.
+    #[inline(never)]
     pub(crate) fn alerting(hand: &Hand<'_>) -> Option<(usize, Id)> {
         let alerting = |(_, unit): &(usize, &Unit<'_>)| unit.health.is_present() && unit.alert_changed;
         let (finger, unit) = hand.units.iter().enumerate().find(alerting)?;

@@ -1,20 +1,21 @@
 //! The gripper's program, for any board.
 //!
-//! Three tasks over one [`Shared`]:
+//! Four tasks over one [`Shared`]:
 //!
-//! - [`control`] leads the servo, reads its position at a fixed rate, estimates the contact force and reports every
-//!   tick; it waits for the bus and for its clock, for nothing else.
+//! - [`serve`] asks the servos where they are, and writes their goals, at a fixed rate.
+//! - [`control`] estimates the contact force from each answer, reports it and finds the next goals; it waits for the bus and for its
+//!   clock, for nothing else.
 //! - [`send`] writes reports, shapes, events and answers to the link. What the link cannot take in time is dropped and
 //!   counted.
 //! - [`answer`] hears the host's requests.
 //!
-//! That is the role of a master. As a tap or a device ([`messages::Role`]) the gripper leaves the servos to another master,
-//! and [`control`] estimates from what that one reads of them.
+//! That is the role of a master. As a tap or a device ([`messages::Role`]) the gripper leaves the servos to another master:
+//! [`serve`] hears what that one reads of them, and answers it, and [`control`] estimates from what was heard.
 //!
 //! A gripper starts without finger and object: every estimate is `out-of-range` until the host has set both.
 //!
-//! A board brings a bus, a link, flash, a watchdog and clocks ([`Board`]) and runs the three as tasks: [`control`] in an
-//! executor whose interrupt goes before the other two, and behind those of the devices.
+//! A board brings a bus, a link, flash, a watchdog and clocks ([`Board`]) and runs the four as tasks: [`control`] in an
+//! executor whose interrupt goes before the last two, [`serve`] in one whose interrupt goes before that, and behind those of the devices.
 //!
 //! [`tasks!`] writes them out for a board.
 #![cfg_attr(not(test), no_std)]
@@ -35,6 +36,7 @@ macro_rules! log {
 
 mod alive;
 mod board;
+mod bus;
 mod control;
 pub mod device_table;
 mod estimation;
@@ -61,11 +63,13 @@ mod unit;
 mod write;
 
 pub use board::{Board, Boot, BusPort, Watchdog};
+pub use bus::{Bus, serve};
 pub use control::control;
 pub use last_words::LastWords;
 pub use link::{answer, send};
 pub use messages::{FINGERS, ResetCause};
 pub use rate::period_us;
+pub use scheduler::LINK_SHARE;
 pub use shared::Shared;
 
 /// Version of the program.

@@ -6,6 +6,7 @@
 
 use core::cell::Cell;
 use core::future::poll_fn;
+use core::sync::atomic::{AtomicBool, Ordering};
 use core::task::Poll;
 
 use embassy_sync::blocking_mutex::Mutex;
@@ -15,6 +16,8 @@ use embassy_sync::waitqueue::AtomicWaker;
 /// Whether a transaction is under way. All zeros at first.
 pub(crate) struct Quiet {
     asking: Mutex<Raw, Cell<bool>>,
+    /// Somebody waits for a moment without one.
+    wanted: AtomicBool,
     over: AtomicWaker,
 }
 
@@ -24,7 +27,7 @@ pub(crate) struct Asking<'a>(&'a Quiet);
 impl Quiet {
     /// Nobody asks.
     pub(crate) const fn new() -> Self {
-        Self { asking: Mutex::new(Cell::new(false)), over: AtomicWaker::new() }
+        Self { asking: Mutex::new(Cell::new(false)), wanted: AtomicBool::new(false), over: AtomicWaker::new() }
     }
 
     /// A transaction begins.
@@ -35,11 +38,17 @@ impl Quiet {
 
     /// Does something as soon as no transaction is under way; none begins before it is done.
     pub(crate) async fn when<R>(&self, mut act: impl FnMut() -> R) -> R {
+        let _wanting = Wanting::begin(&self.wanted);
         poll_fn(|context| {
             self.over.register(context.waker());
             self.asking.lock(|asking| if asking.get() { Poll::Pending } else { Poll::Ready(act()) })
         })
         .await
+    }
+
+    /// Whether somebody waits for a moment without a transaction.
+    pub(crate) fn is_wanted(&self) -> bool {
+        self.wanted.load(Ordering::Relaxed)
     }
 }
 
@@ -47,6 +56,22 @@ impl Drop for Asking<'_> {
     fn drop(&mut self) {
         self.0.asking.lock(|asking| asking.set(false));
         self.0.over.wake();
+    }
+}
+
+/// Somebody waits, until this is dropped.
+struct Wanting<'a>(&'a AtomicBool);
+
+impl<'a> Wanting<'a> {
+    fn begin(wanted: &'a AtomicBool) -> Self {
+        wanted.store(true, Ordering::Relaxed);
+        Self(wanted)
+    }
+}
+
+impl Drop for Wanting<'_> {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Relaxed);
     }
 }
 
@@ -78,7 +103,9 @@ mod tests {
             assert_eq!((waiting.as_mut().poll(context), done.get()), (Poll::Pending, 0));
         }
         drop(asking);
+        assert!(quiet.is_wanted());
         assert_eq!((waiting.as_mut().poll(context), done.get()), (Poll::Ready(1), 1));
+        assert!(!quiet.is_wanted());
         let mut at_once = pin!(quiet.when(act));
         assert_eq!(at_once.as_mut().poll(context), Poll::Ready(2));
     }

@@ -58,9 +58,9 @@ pub(crate) struct Turn<U: BusPort> {
 }
 
 impl<U: BusPort> Turn<U> {
-    pub(crate) fn new(finger: usize, id: Id, goal: Option<i32>) -> Self {
+    pub(crate) fn new(finger: usize, id: Id) -> Self {
         // Stands until the servo has answered.
-        Self { finger, id, goal, result: Err(dynamixel::Error::Timeout { id, waited_us: 0 }) }
+        Self { finger, id, goal: None, result: Err(dynamixel::Error::Timeout { id, waited_us: 0 }) }
     }
 }
 

@@ -1,11 +1,11 @@
 //! The program's memory and tasks, which embassy wants written out for each board's types.
 
-/// The memory of a [`Board`](crate::Board)'s gripper, its three tasks, and `run`, which starts them.
+/// The memory of a [`Board`](crate::Board)'s gripper, its four tasks, and `run`, which starts them.
 ///
 /// ```ignore
 /// gripper::tasks!(MyBoard, sends: UartTx, hears: UartRx);
-/// // … once the board is up; `above` spawns into the executor whose interrupt goes before the others:
-/// run(above, spawner, (bus, watchdog), (tx, rx), (flash, boot));
+/// // … once the board is up; `control` spawns into an executor whose interrupt goes before thread mode, `serve` into one before that:
+/// run(Above { serve, control }, spawner, (bus, watchdog), (tx, rx), (flash, boot));
 /// ```
 ///
 /// The board's crate depends on `defmt`, `embassy-executor`, `fre-boards` and `static_cell`.
@@ -31,17 +31,30 @@ macro_rules! tasks {
         type WatchdogOf = <$board as $crate::Board>::Watchdog;
         type FlashOf = <$board as $crate::Board>::Flash;
 
+        /// Where tasks are started that interrupt others.
+        struct Above {
+            /// For the bus task: before all others.
+            serve: embassy_executor::SendSpawner,
+            /// For the control task.
+            control: embassy_executor::SendSpawner,
+        }
+
         /// Starts the tasks.
         fn run(
-            above: embassy_executor::SendSpawner,
+            above: Above,
             below: embassy_executor::Spawner,
-            (bus, watchdog): (BusOf, WatchdogOf),
+            (port, watchdog): (BusOf, WatchdogOf),
             (outgoing, incoming): ($outgoing, $incoming),
             (flash, boot): (FlashOf, $crate::Boot),
         ) {
-            match control(NEAR_MODELS.take(), MODELS.take(), bus, watchdog) {
-                Ok(task) => above.spawn(task),
-                Err(_) => defmt::error!("no room for the control task"),
+            static BUS: static_cell::StaticCell<$crate::Bus<BusOf>> = static_cell::StaticCell::new();
+            let bus = BUS.init_with(|| $crate::Bus::new(port, <$board as $crate::Board>::BUS_LATENCY_US));
+            match (serve(bus), control(NEAR_MODELS.take(), MODELS.take(), bus, watchdog)) {
+                (Ok(serves), Ok(controls)) => {
+                    above.serve.spawn(serves);
+                    above.control.spawn(controls);
+                }
+                _ => defmt::error!("no room for the control task and the bus task"),
             }
             start(below, send(outgoing));
             start(below, answer(incoming, flash, boot));
@@ -58,7 +71,17 @@ macro_rules! tasks {
         }
 
         #[embassy_executor::task]
-        async fn control(near: &'static mut Near, far: &'static mut Far, bus: BusOf, watchdog: WatchdogOf) -> ! {
+        async fn serve(bus: &'static $crate::Bus<BusOf>) -> ! {
+            $crate::serve::<$board>(&SHARED, bus).await
+        }
+
+        #[embassy_executor::task]
+        async fn control(
+            near: &'static mut Near,
+            far: &'static mut Far,
+            bus: &'static $crate::Bus<BusOf>,
+            watchdog: WatchdogOf,
+        ) -> ! {
             $crate::control::<$board>(&SHARED, near.iter_mut().chain(far), bus, watchdog).await
         }
 

@@ -7,18 +7,20 @@ use core::pin::pin;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use heapless::Vec;
-use messages::{FINGERS, Outcome, Settings};
+use messages::{Event, FINGERS, Outcome, Settings};
 
 use crate::Model;
 use crate::board::Board;
+use crate::bus::Goals;
 use crate::estimation::Estimation;
 use crate::hand::Hand;
 use crate::leadership::Leadership;
 use crate::orders::Orders;
 use crate::scheduler::Scheduler;
-use crate::servo::Reading;
+use crate::servo::{Reading, Turn};
 use crate::setup::Key;
 use crate::shared::{Command, Order, Shared};
+use crate::unit::Unit;
 
 /// The records that there are: settings, and each finger's design and object.
 const UNKEPT: usize = 1 + 2 * FINGERS;
@@ -30,6 +32,8 @@ pub(crate) struct Core<'a, B> {
     pub(crate) estimation: Estimation,
     pub(crate) leadership: Leadership,
     pub(crate) orders: Orders,
+    /// The servos are being asked, or are going to be.
+    pub(crate) is_asking: bool,
     /// An order that waits for a transaction's end.
     pub(crate) waiting: Option<Order>,
     /// What the bus's master has set and the flash has not got yet.
@@ -65,6 +69,7 @@ impl<'a, B: Board> Core<'a, B> {
             estimation: Estimation::new(Settings::DEFAULT.support),
             leadership: Leadership::new(),
             orders: Orders::NONE,
+            is_asking: false,
             waiting: None,
             unkept: Vec::new(),
             restart: false,
@@ -76,7 +81,7 @@ impl<'a, B: Board> Core<'a, B> {
     pub(crate) async fn begin(&mut self) {
         self.scheduler.wait().await;
         self.advance();
-        self.obey(true);
+        self.obey(!self.is_asking);
     }
 
     fn advance(&mut self) {
@@ -91,6 +96,42 @@ impl<'a, B: Board> Core<'a, B> {
     /// Does at once what is asked for.
     pub(crate) fn execute(&mut self, command: &Command) -> Outcome {
         self.orders.execute::<B>(&mut self.hand, &mut self.estimation, command)
+    }
+
+    /// Where the servos go next.
+    pub(crate) fn goals(&mut self) -> Goals {
+        Leadership::goals(&mut self.hand, self.scheduler.seconds())
+    }
+
+    /// Whether the next question need not wait for what comes of these answers.
+    pub(crate) fn may_ask_ahead(&self, turns: &[Turn<B::Bus>]) -> bool {
+        let is_alert = |finger: usize| self.hand.units.get(finger).is_some_and(|unit| unit.alert);
+        let as_ever =
+            |turn: &Turn<B::Bus>| matches!(turn.result, Ok(reading) if reading.alert == is_alert(turn.finger));
+        let has_orders = self.waiting.is_some() || self.orders.scan || self.orders.settings_changed;
+        turns.iter().all(as_ever) && !has_orders && !self.hand.shared.quiet.is_wanted()
+    }
+
+    /// A servo has answered, or has not. Nothing is estimated from a position that is too old.
+    pub(crate) fn answered(&mut self, turn: &Turn<B::Bus>, is_old: bool) {
+        // Meanwhile the settings may have named another one.
+        let is_its = |unit: &Unit<'_>| unit.id() == Some(turn.id) && unit.health.is_present();
+        if !self.hand.units.get(turn.finger).is_some_and(is_its) {
+            return;
+        }
+        match &turn.result {
+            Ok(reading) => {
+                if let Some((position, error)) = reading.refused {
+                    let shared = self.hand.shared;
+                    shared.add(|counters| &mut counters.bus_refused);
+                    shared.tell(Event::GoalRefused { finger: turn.finger as u8, position, error: error.code() });
+                }
+                if !is_old {
+                    self.fresh(turn.finger, reading);
+                }
+            }
+            Err(error) => self.leadership.failed::<B::Bus>(&mut self.hand, turn.finger, error),
+        }
     }
 
     /// A position came: estimates and reports.
@@ -108,20 +149,29 @@ impl<'a, B: Board> Core<'a, B> {
         self.scheduler.pace(period_us, self.hand.settings.rate_hz, self.hand.shared);
     }
 
-    /// Waits for a transaction on the bus; periods that pass meanwhile are reported as stale.
+    /// Waits for a transaction of its own on the bus; periods that pass meanwhile are reported as stale.
     pub(crate) async fn patiently<F: Future>(&mut self, transaction: F) -> F::Output {
         let _asking = self.hand.shared.quiet.ask();
+        self.meanwhile(transaction).await
+    }
+
+    /// The same for a transaction of the bus task.
+    pub(crate) async fn meanwhile<F: Future>(&mut self, transaction: F) -> F::Output {
         let mut transaction = pin!(transaction);
         loop {
             match select(transaction.as_mut(), Timer::at(self.scheduler.end)).await {
                 Either::First(output) => return output,
-                Either::Second(()) => {
-                    self.finish();
-                    self.advance();
-                    self.obey(false);
-                }
+                Either::Second(()) => self.go_without(),
             }
         }
+    }
+
+    /// A period ends without what is waited for.
+    #[inline(never)]
+    fn go_without(&mut self) {
+        self.finish();
+        self.advance();
+        self.obey(false);
     }
 
     /// Waits without a transaction, for so many µs.
@@ -129,9 +179,7 @@ impl<'a, B: Board> Core<'a, B> {
         let until = Instant::now() + Duration::from_micros(us);
         while self.scheduler.end < until {
             Timer::at(self.scheduler.end).await;
-            self.finish();
-            self.advance();
-            self.obey(false);
+            self.go_without();
         }
         Timer::at(until).await;
     }

@@ -61,7 +61,7 @@ pub struct Counters {
     pub ticks: u32,
     /// Positions that came from a servo, each with an estimate.
     pub estimates: u32,
-    /// Ticks that began more than half a period late.
+    /// Ticks that began more than half a period late; one whose question was asked ahead may wait for its answer first.
     pub late_ticks: u32,
     /// Ticks of the last full second.
     pub rate_hz: f32,

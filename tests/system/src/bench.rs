@@ -1,4 +1,4 @@
-//! The gripper's own program on this PC, in a time of its own: its three tasks over a bus with a simulated servo, a link,
+//! The gripper's own program on this PC, in a time of its own: its tasks over a bus with a simulated servo, a link,
 //! and flash, all in one thread. Nothing depends on how fast this PC is, an hour takes a minute, and every run is the same.
 
 use std::cell::RefCell;
@@ -403,7 +403,7 @@ impl Bench {
     }
 }
 
-/// Starts the program's three tasks, at time 0 of its clock.
+/// Starts the program's tasks, at time 0 of its clock.
 fn start(bus: &[Shelf; 2], link: &[Shelf; 2], fed: &Rc<RefCell<Fed>>, flash: &Flash, cause: ResetCause) -> Vec<Task> {
     MockDriver::get().reset();
     let port = |[to, from]: &[Shelf; 2], room| Port { from: from.clone(), to: to.clone(), room };
@@ -415,8 +415,10 @@ fn start(bus: &[Shelf; 2], link: &[Shelf; 2], fed: &Rc<RefCell<Fed>>, flash: &Fl
     let models: &'static mut [Model] = Box::leak(Box::new([const { Model::EMPTY }; OnPc::FINGERS]));
     let boot = Boot::new(cause, &mut LastWords::EMPTY.clone());
     let flash = flash.clone();
+    let bus: &'static gripper::Bus<Port> = Box::leak(Box::new(gripper::Bus::new(bus_port, OnPc::BUS_LATENCY_US)));
     vec![
-        Task::new(async move { gripper::control::<OnPc>(shared, models, bus_port, dog).await }),
+        Task::new(async move { gripper::serve::<OnPc>(shared, bus).await }),
+        Task::new(async move { gripper::control::<OnPc>(shared, models, bus, dog).await }),
         Task::new(async move { gripper::send(shared, send_port).await }),
         Task::new(async move { gripper::answer::<OnPc, _>(shared, answer_port, flash, boot).await }),
     ]

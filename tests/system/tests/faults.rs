@@ -404,6 +404,39 @@ fn a_slow_processor_tells_old_forces_in_time() {
     bench.run_with(SECOND, |report, _| assert!(is_sound(report), "{report:?}"));
 }
 
+/// A slow bus takes nine tenths of a period. The estimates have that time, too: the next question waits for none of them.
+#[test]
+fn a_slow_bus_leaves_estimates_their_time() {
+    let settings = Settings { baud: Some(57_600), ..Settings::of(GEARED_MOUNT) };
+    let mut bench = ready(&settings);
+    bench.run(SECOND);
+    let before = bench.ask::<messages::GetCounters>(&());
+    let [bus_us, period_us] = [62.0 * 10.0 / 57_600.0 * 1e6, 1e6 / before.chosen_hz];
+    // More than the bus leaves, and less than half of the period.
+    let cost_us = 0.4 * period_us;
+    assert!(bus_us + cost_us > period_us && period_us > 10_000.0, "{bus_us} of {period_us} µs");
+    bench.set_cost(cost_us as u32);
+    let (mut judge, mut most) = (Judge::default(), 0);
+    for round in 0..24 {
+        bench
+            .ask::<messages::Close>(&messages::CloseTo { fingers: Which::All, angle: 0.17, speed: Some(0.6) })
+            .unwrap();
+        bench.run_with(SECOND, |report, truth| {
+            judge.look(report, truth);
+            // What an estimate takes is learnt by then.
+            most = most.max(if round < 20 { 0 } else { report.estimate.iterations });
+        });
+        bench.ask::<messages::Open>(&Which::All).unwrap();
+        judge.run(&mut bench, SECOND);
+    }
+    let after = bench.ask::<messages::GetCounters>(&());
+    eprintln!("{most} iterations at most");
+    judge.verdict("a slow bus", &bench);
+    // What the bus leaves would do for one.
+    assert!(most > 1, "{most} iterations at most, though there is time for more");
+    assert_eq!(after.late_ticks, before.late_ticks);
+}
+
 /// A listener whose master pauses repeats the estimate with the age of its position, and calls it stale after 100 ms.
 #[test]
 fn a_position_that_was_heard_has_its_age() {

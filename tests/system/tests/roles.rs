@@ -12,7 +12,7 @@ use model_core::size::Reduced;
 use model_core::status::Status;
 use system_tests::{Machine, OBJECT, Watch, finger};
 
-use sdk::{GOAL, GRIPPER, SERVO, angle, ask, check};
+use sdk::{GOAL, GRIPPER, SERVO, angle, ask, check, run};
 
 const SECONDS: fn(u64) -> Duration = Duration::from_secs;
 
@@ -60,6 +60,30 @@ fn the_sdk_of_robotis_reads_the_force_from_the_firmware() {
     assert_eq!((settings.baud, settings.fingers[0].unwrap().zero), (Some(57_600), 2048.5));
     assert_eq!(link.object(0).unwrap(), Some(OBJECT.into()));
     assert_eq!(link.finger(0).unwrap(), Some(finger()));
+}
+
+/// A question that comes while an estimate is made is answered meanwhile, from the estimate before, whose position is older.
+#[test]
+fn an_answer_waits_for_no_estimate() {
+    let (machine, bus) = Machine::boot_shared(Machine::servo());
+    let (link, _watch) = listening(&machine, Role::Device { id: GRIPPER, return_delay: 0 });
+    link.set_object(0, OBJECT).unwrap();
+    let text = run("prompt_sdk.py", &bus.port);
+    let told: Vec<[i64; 3]> = text
+        .lines()
+        .map(|line| {
+            let mut numbers = line.split(' ').map(|word| word.parse().unwrap());
+            std::array::from_fn(|_| numbers.next().unwrap())
+        })
+        .collect();
+    // Of the steps with a new position, in how many it was not waited for.
+    let moved: Vec<_> = told.windows(2).filter(|pair| pair[1][0] != pair[0][0]).map(|pair| pair[1]).collect();
+    let prompt: Vec<_> = moved.iter().filter(|[position, of, _]| of != position).collect();
+    assert!(moved.len() > 20, "{} steps", moved.len());
+    // A busy PC may ask too late.
+    assert!(prompt.len() >= 10, "{} of {} answers came meanwhile", prompt.len(), moved.len());
+    // They say how old their position is: that of the step before, at least.
+    assert!(prompt.iter().all(|[.., age]| *age > 10_000), "{prompt:?}");
 }
 
 /// A tap learns the position from every kind of read that another master has, estimates from it, ages when that master

@@ -1,5 +1,5 @@
-//! embassy's executors: one in thread mode, asleep when idle, and one in an interrupt for the control task, which goes
-//! before everything but the devices' interrupts.
+//! embassy's executors: one in thread mode, asleep when idle, one in an interrupt for the control task, and one in another interrupt for
+//! the bus task. The latter goes before everything but the devices' interrupts.
 //!
 //! embassy's own thread executor sleeps by WFE, which QEMU treats as "go on": it would keep a PC core busy. WFI really sleeps.
 
@@ -15,12 +15,12 @@ use crate::registers::interrupt::{self, Number};
 static WOKEN: AtomicBool = AtomicBool::new(false);
 
 /// The control task's executor.
-pub(crate) static CONTROL: Interrupting =
-    Interrupting { started: AtomicBool::new(false), inner: UnsafeCell::new(MaybeUninit::uninit()) };
+pub(crate) static CONTROL: Interrupting = Interrupting::new(interrupt::CONTROL);
+/// The bus task's.
+pub(crate) static SERVE: Interrupting = Interrupting::new(interrupt::SERVE);
 
-/// Contexts by which [`pender`] distinguishes the executors.
+/// The context by which [`pender`] knows the executor in thread mode; the others have their interrupt's number.
 const THREAD: usize = 0;
-const INTERRUPT: usize = 1;
 
 /// Runs the tasks. Made by `#[embassy_executor::main(executor = "mps2::Executor", entry = "cortex_m_rt::entry")]`.
 pub struct Executor {
@@ -53,6 +53,7 @@ impl Executor {
 
 /// An executor that runs in an interrupt which software raises.
 pub(crate) struct Interrupting {
+    number: u16,
     started: AtomicBool,
     inner: UnsafeCell<MaybeUninit<raw::Executor>>,
 }
@@ -61,6 +62,10 @@ pub(crate) struct Interrupting {
 unsafe impl Sync for Interrupting {}
 
 impl Interrupting {
+    const fn new(number: u16) -> Self {
+        Self { number, started: AtomicBool::new(false), inner: UnsafeCell::new(MaybeUninit::uninit()) }
+    }
+
     pub(crate) fn on_interrupt(&'static self) {
         if self.started.load(Ordering::Acquire) {
             // SAFETY: initialised before `started` was set; polled from this interrupt only, which does not interrupt itself.
@@ -69,28 +74,33 @@ impl Interrupting {
     }
 
     fn start(&'static self) -> SendSpawner {
-        assert!(!self.started.load(Ordering::Relaxed), "the control task's executor is started once");
+        assert!(!self.started.load(Ordering::Relaxed), "an executor is started once");
         // SAFETY: nobody else looks at it before `started` is set.
-        let inner = unsafe { (*self.inner.get()).write(raw::Executor::new(INTERRUPT as *mut ())) };
+        let inner = unsafe { (*self.inner.get()).write(raw::Executor::new(usize::from(self.number) as *mut ())) };
         let spawner = inner.spawner().make_send();
         self.started.store(true, Ordering::Release);
         // SAFETY: its handler is `on_interrupt`; no critical section of ours works by masking single interrupts.
-        unsafe { NVIC::unmask(Number(interrupt::CONTROL)) };
+        unsafe { NVIC::unmask(Number(self.number)) };
         spawner
     }
 }
 
-/// Where the control task is started: it interrupts all other tasks.
-pub fn above() -> SendSpawner {
+/// Where the control task is started: it interrupts all other tasks but the bus task.
+pub fn for_control() -> SendSpawner {
     CONTROL.start()
+}
+
+/// Where the bus task is started: it interrupts all other tasks.
+pub fn for_serving() -> SendSpawner {
+    SERVE.start()
 }
 
 // SAFETY: embassy declares this symbol with this signature.
 #[unsafe(export_name = "__pender")]
 fn pender(context: *mut ()) {
-    if context as usize == INTERRUPT {
-        NVIC::pend(Number(interrupt::CONTROL));
-    } else {
-        WOKEN.store(true, Ordering::Relaxed);
+    match context as usize {
+        THREAD => WOKEN.store(true, Ordering::Relaxed),
+        // One of the two above.
+        number => NVIC::pend(Number(number as u16)),
     }
 }

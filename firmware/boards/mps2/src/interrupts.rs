@@ -7,13 +7,17 @@ use cortex_m_rt::exception;
 
 /// What the vector table calls the non-maskable interrupt.
 const NMI: i16 = -14;
-/// Priority of the control task's interrupt: below the devices', which stay at 0.
-const BELOW: u8 = 0x80;
+/// Priorities of the tasks' interrupts: below the devices', which stay at 0.
+const SERVE: u8 = 0x40;
+const CONTROL: u8 = 0x80;
 
 /// Lets the board's interrupts through.
 pub(crate) fn enable(mut nvic: NVIC) {
     // SAFETY: priorities are set before any interrupt is let through, and critical sections mask all of them.
-    unsafe { nvic.set_priority(Number(interrupt::CONTROL), BELOW) };
+    unsafe {
+        nvic.set_priority(Number(interrupt::SERVE), SERVE);
+        nvic.set_priority(Number(interrupt::CONTROL), CONTROL);
+    }
     for number in
         [interrupt::UART0_RX, interrupt::UART0_TX, interrupt::UART1_RX, interrupt::UART1_TX, interrupt::TIMER0]
     {
@@ -30,6 +34,7 @@ unsafe fn DefaultHandler(number: i16) {
         Ok(interrupt::UART0_RX | interrupt::UART0_TX) => uart::BUS.on_interrupt(),
         Ok(interrupt::UART1_RX | interrupt::UART1_TX) => uart::LINK.on_interrupt(),
         Ok(interrupt::TIMER0) => time_driver::on_interrupt(),
+        Ok(interrupt::SERVE) => executor::SERVE.on_interrupt(),
         Ok(interrupt::CONTROL) => executor::CONTROL.on_interrupt(),
         // The watchdog's warning: what can still be saved is how it came about.
         Err(_) if number == NMI => (),

@@ -26,7 +26,7 @@ mod time_driver;
 mod uart;
 
 pub use end::{Exit, exit};
-pub use executor::{Executor, above};
+pub use executor::{Executor, for_control, for_serving};
 pub use flash::Flash;
 pub use reset::{WATCHDOG_MS, Watchdog, restart};
 pub use time_driver::skip_to_wraparound;

@@ -112,6 +112,7 @@ pub(crate) mod interrupt {
     pub(crate) const UART1_RX: u16 = 2;
     pub(crate) const UART1_TX: u16 = 3;
     pub(crate) const TIMER0: u16 = 8;
-    /// No device raises it: the control task's.
+    /// No device raises these: the bus task's and the control task's.
+    pub(crate) const SERVE: u16 = 30;
     pub(crate) const CONTROL: u16 = 31;
 }

@@ -59,9 +59,8 @@ impl Care for NoCaches {}
 
 stm32::interrupts! {
     BUS by BUS_USART on USART6, LINK by LINK_USART on USART3;
-    // Two devices that nothing here uses: the vector of the one wakes whoever waits for a line, that of the other runs the
-    // control task.
-    waking on CAN2_SCE; control task on DCMI
+    // Three devices that nothing here uses: their vectors wake whoever waits for a line, and run the two tasks.
+    waking on CAN2_SCE; bus task on SAI1; control task on DCMI
 }
 
 gripper::tasks!(Nucleo, sends: Sender<2048, 2048>, hears: Receiver<2048, 2048>);
@@ -85,7 +84,7 @@ async fn main(spawner: Spawner) {
     let (outgoing, incoming) = halves(&LINK, link.raise());
 
     let store = Store::new(Flash::new_blocking(chip.FLASH));
-    run(control_executor(), spawner, (bus, watchdog), (outgoing, incoming), (store, boot));
+    run(above(), spawner, (bus, watchdog), (outgoing, incoming), (store, boot));
 }
 
 /// Why the processor started, by its flags, which are cleared.

@@ -88,9 +88,8 @@ unsafe fn NonMaskableInt() {
 
 stm32::interrupts! {
     BUS by BUS_USART on USART1, LINK by LINK_USART on USART2;
-    // Two devices that nothing here uses: the vector of the one wakes whoever waits for a line, that of the other runs the
-    // control task.
-    waking on FMAC; control task on CORDIC
+    // Three devices that nothing here uses: their vectors wake whoever waits for a line, and run the two tasks.
+    waking on FMAC; bus task on SAI1; control task on CORDIC
 }
 
 gripper::tasks!(Nucleo, sends: Sender<1536, 1024>, hears: Receiver<1536, 1024>);
@@ -113,7 +112,7 @@ async fn main(spawner: Spawner) {
     let (outgoing, incoming) = halves(&LINK, link.raise());
 
     let store = Store::new(Flash::new_blocking(chip.FLASH));
-    run(control_executor(), spawner, (bus, watchdog), (outgoing, incoming), (store, boot));
+    run(above(), spawner, (bus, watchdog), (outgoing, incoming), (store, boot));
 }
 
 /// Why the processor started, by its flags, which are cleared.

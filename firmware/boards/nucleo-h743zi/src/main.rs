@@ -86,9 +86,8 @@ impl Care for Caches {
 
 stm32::interrupts! {
     BUS by BUS_USART on USART2, LINK by LINK_USART on USART3;
-    // Two devices that nothing here uses: the vector of the one wakes whoever waits for a line, that of the other runs the
-    // control task.
-    waking on SPDIF_RX; control task on CEC
+    // Three devices that nothing here uses: their vectors wake whoever waits for a line, and run the two tasks.
+    waking on SPDIF_RX; bus task on DCMI; control task on CEC
 }
 
 gripper::tasks!(Nucleo, sends: Sender<2048, 2048>, hears: Receiver<2048, 2048>);
@@ -120,7 +119,7 @@ async fn main(spawner: Spawner) {
     let (outgoing, incoming) = halves(&LINK, link.raise());
 
     let store = Store::new(Flash::new_blocking(chip.FLASH));
-    run(control_executor(), spawner, (bus, watchdog), (outgoing, incoming), (store, boot));
+    run(above(), spawner, (bus, watchdog), (outgoing, incoming), (store, boot));
 }
 
 /// Why the processor started, by its flags, which are cleared.

@@ -73,8 +73,8 @@ impl Care for Caches {
 
 stm32::interrupts! {
     BUS by BUS_USART on USART6;
-    // No CAN here, nor HDMI-CEC: their vectors wake whoever waits for the bus, and run the control task.
-    waking on CAN2_SCE; control task on CEC
+    // No CAN here, nor camera, nor HDMI-CEC: their vectors wake whoever waits for the bus, and run the two tasks.
+    waking on CAN2_SCE; bus task on DCMI; control task on CEC
 }
 
 bind_interrupts!(struct Interrupts {
@@ -110,7 +110,7 @@ async fn main(spawner: Spawner) {
         Err(_) => defmt::error!("no room for the USB task"),
     }
     let store = Store::new(Flash::new_blocking(chip.FLASH));
-    run(control_executor(), spawner, (bus, watchdog), (link.outgoing, link.incoming), (store, boot));
+    run(above(), spawner, (bus, watchdog), (link.outgoing, link.incoming), (store, boot));
 }
 
 /// Why the processor started, by its flags, which are cleared.

@@ -17,6 +17,8 @@ use embassy_stm32::interrupt::Priority;
 pub const UNMASKED: Priority = Priority::P0;
 /// Priority of the devices' interrupts.
 pub const DEVICES: Priority = Priority::P1;
+/// Priority of the bus task's executor.
+pub const SERVE: Priority = Priority::P4;
 /// Priority of the control task's executor.
 pub const CONTROL: Priority = Priority::P8;
 

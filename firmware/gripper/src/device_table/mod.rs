@@ -104,7 +104,7 @@ impl DeviceTable {
         table
     }
 
-    /// Shows what a finger feels. To be called once per tick and finger.
+    /// Shows what a finger feels. To be called once per tick and finger, and [`Self::show_age`] before each answer.
     pub fn show(&mut self, finger: usize, state: &FingerState) {
         let Some(block) = FINGER.get(finger) else {
             return;
@@ -128,6 +128,13 @@ impl DeviceTable {
         let bit = 1u8.checked_shl(finger as u32).unwrap_or(0);
         let errors = self.get(HARDWARE_ERROR_STATUS);
         self.put(HARDWARE_ERROR_STATUS, if *alert { errors | bit } else { errors & !bit });
+    }
+
+    /// Shows the time since a finger's position was heard, µs; none if there is no position.
+    pub fn show_age(&mut self, finger: usize, age_us: Option<u32>) {
+        if let Some(block) = FINGER.get(finger) {
+            self.put(block.age, age_us.unwrap_or(u32::MAX));
+        }
     }
 
     /// Shows what the grip bears, if that is known.

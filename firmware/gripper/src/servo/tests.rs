@@ -136,8 +136,10 @@ fn ready(wire: Wire) -> Servos<Wire> {
 
 /// A tick that leads nobody anywhere: the positions read, and the instruction that asked for them.
 fn tick(servos: &mut Servos<Wire>) -> ([Option<i32>; 2], u8) {
-    let mut turns =
-        [0, 1].map(|finger| Turn::new(finger, Id::new(finger as u8 + 1).unwrap(), Some(10 + 10 * finger as i32)));
+    let mut turns = [0, 1].map(|finger| {
+        let goal = Some(10 + 10 * finger as i32);
+        Turn { goal, ..Turn::new(finger, Id::new(finger as u8 + 1).unwrap()) }
+    });
     servos.master.port_mut().asked.clear();
     wait_for(servos.tick(&mut turns));
     let asked = servos.master.port_mut().asked[0];

@@ -31,14 +31,20 @@ pub fn angle(position: i32) -> f64 {
     f64::from(position - 2048) * std::f64::consts::TAU / 4096.0
 }
 
-/// Runs the SDK's script on a port.
-pub fn ask(port: &Path) -> Facts {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/device_sdk.py");
+/// Runs a script of the SDK's on a port; what it prints.
+pub fn run(script: &str, port: &Path) -> String {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(script);
     let numbers = [1_000_000, i32::from(SERVO), i32::from(GRIPPER), GOAL].map(|number| number.to_string());
     let output = Command::new(test_bus::python()).arg(script).arg(port).args(numbers).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
     println!("{text}");
+    text
+}
+
+/// What the SDK is told on a port.
+pub fn ask(port: &Path) -> Facts {
+    let text = run("device_sdk.py", port);
     let mut facts = Facts::new();
     for (name, fact) in text.lines().filter_map(|line| line.split_once(' ')) {
         facts.entry(name.to_owned()).or_default().push(fact.to_owned());

@@ -75,5 +75,6 @@ async fn main(spawner: Spawner) {
     let board = mps2::init();
     let watchdog = mps2::Board::arm();
     defmt::info!("gripper on mps2-an500, version {=str}", env!("CARGO_PKG_VERSION"));
-    run(mps2::above(), spawner, (Bus(board.bus), watchdog), board.link.split(), (board.flash, board.boot));
+    let above = Above { serve: mps2::for_serving(), control: mps2::for_control() };
+    run(above, spawner, (Bus(board.bus), watchdog), board.link.split(), (board.flash, board.boot));
 }
