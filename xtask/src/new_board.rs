@@ -100,9 +100,10 @@ fn only_member(manifest: &str) -> Result<String> {
     });
     let text = lines.collect::<Vec<_>>().join("\n");
     ensure!(found == 1, "the boards' Cargo.toml has no line of members");
-    // Another board's own profile is nobody's here.
-    let (shared, own) = text.split_once("[profile.release.package.").context("no board has a profile of its own")?;
-    ensure!(!own.contains('['), "the boards' Cargo.toml goes on behind the profile of a board");
+    // Another board's own profile, the last one, is nobody's here.
+    let (shared, own) = text.rsplit_once("[profile.release.package.").context("no board has a profile of its own")?;
+    let is_a_boards = fre_boards::ALL.iter().any(|board| own.starts_with(&format!("{}]", board.name)));
+    ensure!(is_a_boards && !own.contains('['), "the boards' Cargo.toml does not end with the profile of a board");
     Ok(format!("{shared}{PROFILE}"))
 }
 
