@@ -1,8 +1,8 @@
-//! The Dynamixel bus, and the task that asks the servos while the control task computes.
+//! The Dynamixel bus between the control task and the bus task.
 //!
-//! The control task says when a tick's question is to be asked, and goes on with its estimate; the bus task, which interrupts it, asks at that
-//! time with the goals that are then there, and keeps the answers until they are wanted. Where another master leads, the bus task hears and
-//! answers instead ([`listening`](crate::listening)). Everything else that is done on the bus takes more than one transaction and
+//! The control task says when a tick's question is to be asked, and goes on with its estimate; the bus task, which interrupts it
+//! ([`serve`](crate::serve)), asks at that time with the goals that are then there, and keeps the answers until they are wanted. Where another
+//! master leads, the bus task hears and answers instead. Everything else that is done on the bus takes more than one transaction and
 //! follows from the last one's answer: the control task does that itself, while the bus task has no job.
 
 use core::cell::Cell;
@@ -11,17 +11,13 @@ use embassy_sync::blocking_mutex::Mutex as Blocking;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex as Raw;
 use embassy_sync::mutex::{Mutex, MutexGuard};
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Timer};
+use embassy_time::{Duration, Instant};
 use heapless::Vec;
 use messages::FINGERS;
 
-use crate::board::{Board, BusPort};
-use crate::listening::{self, Ears};
-use crate::servo::{Servos, Turn};
-use crate::shared::Shared;
-
-/// Each finger's goal, counts; none for a servo without torque.
-pub(crate) type Goals = [Option<i32>; FINGERS];
+use crate::board::BusPort;
+use crate::ears::Ears;
+use crate::servo::{Goals, Servos, Turn};
 
 /// What a bus has: the servos, and the question that is asked of them.
 pub(crate) struct Line<U: BusPort> {
@@ -88,9 +84,19 @@ impl<U: BusPort> Bus<U> {
         self.job.wait().await
     }
 
+    /// The goals that the next question is asked with.
+    pub(crate) fn goals(&self) -> Goals {
+        self.goals.lock(Cell::get)
+    }
+
     /// The servos' goals from the next question on.
     pub(crate) fn set_goals(&self, goals: Goals) {
         self.goals.lock(|kept| kept.set(goals));
+    }
+
+    /// The question is answered.
+    pub(crate) fn has_answered(&self) {
+        self.answered.signal(());
     }
 
     /// Waits for the answers to the question.
@@ -107,39 +113,4 @@ impl<U: BusPort> Bus<U> {
     pub(crate) async fn heard(&self) {
         self.heard.wait().await;
     }
-}
-
-/// Does on the bus what the control task wants, for ever.
-pub async fn serve<B: Board>(shared: &Shared, bus: &Bus<B::Bus>) -> ! {
-    let mut job = Job::Rest;
-    loop {
-        job = match job {
-            Job::Rest => bus.job().await,
-            Job::Ask(due) => {
-                Timer::at(due).await;
-                ask(shared, bus).await;
-                bus.job().await
-            }
-            Job::Listen => {
-                let mut line = bus.line().await;
-                listening::hear::<B>(shared, bus, line.servos.port_mut()).await
-            }
-        };
-    }
-}
-
-/// Asks the servos.
-async fn ask<U: BusPort>(shared: &Shared, bus: &Bus<U>) {
-    let mut line = bus.line().await;
-    let Line { servos, turns, took } = &mut *line;
-    let goals = bus.goals.lock(Cell::get);
-    for turn in turns.iter_mut() {
-        turn.goal = goals.get(turn.finger).copied().flatten();
-    }
-    let asking = shared.quiet.ask();
-    let begun = Instant::now();
-    servos.tick(turns).await;
-    *took = begun.elapsed();
-    drop((asking, line));
-    bus.answered.signal(());
 }

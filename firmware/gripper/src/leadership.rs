@@ -7,9 +7,8 @@ use heapless::Vec;
 use messages::{Event, FINGERS, Reaction, Silence};
 
 use crate::board::BusPort;
-use crate::bus::Goals;
 use crate::hand::Hand;
-use crate::servo::{BusError, Fence, Found, Servos, Turn};
+use crate::servo::{BusError, Fence, Found, Goals, Servos, Turn};
 use crate::shared::Shared;
 use crate::unit::{Torque, Unit};
 

@@ -39,6 +39,7 @@ mod board;
 mod bus;
 mod control;
 pub mod device_table;
+mod ears;
 mod estimation;
 mod free;
 mod hand;
@@ -53,6 +54,7 @@ mod quiet;
 mod rate;
 mod scan;
 mod scheduler;
+mod serving;
 mod servo;
 mod setup;
 mod shared;
@@ -63,13 +65,14 @@ mod unit;
 mod write;
 
 pub use board::{Board, Boot, BusPort, Watchdog};
-pub use bus::{Bus, serve};
+pub use bus::Bus;
 pub use control::control;
 pub use last_words::LastWords;
 pub use link::{answer, send};
 pub use messages::{FINGERS, ResetCause};
 pub use rate::period_us;
 pub use scheduler::LINK_SHARE;
+pub use serving::serve;
 pub use shared::Shared;
 
 /// Version of the program.

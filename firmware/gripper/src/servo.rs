@@ -47,6 +47,9 @@ pub(crate) struct Reading {
     pub(crate) refused: Option<(i32, StatusError)>,
 }
 
+/// Each finger's goal, counts; none for a servo without torque.
+pub(crate) type Goals = [Option<i32>; FINGERS];
+
 /// One finger's part of a tick.
 pub(crate) struct Turn<U: BusPort> {
     pub(crate) finger: usize,

@@ -11,13 +11,12 @@ use messages::{Event, FINGERS, Outcome, Settings};
 
 use crate::Model;
 use crate::board::Board;
-use crate::bus::Goals;
 use crate::estimation::Estimation;
 use crate::hand::Hand;
 use crate::leadership::Leadership;
 use crate::orders::Orders;
 use crate::scheduler::Scheduler;
-use crate::servo::{Reading, Turn};
+use crate::servo::{Goals, Reading, Turn};
 use crate::setup::Key;
 use crate::shared::{Command, Order, Shared};
 use crate::unit::Unit;

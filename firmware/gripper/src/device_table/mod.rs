@@ -130,7 +130,7 @@ impl DeviceTable {
         self.put(HARDWARE_ERROR_STATUS, if *alert { errors | bit } else { errors & !bit });
     }
 
-    /// Shows the time since a finger's position was heard, µs; none if there is no position.
+    /// Shows how long ago a finger's position was heard, µs; none where none was.
     pub fn show_age(&mut self, finger: usize, age_us: Option<u32>) {
         if let Some(block) = FINGER.get(finger) {
             self.put(block.age, age_us.unwrap_or(u32::MAX));

@@ -42,7 +42,7 @@ pub fn run(script: &str, port: &Path) -> String {
     text
 }
 
-/// What the SDK is told on a port.
+/// What a gripper answers the SDK on a port.
 pub fn ask(port: &Path) -> Facts {
     let text = run("device_sdk.py", port);
     let mut facts = Facts::new();
