@@ -360,6 +360,11 @@ fn an_hour_of_gripping_is_sound() {
     assert!(hour.faults().is_empty(), "{:?}: {hour:?}", hour.faults());
 }
 
+/// Closes the finger firmly.
+fn close(bench: &mut Bench) {
+    bench.ask::<messages::Close>(&messages::CloseTo { fingers: Which::All, angle: 0.17, speed: Some(0.6) }).unwrap();
+}
+
 /// A processor that is too slow for its rate: it does with few iterations; where these do not suffice, a tick tells the last good
 /// force with its age. None is late, and none is wrong.
 #[test]
@@ -372,9 +377,7 @@ fn a_slow_processor_tells_old_forces_in_time() {
     let (mut old, mut dearest) = (0, 0);
     let mut good = None;
     for _ in 0..4 {
-        bench
-            .ask::<messages::Close>(&messages::CloseTo { fingers: Which::All, angle: 0.17, speed: Some(0.6) })
-            .unwrap();
+        close(&mut bench);
         bench.run_with(SECOND, |report, truth| {
             judge.look(report, truth);
             dearest = dearest.max(report.estimate.iterations);
@@ -399,7 +402,7 @@ fn a_slow_processor_tells_old_forces_in_time() {
     assert!(dearest <= 2, "{dearest} iterations in one tick, which has time for 2");
     // One that is fast enough never does.
     bench.set_cost(0);
-    bench.ask::<messages::Close>(&messages::CloseTo { fingers: Which::All, angle: 0.17, speed: Some(0.6) }).unwrap();
+    close(&mut bench);
     bench.run(SECOND / 10);
     bench.run_with(SECOND, |report, _| assert!(is_sound(report), "{report:?}"));
 }
@@ -418,9 +421,7 @@ fn a_slow_bus_leaves_estimates_their_time() {
     bench.set_cost(cost_us as u32);
     let (mut judge, mut most) = (Judge::default(), 0);
     for round in 0..24 {
-        bench
-            .ask::<messages::Close>(&messages::CloseTo { fingers: Which::All, angle: 0.17, speed: Some(0.6) })
-            .unwrap();
+        close(&mut bench);
         bench.run_with(SECOND, |report, truth| {
             judge.look(report, truth);
             // What an estimate takes is learnt by then.

@@ -3,6 +3,7 @@
 
 use std::time::Duration;
 
+use fre_gripper::link::Link;
 use fre_gripper::servo::{Config, Fault};
 use messages::{GripTo, Mount, Report, Settings, Which};
 use model_core::discretise::Sampling;
@@ -26,17 +27,23 @@ const PER_TICK: u32 = 40 >> SHIFT;
 /// Answers of the servo between two that are lost.
 const FAULT_EVERY: usize = 300;
 
-#[test]
-fn no_estimate_makes_the_next_tick_late() {
-    let machine = Machine::boot_paced(Config { noise_ma: 5.0, ..Machine::servo() }, SHIFT);
+/// A machine whose finger has five samples per element, an object, and its first trustworthy estimate.
+fn ready(servo: Config, rate_hz: u16) -> (Machine, Link, Watch) {
+    let machine = Machine::boot_paced(servo, SHIFT);
     let link = machine.link();
     let mut watch = Watch::new(&link);
-    link.set_settings(&Settings { rate_hz: RATE_HZ, shape_every: 0, ..Settings::of(MOUNT) }).expect("settings");
+    link.set_settings(&Settings { rate_hz, shape_every: 0, ..Settings::of(MOUNT) }).expect("settings");
     let mut finger = finger();
     finger.how.sampling = Sampling::PerElement(5);
     link.set_finger(0, &finger).expect("a finger");
     link.set_object(0, OBJECT).expect("an object");
     watch.until_report("trustworthy estimate", PATIENCE, |report| report.estimate.age == 0);
+    (machine, link, watch)
+}
+
+#[test]
+fn no_estimate_makes_the_next_tick_late() {
+    let (machine, link, mut watch) = ready(Config { noise_ma: 5.0, ..Machine::servo() }, RATE_HZ);
 
     let late = link.counters().expect("counters").late_ticks;
     let mut estimates: Vec<Report> = Vec::new();
@@ -87,15 +94,7 @@ fn no_estimate_makes_the_next_tick_late() {
 /// Where an estimate takes longer than what the bus leaves of a period, the next question does not wait for it.
 #[test]
 fn the_servo_is_asked_while_an_estimate_is_made() {
-    let machine = Machine::boot_paced(Machine::servo(), SHIFT);
-    let link = machine.link();
-    let mut watch = Watch::new(&link);
-    link.set_settings(&Settings { rate_hz: FAST_HZ, shape_every: 0, ..Settings::of(MOUNT) }).expect("settings");
-    let mut finger = finger();
-    finger.how.sampling = Sampling::PerElement(5);
-    link.set_finger(0, &finger).expect("a finger");
-    link.set_object(0, OBJECT).expect("an object");
-    watch.until_report("trustworthy estimate", PATIENCE, |report| report.estimate.age == 0);
+    let (_machine, link, mut watch) = ready(Machine::servo(), FAST_HZ);
     link.close(Which::All, 11.0 * DEGREE, Some(0.35)).expect("a motion");
     let (mut long, mut ahead, mut last): (u32, u32, Option<Report>) = (0, 0, None);
     watch.until_report("closed finger", PATIENCE, |report| {
