@@ -1,10 +1,10 @@
 //! The roles tap and device: another master leads the servos. The gripper listens to what that master reads of them and
 //! estimates from it; as a device it answers too, under an address of its own, what its control table says.
 //!
-//! The bus task hears and answers ([`serve`](crate::serve)), so that an answer waits for no estimate: the control table has the numbers of the last one, and
-//! the age of their position. The control task estimates as soon as a position is heard, once per period at most ([`listen`]). In a period
-//! without a new position the last estimate is reported again, with the time of its position and its age in ticks, as long as that is a tenth
-//! of a second old at most; after that it is `stale`.
+//! The bus task hears and answers ([`serve`](crate::serve)), so that an answer waits for no estimate: the control table has the numbers of the
+//! last one, and the age of their position. The control task estimates as soon as a position is heard, once per period at most
+//! ([`listen`]). In a period without a new position the last estimate is reported again, with the time of its position and its age in
+//! ticks, as long as that is a tenth of a second old at most; after that it is `stale`.
 //!
 //! A tap has nothing that writes to the bus.
 
