@@ -97,7 +97,7 @@ async fn show<B: Board>(core: &Core<'_, B>, bus: &Bus<B::Bus>) {
 }
 
 impl<B: Board> Core<'_, B> {
-    /// Has the ears follow what is set.
+    /// Sets the ears to what is set.
     #[inline(never)]
     fn set_ears(&mut self, ears: &mut Ears) {
         ears.forget();
