@@ -54,12 +54,11 @@ fn eliminate<T: Real>(rows: &mut [[T; BAND + 1]; BAND], column: &mut [T; BAND], 
     }
 }
 
-/// y = L⁻¹ x in place.
+/// y = L⁻¹ x in place, where the entries before `from`, a multiple of the bandwidth, are substituted.
 #[inline]
-pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T]) {
-    // The last values, each in the place of its unknown modulo the bandwidth: registers instead of indices.
-    let mut last = [T::ZERO; BAND];
-    let (rows, rows_left) = band.as_chunks::<BAND>();
+pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T], from: usize) {
+    let (mut last, x) = last_values(x, from);
+    let (rows, rows_left) = band.get(from..).unwrap_or(&[]).as_chunks::<BAND>();
     let (blocks, left) = x.as_chunks_mut::<BAND>();
     for (rows, block) in rows.iter().zip(blocks) {
         for at in 0..BAND {
@@ -73,9 +72,9 @@ pub(crate) fn forward<T: Real>(band: &[[T; BAND + 1]], x: &mut [T]) {
 
 /// As [`forward`] for two at once, which share what is loaded of L.
 #[inline(never)]
-pub(crate) fn forward_both<T: Real>(band: &[[T; BAND + 1]], x: &mut [T], y: &mut [T]) {
-    let (mut last_x, mut last_y) = ([T::ZERO; BAND], [T::ZERO; BAND]);
-    let (rows, rows_left) = band.as_chunks::<BAND>();
+pub(crate) fn forward_both<T: Real>(band: &[[T; BAND + 1]], x: &mut [T], y: &mut [T], from: usize) {
+    let ((mut last_x, x), (mut last_y, y)) = (last_values(x, from), last_values(y, from));
+    let (rows, rows_left) = band.get(from..).unwrap_or(&[]).as_chunks::<BAND>();
     let ((x_blocks, x_left), (y_blocks, y_left)) = (x.as_chunks_mut::<BAND>(), y.as_chunks_mut::<BAND>());
     for ((rows, x), y) in rows.iter().zip(x_blocks).zip(y_blocks) {
         for at in 0..BAND {
@@ -87,6 +86,15 @@ pub(crate) fn forward_both<T: Real>(band: &[[T; BAND + 1]], x: &mut [T], y: &mut
         *x = next(&mut last_x, at % BAND, row, *x);
         *y = next(&mut last_y, at % BAND, row, *y);
     }
+}
+
+/// The last substituted values before an unknown, each in the place of its unknown modulo the bandwidth: registers instead of indices;
+/// and those that are not substituted yet.
+#[inline(always)]
+fn last_values<T: Real>(x: &mut [T], from: usize) -> ([T; BAND], &mut [T]) {
+    debug_assert!(from.is_multiple_of(BAND) && from <= x.len(), "{from} of {}", x.len());
+    let (done, rest) = x.split_at_mut_checked(from).unwrap_or_default();
+    (done.last_chunk().copied().unwrap_or([T::ZERO; BAND]), rest)
 }
 
 /// The value of an unknown, whose place modulo the bandwidth is `at`, from the last ones.
@@ -157,8 +165,8 @@ mod tests {
             assert_eq!(negative, dense.symmetric_eigenvalues().iter().filter(|value| **value < 0.0).count());
             let mut found = right.clone();
             let (mut twin, mut double) = (found.clone(), found.iter().map(|x| 2.0 * x).collect::<Vec<_>>());
-            forward_both(&band, &mut twin, &mut double);
-            forward(&band, &mut found);
+            forward_both(&band, &mut twin, &mut double, 0);
+            forward(&band, &mut found, 0);
             assert_eq!(twin, found);
             assert!(double.iter().zip(&found).all(|(double, one)| *double == 2.0 * one));
             backward(&band, &mut found);

@@ -7,6 +7,7 @@ use super::evaluated::Evaluated;
 use super::factorisation::{Factorisation, begin_right};
 use super::residual::Residual;
 use super::slip;
+use super::through::{Through, shared};
 use crate::access::Access;
 use crate::contact::{Direction, Row, cell_of, own_rows};
 use crate::element::Node;
@@ -32,12 +33,12 @@ fn yielding<T: Real>([x, y]: [T; 2], [stretch, shear]: [T; 2], n: [T; 2]) -> [T;
 pub(crate) struct Border<T: Real, S: Size> {
     /// Columns Q of the contact rows, then L⁻¹Q; one run of unknowns per row.
     columns: S::Rows<T>,
+    /// What they share; then room for D⁻¹L⁻¹ of two columns.
+    through: Through<T, S>,
     /// Own-span entries of each row.
     pub own: S::Contacts<Own<T>>,
     /// D = −Z + Qᵀ KKT⁻¹ Q, mm/N, row by row; symmetric.
     pub flexibility: S::Pairs<T>,
-    /// D⁻¹ L⁻¹ of two columns.
-    scaled: S::Unknowns<[T; 2]>,
 }
 
 /// The condensed residual with its sign changed: what the increments are to take away.
@@ -61,17 +62,17 @@ impl<T: Real, S: Size> Right<T, S> {
 impl<T: Real, S: Size> Border<T, S> {
     pub const EMPTY: Self = Self {
         columns: <S::Rows<T> as Storage<T>>::EMPTY,
+        through: Through::EMPTY,
         own: <S::Contacts<Own<T>> as Storage<Own<T>>>::EMPTY,
         flexibility: <S::Pairs<T> as Storage<T>>::EMPTY,
-        scaled: <S::Unknowns<[T; 2]> as Storage<[T; 2]>>::EMPTY,
     };
 
     /// Makes room for a model; false if there is none.
     pub fn fit(&mut self, model: &Model<T, S>) -> bool {
         self.columns.fit(S::CONTACTS * model.unknowns())
+            && self.through.fit(model)
             && self.own.fit(S::CONTACTS)
             && self.flexibility.fit(S::CONTACTS * S::CONTACTS)
-            && self.scaled.fit(model.unknowns())
     }
 
     /// Borders a factorisation by the contact rows (31): columns, D and the rows' right-hand sides b. `room` is for a solution on the
@@ -83,16 +84,18 @@ impl<T: Real, S: Size> Border<T, S> {
         right: &mut Right<T, S>,
         room: &mut [T],
     ) {
+        self.through.begin(at.model);
         let (mut span_start, mut cell) = (0, usize::MAX);
         for (j, row) in at.contacts.rows().iter().enumerate() {
             if cell != cell_of(row) {
                 (cell, span_start) = (cell_of(row), j);
+                self.through.pass_to(at.model, kkt, right.joints.as_ref(), cell);
             }
             if let Some((ends, residual)) = self.own_span(at, kkt, room, j, span_start) {
-                self.spans_below(at, kkt, right, j, span_start, (ends, residual));
+                self.spans_below(at, right, j, span_start, (ends, residual));
             }
         }
-        self.complete(at.model, kkt, right, at.contacts.count);
+        self.complete(at, kkt, right);
     }
 
     /// The columns' forward-substituted entries, row by row.
@@ -162,6 +165,10 @@ impl<T: Real, S: Size> Border<T, S> {
         let factors = kkt.interiors.as_ref().get(nodes.clone())?;
         let wide = member.kind == Kind::Quadratic;
         solve_interior((list, factors, column), [T::ZERO; 2], T::ZERO, wide, |_, entry| entry);
+        // The joints at both ends come by their columns.
+        if let [first, .., last] = column {
+            (*first, *last) = (T::ZERO, T::ZERO);
+        }
         // Eliminate the interior: entries with a, b, force, gradient.
         let ([_, inner @ .., _], [_, solved @ .., _]) = (list, &*column) else { return None };
         if let ([first, ..], [.., last]) = (solved, solved) {
@@ -181,11 +188,11 @@ impl<T: Real, S: Size> Border<T, S> {
         // beyond this row's sample.
         let mut beyond = [[T::ZERO; 2]; 3];
         if is_strained {
-            let on = list.iter().zip(weight).skip(first).zip(&sample.weights);
-            for (beyond, ((node, &weight), &part)) in
-                beyond.iter_mut().zip(on).filter(|(_, ((_, w), _))| **w != T::ZERO)
-            {
-                *beyond = yielding(node.e, member.compliance, normal).map(|c| (part / weight - T::one()) * c);
+            let on = list.get(first..)?.iter().zip(weight.get(first..)?).zip(&sample.weights);
+            for (beyond, ((node, &weight), &part)) in beyond.iter_mut().zip(on) {
+                if weight != T::ZERO {
+                    *beyond = yielding(node.e, member.compliance, normal).map(|c| (part / weight - T::one()) * c);
+                }
             }
         }
         let mut swept = [T::ZERO; 2];
@@ -202,15 +209,21 @@ impl<T: Real, S: Size> Border<T, S> {
                 passed += 1;
             }
             let mut sum = dot(normal, own.strain) - dot(other.normal, swept);
-            // The joints at both ends come by their columns.
-            let (joints, from) = if start == 0 { (1, 0) } else { (0, start - 1) };
-            for (&entry, &z) in own.entries.iter().skip(joints).zip(solved.get(from..).unwrap_or(&[])) {
-                sum += entry * z;
-            }
-            if is_strained && let Some(apart) = first.checked_sub(start) {
-                for (&w, beyond) in lower.weights.iter().skip(apart).zip(&beyond) {
-                    sum += w * dot(*beyond, other.normal);
+            sum += match column.get(start..) {
+                Some([first, middle, last, ..]) => {
+                    own.entries[0] * *first + own.entries[1] * *middle + own.entries[2] * *last
                 }
+                at => own.entries.iter().zip(at.unwrap_or(&[])).fold(T::ZERO, |sum, (&entry, &z)| sum + entry * z),
+            };
+            if is_strained && let Some(weights) = first.checked_sub(start).and_then(|apart| lower.weights.get(apart..))
+            {
+                sum += match (weights, &beyond) {
+                    (&[a, b, c], [x, y, z]) => dot([0, 1].map(|i| a * x[i] + b * y[i] + c * z[i]), other.normal),
+                    _ => weights
+                        .iter()
+                        .zip(&beyond)
+                        .fold(T::ZERO, |sum, (&w, &beyond)| sum + w * dot(beyond, other.normal)),
+                };
             }
             *entry = sum;
         }
@@ -221,126 +234,115 @@ impl<T: Real, S: Size> Border<T, S> {
     fn spans_below(
         &mut self,
         at: Evaluated<'_, T, S>,
-        kkt: &Factorisation<T, S>,
         right: &mut Right<T, S>,
         j: usize,
         span_start: usize,
-        (ends, mut residual): ([T; 2], T),
+        (ends, residual): ([T; 2], T),
     ) {
         let Evaluated { model, contacts, .. } = at;
         let n = model.unknowns();
-        let Some(row) = contacts.rows.as_ref().get(j) else { return };
-        let (normal, cell) = (row.normal, cell_of(row));
-        let (Some(column), Some(entries)) = (
+        let (Some(row), Some(own)) = (contacts.rows.as_ref().get(j), self.own.as_mut().get_mut(j)) else { return };
+        let (Some(column), Some(entries), Some(member)) = (
             self.columns.as_mut().get_mut(j * n..(j + 1) * n),
             self.flexibility.as_mut().get_mut(j * S::CONTACTS..(j + 1) * S::CONTACTS),
+            model.member(cell_of(row)),
         ) else {
             return;
         };
-        column.fill(T::ZERO);
-        let (Some(fronts), Some(members)) = (kkt.fronts.as_ref().get(..cell), model.topology.fronts().get(..cell))
-        else {
-            return;
-        };
-        let (Some(rows), Some(owns)) = (contacts.rows.as_ref().get(..span_start), self.own.as_ref().get(..span_start))
-        else {
-            return;
-        };
-        let mut next = 0;
-        let mut below = [T::ZERO; 2];
-        for (lower, (c, member)) in fronts.iter().zip(members).enumerate() {
-            // They see this one through their own span's force, and by nᵀ XX n′ of every span below both.
-            while let (Some(other), Some(own)) = (rows.get(next), owns.get(next))
-                && cell_of(other) == lower
-            {
-                entries.put(next, dot(own.x, normal) - dot(below, other.normal));
-                next += 1;
-            }
-            // Spans below: the row pulls at their force.
-            let xn = [c.xx * normal[0] + c.xy * normal[1], c.xy * normal[0] + c.yy * normal[1]];
-            below = [below[0] + xn[0], below[1] + xn[1]];
-            if member.start != CLAMPED {
-                column.add(usize::from(member.start), -dot(c.ax, normal));
-            }
-            column.add(usize::from(member.end), -dot(c.bx, normal));
-            column.add(member.force_unknown(), -xn[0]);
-            column.add(member.force_unknown() + 1, -xn[1]);
-            residual -= dot(c.rx, normal);
+        self.through.fill(column, row.normal);
+        if member.start != CLAMPED {
+            column.add(usize::from(member.start), ends[0]);
         }
-        if let Some(member) = model.member(cell) {
-            let own = self.own.as_ref().at(j);
-            if member.start != CLAMPED {
-                column.add(usize::from(member.start), ends[0]);
-            }
-            column.add(usize::from(member.end), ends[1]);
-            column.add(member.force_unknown(), own.x[0]);
-            column.add(member.force_unknown() + 1, own.x[1]);
+        column.add(usize::from(member.end), ends[1]);
+        column.add(member.force_unknown(), own.x[0]);
+        column.add(member.force_unknown() + 1, own.x[1]);
+        // What lies below both moves by the force of either.
+        let moved = self.through.moves(row.normal);
+        own.x = [own.x[0] - moved[0], own.x[1] - moved[1]];
+        let (lower, same) = entries.split_at_mut(span_start);
+        for (entry, own) in lower.iter_mut().zip(self.own.as_ref()) {
+            *entry = dot(own.x, row.normal);
         }
-        let rows = contacts.rows.as_ref().get(span_start..=j).unwrap_or(&[]);
-        for (other, entry) in rows.iter().zip(entries.get_mut(span_start..).unwrap_or(&mut [])) {
-            *entry -= dot(below, other.normal);
+        for (entry, other) in same.iter_mut().zip(contacts.rows.as_ref().run(span_start..j + 1)) {
+            *entry -= dot(moved, other.normal);
         }
         entries.add(j, row.softness);
+        let residual = residual - dot(self.through.found(), row.normal);
         right.rows.as_mut().put(j, -row.gap - row.softness * row.multiplier + residual);
     }
 
     /// Forward-substitutes the columns and completes D and the right-hand sides:
     /// D = −Z + Qᵀ KKT⁻¹ Q, b = r_μ − Qᵀ KKT⁻¹ r.
-    fn complete(&mut self, model: &Model<T, S>, kkt: &Factorisation<T, S>, right: &mut Right<T, S>, count: usize) {
-        let n = model.unknowns();
+    fn complete(&mut self, at: Evaluated<'_, T, S>, kkt: &Factorisation<T, S>, right: &mut Right<T, S>) {
+        let Evaluated { model, contacts, .. } = at;
+        let (n, rows) = (model.unknowns(), contacts.rows());
         if n == 0 {
             return;
         }
-        let (Some(band), Some(joints), Some(scaled), Some(columns)) = (
+        let [scaled, next_scaled] = self.through.room(n);
+        let (Some(band), Some(joints), Some(columns)) = (
             kkt.band.as_ref().get(..n),
             right.joints.as_ref().get(..n),
-            self.scaled.as_mut().get_mut(..n),
-            self.columns.as_mut().get_mut(..count * n),
+            self.columns.as_mut().get_mut(..rows.len() * n),
         ) else {
             return;
         };
         let flexibility = self.flexibility.as_mut();
-        let mut add = |j: usize, k: usize, part: T| {
-            let entry = flexibility.at(j * S::CONTACTS + k) + part;
-            flexibility.put(j * S::CONTACTS + k, entry);
-            flexibility.put(k * S::CONTACTS + j, entry);
-        };
-        // Two by two: what is loaded for one product serves another.
-        for j in (0..count).step_by(2) {
-            let Some((below, from)) = columns.split_at_mut_checked(j * n) else { return };
-            let Some((column, next)) = from.split_at_mut_checked(n) else { return };
-            let next = next.get_mut(..n).unwrap_or(&mut []);
-            let pair = if next.is_empty() { 1 } else { 2 };
-            if pair == 2 {
-                banded::forward_both(band, column, next);
-                for (((scaled, &x), &y), row) in scaled.iter_mut().zip(&*column).zip(&*next).zip(band) {
-                    *scaled = [x * row[banded::BAND], y * row[banded::BAND]];
-                }
+        // From the tip, two of a span at once: what is loaded for one serves the other.
+        let mut end = rows.len();
+        while let Some((row, below)) = rows.get(..end).and_then(<[Row<T>]>::split_last) {
+            let span = cell_of(row);
+            let count = if below.last().is_some_and(|row| cell_of(row) == span) { 2 } else { 1 };
+            let (j, start) = (end - count, shared(model, span));
+            let (Some((columns, above)), Some((entries, entries_above)), Some(rights)) = (
+                columns.get_mut(j * n..).and_then(|columns| columns.split_at_mut_checked(count * n)),
+                flexibility.get_mut(j * S::CONTACTS..).and_then(|rows| rows.split_at_mut_checked(count * S::CONTACTS)),
+                right.rows.as_mut().get_mut(j..end),
+            ) else {
+                return;
+            };
+            let Some((column, next)) = columns.split_at_mut_checked(n) else { return };
+            if count == 2 {
+                banded::forward_both(band, column, next, start);
             } else {
-                banded::forward(band, column);
-                for ((scaled, &x), row) in scaled.iter_mut().zip(&*column).zip(band) {
-                    *scaled = [x * row[banded::BAND], T::ZERO];
-                }
+                banded::forward(band, column, start);
             }
-            let [[taken, _], [taken_next, _]] = products(scaled, joints, joints);
-            for (right, taken) in right.rows.as_mut().iter_mut().skip(j).zip([taken, taken_next]).take(pair) {
+            let next = if count == 2 { &*next } else { &*column };
+            let (Some(column), Some(next), Some(joints), Some(band)) =
+                (column.get(start..), next.get(start..), joints.get(start..), band.get(start..))
+            else {
+                return;
+            };
+            for ((scaled, next_scaled), ((&x, &y), row)) in
+                scaled.iter_mut().zip(&mut *next_scaled).zip(column.iter().zip(next).zip(band))
+            {
+                (*scaled, *next_scaled) = (x * row[banded::BAND], y * row[banded::BAND]);
+            }
+            let pair = [scaled.run(0..n - start), next_scaled.run(0..n - start)];
+            for (right, [taken, _]) in rights.iter_mut().zip(products(pair, joints, joints)) {
                 *right += taken;
             }
-            for (k, lower) in below.chunks_exact(2 * n).enumerate() {
-                let (first, second) = lower.split_at_checked(n).unwrap_or_default();
-                for (row, parts) in products(scaled, first, second).into_iter().take(pair).enumerate() {
-                    add(j + row, 2 * k, parts[0]);
-                    add(j + row, 2 * k + 1, parts[1]);
+            let [[own, across], [_, next_own]] = products(pair, column, next);
+            entries.add(j, own);
+            if count == 2 {
+                entries.add(S::CONTACTS + j, across);
+                entries.put(j + 1, entries.at(S::CONTACTS + j));
+                entries.add(S::CONTACTS + j + 1, next_own);
+            }
+            let pairs_above = above.chunks(2 * n).zip(entries_above.chunks_mut(2 * S::CONTACTS));
+            for (k, (columns, entries_above)) in (end..).step_by(2).zip(pairs_above) {
+                let (first, second) = columns.split_at_checked(n).unwrap_or_default();
+                let second = if second.is_empty() { first } else { second };
+                let (Some(first), Some(second)) = (first.get(start..), second.get(start..)) else { return };
+                let products = products(pair, first, second);
+                for (i, products) in products.iter().enumerate().take(count) {
+                    for (l, &product) in products.iter().enumerate().take(if columns.len() > n { 2 } else { 1 }) {
+                        entries_above.add(l * S::CONTACTS + j + i, product);
+                        entries.put(i * S::CONTACTS + k + l, entries_above.at(l * S::CONTACTS + j + i));
+                    }
                 }
             }
-            if pair == 2 {
-                let [[own, across], [_, next_own]] = products(scaled, column, next);
-                add(j, j, own);
-                add(j + 1, j, across);
-                add(j + 1, j + 1, next_own);
-            } else {
-                add(j, j, products(scaled, column, column)[0][0]);
-            }
+            end = j;
         }
     }
 
@@ -367,14 +369,14 @@ impl<T: Real, S: Size> Border<T, S> {
         }
         kkt.substitute(model, right.joints.as_mut());
         let n = model.unknowns();
-        let (band, joints, scaled) =
-            (kkt.band.as_ref().run(0..n), right.joints.as_ref().run(0..n), self.scaled.as_mut().run_mut(0..n));
-        for ((scaled, &y), row) in scaled.iter_mut().zip(joints).zip(band) {
-            *scaled = [y * row[banded::BAND], T::ZERO];
+        let [scaled, _] = self.through.room(n);
+        let band = kkt.band.as_ref().run(0..n);
+        for ((scaled, &y), row) in scaled.iter_mut().zip(right.joints.as_ref()).zip(band) {
+            *scaled = y * row[banded::BAND];
         }
         let columns = self.columns.as_ref().chunks_exact(n.max(1)).take(contacts.count);
         for (right, column) in right.rows.as_mut().iter_mut().zip(columns) {
-            *right += column.iter().zip(&*scaled).fold(T::ZERO, |sum, (&entry, &[scaled, _])| sum + entry * scaled);
+            *right += column.iter().zip(&*scaled).fold(T::ZERO, |sum, (&entry, &scaled)| sum + entry * scaled);
         }
     }
 
@@ -421,22 +423,21 @@ impl<T: Real, S: Size> Border<T, S> {
 /// Products of two columns with two others.
 // Called four times: copies would cost flash and spare little.
 #[inline(never)]
-fn products<T: Real>(scaled: &[[T; 2]], first: &[T], second: &[T]) -> [[T; 2]; 2] {
+fn products<T: Real>([x, y]: [&[T]; 2], first: &[T], second: &[T]) -> [[T; 2]; 2] {
     let mut sums = [[T::ZERO; 2]; 2];
-    let mut add = |&[x, y]: &[T; 2], a: T, b: T| {
+    let mut add = |(x, y): (T, T), (a, b): (T, T)| {
         sums = [[sums[0][0] + x * a, sums[0][1] + x * b], [sums[1][0] + y * a, sums[1][1] + y * b]];
     };
-    let count = scaled.len().min(first.len()).min(second.len());
-    let (scaled, scaled_left) = scaled.run(0..count).as_chunks::<4>();
-    let ((first, first_left), (second, second_left)) =
-        (first.run(0..count).as_chunks::<4>(), second.run(0..count).as_chunks::<4>());
-    for ((scaled, a), b) in scaled.iter().zip(first).zip(second) {
+    let count = x.len().min(y.len()).min(first.len()).min(second.len());
+    let [(x, x_left), (y, y_left), (first, first_left), (second, second_left)] =
+        [x, y, first, second].map(|column| column.run(0..count).as_chunks::<4>());
+    for ((x, y), (a, b)) in x.iter().zip(y).zip(first.iter().zip(second)) {
         for i in 0..4 {
-            add(&scaled[i], a[i], b[i]);
+            add((x[i], y[i]), (a[i], b[i]));
         }
     }
-    for ((scaled, &a), &b) in scaled_left.iter().zip(first_left).zip(second_left) {
-        add(scaled, a, b);
+    for ((&x, &y), (&a, &b)) in x_left.iter().zip(y_left).zip(first_left.iter().zip(second_left)) {
+        add((x, y), (a, b));
     }
     sums
 }

@@ -125,7 +125,7 @@ impl<T: Real, S: Size> Factorisation<T, S> {
         for value in right.run_mut(0..n) {
             *value = -*value;
         }
-        banded::forward(self.band.as_ref().run(0..n), right.run_mut(0..n));
+        banded::forward(self.band.as_ref().run(0..n), right.run_mut(0..n), 0);
     }
 
     /// The same ends of ribs touch the back beam as when it was made.

@@ -30,6 +30,7 @@ mod step;
 #[cfg(test)]
 pub(crate) mod tests;
 mod thin;
+mod through;
 mod turning;
 mod workspace;
 
