@@ -47,12 +47,18 @@ struct Gathering<'a, T: Real, S: Size> {
     /// Places that find room among the rows.
     room: usize,
     margin: T,
-    /// How many of the places that touched before have been seen, and the next one.
+    /// How many of the places that touched before have been seen, and the next one: beyond all where there is none.
     touched: usize,
-    next: Option<usize>,
+    next: usize,
     /// Gap of the last row if that is the deepest so far of a run of new places.
     run: Option<T>,
     found: Sweep<T>,
+}
+
+/// A place of those listed, beyond all places where there is none.
+#[inline(always)]
+fn place_at(listed: &[u16], at: usize) -> usize {
+    listed.get(at).map_or(usize::MAX, |&place| usize::from(place))
 }
 
 impl<T: Real, S: Size> Gathering<'_, T, S> {
@@ -74,7 +80,7 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
         let (multiplier, normal) =
             (self.state.multiplier.as_ref().at(self.touched), self.state.normal.as_ref().at(self.touched));
         self.touched += 1;
-        self.next = self.listed().get(self.touched).map(|&place| usize::from(place));
+        self.next = place_at(self.listed(), self.touched);
         let tilt = normal[0] * gap.normal.y - normal[1] * gap.normal.x;
         self.run = None;
         self.push(index, place, gap, ContactState::Closed, [normal, [tilt, multiplier]]);
@@ -101,7 +107,7 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
     fn between(&mut self, index: usize, place: &Sample<T>, gap: &Gap<T>, reach: usize) {
         let touching_below = self.touched.checked_sub(1).and_then(|last| self.listed().get(last));
         let near_below = touching_below.is_some_and(|&below| index - usize::from(below) <= reach);
-        let near = near_below || self.next.is_some_and(|above| above - index <= reach);
+        let near = near_below || self.next - index <= reach;
         if near || gap.distance > self.margin {
             self.run = None;
             self.free(index, place, gap);
@@ -187,6 +193,24 @@ impl<T: Real, S: Size> Contacts<T, S> {
         margin: T,
         room: usize,
     ) -> Sweep<T> {
+        if model.fineness > 1 {
+            self.sweep_places::<O, true>(model, state, kinematics, object, margin, room)
+        } else {
+            self.sweep_places::<O, false>(model, state, kinematics, object, margin, room)
+        }
+    }
+
+    /// As [`Self::sweep`], with places between the samples (`FINE`) or without.
+    #[inline(never)]
+    fn sweep_places<O: Object<T>, const FINE: bool>(
+        &mut self,
+        model: &Model<T, S>,
+        state: &State<T, S>,
+        kinematics: &Kinematics<T, S>,
+        object: &O,
+        margin: T,
+        room: usize,
+    ) -> Sweep<T> {
         let samples = model.samples.as_ref().iter().take(model.sample_count);
         let Kinematics { nodes, start, members, .. } = kinematics;
         let (nodes, weight) = (nodes.as_ref(), model.weight.as_ref());
@@ -199,7 +223,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
             room,
             margin,
             touched: 0,
-            next: state.touching.as_ref().run(0..state.touching_count).first().map(|&place| usize::from(place)),
+            next: place_at(state.touching.as_ref().run(0..state.touching_count), 0),
             run: None,
             found: Sweep {
                 nearest: far,
@@ -209,7 +233,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
                 near_overflow: false,
             },
         };
-        let is_fine = model.fineness > 1;
+        let touches = state.touching_count > 0;
         let mut cell = usize::MAX;
         let mut node = 0;
         let mut prefix = Vec2::new(T::ZERO, T::ZERO);
@@ -230,13 +254,13 @@ impl<T: Real, S: Size> Contacts<T, S> {
                 prefix += vec2_of(on.strained) * weight;
                 node += 1;
             }
-            let index = if is_fine { model.index_of(at) } else { at };
+            let index = if FINE { model.index_of(at) } else { at };
             // Neither near nor the nearest. While something touches, where the others are does not matter.
             let is_far = |gathering: &Gathering<'_, T, S>| {
-                let matters = if state.touching_count > 0 { margin } else { margin.max(gathering.found.nearest) };
-                gathering.next != Some(index) && seen - longest * sample.arc > sample.half_thickness + matters
+                let matters = if touches { margin } else { margin.max(gathering.found.nearest) };
+                gathering.next != index && seen - longest * sample.arc > sample.half_thickness + matters
             };
-            if !is_fine && is_far(&gathering) {
+            if !FINE && is_far(&gathering) {
                 continue;
             }
             let below = prefix;
@@ -258,15 +282,15 @@ impl<T: Real, S: Size> Contacts<T, S> {
             if sample.rigid != T::ZERO {
                 position += rigid_end * sample.rigid;
             }
-            if is_fine && model.is_fine(at) {
+            if FINE && model.is_fine(at) {
                 let near = {
                     let reach = sample.half_thickness + margin + longest * model.way_to(at);
                     !object.clears(position, reach) && object.gap(position).distance <= reach
                 };
                 let first = index + 1 - model.fineness;
-                if near || gathering.next.is_some_and(|next| next < index) {
+                if near || gathering.next < index {
                     for index in first..index {
-                        let is_touching = gathering.next == Some(index);
+                        let is_touching = gathering.next == index;
                         if !near && !is_touching {
                             continue;
                         }
@@ -292,15 +316,15 @@ impl<T: Real, S: Size> Contacts<T, S> {
                     }
                 }
             }
-            if is_fine && is_far(&gathering) {
+            if FINE && is_far(&gathering) {
                 continue;
             }
             let gap = sample_gap(object, sample, position);
             seen = gap.distance + sample.half_thickness + longest * sample.arc;
             gathering.nearest(&gap);
-            if gathering.next == Some(index) {
+            if gathering.next == index {
                 gathering.touching(index, sample, &gap);
-            } else if is_fine && model.stride(at, &gap) < model.fineness {
+            } else if FINE && model.stride(at, &gap) < model.fineness {
                 gathering.between(index, sample, &gap, usize::from(REACH) * model.stride(at, &gap));
             } else {
                 gathering.run = None;
