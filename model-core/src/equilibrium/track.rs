@@ -146,7 +146,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                 object = self.seen(target);
                 continue;
             }
-            let inertia = self.work.solve(&self.model, &mut self.factored, Hessian::Newton, T::ZERO);
+            let Some(inertia) = self.work.solve_if_stable(&self.model, &mut self.factored) else {
+                outcome.iterations += 1;
+                return self.pursue(to, budget, outcome, size);
+            };
             moved = self.work.increment.largest;
             self.work.apply(&self.model, &mut self.timeline.present, T::one());
             outcome.iterations += 1;

@@ -83,4 +83,12 @@ impl<T: Real, S: Size> ContactSolution<T, S> {
         self.factorised = settled.factorised;
         settled
     }
+
+    /// A row of those settled still presses after the step.
+    pub fn presses(&self, contacts: &Contacts<T, S>) -> bool {
+        let found = self.delta.as_ref().iter().zip(self.states.as_ref());
+        contacts.rows().iter().zip(found).any(|(row, (&delta, &state))| {
+            row.only_pushes() && state == ContactState::Closed && row.multiplier + delta > T::ZERO
+        })
+    }
 }

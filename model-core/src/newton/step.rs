@@ -143,13 +143,30 @@ impl<T: Real, S: Size> Workspace<T, S> {
         hessian: Hessian,
         shift: T,
     ) -> Inertia {
+        let inertia = self.judge(model, factored, hessian, shift);
+        self.find(model, factored);
+        inertia
+    }
+
+    /// As [`Self::solve`], for a step that is taken only if it is stable or lets the object go: otherwise there are no increments.
+    pub(crate) fn solve_if_stable(&mut self, model: &Model<T, S>, factored: &mut Factored<T, S>) -> Option<Inertia> {
+        let inertia = self.judge(model, factored, Hessian::Newton, T::ZERO);
+        if !inertia.is_stable() && self.solution.presses(&self.contacts) {
+            return None;
+        }
+        self.find(model, factored);
+        Some(inertia)
+    }
+
+    /// Factorises at the evaluated state and settles the active set.
+    fn judge(&mut self, model: &Model<T, S>, factored: &mut Factored<T, S>, hessian: Hessian, shift: T) -> Inertia {
         self.effort.solves();
         if hessian == Hessian::Newton {
             self.contacts.add_turning(S::CONTACTS);
         }
         self.factorise(model, factored, Diagonal::of(hessian, shift));
         factored.kkt.note(&self.contacts);
-        self.settle(model, factored)
+        self.settle(factored)
     }
 
     /// Finds the increments at the evaluated state with an earlier factorisation, if that has the present rows (35).
@@ -165,15 +182,23 @@ impl<T: Real, S: Size> Workspace<T, S> {
         effort.solves();
         let at = Evaluated { model, kinematics, contacts };
         factored.border.load(at, residual, &factored.kkt, right, increment.angle.as_mut());
-        Some(self.settle(model, factored))
+        let inertia = self.settle(factored);
+        self.find(model, factored);
+        Some(inertia)
     }
 
-    /// Settles the contacts on the bordered factorisation and finds the increments.
-    fn settle(&mut self, model: &Model<T, S>, factored: &Factored<T, S>) -> Inertia {
+    /// Settles the contacts on the bordered factorisation.
+    fn settle(&mut self, factored: &Factored<T, S>) -> Inertia {
+        let Self { contacts, right, solution, history, .. } = self;
+        let settled = solution.settle(&factored.border, right, contacts, &history.slip);
+        Inertia::of(factored.kkt.excess, settled, contacts)
+    }
+
+    /// Finds the increments from the settled contacts.
+    fn find(&mut self, model: &Model<T, S>, factored: &Factored<T, S>) {
         let Self { kinematics, contacts, right, solution, increment, history, .. } = self;
         let Factored { kkt, border, .. } = factored;
         let slip = &history.slip;
-        let settled = solution.settle(border, right, contacts, slip);
         let at = Evaluated { model, kinematics, contacts };
         let turning = if slip.rubs() { Turning::of(contacts.rows()) } else { None };
         if let Some(turning) = turning {
@@ -183,7 +208,6 @@ impl<T: Real, S: Size> Workspace<T, S> {
         if let Some(turning) = turning {
             turning.put_on(-T::one(), solution.delta.as_mut());
         }
-        Inertia::of(kkt.excess, settled, contacts)
     }
 
     /// Adds `part` of the increments to a state.
