@@ -190,30 +190,31 @@ impl Set {
 fn solve_on<T: Real>(problem: &mut Problem<'_, T>, set: &mut Set, states: &[ContactState], delta: &[T]) -> usize {
     let stride = problem.stride;
     let listed = set.listed;
-    list(problem, set.factorised, listed);
+    list(problem, set.factorised, listed, true);
     right_hand_sides(problem, listed, states, delta);
     let negative = if factorise_in_order(problem.factored, set.factorised, listed, stride, problem.order) {
         set.factorised = listed;
         (0..listed).filter(|&i| entry(problem.factored, stride, i, i) < T::ZERO).count()
     } else {
         set.factorised = 0;
-        list(problem, 0, listed);
+        list(problem, 0, listed, false);
         factorise(problem.factored, listed, stride, problem.order)
     };
     solve(problem.factored, listed, stride, problem.order, problem.scratch, problem.spare);
     negative
 }
 
-/// Copies D of the active rows from the `first` listed one on into `factored`.
-fn list<T: Real>(problem: &mut Problem<'_, T>, first: usize, listed: usize) {
+/// Copies D of the active rows from the `first` listed one on into `factored`: all of it, or the lower triangle.
+fn list<T: Real>(problem: &mut Problem<'_, T>, first: usize, listed: usize, lower: bool) {
     let stride = problem.stride.max(1);
     let places = problem.listed.get(..listed).unwrap_or(&[]);
-    let rows = places.iter().zip(problem.factored.chunks_mut(stride)).skip(first);
-    for (&j, into) in rows {
+    let rows = places.iter().zip(problem.factored.chunks_mut(stride)).enumerate().skip(first);
+    for (i, (&j, into)) in rows {
+        let width = if lower { i + 1 } else { listed };
         let Some(row) = problem.flexibility.get(usize::from(j) * stride..).and_then(|rows| rows.get(..stride)) else {
             return;
         };
-        for (slot, &k) in into.iter_mut().zip(places) {
+        for (slot, &k) in into.iter_mut().zip(places).take(width) {
             *slot = row.at(usize::from(k));
         }
     }

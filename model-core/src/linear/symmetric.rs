@@ -222,10 +222,7 @@ pub(crate) fn solve<T: Real>(a: &[T], n: usize, stride: usize, order: &[u16], x:
     for i in 0..n {
         let (above, rest) = y.split_at_mut(i);
         let (Some(row), Some(value)) = (a.get(i * stride..), rest.first_mut()) else { return };
-        let above = above.get(..i - usize::from(second)).unwrap_or(&[]);
-        for (&l, &x) in row.iter().zip(above) {
-            *value -= l * x;
-        }
+        *value -= product(row, above.get(..i - usize::from(second)).unwrap_or(&[]));
         second = !second && order.at(i) & PAIR != 0;
     }
     let mut k = 0;
@@ -248,8 +245,15 @@ pub(crate) fn solve<T: Real>(a: &[T], n: usize, stride: usize, order: &[u16], x:
         let (above, rest) = y.split_at_mut(k);
         let (Some(row), Some(&value)) = (a.get(k * stride..), rest.first()) else { return };
         let above = above.get_mut(..k - usize::from(second)).unwrap_or(&mut []);
-        for (y, &l) in above.iter_mut().zip(row) {
-            *y -= l * value;
+        let row = row.run(0..above.len());
+        let ((fours, left), (above, above_left)) = (row.as_chunks::<4>(), above.as_chunks_mut::<4>());
+        for (above, row) in above.iter_mut().zip(fours) {
+            for i in 0..4 {
+                above[i] -= row[i] * value;
+            }
+        }
+        for (above, &l) in above_left.iter_mut().zip(left) {
+            *above -= l * value;
         }
     }
     for (&y, &place) in y.iter().zip(order) {
