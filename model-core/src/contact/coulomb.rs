@@ -231,7 +231,7 @@ fn solve_on<T: Real>(
         let push = problem.rows.get(j + 1).map_or(T::ZERO, |normal| normal.multiplier);
         *delta = if is_equation(state) { T::ZERO } else { towards * push - row.multiplier };
     }
-    let mut listed = 0;
+    let (mut listed, mut taking) = (0, 0);
     for (j, _) in states.iter().enumerate().filter(|(_, state)| is_equation(**state)) {
         problem.listed.put(listed, j as u16);
         // What it takes along of the row before it: a normal that slips of its tangent, the turning of the normal beside it.
@@ -241,19 +241,24 @@ fn solve_on<T: Real>(
             _ => beside.map_or(T::ZERO, |tangent| coefficient * sign::<T>(states.at(tangent))),
         };
         problem.spare.put(listed, along);
+        if along != T::ZERO {
+            problem.order.put(taking, listed as u16);
+            taking += 1;
+        }
         listed += 1;
     }
+    let taking = problem.order.get(..taking).unwrap_or(&[]);
     let places = problem.listed.get(..listed).unwrap_or(&[]);
     for ((into, value), &j) in problem.factored.chunks_mut(stride).zip(&mut *problem.scratch).zip(places) {
         let j = usize::from(j);
         let Some(row) = problem.flexibility.get(j * stride..(j + 1) * stride) else { return };
         *value = problem.rhs.at(j) - product(row, delta);
-        for ((slot, &k), &along) in into.iter_mut().zip(places).zip(&*problem.spare) {
-            let k = usize::from(k);
-            *slot = row.at(k);
-            if along != T::ZERO {
-                *slot += along * row.at(k.wrapping_sub(1));
-            }
+        for (slot, &k) in into.iter_mut().zip(places) {
+            *slot = row.at(usize::from(k));
+        }
+        for &column in taking {
+            let column = usize::from(column);
+            into.add(column, problem.spare.at(column) * row.at(usize::from(places.at(column)).wrapping_sub(1)));
         }
     }
     lu::factorise(problem.factored, listed, stride, problem.order);

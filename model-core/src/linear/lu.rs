@@ -5,51 +5,93 @@
 use crate::access::Access;
 use crate::real::Real;
 
+/// Columns that are eliminated together: an entry beyond them is written once for all of them.
+const TOGETHER: usize = 4;
+
 /// Factorises the leading n×n block in place, L below the diagonal (its own diagonal being 1) and U on and above it; `order` gets the row
 /// that each pivot was taken from.
 ///
-/// A pivot that vanishes beside the largest entry of the matrix is replaced by one just large enough: the factors are then those of a
-/// matrix that differs from the given one by rounding.
+/// A pivot that vanishes beside the largest so far is replaced by one just large enough: the factors are then those of a matrix that
+/// differs from the given one by rounding.
 pub(crate) fn factorise<T: Real>(a: &mut [T], n: usize, stride: usize, order: &mut [u16]) {
-    let largest = a
-        .chunks(stride.max(1))
-        .take(n)
-        .flat_map(|row| row.iter().take(n))
-        .fold(T::ZERO, |most, entry| most.max(entry.abs()));
-    let least = (largest * T::EPSILON).max(T::of(1e-30));
-    for k in 0..n {
-        let (mut from, mut size) = (k, T::ZERO);
-        for i in k..n {
-            let here = a.at(i * stride + k).abs();
-            if here > size {
-                (from, size) = (i, here);
+    let mut largest = T::ZERO;
+    for first in (0..n).step_by(TOGETHER) {
+        let end = (first + TOGETHER).min(n);
+        for k in first..end {
+            largest = largest.max(exchange(a, k, n, stride, order));
+            let Some((above, below)) = a.split_at_mut_checked((k + 1) * stride) else { return };
+            let Some([pivot, beyond @ ..]) = above.get_mut(k * stride + k..k * stride + end) else { return };
+            let least = (largest * T::EPSILON).max(T::of(1e-30));
+            if pivot.abs() < least {
+                *pivot = if *pivot < T::ZERO { -least } else { least };
             }
-        }
-        order.put(k, from as u16);
-        if from != k {
-            for j in 0..n {
-                let (upper, lower) = (a.at(k * stride + j), a.at(from * stride + j));
-                a.put(k * stride + j, lower);
-                a.put(from * stride + j, upper);
-            }
-        }
-        let Some((above, below)) = a.split_at_mut_checked((k + 1) * stride) else { return };
-        let Some(pivots) = above.get_mut(k * stride..k * stride + n) else { return };
-        let Some((pivot, beyond)) = pivots.get_mut(k..).and_then(<[T]>::split_first_mut) else { return };
-        if pivot.abs() < least {
-            *pivot = if *pivot < T::ZERO { -least } else { least };
-        }
-        let inverse = T::one() / *pivot;
-        for row in below.chunks_mut(stride.max(1)).take(n - k - 1) {
-            let Some((first, rest)) = row.get_mut(k..n).and_then(<[T]>::split_first_mut) else { return };
-            let part = *first * inverse;
-            *first = part;
-            if part != T::ZERO {
+            let inverse = T::one() / *pivot;
+            for row in below.chunks_mut(stride.max(1)).take(n - k - 1) {
+                let Some([part, rest @ ..]) = row.get_mut(k..end) else { return };
+                *part *= inverse;
                 for (value, &upper) in rest.iter_mut().zip(&*beyond) {
+                    *value -= *part * upper;
+                }
+            }
+        }
+        // The columns beyond: first of the pivots' rows, then of those below.
+        let Some((above, below)) = a.split_at_mut_checked(end * stride) else { return };
+        for k in first + 1..end {
+            let Some((above, row)) = above.split_at_mut_checked(k * stride) else { return };
+            let Some((row, beyond)) = row.get_mut(..n).and_then(|row| row.split_at_mut_checked(end)) else { return };
+            for (m, &part) in (first..k).zip(row.iter().skip(first)) {
+                for (value, &upper) in beyond.iter_mut().zip(above.run(m * stride + end..m * stride + n)) {
                     *value -= part * upper;
                 }
             }
         }
+        if end < n {
+            let upper = |i: usize| above.run((first + i) * stride + end..(first + i) * stride + n);
+            let upper = [upper(0), upper(1), upper(2), upper(3)];
+            for row in below.chunks_mut(stride.max(1)).take(n - end) {
+                let Some((row, beyond)) = row.get_mut(..n).and_then(|row| row.split_at_mut_checked(end)) else {
+                    return;
+                };
+                if let Some(parts) = row.last_chunk() {
+                    take(beyond, parts, upper);
+                }
+            }
+        }
+    }
+}
+
+/// Takes the largest entry of a column, from the diagonal down, for its pivot; returns its magnitude.
+fn exchange<T: Real>(a: &mut [T], k: usize, n: usize, stride: usize, order: &mut [u16]) -> T {
+    let (mut from, mut size) = (k, a.at(k * stride + k).abs());
+    for i in k + 1..n {
+        let here = a.at(i * stride + k).abs();
+        if here > size {
+            (from, size) = (i, here);
+        }
+    }
+    order.put(k, from as u16);
+    if from > k
+        && let Some((above, below)) = a.split_at_mut_checked(from * stride)
+        && let (Some(pivots), Some(row)) = (above.get_mut(k * stride..k * stride + n), below.get_mut(..n))
+    {
+        pivots.swap_with_slice(row);
+    }
+    size
+}
+
+/// Takes multiples of rows from a row.
+#[inline(always)]
+fn take<T: Real>(row: &mut [T], &[a, b, c, d]: &[T; TOGETHER], rows: [&[T]; TOGETHER]) {
+    let (row, left) = row.as_chunks_mut::<4>();
+    let [(x, x_left), (y, y_left), (z, z_left), (w, w_left)] = rows.map(<[T]>::as_chunks::<4>);
+    let minus = |value: &mut T, x: T, y: T, z: T, w: T| *value = *value - a * x - b * y - c * z - d * w;
+    for (row, ((x, y), (z, w))) in row.iter_mut().zip(x.iter().zip(y).zip(z.iter().zip(w))) {
+        for i in 0..4 {
+            minus(&mut row[i], x[i], y[i], z[i], w[i]);
+        }
+    }
+    for (value, ((&x, &y), (&z, &w))) in left.iter_mut().zip(x_left.iter().zip(y_left).zip(z_left.iter().zip(w_left))) {
+        minus(value, x, y, z, w);
     }
 }
 
@@ -62,15 +104,14 @@ pub(crate) fn solve<T: Real>(a: &[T], n: usize, stride: usize, order: &[u16], x:
     }
     for i in 1..n {
         let Some(row) = a.get(i * stride..i * stride + i) else { return };
-        let taken = row.iter().zip(&*x).fold(T::ZERO, |sum, (&l, &y)| sum + l * y);
-        let value = x.at(i) - taken;
+        let value = x.at(i) - row.iter().zip(&*x).fold(T::ZERO, |sum, (&l, &y)| sum + l * y);
         x.put(i, value);
     }
     for i in (0..n).rev() {
         let Some((pivot, row)) = a.get(i * stride + i..i * stride + n).and_then(<[T]>::split_first) else { return };
-        let above = x.get(i + 1..).unwrap_or(&[]);
-        let taken = row.iter().zip(above).fold(T::ZERO, |sum, (&u, &y)| sum + u * y);
-        let value = (x.at(i) - taken) / *pivot;
+        let value = (x.at(i)
+            - row.iter().zip(x.get(i + 1..).unwrap_or(&[])).fold(T::ZERO, |sum, (&u, &y)| sum + u * y))
+            / *pivot;
         x.put(i, value);
     }
 }
