@@ -194,22 +194,47 @@ impl<T: Real, S: Size> Contacts<T, S> {
         room: usize,
     ) -> Sweep<T> {
         if model.fineness > 1 {
-            self.sweep_places::<O, true>(model, state, kinematics, object, margin, room)
+            self.sweep_places(model, state, kinematics, object, (margin, room))
         } else {
-            self.sweep_places::<O, false>(model, state, kinematics, object, margin, room)
+            self.sweep_samples(model, state, kinematics, object, (margin, room))
         }
     }
 
-    /// As [`Self::sweep`], with places between the samples (`FINE`) or without.
+    /// As [`Self::sweep`], without places between the samples.
     #[inline(never)]
-    fn sweep_places<O: Object<T>, const FINE: bool>(
+    fn sweep_samples<O: Object<T>>(
         &mut self,
         model: &Model<T, S>,
         state: &State<T, S>,
         kinematics: &Kinematics<T, S>,
         object: &O,
-        margin: T,
-        room: usize,
+        within: (T, usize),
+    ) -> Sweep<T> {
+        self.sweep_all::<O, false>(model, state, kinematics, object, within)
+    }
+
+    /// As [`Self::sweep`], with places between the samples.
+    #[inline(never)]
+    fn sweep_places<O: Object<T>>(
+        &mut self,
+        model: &Model<T, S>,
+        state: &State<T, S>,
+        kinematics: &Kinematics<T, S>,
+        object: &O,
+        within: (T, usize),
+    ) -> Sweep<T> {
+        self.sweep_all::<O, true>(model, state, kinematics, object, within)
+    }
+
+    /// As [`Self::sweep`], with places between the samples (`FINE`) or without.
+    #[inline(always)]
+    fn sweep_all<O: Object<T>, const FINE: bool>(
+        &mut self,
+        model: &Model<T, S>,
+        state: &State<T, S>,
+        kinematics: &Kinematics<T, S>,
+        object: &O,
+        (margin, room): (T, usize),
     ) -> Sweep<T> {
         let samples = model.samples.as_ref().iter().take(model.sample_count);
         let Kinematics { nodes, start, members, .. } = kinematics;

@@ -159,6 +159,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
     }
 
     /// Factorises at the evaluated state and settles the active set.
+    #[inline(never)]
     fn judge(&mut self, model: &Model<T, S>, factored: &mut Factored<T, S>, hessian: Hessian, shift: T) -> Inertia {
         self.effort.solves();
         if hessian == Hessian::Newton {
@@ -195,6 +196,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
     }
 
     /// Finds the increments from the settled contacts.
+    #[inline(never)]
     fn find(&mut self, model: &Model<T, S>, factored: &Factored<T, S>) {
         let Self { kinematics, contacts, right, solution, increment, history, .. } = self;
         let Factored { kkt, border, .. } = factored;
