@@ -45,6 +45,8 @@ pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &Bus<B::Bus>) 
     {
         core.set_ears(ears);
     }
+    // What came once the last period had its estimate.
+    take_in(core, bus).await;
     while Instant::now() < core.scheduler.end {
         if let Either::First(()) = select(bus.heard(), Timer::at(core.scheduler.end)).await {
             take_in(core, bus).await;

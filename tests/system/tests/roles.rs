@@ -86,6 +86,24 @@ fn an_answer_waits_for_no_estimate() {
     assert!(prompt.iter().all(|[.., age]| *age > 10_000), "{prompt:?}");
 }
 
+/// A position that comes once the period has its estimate is estimated in the next one, though nothing is heard in that.
+#[test]
+fn a_late_position_is_estimated_in_the_next_period() {
+    let (machine, bus) = Machine::boot_shared(Machine::servo());
+    let (link, mut watch) = listening(&machine, Role::Tap);
+    let settings = link.settings().unwrap();
+    link.set_settings(&Settings { rate_hz: 20, ..settings }).unwrap();
+    let second: Vec<i32> = run("late_sdk.py", &bus.port).lines().map(|line| line.parse().unwrap()).collect();
+    assert!(second.len() > 4, "the servo has moved between two reads only {} times", second.len());
+    // The one that asks has gone: nothing more is heard.
+    let is_fresh = |report: &messages::Report| report.estimate.status != Status::Stale;
+    let last = second.last().copied();
+    watch.until_report("last position", SECONDS(20), |report| is_fresh(report) && Some(report.position) == last);
+    let told: Vec<i32> = watch.reports.iter().filter(|report| is_fresh(report)).map(|report| report.position).collect();
+    let missed: Vec<_> = second.iter().filter(|position| !told.contains(position)).collect();
+    assert!(missed.is_empty(), "{missed:?} of {second:?} are missing from {told:?}");
+}
+
 /// A tap learns the position from every kind of read that another master has, estimates from it, ages when that master
 /// stops, and says nothing at all.
 #[test]

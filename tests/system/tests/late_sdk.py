@@ -1,0 +1,38 @@
+"""Moves a servo through ROBOTIS' own SDK, and reads its position twice in a row now and then.
+
+Usage: late_sdk.py PORT BAUD_RATE SERVO GRIPPER GOAL
+
+Prints the positions that were the second ones.
+"""
+
+import sys
+import time
+
+import dynamixel_sdk as sdk
+from dynamixel_sdk import port_handler
+
+SERVO, GOAL = int(sys.argv[3]), int(sys.argv[5])
+port_handler.LATENCY_TIMER = 250  # ms, half of what an answer is waited for: a busy machine needs more than the SDK's 16
+port = sdk.PortHandler(sys.argv[1])
+packets = sdk.PacketHandler(2.0)
+assert port.openPort(), "the port does not open"
+assert port.setBaudRate(int(sys.argv[2])), "the port refuses the baud rate"
+
+
+def sound(answer):
+    *data, communication, error = answer
+    assert (communication, error) == (sdk.COMM_SUCCESS, 0), packets.getTxRxResult(communication)
+    return data
+
+
+# The simulated servo's time passes by reads: it is somewhere else at each.
+sound(packets.write4ByteTxRx(port, SERVO, 112, 40))
+sound(packets.write1ByteTxRx(port, SERVO, 64, 1))
+sound(packets.write4ByteTxRx(port, SERVO, 116, GOAL))
+for _ in range(8):
+    [first], [second] = (sound(packets.read4ByteTxRx(port, SERVO, 132)) for _ in range(2))
+    if first != second:
+        print(second)
+    # The gripper estimates once a period.
+    time.sleep(0.25)
+port.closePort()
