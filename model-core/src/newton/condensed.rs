@@ -67,7 +67,7 @@ impl<T: Real> Condensed<T> {
 /// A row's entries with its own span, after condensation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Own<T> {
-    /// With the span's force.
+    /// With the span's force; once the row has its column, with a force that goes through all that lies below as well.
     pub x: [T; 2],
     /// −n·∂P with the angles of the three nodes of its element, before condensation, mm.
     pub entries: [T; 3],
