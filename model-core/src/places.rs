@@ -131,7 +131,7 @@ impl<T: Real, S: Size> Model<T, S> {
             return self.fineness;
         }
         let part = T::of(FINEST) * radius / self.way_to(sample);
-        ((part.to_f64() * self.fineness as f64) as usize).clamp(1, self.fineness)
+        ((part.to_f64() * self.fineness as f64) as usize).max(1).min(self.fineness)
     }
 
     /// Arc length from the sample before to a sample.

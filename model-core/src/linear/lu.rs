@@ -74,7 +74,7 @@ fn exchange<T: Real>(a: &mut [T], k: usize, n: usize, stride: usize, order: &mut
         && let Some((above, below)) = a.split_at_mut_checked(from * stride)
         && let (Some(pivots), Some(row)) = (above.get_mut(k * stride..k * stride + n), below.get_mut(..n))
     {
-        pivots.swap_with_slice(row);
+        pivots.iter_mut().zip(row).for_each(|(upper, lower)| core::mem::swap(upper, lower));
     }
     size
 }

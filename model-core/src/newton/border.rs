@@ -259,7 +259,7 @@ impl<T: Real, S: Size> Border<T, S> {
         // What lies below both moves by the force of either.
         let moved = self.through.moves(row.normal);
         own.x = [own.x[0] - moved[0], own.x[1] - moved[1]];
-        let (lower, same) = entries.split_at_mut(span_start);
+        let Some((lower, same)) = entries.split_at_mut_checked(span_start) else { return };
         for (entry, own) in lower.iter_mut().zip(self.own.as_ref()) {
             *entry = dot(own.x, row.normal);
         }
@@ -329,7 +329,7 @@ impl<T: Real, S: Size> Border<T, S> {
                 entries.put(j + 1, entries.at(S::CONTACTS + j));
                 entries.add(S::CONTACTS + j + 1, next_own);
             }
-            let pairs_above = above.chunks(2 * n).zip(entries_above.chunks_mut(2 * S::CONTACTS));
+            let pairs_above = above.chunks((2 * n).max(1)).zip(entries_above.chunks_mut(2 * S::CONTACTS));
             for (k, (columns, entries_above)) in (end..).step_by(2).zip(pairs_above) {
                 let (first, second) = columns.split_at_checked(n).unwrap_or_default();
                 let second = if second.is_empty() { first } else { second };

@@ -86,7 +86,8 @@ impl<T: Real, S: Size> Through<T, S> {
     #[inline]
     pub fn fill(&self, column: &mut [T], [x, y]: [T; 2]) {
         let [along_x, along_y] = self.columns.each_ref().map(AsRef::as_ref);
-        let (column, beyond) = column.split_at_mut(column.len().min(self.unknowns + BAND));
+        let end = column.len().min(self.unknowns + BAND);
+        let (column, beyond) = column.split_at_mut_checked(end).unwrap_or_default();
         beyond.fill(T::ZERO);
         for (entry, (&through_x, &through_y)) in column.iter_mut().zip(along_x.iter().zip(along_y)) {
             *entry = through_x * x + through_y * y;
