@@ -169,6 +169,15 @@ mod tests {
             forward(&band, &mut found, 0);
             assert_eq!(twin, found);
             assert!(double.iter().zip(&found).all(|(double, one)| *double == 2.0 * one));
+            // A substitution goes on where it ended.
+            for from in (0..=n).step_by(BAND) {
+                let (mut one, mut other) = (right.clone(), right.clone());
+                forward(&band[..from], &mut one[..from], 0);
+                forward_both(&band[..from], &mut other[..from], &mut right.clone()[..from], 0);
+                forward(&band, &mut one, from);
+                forward_both(&band, &mut other, &mut one.clone(), from);
+                assert_eq!((&one, &other), (&found, &found), "{n} from {from}");
+            }
             backward(&band, &mut found);
             let exact = dense.lu().solve(&DVector::from_vec(right)).expect("a regular matrix");
             for (found, exact) in found.iter().zip(&exact) {
