@@ -19,14 +19,15 @@ pub fn check(board: &Board, image: &[u8]) -> Result<()> {
         let models = models.with_context(|| format!("the image has no {MODELS}"))?;
         let (start, end) = (models.address(), models.address() + models.size());
         let [first, behind] = memory.map(u64::from);
+        // What does not fit lies behind, where such memory is the beginning of the RAM.
         ensure!(
-            first <= start && end <= behind && start < end,
+            start == first && start < end,
             "{MODELS} is at {start:#x} to {end:#x}; the memory without wait states is {first:#x} to {behind:#x}"
         );
         println!(
-            "models         {:>8} bytes at {start:#010x}, without wait states, of {}",
+            "models         {:>8} bytes at {start:#010x}, {} of them without wait states",
             end - start,
-            behind - first
+            end.min(behind) - start
         );
     }
     let soft =

@@ -35,7 +35,8 @@ pub struct Board {
     pub ram_budget: u32,
     /// The image is built for size instead of speed: its flash has no room for what unrolled loops and inlined calls take.
     pub is_small: bool,
-    /// Addresses of memory without wait states beside it, which holds the first finger's model: the first, and the one behind the last.
+    /// Addresses of memory without wait states, beside it or at its beginning, where the first finger's model lies, or most of it: the
+    /// first, and the one behind the last.
     pub near: Option<[u32; 2]>,
     /// Its floating-point unit computes in double precision as well.
     pub has_double: bool,
@@ -98,10 +99,10 @@ pub const OPENCR: Board = Board {
     flash: [0x0804_0000, 0x0810_0000],
     flash_budget: 708 * KB,
     stack: 48 * KB,
-    ram: 272 * KB - 256,
+    ram: 268 * KB - 256,
     ram_budget: 260 * KB,
     is_small: false,
-    near: None,
+    near: Some([0x2000_0100, 0x2001_0000]),
     has_double: false,
     has_friction: true,
     has_ribs: true,

@@ -24,6 +24,18 @@ fn hot(functions: &str) -> String {
     )
 }
 
+/// The model's code, and what copies and clears its memory, in flash that is reached by another interface than all other code: it is
+/// loaded to its place of the flash, and runs from where that interface shows it.
+const ACCELERATED: &str = "SECTIONS
+{
+  .accelerated : ALIGN(32)
+  {
+    *(.text.*model_core*);
+    *(.text.*compiler_builtins* .text.__aeabi_mem* .text.memcpy .text.memset .text.memmove);
+  } > ACCELERATED AT> ACCELERATED_LOAD
+} INSERT AFTER .hot;
+";
+
 /// What the compiler's names of a function match: the last word of its path with its length before it and the hash behind it, the words
 /// before it in their order.
 fn mangled(path: &str) -> String {
@@ -38,13 +50,16 @@ fn main() {
     println!("cargo::rustc-link-search={}", folder.display());
     println!("cargo::rerun-if-changed=memory.x");
     let map = fs::read_to_string("memory.x").expect("memory.x can be read");
-    if map.lines().any(|line| line.trim().starts_with("NEAR ")) {
+    let has = |start: &str| map.lines().any(|line| line.trim().starts_with(start));
+    if has("NEAR ") || has("REGION_ALIAS(\"NEAR\"") {
         println!("cargo::rustc-link-arg-bins=-Tnear.x");
     }
+    let accelerates = has("ACCELERATED ");
     let functions = fs::read_to_string("hot.txt").ok();
     // A board without a list has its folder watched instead: Cargo treats a missing file as changed and would relink the image every time.
     println!("cargo::rerun-if-changed={}", if functions.is_some() { "hot.txt" } else { "." });
-    fs::write(folder.join("hot.x"), hot(&functions.unwrap_or_default())).expect("the build folder can be written");
+    let scripts = hot(&functions.unwrap_or_default()) + if accelerates { ACCELERATED } else { "" };
+    fs::write(folder.join("hot.x"), scripts).expect("the build folder can be written");
     // `hot.x` comes before the linker's own script, which would otherwise place these functions with all other code.
     // `near.x`, `survivor.x`, `fast.x` and `label.x` are the crate stm32's.
     for script in ["hot.x", "link.x", "survivor.x", "fast.x", "label.x", "defmt.x"] {

@@ -29,8 +29,8 @@ const FAST: &str = "SECTIONS
 } INSERT AFTER .rodata;
 ";
 
-/// Variables in memory of their own, for boards that have a region NEAR; `near::clear` sets them to zero. Before the linker's own
-/// script, which would take them for variables like all others.
+/// Variables in memory of their own, for boards that have a region NEAR, or before all others of the RAM, where that begins with memory
+/// without wait states; `near::clear` sets them to zero. Before the linker's own script, which would take them for variables like all others.
 const NEAR: &str = "SECTIONS
 {
   .near (NOLOAD) : ALIGN(8)
@@ -40,7 +40,7 @@ const NEAR: &str = "SECTIONS
     . = ALIGN(8);
     __enear = .;
   } > NEAR
-} INSERT AFTER .uninit;
+} INSERT BEFORE .data;
 ";
 
 /// In the file only: the board and the version that the image is for.

@@ -27,12 +27,17 @@ pub struct Chip {
     pub clock_hz: f64,
     /// Its pipeline.
     pub processor: Processor,
-    /// How instructions come.
-    pub code: CodePath,
-    /// The memory from which they come without waiting: the first address, and the one behind the last. Data in it do not wait either.
-    pub tight: [u32; 2],
+    /// How instructions come; those that lie nowhere come as the first.
+    pub code: Vec<Region<CodePath>>,
     /// How data come; addresses that lie nowhere are devices.
-    pub data: Vec<Region>,
+    pub data: Vec<Region<DataPath>>,
+}
+
+impl Chip {
+    /// Whether this is the layout of the board's image, for any finger.
+    pub fn is_image(&self) -> bool {
+        [IMAGE, FAR].contains(&self.layout)
+    }
 }
 
 /// A device register: a bus bridge and the device's own clock.
@@ -49,96 +54,144 @@ const H743_SRAM: Range = Range::between(2 * 2, 2 * (1 + 4 + 4));
 
 const KB: u32 = 1024;
 
-/// Every chip, in each layout that is of interest.
-pub fn all() -> Vec<Chip> {
-    let flash = |first, path| Region { first, last: first + 2048 * KB - 1, path };
-    let f746_data = |flash_path| {
-        vec![
-            flash(0x0800_0000, flash_path),
-            Region { first: 0x2000_0000, last: 0x2000_0000 + 64 * KB - 1, path: DataPath::Tight },
-            Region { first: 0x2001_0000, last: 0x2001_0000 + 256 * KB - 1, path: DataPath::Cached(F746_SRAM) },
-        ]
-    };
-    let f746 = Chip {
-        board: OPENCR.name,
-        layout: "flash over AXI, caches; hot functions in ITCM",
-        clock_hz: f64::from(OPENCR.clock_hz),
-        processor: Processor::CortexM7 { data_cache_bytes: 4 * KB },
-        code: CodePath::Cached { bytes: 4 * KB, ways: 2, miss: F746_FLASH },
-        tight: [0, 16 * KB],
-        data: f746_data(DataPath::Cached(F746_FLASH)),
-    };
-    let f746_cool = cool(&f746, F746_FLASH);
-    // Over the tightly coupled interface neither cache is in the way; literals pass by the accelerator's lines.
-    let over_itcm = Chip {
-        layout: "flash over ITCM, ART; hot functions in ITCM",
-        code: CodePath::Accelerated { lines: 64, word: 32, line: 32, miss: Range::between(7, 9), prefetch: true },
-        data: f746_data(DataPath::Direct(Range::between(7, 9))),
-        ..f746.clone()
-    };
-    let f746_tight = Chip { layout: "as if all code lay in ITCM", code: CodePath::Tight, ..f746.clone() };
-    let h743_tail = |ram| {
-        vec![
-            flash(0x0800_0000, DataPath::Cached(H743_FLASH)),
-            Region { first: 0x2000_0000, last: 0x2000_0000 + 128 * KB - 1, path: DataPath::Tight },
-            Region { first: 0x2400_0000, last: 0x2400_0000 + 512 * KB - 1, path: ram },
-        ]
-    };
-    let h743 = Chip {
-        board: NUCLEO_H743ZI.name,
-        layout: "flash over AXI, caches; hot functions in ITCM",
-        clock_hz: f64::from(NUCLEO_H743ZI.clock_hz),
-        processor: Processor::CortexM7 { data_cache_bytes: 16 * KB },
-        code: CodePath::Cached { bytes: 16 * KB, ways: 2, miss: H743_FLASH },
-        tight: [0, 64 * KB],
-        data: h743_tail(DataPath::Cached(H743_SRAM)),
-    };
-    let h743_cool = cool(&h743, H743_FLASH);
-    let h743_tight = Chip {
-        layout: "as if all code and data lay in TCM",
-        code: CodePath::Tight,
-        data: h743_tail(DataPath::Tight),
-        ..h743.clone()
-    };
-    let g474 = Chip {
-        board: NUCLEO_G474RE.name,
-        layout: "flash, ART",
-        clock_hz: f64::from(NUCLEO_G474RE.clock_hz),
-        processor: Processor::CortexM4,
-        code: CodePath::Accelerated { lines: 32, word: 8, line: 32, miss: Range::exactly(4), prefetch: false },
-        tight: [0x1000_0000, 0x1000_0000 + 32 * KB],
-        data: vec![
-            flash(0x0800_0000, DataPath::Accelerated { lines: 8, miss: Range::between(4, 5) }),
-            Region { first: 0x2000_0000, last: 0x2000_0000 + 128 * KB - 1, path: DataPath::Tight },
-        ],
-    };
-    let g474_tight = Chip { layout: "as if all code lay in CCM", code: CodePath::Tight, ..g474.clone() };
-    vec![f746, f746_cool, over_itcm, f746_tight, h743, h743_cool, h743_tight, g474, g474_tight]
+/// The layout that a board's image has, for its first finger.
+const IMAGE: &str = "as its image";
+/// The layout of an image for the fingers whose models do not lie in memory without wait states.
+pub const FAR: &str = "as its image, another finger than the first";
+
+/// Memory for code that is coupled tightly to a Cortex-M7, as far as the smallest has it, and flash as every chip shows it.
+const F746_ITCM: Region<()> = region(0, 16);
+const H743_ITCM: Region<()> = region(0, 64);
+const FLASH: Region<()> = region(0x0800_0000, 2048);
+/// The F746's flash by the interface beside its tightly coupled memory.
+const F746_BESIDE: Region<()> = region(0x0020_0000, 1024);
+/// Tightly coupled memory for data, and the RAM that is reached through the data cache.
+const F746_DTCM: Region<()> = region(0x2000_0000, 64);
+const F746_RAM: Region<()> = region(0x2001_0000, 256);
+/// The H743's stack lies in its tightly coupled memory, with the first finger's model behind it.
+const H743_STACK: Region<()> = region(0x2000_0000, 42);
+const H743_NEAR: Region<()> = region(0x2000_0000 + 42 * KB, 128 - 42);
+const H743_RAM: Region<()> = region(0x2400_0000, 512);
+const G474_CCM: Region<()> = region(0x1000_0000, 32);
+const G474_RAM: Region<()> = region(0x2000_0000, 128);
+
+const fn region(first: u32, kilobytes: u32) -> Region<()> {
+    Region { first, last: first + kilobytes * KB - 1, path: () }
 }
 
-/// As if the hot functions came over AXI as well: what their place is worth.
-fn cool(chip: &Chip, flash: Range) -> Chip {
-    let [first, end] = chip.tight;
-    let mut data = chip.data.clone();
-    data.push(Region { first, last: end - 1, path: DataPath::Cached(flash) });
-    Chip { layout: "flash over AXI, caches", tight: [0, 0], data, ..chip.clone() }
+/// Every chip, in each layout that is of interest; first of each chip the one that its image has, for the first finger, then for the others
+/// where their models lie elsewhere.
+pub fn all() -> Vec<Chip> {
+    let mut all = f746();
+    all.extend(h743());
+    all.extend(g474());
+    all
+}
+
+fn f746() -> Vec<Chip> {
+    let [flash, ram] = [F746_FLASH, F746_SRAM].map(DataPath::Cached);
+    let over_axi = CodePath::Cached { bytes: 4 * KB, ways: 2, miss: F746_FLASH };
+    let accelerated =
+        CodePath::Accelerated { lines: 64, word: 32, line: 32, miss: Range::between(7, 9), prefetch: true };
+    // Neither cache is in the way there; literals pass by the accelerator's lines.
+    let beside = DataPath::Direct(Range::between(7, 9));
+    let code = |itcm, beside| vec![FLASH.by(over_axi), F746_ITCM.by(itcm), F746_BESIDE.by(beside)];
+    let data = |itcm, beside, dtcm| {
+        vec![FLASH.by(flash), F746_ITCM.by(itcm), F746_BESIDE.by(beside), F746_DTCM.by(dtcm), F746_RAM.by(ram)]
+    };
+    let image = Chip {
+        board: OPENCR.name,
+        layout: IMAGE,
+        clock_hz: f64::from(OPENCR.clock_hz),
+        processor: Processor::CortexM7 { data_cache_bytes: 4 * KB },
+        code: code(CodePath::Tight, accelerated),
+        data: data(DataPath::Tight, beside, DataPath::Tight),
+    };
+    let far = Chip { layout: FAR, data: data(DataPath::Tight, beside, ram), ..image.clone() };
+    let cool = Chip {
+        layout: "the same, without hot functions",
+        code: code(accelerated, accelerated),
+        data: data(beside, beside, DataPath::Tight),
+        ..image.clone()
+    };
+    let cached = Chip {
+        layout: "the same, all other code through the cache",
+        code: code(CodePath::Tight, over_axi),
+        data: data(DataPath::Tight, flash, DataPath::Tight),
+        ..image.clone()
+    };
+    let tight = Chip {
+        layout: "as if all code and data lay in TCM",
+        code: vec![FLASH.by(CodePath::Tight)],
+        data: [FLASH, F746_ITCM, F746_BESIDE, F746_DTCM, F746_RAM].map(|region| region.by(DataPath::Tight)).to_vec(),
+        ..image.clone()
+    };
+    vec![image, far, cool, cached, tight]
+}
+
+fn h743() -> Vec<Chip> {
+    let [flash, ram] = [H743_FLASH, H743_SRAM].map(DataPath::Cached);
+    let over_axi = CodePath::Cached { bytes: 16 * KB, ways: 2, miss: H743_FLASH };
+    let data = |itcm, near| {
+        vec![FLASH.by(flash), H743_ITCM.by(itcm), H743_STACK.by(DataPath::Tight), H743_NEAR.by(near), H743_RAM.by(ram)]
+    };
+    let image = Chip {
+        board: NUCLEO_H743ZI.name,
+        layout: IMAGE,
+        clock_hz: f64::from(NUCLEO_H743ZI.clock_hz),
+        processor: Processor::CortexM7 { data_cache_bytes: 16 * KB },
+        code: vec![FLASH.by(over_axi), H743_ITCM.by(CodePath::Tight)],
+        data: data(DataPath::Tight, DataPath::Tight),
+    };
+    let far = Chip { layout: FAR, data: data(DataPath::Tight, ram), ..image.clone() };
+    let cool = Chip {
+        layout: "the same, without hot functions",
+        code: vec![FLASH.by(over_axi), H743_ITCM.by(over_axi)],
+        data: data(flash, DataPath::Tight),
+        ..image.clone()
+    };
+    let tight = Chip {
+        layout: "as if all code and data lay in TCM",
+        code: vec![FLASH.by(CodePath::Tight)],
+        data: [FLASH, H743_ITCM, H743_STACK, H743_NEAR, H743_RAM].map(|region| region.by(DataPath::Tight)).to_vec(),
+        ..image.clone()
+    };
+    vec![image, far, cool, tight]
+}
+
+fn g474() -> Vec<Chip> {
+    let accelerated = CodePath::Accelerated { lines: 32, word: 8, line: 32, miss: Range::exactly(4), prefetch: false };
+    let flash = DataPath::Accelerated { lines: 8, miss: Range::between(4, 5) };
+    let image = Chip {
+        board: NUCLEO_G474RE.name,
+        layout: IMAGE,
+        clock_hz: f64::from(NUCLEO_G474RE.clock_hz),
+        processor: Processor::CortexM4,
+        code: vec![FLASH.by(accelerated), G474_CCM.by(CodePath::Tight)],
+        data: vec![FLASH.by(flash), G474_CCM.by(DataPath::Tight), G474_RAM.by(DataPath::Tight)],
+    };
+    let tight = Chip { layout: "as if all code lay in CCM", code: vec![FLASH.by(CodePath::Tight)], ..image.clone() };
+    vec![image, tight]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn overlaps(regions: Vec<Region<()>>) -> bool {
+        let follows = |pair: &[Region<()>]| pair[0].last < pair[1].first;
+        let mut regions = regions;
+        regions.sort_by_key(|region| region.first);
+        regions.iter().any(|region| region.first >= region.last) || !regions.windows(2).all(follows)
+    }
+
     #[test]
     fn no_region_overlaps_another_and_every_range_has_an_order() {
         for chip in all() {
-            for (index, region) in chip.data.iter().enumerate() {
-                assert!(region.first < region.last, "{} {}", chip.board, chip.layout);
-                let others = chip.data.iter().skip(index + 1);
-                let apart = |other: &Region| region.last < other.first || other.last < region.first;
-                assert!(others.clone().all(apart), "{} {}", chip.board, chip.layout);
-                let [first, end] = chip.tight;
-                assert!(region.last < first || end <= region.first, "{} {}", chip.board, chip.layout);
-            }
+            let code = chip.code.iter().map(|region| region.by(()));
+            assert!(!overlaps(code.collect()), "code of {}, {}", chip.board, chip.layout);
+            let data = chip.data.iter().map(|region| region.by(()));
+            assert!(!overlaps(data.collect()), "data of {}, {}", chip.board, chip.layout);
         }
         for range in [F746_FLASH, F746_SRAM, H743_FLASH, H743_SRAM, DEVICE] {
             assert!(range.least <= range.most, "{range:?}");

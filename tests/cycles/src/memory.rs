@@ -58,15 +58,75 @@ pub enum DataPath {
     Direct(Range),
 }
 
-/// Addresses of one kind.
+/// Addresses that are reached alike, as code or as data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Region {
+pub struct Region<P> {
     /// The first.
     pub first: u32,
     /// The last.
     pub last: u32,
     /// How they are reached.
-    pub path: DataPath,
+    pub path: P,
+}
+
+impl<P> Region<P> {
+    /// The same addresses, reached otherwise.
+    pub fn by<Q>(&self, path: Q) -> Region<Q> {
+        Region { first: self.first, last: self.last, path }
+    }
+
+    fn has(&self, address: u32) -> bool {
+        (self.first..=self.last).contains(&address)
+    }
+}
+
+/// A way for code, with the lines that are there.
+#[derive(Clone, Debug)]
+struct Way {
+    region: Region<CodePath>,
+    lines: Lines,
+    /// The word of flash that was fetched last, and when.
+    last_word: Option<(u32, u64)>,
+}
+
+impl Way {
+    fn new(region: Region<CodePath>) -> Self {
+        let lines = match region.path {
+            CodePath::Tight => Lines::new(1, 1),
+            CodePath::Cached { bytes, ways, .. } => Lines::new((bytes / LINE) as usize, ways),
+            CodePath::Accelerated { lines, .. } => Lines::new(lines, lines),
+        };
+        Self { region, lines, last_word: None }
+    }
+
+    /// Cycles that a word is waited for.
+    fn fetch(&mut self, address: u32, now: u64, bound: Bound) -> u32 {
+        match self.region.path {
+            CodePath::Tight => 0,
+            CodePath::Cached { miss, .. } => match self.lines.access(address / LINE, 0, false) {
+                Found::There => 0,
+                Found::Missing { .. } => miss.at(bound),
+            },
+            CodePath::Accelerated { word, line, miss, prefetch, .. } => {
+                let number = address / word;
+                let found = self.lines.access(address / line, number % (line / word), false);
+                let before = self.last_word.replace((number, now));
+                match found {
+                    Found::There => 0,
+                    Found::Missing { .. } => {
+                        let cycles = miss.at(bound);
+                        match (before, bound) {
+                            // Read ahead while the word before it was executed.
+                            (Some((last, since)), Bound::Lower) if prefetch && number == last.wrapping_add(1) => {
+                                cycles.saturating_sub(u32::try_from(now.saturating_sub(since)).unwrap_or(u32::MAX))
+                            }
+                            _ => cycles,
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// Lines that are there: sets of some ways, in each the least recently used makes room.
@@ -116,14 +176,11 @@ impl Lines {
 #[derive(Clone, Debug)]
 pub struct Memory {
     bound: Bound,
-    code: CodePath,
-    tight: [u32; 2],
-    regions: Vec<Region>,
-    code_lines: Lines,
+    /// Code that lies nowhere comes by the first.
+    code: Vec<Way>,
+    regions: Vec<Region<DataPath>>,
     data_lines: Lines,
     flash_lines: Lines,
-    /// The word of flash that was fetched last, and when.
-    last_word: Option<(u32, u64)>,
     /// The word that the processor has fetched last: the next instruction of it costs nothing.
     at_hand: Option<u32>,
 }
@@ -131,11 +188,6 @@ pub struct Memory {
 impl Memory {
     /// A chip's, with nothing in its caches.
     pub fn new(chip: &Chip, bound: Bound) -> Self {
-        let code_lines = match chip.code {
-            CodePath::Tight => Lines::new(1, 1),
-            CodePath::Cached { bytes, ways, .. } => Lines::new((bytes / LINE) as usize, ways),
-            CodePath::Accelerated { lines, .. } => Lines::new(lines, lines),
-        };
         let data_bytes = match chip.processor {
             Processor::CortexM7 { data_cache_bytes } => data_cache_bytes,
             Processor::CortexM4 => LINE,
@@ -147,23 +199,23 @@ impl Memory {
         let flash = flash.unwrap_or(1);
         Self {
             bound,
-            code: chip.code,
-            tight: chip.tight,
+            code: chip.code.iter().copied().map(Way::new).collect(),
             regions: chip.data.clone(),
-            code_lines,
             data_lines: Lines::new((data_bytes / LINE) as usize, DATA_WAYS),
             flash_lines: Lines::new(flash, flash),
-            last_word: None,
             at_hand: None,
         }
     }
 
     /// Empties everything: something else has run.
     pub fn empty(&mut self) {
-        self.code_lines.empty();
+        for way in &mut self.code {
+            way.lines.empty();
+            way.last_word = None;
+        }
         self.data_lines.empty();
         self.flash_lines.empty();
-        (self.last_word, self.at_hand) = (None, None);
+        self.at_hand = None;
     }
 
     /// Cycles that the instruction at this address is waited for, fetched at this time.
@@ -181,48 +233,13 @@ impl Memory {
             return 0;
         }
         self.at_hand = Some(fetched);
-        if self.is_tight(address) {
-            return 0;
-        }
-        match self.code {
-            CodePath::Tight => 0,
-            CodePath::Cached { miss, .. } => match self.code_lines.access(address / LINE, 0, false) {
-                Found::There => 0,
-                Found::Missing { .. } => miss.at(self.bound),
-            },
-            CodePath::Accelerated { word, line, miss, prefetch, .. } => {
-                let number = address / word;
-                let found = self.code_lines.access(address / line, number % (line / word), false);
-                let before = self.last_word.replace((number, now));
-                match found {
-                    Found::There => 0,
-                    Found::Missing { .. } => {
-                        let cycles = miss.at(self.bound);
-                        match (before, self.bound) {
-                            // Read ahead while the word before it was executed.
-                            (Some((last, since)), Bound::Lower) if prefetch && number == last.wrapping_add(1) => {
-                                cycles.saturating_sub(u32::try_from(now.saturating_sub(since)).unwrap_or(u32::MAX))
-                            }
-                            _ => cycles,
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// An address in the memory from which code comes without waiting.
-    fn is_tight(&self, address: u32) -> bool {
-        let [first, end] = self.tight;
-        (first..end).contains(&address)
+        let place = self.code.iter().position(|way| way.region.has(address)).unwrap_or(0);
+        self.code.get_mut(place).map_or(0, |way| way.fetch(address, now, self.bound))
     }
 
     /// Cycles that an access to data is waited for.
     pub fn access(&mut self, address: u32, write: bool) -> u32 {
-        if self.is_tight(address) {
-            return 0;
-        }
-        let region = self.regions.iter().find(|region| (region.first..=region.last).contains(&address));
+        let region = self.regions.iter().find(|region| region.has(address));
         let Some(Region { path, .. }) = region else { return DEVICE.at(self.bound) };
         match *path {
             DataPath::Tight => 0,
@@ -251,13 +268,13 @@ mod tests {
             layout: "",
             clock_hz: 1.0,
             processor: Processor::CortexM7 { data_cache_bytes: 256 },
-            code,
-            tight: [0x1000, 0x2000],
-            data: vec![Region { first: 0x2000_0000, last: 0x2000_ffff, path: data }],
+            code: vec![Region { first: 0, last: 0xfff, path: code }, TIGHT.by(CodePath::Tight)],
+            data: vec![Region { first: 0x2000_0000, last: 0x2000_ffff, path: data }, TIGHT.by(DataPath::Tight)],
         }
     }
 
     const MISS: Range = Range::between(10, 20);
+    const TIGHT: Region<()> = Region { first: 0x1000, last: 0x1fff, path: () };
 
     #[test]
     fn a_loop_that_fits_misses_once_and_one_that_does_not_always() {

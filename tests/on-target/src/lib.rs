@@ -11,6 +11,8 @@ mod board;
 #[cfg(test)]
 mod codec;
 #[cfg(test)]
+mod guard;
+#[cfg(test)]
 mod half_duplex;
 #[cfg(test)]
 mod model;

@@ -3,6 +3,7 @@
 #![no_std]
 #![no_main]
 
+mod accelerator;
 mod before;
 mod clocks;
 mod usb_link;
@@ -16,7 +17,7 @@ use embedded_storage::nor_flash::NorFlashErrorKind;
 use fre_boards::OPENCR;
 use gripper::{Board, ResetCause};
 use stm32::usart::{self, Direction, Wired};
-use stm32::{Care, Line, Settings, critical, cycles, fast, reset, stalling};
+use stm32::{Care, Line, Settings, critical, cycles, fast, guard, near, reset, stalling};
 use usb_link::{Incoming, Outgoing};
 use watchdog::Timer;
 
@@ -87,7 +88,9 @@ gripper::tasks!(OpenCr, sends: Outgoing, hears: Incoming);
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let boot = reset::boot(cause());
+    near::clear();
     if let Some(mut core) = cortex_m::Peripherals::take() {
+        guard::below_stack(&mut core.MPU);
         fast::load(&mut core.SCB);
         critical::prepare(&mut core.SCB, &mut core.NVIC);
         core.SCB.enable_icache();
@@ -95,6 +98,7 @@ async fn main(spawner: Spawner) {
         cycles::start(&mut core.DCB, &mut core.DWT);
     }
     let chip = embassy_stm32::init(clocks::config());
+    accelerator::start();
     let watchdog = Timer::start(chip.IWDG);
     defmt::info!("gripper on opencr, version {=str}", env!("CARGO_PKG_VERSION"));
 

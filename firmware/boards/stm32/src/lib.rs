@@ -6,7 +6,7 @@
 //! - [`usart`]: a chip's USART under a line. [`Settings`]: a stretch of flash; [`torn`]: words
 //!   of it that cannot be read. [`mod@reset`]: last words, why the
 //!   program started, how it ends. [`cycles`]: the processor's cycle counter. [`Dog`]: its watchdog.
-//! - [`interrupts!`]: which interrupt does what.
+//! - [`interrupts!`]: which interrupt does what. [`guard`]: what a stack that overflows comes into.
 //!
 //! The log goes out over RTT (defmt-rtt). Without the feature `chip` there is only what needs no chip: the tests drive the line's logic with a simulated USART.
 #![no_std]
@@ -27,6 +27,8 @@ pub mod cycles;
 pub mod fast;
 #[cfg(feature = "chip")]
 mod flash;
+#[cfg(feature = "guard")]
+pub mod guard;
 #[cfg(feature = "chip")]
 mod interrupts;
 mod line;

@@ -1,4 +1,4 @@
-//! Variables in memory without wait states, where a board has such memory apart from its RAM: the linker's script `near.x`.
+//! Variables in memory without wait states, where a board has such memory beside its RAM or at its beginning: the linker's script `near.x`.
 
 // What the script says.
 unsafe extern "C" {
