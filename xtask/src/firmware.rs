@@ -5,7 +5,9 @@ use crate::cross::{Cross, TRIPLE, board_target};
 use crate::{in_ram, near, paths, setup};
 use anyhow::{Context, Result, bail, ensure};
 use fre_boards::{Board, Label, SECTION};
-use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
+use object::elf::FileHeader32;
+use object::read::elf::{FileHeader, ProgramHeader};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 use std::path::{Path, PathBuf};
 
 /// The one that QEMU runs.
@@ -29,6 +31,7 @@ pub fn show(board: &str) -> Result<PathBuf> {
     let (listed, bytes) = (check(board)?, std::fs::read(&image).context("cannot read the image")?);
     print_sections(listed, &bytes)?;
     labelled(listed, &bytes)?;
+    loads(listed, &bytes)?;
     near::check(listed, &bytes).with_context(|| format!("the image for {board}"))?;
     if listed.probe.is_some() {
         in_ram::check(listed, &bytes).with_context(|| format!("the image for {board}"))?;
@@ -50,6 +53,23 @@ pub fn labelled(board: &Board, image: &[u8]) -> Result<()> {
     ensure!(sh_flags & u64::from(elf::SHF_ALLOC) == 0, "the label takes room on the board");
     let found = Label::read(section.data()?);
     ensure!(found == Some((board.name, env!("CARGO_PKG_VERSION"))), "the image's label is {found:?}");
+    Ok(())
+}
+
+/// That all that the image's file loads belongs into the board's flash: `fre flash` refuses anything else.
+fn loads(board: &Board, image: &[u8]) -> Result<()> {
+    let header = FileHeader32::<Endianness>::parse(image).context("the image is not a 32-bit ELF file")?;
+    let endian = header.endian()?;
+    for segment in header.program_headers(endian, image)? {
+        let (start, bytes) = (segment.p_paddr(endian), segment.p_filesz(endian));
+        let is_inside = board.flash[0] <= start && u64::from(start) + u64::from(bytes) <= u64::from(board.flash[1]);
+        let is_loaded = segment.p_type(endian) == elf::PT_LOAD && bytes > 0;
+        ensure!(
+            is_inside || !is_loaded,
+            "the image loads {bytes} bytes at {start:#010x}, which is not in the flash of {}",
+            board.name
+        );
+    }
     Ok(())
 }
 

@@ -60,6 +60,8 @@ fn main() {
     println!("cargo::rerun-if-changed={}", if functions.is_some() { "hot.txt" } else { "." });
     let scripts = hot(&functions.unwrap_or_default()) + if accelerates { ACCELERATED } else { "" };
     fs::write(folder.join("hot.x"), scripts).expect("the build folder can be written");
+    // Without pages: the linker would take the file's headers for something to load, to the address 0 of memory for code.
+    println!("cargo::rustc-link-arg-bins=--nmagic");
     // `hot.x` comes before the linker's own script, which would otherwise place these functions with all other code.
     // `near.x`, `survivor.x`, `fast.x` and `label.x` are the crate stm32's.
     for script in ["hot.x", "link.x", "survivor.x", "fast.x", "label.x", "defmt.x"] {
