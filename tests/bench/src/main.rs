@@ -5,6 +5,7 @@
 mod branches;
 mod building;
 mod calibration;
+mod campaign;
 mod designs;
 mod document;
 mod ladder;

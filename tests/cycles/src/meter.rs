@@ -64,14 +64,15 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// For a program whose image this is, on the boards whose images are at hand, with windows between reads of this address.
+    /// For a program whose image this is, on the boards whose images are at hand, with windows between reads of this address. Layouts that
+    /// no image has are followed as well, if that is wanted: each takes as long as another.
     ///
     /// # Errors
     /// An image is none.
-    pub fn new(image: &[u8], boards: &[(String, Vec<u8>)], clock: u32) -> Result<Self, NotAnImage> {
+    pub fn new(image: &[u8], boards: &[(String, Vec<u8>)], clock: u32, all: bool) -> Result<Self, NotAnImage> {
         let from = Image::parse(image)?;
         let mut tracks = Vec::new();
-        for chip in chip::all() {
+        for chip in chip::all().into_iter().filter(|chip| all || chip.is_image()) {
             let Some((_, elf)) = boards.iter().find(|(board, _)| board == chip.board) else { continue };
             let map = LinkMap::new(from.clone(), Image::parse(elf)?);
             let side = |bound| Side {

@@ -10,6 +10,9 @@ pub(crate) const UNKNOWN: &str = "unknown";
 /// How many addresses and functions are listed for each chip and kind of window.
 pub(crate) const COSTLIEST: usize = 12;
 
+/// Reads of the clock between those of a measurement at most. The line's interrupt notes when each byte comes.
+const INTERRUPTS: usize = 256;
+
 /// What was measured.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
@@ -32,6 +35,20 @@ pub struct Window {
     pub cycles: Vec<[u64; 2]>,
     /// For each chip, how many of the instructions have an address in its image that is known by name.
     pub by_name: Vec<u64>,
+}
+
+impl Window {
+    /// What lay between the first read of this and the last one of what follows.
+    fn append(&mut self, next: &Self) {
+        self.between[1] = next.between[1];
+        self.instructions += next.instructions;
+        for (all, more) in self.cycles.iter_mut().flatten().zip(next.cycles.iter().flatten()) {
+            *all += more;
+        }
+        for (all, more) in self.by_name.iter_mut().zip(&next.by_name) {
+            *all += more;
+        }
+    }
 }
 
 /// A chip in a layout.
@@ -90,10 +107,10 @@ impl Report {
         Ok(report)
     }
 
-    /// The windows that the firmware has measured itself, in its order, by what it says that each took, instructions; none where no
-    /// window fits, as when its report was lost. The firmware's clock counts `step` instructions at a time. They all lie between the same
-    /// two reads of the clock: those between which most of them fit.
-    pub fn measured_as(&self, costs: &[f64], step: f64) -> Vec<Option<&Window>> {
+    /// What the firmware has measured itself, in its order, by what it says that each took, instructions; none where nothing fits, as when its
+    /// report was lost. The firmware's clock counts `step` instructions at a time. They all lie between the same two reads of the clock:
+    /// those between which most of them fit. An interrupt may have read it meanwhile: then a measurement is several windows.
+    pub fn measured_as(&self, costs: &[f64], step: f64) -> Vec<Option<Window>> {
         let mut places: Vec<[u32; 2]> = self.windows.iter().map(|window| window.between).collect();
         places.sort_unstable();
         places.dedup();
@@ -101,15 +118,56 @@ impl Report {
         fitted.max_by_key(|found| found.iter().flatten().count()).unwrap_or_else(|| vec![None; costs.len()])
     }
 
-    fn fitted(&self, between: [u32; 2], costs: &[f64], step: f64) -> Vec<Option<&Window>> {
-        let mut rest = self.windows.iter().filter(|window| window.between == between);
-        let mut find = |cost: f64| {
-            let mut ahead = rest.clone();
-            let found = ahead.find(|window| (window.instructions as f64 - cost).abs() <= 2.0 * step)?;
-            rest = ahead;
-            Some(found)
+    /// The longest common sequence of the costs and of what lies between two reads.
+    fn fitted(&self, between: [u32; 2], costs: &[f64], step: f64) -> Vec<Option<Window>> {
+        let candidates = self.candidates(between);
+        let fits = |cost: f64, window: &Window| (window.instructions as f64 - cost).abs() <= 2.0 * step;
+        // How many of the costs from one on fit with candidates from one on.
+        let width = candidates.len() + 1;
+        let mut counts = vec![0_u32; (costs.len() + 1) * width];
+        for (row, &cost) in costs.iter().enumerate().rev() {
+            for (column, window) in candidates.iter().enumerate().rev() {
+                let at = |row: usize, column: usize| counts[row * width + column];
+                let both = if fits(cost, window) { at(row + 1, column + 1) + 1 } else { 0 };
+                counts[row * width + column] = both.max(at(row + 1, column)).max(at(row, column + 1));
+            }
+        }
+        let mut column = 0;
+        let mut find = |(row, &cost): (usize, &f64)| {
+            let at = |row: usize, column: usize| counts[row * width + column];
+            while let Some(window) = candidates.get(column) {
+                if fits(cost, window) && at(row, column) == at(row + 1, column + 1) + 1 {
+                    column += 1;
+                    return Some(window.clone());
+                }
+                // Nothing here is for this cost, or this candidate is for none.
+                if at(row, column) == at(row + 1, column) {
+                    return None;
+                }
+                column += 1;
+            }
+            None
         };
-        costs.iter().map(|&cost| find(cost)).collect()
+        costs.iter().enumerate().map(&mut find).collect()
+    }
+
+    /// Everything from one read to the other, with other reads between or none, in their order.
+    fn candidates(&self, between: [u32; 2]) -> Vec<Window> {
+        let mut candidates = Vec::new();
+        for (index, first) in self.windows.iter().enumerate().filter(|(_, window)| window.between[0] == between[0]) {
+            let mut whole = first.clone();
+            for next in self.windows.iter().skip(index + 1).take(INTERRUPTS) {
+                let [_, last] = whole.between;
+                if last == between[1] || last == between[0] || next.between[0] != last {
+                    break;
+                }
+                whole.append(next);
+            }
+            if whole.between == between {
+                candidates.push(whole);
+            }
+        }
+        candidates
     }
 
     fn line(&mut self, line: &str) -> Option<()> {
@@ -178,7 +236,29 @@ mod tests {
         let report = Report::parse(&lines, "").unwrap();
         let found = report.measured_as(&[1000.0, 2000.0, 5000.0, 1000.0], 10.0);
         assert!(found.iter().flatten().all(|window| window.between == [1, 2]));
-        let found: Vec<Option<u64>> = found.iter().map(|window| window.map(|window| window.instructions)).collect();
+        let instructions = |window: &Option<Window>| window.as_ref().map(|window| window.instructions);
+        let found: Vec<Option<u64>> = found.iter().map(instructions).collect();
         assert_eq!(found, [Some(1000), Some(2003), None, Some(1000)]);
+    }
+
+    #[test]
+    fn one_that_is_lost_takes_no_other_with_it() {
+        let lines: String = [500, 300, 400, 600, 700].map(|count| format!("window 0x1 0x2 {count}\n")).concat();
+        let report = Report::parse(&lines, "").unwrap();
+        // Of the first no window was written; one much later is as long.
+        let found = report.measured_as(&[700.0, 500.0, 300.0, 400.0], 1.0);
+        let found: Vec<_> = found.iter().map(|window| window.as_ref().map(|window| window.instructions)).collect();
+        assert_eq!(found, [None, Some(500), Some(300), Some(400)]);
+    }
+
+    #[test]
+    fn a_measurement_that_is_interrupted_is_whole() {
+        let reads = [(1, 2, 1000), (2, 1, 50), (1, 7, 300), (7, 7, 20), (7, 2, 400), (2, 1, 60), (1, 2, 900)];
+        let line =
+            |(from, to, count): (u32, u32, u64)| format!("window {from:#x} {to:#x} {count} {count} {} 1\n", 2 * count);
+        let report = Report::parse(&reads.map(line).concat(), "").unwrap();
+        let found = report.measured_as(&[1000.0, 720.0, 900.0], 1.0);
+        let cycles: Vec<_> = found.iter().flatten().map(|window| (window.cycles[0], window.by_name[0])).collect();
+        assert_eq!(cycles, [([1000, 2000], 1), ([720, 1440], 3), ([900, 1800], 1)]);
     }
 }

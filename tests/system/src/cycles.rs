@@ -17,6 +17,7 @@ pub struct Cycles {
     plugin: PathBuf,
     image: PathBuf,
     boards: Vec<(String, PathBuf)>,
+    layouts: &'static str,
     folder: TempDir,
 }
 
@@ -48,7 +49,13 @@ impl Cycles {
     fn of(image: PathBuf, boards: Vec<(String, PathBuf)>) -> Self {
         let plugin = PathBuf::from(named("FRE_CYCLES_PLUGIN"));
         assert!(plugin.is_file(), "{} is no plugin", plugin.display());
-        Self { plugin, image, boards, folder: tempfile::tempdir().expect("a folder for the cycles") }
+        Self { plugin, image, boards, layouts: "all", folder: tempfile::tempdir().expect("a folder for the cycles") }
+    }
+
+    /// Without the layouts that no image has.
+    #[must_use]
+    pub fn as_image(self) -> Self {
+        Self { layouts: "image", ..self }
     }
 
     /// What QEMU runs.
@@ -63,7 +70,8 @@ impl Cycles {
     /// A virtual board that is measured.
     pub(crate) fn on(&self, machine: fre_qemu::Machine) -> fre_qemu::Machine {
         let out = self.out();
-        let mut arguments = vec![("image", self.image()), ("clock", Path::new(CLOCK)), ("out", &out)];
+        let (clock, layouts) = (Path::new(CLOCK), Path::new(self.layouts));
+        let mut arguments = vec![("image", self.image()), ("clock", clock), ("out", &out), ("layouts", layouts)];
         arguments.extend(self.boards.iter().map(|(board, image)| (board.as_str(), image.as_path())));
         machine.plugin(&self.plugin, &arguments)
     }

@@ -21,9 +21,9 @@ use model_core::object::ObjectDesign;
 use crate::cycles::Cycles;
 use crate::shared_bus::{SharedBus, carry};
 
-/// An instruction takes 2^2 ns: what fits into a tick does not depend on how busy the PC is, and costs are counts of
+/// An instruction takes 4 ns: what fits into a tick does not depend on how busy the PC is, and costs are counts of
 /// instructions. (Waiting, as for the servo, takes the PC's time.)
-const COUNTING: Pace = Pace::Counted { shift: 2 };
+const COUNTING: Pace = Pace::Counted { shift: Machine::SHIFT };
 /// Where the firmware's stack lies in QEMU: its end and its start.
 const STACK: [u32; 2] = [0x2000_0000, 0x2008_0000];
 /// How long QEMU may take to open its sockets.
@@ -94,8 +94,15 @@ impl Machine {
         }
     }
 
-    /// Instructions in a tick of the cost clock.
-    pub const INSTRUCTIONS_PER_TICK: u32 = 10;
+    /// An instruction takes 2^2 ns, where nothing else is said.
+    pub const SHIFT: u8 = 2;
+    /// Instructions in a tick of the cost clock then.
+    pub const INSTRUCTIONS_PER_TICK: u32 = Self::instructions_per_tick(Self::SHIFT);
+
+    /// Instructions in a tick of the cost clock, 40 ns, where one takes 2^`shift` ns.
+    pub const fn instructions_per_tick(shift: u8) -> u32 {
+        40 >> shift
+    }
 
     /// Boots with such a servo.
     pub fn boot(servo: Config) -> Self {
@@ -107,15 +114,16 @@ impl Machine {
         Self::boot_on(Hub::new(), servos, (COUNTING, None), |hub, socket| hub.connect_unix(socket).map_err(Into::into))
     }
 
-    /// Boots with a servo; an instruction takes 2^`shift` ns, and a tick of the cost clock 40 ns.
+    /// Boots with a servo; an instruction takes 2^`shift` ns.
     pub fn boot_paced(servo: Config, shift: u8) -> Self {
         let pace = Pace::Counted { shift };
         Self::boot_on(Hub::new(), vec![servo], (pace, None), |hub, socket| hub.connect_unix(socket).map_err(Into::into))
     }
 
-    /// Boots with a servo, and measures the cycles of the real chips.
-    pub fn boot_measured(servo: Config, cycles: &Cycles) -> Self {
-        Self::boot_on(Hub::new(), vec![servo], (COUNTING, Some(cycles)), |hub, socket| {
+    /// Boots with a servo, and measures the cycles of the real chips; an instruction takes 2^`shift` ns.
+    pub fn boot_measured(servo: Config, cycles: &Cycles, shift: u8) -> Self {
+        let pace = Pace::Counted { shift };
+        Self::boot_on(Hub::new(), vec![servo], (pace, Some(cycles)), |hub, socket| {
             hub.connect_unix(socket).map_err(Into::into)
         })
     }

@@ -14,7 +14,7 @@ const ESTIMATES: usize = 25;
 #[test]
 fn ticks_have_bounds_in_cycles_on_every_chip() {
     let cycles = Cycles::new();
-    let machine = Machine::boot_measured(Machine::servo(), &cycles);
+    let machine = Machine::boot_measured(Machine::servo(), &cycles, Machine::SHIFT);
     let link = machine.link();
     let mut watch = Watch::new(&link);
     let mount = Mount { open_angle: -DEGREE, range: [-0.05, 0.3], ..Mount::DEFAULT };

@@ -23,7 +23,7 @@ const FAST_HZ: u16 = 1000;
 const SHIFT: u8 = 3;
 /// Instructions in a period, and in a tick of the cost clock.
 const PERIOD: u32 = (1_000_000_000 / RATE_HZ as u32) >> SHIFT;
-const PER_TICK: u32 = 40 >> SHIFT;
+const PER_TICK: u32 = Machine::instructions_per_tick(SHIFT);
 /// Answers of the servo between two that are lost.
 const FAULT_EVERY: usize = 300;
 

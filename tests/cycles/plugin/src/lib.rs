@@ -1,8 +1,8 @@
 //! QEMU's plugin: hands executed instructions and data addresses to a [`fre_cycles::Meter`].
 //!
-//! `-plugin libcycles_plugin.so,image=ELF,clock=0xADDRESS,out=FILE[,BOARD=ELF…]`: the image that QEMU runs, the address whose reads
+//! `-plugin libcycles_plugin.so,image=ELF,clock=0xADDRESS,out=FILE,layouts=all|image[,BOARD=ELF…]`: the image that QEMU runs, the address whose reads
 //! delimit windows, where the windows go (a line each; `FILE.summary` has the rest, written anew from time to time, because QEMU may
-//! be ended at any moment), and the images of the boards that are of interest.
+//! be ended at any moment), whether layouts are followed that no image has, and the images of the boards that are of interest.
 //!
 //! The declarations follow QEMU's plugin interface, version 2 (QEMU 9) and later, which QEMU documents under "TCG plugins".
 
@@ -48,15 +48,20 @@ fn open(arguments: &[String]) -> Result<State, String> {
     let clock = clock.strip_prefix("0x").and_then(|digits| u32::from_str_radix(digits, 16).ok());
     let clock = clock.ok_or("`clock` is an address such as 0x40002004")?;
     let out = PathBuf::from(named("out")?);
+    let all = match named("layouts")? {
+        "all" => true,
+        "image" => false,
+        other => return Err(format!("`layouts` is `all` or `image`, not `{other}`")),
+    };
     let mut boards = Vec::new();
     for argument in arguments {
         if let Some((board, elf)) =
-            argument.split_once('=').filter(|(name, _)| !["image", "clock", "out"].contains(name))
+            argument.split_once('=').filter(|(name, _)| !["image", "clock", "out", "layouts"].contains(name))
         {
             boards.push((board.to_owned(), read(elf)?));
         }
     }
-    let meter = Meter::new(&image, &boards, clock).map_err(|error| error.to_string())?;
+    let meter = Meter::new(&image, &boards, clock, all).map_err(|error| error.to_string())?;
     let mut summary = out.clone().into_os_string();
     summary.push(".summary");
     let file = File::create(&out).map_err(|error| format!("{}: {error}", out.display()))?;
