@@ -80,28 +80,41 @@ impl<P> Region<P> {
     }
 }
 
-/// A way for code, with the lines that are there.
+/// A way for code from one region or several, with the lines that are there.
 #[derive(Clone, Debug)]
 struct Way {
-    region: Region<CodePath>,
+    regions: Vec<Region<()>>,
+    path: CodePath,
     lines: Lines,
     /// The word of flash that was fetched last, and when.
     last_word: Option<(u32, u64)>,
 }
 
 impl Way {
-    fn new(region: Region<CodePath>) -> Self {
+    /// The ways of these regions: those that are reached alike share their lines.
+    fn all(regions: &[Region<CodePath>]) -> Vec<Self> {
+        let mut ways: Vec<Self> = Vec::new();
+        for region in regions {
+            match ways.iter_mut().find(|way| way.path == region.path) {
+                Some(way) => way.regions.push(region.by(())),
+                None => ways.push(Self::new(region)),
+            }
+        }
+        ways
+    }
+
+    fn new(region: &Region<CodePath>) -> Self {
         let lines = match region.path {
             CodePath::Tight => Lines::new(1, 1),
             CodePath::Cached { bytes, ways, .. } => Lines::new((bytes / LINE) as usize, ways),
             CodePath::Accelerated { lines, .. } => Lines::new(lines, lines),
         };
-        Self { region, lines, last_word: None }
+        Self { regions: vec![region.by(())], path: region.path, lines, last_word: None }
     }
 
     /// Cycles that a word is waited for.
     fn fetch(&mut self, address: u32, now: u64, bound: Bound) -> u32 {
-        match self.region.path {
+        match self.path {
             CodePath::Tight => 0,
             CodePath::Cached { miss, .. } => match self.lines.access(address / LINE, 0, false) {
                 Found::There => 0,
@@ -199,7 +212,7 @@ impl Memory {
         let flash = flash.unwrap_or(1);
         Self {
             bound,
-            code: chip.code.iter().copied().map(Way::new).collect(),
+            code: Way::all(&chip.code),
             regions: chip.data.clone(),
             data_lines: Lines::new((data_bytes / LINE) as usize, DATA_WAYS),
             flash_lines: Lines::new(flash, flash),
@@ -233,7 +246,7 @@ impl Memory {
             return 0;
         }
         self.at_hand = Some(fetched);
-        let place = self.code.iter().position(|way| way.region.has(address)).unwrap_or(0);
+        let place = self.code.iter().position(|way| way.regions.iter().any(|region| region.has(address))).unwrap_or(0);
         self.code.get_mut(place).map_or(0, |way| way.fetch(address, now, self.bound))
     }
 
@@ -331,6 +344,18 @@ mod tests {
         assert_eq!(memory.fetch(0x2000, 4, 0), 20);
         assert_eq!((memory.fetch(0x1000, 4, 0), memory.access(0x1ffc, false)), (0, 0));
         assert_eq!(memory.fetch(0x2000, 4, 0), 0, "its line is still there");
+    }
+
+    #[test]
+    fn regions_that_are_reached_alike_share_their_lines() {
+        let cached = CodePath::Cached { bytes: 64, ways: 1, miss: MISS };
+        let mut chip = chip(cached, DataPath::Tight);
+        chip.code.push(Region { first: 0x4000, last: 0x4fff, path: cached });
+        let mut memory = Memory::new(&chip, Bound::Upper);
+        // Line 0 of either region is the same set's.
+        assert_eq!((memory.fetch(0, 4, 0), memory.fetch(0x4000, 4, 0), memory.fetch(0, 4, 0)), (20, 20, 20));
+        assert_eq!(memory.fetch(0x4020, 4, 0), 20, "another set");
+        assert_eq!(memory.fetch(0, 4, 0), 0);
     }
 
     #[test]
