@@ -104,6 +104,8 @@ pub struct Campaign {
     pub seen: usize,
     /// How many were to be seen.
     pub wanted: usize,
+    /// What the most expensive of all of them took, instructions.
+    pub most: f64,
     /// The chips, in the order of their cycles.
     pub chips: Vec<Measured>,
     /// Addresses of the reads of the clock that an estimate lies between.
@@ -199,6 +201,9 @@ impl Campaign {
         if (self.estimates.len() as f64) < FOUND * self.seen as f64 {
             bail!("the cycles of {} of {} estimates only were found", self.estimates.len(), self.seen);
         }
+        if most < self.most {
+            bail!("the cycles of the most expensive estimate ({} instructions) were not found", self.most);
+        }
         let iterations = self.iterations();
         if iterations > ITERATIONS {
             bail!("a tick did {iterations} iterations; allowed are {ITERATIONS}");
@@ -267,12 +272,12 @@ fn measured(board: &str, samples: u8, pace: &Pace) -> Result<Campaign> {
     }
     let costs: Vec<f64> = estimates.iter().map(|estimate| estimate.instructions).collect();
     let windows = report.measured_as(&costs, f64::from(per_tick));
-    let seen = estimates.len();
+    let (seen, [_, most]) = (estimates.len(), mean_and_most(costs.iter().copied()));
     let by_name = (0..report.chips.len()).map(|chip| share_by_name(&windows, chip)).collect();
     let between = windows.iter().flatten().next().map(|window| window.between);
     let found = |(estimate, window): (Estimate, Option<Window>)| Some((estimate, window?.cycles));
     let estimates = estimates.into_iter().zip(windows).filter_map(found).collect();
-    Ok(Campaign { estimates, seen, wanted: pace.estimates(), chips: report.chips, between, by_name })
+    Ok(Campaign { estimates, seen, wanted: pace.estimates(), most, chips: report.chips, between, by_name })
 }
 
 /// The share of the windows' instructions whose address in a chip's image is known by name.
@@ -303,7 +308,7 @@ pub fn example(contacts: usize, others: usize, most: f64, iterations: u16) -> Ca
     let (board, layout) = ("opencr".to_owned(), "as its image".to_owned());
     let chip = Measured { board, layout, clock_hz: 1e9, addresses: vec![], functions: vec![] };
     let seen = estimates.len();
-    Campaign { seen, wanted: 780, estimates, chips: vec![chip], between: None, by_name: vec![1.0] }
+    Campaign { seen, wanted: 780, most, estimates, chips: vec![chip], between: None, by_name: vec![1.0] }
 }
 
 #[cfg(test)]
@@ -317,6 +322,10 @@ mod tests {
         assert!(example(90, 10, 1e6, 6).check().is_err());
         assert!(example(400, 380, 1e6, 9).check().is_err());
         assert!(Campaign { seen: 1000, ..example(400, 380, 1e6, 6) }.check().is_err(), "windows are missing");
+        assert!(
+            Campaign { most: 1.1e6, ..example(400, 380, 1e6, 6) }.check().is_err(),
+            "the one that counts is missing"
+        );
         assert!(Campaign { by_name: vec![0.3], ..example(400, 380, 1e6, 6) }.check().is_err(), "another image");
     }
 

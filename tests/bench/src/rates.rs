@@ -168,9 +168,12 @@ impl Campaigns {
 }
 
 impl Rates {
-    /// Rows of the document's `worst_tick`: the dearest estimate of each campaign on each board. `late_ticks` are the estimates that
-    /// are late at the wanted `rate_hz` of one finger at 1 Mbaud by the upper bound, `bounds_hz` what the dearest one allows. `campaign` is
-    /// `kept`, at that rate, or `slow`, with time for every iteration; `max_iterations` are the estimates that a tick was too short for.
+    /// Rows of the document's `worst_tick`: the most expensive estimate of each campaign on each board, in each layout.
+    ///
+    /// - `campaign`: `kept`, at the board's wanted rate, or `slow`, with time for every iteration.
+    /// - `late_ticks`: by the upper bound, the estimates that take longer than one finger has time for at `rate_hz` and 1 Mbaud.
+    /// - `max_iterations`: the estimates that a tick was too short for.
+    /// - `bounds_hz`: the rates at which the most expensive estimate fits, by the upper and by the lower bound.
     pub fn document(&self) -> Value {
         let Self(rates) = self;
         let mut rows = Vec::new();
