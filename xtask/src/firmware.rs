@@ -244,6 +244,8 @@ mod tests {
             }
             if has("GUARD ") {
                 let [guard, bytes] = region(&map, "GUARD");
+                let source = std::fs::read_to_string(paths::boards().join("stm32/src/guard.rs")).unwrap();
+                assert!(source.contains(&format!("const BYTES: u32 = {bytes};")), "{}: {bytes}", board.name);
                 assert_eq!((guard % bytes, guard + bytes), (0, region(&map, "STACK")[0]), "{}", board.name);
             }
         }

@@ -24,8 +24,8 @@ fn hot(functions: &str) -> String {
     )
 }
 
-/// The model's code, and what copies and clears its memory, in flash that is reached by another interface than all other code: it is
-/// loaded to its place of the flash, and runs from where that interface shows it.
+/// The model's code, and of the compiler's library what lies in sections of its own, in flash that is reached by another interface than all
+/// other code: it is loaded to its place of the flash, and runs from where that interface shows it.
 const ACCELERATED: &str = "SECTIONS
 {
   .accelerated : ALIGN(32)

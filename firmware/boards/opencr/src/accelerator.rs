@@ -1,5 +1,5 @@
 //! The flash's accelerator (ART), which caches and prefetches what is fetched by the interface beside the tightly coupled memory: the model's
-//! code (`ACCELERATED` in memory.x). RM0385, sections 3.3.2 and 3.7.1.
+//! code (`ACCELERATED` in memory.x). RM0385, section 3, FLASH_ACR.
 
 use embassy_stm32::pac::FLASH;
 
