@@ -2,9 +2,9 @@
 //!
 //! An estimate takes a fixed time (evaluation, reading, derivatives) and a time per iteration. Both are learnt from the ticks
 //! before: a straight line through what was seen, and how far from it the ticks were, both of which forget. Ticks without an iteration do
-//! not count: an open hand's are cheap for as long as it is open, and tell nothing of the tick in which it meets an object. Where fewer
-//! iterations fit into what is left of the period than an estimate would need, the estimator repeats its last good numbers with their age,
-//! and goes on in the next tick.
+//! not count: an open hand's are cheap for as long as it is open, and tell nothing of the tick in which it meets an object. Where there is
+//! no time for more than a few, the clock is looked at after each: by then what it took is known, and how much time is left. What does not
+//! fit waits for the next tick, and the estimator repeats its last good numbers with their age.
 
 /// Part of what is known that every tick renews.
 const PACE: f32 = 1.0 / 16.0;
@@ -41,7 +41,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Nothing learnt: everything is allowed, which is as many iterations as the estimator would spend by itself.
+    /// Nothing learnt, of an estimator that would spend so many iterations by itself.
     pub const fn new(most: u32) -> Self {
         Self {
             most,
@@ -53,6 +53,11 @@ impl Budget {
             covariance: 0.0,
             deviation: 0.0,
         }
+    }
+
+    /// Iterations that the estimator would spend by itself.
+    pub const fn most(&self) -> u32 {
+        self.most
     }
 
     /// What one more iteration takes.
@@ -77,10 +82,16 @@ impl Budget {
         self.iterations_of(left, 1)
     }
 
+    /// Whether an iteration more fits into this time, of which the tick has `spent` a part, on the last one `last`.
+    pub fn allows_another(&self, left: u32, spent: u32, last: u32) -> bool {
+        let next = self.each().max(last as f32) * (1.0 + DEVIATIONS * self.deviation);
+        spent as f32 + next <= left as f32
+    }
+
     /// The same for what may take so many times as many as an estimate.
     pub fn iterations_of(&self, left: u32, times: u32) -> u32 {
         if !self.begun {
-            return self.most.saturating_mul(times);
+            return 1;
         }
         let most = |count: u32| self.expected(count) * (1.0 + DEVIATIONS * self.deviation);
         let fits = |count: &u32| most(*count) <= left as f32;
@@ -125,7 +136,7 @@ mod tests {
 
     #[test]
     fn what_fits_is_allowed() {
-        assert_eq!(Budget::new(MOST).iterations(0), MOST, "nothing is known");
+        assert_eq!(Budget::new(MOST).iterations(1_000_000), 1, "nothing is known");
         let budget = learnt(2_000, 1_000, [2, 3, 2, 1, 2, 3, 2, 2].into_iter().cycle().take(200));
         let allowed = [0, 2_990, 4_010, 5_010, 1_000_000].map(|left| budget.iterations(left));
         assert_eq!(allowed, [1, 1, 2, 3, MOST]);
@@ -135,7 +146,18 @@ mod tests {
     fn what_takes_longer_may_where_there_is_time() {
         let budget = learnt(2_000, 1_000, [2, 3, 2, 1, 2, 3, 2, 2].into_iter().cycle().take(200));
         assert_eq!([4_010, 1_000_000].map(|left| budget.iterations_of(left, 3)), [2, 3 * MOST]);
-        assert_eq!(Budget::new(MOST).iterations_of(0, 2), 2 * MOST, "nothing is known");
+    }
+
+    /// The clock is looked at after each: one more is expected to take what the last one took, or what they take as a rule if that is more.
+    #[test]
+    fn another_is_allowed_while_there_is_time() {
+        let budget = learnt(2_000, 1_000, [2, 3, 2, 1, 2, 3, 2, 2].into_iter().cycle().take(200));
+        let allowed = |spent, last| budget.allows_another(10_000, spent, last);
+        assert!(allowed(8_900, 500) && !allowed(9_100, 500), "as a rule");
+        assert!(allowed(5_900, 4_000) && !allowed(6_100, 4_000), "the last one took longer");
+        assert!(!allowed(11_000, 0), "the time is over");
+        let unknown = Budget::new(MOST);
+        assert!(unknown.allows_another(10_000, 5_000, 5_000) && !unknown.allows_another(10_000, 5_100, 5_100));
     }
 
     #[test]

@@ -12,6 +12,7 @@ use crate::margin::Margins;
 use crate::scheduler::Scheduler;
 use crate::servo::Reading;
 use crate::shared::now_us;
+use crate::steps;
 use crate::unit::Pending;
 
 /// Age up to which a position counts though no newer one was heard, µs.
@@ -95,23 +96,21 @@ impl Estimation {
         unit.seen();
         unit.alert_changed |= reading.alert != unit.alert;
         unit.alert = reading.alert;
-        let start = B::cost_ticks();
-        unit.model.set_budget(unit.budget.iterations(left));
         let seconds = unit.passed(reading);
         let angle = unit.calibration.finger_angle(reading.position);
-        if self.free.as_ref().is_some_and(Free::is_carried)
-            && let to @ Some(_) = unit.model.head_for(angle)
-        {
-            let cost = B::cost_ticks().wrapping_sub(start);
-            let estimate = Estimate { motor_angle: angle as f32, ..unit.last.estimate };
-            unit.pending = Some(Pending { reading: *reading, estimate, cost, to });
-            hand.shared.add(|counters| &mut counters.estimates);
-            self.balance::<B>(hand, scheduler);
-            return;
+        if self.free.as_ref().is_some_and(Free::is_carried) {
+            let start = B::cost_ticks();
+            unit.model.set_budget(unit.budget.iterations(left));
+            if let to @ Some(_) = unit.model.head_for(angle) {
+                let cost = B::cost_ticks().wrapping_sub(start);
+                let estimate = Estimate { motor_angle: angle as f32, ..unit.last.estimate };
+                unit.pending = Some(Pending { reading: *reading, estimate, cost, to });
+                hand.shared.add(|counters| &mut counters.estimates);
+                self.balance::<B>(hand, scheduler);
+                return;
+            }
         }
-        // Called from here only, where the board is known: elsewhere the solver would be in the image twice.
-        let estimate = unit.model.update_after(angle, seconds);
-        let cost = B::cost_ticks().wrapping_sub(start);
+        let (estimate, cost) = steps::estimate(unit.model, &unit.budget, angle, seconds, left, B::cost_ticks);
         // Without a finger, an object or a motion an estimate costs nothing, and tells nothing of what one costs.
         if estimate.status != Status::OutOfRange && !unit.model.has_rested() {
             unit.budget.spent(cost, u32::from(estimate.iterations));

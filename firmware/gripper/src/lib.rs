@@ -58,6 +58,7 @@ mod serving;
 mod servo;
 mod setup;
 mod shared;
+pub mod steps;
 mod store;
 mod tasks;
 mod ticks;

@@ -138,9 +138,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
         most
     }
 
-    /// The estimate at the measured angle, its derivative, interval and standard deviation. Where the object is `free` it is that of the motion's
-    /// front: what the rest of the angle does to an object that gives way is not known, and forces that balance each other stay so.
-    pub(super) fn read_rubbing(&mut self, estimate: &mut Estimate, iterations: u32, free: bool) {
+    /// The estimate at the measured angle, which took so many iterations, its derivative, interval and standard deviation; `None` where there is no
+    /// time to look at anything else. Where the object is `free` it is that of the motion's front: what the rest of the angle does to an object that
+    /// gives way is not known, and forces that balance each other stay so.
+    pub(super) fn read_rubbing(&mut self, estimate: &mut Estimate, iterations: Option<u32>, free: bool) {
         let mut rub = self.rub();
         if self.follower.solution().touching() == 0 {
             let mut path = rub.path;
@@ -157,8 +158,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
             // Whatever the past was, it has slipped this way by now.
             rub.path.know();
         }
-        let quiet = iterations <= DIFFERENTIATE_WITHIN;
-        if quiet {
+        if iterations.is_some_and(|iterations| iterations <= DIFFERENTIATE_WITHIN) {
             let spent = self.look_aside(&mut rub, estimate);
             estimate.iterations = estimate.iterations.saturating_add(spent as u16);
         }

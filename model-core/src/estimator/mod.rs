@@ -3,8 +3,8 @@
 //! The estimator keeps the equilibrium of the last tick and follows it to the new angle with at most
 //! [`EstimatorSettings::budget`] Newton iterations. When that is not enough, or when the solver does not vouch for the
 //! result, the estimate repeats the last trustworthy numbers with a status that is not trustworthy and an age above zero,
-//! and the next tick goes on from where this one stopped. An object set while the finger is on it is approached anew from
-//! the open finger, over as many ticks as that takes.
+//! and the next tick goes on from where this one stopped, or this one does, for who has time left ([`Estimator::go_on`]). An object set while
+//! the finger is on it is approached anew from the open finger, over as many ticks as that takes.
 //!
 //! With friction the force depends on the way ([`Interval`]): the history follows the measured angle with a play of one count, and the rest
 //! of the angle goes into the force by its derivative. While the way is not known, the force is the middle of an interval, whose width is in
@@ -17,6 +17,8 @@
 
 mod estimate;
 mod friction;
+#[cfg(test)]
+mod going_on;
 #[cfg(test)]
 mod holding;
 mod memory;
@@ -79,6 +81,13 @@ pub struct Estimator<T: Real, S: Size> {
     memory: Fading<f32>,
     /// It has begun.
     is_found: bool,
+}
+
+/// Whether a tick has its estimate begun or goes on with it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Visit {
+    First,
+    Again,
 }
 
 /// Iterations in which a tick of one servo count converges, but for few.
@@ -296,7 +305,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if estimate.status.is_trustworthy() {
             self.read(&mut estimate);
             if self.follower.rubs() {
-                self.read_rubbing(&mut estimate, 0, true);
+                self.read_rubbing(&mut estimate, Some(0), true);
             }
             estimate.age = 0;
         } else {
@@ -313,7 +322,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
 
     /// Estimates at a motor angle, rad, so many seconds after the estimate before, whatever became of that.
     pub fn update_after(&mut self, motor_angle: f64, seconds: f64) -> Estimate {
-        let elastic = self.follow(motor_angle);
+        let elastic = self.follow(motor_angle, Visit::First);
         if !self.fades() {
             return elastic;
         }
@@ -321,17 +330,32 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.fade(&elastic)
     }
 
+    /// Goes on with an estimate that is not trustworthy, at the angle it was asked for and in its tick, with the budget once more: for who looks
+    /// at a clock in between. Its iterations are those of the whole tick; derivatives are left to the next one.
+    pub fn go_on(&mut self, motor_angle: f64) -> Estimate {
+        let elastic = self.follow(motor_angle, Visit::Again);
+        if self.fades() { self.fade(&elastic) } else { elastic }
+    }
+
     /// The estimate of an elastic material.
-    fn follow(&mut self, motor_angle: f64) -> Estimate {
+    fn follow(&mut self, motor_angle: f64, visit: Visit) -> Estimate {
         let settings = self.settings();
         let [least, most] = settings.range;
         let mut estimate = self.last;
         estimate.motor_angle = motor_angle as f32;
-        estimate.iterations = 0;
+        let (is_first, before) = match visit {
+            Visit::First => (true, 0),
+            Visit::Again => (false, self.last.iterations),
+        };
+        estimate.iterations = before;
         self.has_rested = false;
         let ready = self.configured && self.has_object && (least..=most).contains(&motor_angle);
         let rubs = self.follower.rubs();
-        let followed = if rubs && ready { self.follow_path(motor_angle) } else { motor_angle };
+        let followed = match (rubs && ready, visit) {
+            (true, Visit::First) => self.follow_path(motor_angle),
+            (true, Visit::Again) => self.rub().path.at(),
+            (false, _) => motor_angle,
+        };
         let place = self.drive.coordinate(followed).filter(|_| ready);
         let [coordinate, ratio] = place.unwrap_or_default();
         self.ratio = ratio;
@@ -361,8 +385,11 @@ impl<T: Real, S: Size> Estimator<T, S> {
             // Another branch has other derivatives, and so has the other side of a hop.
             self.differentiated &= outcome.snaps == 0 && outcome.hops == 0;
             estimate.status = outcome.status;
-            estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
-            estimate.iterations = (supposing + outcome.iterations).min(u32::from(u16::MAX)) as u16;
+            estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(u16::from(is_first));
+            let spent = supposing + outcome.iterations;
+            estimate.iterations = before.saturating_add(spent.min(u32::from(u16::MAX)) as u16);
+            // In a tick that had to go on there is no time for derivatives.
+            let spent = is_first.then_some(spent);
             if !stands {
                 estimate.residual = outcome.gradient as f32;
                 self.is_fresh = false;
@@ -376,13 +403,14 @@ impl<T: Real, S: Size> Estimator<T, S> {
                     self.read(&mut estimate);
                 }
                 if rubs {
-                    self.read_rubbing(&mut estimate, supposing + outcome.iterations, false);
+                    self.read_rubbing(&mut estimate, spent, false);
                 } else {
-                    self.differentiate(&mut estimate, outcome.iterations);
+                    self.differentiate(&mut estimate, spent);
                 }
             }
         }
-        estimate.age = if estimate.status.is_trustworthy() { 0 } else { self.last.age.saturating_add(1) };
+        let older = u32::from(is_first);
+        estimate.age = if estimate.status.is_trustworthy() { 0 } else { self.last.age.saturating_add(older) };
         self.last = estimate;
         estimate
     }
@@ -414,8 +442,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         false
     }
 
-    /// Derivatives and standard deviation of a trustworthy estimate.
-    fn differentiate(&mut self, estimate: &mut Estimate, iterations: u32) {
+    /// Derivatives and standard deviation of a trustworthy estimate that took so many iterations; `None` where there is no time for derivatives.
+    fn differentiate(&mut self, estimate: &mut Estimate, iterations: Option<u32>) {
         if self.follower.solution().touching() == 0 {
             self.differentiated = false;
             (estimate.force_per_angle, estimate.standard_deviation, estimate.sensitivity_age) = ([0.0; 2], 0.0, 0);
@@ -429,9 +457,10 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let within =
             if self.differentiated { DIFFERENTIATE_WITHIN } else { budget.saturating_sub(1).max(DIFFERENTIATE_WITHIN) };
         let fits = match iterations {
-            0 => true,
-            _ if budget < CONVERGES_WITHIN => self.follower.solution().touching() <= FEW_TOUCHING,
-            _ => iterations <= within,
+            None => false,
+            Some(0) => true,
+            Some(_) if budget < CONVERGES_WITHIN => self.follower.solution().touching() <= FEW_TOUCHING,
+            Some(iterations) => iterations <= within,
         };
         if fits && (estimate.sensitivity_age >= DIFFERENTIATE_EVERY || !self.differentiated) {
             self.take_derivatives(estimate);
@@ -484,7 +513,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
             && self.last.age == 0
             && self.last.status.is_trustworthy()
             && self.follower.has_equilibrium()
-            && self.follower.solution().touching() > FEW_TOUCHING
+            && (self.follower.solution().touching() > FEW_TOUCHING
+                || self.last.sensitivity_age >= DIFFERENTIATE_AT_LAST)
             && way != 0.0
             && way.abs() <= SHORT_WAY
     }

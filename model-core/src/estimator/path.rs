@@ -161,6 +161,11 @@ impl Path {
         to
     }
 
+    /// Where friction's history is, rad.
+    pub fn at(&self) -> f64 {
+        self.at
+    }
+
     /// Friction's history has moved in this tick.
     pub fn moves(&self) -> bool {
         self.at != self.before

@@ -87,7 +87,8 @@ impl Finger {
         let mut carry = Carry::new(black_box(0.0), black_box(0.0), black_box(0.0));
         black_box((carry.weigh(black_box(0.0)), carry.force(), carry.is_enough()));
         self.budget.spent(black_box(0), black_box(0));
-        black_box(self.budget.iterations(black_box(0)));
+        black_box((self.budget.iterations(black_box(0)), self.budget.most()));
+        black_box(self.budget.allows_another(black_box(0), black_box(0), black_box(0)));
         self.health.answered();
         black_box(self.health.failed());
         black_box(self.meter.tick(black_box(0), black_box(0.0)));

@@ -61,6 +61,7 @@ fn tick(fingers: &mut Fingers) {
         #[cfg(feature = "can-panic")]
         black_box([0.0, 1.0][usize::from(black_box(estimate.iterations))]);
         black_box(estimate);
+        black_box(estimator.go_on(black_box(0.0)));
         black_box(estimator.head_for(black_box(0.0)));
         estimator.forget_path();
     }

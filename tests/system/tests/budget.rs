@@ -1,7 +1,9 @@
 //! A processor that has time for few iterations a tick, on the estimator itself: it keeps up with the finger, and in its time.
 
+use std::cell::Cell;
+
 use grip::Budget;
-use gripper::Model;
+use gripper::{Model, steps};
 use model_core::estimator::{Estimate, Estimator, EstimatorSettings};
 use model_core::size::Reduced;
 use model_core::status::Status;
@@ -45,11 +47,11 @@ fn motion(speed: f64, left: u32) -> Seen {
     let mut seen = Seen::default();
     for tick in (0..=ticks).chain((0..ticks).rev()) {
         let angle = (f64::from(tick) * speed * TICK / COUNT).round() * COUNT;
-        let allowed = budget.iterations(left);
-        model.set_budget(allowed);
-        let estimate = model.update(angle);
+        // Where the clock is looked at between iterations, each has taken a step.
+        let reads = Cell::new(0);
+        let clock = || reads.replace(reads.get() + 1) * (FIXED + EACH);
+        let (estimate, _) = steps::estimate(&mut model, &budget, angle, TICK, left, clock);
         let iterations = u32::from(estimate.iterations);
-        assert!(iterations <= allowed, "{iterations} of {allowed} iterations at {angle}");
         let cost = FIXED + EACH * iterations;
         budget.spent(cost, iterations);
         seen.look(&estimate, &exact.update(angle), cost > left);
@@ -75,15 +77,15 @@ impl Seen {
     }
 }
 
-/// Time for two iterations and for one, slow and fast: hardly a tick late (until the cost is learnt), the force never old.
+/// Time for two steps and for one, slow and fast: hardly a tick late, the force never old.
 #[test]
 fn few_iterations_keep_up() {
     for (left, speed, sound) in
-        [(350_000, 0.1, 0.99), (350_000, 0.35, 0.99), (350_000, 1.0, 0.95), (220_000, 0.1, 0.97), (220_000, 0.35, 0.95)]
+        [(420_000, 0.1, 0.99), (420_000, 0.35, 0.99), (420_000, 1.0, 0.95), (220_000, 0.1, 0.97), (220_000, 0.35, 0.95)]
     {
         let seen = motion(speed, left);
         assert!(seen.touching > seen.ticks / 2, "{seen:?}");
         assert!(f64::from(seen.sound) > sound * f64::from(seen.touching) && seen.oldest <= 5, "{seen:?}");
-        assert!(seen.late <= 5 && seen.error < 0.01, "{seen:?}");
+        assert!(seen.late == 0 && seen.error < 0.01, "{seen:?}");
     }
 }

@@ -1,0 +1,45 @@
+//! An estimate in as many iterations as there is time for.
+
+use grip::Budget;
+use model_core::estimator::Estimate;
+use model_core::status::Status;
+
+use crate::Model;
+
+/// Iterations from which on they are allowed all at once: with fewer, the estimator is content with a step whose residual was small before it, and
+/// it is the same to it whether it takes them one by one.
+const WHOLE: u32 = 3;
+
+/// Estimates at a motor angle, rad, so many seconds after the estimate before, in so much time, and says what it took, both in ticks of the
+/// cost clock: all iterations at once where there is time for what an estimate may need, otherwise one after the other for as long as there is.
+///
+/// For the control loop alone, and inlined into it: the solver is then in the image once, and as that image is optimised.
+#[inline]
+pub fn estimate(
+    model: &mut Model,
+    budget: &Budget,
+    angle: f64,
+    seconds: f64,
+    left: u32,
+    clock: impl Fn() -> u32,
+) -> (Estimate, u32) {
+    let start = clock();
+    let taken = || clock().wrapping_sub(start);
+    let allowed = budget.iterations(left);
+    let at_once = allowed >= WHOLE;
+    model.set_budget(if at_once { allowed } else { 1 });
+    let mut estimate = model.update_after(angle, seconds);
+    if !at_once {
+        let mut before = 0;
+        for _ in 1..budget.most() {
+            let spent = taken();
+            let waits = matches!(estimate.status, Status::Updating | Status::MaxIterations);
+            if !waits || !budget.allows_another(left, spent, spent.wrapping_sub(before)) {
+                break;
+            }
+            before = spent;
+            estimate = model.go_on(angle);
+        }
+    }
+    (estimate, taken())
+}
