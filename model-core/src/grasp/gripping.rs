@@ -273,7 +273,7 @@ fn balances_in_bounded_time_are_those_of_a_grip_that_has_all_time() {
             }
         }
         std::println!("{friction}: {late} late, {longest} in a row");
-        assert!(late <= 24 && longest <= 5, "{late} {longest}");
+        assert!(late <= 12 && longest <= 5, "{late} {longest}");
         let closed = closed.expect("80 steps");
         for k in 0..2 {
             let off = [0, 1].map(|i| closed.forces[k][i] - whole.closed.forces[k][i]);
@@ -283,6 +283,25 @@ fn balances_in_bounded_time_are_those_of_a_grip_that_has_all_time() {
         let none = grasp.advance_within(&angles(0.5), 0).expect("as many coordinates as fingers");
         assert_eq!((none.status, grasp.centre, grasp.turn), (Status::MaxIterations, before.0, before.1));
     }
+}
+
+/// With whatever coefficient, few ticks of a closing and opening end without a balance: in the median of 24, of 0.26 to 0.72, which takes in those
+/// at which the object falls while it is let go (`Snapped` with all time).
+#[test]
+fn few_ticks_end_without_a_balance() {
+    let mut late = std::vec::Vec::new();
+    for k in 0..24 {
+        let mut pair = pair::<f32>(0.26 + 0.02 * f64::from(k));
+        let (mut grasp, _) = gripped(&mut pair, CIRCLE, FREE);
+        let ticks = (1..=160).filter(|&k: &u32| {
+            let to = angles(f64::from(k.min(160 - k)) / 80.0);
+            !grasp.advance_within(&to, 16).expect("as many coordinates as fingers").status.is_trustworthy()
+        });
+        late.push(ticks.count());
+    }
+    late.sort_unstable();
+    std::println!("{late:?}");
+    assert!(late.get(12).is_some_and(|&median| median <= 8) && late.iter().sum::<usize>() < 24 * 20, "{late:?}");
 }
 
 /// Parallel jaws, and three fingers around a cylinder: as they are moved on, one further than the others, work and forces are balanced as well.

@@ -18,7 +18,7 @@
 //! precision, count as balanced; in a grip that slides everywhere they do not even turn the object any more.
 
 use super::slope::{Slope, dot, learn, minus, plus, returns, solve, within};
-use super::together::{Answers, Step};
+use super::together::{Answers, Step, short};
 use super::{Balance, Grasp, HALVINGS, LONGEST, MAX_FINGERS, STEPS, Sum, largest, magnitude, magnitude3};
 use crate::real::Real;
 use crate::size::Size;
@@ -29,7 +29,7 @@ use crate::status::Status;
 const BALANCED: f64 = 1e-4;
 const BALANCED_EPSILONS: f64 = 8e3;
 /// What a step may miss its aim by, in parts of that.
-const LEAVES: f64 = 0.5;
+const LEAVES: f64 = 0.8;
 /// Corrections of the object's place in a step.
 const CORRECTIONS: u32 = 16;
 /// What a correction leaves as a rule of what there was; with more the slope is not what it was.
@@ -38,7 +38,7 @@ const GOOD: f64 = 0.3;
 const LESS: f64 = 0.9;
 const WORSE: f64 = 10.0;
 /// Calls that leave a step unfinished before it is halved.
-const TRIES: u32 = 6;
+const TRIES: u32 = 4;
 /// Halvings of steps after which the balance is taken to have ended.
 const HALVED: u32 = 4;
 /// The drag against which the object falls at first and at least, N/mm, and what a step takes of it.
@@ -58,8 +58,24 @@ pub struct Course {
     going: Going,
     /// A step that was left unfinished: where the fingers go in it, rad or mm, and how many calls have not finished it.
     pending: Option<([f64; MAX_FINGERS], u32)>,
-    /// The best guess of the object's step in it.
-    guess: Option<[f64; 3]>,
+    /// How far the search for the object's step in it has come.
+    search: Option<Search>,
+}
+
+/// A search for the object's step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Search {
+    /// What is tried next, after which correction, and how the forces are expected to answer.
+    object: [f64; 3],
+    last: Option<Correction>,
+    slope: Option<Slope>,
+}
+
+impl Search {
+    /// One that begins with a guess.
+    fn from(object: [f64; 3], slope: Option<Slope>) -> Self {
+        Self { object, last: None, slope }
+    }
 }
 
 /// How the steps go.
@@ -159,7 +175,7 @@ impl Aim {
 }
 
 /// A correction of the object's step.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Correction {
     /// Where it began, and by how much that missed the aim.
     from: [f64; 3],
@@ -211,6 +227,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 // From a balance that ends, the fingers have to go on a little for the object to fall.
                 Some(drag) => Aim { part: if balanced { part } else { 0.0 }, meant: [0.0; 3], leaves, drag },
             };
+            let come = self.course.search.filter(|_| pending.is_some());
             match self.step_together(&ways, &aim, &here) {
                 Ok((there, jumps)) => {
                     (here, steps) = (there, steps + 1);
@@ -222,9 +239,12 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                     if tries == 0 {
                         target.iter_mut().zip(to).for_each(|(target, to)| *target = *to);
                     }
-                    if tries < TRIES {
+                    // Where a call has come no further, another would come no further either.
+                    let comes_on = self.course.search != come;
+                    if comes_on && tries < TRIES {
                         self.course.pending = Some((target, tries + 1));
                     } else {
+                        self.course.search = None;
                         going.tries_again();
                     }
                     break Status::MaxIterations;
@@ -249,18 +269,18 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
 
     /// One step of all, and whether the object jumps in it; or why there is none, and everything is as it was.
     fn step_together(&mut self, ways: &[f64], aim: &Aim, here: &Sum) -> Result<(Sum, bool), Status> {
-        let guess = self.course.guess.take();
-        let ahead = guess.or_else(|| self.expected(ways, aim, here));
-        let slope = self.course.slope.filter(|_| ahead.is_some());
+        let expected =
+            |grasp: &Self| grasp.expected(ways, aim, here).map(|step| Search::from(step, grasp.course.slope));
+        let ahead = self.course.search.take().or_else(|| expected(self));
         let mut found = Err(Status::Stagnated);
-        for (object, slope) in [ahead.map(|step| (step, slope)), Some(([0.0; 3], None))].into_iter().flatten() {
-            found = self.search_together(ways, aim, here, object, slope);
+        for search in [ahead, Some(Search::from([0.0; 3], None))].into_iter().flatten() {
+            found = self.search_together(ways, aim, here, search);
             if found.is_ok() || self.left() == 0 {
                 break;
             }
         }
         if found.is_ok() || self.left() > 0 {
-            self.course.guess = None;
+            self.course.search = None;
         }
         if found.is_err() {
             self.show_accepted();
@@ -278,22 +298,19 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
         is_alike.then(|| pace.object.map(|step| ratio * step))
     }
 
-    /// Looks for the object's step, beginning with a guess, and takes it.
+    /// Looks for the object's step, from where a search has come, and takes it. If the time runs out, the next call goes on from there.
     #[inline(never)]
-    fn search_together(
-        &mut self,
-        ways: &[f64],
-        aim: &Aim,
-        here: &Sum,
-        object: [f64; 3],
-        mut slope: Option<Slope>,
-    ) -> Result<(Sum, bool), Status> {
+    fn search_together(&mut self, ways: &[f64], aim: &Aim, here: &Sum, search: Search) -> Result<(Sum, bool), Status> {
+        let Search { object, mut last, mut slope } = search;
         let mut step = Step { part: aim.part, object };
-        let mut last: Option<Correction> = None;
-        // If the time runs out, the next call goes on from the best guess.
-        self.course.guess = Some(object);
-        let mut nearest = None;
+        let mut nearest: Option<(f64, [f64; 3])> = None;
         for correction in 0..CORRECTIONS {
+            // Ways shorter than that of a slope lead nowhere: then from the best place, with a slope of its own.
+            let leads_nowhere = last.is_some_and(|last| last.stayed && magnitude3(&last.more) < short::<T>());
+            self.course.search = match nearest.filter(|_| leads_nowhere) {
+                Some((_, object)) => Some(Search::from(object, None)),
+                None => Some(Search { object: step.object, last, slope }),
+            };
             let is_short = magnitude3(&step.object) <= LONGEST;
             if !is_short {
                 return Err(Status::Stagnated);
@@ -307,8 +324,8 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 return Ok(self.take_together(ways, aim, &step, here, &answers, slope));
             }
             let miss = magnitude3(&off);
-            if nearest.is_none_or(|least| miss <= least) {
-                (nearest, self.course.guess) = (Some(miss), Some(step.object));
+            if nearest.is_none_or(|(least, _)| miss < least) {
+                nearest = Some((miss, step.object));
             }
             if self.left() == 0 {
                 return Err(Status::MaxIterations);

@@ -18,6 +18,11 @@ const PATIENCE: u32 = 8;
 const SHORT: f64 = 1e-5;
 const SHORT_SINGLE: f64 = 1e-3;
 
+/// The way over which they are taken in a precision, mm.
+pub(super) fn short<T: Real>() -> f64 {
+    if T::EPSILON.to_f64() > 1e-10 { SHORT_SINGLE } else { SHORT }
+}
+
 /// Where a step leads: part of the fingers' ways, and step of the object (mm, mm, and the turn times the size).
 #[derive(Clone, Copy)]
 pub(super) struct Step {
@@ -89,7 +94,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     ) -> Result<Slope, Status> {
         let mut slope = [[0.0; 3]; 3];
         for j in 0..3 {
-            let short = if T::EPSILON.to_f64() > 1e-10 { SHORT_SINGLE } else { SHORT };
+            let short = short::<T>();
             let way = if pushed[j] < 0.0 { -short } else { short };
             if self.left() == 0 {
                 return Err(Status::MaxIterations);
