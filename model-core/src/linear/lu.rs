@@ -2,6 +2,7 @@
 //!
 //! Matrices are in full storage, `stride` entries per row.
 
+use super::symmetric::product;
 use crate::access::Access;
 use crate::real::Real;
 
@@ -103,15 +104,12 @@ pub(crate) fn solve<T: Real>(a: &[T], n: usize, stride: usize, order: &[u16], x:
         x.put(usize::from(from), here);
     }
     for i in 1..n {
-        let Some(row) = a.get(i * stride..i * stride + i) else { return };
-        let value = x.at(i) - row.iter().zip(&*x).fold(T::ZERO, |sum, (&l, &y)| sum + l * y);
+        let value = x.at(i) - product(a.run(i * stride..i * stride + i), x);
         x.put(i, value);
     }
     for i in (0..n).rev() {
         let Some((pivot, row)) = a.get(i * stride + i..i * stride + n).and_then(<[T]>::split_first) else { return };
-        let value = (x.at(i)
-            - row.iter().zip(x.get(i + 1..).unwrap_or(&[])).fold(T::ZERO, |sum, (&u, &y)| sum + u * y))
-            / *pivot;
+        let value = (x.at(i) - product(row, x.get(i + 1..).unwrap_or(&[]))) / *pivot;
         x.put(i, value);
     }
 }

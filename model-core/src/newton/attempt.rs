@@ -144,6 +144,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
     ) -> Attempt<T> {
         let settings = NewtonSettings::<T>::of_precision();
         let (near, newton) = (T::of(NEAR_ENOUGH), limits.hessian == Hessian::Newton);
+        let rubs = self.history.slip.rubs();
         let mut attempt = Attempt::new();
         let mut progress = Progress::new();
         // The last step was a whole one of a factorisation that may be kept; or that of the last attempt is near enough to begin with.
@@ -155,7 +156,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
             (attempt.drift, self.increment.largest) = (moved, T::one());
         }
         loop {
-            let (residual, sweep) = if may_keep {
+            let (residual, sweep) = if may_keep && settings.spares_tangents {
                 self.evaluate_residuals(model, state, object, limits.margin)
             } else {
                 self.evaluate(model, state, object, limits.margin)
@@ -194,16 +195,18 @@ impl<T: Real, S: Size> Workspace<T, S> {
             if residual.gradient >= T::of(ENDLESS) {
                 return attempt;
             }
-            let Some(contraction) = progress.next(residual.size(&limits.tolerance)) else {
+            let size = residual.size(&limits.tolerance);
+            let Some(contraction) = progress.next(size) else {
                 attempt.status = if sweep.overflow { Status::ContactCapacity } else { Status::Stagnated };
                 return attempt;
             };
 
-            let kept = if may_keep && contraction <= settings.chord { self.solve_kept(model, factored) } else { None };
+            let keeps = may_keep && settings.keeps(rubs, contraction, size);
+            let kept = if keeps { self.solve_kept(model, factored) } else { None };
             let inertia = match kept {
                 Some(inertia) => inertia,
                 None => {
-                    if may_keep {
+                    if may_keep && settings.spares_tangents {
                         self.evaluate(model, state, object, limits.margin);
                     }
                     attempt.drift = T::ZERO;
@@ -218,7 +221,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
             self.apply(model, state, part);
             // What the factorisation is kept for would have to be judged at the end.
             let is_near = attempt.drift <= near;
-            may_keep = settings.keeps_factors() && is_near && !self.history.slip.rubs() && part == T::one() && newton;
+            may_keep = settings.keeps_factors(rubs) && is_near && part == T::one() && newton;
         }
     }
 }

@@ -138,9 +138,9 @@ impl<T: Real, S: Size> Factorisation<T, S> {
         self.noted = None;
     }
 
-    /// Notes which rows it has been made with.
-    pub fn note(&mut self, contacts: &Contacts<T, S>) {
-        if !NewtonSettings::<T>::of_precision().keeps_factors() {
+    /// Notes which rows it has been made with, if it may be kept.
+    pub fn note(&mut self, contacts: &Contacts<T, S>, rubs: bool) {
+        if !NewtonSettings::<T>::of_precision().keeps_factors(rubs) {
             return;
         }
         for (sample, row) in self.samples.as_mut().iter_mut().zip(contacts.rows()) {
@@ -170,7 +170,11 @@ impl<T: Real, S: Size> Factorisation<T, S> {
         let tilted = rows.iter().take(count).fold(T::ZERO, |sum, row| sum + row.multiplier * row.tilt);
         // From the last one, so that no row is overwritten before it has moved.
         let mut from = count;
+        let mut above = None;
         for (j, &sample) in samples.iter().enumerate().rev() {
+            // A tangent comes before its normal.
+            let is_normal = above != Some(sample);
+            above = Some(sample).filter(|_| is_normal && !is_turning(j));
             let last = from.checked_sub(1).and_then(|last| rows.get(last)).filter(|row| row.sample == sample);
             let row = match last {
                 Some(&row) if !is_turning(j) => {
@@ -179,6 +183,7 @@ impl<T: Real, S: Size> Factorisation<T, S> {
                 }
                 _ => Row {
                     sample,
+                    direction: if is_normal { Direction::Normal } else { Direction::Tangent },
                     place: model.place(sample),
                     gap: T::of(ABSENT),
                     softness: model.contact_softness(),
@@ -248,7 +253,7 @@ mod tests {
         made.add_turning(Paper::CONTACTS);
         assert_eq!(made.turning, Some(2), "behind the middle one");
         let mut kept: Box<Factorisation<f64, Paper>> = Box::new(Factorisation::EMPTY);
-        kept.note(&made);
+        kept.note(&made, false);
 
         let mut contacts = touching(&[7, 9]);
         assert!(kept.takes(&model, &mut contacts));

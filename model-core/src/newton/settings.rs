@@ -2,11 +2,16 @@
 
 use crate::real::{Real, Tolerance};
 
+/// What a step with a kept factorisation leaves of small residuals at most, as a rule.
+const NEARLY: f64 = 0.25;
+
 /// Settings of the Newton loop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NewtonSettings<T> {
     /// Contraction of the residuals by one step below which the next one keeps the factorisation (35); 0 for never.
     pub chord: T,
+    /// What a kept factorisation does without is not evaluated.
+    pub spares_tangents: bool,
     /// An attempt may begin with the factorisation of the last one, an earlier tick's.
     pub carries: bool,
     /// The front beam is strained again with the object's present normals (26).
@@ -31,6 +36,7 @@ impl<T: Real> NewtonSettings<T> {
         let Tolerance { gradient, length } = f32::TOLERANCE;
         Self {
             chord: if is_double { T::of(0.02) } else { T::ZERO },
+            spares_tangents: is_double,
             carries: is_double,
             repositions: is_double,
             tolerance: T::TOLERANCE,
@@ -38,9 +44,15 @@ impl<T: Real> NewtonSettings<T> {
         }
     }
 
-    /// Factorisations are kept at all.
+    /// Factorisations are kept at all, for a finger with friction or without.
     #[inline(always)]
-    pub fn keeps_factors(&self) -> bool {
-        self.chord > T::ZERO
+    pub fn keeps_factors(&self, rubs: bool) -> bool {
+        rubs || self.chord > T::ZERO
+    }
+
+    /// The next step keeps the factorisation after one that has left this part of the residuals, which are now of this size, in tolerances.
+    #[inline(always)]
+    pub fn keeps(&self, rubs: bool, contraction: T, size: T) -> bool {
+        contraction <= self.chord || rubs && contraction.min(T::of(NEARLY)) * size <= T::one()
     }
 }

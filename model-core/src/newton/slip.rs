@@ -148,7 +148,7 @@ pub(crate) fn arms<T: Real, S: Size>(model: &Model<T, S>, row: &Row<T>) -> (usiz
         // On a rigid part, which turns with the joint at its span's end.
         return (node.saturating_sub(1), [half, T::ZERO, T::ZERO]);
     }
-    let xi = model.within_element(at, usize::from(row.place.cell), T::of(step as f64 / fineness as f64));
+    let xi = model.within_element(at, usize::from(row.place.cell), T::of(step as f64) / T::of(fineness as f64));
     let kind = model.member(usize::from(row.place.cell)).map_or(Kind::Link, |front| front.kind);
     let (from, shares) = kind.turns(&row.place, xi);
     (node + from, shares.map(|share| half * share))

@@ -166,7 +166,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
             self.contacts.add_turning(S::CONTACTS);
         }
         self.factorise(model, factored, Diagonal::of(hessian, shift));
-        factored.kkt.note(&self.contacts);
+        factored.kkt.note(&self.contacts, self.history.slip.rubs());
         self.settle(factored)
     }
 
