@@ -150,8 +150,8 @@ impl<T: Real, S: Size> Factorisation<T, S> {
         self.turning = contacts.turning.map(|index| (index, contacts.rows.as_ref().at(usize::from(index)).softness));
     }
 
-    /// Brings the rows of the last evaluation to the places that they have in the factorisation; false if it lacks one of them. Those
-    /// that it has besides become rows without a contact.
+    /// Brings the rows of the last evaluation to the places that they have in the factorisation. Those that it has besides become rows
+    /// without a contact. False if it lacks one of them, or if what the turning belongs to no longer touches: the rows are then as they were.
     pub fn takes(&self, model: &Model<T, S>, contacts: &mut Contacts<T, S>) -> bool {
         let Some(noted) = self.noted.map(usize::from) else { return false };
         let turning = self.turning.map(|(index, softness)| (usize::from(index), softness));
@@ -164,7 +164,10 @@ impl<T: Real, S: Size> Factorisation<T, S> {
                 present.next_if_eq(&sample);
             }
         }
-        if present.next().is_some() {
+        // The row at the middle of the force, which the turning belongs to.
+        let middle = turning.and_then(|(index, _)| samples.get(index.checked_sub(1)?));
+        let touches = |sample: &u16| rows.iter().take(count).any(|row| row.sample == *sample && row.touches());
+        if present.next().is_some() || middle.is_some_and(|middle| !touches(middle)) {
             return false;
         }
         let tilted = rows.iter().take(count).fold(T::ZERO, |sum, row| sum + row.multiplier * row.tilt);
@@ -195,8 +198,7 @@ impl<T: Real, S: Size> Factorisation<T, S> {
         contacts.count = noted;
         contacts.turning = self.turning.map(|(index, _)| index);
         let Some((index, softness)) = turning else { return true };
-        // The row at the middle of the force, which the turning belongs to.
-        let Some(&middle) = index.checked_sub(1).and_then(|below| rows.get(below)) else { return false };
+        let middle = rows.at(index.saturating_sub(1));
         let turning = Row {
             direction: Direction::Turning,
             state: ContactState::Closed,
@@ -207,7 +209,7 @@ impl<T: Real, S: Size> Factorisation<T, S> {
             ..middle
         };
         rows.put(index, turning);
-        middle.touches()
+        true
     }
 }
 
@@ -264,7 +266,42 @@ mod tests {
         assert_eq!((turning.direction, turning.normal), (Direction::Turning, [-0.6, -0.8]));
         assert!((turning.gap + turning.softness * 4e-3).abs() < 1e-15, "Σ μ tilt of the present rows");
 
-        assert!(!kept.takes(&model, &mut touching(&[3, 8])), "a row that it lacks");
-        assert!(!kept.takes(&model, &mut touching(&[3, 9])), "the turning's own row no longer touches");
+        let is_refused = |mut contacts: Box<Contacts<f64, Paper>>| {
+            let before = contacts.rows().to_vec();
+            !kept.takes(&model, &mut contacts) && contacts.rows() == before
+        };
+        assert!(is_refused(touching(&[3, 8])), "a row that it lacks");
+        assert!(is_refused(touching(&[3, 9])), "the turning's own row no longer touches");
+    }
+
+    /// With friction a place that no longer touches leaves both its rows, the tangent first.
+    #[test]
+    fn a_tangent_keeps_its_place_before_its_normal() {
+        let mut model: Box<Model<f64, Paper>> = Box::new(Model::EMPTY);
+        discretise(&ladder_80(), &Discretisation::reduced(Physics::Paper), &mut model).expect("a valid finger");
+        let rubbing = |samples: &[u16]| {
+            let mut contacts = touching(samples);
+            for j in (0..samples.len()).rev() {
+                let normal = contacts.rows[j];
+                contacts.rows[2 * j + 1] = normal;
+                let tangent = Row { direction: Direction::Tangent, state: ContactState::Stick, tilt: 0.0, ..normal };
+                contacts.rows[2 * j] = tangent;
+            }
+            contacts.count = 2 * samples.len();
+            contacts
+        };
+        let mut made = rubbing(&[3, 7, 9]);
+        made.add_turning(Paper::CONTACTS);
+        let mut kept: Box<Factorisation<f64, Paper>> = Box::new(Factorisation::EMPTY);
+        kept.note(&made, true);
+        let directions = |contacts: &Contacts<f64, Paper>| {
+            contacts.rows().iter().map(|row| (row.sample, row.direction)).collect::<std::vec::Vec<_>>()
+        };
+        let mut contacts = rubbing(&[7]);
+        assert!(kept.takes(&model, &mut contacts));
+        assert_eq!(directions(&contacts), directions(&made));
+        let states: std::vec::Vec<_> = contacts.rows().iter().map(|row| row.state).collect();
+        use ContactState::{Closed, Open, Stick};
+        assert_eq!(states, [Open, Open, Stick, Closed, Closed, Open, Open]);
     }
 }
