@@ -29,7 +29,7 @@ impl<T: Real> NewtonSettings<T> {
     /// (`cargo xtask bench`). Motions in steps far below a count, such as those of differences, go on with it from tick to tick. In single
     /// precision one step is enough almost always, and none of these pays for its memory and code on the microcontroller: normals that are
     /// behind by a step matter less than its rounding, and a kept factorisation saves one part in a hundred of a count's instructions, which
-    /// noting its rows costs again. With friction it saves 14 to 20 of the dearest counts'.
+    /// noting its rows costs again. With friction it saves up to a fifth of the most expensive ones.
     #[inline(always)]
     pub fn of_precision() -> Self {
         let is_double = T::EPSILON < T::of(1e-10);
