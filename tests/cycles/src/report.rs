@@ -151,21 +151,23 @@ impl Report {
         costs.iter().enumerate().map(&mut find).collect()
     }
 
-    /// Everything from one read to the other, with other reads between or none, in their order.
+    /// Everything from one read to the last time that the other is reached before the first comes again, in their order.
     fn candidates(&self, between: [u32; 2]) -> Vec<Window> {
         let mut candidates = Vec::new();
         for (index, first) in self.windows.iter().enumerate().filter(|(_, window)| window.between[0] == between[0]) {
             let mut whole = first.clone();
+            let mut found = None;
             for next in self.windows.iter().skip(index + 1).take(INTERRUPTS) {
                 let [_, last] = whole.between;
-                if last == between[1] || last == between[0] || next.between[0] != last {
+                if last == between[1] {
+                    found = Some(whole.clone());
+                }
+                if last == between[0] || next.between[0] != last {
                     break;
                 }
                 whole.append(next);
             }
-            if whole.between == between {
-                candidates.push(whole);
-            }
+            candidates.extend(if whole.between == between { Some(whole) } else { found });
         }
         candidates
     }
@@ -249,6 +251,27 @@ mod tests {
         let found = report.measured_as(&[700.0, 500.0, 300.0, 400.0], 1.0);
         let found: Vec<_> = found.iter().map(|window| window.as_ref().map(|window| window.instructions)).collect();
         assert_eq!(found, [None, Some(500), Some(300), Some(400)]);
+    }
+
+    /// What looks at the clock on its way, at the same place where it ends.
+    #[test]
+    fn a_measurement_in_steps_is_whole() {
+        let reads = [
+            (1, 2, 500),
+            (2, 9, 80),
+            (9, 1, 40),
+            (1, 2, 300),
+            (2, 2, 250),
+            (2, 2, 150),
+            (2, 9, 90),
+            (9, 1, 30),
+            (1, 2, 400),
+        ];
+        let line = |(from, to, count): (u32, u32, u64)| format!("window {from:#x} {to:#x} {count}\n");
+        let report = Report::parse(&reads.map(line).concat(), "").unwrap();
+        let found = report.measured_as(&[500.0, 700.0, 400.0], 5.0);
+        let instructions: Vec<_> = found.iter().flatten().map(|window| window.instructions).collect();
+        assert_eq!(instructions, [500, 700, 400]);
     }
 
     #[test]
