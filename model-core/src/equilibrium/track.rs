@@ -62,7 +62,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let ready = self.phase == Phase::Following && budget > 0;
         let is_short = budget <= MOST;
         let is_open = is_short && self.timeline.accepted.touching_count == 0;
-        let far = self.max_step() * T::of(if is_open { 1.0 } else { [0.25, 0.5][usize::from(is_short)] });
+        let far = self.max_step()
+            * T::of(if is_open {
+                1.0
+            } else if is_short {
+                0.4
+            } else {
+                0.25
+            });
         // With time for the whole method only what it would not do better.
         let begins = if is_short {
             self.timeline.accepted.load == [T::ZERO; 2]

@@ -111,7 +111,7 @@ fn a_moving_finger_is_kept_up_with() {
     }
 }
 
-/// Another object while the finger is closed by 11°: approached from the open finger within 40 ticks, and until then the old force has its age.
+/// Another object while the finger is closed by 11°: approached from the open finger within 45 ticks, and until then the old force has its age.
 #[test]
 fn another_object_is_approached_over_ticks() {
     for samples in SAMPLES {
@@ -122,7 +122,7 @@ fn another_object_is_approached_over_ticks() {
         let held = held.get(held.len() - 90..).expect("ninety ticks");
         let first = held.iter().position(|(_, estimate, _)| estimate.status.is_trustworthy()).expect("an estimate");
         println!("{samples} samples: the other object's force after {first} ticks");
-        assert!((20..=40).contains(&first), "{first}");
+        assert!((20..=45).contains(&first), "{first}");
         for (tick, (_, estimate, exact)) in held.iter().enumerate() {
             let good = estimate.status.is_trustworthy();
             assert!(good == (tick >= first) || estimate.status == Status::Updating, "{tick}: {estimate:?}");
