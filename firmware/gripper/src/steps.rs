@@ -1,14 +1,10 @@
 //! An estimate in as many iterations as there is time for.
 
 use grip::Budget;
-use model_core::estimator::Estimate;
+use model_core::estimator::{CONVERGES_WITHIN, Estimate};
 use model_core::status::Status;
 
 use crate::Model;
-
-/// Iterations from which on they are allowed all at once: with fewer, the estimator is content with a step whose residual was small before it, and
-/// it is the same to it whether it takes them one by one.
-const WHOLE: u32 = 3;
 
 /// Estimates at a motor angle, rad, so many seconds after the estimate before, in so much time, and says what it took, both in ticks of the
 /// cost clock: all iterations at once where there is time for what an estimate may need, otherwise one after the other for as long as there is.
@@ -25,7 +21,7 @@ pub fn estimate(
 ) -> (Estimate, u32) {
     let start = clock();
     let allowed = budget.iterations(left);
-    let at_once = allowed >= WHOLE;
+    let at_once = allowed >= CONVERGES_WITHIN;
     model.set_budget(if at_once { allowed } else { 1 });
     let mut estimate = model.update_after(angle, seconds);
     let (mut steps, mut before) = (1, 0);

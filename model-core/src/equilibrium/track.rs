@@ -31,6 +31,10 @@ impl Tracking {
 /// Gap within which a sample takes part in the one step, mm: the step would press it into the object unseen, and the force would be off where
 /// it comes in (test `tracking`).
 const NEAR: f64 = 0.002;
+/// Longest step in contact, in largest steps: with time for the whole method, and without, where a longer one finds more rows than a tick has
+/// time for.
+const FARTHEST: f64 = 0.25;
+const FARTHEST_SHORT: f64 = 0.4;
 /// Rows that do not touch yet in a tick that has time for one step only.
 const FEW: usize = 3;
 /// How far a first step into an object is meant to press, mm, and the least part of a step that it is cut to.
@@ -62,14 +66,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let ready = self.phase == Phase::Following && budget > 0;
         let is_short = budget <= MOST;
         let is_open = is_short && self.timeline.accepted.touching_count == 0;
-        let far = self.max_step()
-            * T::of(if is_open {
-                1.0
-            } else if is_short {
-                0.4
-            } else {
-                0.25
-            });
+        let farthest = match (is_open, is_short) {
+            (true, _) => 1.0,
+            (_, true) => FARTHEST_SHORT,
+            _ => FARTHEST,
+        };
+        let far = self.max_step() * T::of(farthest);
         // With time for the whole method only what it would not do better.
         let begins = if is_short {
             self.timeline.accepted.load == [T::ZERO; 2]

@@ -90,8 +90,9 @@ enum Visit {
     Again,
 }
 
-/// Iterations in which a tick of one servo count converges, but for few.
-const CONVERGES_WITHIN: u32 = 3;
+/// Iterations in which a tick of one servo count converges, but for few. With a smaller budget the estimator is content with one step whose residual
+/// was small before it ([`EstimatorSettings::budget`]).
+pub const CONVERGES_WITHIN: u32 = 3;
 /// Angles at which a beginning is looked for in one tick: as many as it may do iterations, but within these.
 const CHECKS_PER_TICK: u32 = 8;
 const LEAST_CHECKS: u32 = 2;
@@ -388,7 +389,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
             estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(u16::from(is_first));
             let spent = supposing + outcome.iterations;
             estimate.iterations = before.saturating_add(spent.min(u32::from(u16::MAX)) as u16);
-            // In a tick that had to go on there is no time for derivatives.
+            // A tick that had to go on leaves derivatives to the next one.
             let spent = is_first.then_some(spent);
             if !stands {
                 estimate.residual = outcome.gradient as f32;
@@ -442,7 +443,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         false
     }
 
-    /// Derivatives and standard deviation of a trustworthy estimate that took so many iterations; `None` where there is no time for derivatives.
+    /// Derivatives and standard deviation of a trustworthy estimate. `iterations` is what it took, or `None` if this tick takes no derivatives.
     fn differentiate(&mut self, estimate: &mut Estimate, iterations: Option<u32>) {
         if self.follower.solution().touching() == 0 {
             self.differentiated = false;

@@ -285,8 +285,7 @@ fn balances_in_bounded_time_are_those_of_a_grip_that_has_all_time() {
     }
 }
 
-/// With whatever coefficient, few ticks of a closing and opening end without a balance: in the median of 24, of 0.26 to 0.72, which takes in those
-/// at which the object falls while it is let go (`Snapped` with all time).
+/// Few ticks of a closing and opening end without a balance, whatever the coefficient. With some of these 24 the object falls while it is let go.
 #[test]
 fn few_ticks_end_without_a_balance() {
     let mut late = std::vec::Vec::new();
