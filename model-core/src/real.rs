@@ -78,6 +78,13 @@ pub struct Tolerance<T> {
     pub length: T,
 }
 
+impl<T: Real> Tolerance<T> {
+    /// So many times these residuals.
+    pub(crate) fn times(self, times: T) -> Self {
+        Self { gradient: times * self.gradient, length: times * self.length }
+    }
+}
+
 impl Real for f64 {
     const ZERO: Self = 0.0;
     const EPSILON: Self = f64::EPSILON;

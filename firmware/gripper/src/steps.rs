@@ -7,7 +7,8 @@ use model_core::status::Status;
 use crate::Model;
 
 /// Estimates at a motor angle, rad, so many seconds after the estimate before, in so much time, and says what it took, both in ticks of the
-/// cost clock: all iterations at once where there is time for what an estimate may need, otherwise one after the other for as long as there is.
+/// cost clock: all iterations at once where there is time for what an estimate without friction may need, otherwise one after the other for as long
+/// as there is.
 ///
 /// For the control loop alone, and inlined into it: the solver is then in the image once, and as that image is optimised.
 #[inline]
@@ -21,7 +22,8 @@ pub fn estimate(
 ) -> (Estimate, u32) {
     let start = clock();
     let allowed = budget.iterations(left);
-    let at_once = allowed >= CONVERGES_WITHIN;
+    // With friction an iteration may take several times as long as another.
+    let at_once = allowed >= CONVERGES_WITHIN && !model.rubs();
     model.set_budget(if at_once { allowed } else { 1 });
     let mut estimate = model.update_after(angle, seconds);
     let (mut steps, mut before) = (1, 0);

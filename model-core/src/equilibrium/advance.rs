@@ -3,8 +3,10 @@
 use super::fold::{FOLD_SHIFT, FOLD_STEP};
 use super::hop::Fall;
 use super::phase::Phase;
+use super::timeline::Search;
 use super::{Follower, LONGEST_PAUSE, Outcome};
 use crate::newton::Hessian;
+use crate::newton::attempt::NEAR_ENOUGH;
 use crate::newton::settings::NewtonSettings;
 use crate::object::Object;
 use crate::real::Real;
@@ -16,14 +18,16 @@ use crate::status::Status;
 const PATIENCE: u32 = 5;
 /// The same on the way to the coordinate asked for, where the tolerance is looser.
 const PATIENCE_ON_THE_WAY: u32 = 4;
+/// Residuals that a step may leave where there is no time for another iteration, in tolerances of single precision.
+const EASED: f64 = 20.0;
 /// Longest time at one coordinate that is taken for the end of a branch where it fails, s.
 const SHORTEST_PAUSE: f64 = 1e-4;
 /// Part of the largest step below which they may take all that the settings allow: a step this short does not stray.
 const PATIENT_BELOW: f64 = 1.0 / 16.0;
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
-    /// One step towards `to`; the status if the call ends with it.
-    pub(super) fn advance(&mut self, to: T, budget: u32, outcome: &mut Outcome) -> Option<Status> {
+    /// One step towards `to`; the status if the call ends with it. A call that `is_short` of time is content with less.
+    pub(super) fn advance(&mut self, to: T, budget: u32, is_short: bool, outcome: &mut Outcome) -> Option<Status> {
         let remaining = to - self.timeline.at();
         let untouched = self.timeline.accepted.touching_count == 0 && self.timeline.accepted.load == [T::ZERO; 2];
         let is_strained = self.work.history.memory.is_strained();
@@ -53,15 +57,26 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.timeline.take_at_most(self.pause);
         }
         let seconds = self.timeline.taken();
-        self.timeline.predict(target, self.work.history.slip.rubs(), &self.model);
+        let search = Search::Step { forward: target > self.timeline.at() };
+        let spent = self.timeline.take_up(search, &self.model);
+        if spent == 0 {
+            self.timeline.predict(target, self.work.history.slip.rubs(), &self.model);
+        }
         let settings = NewtonSettings::<T>::of_precision();
-        let tolerance = if reaches { settings.tolerance } else { settings.on_the_way };
-        let allowed = self.patience((target - self.timeline.at()).abs(), reaches);
-        let attempt = self.newton(target, allowed, left, tolerance);
+        let tolerance = match (reaches, is_short) {
+            (true, false) => settings.tolerance,
+            (false, false) => settings.on_the_way,
+            (_, true) => settings.on_the_way.times(T::of(EASED)),
+        };
+        let patience = self.patience((target - self.timeline.at()).abs(), reaches);
+        let allowed = patience.saturating_sub(spent).max(1);
+        let attempt = self.newton(target, allowed, left, tolerance, is_short);
         outcome.iterations += attempt.iterations;
         self.note(&attempt.residual, outcome);
         let stable = self.settings.hessian == Hessian::GaussNewton || attempt.inertia.is_none_or(|i| i.is_stable());
-        let converged = attempt.status == Status::Converged && stable;
+        // Its residuals are small, but nothing is left to judge it with.
+        let unjudged = is_short && attempt.status == Status::MaxIterations && attempt.residual.is_within(&tolerance);
+        let converged = (attempt.status == Status::Converged || unjudged) && stable;
         let passed = converged && self.presses_from_behind();
         let forces = self.forces();
         if converged && !passed && !self.passes_a_fall(target, forces) {
@@ -78,7 +93,23 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.step = (size + size).min(self.max_step());
             self.pause = (self.pause + self.pause).min(T::of(LONGEST_PAUSE));
             let reaches = reaches && !(remaining == T::ZERO && self.remembers() && self.timeline.elapsed() > T::ZERO);
-            return (reaches && self.phase == Phase::Following).then(|| self.standing());
+            let status = match self.standing() {
+                Status::Converged | Status::Snapped if unjudged && attempt.drift > T::of(2.0 * NEAR_ENOUGH) => {
+                    Status::MaxIterations
+                }
+                Status::Converged | Status::Snapped if unjudged => Status::Updating,
+                Status::Converged if !attempt.residual.is_within(&settings.tolerance) => Status::Tracking,
+                other => other,
+            };
+            return (reaches && self.phase == Phase::Following).then_some(status);
+        }
+        // With friction the next call goes on with a step that this one had no iterations left for. (Without, one that is nearly right is
+        // accepted: `track`.)
+        let spent = spent + attempt.iterations;
+        let waits = self.work.history.slip.rubs() && attempt.is_cut_off() && left < allowed && spent > 0;
+        if waits && self.timeline.put_aside(search, spent, &self.model) {
+            self.factored.is_near = false;
+            return Some(Status::MaxIterations);
         }
         self.reject();
         if left == 0 && attempt.status == Status::MaxIterations {

@@ -18,17 +18,19 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         iterations: u32,
         budget: u32,
         tolerance: Tolerance<T>,
+        is_short: bool,
     ) -> Attempt<T> {
         self.aim(coordinate);
         let object = self.seen(coordinate);
-        let is_short = (coordinate - self.timeline.at()).abs() <= T::of(SHORT) * self.max_step();
+        let near = (coordinate - self.timeline.at()).abs() <= T::of(SHORT) * self.max_step();
         let limits = Limits {
             iterations: iterations.min(budget),
             budget,
             tolerance,
             hessian: self.settings.hessian,
             margin: T::of(self.settings.margin) / self.model.units.length,
-            thins: is_short && self.model.fineness <= 1,
+            thins: near && self.model.fineness <= 1,
+            is_short,
         };
         let (present, accepted) = self.timeline.present_and_accepted();
         let judged = Judged { state: accepted, drift: self.drift };

@@ -87,7 +87,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             if near && slow && polishes > 0 && shift < T::of(0.1) {
                 polishes -= 1;
                 slow = false;
-                let attempt = self.newton(target, 12, budget.saturating_sub(used), tolerance);
+                let attempt = self.newton(target, 12, budget.saturating_sub(used), tolerance, false);
                 used += attempt.iterations;
                 spent += attempt.iterations;
                 outcome.iterations += attempt.iterations;

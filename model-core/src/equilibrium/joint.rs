@@ -29,7 +29,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if self.remembers() {
             return None;
         }
-        let attempt = self.look(aside, iterations, anew)?;
+        let attempt = self.look(aside, iterations, anew, false)?;
         let wrench = self.solution_at(aside).wrench(about);
         let stable = attempt.inertia.is_none_or(|inertia| inertia.is_stable());
         let status = match attempt.status {

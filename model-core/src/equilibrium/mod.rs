@@ -12,6 +12,7 @@
 //! the state itself is judged.
 
 mod advance;
+mod approach;
 mod attempt;
 #[cfg(test)]
 mod beams;
@@ -75,7 +76,7 @@ pub(crate) use joint::Answer;
 pub(crate) use moved::Moved;
 pub(crate) use parts::Parts;
 use passing::Barred;
-pub(crate) use peek::Aside;
+pub(crate) use peek::{Aside, Patience, Sought};
 use phase::Phase;
 use spin::Spin;
 use timeline::Timeline;
@@ -284,6 +285,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.snapped = false;
         (self.drift, self.fall, self.factored.is_near) = (T::ZERO, Fall::NONE, false);
         (self.barred, self.sweep) = (Barred::NONE, Sweep::NONE);
+        self.work.history.slip.is_idle = false;
         self.allow_steps();
         self.work.contacts.count = 0;
         self.pause = T::of(LONGEST_PAUSE);

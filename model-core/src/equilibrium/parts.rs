@@ -62,7 +62,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// There is friction.
     #[inline(always)]
     pub(crate) fn rubs(&self) -> bool {
-        self.work.history.slip.rubs()
+        self.work.history.slip.is_given()
     }
 
     /// From the world frame into the finger's, at the accepted coordinate.

@@ -31,11 +31,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return Outcome::at(Status::OutOfRange);
         }
         self.timeline.pass(T::of(to.time_step_s));
-        self.follow_on(T::of(to.coordinate), budget)
+        self.follow_on(T::of(to.coordinate), budget, false)
     }
 
-    /// Follows towards a coordinate in the time that has passed.
-    pub(super) fn follow_on(&mut self, to: T, budget: u32) -> Outcome {
+    /// Follows towards a coordinate in the time that has passed; where it `is_short` of iterations, as well as they allow.
+    pub(super) fn follow_on(&mut self, to: T, budget: u32, is_short: bool) -> Outcome {
         let mut outcome = Outcome::at(Status::OutOfRange);
         let mut folds = 0;
         loop {
@@ -71,10 +71,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
                     self.fold(target, shift, spent, left, &mut outcome);
                 }
                 Phase::Following => {
-                    let done = self.advance(to, budget, &mut outcome);
+                    let done = self.advance(to, budget, is_short, &mut outcome);
                     if let Some(status) = done {
-                        let failed = !status.is_trustworthy();
-                        outcome.status = if failed { self.or_open_hand(to, status) } else { status };
+                        // A search that goes on in the next call has no time to lose.
+                        let shows = !status.is_trustworthy() && !self.timeline.is_waited_for();
+                        outcome.status = if shows { self.or_open_hand(to, status) } else { status };
                         return outcome;
                     }
                 }

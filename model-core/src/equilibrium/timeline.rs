@@ -3,6 +3,8 @@
 //! A step begins at the accepted instant, predicted along the line through the last two where both are of one motion (40). It ends with
 //! [`Timeline::accept`] or [`Timeline::reject`]; nothing else copies a state.
 
+use super::SlipWay;
+use crate::contact::ContactState;
 use crate::model::Model;
 use crate::real::Real;
 use crate::size::Size;
@@ -12,6 +14,15 @@ use crate::state::State;
 const FARTHEST: f64 = 4.0;
 /// Longest prediction backwards with friction: back to the instant before, but for rounding.
 const BACK: f64 = 1.01;
+
+/// What is looked for from the accepted instant over several calls.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Search {
+    /// The next step, to larger coordinates or to smaller ones.
+    Step { forward: bool },
+    /// The same place with a past in which everything has slipped one way.
+    Past(SlipWay),
+}
 
 /// The instants, and the coordinates of the accepted ones.
 pub(crate) struct Timeline<T: Real, S: Size> {
@@ -25,6 +36,9 @@ pub(crate) struct Timeline<T: Real, S: Size> {
     taken: T,
     /// The previous instant is of the same motion, and something touches at both.
     predicts: bool,
+    /// Iterations that the search has had whose last instant is the previous one; 0 for none. (An `Option` would not be all zeros.)
+    waits: u32,
+    search: Search,
     /// The previous instant is a mark, which stays: nothing is predicted from it.
     is_marked: bool,
 }
@@ -39,6 +53,8 @@ impl<T: Real, S: Size> Timeline<T, S> {
         elapsed: T::ZERO,
         taken: T::ZERO,
         predicts: false,
+        waits: 0,
+        search: Search::Step { forward: false },
         is_marked: false,
     };
 
@@ -51,7 +67,7 @@ impl<T: Real, S: Size> Timeline<T, S> {
     pub(super) fn rest(&mut self) {
         self.present.rest();
         self.accepted.rest();
-        self.predicts = false;
+        (self.predicts, self.waits) = (false, 0);
         (self.elapsed, self.taken) = (T::ZERO, T::ZERO);
     }
 
@@ -115,7 +131,7 @@ impl<T: Real, S: Size> Timeline<T, S> {
     /// The accepted instant is at another coordinate now, and nothing is known of a motion.
     pub(super) fn stand(&mut self, at: T) {
         (self.at, self.before) = (at, at);
-        self.predicts = false;
+        (self.predicts, self.waits) = (false, 0);
     }
 
     /// Way to a coordinate, in lengths of the last step, if both are of one motion.
@@ -127,6 +143,13 @@ impl<T: Real, S: Size> Timeline<T, S> {
     /// A step along a motion that is known.
     pub(super) fn predicts(&self) -> bool {
         self.predicts
+    }
+
+    /// Everything that touches at the accepted instant sticks, without a tangential force.
+    pub(super) fn stick(&mut self) {
+        let touching = self.accepted.touching_count;
+        self.accepted.slips.as_mut().iter_mut().take(touching).for_each(|state| *state = ContactState::Stick);
+        self.accepted.tangential.as_mut().iter_mut().take(touching).for_each(|force| *force = T::ZERO);
     }
 
     /// What has been accepted is not a guide to the next step.
@@ -151,7 +174,7 @@ impl<T: Real, S: Size> Timeline<T, S> {
             self.before = self.at;
         }
         self.accepted.copy(&self.present, model);
-        self.at = at;
+        (self.at, self.waits) = (at, 0);
         self.elapsed = (self.elapsed - self.taken).max(T::ZERO);
         self.taken = T::ZERO;
         self.predicts = !self.is_marked && self.accepted.touching_count > 0 && self.previous.touching_count > 0;
@@ -166,12 +189,42 @@ impl<T: Real, S: Size> Timeline<T, S> {
     /// Keeps the accepted instant, for [`Self::go_back`], until [`Self::unmark`].
     pub(super) fn mark(&mut self, model: &Model<T, S>) {
         self.previous.copy(&self.accepted, model);
-        (self.predicts, self.is_marked) = (false, true);
+        (self.predicts, self.waits, self.is_marked) = (false, 0, true);
     }
 
     /// Some instant is marked.
     pub(super) fn is_marked(&self) -> bool {
         self.is_marked
+    }
+
+    /// Puts the present instant aside, of a search that has had so many iterations and goes on in a later call; the present one is the accepted one
+    /// again. It takes the previous one's place, so that nothing is predicted until a step is accepted; false while that is marked.
+    pub(super) fn put_aside(&mut self, search: Search, spent: u32, model: &Model<T, S>) -> bool {
+        if !self.is_marked {
+            self.previous.copy(&self.present, model);
+            (self.predicts, self.search, self.waits) = (false, search, spent);
+            self.reject(model);
+        }
+        !self.is_marked
+    }
+
+    /// The present instant is the one that was put aside in this search: the iterations that it has had. Zero, and nothing happens, where none was.
+    pub(super) fn take_up(&mut self, search: Search, model: &Model<T, S>) -> u32 {
+        if !self.is_sought(search) {
+            return 0;
+        }
+        self.present.copy(&self.previous, model);
+        core::mem::take(&mut self.waits)
+    }
+
+    /// Some search waits for a later call.
+    pub(super) fn is_waited_for(&self) -> bool {
+        self.waits > 0
+    }
+
+    /// This search waits for a later call.
+    pub(super) fn is_sought(&self, search: Search) -> bool {
+        self.waits > 0 && self.search == search
     }
 
     /// The accepted instant is the marked one again.

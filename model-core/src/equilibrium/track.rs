@@ -6,7 +6,7 @@
 
 use super::{Follower, Outcome, Phase, Target};
 use crate::newton::Hessian;
-use crate::newton::attempt::{MANY, NEAR_ENOUGH};
+use crate::newton::attempt::{FEW, MANY, NEAR_ENOUGH};
 use crate::newton::increment::CLIP;
 use crate::object::Object;
 use crate::real::Real;
@@ -35,8 +35,6 @@ const NEAR: f64 = 0.002;
 /// time for.
 const FARTHEST: f64 = 0.25;
 const FARTHEST_SHORT: f64 = 0.4;
-/// Rows that do not touch yet in a tick that has time for one step only.
-const FEW: usize = 3;
 /// How far a first step into an object is meant to press, mm, and the least part of a step that it is cut to.
 const PRESSED: f64 = 0.02;
 const LEAST_PART: f64 = 1.0 / 16.0;
@@ -85,7 +83,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             || self.settings.hessian != Hessian::Newton
             || self.work.history.is_kept()
         {
-            return self.follow_on(to, budget);
+            return self.follow_on(to, budget, is_short);
         }
         let mut outcome = Outcome::at(Status::MaxIterations);
         if is_open && remaining.abs() > self.max_step() && self.is_clear_on_the_way(to) {
@@ -96,7 +94,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let mut size = self.step.min(far);
         let mut reaches = remaining.abs() <= size;
         if !reaches && !is_short {
-            return self.follow_on(to, budget);
+            return self.follow_on(to, budget, false);
         }
         let towards = |size: T, at: T| at + if remaining > T::ZERO { size } else { -size };
         let mut target = if reaches { to } else { towards(size, self.timeline.at()) };
@@ -225,7 +223,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.show_accepted();
             return so_far;
         }
-        let outcome = self.follow_on(to, left);
+        let outcome = self.follow_on(to, left, false);
         Outcome { iterations: so_far.iterations + outcome.iterations, ..outcome }
     }
 }

@@ -1,25 +1,30 @@
 //! The estimate with friction: the way that the contact has come, derivatives along it, and the interval where it is not known.
 
 use super::path::{Interval, Path};
-use super::{DIFFERENTIATE_EVERY, DIFFERENTIATE_WITHIN, Estimate, Estimator};
-use crate::equilibrium::{Aside, Moved, SlipWay};
+use super::{CONVERGES_WITHIN, DIFFERENTIATE_EVERY, DIFFERENTIATE_WITHIN, Estimate, Estimator, SHORT_WAY, Visit};
+use crate::equilibrium::{Aside, Moved, Patience, SlipWay, Sought};
 use crate::real::{Real, Vec2};
 use crate::size::{Blank, Size};
 use crate::solution::Reading;
+use crate::status::Status;
 use crate::uncertainty::Slopes;
 
 /// What the estimate with friction keeps from tick to tick.
 #[derive(Clone, Copy)]
 pub(super) struct Rub {
     pub path: Path,
+    /// The place of friction's history that was followed to, rad.
+    place: f64,
+    /// Ticks since one was for what lies beside it.
+    waited: u16,
     /// The forces at the place of friction's history, and at the measured angle.
     reading: Reading<f32>,
     shown: Reading<f32>,
     /// Derivatives of them with the motor angle, per rad.
     per_angle: Reading<f32>,
     /// The forces if everything slipped as while closing, and as while opening, where that is known.
-    closing: Option<Reading<f32>>,
-    opening: Option<Reading<f32>>,
+    closing: Option<End>,
+    opening: Option<End>,
     /// What is looked at in the next tick that has time for it.
     turn: Turn,
     /// The place has moved since the derivatives were begun.
@@ -27,6 +32,13 @@ pub(super) struct Rub {
     /// Derivatives that are known: with the angle, and with the object's place.
     has_angle: bool,
     has_centre: bool,
+}
+
+/// An end of what the forces may be, and the place where it was found, rad.
+#[derive(Clone, Copy)]
+struct End {
+    at: f64,
+    reading: Reading<f32>,
 }
 
 /// Whose turn it is to be looked at.
@@ -43,6 +55,10 @@ const SHORT_ANGLE: f64 = 1.5e-3;
 const SHORT_SHIFT: f64 = 0.05;
 /// Newton iterations in which the forces with another past are found, as a rule.
 const PAST: u32 = 8;
+/// Shortest way from tick to tick that tells how the forces change, rad.
+const SHORTEST_WAY: f64 = 0.25 * core::f64::consts::TAU / 4096.0;
+/// Ticks after which one is for what lies beside the finger's place, where there is no time for both.
+const LOOK_EVERY: u16 = 8;
 
 /// No forces.
 const NOTHING: Reading<f32> = Reading { force: [0.0; 2], normal: 0.0, torque: 0.0 };
@@ -55,6 +71,8 @@ impl Rub {
     /// Nothing is known; all zeros.
     pub const EMPTY: Self = Self {
         path: Path::EMPTY,
+        place: 0.0,
+        waited: 0,
         reading: NOTHING,
         shown: NOTHING,
         per_angle: NOTHING,
@@ -66,10 +84,23 @@ impl Rub {
         has_centre: false,
     };
 
-    fn of(&self, way: SlipWay) -> Option<&Reading<f32>> {
-        match way {
+    /// The forces if everything had slipped one way, if that is known near the place.
+    fn end(&self, way: SlipWay) -> Option<Reading<f32>> {
+        let end = match way {
             SlipWay::Closing => self.closing.as_ref(),
             SlipWay::Opening => self.opening.as_ref(),
+        };
+        let way = |end: &End| self.place - end.at;
+        let near = end.filter(|end| way(end) == 0.0 || self.has_angle && way(end).abs() <= SHORT_WAY);
+        near.map(|end| end.reading.plus(way(end) as f32, &self.per_angle))
+    }
+
+    /// Takes these forces of a past, or that there are none.
+    fn put(&mut self, way: SlipWay, found: Option<Reading<f32>>) {
+        let found = found.map(|reading| End { at: self.place, reading });
+        match way {
+            SlipWay::Closing => self.closing = found,
+            SlipWay::Opening => self.opening = found,
         }
     }
 
@@ -80,8 +111,8 @@ impl Rub {
         if !self.path.unknown {
             return Some([self.reading; 2]);
         }
-        let other = if self.path.supposed { Some(&self.reading) } else { self.of(way.other()) };
-        Some([*self.of(way)?, *other?])
+        let other = if self.path.supposed { Some(self.reading) } else { self.end(way.other()) };
+        Some([self.end(way)?, other?])
     }
 }
 
@@ -122,26 +153,44 @@ impl<T: Real, S: Size> Estimator<T, S> {
         (play, f64::from(given.backlash) + play)
     }
 
-    /// Where a motion begins from an unknown past, goes on from the one that it takes longest to forget; the iterations spent.
-    pub(super) fn suppose_path(&mut self, budget: u32) -> u32 {
+    /// Where a motion begins from an unknown past, goes on from the one that it takes longest to forget, as soon as that is found. The iterations
+    /// spent of so many, as an error if none is left for the motion.
+    pub(super) fn suppose_path(&mut self, budget: u32) -> Result<u32, u32> {
         let mut rub = self.rub();
         let path = rub.path;
-        if !path.unknown || path.supposed || !path.moves() || self.follower.solution().touching() == 0 {
-            return 0;
+        let past = path.way().other();
+        let asks = path.unknown && !path.supposed && !path.gave_up && path.leads() && path.at() != rub.place;
+        if !asks || self.follower.approaches() || self.follower.solution().touching() == 0 {
+            return Ok(0);
         }
-        let most = budget.saturating_sub(1).min(PAST);
-        if self.follower.suppose(path.way().other(), most) {
-            let with = self.taken(self.follower.solution().reading());
-            rub.path.suppose(&with);
-            self.keep(rub);
+        let is_short = budget < CONVERGES_WITHIN;
+        let now = if is_short { budget } else { (budget - 1).min(PAST) };
+        let sought = self.follower.suppose(past, Patience { now, most: PAST, is_short });
+        match sought {
+            Sought::Found(()) => {
+                rub.reading = self.taken(self.follower.solution().reading());
+                rub.path.suppose(&rub.reading, rub.place);
+            }
+            Sought::Nowhere => rub.path.gave_up = true,
+            Sought::Waits => {}
         }
-        most
+        self.keep(rub);
+        if is_short || matches!(sought, Sought::Waits) { Err(now) } else { Ok(now) }
     }
 
-    /// The estimate at the measured angle, which took so many iterations, its derivative, interval and standard deviation; `None` where there is no
-    /// time to look at anything else. Where the object is `free` it is that of the motion's front: what the rest of the angle does to an object that
-    /// gives way is not known, and forces that balance each other stay so.
-    pub(super) fn read_rubbing(&mut self, estimate: &mut Estimate, iterations: Option<u32>, free: bool) {
+    /// Iterations that an estimate has left for what lies beside it, which has taken so many; none if it had to go on. Where there is time for
+    /// one thing only, none either unless the motor rests.
+    pub(super) fn left_aside(&self, spent: Option<u32>) -> u32 {
+        let budget = self.settings().budget;
+        let has_time = budget >= CONVERGES_WITHIN || self.has_rested;
+        let spent = spent.filter(|&spent| has_time && spent <= DIFFERENTIATE_WITHIN);
+        spent.map_or(0, |spent| budget.saturating_sub(spent).min(PAST))
+    }
+
+    /// The estimate at the measured angle, its derivative, interval and standard deviation, with so many iterations for what lies beside it. Where
+    /// the object is `free` it is that of the motion's front: what the rest of the angle does to an object that gives way is not known, and forces
+    /// that balance each other stay so.
+    pub(super) fn read_rubbing(&mut self, estimate: &mut Estimate, aside: u32, free: bool) {
         let mut rub = self.rub();
         if self.follower.solution().touching() == 0 {
             let mut path = rub.path;
@@ -151,20 +200,88 @@ impl<T: Real, S: Size> Estimator<T, S> {
             estimate.interval = None;
             return;
         }
-        rub.reading = self.taken(self.follower.solution().reading());
+        let reading = self.taken(self.follower.solution().reading());
+        let came = rub.path.at() - rub.place;
+        if came.abs() > 2.0 * SHORT_WAY {
+            // The forces may have changed otherwise on the way.
+            (rub.has_angle, rub.turn) = (false, Turn::Angle);
+        } else if rub.has_angle && !free && came * rub.path.way().sign() > SHORTEST_WAY {
+            // On a way that goes on the forces themselves say how they change.
+            rub.per_angle = NOTHING.plus((1.0 / came) as f32, &reading.plus(-1.0, &rub.reading));
+        }
+        rub.reading = reading;
+        (rub.place, rub.waited) = (rub.path.at(), rub.waited.saturating_add(1));
         rub.moved |= rub.path.moves();
         let way = rub.path.way();
         if rub.path.unknown && rub.path.supposed && self.follower.slips(way) {
             // Whatever the past was, it has slipped this way by now.
             rub.path.know();
         }
-        if iterations.is_some_and(|iterations| iterations <= DIFFERENTIATE_WITHIN) {
-            let spent = self.look_aside(&mut rub, estimate);
+        if aside > 0 {
+            let spent = self.look_aside(&mut rub, estimate, aside);
             estimate.iterations = estimate.iterations.saturating_add(spent as u16);
         }
+        self.show_rubbing(rub, estimate, free);
+    }
+
+    /// The finger has jumped: its forces change otherwise than they did.
+    pub(super) fn jumped(&mut self) {
+        let rub = self.rub();
+        self.keep(Rub { has_angle: false, turn: Turn::Angle, ..rub });
+    }
+
+    /// The forces are those of the measured angle: of the finger's place, or moved along from there.
+    pub(super) fn is_at_angle(&self) -> bool {
+        let rub = self.rub();
+        rub.has_angle || rub.path.ahead_of(rub.place) == 0.0
+    }
+
+    /// In a motion without time for more than a step, a tick now and then is for what lies beside the place that the finger is at.
+    /// One that goes on takes only what it cannot do without.
+    pub(super) fn looks_first(&self, coordinate: f64, visit: Visit) -> bool {
+        let (rub, last) = (self.rub(), &self.last);
+        let budget = self.settings().budget;
+        let goes_on = last.status == Status::Updating && self.seeks_past(&rub);
+        let is_trusted = last.age == 0 && last.status.is_trustworthy();
+        let is_due = if rub.has_angle { is_trusted && rub.waited >= LOOK_EVERY } else { rub.waited > 0 };
+        let at = self.follower.solution().coordinate();
+        let way = (T::of(coordinate).to_f64() - at) / self.ratio;
+        let is_there = self.drive.coordinate(rub.place).is_some_and(|[place, _]| T::of(place).to_f64() == at);
+        budget < CONVERGES_WITHIN
+            && (goes_on || is_due)
+            && (visit == Visit::First || !rub.has_angle)
+            && is_there
+            && self.follower.has_equilibrium()
+            && !self.follower.approaches()
+            && self.follower.solution().touching() > 0
+            && (way != 0.0 || !rub.has_angle)
+            && way.abs() <= SHORT_WAY
+    }
+
+    /// A look beside the last place, and its forces moved along to the measured angle: the status. `None` if there was nothing to look at.
+    pub(super) fn look_along(&mut self, estimate: &mut Estimate) -> Option<Status> {
+        let mut rub = self.rub();
+        rub.moved |= rub.path.moves();
+        let spent = self.look_aside(&mut rub, estimate, self.settings().budget);
+        (rub.waited, estimate.iterations) = (0, estimate.iterations.saturating_add(spent as u16));
+        if spent > 0 && rub.has_angle {
+            self.show_rubbing(rub, estimate, false);
+            return Some(Status::Updating);
+        }
+        self.keep(rub);
+        (spent > 0).then_some(Status::MaxIterations)
+    }
+
+    /// A search for the forces with another past is going on.
+    fn seeks_past(&self, rub: &Rub) -> bool {
+        rub.path.unknown && [SlipWay::Closing, SlipWay::Opening].iter().any(|&way| self.follower.seeks(way))
+    }
+
+    /// Shows what is known at the measured angle.
+    fn show_rubbing(&mut self, mut rub: Rub, estimate: &mut Estimate, free: bool) {
         let given = self.given();
         let ends = rub.ends();
-        let rest = if rub.has_angle && !free { rub.path.rest() as f32 } else { 0.0 };
+        let rest = if rub.has_angle && !free { rub.path.ahead_of(rub.place) as f32 } else { 0.0 };
         let [one, other] = ends.unwrap_or([rub.reading; 2]).map(|end| end.plus(rest, &rub.per_angle));
         // Where it turned round the finger may be still, as it was.
         let (_, backlash) = self.slack();
@@ -183,22 +300,23 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.keep(rub);
     }
 
-    /// Looks at what is oldest beside the present place: one thing a tick. The iterations spent.
-    fn look_aside(&mut self, rub: &mut Rub, estimate: &mut Estimate) -> u32 {
-        if rub.path.unknown {
+    /// Looks at what is oldest beside the present place, in so many iterations: one thing a tick. The iterations spent.
+    fn look_aside(&mut self, rub: &mut Rub, estimate: &mut Estimate, iterations: u32) -> u32 {
+        let is_short = self.settings().budget < CONVERGES_WITHIN;
+        // Without time for both, first what moves the forces along.
+        if rub.path.unknown && (rub.has_angle || !is_short) {
             let way = rub.path.way();
             let beside = if rub.path.supposed { None } else { Some(way.other()) };
-            let missing = [Some(way), beside].into_iter().flatten().find(|&past| rub.of(past).is_none());
+            let missing = [Some(way), beside].into_iter().flatten().find(|&past| rub.end(past).is_none());
             // As the place moves on, so do the ends.
             let moved = rub.path.moves().then_some(beside.unwrap_or(way));
             if let Some(past) = missing.or(moved) {
-                let aside = Aside { along: T::ZERO, moved: Moved::NONE, forced: Some(past) };
-                let found = self.follower.peek(aside, PAST).map(|found| self.taken(found));
-                match past {
-                    SlipWay::Closing => rub.closing = found,
-                    SlipWay::Opening => rub.opening = found,
+                match self.follower.seek(past, Patience { now: iterations, most: PAST, is_short }) {
+                    Sought::Found(found) => rub.put(past, Some(self.taken(found))),
+                    Sought::Nowhere => rub.put(past, None),
+                    Sought::Waits => {}
                 }
-                return PAST;
+                return iterations;
             }
         }
         if rub.turn == Turn::Rest {
@@ -213,7 +331,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let shift = [unit(Turn::CentreX), unit(Turn::CentreY)];
         let along = if rub.turn == Turn::Angle { T::of(angle * self.ratio) } else { T::ZERO };
         let moved = Moved { shift, ..Moved::NONE };
-        let found = self.follower.peek(Aside { along, moved, forced: None }, 1);
+        let found = self.follower.peek(Aside { along, moved, forced: None }, is_short);
         let Some(found) = found.map(|found| self.taken(found)) else { return 1 };
         let change = found.plus(-1.0, &rub.reading);
         let size = rub.reading.force.map(f64::from);

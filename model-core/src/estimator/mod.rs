@@ -283,7 +283,11 @@ impl<T: Real, S: Size> Estimator<T, S> {
     pub fn head_for(&mut self, motor_angle: f64) -> Option<f64> {
         let settings = self.settings();
         let [least, most] = settings.range;
-        if !self.placed || !self.follower.has_equilibrium() || !(least..=most).contains(&motor_angle) {
+        if !self.placed
+            || !self.follower.has_equilibrium()
+            || self.follower.approaches()
+            || !(least..=most).contains(&motor_angle)
+        {
             return None;
         }
         let followed = if self.follower.rubs() { self.lead_path(motor_angle) } else { motor_angle };
@@ -291,9 +295,12 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.ratio = ratio;
         let stands = T::of(coordinate).to_f64() == self.follower.solution().coordinate();
         (self.last.motor_angle, self.has_rested, self.settled) = (motor_angle as f32, stands, false);
-        self.last.iterations = if self.follower.rubs() { self.suppose_path(settings.budget) as u16 } else { 0 };
+        let supposed = if self.follower.rubs() { self.suppose_path(settings.budget) } else { Ok(0) };
+        let (Ok(spent) | Err(spent)) = supposed;
+        self.last.iterations = spent as u16;
         self.last.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
-        Some(coordinate)
+        // Where no iteration is left, it stays where it is for now.
+        Some(if supposed.is_ok() { coordinate } else { self.follower.solution().coordinate() })
     }
 
     /// The last estimate with the numbers of the place that the object was moved to. Derivatives and standard deviation are for an object that
@@ -306,7 +313,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if estimate.status.is_trustworthy() {
             self.read(&mut estimate);
             if self.follower.rubs() {
-                self.read_rubbing(&mut estimate, Some(0), true);
+                let aside = self.left_aside(Some(0));
+                self.read_rubbing(&mut estimate, aside, true);
             }
             estimate.age = 0;
         } else {
@@ -365,55 +373,97 @@ impl<T: Real, S: Size> Estimator<T, S> {
         } else if !self.placed && !self.place(followed, least) {
             estimate.status =
                 if self.placed || self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
-        } else if !rubs
-            && self.differentiates_first(coordinate, &settings)
-            && self.move_along(&mut estimate, motor_angle)
-        {
-            estimate.status = Status::Updating;
+        } else if let Some(status) = self.spend_aside(&mut estimate, motor_angle, coordinate, visit) {
+            estimate.status = status;
         } else {
-            let supposing = if rubs { self.suppose_path(settings.budget) } else { 0 };
-            let budget = settings.budget - supposing;
-            // Where there is no time to converge, what there is time for has to do.
-            let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
-            // The same angle again: nothing has moved, and nothing is left to do.
-            let stands = if rubs { self.rests(coordinate) } else { self.stands(coordinate) };
-            self.has_rested = stands;
-            let outcome = match settings.one_iteration.or(short) {
-                _ if stands => Outcome::at(self.follower.standing()),
-                Some(within) => self.follower.track(coordinate, within, budget),
-                None => self.follower.follow_within(coordinate, budget),
-            };
-            // Another branch has other derivatives, and so has the other side of a hop.
-            self.differentiated &= outcome.snaps == 0 && outcome.hops == 0;
-            estimate.status = outcome.status;
-            estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(u16::from(is_first));
-            let spent = supposing + outcome.iterations;
-            estimate.iterations = before.saturating_add(spent.min(u32::from(u16::MAX)) as u16);
-            // A tick that had to go on leaves derivatives to the next one.
-            let spent = is_first.then_some(spent);
-            if !stands {
-                estimate.residual = outcome.gradient as f32;
-                self.is_fresh = false;
-                // In one-iteration mode nobody has looked at what the last step left.
-                self.settled = outcome.iterations == 0 || outcome.status == Status::Converged;
-            }
-            if outcome.status == Status::Updating {
-                self.read(&mut estimate);
-            } else if outcome.status.is_trustworthy() {
-                if rubs || !stands {
-                    self.read(&mut estimate);
-                }
-                if rubs {
-                    self.read_rubbing(&mut estimate, spent, false);
-                } else {
-                    self.differentiate(&mut estimate, spent);
-                }
-            }
+            self.go(&mut estimate, coordinate, visit);
         }
         let older = u32::from(is_first);
         estimate.age = if estimate.status.is_trustworthy() { 0 } else { self.last.age.saturating_add(older) };
         self.last = estimate;
         estimate
+    }
+
+    /// Where a tick has time for one thing and the motion has to wait, does another: the status. `None` if the motion goes on.
+    fn spend_aside(
+        &mut self,
+        estimate: &mut Estimate,
+        motor_angle: f64,
+        coordinate: f64,
+        visit: Visit,
+    ) -> Option<Status> {
+        if self.follower.rubs() {
+            return if self.looks_first(coordinate, visit) { self.look_along(estimate) } else { None };
+        }
+        (self.differentiates_first(coordinate) && self.move_along(estimate, motor_angle)).then_some(Status::Updating)
+    }
+
+    /// Follows the motion to a coordinate with the tick's iterations, and reads what it finds.
+    fn go(&mut self, estimate: &mut Estimate, coordinate: f64, visit: Visit) {
+        let (settings, rubs, is_first) = (self.settings(), self.follower.rubs(), visit == Visit::First);
+        let before = estimate.iterations;
+        let counted = |spent: u32| before.saturating_add(spent.min(u32::from(u16::MAX)) as u16);
+        let supposed = if rubs { self.suppose_path(settings.budget) } else { Ok(0) };
+        let supposing = match supposed {
+            Ok(spent) => spent,
+            Err(spent) => {
+                (estimate.status, estimate.iterations) = (Status::MaxIterations, counted(spent));
+                return;
+            }
+        };
+        let budget = settings.budget - supposing;
+        // Where there is no time to converge, what there is time for has to do.
+        let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
+        // The same angle again: nothing has moved, and nothing is left to do.
+        let stands = if rubs { self.rests(coordinate) } else { self.stands(coordinate) };
+        self.has_rested = stands;
+        let mut outcome = match settings.one_iteration.or(short) {
+            _ if stands => Outcome::at(self.follower.standing()),
+            Some(within) => self.follower.track(coordinate, within, budget),
+            None => self.follower.follow_within(coordinate, budget),
+        };
+        if self.follower.approaches() {
+            if outcome.status.is_trustworthy() {
+                self.follower.arrive();
+            } else if outcome.status == Status::Updating {
+                // That of a finger without friction.
+                outcome.status = Status::MaxIterations;
+            }
+        }
+        // Another branch has other derivatives, and so has the other side of a hop.
+        if outcome.snaps > 0 || outcome.hops > 0 {
+            self.differentiated = false;
+            self.jumped();
+        }
+        estimate.status = outcome.status;
+        estimate.sensitivity_age = self.last.sensitivity_age.saturating_add(u16::from(is_first));
+        let spent = supposing + outcome.iterations;
+        estimate.iterations = counted(spent);
+        // A tick that had to go on leaves derivatives to the next one.
+        let spent = is_first.then_some(spent);
+        if !stands {
+            estimate.residual = outcome.gradient as f32;
+            self.is_fresh = false;
+            // In one-iteration mode nobody has looked at what the last step left.
+            self.settled = outcome.iterations == 0 || outcome.status == Status::Converged;
+        }
+        let trusted = outcome.status.is_trustworthy();
+        if !trusted && outcome.status != Status::Updating {
+            return;
+        }
+        if rubs || !trusted || !stands {
+            self.read(estimate);
+        }
+        if rubs {
+            let aside = if trusted { self.left_aside(spent) } else { 0 };
+            self.read_rubbing(estimate, aside, false);
+            if settings.budget < CONVERGES_WITHIN && estimate.force != [0.0; 2] && !self.is_at_angle() {
+                // Not known yet is how it changes from the finger's place to there.
+                estimate.status = Status::MaxIterations;
+            }
+        } else if trusted {
+            self.differentiate(estimate, spent);
+        }
     }
 
     /// Looks for an angle, from the measured one back, at which the open finger can begin; a bounded number per tick. Returns whether the
@@ -434,6 +484,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
                 let at_once = self.searched == 0.0;
                 if !at_once && self.follower.rubs() {
                     self.forget_path();
+                    self.follower.approach();
                 }
                 (self.placed, self.searched) = (true, 0.0);
                 return at_once || begins && budget >= CONVERGES_WITHIN;
@@ -506,11 +557,12 @@ impl<T: Real, S: Size> Estimator<T, S> {
     }
 
     /// The derivatives are so old that a tick is theirs. With many touching samples they cost as much as a step: both do not fit into one.
-    fn differentiates_first(&self, coordinate: f64, settings: &EstimatorSettings) -> bool {
+    fn differentiates_first(&self, coordinate: f64) -> bool {
+        let budget = self.settings().budget;
         let way = (T::of(coordinate).to_f64() - self.follower.solution().coordinate()) / self.ratio;
         let is_due = !self.differentiated || self.last.sensitivity_age >= DIFFERENTIATE_AT_LAST;
         is_due
-            && settings.budget < CONVERGES_WITHIN
+            && budget < CONVERGES_WITHIN
             && self.last.age == 0
             && self.last.status.is_trustworthy()
             && self.follower.has_equilibrium()

@@ -108,6 +108,8 @@ pub(super) struct Path {
     pub unknown: bool,
     /// The follower supposes the past that the present motion takes longest to forget: of opening slip where it closes.
     pub supposed: bool,
+    /// There was none that it could have begun with.
+    pub gave_up: bool,
 }
 
 impl Path {
@@ -124,6 +126,7 @@ impl Path {
         turned_with: Reading { force: [0.0; 2], normal: 0.0, torque: 0.0 },
         unknown: false,
         supposed: false,
+        gave_up: false,
     };
 
     /// Takes a measured angle; where friction's history then is, which follows with a play. All in rad. `now` are the forces where it was.
@@ -154,7 +157,7 @@ impl Path {
                 if !self.is_short(backlash) {
                     (self.turned, self.turned_at, self.turned_with) = (true, self.at, *now);
                 }
-                (self.opens, self.supposed) = (opens, false);
+                (self.opens, self.supposed, self.gave_up) = (opens, false, false);
             }
             (self.at, self.leads) = (to, true);
         }
@@ -171,16 +174,21 @@ impl Path {
         self.at != self.before
     }
 
+    /// It is known which way it goes: it has moved since it began, or since ticks were lost.
+    pub fn leads(&self) -> bool {
+        self.leads
+    }
+
     /// How far the motion has come, rad: ahead of friction's history by the play, up to which it may go back before that turns round. For a
     /// finger that moves with an object, whose force is not to be corrected for the play afterwards.
     pub fn front(&self, play: f64) -> f64 {
         if self.leads { self.at + self.way().sign() * play } else { self.at }
     }
 
-    /// The rest of the measured angle, rad.
-    pub fn rest(&self) -> f64 {
+    /// How far the measured angle is from a place, rad.
+    pub fn ahead_of(&self, place: f64) -> f64 {
         let [.., last] = self.measured;
-        last - self.at
+        last - place
     }
 
     /// Which way it went last.
@@ -198,24 +206,24 @@ impl Path {
         self.is_short(backlash).then_some(&self.turned_with)
     }
 
-    /// The present motion has begun with the past that it takes longest to forget, and with its forces.
-    pub fn suppose(&mut self, with: &Reading<f32>) {
-        (self.supposed, self.turned, self.turned_at, self.turned_with) = (true, true, self.before, *with);
+    /// The present motion has begun at a place, rad, with the past that it takes longest to forget, and with its forces.
+    pub fn suppose(&mut self, with: &Reading<f32>, at: f64) {
+        (self.supposed, self.turned, self.turned_at, self.turned_with) = (true, true, at, *with);
     }
 
     /// The past is known, but for the finger that may not have followed yet.
     pub fn know(&mut self) {
-        (self.unknown, self.supposed) = (false, false);
+        (self.unknown, self.supposed, self.gave_up) = (false, false, false);
     }
 
     /// The hand is open: the history begins anew.
     pub fn open(&mut self) {
-        (self.turned, self.unknown, self.supposed) = (false, false, false);
+        (self.turned, self.unknown, self.supposed, self.gave_up) = (false, false, false, false);
     }
 
     /// The past is unknown from here on.
     pub fn forget(&mut self) {
-        (self.turned, self.unknown, self.supposed) = (false, true, false);
+        (self.turned, self.unknown, self.supposed, self.gave_up) = (false, true, false, false);
     }
 }
 
@@ -238,7 +246,7 @@ mod tests {
         assert_eq!(path.follow(0.1, 0.001, 0.004, &NOW), 0.1);
         for noise in [0.0009, -0.0009, 0.0005, -0.001] {
             assert_eq!((path.follow(0.1 + noise, 0.001, 0.004, &NOW), path.moves()), (0.1, false));
-            assert!((path.rest() - noise).abs() < 1e-15);
+            assert!((path.ahead_of(path.at()) - noise).abs() < 1e-15);
         }
         path.follow(0.11, 0.001, 0.004, &NOW);
         let outlier = path.follow(0.1, 0.001, 0.004, &NOW);

@@ -15,6 +15,8 @@ use crate::status::Status;
 
 /// New rows of a short step's first iteration beyond which they are thinned.
 pub(crate) const MANY: usize = 7;
+/// Rows that do not touch yet in an iteration that there is no time to follow up.
+pub(crate) const FEW: usize = 3;
 /// Largest difference of an angle, rad, at which one state's inertia is taken for another's (see the module `equilibrium`).
 pub const NEAR_ENOUGH: f64 = 2e-3;
 /// Change of an angle, in units of the precision's [`Real::EPSILON`], below which a Newton step is rounding.
@@ -40,6 +42,8 @@ pub(crate) struct Limits<T> {
     pub margin: T,
     /// A short step: of many new rows at its first iteration only the deepest are kept.
     pub thins: bool,
+    /// There is no time for more than an iteration: its work is bounded, and what it leaves is the next one's.
+    pub is_short: bool,
 }
 
 /// A state that is known to be stable, and how far it is from the one whose inertia says so, rad.
@@ -94,6 +98,12 @@ impl<T: Real> Attempt<T> {
         }
     }
 
+    /// It has failed for lack of iterations. (An iterate on the way may find more samples touching than there is room for.)
+    pub fn is_cut_off(&self) -> bool {
+        let finite = self.residual.gradient < T::of(ENDLESS) && self.residual.length.is_finite();
+        finite && matches!(self.status, Status::MaxIterations | Status::ContactCapacity)
+    }
+
     /// Takes what an iteration's step says.
     fn note(&mut self, inertia: Inertia) {
         self.inertia = Some(inertia);
@@ -145,6 +155,7 @@ impl<T: Real, S: Size> Workspace<T, S> {
         let settings = NewtonSettings::<T>::of_precision();
         let (near, newton) = (T::of(NEAR_ENOUGH), limits.hessian == Hessian::Newton);
         let rubs = self.history.slip.rubs();
+        self.solution.is_bounded = limits.is_short;
         let mut attempt = Attempt::new();
         let mut progress = Progress::new();
         // The last step was a whole one of a factorisation that may be kept; or that of the last attempt is near enough to begin with.
@@ -164,6 +175,9 @@ impl<T: Real, S: Size> Workspace<T, S> {
             (attempt.residual, attempt.sweep) = (residual, sweep);
             if attempt.iterations == 0 && limits.thins {
                 self.contacts.thin(MANY);
+            }
+            if limits.is_short {
+                self.contacts.cut(FEW);
             }
 
             // The ways out: converged, out of iterations, beyond all bounds (NaN included), or at the precision's floor.

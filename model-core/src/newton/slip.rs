@@ -25,6 +25,8 @@ use crate::topology::Kind;
 pub(crate) struct Slip<T: Real, S: Size> {
     /// Coefficient of friction m; 0 for none.
     pub coefficient: T,
+    /// It is left out for now, on the way to a place whose past is unknown.
+    pub is_idle: bool,
     /// How everything that touches slips, whatever the past; [`ContactState::Open`] if the past decides.
     pub forced: ContactState,
     /// Angles, strained directions, starts and rigid ends of the front spans.
@@ -47,6 +49,7 @@ pub(crate) struct Slip<T: Real, S: Size> {
 impl<T: Real, S: Size> Slip<T, S> {
     pub(crate) const EMPTY: Self = Self {
         coefficient: T::ZERO,
+        is_idle: false,
         forced: ContactState::Open,
         angle: <S::SlipNodes<T> as Storage<T>>::EMPTY,
         strained: <S::SlipNodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
@@ -74,7 +77,7 @@ impl<T: Real, S: Size> Slip<T, S> {
 
     /// What the contacts obey.
     pub(crate) fn law(&self) -> Law<T> {
-        Law { coefficient: self.coefficient, forced: self.forced }
+        Law { coefficient: self.coefficient, forced: self.forced, is_bounded: false }
     }
 
     /// Everything that touches slips one way.
@@ -82,16 +85,22 @@ impl<T: Real, S: Size> Slip<T, S> {
         self.forced != ContactState::Open
     }
 
-    /// There is friction.
+    /// There is friction between finger and object, whether it is left out for now or not.
+    #[inline(always)]
+    pub(crate) fn is_given(&self) -> bool {
+        S::RUBS && self.coefficient > T::ZERO
+    }
+
+    /// Friction acts.
     #[inline(always)]
     pub(crate) fn rubs(&self) -> bool {
-        S::RUBS && self.coefficient > T::ZERO
+        self.is_given() && !self.is_idle
     }
 
     /// Samples that find room among the rows.
     #[inline(always)]
     pub(crate) fn room(&self) -> usize {
-        if self.rubs() { (S::CONTACTS - 1) / 2 } else { S::CONTACTS }
+        if self.is_given() { (S::CONTACTS - 1) / 2 } else { S::CONTACTS }
     }
 
     /// The object has moved in the finger's frame since the last accepted state: a displacement in mm that turns it by an angle, rad.
@@ -274,7 +283,10 @@ impl<T: Real, S: Size> Slip<T, S> {
         self.count = 0;
         for row in touching() {
             self.touching.as_mut().put(usize::from(self.count), row.sample);
-            self.tangential.as_mut().put(usize::from(self.count), row.multiplier);
+            // What sticks may have crept by the tolerance: the next step takes that back.
+            let sticks = row.state == ContactState::Stick && row.softness > T::ZERO;
+            let crept = if sticks { row.gap / row.softness + row.multiplier } else { T::ZERO };
+            self.tangential.as_mut().put(usize::from(self.count), row.multiplier - crept);
             self.count += 1;
         }
         self.remember(model, state, kinematics);

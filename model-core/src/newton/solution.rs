@@ -3,8 +3,9 @@
 use super::border::{Border, Right};
 use super::gaps::Contacts;
 use super::slip::Slip;
+use crate::contact::ContactState;
+use crate::contact::coulomb::{self, Law};
 use crate::contact::frictionless::{self, Problem, Settled};
-use crate::contact::{ContactState, coulomb};
 use crate::real::Real;
 use crate::size::{Size, Storage};
 
@@ -14,6 +15,8 @@ pub(crate) struct ContactSolution<T: Real, S: Size> {
     pub delta: S::Contacts<T>,
     /// States that the contact law has found.
     pub states: S::Contacts<ContactState>,
+    /// Few sets of friction's states are tried.
+    pub is_bounded: bool,
     /// Factor of D on the active set.
     pub factored: S::Pairs<T>,
     pub order: S::Contacts<u16>,
@@ -29,6 +32,7 @@ impl<T: Real, S: Size> ContactSolution<T, S> {
     pub const EMPTY: Self = Self {
         delta: <S::Contacts<T> as Storage<T>>::EMPTY,
         states: <S::Contacts<ContactState> as Storage<ContactState>>::EMPTY,
+        is_bounded: false,
         factored: <S::Pairs<T> as Storage<T>>::EMPTY,
         order: <S::Contacts<u16> as Storage<u16>>::EMPTY,
         listed: <S::Contacts<u16> as Storage<u16>>::EMPTY,
@@ -76,7 +80,13 @@ impl<T: Real, S: Size> ContactSolution<T, S> {
         };
         let (states, delta) = (self.states.as_mut(), self.delta.as_mut());
         let settled = if slip.rubs() {
-            coulomb::settle(&mut problem, slip.law(), contacts.count, states, delta)
+            coulomb::settle(
+                &mut problem,
+                Law { is_bounded: self.is_bounded, ..slip.law() },
+                contacts.count,
+                states,
+                delta,
+            )
         } else {
             frictionless::settle(&mut problem, contacts.count, states, delta)
         };

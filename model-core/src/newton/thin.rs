@@ -2,7 +2,7 @@
 
 use super::gaps::{Contacts, REACH};
 use crate::access::Access;
-use crate::contact::Row;
+use crate::contact::{Direction, Row};
 use crate::real::Real;
 use crate::size::Size;
 
@@ -56,7 +56,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
 
 impl<T: Real, S: Size> Contacts<T, S> {
     /// Keeps of the rows that do not touch the deepest ones, at most `most`: where there is time for a single step, its cost is bounded, and the
-    /// next one sees what this one has left out. Without friction only: a tangent would lose its normal.
+    /// next one sees what this one has left out. With friction a tangent goes with its normal.
     pub fn cut(&mut self, most: usize) {
         let is_new = |row: &Row<T>| row.only_pushes() && !row.touches();
         let mut new = self.rows().iter().filter(|row| is_new(row)).count();
@@ -67,14 +67,14 @@ impl<T: Real, S: Size> Contacts<T, S> {
                 _ => Some((index, row.gap)),
             });
             let Some((index, _)) = farthest else { return };
-            if let Some([_, above @ ..]) = self.rows().get(index..) {
-                let above = index..index + above.len();
-                for j in above {
-                    let row = self.rows.as_ref().at(j + 1);
-                    self.rows.as_mut().put(j, row);
-                }
+            let before = index.checked_sub(1).and_then(|before| self.rows().get(before));
+            let paired = before.is_some_and(|row| row.direction == Direction::Tangent);
+            let (from, by) = if paired { (index - 1, 2) } else { (index, 1) };
+            for j in from + by..self.count {
+                let row = self.rows.as_ref().at(j);
+                self.rows.as_mut().put(j - by, row);
             }
-            (self.count, new) = (self.count - 1, new - 1);
+            (self.count, new) = (self.count - by, new - 1);
         }
     }
 }
@@ -82,7 +82,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{ContactState, Direction};
+    use crate::contact::ContactState;
     use crate::size::{Blank, Paper};
     use std::boxed::Box;
     use std::vec::Vec;

@@ -31,6 +31,13 @@ pub(crate) struct Reading<T> {
     pub torque: T,
 }
 
+impl<T: Real> Reading<T> {
+    /// None of it is infinite, or not a number.
+    pub(crate) fn is_finite(&self) -> bool {
+        (self.force[0] + self.force[1] + self.torque + self.normal).is_finite()
+    }
+}
+
 /// An equilibrium, to be read: what [`Follower::solution`](crate::equilibrium::Follower::solution) borrows of the follower.
 ///
 /// It is that of the coordinate accepted last; the undeformed finger's before the first.

@@ -2,7 +2,7 @@
 
 use model_core::discretise::{Discretisation, Physics, Sampling};
 use model_core::estimator::{Estimate, Estimator};
-use model_core::size::Reduced;
+use model_core::size::{Reduced, Size};
 use model_core::status::Status;
 
 /// Contact heights of the 80 mm circle: Low, Mid, High.
@@ -32,22 +32,47 @@ pub fn closing_and_opening(
 /// Newton iterations of a tick of the campaign, as the firmware allows.
 pub const QUOTA: u32 = 1;
 
-/// Calls `each` with (force x, force y, torque) and the cost of every tick of the campaign with so many samples per element, as `costs`
-/// measures it; false if finger or object were refused.
-pub fn campaign<C>(
-    estimator: &mut Estimator<f32, Reduced>,
-    samples: u8,
+/// A finger that goes through the campaign.
+#[derive(Clone, Copy)]
+pub struct Case {
+    /// Samples per element.
+    pub samples: u8,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Terms of a material with memory.
+    pub prony: &'static [[f64; 2]],
+}
+
+/// Two terms of a soft plastic.
+const PRONY: &[[f64; 2]] = &[[0.15, 0.5], [0.1, 20.0]];
+
+/// Without friction and memory, and with both.
+pub const CASES: [Case; 5] = [
+    Case { samples: 2, friction: 0.0, prony: &[] },
+    Case { samples: 4, friction: 0.0, prony: &[] },
+    Case { samples: 5, friction: 0.0, prony: &[] },
+    Case { samples: 2, friction: 0.6, prony: PRONY },
+    Case { samples: 5, friction: 0.6, prony: PRONY },
+];
+
+/// Calls `each` with (force x, force y, torque) and the cost of every tick of the campaign, as `costs` measures it; false if finger or objects were
+/// refused.
+pub fn campaign<S: Size, C>(
+    estimator: &mut Estimator<f32, S>,
+    case: &Case,
     mut costs: impl FnMut(&mut dyn FnMut()) -> C,
     mut each: impl FnMut([f32; 3], bool, C),
 ) -> bool {
-    let how =
-        Discretisation { sampling: Sampling::PerElement(samples), ..Discretisation::estimator(Physics::Extended) };
-    let mut sound = estimator.configure(&reference_tests::ladder_80(), &how).is_ok();
+    let sampling = Sampling::PerElement(case.samples);
+    let how = Discretisation { sampling, ..Discretisation::estimator(Physics::Extended) };
+    let mut sound = estimator.configure(&reference_tests::ladder_80(), &how).is_ok()
+        && estimator.set_friction(case.friction).is_ok()
+        && estimator.set_prony(case.prony).is_ok();
     estimator.set_budget(QUOTA);
     for tick in reference_tests::campaign::ticks() {
         sound &= tick.prepare(estimator);
         let mut estimate = Estimate::blank(Status::Stale);
-        let cost = costs(&mut || estimate = estimator.update(tick.angle()));
+        let cost = costs(&mut || estimate = estimator.update_after(tick.angle(), reference_tests::campaign::PERIOD_S));
         let touches = estimate.force != [0.0; 2] && estimate.age == 0;
         each([estimate.force[0], estimate.force[1], estimate.torque], touches, cost);
     }

@@ -9,7 +9,7 @@ use model_core::size::Size;
 use crate::{COUNT, circle_80};
 
 /// Period, s.
-const TICK: f64 = 0.002;
+pub const PERIOD_S: f64 = 0.002;
 /// Ticks of a finger that holds.
 const HOLDS: u32 = 40;
 /// Ticks in which it has approached an object that was set while it holds.
@@ -30,7 +30,7 @@ pub struct Tick {
 /// From one angle to another (degrees) at a speed, rad/s, a tick each.
 fn motion(from: f64, to: f64, speed: f64) -> impl Iterator<Item = Tick> {
     let (from, to) = (from.to_radians() / COUNT, to.to_radians() / COUNT);
-    let step = speed * TICK / COUNT;
+    let step = speed * PERIOD_S / COUNT;
     let ticks = (libm::fabs(to - from) / step) as u32;
     let way = if to > from { step } else { -step };
     (0..=ticks).map(move |tick| Tick { position: libm::round(from + way * f64::from(tick)) as i32, height: None })
