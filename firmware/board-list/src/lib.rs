@@ -123,7 +123,7 @@ pub const NUCLEO_H743ZI: Board = Board {
     fingers: 4,
     wanted_hz: 1000,
     flash: [0x0800_0000, 0x0810_0000],
-    flash_budget: 664 * KB,
+    flash_budget: 668 * KB,
     stack: 42 * KB,
     ram: 512 * KB,
     ram_budget: 448 * KB,

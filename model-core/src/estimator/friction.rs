@@ -55,7 +55,7 @@ const SHORT_ANGLE: f64 = 1.5e-3;
 const SHORT_SHIFT: f64 = 0.05;
 /// Newton iterations in which the forces with another past are found, as a rule.
 const PAST: u32 = 8;
-/// Shortest way from tick to tick that tells how the forces change, rad.
+/// Shortest way from tick to tick that shows how the forces change, rad.
 const SHORTEST_WAY: f64 = 0.25 * core::f64::consts::TAU / 4096.0;
 /// Ticks after which one is for what lies beside the finger's place, where there is no time for both.
 const LOOK_EVERY: u16 = 8;
