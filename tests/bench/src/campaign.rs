@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use fre_cycles::report::{Measured, Window};
 use fre_gripper::servo::{Clock, Config, Fault};
-use messages::{Finger, GripTo, Mount, Report, Settings, Which};
+use messages::{Finger, GripTo, Mount, Object, Report, Settings, Which};
 use model_core::discretise::{Discretisation, Sampling};
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
@@ -45,7 +45,13 @@ pub struct Pace {
     spoiled: u32,
     /// Whether layouts are measured that no image has.
     all_layouts: bool,
+    /// The object rubs, and the finger relaxes.
+    rubs: bool,
 }
+
+/// Coefficient of friction of an object that rubs, and terms of a finger that relaxes.
+pub const FRICTION: f64 = 0.6;
+const PRONY: &[[f64; 2]] = &[[0.15, 0.5], [0.1, 20.0]];
 
 impl Pace {
     /// So slow that no tick is cut short for want of time.
@@ -56,11 +62,12 @@ impl Pace {
         rounds: &[(0.05, [100, 30, 30, 60, 40]), (0.35, [100, 30, 30, 60, 40]), (1.0, [100, 30, 30, 60, 40])],
         spoiled: 20,
         all_layouts: true,
+        rubs: false,
     };
 
     /// So many ticks per second on a processor with this clock that takes so many cycles for an instruction. QEMU's clock runs at another
     /// speed than that one's, with as many instructions in a period.
-    pub fn kept(rate_hz: f64, clock_hz: f64, cycles: f64) -> Self {
+    pub fn kept(rate_hz: f64, clock_hz: f64, cycles: f64, rubs: bool) -> Self {
         let shift = 3;
         let period_s = clock_hz / rate_hz / cycles * f64::from(1_u32 << shift) * 1e-9;
         let rounds = &[(0.35, [310, 100, 100, 60, 250]), (1.0, [120, 100, 100, 60, 100])];
@@ -71,6 +78,7 @@ impl Pace {
             rounds,
             spoiled: 200,
             all_layouts: false,
+            rubs,
         }
     }
 
@@ -231,8 +239,9 @@ fn measured(board: &str, samples: u8, pace: &Pace) -> Result<Campaign> {
     link.set_settings(&Settings { rate_hz: pace.rate_hz, shape_every: 0, ..Settings::of(MOUNT) })?;
     let Finger { design, how, .. } = finger();
     let how = Discretisation { sampling: Sampling::PerElement(samples), ..how };
-    link.set_finger(0, &Finger::elastic(design, how))?;
-    link.set_object(0, OBJECT)?;
+    let object = |design: ObjectDesign| Object { design, friction: if pace.rubs { FRICTION } else { 0.0 } };
+    link.set_finger(0, &Finger::elastic(design, how).relaxing(if pace.rubs { PRONY } else { &[] }))?;
+    link.set_object(0, object(OBJECT))?;
     watch.until_report("trustworthy estimate", PATIENCE, |report| report.estimate.age == 0);
     let mut random = ChaCha8Rng::seed_from_u64(u64::from(samples));
     let mut estimates: Vec<Estimate> = Vec::new();
@@ -255,9 +264,9 @@ fn measured(board: &str, samples: u8, pace: &Pace) -> Result<Campaign> {
         // A servo that was lost refuses; it is found again.
         let _ = link.close(all, 11.0 * DEGREE, Some(speed));
         pass(&mut watch, closes);
-        link.set_object(0, OTHER)?;
+        link.set_object(0, object(OTHER))?;
         pass(&mut watch, has_other);
-        link.set_object(0, OBJECT)?;
+        link.set_object(0, object(OBJECT))?;
         pass(&mut watch, has_first);
         let _ = link.grip(&GripTo { fingers: all, force: 5.0, speed: Some(speed), limit: None });
         pass(&mut watch, grips);
@@ -343,7 +352,7 @@ mod tests {
     #[test]
     fn a_period_has_as_many_instructions_as_on_the_board() {
         // 432,000 cycles, 216,000 instructions: 1.728 ms of 8 ns each.
-        let pace = Pace::kept(500.0, 216e6, 2.0);
+        let pace = Pace::kept(500.0, 216e6, 2.0, false);
         assert_eq!((pace.rate_hz, pace.servo_us), (579, 2_000));
         assert_eq!(Pace::SLOW.estimates(), 780);
     }

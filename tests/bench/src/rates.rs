@@ -9,11 +9,14 @@ use fre_cycles::chip;
 use fre_cycles::report::Cost;
 use serde_json::{Value, json};
 
-use crate::campaign::{self, Campaign, Measure, Pace, mean_and_most};
+use crate::campaign::{self, Campaign, FRICTION, Measure, Pace, mean_and_most};
 
 /// Samples per element: those of the campaigns at the wanted rate, and those of the slow one, which are the estimator's.
 const SAMPLES: [u8; 3] = [2, 4, 5];
 const SLOW_SAMPLES: u8 = 5;
+/// The same with friction and two terms of memory, and the part of the wanted rate that is wanted then.
+const RUBBING_SAMPLES: [u8; 2] = [2, 5];
+const RUBBING_RATE: f64 = 0.6;
 const BAUDS: [u32; 4] = [57_600, 1_000_000, 2_000_000, 4_000_000];
 /// Part of a period that the link gets at least, where the bus takes as much.
 const LINK_SHARE: f64 = 1.0 / gripper::LINK_SHARE as f64;
@@ -30,8 +33,29 @@ struct Campaigns {
     board: &'static Board,
     /// With time for everything.
     slow: Campaign,
-    /// At the board's wanted rate, with each number of samples.
-    kept: Vec<(u8, Campaign)>,
+    /// At the rate that is wanted of the board, with each number of samples, with friction and without.
+    kept: Vec<Kept>,
+}
+
+/// A campaign at a wanted rate.
+#[derive(Clone, Debug)]
+struct Kept {
+    samples: u8,
+    rubs: bool,
+    rate_hz: f64,
+    campaign: Campaign,
+}
+
+impl Kept {
+    /// Samples per element, as a table has them.
+    fn case(&self) -> String {
+        format!("{}{}", self.samples, if self.rubs { ", friction" } else { "" })
+    }
+
+    /// What an estimate of one finger may take, s.
+    fn period_s(&self) -> f64 {
+        1.0 / self.rate_hz - f64::min(bus_us(WANTED_BAUD, 1) * 1e-6, LINK_SHARE / self.rate_hz)
+    }
 }
 
 /// Where the layout of the board's image is among a campaign's: for its first finger, and for the others.
@@ -64,9 +88,16 @@ pub fn measure() -> Result<Rates> {
         let [chip, _] = image(&slow);
         // As fast as the processor is by the upper bound: then it is at least that fast.
         let cycles = slow.mean_cycles(chip)[1] / slow.instructions()[0];
-        let pace = Pace::kept(f64::from(board.wanted_hz), f64::from(board.clock_hz), cycles);
-        let kept = SAMPLES.map(|samples| Ok((samples, campaign::run(name, samples, &pace)?)));
-        rates.push(Campaigns { board, slow, kept: kept.into_iter().collect::<Result<_>>()? });
+        let wanted = f64::from(board.wanted_hz);
+        // A small board has no room for friction.
+        let rubbing = RUBBING_SAMPLES.iter().filter(|_| !board.is_small).map(|&samples| (samples, true));
+        let cases = SAMPLES.iter().map(|&samples| (samples, false)).chain(rubbing);
+        let kept = cases.map(|(samples, rubs)| {
+            let rate_hz = if rubs { RUBBING_RATE * wanted } else { wanted };
+            let pace = Pace::kept(rate_hz, f64::from(board.clock_hz), cycles, rubs);
+            Ok(Kept { samples, rubs, rate_hz, campaign: campaign::run(name, samples, &pace)? })
+        });
+        rates.push(Campaigns { board, slow, kept: kept.collect::<Result<_>>()? });
     }
     Ok(Rates(rates))
 }
@@ -75,12 +106,6 @@ impl Campaigns {
     /// Microseconds of one estimate of each finger, by the cycles of the first one's and of another's.
     fn estimates_us(&self, fingers: usize, [first, far]: [f64; 2]) -> f64 {
         (first + (fingers - 1) as f64 * far) / f64::from(self.board.clock_hz) * 1e6
-    }
-
-    /// What an estimate may take at the wanted rate of one finger, s.
-    fn period_s(&self) -> f64 {
-        let wanted = f64::from(self.board.wanted_hz);
-        1.0 / wanted - f64::min(bus_us(WANTED_BAUD, 1) * 1e-6, LINK_SHARE / wanted)
     }
 
     /// Rows of the cycles in each layout.
@@ -95,17 +120,15 @@ impl Campaigns {
 
     /// Rows of the campaigns at the wanted rate.
     fn kept(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (samples, campaign) in &self.kept {
+        for kept in &self.kept {
+            let (campaign, case) = (&kept.campaign, kept.case());
             let [first, _] = image(campaign);
             let [mean, most] = campaign.instructions().map(grouped);
             let cycles = campaign.most_cycles(first).map(grouped).join(" to ");
-            let [low, high] = campaign.longer_than(first, self.period_s());
-            let Board { name, wanted_hz, .. } = self.board;
+            let [low, high] = campaign.longer_than(first, kept.period_s());
+            let (name, hz) = (self.board.name, kept.rate_hz);
             let (seen, cut) = (campaign.estimates.len(), campaign.cut());
-            writeln!(
-                f,
-                "| {name} | {wanted_hz} | {samples} | {seen} | {mean} | {most} | {cycles} | {low} to {high} | {cut} |"
-            )?;
+            writeln!(f, "| {name} | {hz} | {case} | {seen} | {mean} | {most} | {cycles} | {low} to {high} | {cut} |")?;
         }
         Ok(())
     }
@@ -113,7 +136,8 @@ impl Campaigns {
     /// Rows of the rates that the board keeps.
     fn rates(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for fingers in 1..=self.board.fingers {
-            for (samples, campaign) in &self.kept {
+            for kept in &self.kept {
+                let campaign = &kept.campaign;
                 let chips = image(campaign);
                 let most = |bound: usize| chips.map(|chip| campaign.most_cycles(chip)[bound]);
                 let [low, high] = [0, 1].map(|bound| self.estimates_us(fingers, most(bound)));
@@ -122,7 +146,7 @@ impl Campaigns {
                     let [high, low, mean] = [high, low, mean].map(|us| rate(us, fingers, baud).floor());
                     format!("{high} to {low} ({mean})")
                 });
-                writeln!(f, "| {} | {fingers} | {samples} | {} |", self.board.name, rates.join(" | "))?;
+                writeln!(f, "| {} | {fingers} | {} | {} |", self.board.name, kept.case(), rates.join(" | "))?;
             }
         }
         Ok(())
@@ -170,7 +194,8 @@ impl Campaigns {
 impl Rates {
     /// Rows of the document's `worst_tick`: the most expensive estimate of each campaign on each board, in each layout.
     ///
-    /// - `campaign`: `kept`, at the board's wanted rate, or `slow`, with time for every iteration.
+    /// - `campaign`: `kept`, at the rate that is wanted of the board, or `slow`, with time for every iteration.
+    /// - `friction`: the object's coefficient; with one the finger relaxes as well.
     /// - `late_ticks`: by the upper bound, the estimates that take longer than one finger has time for at `rate_hz` and 1 Mbaud.
     /// - `max_iterations`: the estimates that a tick was too short for.
     /// - `bounds_hz`: the rates at which the most expensive estimate fits, by the upper and by the lower bound.
@@ -178,8 +203,15 @@ impl Rates {
         let Self(rates) = self;
         let mut rows = Vec::new();
         for campaigns in rates {
-            let kept = campaigns.kept.iter().map(|(samples, campaign)| ("kept", *samples, campaign));
-            for (kind, samples, campaign) in kept.chain([("slow", SLOW_SAMPLES, &campaigns.slow)]) {
+            let slow = Kept {
+                samples: SLOW_SAMPLES,
+                rubs: false,
+                rate_hz: f64::from(campaigns.board.wanted_hz),
+                campaign: campaigns.slow.clone(),
+            };
+            let kept = campaigns.kept.iter().map(|kept| ("kept", kept));
+            for (kind, kept) in kept.chain([("slow", &slow)]) {
+                let campaign = &kept.campaign;
                 let [mean, max] = campaign.instructions();
                 for (index, chip) in campaign.chips.iter().enumerate() {
                     let [low, high] = campaign.most_cycles(index);
@@ -189,12 +221,13 @@ impl Rates {
                         "layout": chip.layout,
                         "campaign": kind,
                         "fingers": 1,
-                        "samples": samples,
+                        "samples": kept.samples,
+                        "friction": if kept.rubs { FRICTION } else { 0.0 },
                         "instructions": { "mean": mean.round(), "max": max },
                         "cycles": { "low": low, "high": high },
-                        "late_ticks": campaign.longer_than(index, campaigns.period_s())[1],
+                        "late_ticks": campaign.longer_than(index, kept.period_s())[1],
                         "max_iterations": campaign.cut(),
-                        "rate_hz": f64::from(campaigns.board.wanted_hz),
+                        "rate_hz": kept.rate_hz,
                         "bounds_hz": bounds,
                     }));
                 }
@@ -256,7 +289,8 @@ impl fmt::Display for Rates {
 #[cfg(test)]
 pub fn example() -> Rates {
     let campaign = || campaign::example(400, 380, 1e6, 6);
-    Rates(vec![Campaigns { board: &fre_boards::OPENCR, slow: campaign(), kept: vec![(5, campaign())] }])
+    let kept = |rubs| Kept { samples: 5, rubs, rate_hz: 500.0, campaign: campaign() };
+    Rates(vec![Campaigns { board: &fre_boards::OPENCR, slow: campaign(), kept: vec![kept(false), kept(true)] }])
 }
 
 #[cfg(test)]
