@@ -69,12 +69,15 @@ fn a_tick_that_goes_on_is_as_good_as_one_with_time() {
 fn the_path_takes_an_angle_once_a_tick() {
     let (mut stepwise, mut whole) = (estimator::<Rubbing>(0.6, 1), estimator::<Rubbing>(0.6, 1000));
     let mut random = Random::new(3);
-    let (mut went_on, mut known) = (0, 0);
+    let (mut went_on, mut known, mut calls, mut touching) = (0, 0, 0, 0);
     for tick in 0_i32..600 {
         let way = f64::from(if tick < 350 { tick } else { 700 - tick }) * 0.35 - 10.0;
         let angle = libm::round(way + 2.0 * random.signed()) * COUNT;
         let ((estimate, taken), exact) = (until_trustworthy(&mut stepwise, angle), whole.update(angle));
         went_on += u32::from(taken > 1);
+        if exact.force != [0.0; 2] {
+            (calls, touching) = (calls + taken, touching + 1);
+        }
         assert_eq!(stepwise.rub().path.at(), whole.rub().path.at(), "tick {tick}");
         if estimate.standard_deviation.is_finite() && exact.standard_deviation.is_finite() {
             let bound = 0.02 + 0.02 * exact.force_magnitude();
@@ -83,4 +86,8 @@ fn the_path_takes_an_angle_once_a_tick() {
         }
     }
     assert!(went_on > 10 && known > 400, "{went_on} ticks went on, {known} forces known");
+    // A call goes on with the step where the one before has stopped.
+    let mean = f64::from(calls) / f64::from(touching);
+    std::println!("{mean:.2} calls a tick in {touching}");
+    assert!(mean < 1.5, "{mean} calls a tick in {touching}");
 }

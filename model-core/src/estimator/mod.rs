@@ -8,13 +8,14 @@
 //!
 //! With friction the force depends on the way ([`Interval`]): the history follows the measured angle with a play of one count, and the rest
 //! of the angle goes into the force by its derivative. While the way is not known, the force is the middle of an interval, whose width is in
-//! the standard deviation.
+//! the standard deviation. An object set while the finger is on it is approached as if there were no friction, since the way is not known then.
 //!
 //! With memory the force depends on time as well: an elastic finger is followed, and its force faded ([`crate::fading`]).
 //!
 //! Parallel jaws move the base along a line: their [`Drive`] says how far at which motor angle. Everything that goes in or comes out is
 //! of the motor angle all the same.
 
+mod beside;
 mod estimate;
 mod friction;
 #[cfg(test)]
