@@ -89,8 +89,7 @@ pub fn measure() -> Result<Rates> {
         // As fast as the processor is by the upper bound: then it is at least that fast.
         let cycles = slow.mean_cycles(chip)[1] / slow.instructions()[0];
         let wanted = f64::from(board.wanted_hz);
-        // A small board has no room for friction.
-        let rubbing = RUBBING_SAMPLES.iter().filter(|_| !board.is_small).map(|&samples| (samples, true));
+        let rubbing = RUBBING_SAMPLES.iter().filter(|_| board.has_friction).map(|&samples| (samples, true));
         let cases = SAMPLES.iter().map(|&samples| (samples, false)).chain(rubbing);
         let kept = cases.map(|(samples, rubs)| {
             let rate_hz = if rubs { RUBBING_RATE * wanted } else { wanted };
