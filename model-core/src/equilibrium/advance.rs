@@ -18,7 +18,7 @@ use crate::status::Status;
 const PATIENCE: u32 = 5;
 /// The same on the way to the coordinate asked for, where the tolerance is looser.
 const PATIENCE_ON_THE_WAY: u32 = 4;
-/// Residuals that a step may leave where there is no time for another iteration, in tolerances of single precision.
+/// Residuals, in tolerances of single precision, that a step may leave if its tick has no time for another iteration.
 const EASED: f64 = 20.0;
 /// Longest time at one coordinate that is taken for the end of a branch where it fails, s.
 const SHORTEST_PAUSE: f64 = 1e-4;

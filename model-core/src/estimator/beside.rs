@@ -13,7 +13,7 @@ use crate::uncertainty::Slopes;
 /// A short way, in counts of the servo, over which a derivative with the angle is taken; in mm one with the object's place.
 const SHORT_ANGLE: f64 = 1.5e-3;
 const SHORT_SHIFT: f64 = 0.05;
-/// Ticks after which one is for what lies beside the finger's place, where there is no time for both.
+/// If a tick has no time for both, one in so many and one more looks beside the finger's place instead of following it.
 const LOOK_EVERY: u16 = 8;
 
 impl<T: Real, S: Size> Estimator<T, S> {

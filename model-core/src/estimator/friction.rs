@@ -1,5 +1,7 @@
 //! The estimate with friction: the way that the contact has come, and the interval where it is not known.
 
+use core::ops::ControlFlow;
+
 use super::path::{Interval, Path};
 use super::{CONVERGES_WITHIN, Estimate, Estimator, SHORT_WAY};
 use crate::equilibrium::{Patience, SlipWay, Sought};
@@ -146,14 +148,14 @@ impl<T: Real, S: Size> Estimator<T, S> {
     }
 
     /// Where a motion begins from an unknown past, goes on from the one that it takes longest to forget, as soon as that is found. The iterations
-    /// spent of so many, as an error if none is left for the motion.
-    pub(super) fn suppose_path(&mut self, budget: u32) -> Result<u32, u32> {
+    /// spent of so many; a break if none is left for the motion.
+    pub(super) fn suppose_path(&mut self, budget: u32) -> ControlFlow<u32, u32> {
         let mut rub = self.rub();
         let path = rub.path;
         let past = path.way().other();
         let asks = path.unknown && !path.supposed && !path.gave_up && path.leads() && path.at() != rub.place;
         if !asks || self.follower.approaches() || self.follower.solution().touching() == 0 {
-            return Ok(0);
+            return ControlFlow::Continue(0);
         }
         let is_short = budget < CONVERGES_WITHIN;
         let now = if is_short { budget } else { (budget - 1).min(PAST) };
@@ -167,7 +169,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
             Sought::Waits => {}
         }
         self.keep(rub);
-        if is_short || matches!(sought, Sought::Waits) { Err(now) } else { Ok(now) }
+        let is_spent = is_short || matches!(sought, Sought::Waits);
+        if is_spent { ControlFlow::Break(now) } else { ControlFlow::Continue(now) }
     }
 
     /// The estimate at the measured angle, its derivative, interval and standard deviation, with so many iterations for what lies beside it. Where

@@ -1,5 +1,6 @@
 //! Ticks that go on with their estimate while there is time.
 
+use super::derivatives::DIFFERENTIATE_AT_LAST;
 use super::tests::COUNT;
 use super::*;
 use crate::discretise::Physics;

@@ -16,6 +16,7 @@
 //! of the motor angle all the same.
 
 mod beside;
+mod derivatives;
 mod estimate;
 mod friction;
 #[cfg(test)]
@@ -29,6 +30,8 @@ mod relaxing;
 #[cfg(test)]
 mod tests;
 
+use core::ops::ControlFlow;
+
 use crate::bounds::OutOfBounds;
 use crate::design::Design;
 use crate::discretise::{Discretisation, DiscretiseError};
@@ -37,7 +40,6 @@ use crate::equilibrium::{Follower, Outcome, Settings, Tracking};
 use crate::fading::Fading;
 use crate::object::{ObjectDesign, ObjectError};
 use crate::real::Real;
-use crate::sensitivity::Derivative;
 use crate::size::{Size, Storage};
 use crate::status::Status;
 use crate::uncertainty::{Slopes, Uncertainty, UncertaintyError};
@@ -101,10 +103,7 @@ const LEAST_CHECKS: u32 = 2;
 const DIFFERENTIATE_EVERY: u16 = 8;
 /// ... in the next tick that needs no more Newton iterations than this, which bounds the worst tick's cost.
 const DIFFERENTIATE_WITHIN: u32 = 2;
-/// Touching samples up to which derivatives fit into a tick beside its one step, where it has no more.
-const FEW_TOUCHING: usize = 6;
-/// Ticks after which they have a tick of their own there, and how far the motor may go in it, rad: three counts.
-const DIFFERENTIATE_AT_LAST: u16 = 2 * DIFFERENTIATE_EVERY;
+/// How far the motor may go in a tick that is for something else than following it, rad: three counts.
 const SHORT_WAY: f64 = 3.1 * core::f64::consts::TAU / 4096.0;
 /// Their distance, rad.
 const SEARCH_PACE: f64 = core::f64::consts::PI / 180.0;
@@ -296,12 +295,13 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.ratio = ratio;
         let stands = T::of(coordinate).to_f64() == self.follower.solution().coordinate();
         (self.last.motor_angle, self.has_rested, self.settled) = (motor_angle as f32, stands, false);
-        let supposed = if self.follower.rubs() { self.suppose_path(settings.budget) } else { Ok(0) };
-        let (Ok(spent) | Err(spent)) = supposed;
+        let rubs = self.follower.rubs();
+        let supposed = if rubs { self.suppose_path(settings.budget) } else { ControlFlow::Continue(0) };
+        let (ControlFlow::Continue(spent) | ControlFlow::Break(spent)) = supposed;
         self.last.iterations = spent as u16;
         self.last.sensitivity_age = self.last.sensitivity_age.saturating_add(1);
         // Where no iteration is left, it stays where it is for now.
-        Some(if supposed.is_ok() { coordinate } else { self.follower.solution().coordinate() })
+        Some(if supposed.is_continue() { coordinate } else { self.follower.solution().coordinate() })
     }
 
     /// The last estimate with the numbers of the place that the object was moved to. Derivatives and standard deviation are for an object that
@@ -404,16 +404,16 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let (settings, rubs, is_first) = (self.settings(), self.follower.rubs(), visit == Visit::First);
         let before = estimate.iterations;
         let counted = |spent: u32| before.saturating_add(spent.min(u32::from(u16::MAX)) as u16);
-        let supposed = if rubs { self.suppose_path(settings.budget) } else { Ok(0) };
+        let supposed = if rubs { self.suppose_path(settings.budget) } else { ControlFlow::Continue(0) };
         let supposing = match supposed {
-            Ok(spent) => spent,
-            Err(spent) => {
+            ControlFlow::Continue(spent) => spent,
+            ControlFlow::Break(spent) => {
                 (estimate.status, estimate.iterations) = (Status::MaxIterations, counted(spent));
                 return;
             }
         };
         let budget = settings.budget - supposing;
-        // Where there is no time to converge, what there is time for has to do.
+        // If there is no time to converge, the steps that fit have to do.
         let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
         // The same angle again: nothing has moved, and nothing is left to do.
         let stands = if rubs { self.rests(coordinate) } else { self.stands(coordinate) };
@@ -452,6 +452,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if !trusted && outcome.status != Status::Updating {
             return;
         }
+        let old = *estimate;
         if rubs || !trusted || !stands {
             self.read(estimate);
         }
@@ -459,8 +460,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
             let aside = if trusted { self.left_aside(spent) } else { 0 };
             self.read_rubbing(estimate, aside, false);
             if settings.budget < CONVERGES_WITHIN && estimate.force != [0.0; 2] && !self.is_at_angle() {
-                // Not known yet is how it changes from the finger's place to there.
-                estimate.status = Status::MaxIterations;
+                // How the force changes from the finger's place to the measured angle is not known yet: the old numbers stay.
+                *estimate = Estimate { status: Status::MaxIterations, iterations: estimate.iterations, ..old };
             }
         } else if trusted {
             self.differentiate(estimate, spent);
@@ -495,96 +496,11 @@ impl<T: Real, S: Size> Estimator<T, S> {
         false
     }
 
-    /// Derivatives and standard deviation of a trustworthy estimate. `iterations` is what it took, or `None` if this tick takes no derivatives.
-    fn differentiate(&mut self, estimate: &mut Estimate, iterations: Option<u32>) {
-        if self.follower.solution().touching() == 0 {
-            self.differentiated = false;
-            (estimate.force_per_angle, estimate.standard_deviation, estimate.sensitivity_age) = ([0.0; 2], 0.0, 0);
-            return;
-        }
-        if self.is_fresh {
-            estimate.sensitivity_age = 0;
-        }
-        let budget = self.settings().budget;
-        // Without any, as soon as they fit into the tick's budget: they cost less than an iteration.
-        let within =
-            if self.differentiated { DIFFERENTIATE_WITHIN } else { budget.saturating_sub(1).max(DIFFERENTIATE_WITHIN) };
-        let fits = match iterations {
-            None => false,
-            Some(0) => true,
-            Some(_) if budget < CONVERGES_WITHIN => self.follower.solution().touching() <= FEW_TOUCHING,
-            Some(iterations) => iterations <= within,
-        };
-        if fits && (estimate.sensitivity_age >= DIFFERENTIATE_EVERY || !self.differentiated) {
-            self.take_derivatives(estimate);
-        }
-        // The force is proportional to the modulus but for the contact's softness.
-        self.slopes.youngs_modulus = estimate.force_magnitude();
-        let given = self.given();
-        estimate.standard_deviation =
-            if self.differentiated { given.standard_deviation(&self.slopes) } else { f32::INFINITY };
-        if !self.differentiated {
-            estimate.force_per_angle = [0.0; 2];
-        }
-    }
-
-    /// Takes derivatives at the equilibrium, whose force the estimate has: those of the coordinate, if there are any.
-    fn take_derivatives(&mut self, estimate: &mut Estimate) -> Option<Derivative<T>> {
-        let found = self.follower.sensitivity_of_step()?;
-        let size = estimate.force_magnitude();
-        let [x, y] = estimate.force.map(|f| f / size);
-        let along = |v: [T; 2]| {
-            let [u, v] = single(v);
-            u * x + v * y
-        };
-        let per_angle = found.coordinate.force.map(|part| part * T::of(self.ratio));
-        estimate.force_per_angle = single(per_angle);
-        self.slopes = Slopes {
-            angle: along(per_angle),
-            youngs_modulus: size,
-            centre: [along(found.centre[0].force), along(found.centre[1].force)],
-            radius: along(found.radius.force),
-        };
-        (self.differentiated, self.is_fresh) = (true, true);
-        estimate.sensitivity_age = 0;
-        Some(found.coordinate)
-    }
-
     /// The motor is where it was, and there the equilibrium is known: nothing is left to do.
     fn stands(&self, coordinate: f64) -> bool {
         let is_known =
             self.settled && self.last.age == 0 && self.follower.has_equilibrium() && !self.follower.remembers();
         is_known && T::of(coordinate).to_f64() == self.follower.solution().coordinate()
-    }
-
-    /// The derivatives are so old that a tick is theirs. With many touching samples they cost as much as a step: both do not fit into one.
-    fn differentiates_first(&self, coordinate: f64) -> bool {
-        let budget = self.settings().budget;
-        let way = (T::of(coordinate).to_f64() - self.follower.solution().coordinate()) / self.ratio;
-        let is_due = !self.differentiated || self.last.sensitivity_age >= DIFFERENTIATE_AT_LAST;
-        is_due
-            && budget < CONVERGES_WITHIN
-            && self.last.age == 0
-            && self.last.status.is_trustworthy()
-            && self.follower.has_equilibrium()
-            && (self.follower.solution().touching() > FEW_TOUCHING
-                || self.last.sensitivity_age >= DIFFERENTIATE_AT_LAST)
-            && way != 0.0
-            && way.abs() <= SHORT_WAY
-    }
-
-    /// The last force, moved along to an angle nearby by fresh derivatives; false if there are none.
-    fn move_along(&mut self, estimate: &mut Estimate, motor_angle: f64) -> bool {
-        let way = (motor_angle - f64::from(self.last.motor_angle)) as f32;
-        let Some(found) = self.take_derivatives(estimate) else { return false };
-        self.is_fresh = false;
-        let [x, y] = estimate.force_per_angle;
-        estimate.force = [estimate.force[0] + way * x, estimate.force[1] + way * y];
-        let ratio = self.ratio as f32;
-        let [u, v] = single(found.contact_centre).map(|part| part * ratio * way);
-        estimate.contact_centre = [estimate.contact_centre[0] + u, estimate.contact_centre[1] + v];
-        estimate.torque += found.torque.to_f64() as f32 * ratio * ratio * way;
-        true
     }
 
     fn read(&self, estimate: &mut Estimate) {

@@ -15,7 +15,7 @@ use crate::status::Status;
 
 /// New rows of a short step's first iteration beyond which they are thinned.
 pub(crate) const MANY: usize = 7;
-/// Rows that do not touch yet in an iteration that there is no time to follow up.
+/// Rows that do not touch yet, at most, if a tick has time for one iteration only.
 pub(crate) const FEW: usize = 3;
 /// Largest difference of an angle, rad, at which one state's inertia is taken for another's (see the module `equilibrium`).
 pub const NEAR_ENOUGH: f64 = 2e-3;
@@ -42,7 +42,7 @@ pub(crate) struct Limits<T> {
     pub margin: T,
     /// A short step: of many new rows at its first iteration only the deepest are kept.
     pub thins: bool,
-    /// There is no time for more than an iteration: its work is bounded, and what it leaves is the next one's.
+    /// The tick has time for one iteration only: its work is bounded, and the next tick does the rest.
     pub is_short: bool,
 }
 

@@ -109,12 +109,16 @@ fn a_force_with_friction_is_that_of_an_estimator_with_time() {
     for samples in [2, 5] {
         let (mut short, mut whole) = (rubbing::<f32>(samples, QUOTA), rubbing::<f32>(samples, 1000));
         let (mut off, mut sound, mut late, mut touching) = (Vec::new(), 0, 0, 0);
-        let (mut updating, mut within) = (0, 0);
+        let (mut updating, mut within, mut shown) = (0, 0, [0.0; 2]);
         for tick in campaign::ticks() {
             assert!(tick.prepare(&mut short) && tick.prepare(&mut whole));
             let (estimate, exact) = (short.update(tick.angle()), whole.update(tick.angle()));
             touching += u32::from(exact.force != [0.0; 2]);
-            late += u32::from(estimate.status == Status::MaxIterations);
+            if estimate.status == Status::MaxIterations {
+                late += 1;
+                assert_eq!(estimate.force, shown, "{samples} samples, {tick:?}: the old numbers stay, {estimate:?}");
+            }
+            shown = estimate.force;
             let alike = (estimate.status == Status::Snapped) == (exact.status == Status::Snapped);
             let known = [&estimate, &exact].iter().all(|one| width(one).is_some_and(|width| width < KNOWN));
             if estimate.status.is_trustworthy() && exact.force != [0.0; 2] {
