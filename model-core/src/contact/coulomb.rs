@@ -126,6 +126,7 @@ pub(crate) fn settle<T: Real>(
         }
         if !changed {
             outcome.settled = true;
+            outcome.negative = negative(problem, count, states);
             break;
         }
         let equations = states.iter().filter(|&&state| is_equation(state)).count();
@@ -141,7 +142,6 @@ pub(crate) fn settle<T: Real>(
     if let Some(turning) = turning {
         turning.put_on(-T::one(), delta);
     }
-    outcome.negative = negative(problem, count, states);
     outcome
 }
 

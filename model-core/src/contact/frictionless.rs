@@ -35,7 +35,7 @@ pub(crate) struct Problem<'a, T> {
 pub(crate) struct Settled {
     /// False if the set still changed when the passes ran out.
     pub settled: bool,
-    /// Negative eigenvalues of D on the active set.
+    /// Negative eigenvalues of D on the active set, if it settled.
     pub negative: usize,
     /// How many of the listed rows have their factors, for the next problem with the same D.
     pub factorised: usize,
