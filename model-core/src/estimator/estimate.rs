@@ -1,6 +1,6 @@
 //! What the estimator says at one tick, and the bounds that it keeps.
 
-use super::path::Interval;
+use super::interval::{Interval, magnitude};
 use crate::bounds::{OutOfBounds, check};
 use crate::equilibrium::Tracking;
 use crate::solution::LoadedRib;
@@ -115,9 +115,4 @@ impl Estimate {
             loaded_rib: None,
         }
     }
-}
-
-/// Magnitude of a force: everywhere the same to the last bit, so that a force is never beside its own interval.
-pub(super) fn magnitude([x, y]: [f32; 2]) -> f32 {
-    libm::sqrtf(x * x + y * y)
 }

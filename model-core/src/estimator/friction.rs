@@ -2,7 +2,8 @@
 
 use core::ops::ControlFlow;
 
-use super::path::{Interval, Path};
+use super::interval::Interval;
+use super::path::Path;
 use super::{CONVERGES_WITHIN, Estimate, Estimator, SHORT_WAY};
 use crate::equilibrium::{Patience, SlipWay, Sought};
 use crate::real::Real;
@@ -234,7 +235,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         // The middle of what may be: of a past that is known, what is.
         rub.shown = one.plus(0.5, &other.plus(-1.0, &one));
         (estimate.force, estimate.torque) = (rub.shown.force, rub.shown.torque);
-        estimate.interval = ends.map(|_| Interval::over(&one, [other].into_iter().chain(turned)).with(estimate));
+        estimate.interval =
+            ends.map(|_| Interval::over(&one, [other].into_iter().chain(turned)).with(estimate.force, estimate.torque));
         estimate.force_per_angle = if rub.has_angle { rub.per_angle.force } else { [0.0; 2] };
         self.slopes.youngs_modulus = estimate.force_magnitude();
         let known = rub.has_angle && rub.has_centre;

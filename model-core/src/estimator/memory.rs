@@ -70,7 +70,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if elastic.interval.is_some() || doubt > KNOWN * part {
             let reading = Reading { force: elastic.force, normal: self.normal(), torque: elastic.torque };
             let elastic = elastic.interval.unwrap_or_else(|| Interval::over(&reading, core::iter::empty()));
-            estimate.interval = Some(elastic.times([part - doubt, part + doubt]).with(&estimate));
+            estimate.interval = Some(elastic.times([part - doubt, part + doubt]).with(estimate.force, estimate.torque));
         }
         // What is not known of its past may be anything within its range.
         let unknown = doubt * elastic.force_magnitude() * libm::sqrtf(1.0 / 3.0);

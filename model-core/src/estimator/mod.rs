@@ -23,6 +23,7 @@ mod friction;
 mod going_on;
 #[cfg(test)]
 mod holding;
+mod interval;
 mod memory;
 mod path;
 #[cfg(test)]
@@ -45,7 +46,7 @@ use crate::status::Status;
 use crate::uncertainty::{Slopes, Uncertainty, UncertaintyError};
 pub use estimate::{Estimate, EstimatorSettings};
 use friction::Rub;
-pub use path::Interval;
+pub use interval::Interval;
 
 /// Estimates the contact force of one finger on one object from the motor angle.
 pub struct Estimator<T: Real, S: Size> {
