@@ -10,16 +10,11 @@ import sys
 import time
 
 import dynamixel_sdk as sdk
-from dynamixel_sdk import port_handler
+from sdk_port import packets, port
 
 SERVO, GRIPPER, GOAL = (int(word) for word in sys.argv[3:6])
 NOBODY = 77
 BLOCK = 128  # of the first finger: its results are 40 bytes
-port_handler.LATENCY_TIMER = 250  # ms, half of what an answer is waited for: a busy machine needs more than the SDK's 16
-port = sdk.PortHandler(sys.argv[1])
-packets = sdk.PacketHandler(2.0)
-assert port.openPort(), "the port does not open"
-assert port.setBaudRate(int(sys.argv[2])), "the port refuses the baud rate"
 
 
 def say(name, *facts):

@@ -8,22 +8,9 @@ Prints the positions that were the second ones.
 import sys
 import time
 
-import dynamixel_sdk as sdk
-from dynamixel_sdk import port_handler
+from sdk_port import packets, port, sound
 
 SERVO, GOAL = int(sys.argv[3]), int(sys.argv[5])
-port_handler.LATENCY_TIMER = 250  # ms, half of what an answer is waited for: a busy machine needs more than the SDK's 16
-port = sdk.PortHandler(sys.argv[1])
-packets = sdk.PacketHandler(2.0)
-assert port.openPort(), "the port does not open"
-assert port.setBaudRate(int(sys.argv[2])), "the port refuses the baud rate"
-
-
-def sound(answer):
-    *data, communication, error = answer
-    assert (communication, error) == (sdk.COMM_SUCCESS, 0), packets.getTxRxResult(communication)
-    return data
-
 
 # The simulated servo's time passes by reads: it is somewhere else at each.
 sound(packets.write4ByteTxRx(port, SERVO, 112, 40))

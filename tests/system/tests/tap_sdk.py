@@ -8,14 +8,9 @@ import sys
 import time
 
 import dynamixel_sdk as sdk
-from dynamixel_sdk import port_handler
+from sdk_port import packets, port
 
 SERVO, GOAL = int(sys.argv[3]), int(sys.argv[4])
-port_handler.LATENCY_TIMER = 250  # ms, half of what an answer is waited for: a busy machine needs more than the SDK's 16
-port = sdk.PortHandler(sys.argv[1])
-packets = sdk.PacketHandler(2.0)
-assert port.openPort(), "the port does not open"
-assert port.setBaudRate(int(sys.argv[2])), "the port refuses the baud rate"
 sync = sdk.GroupSyncRead(port, packets, 132, 4)
 assert sync.addParam(SERVO)
 bulk = sdk.GroupBulkRead(port, packets)
