@@ -89,6 +89,10 @@ pub struct Decoder<const N: usize> {
     held: usize,
     /// Bytes of the packet that was handed out last, to be dropped at the next call.
     finished: usize,
+    /// The bytes held have been examined, and more are needed.
+    examined: bool,
+    /// They begin with a whole header.
+    begun: bool,
     /// Bytes of the candidate already searched for a new header.
     searched: usize,
     /// Where in the candidate, the answer to a fast read, something begins like a packet; 0: nowhere.
@@ -110,7 +114,17 @@ impl<const N: usize> Decoder<N> {
         const {
             assert!(N >= 16 && N <= 32_768, "a decoder holds 16 to 32768 bytes");
         }
-        Decoder { buffer: [0; N], held: 0, finished: 0, searched: 0, inner: 0, stale: 0, skipped: 0 }
+        Decoder {
+            buffer: [0; N],
+            held: 0,
+            finished: 0,
+            examined: false,
+            begun: false,
+            searched: 0,
+            inner: 0,
+            stale: 0,
+            skipped: 0,
+        }
     }
 
     /// Takes bytes from the front of `input` until a packet or an error is complete.
@@ -126,7 +140,10 @@ impl<const N: usize> Decoder<N> {
         self.drop_front(self.finished);
         self.finished = 0;
         loop {
-            match self.examine() {
+            // Who takes byte by byte, and asks in between, has the same bytes examined once.
+            let verdict = if self.examined { Verdict::More } else { self.examine() };
+            self.examined = matches!(verdict, Verdict::More);
+            match verdict {
                 Verdict::More if self.stale > 0 => self.skip(1),
                 Verdict::More => {
                     let (&byte, rest) = input.split_first()?;
@@ -152,6 +169,8 @@ impl<const N: usize> Decoder<N> {
     pub fn reset(&mut self) {
         self.held = 0;
         self.finished = 0;
+        self.examined = false;
+        self.begun = false;
         self.searched = 0;
         self.inner = 0;
         self.stale = 0;
@@ -180,6 +199,7 @@ impl<const N: usize> Decoder<N> {
         if let Some(place) = self.buffer.get_mut(self.held) {
             *place = byte;
             self.held += 1;
+            self.examined = false;
         }
     }
 
@@ -196,6 +216,8 @@ impl<const N: usize> Decoder<N> {
             }
         }
         self.held -= count;
+        self.examined = false;
+        self.begun = false;
         self.searched = 0;
         self.inner = 0;
         self.stale = self.stale.saturating_sub(count);
@@ -208,6 +230,9 @@ impl<const N: usize> Decoder<N> {
 
     /// Drops what cannot be the beginning of a packet.
     fn align(&mut self) {
+        if self.begun {
+            return;
+        }
         let held = self.buffer.get(..self.held).unwrap_or_default();
         let begins = |at: &usize| {
             let rest = held.get(*at..).unwrap_or_default();
@@ -217,6 +242,7 @@ impl<const N: usize> Decoder<N> {
         if start > 0 {
             self.skip(start);
         }
+        self.begun = self.held >= HEADER.len();
     }
 
     fn examine(&mut self) -> Verdict {

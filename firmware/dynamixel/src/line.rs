@@ -33,6 +33,14 @@ impl<const N: usize> Line<N> {
         self.decoder.next(&mut &[][..]).map(Spoken::from)
     }
 
+    /// Takes bytes until they say something; nothing means that all are taken.
+    pub(crate) fn take(&mut self, now_us: u64, input: &mut &[u8]) -> Option<Spoken<'_>> {
+        if !input.is_empty() {
+            self.heard_us = now_us;
+        }
+        self.decoder.next(input).map(Spoken::from)
+    }
+
     /// Takes a byte.
     pub(crate) fn byte(&mut self, now_us: u64, byte: u8) -> Option<Spoken<'_>> {
         self.heard_us = now_us;

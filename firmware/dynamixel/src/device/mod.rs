@@ -135,12 +135,14 @@ impl<const N: usize> Device<N> {
     pub fn hear(&mut self, now_us: u64, input: &mut &[u8], table: &mut impl ControlTable) -> Option<Reply<'_>> {
         self.line.at(self.timing.began_us(now_us, input.len()), self.timing.pause_us());
         let (delay_us, length) = loop {
-            if let Some(spoken) = self.line.settle() {
+            let spoken = if self.turn.follows() { self.line.settle() } else { Some(self.line.take(now_us, input)?) };
+            if let Some(spoken) = spoken {
                 match Self::event(&mut self.turn, &mut self.state, spoken, now_us, &self.timing, table) {
                     Some(written) => break written,
                     None => continue,
                 }
             }
+            // The blocks of a fast answer end one by one.
             let (&byte, rest) = input.split_first()?;
             *input = rest;
             let call = self.turn.follow(byte);

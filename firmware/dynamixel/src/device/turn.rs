@@ -99,6 +99,11 @@ impl<const N: usize> Turn<N> {
         before.map_or(Call::Wait, |place| self.wait(mine, heard + place + 1, now_us, timing))
     }
 
+    /// Each byte may end the block of a fast answer before the device's own.
+    pub(super) fn follows(&self) -> bool {
+        self.waiting.is_some() && self.request.is_fast()
+    }
+
     /// A byte of what may be the answer to a fast read.
     pub(super) fn follow(&mut self, byte: u8) -> Call {
         let Some(Waiting { mine, .. }) = self.waiting.filter(|_| self.request.is_fast()) else {

@@ -193,12 +193,14 @@ impl<const N: usize, const S: usize> Tap<N, S> {
         let Tap { line, state } = self;
         line.at(state.timing.began_us(now_us, input.len()), state.timing.pause_us());
         let event = loop {
-            if let Some(spoken) = line.settle() {
+            let spoken = if state.request.is_fast() { line.settle() } else { Some(line.take(now_us, input)?) };
+            if let Some(spoken) = spoken {
                 match state.spoken(spoken, now_us) {
                     Some(event) => break event,
                     None => continue,
                 }
             }
+            // The blocks of a fast answer count one by one.
             let (&byte, rest) = input.split_first()?;
             *input = rest;
             let block = state.follow(byte, line.skipped(), now_us);
