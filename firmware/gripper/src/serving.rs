@@ -81,6 +81,10 @@ async fn hear<B: Board>(shared: &Shared, bus: &Bus<B::Bus>, port: &mut B::Bus) -
             ears.overhear(shared, now, rest, heard_ticks);
         }
         while let Some(said) = answer(bus, now, &mut rest).await {
+            // After a pause it is another device that has been waited for.
+            if count > 0 {
+                note::<B>(shared, &said, port.heard_ticks());
+            }
             say::<B>(shared, bus, port, &said).await;
         }
         bus.has_heard();
@@ -91,14 +95,29 @@ async fn answer<U: BusPort>(bus: &Bus<U>, now: u64, rest: &mut &[u8]) -> Option<
     bus.ears().await.as_mut()?.voice.as_mut()?.answer(now, rest)
 }
 
+/// Notes how long an answer has taken.
+fn note<B: Board>(shared: &Shared, said: &Said, heard_ticks: Option<u32>) {
+    let Some(heard) = heard_ticks else { return };
+    let ticks = B::cost_ticks().wrapping_sub(heard);
+    let is_late = said.delay_us > 0 && microseconds::<B>(ticks) > u64::from(said.delay_us);
+    shared.count(|counters| {
+        counters.answer = ticks;
+        counters.answer_most = counters.answer_most.max(ticks);
+        counters.late_answers = counters.late_answers.wrapping_add(u32::from(is_late));
+    });
+}
+
+fn microseconds<B: Board>(ticks: u32) -> u64 {
+    u64::from(ticks) * 1_000_000 / u64::from(B::COST_HZ.max(1))
+}
+
 /// Sends an answer, and has the tap hear it like everybody else: a port does not hear itself.
 async fn say<B: Board>(shared: &Shared, bus: &Bus<B::Bus>, port: &mut B::Bus, said: &Said) {
     let asking = shared.quiet.ask();
     if said.delay_us > 0 {
         // From the end of the question on.
         let ticks = port.heard_ticks().map_or(0, |heard| B::cost_ticks().wrapping_sub(heard));
-        let passed_us = u64::from(ticks) * 1_000_000 / u64::from(B::COST_HZ.max(1));
-        Timer::after_micros(u64::from(said.delay_us).saturating_sub(passed_us)).await;
+        Timer::after_micros(u64::from(said.delay_us).saturating_sub(microseconds::<B>(ticks))).await;
     }
     if !(write_all(port, &said.bytes).await && port.flush().await.is_ok()) {
         shared.add(|counters| &mut counters.bus_other);

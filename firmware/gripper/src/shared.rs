@@ -149,6 +149,9 @@ impl Shared {
                 link_oversize: 0,
                 latency: 0,
                 latency_most: 0,
+                answer: 0,
+                answer_most: 0,
+                late_answers: 0,
             })),
         }
     }

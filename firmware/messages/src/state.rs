@@ -100,4 +100,11 @@ pub struct Counters {
     pub latency: u32,
     /// The longest one.
     pub latency_most: u32,
+    /// From the last byte of another master's question until this gripper's answer to it was ready, in ticks of the cost clock; the last
+    /// one. 0: there was none, or the board does not know.
+    pub answer: u32,
+    /// The longest one.
+    pub answer_most: u32,
+    /// Answers that were ready only after the return delay that the control table states, if that is more than 0.
+    pub late_answers: u32,
 }

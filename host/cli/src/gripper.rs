@@ -253,6 +253,13 @@ fn info(link: &Link) -> Result<String, LinkError> {
     );
     let _ = writeln!(
         text,
+        "answers          {:.0} µs from another master's question until one is ready, {:.0} µs at most, {} after the return delay",
+        us(counters.answer),
+        us(counters.answer_most),
+        counters.late_answers
+    );
+    let _ = writeln!(
+        text,
         "dropped          {} reports, {} grasps, {} shapes, {} events",
         counters.dropped_reports, counters.dropped_grasps, counters.dropped_shapes, counters.dropped_events
     );

@@ -86,6 +86,23 @@ fn an_answer_waits_for_no_estimate() {
     assert!(prompt.iter().all(|[.., age]| *age > 10_000), "{prompt:?}");
 }
 
+/// Answers are ready before the return delay that the control table states, and sent after it.
+#[test]
+fn an_answer_keeps_its_return_delay() {
+    let (machine, bus) = Machine::boot_shared(Machine::servo());
+    // 200 µs, which are 50,000 instructions.
+    let (link, _watch) = listening(&machine, Role::Device { id: GRIPPER, return_delay: 100 });
+    link.set_object(0, OBJECT).unwrap();
+    run("prompt_sdk.py", &bus.port);
+    let counters = link.counters().unwrap();
+    let [last, most] = [counters.answer, counters.answer_most].map(|ticks| ticks * Machine::INSTRUCTIONS_PER_TICK);
+    println!("an answer is ready after {last} instructions, {most} at most");
+    assert_eq!(counters.late_answers, 0);
+    assert!(last > 1_000, "{last} instructions: is it still measured?");
+    // A busy PC brings several packets at once.
+    assert!(most <= 25_000, "{most} instructions");
+}
+
 /// A position that comes once the period has its estimate is estimated in the next one, though nothing is heard in that.
 #[test]
 fn a_late_position_is_estimated_in_the_next_period() {

@@ -438,6 +438,7 @@ fn meanwhile([before, after]: &[Counters; 2]) -> Counters {
         link_frames: d(|c| c.link_frames),
         link_damaged: d(|c| c.link_damaged),
         link_oversize: d(|c| c.link_oversize),
+        late_answers: d(|c| c.late_answers),
         ..*after
     }
 }
