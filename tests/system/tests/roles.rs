@@ -86,7 +86,7 @@ fn an_answer_waits_for_no_estimate() {
     assert!(prompt.iter().all(|[.., age]| *age > 10_000), "{prompt:?}");
 }
 
-/// Answers are ready before the return delay that the control table states, and sent after it.
+/// Answers are ready before the return delay is over that the control table states.
 #[test]
 fn an_answer_keeps_its_return_delay() {
     let (machine, bus) = Machine::boot_shared(Machine::servo());
