@@ -251,13 +251,15 @@ fn info(link: &Link) -> Result<String, LinkError> {
         us(counters.latency),
         us(counters.latency_most)
     );
-    let _ = writeln!(
-        text,
-        "answers          {:.0} µs from another master's question until one is ready, {:.0} µs at most, {} after the return delay",
-        us(counters.answer),
-        us(counters.answer_most),
-        counters.late_answers
-    );
+    if counters.answer > 0 {
+        let _ = writeln!(
+            text,
+            "answers          {:.0} µs from another master's question until one is ready, {:.0} µs at most, {} after the return delay",
+            us(counters.answer),
+            us(counters.answer_most),
+            counters.late_answers
+        );
+    }
     let _ = writeln!(
         text,
         "dropped          {} reports, {} grasps, {} shapes, {} events",
