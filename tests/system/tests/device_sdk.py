@@ -103,6 +103,7 @@ start = patient(lambda: packets.read4ByteTxRx(port, SERVO, 132))[0]
 say("open", *results())
 go(GOAL)
 say("closed", *results())
+settle()
 
 # The servo and the gripper in one question each way round, plain and fast: position, and force y.
 for order in ((SERVO, GRIPPER), (GRIPPER, SERVO)):

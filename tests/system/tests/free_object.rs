@@ -202,9 +202,25 @@ fn an_object_that_is_let_go_rests_where_the_core_says() {
 }
 
 const FRICTION: f64 = 0.5;
+/// So slowly, rad/s, that where the motion turns round no search for a balance falls far behind: what is passed over in one step is another
+/// way than that of many small ones.
+const SLOWLY: f32 = 0.05;
 
-/// The same fingers in f64 with friction: closed on the object where it is held, which is let go, and then moved with it along these angles.
-fn core_with_friction(angles: &[[f64; 2]]) -> Vec<Balance> {
+/// The angles of both fingers, rad, tick by tick from a report on.
+fn way_since(watch: &Watch, from: usize) -> Vec<[f64; 2]> {
+    let mut at = [f64::NAN; 2];
+    let reports = watch.reports.iter().skip(from);
+    let places = reports.filter_map(|report| {
+        at[usize::from(report.finger)] = f64::from(report.estimate.motor_angle);
+        (report.finger == 1 && !at[0].is_nan()).then_some(at)
+    });
+    let mut way: Vec<_> = places.collect();
+    way.dedup();
+    way
+}
+
+/// The same fingers in f64 with friction: closed on the object where it is held, which is let go, and then moved with it along these ways.
+fn core_with_friction(first: [f64; 2], ways: &[Vec<[f64; 2]>]) -> Vec<Balance> {
     let given = finger();
     let mut models = [0, 1].map(|_| Box::new(Follower::<f64, Rubbing>::EMPTY));
     for model in &mut models {
@@ -217,20 +233,11 @@ fn core_with_friction(angles: &[[f64; 2]]) -> Vec<Balance> {
     let load = Load { force: LOAD.map(f64::from), moment: 0.0 };
     let object = ObjectDesign::Circle { centre: CENTRE, radius: RADIUS };
     let mut grasp = Model::new(fingers.collect(), object, load).unwrap();
-    let (&first, others) = angles.split_first().unwrap();
     assert_eq!(grasp.close(&first), Ok(Status::Converged));
     let mut found = vec![grasp.release()];
-    let mut at = first;
-    for to in others {
-        const STEPS: u32 = 40;
-        let mut last = None;
-        for step in 1..=STEPS {
-            let part = f64::from(step) / f64::from(STEPS);
-            let way = [0, 1].map(|i| at[i] + part * (to[i] - at[i]));
-            last = Some(grasp.advance_within(&way, u32::MAX).unwrap());
-        }
-        found.extend(last);
-        at = *to;
+    for way in ways {
+        let balances = way.iter().map(|angles| grasp.advance_within(angles, u32::MAX).unwrap());
+        found.extend(balances.last());
     }
     found
 }
@@ -249,9 +256,10 @@ fn fingers_that_rub_move_with_the_object_between_them() {
     }
     settled(&mut watch, [-DEGREE; 2]);
     let go = |watch: &mut Watch, goals: [f32; 2]| {
+        let from = watch.reports.len();
         let goals = goals.map(|goal| goal * DEGREE);
         for (finger, goal) in (0..).zip(goals) {
-            link.close(Which::One(finger), goal, Some(0.1)).unwrap();
+            link.close(Which::One(finger), goal, Some(SLOWLY)).unwrap();
         }
         settled(watch, goals);
         // Until both servos stand, and what they hold.
@@ -261,18 +269,20 @@ fn fingers_that_rub_move_with_the_object_between_them() {
             (still, last) = (if near && grasp.is_trustworthy { still + 1 } else { 0 }, grasp.sum);
             still > 25
         });
-        last_angles(watch)
+        way_since(watch, from)
     };
-    let mut way = vec![go(&mut watch, [9.0, 7.0])];
+    go(&mut watch, [9.0, 7.0]);
+    let first = last_angles(&watch);
     let since = watch.grasps.len();
     link.set_settings(&settings(Support::Free { load: LOAD, moment: 0.0 })).unwrap();
     until_free(&mut watch, "balance", |grasp| grasp.free.is_some_and(|free| free.status == Status::Converged));
     let mut found = vec![(last(&watch), *watch.grasps.last().unwrap())];
+    let mut ways = Vec::new();
     for goals in [[10.5, 8.5], [9.5, 7.5]] {
-        way.push(go(&mut watch, goals));
+        ways.push(go(&mut watch, goals));
         found.push((last(&watch), *watch.grasps.last().unwrap()));
     }
-    let core = core_with_friction(&way);
+    let core = core_with_friction(first, &ways);
     for ((reports, grasp), balance) in found.iter().zip(&core) {
         let free = grasp.free.expect("a free object");
         println!("target: {free:?} {:?}, f64: {balance:?}", reports.map(|report| report.estimate.force));
