@@ -140,7 +140,7 @@ impl<const N: usize> Decoder<N> {
         self.drop_front(self.finished);
         self.finished = 0;
         loop {
-            // Who takes byte by byte, and asks in between, has the same bytes examined once.
+            // However often it is called between two bytes, it examines what it holds once.
             let verdict = if self.examined { Verdict::More } else { self.examine() };
             self.examined = matches!(verdict, Verdict::More);
             match verdict {

@@ -100,14 +100,14 @@ pub const CONVERGES_WITHIN: u32 = 3;
 /// Angles at which a beginning is looked for in one tick: as many as it may do iterations, but within these.
 const CHECKS_PER_TICK: u32 = 8;
 const LEAST_CHECKS: u32 = 2;
+/// Their distance, rad.
+const SEARCH_PACE: f64 = core::f64::consts::PI / 180.0;
 /// Derivatives are taken anew after this many ticks: at 500 Hz and 20°/s the finger has then turned by 0.3°.
 const DIFFERENTIATE_EVERY: u16 = 8;
 /// ... in the next tick that needs no more Newton iterations than this, which bounds the worst tick's cost.
 const DIFFERENTIATE_WITHIN: u32 = 2;
 /// How far the motor may go in a tick that is for something else than following it, rad: three counts.
 const SHORT_WAY: f64 = 3.1 * core::f64::consts::TAU / 4096.0;
-/// Their distance, rad.
-const SEARCH_PACE: f64 = core::f64::consts::PI / 180.0;
 
 fn single<T: Real>(v: [T; 2]) -> [f32; 2] {
     v.map(|x| x.to_f64() as f32)
@@ -414,7 +414,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
             }
         };
         let budget = settings.budget - supposing;
-        // If there is no time to converge, the steps that fit have to do.
+        // A tick that cannot converge makes do with the steps it has time for.
         let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
         // The same angle again: nothing has moved, and nothing is left to do.
         let stands = if rubs { self.rests(coordinate) } else { self.stands(coordinate) };
