@@ -25,8 +25,8 @@ const FARTHEST: f64 = 50.0;
 const SETTLING: u32 = 100;
 /// Iterations of a motion with the object, in those that an estimate takes at most.
 const CARRYING: u32 = 3;
-/// Ticks in a row without a balance in a motion with the object that are put up with.
-const PATIENCE: u32 = 8;
+/// Ticks in a row without a balance in a motion with the object that are put up with: afterwards its place is no longer that of the true way.
+const PATIENCE: u32 = 25;
 /// A turn that counts as far as a shift by its arc, this far from the centre, mm.
 const ARM: f64 = 50.0;
 
@@ -44,6 +44,8 @@ pub(crate) struct Free {
     course: Course,
     /// Ticks in a row without a balance.
     late: u32,
+    /// The fingers have gone on alone with friction: the next balance does not follow from the last one.
+    has_leapt: bool,
 }
 
 impl Free {
@@ -57,7 +59,17 @@ impl Free {
         let report =
             FreeObject { status: Status::Stale, shift: [0.0; 2], turn: 0.0, residual: 0.0, iterations: 0, cost: 0 };
         let (place, course) = (Place::default(), Course::default());
-        Some(Self { load, place, report, settling: 0, is_new: false, is_carried: false, course, late: 0 })
+        Some(Self {
+            load,
+            place,
+            report,
+            settling: 0,
+            is_new: false,
+            is_carried: false,
+            course,
+            late: 0,
+            has_leapt: false,
+        })
     }
 
     /// A tick begins.
@@ -68,6 +80,7 @@ impl Free {
         let touching = mounted().filter(|unit| unit.model.follower().solution().touching() > 0).count();
         self.is_carried = touching >= 2 && self.late < PATIENCE && mounted().any(|unit| unit.model.rubs());
         if !self.is_carried {
+            self.has_leapt |= self.late >= PATIENCE;
             (self.late, self.course) = (0, Course::default());
         }
     }
@@ -170,7 +183,7 @@ impl Free {
             each = each.min(unit.budget.iterations_of(share, if self.is_carried { CARRYING } else { 1 }));
         }
         if touching < 2 {
-            (self.report.status, self.settling) = (Status::NoContact, 0);
+            (self.report.status, self.settling, self.has_leapt) = (Status::NoContact, 0, false);
             return touching == 0;
         }
         let mut to: heapless::Vec<f64, MAX_FINGERS> = heapless::Vec::new();
@@ -198,10 +211,11 @@ impl Free {
             _ if is_far => Status::OutOfRange,
             // Two fingers touched it, and now nothing holds it.
             Status::NoContact => Status::Folded,
+            Status::Converged if self.has_leapt => Status::Snapped,
             status => status,
         };
         if status.is_trustworthy() {
-            self.settling = 0;
+            (self.settling, self.has_leapt) = (0, false);
         }
         self.late = if self.is_carried && !status.is_trustworthy() { self.late + 1 } else { 0 };
         self.report = FreeObject {

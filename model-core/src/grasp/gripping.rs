@@ -7,6 +7,7 @@ use super::{Balance, Course, EXCESS, Finger, Grasp, Load, Placement, Pull, margi
 use crate::discretise::{Discretisation, Physics};
 use crate::equilibrium::Follower;
 use crate::object::{Corners, Motion, ObjectDesign};
+use crate::random_designs::Random;
 use crate::real::Real;
 use crate::size::{Rubbing, Size};
 use crate::status::Status;
@@ -301,6 +302,68 @@ fn few_ticks_end_without_a_balance() {
     late.sort_unstable();
     std::println!("{late:?}");
     assert!(late.get(12).is_some_and(|&median| median <= 8) && late.iter().sum::<usize>() < 24 * 20, "{late:?}");
+}
+
+fn between(random: &mut Random, from: f64, to: f64) -> f64 {
+    from + (to - from) * random.unit()
+}
+
+/// Angles of two fingers that close and open by turns, in servo counts, °: from where they begin, to a few others and a rest at each.
+fn to_and_fro(random: &mut Random) -> Vec<[f64; 2]> {
+    const STEP: f64 = 0.11;
+    const COUNT: f64 = 360.0 / 4096.0;
+    let mut at = [0, 1].map(|_| between(random, 5.5, 8.5));
+    let (mut goal, mut angles) = (at, std::vec![at]);
+    for way in [1.0, -1.0, 1.0, -1.0] {
+        goal = goal.map(|goal: f64| (goal + way * between(random, 0.5, 2.5)).clamp(4.0, 12.0));
+        while at != goal {
+            at = [0, 1].map(|i| at[i] + (goal[i] - at[i]).clamp(-STEP, STEP));
+            angles.push(at);
+        }
+        angles.extend([at; 15]);
+    }
+    angles.iter().map(|at| at.map(|angle| ((angle / COUNT).round() * COUNT).to_radians())).collect()
+}
+
+/// Where the fingers turn round, what slipped sticks: few ticks have too little time for that, and those that end in balance are where a motion with
+/// all time and in double precision is.
+#[test]
+fn a_motion_with_little_time_comes_to_the_same_places() {
+    let mut random = Random::new(5);
+    let (mut ticks, mut late, mut compared, mut off) = (0, 0, 0, Vec::new());
+    for _ in 0..30 {
+        let friction = between(&mut random, 0.3, 0.8);
+        let centre = [28.0 + between(&mut random, -0.6, 0.6), between(&mut random, 38.0, 50.0)];
+        let load = Load {
+            force: [between(&mut random, -0.15, 0.15), between(&mut random, -0.3, 0.1)],
+            moment: between(&mut random, -2.0, 2.0),
+        };
+        let angles = to_and_fro(&mut random);
+        let object = ObjectDesign::Circle { centre, radius: 25.0 };
+        let (mut single, mut double) = (pair::<f32>(friction), pair::<f64>(friction));
+        let first = angles.first().copied().expect("an angle");
+        let (mut hurried, _) = gripped_at(&mut single, object, load, first);
+        let (mut patient, _) = gripped_at(&mut double, object, load, first);
+        let mut fell = false;
+        for at in angles.iter().skip(1) {
+            let found = hurried.advance_within(at, 48).expect("as many coordinates as fingers");
+            let exact = patient.advance_within(at, u32::MAX).expect("as many coordinates as fingers");
+            // Which balance an object falls to is a matter of how long it takes.
+            fell |= exact.status != Status::Converged || found.status == Status::Snapped;
+            (ticks, late) = (ticks + 1, late + u32::from(!found.status.is_trustworthy()));
+            if fell || !found.status.is_trustworthy() {
+                continue;
+            }
+            compared += 1;
+            for (one, other) in found.forces.iter().zip(&exact.forces) {
+                off.push((one[0] - other[0]).hypot(one[1] - other[1]));
+            }
+        }
+    }
+    let most = off.iter().copied().fold(0.0, f64::max);
+    std::println!("{late} of {ticks} late, {compared} compared, {most} N at most");
+    assert!(late * 300 < ticks && compared * 10 > ticks * 9, "{late} {compared} {ticks}");
+    assert!(most < 0.015, "{most} N");
 }
 
 /// Parallel jaws, and three fingers around a cylinder: as they are moved on, one further than the others, work and forces are balanced as well.

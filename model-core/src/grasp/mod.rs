@@ -15,6 +15,7 @@
 #[cfg(test)]
 mod gripping;
 mod margin;
+mod pace;
 mod portal;
 mod resume;
 mod rubbing;

@@ -6,9 +6,9 @@
 //!
 //! > Σ F_i(α_i + p Δα_i, C) + W = (1 − p) R⁰,
 //!
-//! each F_i from the finger's accepted state, by a quasi-Newton method that begins where the object's last step leads to. Where what
-//! sticks begins to slip, the slope changes by orders of magnitude: it is taken anew, and a correction that leads beyond is followed by one
-//! along the chord.
+//! each F_i from the finger's accepted state, by a quasi-Newton method that begins where the object's last steps lead. Where what sticks
+//! begins to slip, the slope changes by orders of magnitude: a search that this surprises begins anew where a short part of the step leads, the
+//! slope is taken anew, and a correction that leads beyond is followed by one along the chord and, where that hardly helps, by one half-way there.
 //!
 //! Where no step is found, the balance has ended, and the object falls, as slowly as it takes: with the fingers' coordinates as they are,
 //! implicit steps of the motion against a drag, c (C − C⁰) = Σ F_i + W, lead to the next balance, which is flagged as a snap. So is a step
@@ -17,6 +17,7 @@
 //! Friction turns the object, a cylinder as well: there are always three freedoms. Forces that are less than 1e-4 of all, 1e-3 in single
 //! precision, count as balanced; in a grip that slides everywhere they do not even turn the object any more.
 
+use super::pace::Pace;
 use super::slope::{Slope, dot, learn, minus, plus, returns, solve, within};
 use super::together::{Answers, Step, short};
 use super::{Balance, Grasp, HALVINGS, LONGEST, MAX_FINGERS, STEPS, Sum, largest, magnitude, magnitude3};
@@ -33,10 +34,12 @@ const LEAVES: f64 = 0.8;
 /// Corrections of the object's place in a step.
 const CORRECTIONS: u32 = 16;
 /// What a correction leaves as a rule of what there was; with more the slope is not what it was.
-const GOOD: f64 = 0.3;
+const GOOD: f64 = 0.65;
 /// ... at most where it went too far, and at most at all.
 const LESS: f64 = 0.9;
 const WORSE: f64 = 10.0;
+/// Part of a step that a prediction looks at.
+const AHEAD: f64 = 1.0 / 32.0;
 /// Calls that leave a step unfinished before it is halved.
 const TRIES: u32 = 4;
 /// Halvings of steps after which the balance is taken to have ended.
@@ -49,6 +52,9 @@ const EASES: f64 = 0.3;
 /// lost on the way to another balance.
 const LOSES: f64 = 1e-3;
 
+/// What is left of the fingers' ways, rad or mm.
+type Ways = [f64; MAX_FINGERS];
+
 /// What a balance with friction leaves for the next one, if all goes on as it went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Course {
@@ -57,7 +63,7 @@ pub struct Course {
     pace: Option<Pace>,
     going: Going,
     /// A step that was left unfinished: where the fingers go in it, rad or mm, and how many calls have not finished it.
-    pending: Option<([f64; MAX_FINGERS], u32)>,
+    pending: Option<(Ways, u32)>,
     /// How far the search for the object's step in it has come.
     search: Option<Search>,
 }
@@ -69,12 +75,21 @@ struct Search {
     object: [f64; 3],
     last: Option<Correction>,
     slope: Option<Slope>,
+    /// It began where the last steps led, and goes on only as long as the forces answer as they did.
+    is_expected: bool,
+    /// Places that it has tried.
+    tried: u32,
+    /// A place that was too far.
+    beyond: Option<[f64; 3]>,
 }
 
 impl Search {
+    /// One that has not begun.
+    const ANEW: Self = Self::from([0.0; 3], None);
+
     /// One that begins with a guess.
-    fn from(object: [f64; 3], slope: Option<Slope>) -> Self {
-        Self { object, last: None, slope }
+    const fn from(object: [f64; 3], slope: Option<Slope>) -> Self {
+        Self { object, last: None, slope, is_expected: false, tried: 0, beyond: None }
     }
 }
 
@@ -126,24 +141,6 @@ impl Going {
     }
 }
 
-/// How the object moved with the fingers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Pace {
-    /// The fingers' ways together, or where there are none what was let go of the force that was left over.
-    way: f64,
-    releases: bool,
-    /// The object's step.
-    object: [f64; 3],
-}
-
-impl Pace {
-    fn of(ways: &[f64], step: &Step, here: &Sum) -> Self {
-        let way = step.part * ways.iter().sum::<f64>();
-        let releases = way == 0.0;
-        Self { way: if releases { step.part * magnitude3(&here.left) } else { way }, releases, object: step.object }
-    }
-}
-
 impl Sum {
     /// Energy that a step from here to there has lost, N·mm: the work of the motors and of what held the object, less what is stored and
     /// dissipated.
@@ -181,7 +178,7 @@ struct Correction {
     from: [f64; 3],
     off: [f64; 3],
     more: [f64; 3],
-    /// The one before began there as well, and was too long.
+    /// Where it is too long, half of it is next: the one before began there as well and was too long, or it goes half-way to a place that was too far.
     stayed: bool,
 }
 
@@ -227,7 +224,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 // From a balance that ends, the fingers have to go on a little for the object to fall.
                 Some(drag) => Aim { part: if balanced { part } else { 0.0 }, meant: [0.0; 3], leaves, drag },
             };
-            let come = self.course.search.filter(|_| pending.is_some());
+            let come = self.course.search.filter(|_| pending.is_some()).map(|search| search.tried);
             match self.step_together(&ways, &aim, &here) {
                 Ok((there, jumps)) => {
                     (here, steps) = (there, steps + 1);
@@ -240,7 +237,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                         target.iter_mut().zip(to).for_each(|(target, to)| *target = *to);
                     }
                     // Where a call has come no further, another would come no further either.
-                    let comes_on = self.course.search != come;
+                    let comes_on = self.course.search.map(|search| search.tried) != come;
                     if comes_on && tries < TRIES {
                         self.course.pending = Some((target, tries + 1));
                     } else {
@@ -268,16 +265,11 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     }
 
     /// One step of all, and whether the object jumps in it; or why there is none, and everything is as it was.
-    fn step_together(&mut self, ways: &[f64], aim: &Aim, here: &Sum) -> Result<(Sum, bool), Status> {
-        let expected =
-            |grasp: &Self| grasp.expected(ways, aim, here).map(|step| Search::from(step, grasp.course.slope));
-        let ahead = self.course.search.take().or_else(|| expected(self));
-        let mut found = Err(Status::Stagnated);
-        for search in [ahead, Some(Search::from([0.0; 3], None))].into_iter().flatten() {
-            found = self.search_together(ways, aim, here, search);
-            if found.is_ok() || self.left() == 0 {
-                break;
-            }
+    fn step_together(&mut self, ways: &Ways, aim: &Aim, here: &Sum) -> Result<(Sum, bool), Status> {
+        let search = self.course.search.take().or_else(|| self.expected(ways, aim, here)).unwrap_or(Search::ANEW);
+        let mut found = self.search_together(ways, aim, here, search);
+        if found.is_err() && self.left() > 0 && search.is_expected {
+            found = self.search_together(ways, aim, here, Search::ANEW);
         }
         if found.is_ok() || self.left() > 0 {
             self.course.search = None;
@@ -288,37 +280,57 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
         found
     }
 
-    /// How the object is expected to move: as in the last step, if that was one of the same kind.
+    /// A search that begins where the last steps lead; without one, or where the object falls, there is none.
     #[inline(never)]
-    fn expected(&self, ways: &[f64], aim: &Aim, here: &Sum) -> Option<[f64; 3]> {
-        let pace = self.course.pace.filter(|_| aim.drag == 0.0)?;
-        let ahead = Pace::of(ways, &Step::still(aim.part), here);
-        let ratio = ahead.way / pace.way;
-        let is_alike = ahead.releases == pace.releases && ratio > 0.0 && ratio.is_finite();
-        is_alike.then(|| pace.object.map(|step| ratio * step))
+    fn expected(&self, ways: &Ways, aim: &Aim, here: &Sum) -> Option<Search> {
+        if aim.drag > 0.0 {
+            return None;
+        }
+        let (course, part) = (&self.course, aim.part);
+        let object = if ways.iter().all(|way| *way == 0.0) {
+            within(solve(&course.slope?, &here.left.map(|left| part * left)), LONGEST)
+        } else {
+            course.pace?.expects(&ways.map(|way| part * way))?
+        };
+        Some(Search { is_expected: true, ..Search::from(object, course.slope) })
+    }
+
+    /// A search that begins where a short part of the step leads, as if nothing that sticks there came to slip.
+    ///
+    /// In a whole step of the fingers, with the object where it was, everything slips, and the forces hardly answer the object any more.
+    #[inline(never)]
+    fn predicted(&mut self, ways: &Ways, aim: &Aim, here: &Sum) -> Result<Search, Status> {
+        let step = Step::still(AHEAD * aim.part);
+        let answers = self.answers(ways, &step, true)?.all_good()?;
+        let ahead = [0, 1, 2].map(|i| (answers.left[i] - (1.0 - step.part) * here.left[i]) / AHEAD);
+        let slope = self.slope(ways, &step, &answers.left, &ahead, false)?;
+        let more = within(solve(&slope, &ahead), LONGEST);
+        let last = Correction { from: [0.0; 3], off: ahead, more, stayed: false };
+        Ok(Search { last: Some(last), tried: 1, ..Search::from(more, Some(slope)) })
     }
 
     /// Looks for the object's step, from where a search has come, and takes it. If the time runs out, the next call goes on from there.
     #[inline(never)]
-    fn search_together(&mut self, ways: &[f64], aim: &Aim, here: &Sum, search: Search) -> Result<(Sum, bool), Status> {
-        let Search { object, mut last, mut slope } = search;
+    fn search_together(&mut self, ways: &Ways, aim: &Aim, here: &Sum, search: Search) -> Result<(Sum, bool), Status> {
+        self.course.search = Some(search);
+        let is_new = search.tried == 0 && !search.is_expected && aim.drag == 0.0;
+        let search = if is_new { self.predicted(ways, aim, here)? } else { search };
+        let Search { object, mut last, mut slope, is_expected, tried, mut beyond } = search;
         let mut step = Step { part: aim.part, object };
         let mut nearest: Option<(f64, [f64; 3])> = None;
         for correction in 0..CORRECTIONS {
             // Ways shorter than that of a slope lead nowhere: then from the best place, with a slope of its own.
             let leads_nowhere = last.is_some_and(|last| last.stayed && magnitude3(&last.more) < short::<T>());
+            let tried = tried + correction;
             self.course.search = match nearest.filter(|_| leads_nowhere) {
-                Some((_, object)) => Some(Search::from(object, None)),
-                None => Some(Search { object: step.object, last, slope }),
+                Some((_, object)) => Some(Search { tried, ..Search::from(object, None) }),
+                None => Some(Search { object: step.object, last, slope, is_expected, tried, beyond }),
             };
             let is_short = magnitude3(&step.object) <= LONGEST;
             if !is_short {
                 return Err(Status::Stagnated);
             }
-            let answers = self.answers(ways, &step, correction == 0)?;
-            if let Some(failed) = answers.each.iter().find(|answer| answer.status != Status::Converged) {
-                return Err(failed.status);
-            }
+            let answers = self.answers(ways, &step, correction == 0)?.all_good()?;
             let off = aim.missed_by(&answers.left, &step.object);
             if largest(&off) <= aim.leaves {
                 return Ok(self.take_together(ways, aim, &step, here, &answers, slope));
@@ -332,6 +344,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
             }
             let (mut from, mut over, mut halves) = (step.object, off, false);
             let mut holds = last.is_none() && slope.is_some();
+            let mut midway = None;
             if let (Some(Correction { from: began, off: before, more, stayed }), Some(slope)) = (last, &mut slope) {
                 let (was, is) = (magnitude3(&before), magnitude3(&off));
                 let goes_on = dot(&off, &before) > 0.0;
@@ -341,14 +354,18 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 if !goes_on && is > LESS * was {
                     // Too far, beyond where it sticks or slips: from the same place along the chord, then half as far.
                     (from, over, halves) = (began, before, stayed);
+                    beyond = Some(step.object);
                 }
                 holds = !goes_on || is <= GOOD * was;
                 if holds {
                     learn(slope, &more, &minus(&before, &off));
+                } else {
+                    midway = beyond.map(|far| minus(&far, &step.object).map(|part| 0.5 * part));
                 }
             }
-            let known = match slope.filter(|_| holds) {
+            let known = match slope.filter(|_| holds || midway.is_some()) {
                 Some(slope) => slope,
+                None if is_expected => return Err(Status::Stagnated),
                 // What stuck slips by now, or the other way round.
                 None => {
                     let mut slope = self.slope(ways, &step, &answers.left, &off, false)?;
@@ -362,11 +379,13 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
             if aim.drag == 0.0 {
                 self.course.slope = slope;
             }
-            let more = match last {
-                Some(Correction { more, .. }) if halves => more.map(|part| 0.5 * part),
+            let more = match (midway, last) {
+                (Some(more), _) => more,
+                (None, Some(Correction { more, .. })) if halves => more.map(|part| 0.5 * part),
                 _ => within(solve(&known, &over), LONGEST),
             };
-            last = Some(Correction { from, off: over, more, stayed: from != step.object });
+            let stayed = from != step.object || midway.is_some();
+            last = Some(Correction { from, off: over, more, stayed });
             step.object = plus(&from, &more);
         }
         Err(Status::Stagnated)
@@ -376,7 +395,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     #[inline(never)]
     fn take_together(
         &mut self,
-        ways: &[f64],
+        ways: &Ways,
         aim: &Aim,
         step: &Step,
         here: &Sum,
@@ -385,7 +404,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     ) -> (Sum, bool) {
         if aim.drag == 0.0 {
             self.course.slope = slope.or(self.course.slope);
-            self.course.pace = Some(Pace::of(ways, step, here));
+            self.course.pace.get_or_insert(Pace::UNKNOWN).learn(&ways.map(|way| step.part * way), &step.object);
         } else {
             (self.course.slope, self.course.pace) = (None, None);
         }
@@ -396,7 +415,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
 
     /// Status of a place where nothing is left over: whether what moves the object is answered by a force back, in every direction.
     #[inline(never)]
-    fn standing_rubbing(&mut self, ways: &[f64]) -> Status {
+    fn standing_rubbing(&mut self, ways: &Ways) -> Status {
         if !self.course.slope.is_some_and(|slope| returns(&slope)) {
             // That of the last step has been corrected on the way: the place's own decides.
             let here = self.sum().left;

@@ -24,7 +24,7 @@ pub(super) fn plus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 }
 
 #[inline(never)]
-pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
@@ -40,17 +40,21 @@ pub(super) fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| a[i] - b[i])
 }
 
-/// Takes into a slope what a step has changed the forces by (Broyden's update).
-#[inline(never)]
-pub(super) fn learn(slope: &mut Slope, step: &[f64; 3], less: &[f64; 3]) {
-    let square: f64 = step.iter().map(|part| part * part).sum();
+/// Takes into derivatives (rows: what changes; columns: the step's parts) what a step has changed (Broyden's update).
+pub(super) fn learn<const N: usize>(derivatives: &mut [[f64; N]; 3], step: &[f64; N], change: &[f64; 3]) {
+    let square = dot(step, step);
     if square > 0.0 {
-        for (row, less) in slope.iter_mut().zip(less) {
-            let missing = (less - row.iter().zip(step).map(|(a, b)| a * b).sum::<f64>()) / square;
-            for (value, part) in row.iter_mut().zip(step) {
-                *value += missing * part;
-            }
+        for (row, change) in derivatives.iter_mut().zip(change) {
+            let missing = (change - dot(row, step)) / square;
+            add(row, missing, step);
         }
+    }
+}
+
+#[inline(never)]
+fn add(row: &mut [f64], part: f64, step: &[f64]) {
+    for (value, step) in row.iter_mut().zip(step) {
+        *value += part * step;
     }
 }
 

@@ -44,6 +44,14 @@ pub(super) struct Answers<T> {
     pub each: Vec<Answer<T>, MAX_FINGERS>,
 }
 
+impl<T> Answers<T> {
+    /// The same if every finger has found an equilibrium; else the status of the first one that has not.
+    pub fn all_good(self) -> Result<Self, Status> {
+        let failed = self.each.iter().find(|answer| answer.status != Status::Converged);
+        failed.map(|answer| answer.status).map_or(Ok(self), Err)
+    }
+}
+
 impl<T: Real, S: Size> Grasp<'_, T, S> {
     /// There is friction.
     pub(super) fn rubs(&self) -> bool {

@@ -202,9 +202,8 @@ fn an_object_that_is_let_go_rests_where_the_core_says() {
 }
 
 const FRICTION: f64 = 0.5;
-/// Speed of the motor, rad/s. At twice this, the search for a balance falls ten ticks behind where the motion turns round and then goes on in
-/// one large step; friction makes that end elsewhere than many small steps do.
-const SLOWLY: f32 = 0.05;
+/// Speed of the motor, rad/s.
+const SLOWLY: f32 = 0.1;
 
 /// The angles of both fingers, rad, tick by tick from a report on.
 fn way_since(watch: &Watch, from: usize) -> Vec<[f64; 2]> {
