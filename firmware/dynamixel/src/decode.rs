@@ -93,6 +93,8 @@ pub struct Decoder<const N: usize> {
     examined: bool,
     /// They begin with a whole header.
     begun: bool,
+    /// With fewer bytes than these nothing is complete, but for a new header.
+    needed: usize,
     /// Bytes of the candidate already searched for a new header.
     searched: usize,
     /// Where in the candidate, the answer to a fast read, something begins like a packet; 0: nowhere.
@@ -101,6 +103,12 @@ pub struct Decoder<const N: usize> {
     stale: usize,
     skipped: u32,
 }
+
+/// What a header ends with.
+const HEADER_END: u8 = {
+    let [.., end] = HEADER;
+    end
+};
 
 enum Verdict {
     More,
@@ -120,6 +128,7 @@ impl<const N: usize> Decoder<N> {
             finished: 0,
             examined: false,
             begun: false,
+            needed: 0,
             searched: 0,
             inner: 0,
             stale: 0,
@@ -145,11 +154,7 @@ impl<const N: usize> Decoder<N> {
             self.examined = matches!(verdict, Verdict::More);
             match verdict {
                 Verdict::More if self.stale > 0 => self.skip(1),
-                Verdict::More => {
-                    let (&byte, rest) = input.split_first()?;
-                    *input = rest;
-                    self.push(byte);
-                }
+                Verdict::More => self.fill(input)?,
                 Verdict::Broken(error) => {
                     self.skip(1);
                     return Some((Err(error), self.skipped));
@@ -171,6 +176,7 @@ impl<const N: usize> Decoder<N> {
         self.finished = 0;
         self.examined = false;
         self.begun = false;
+        self.needed = 0;
         self.searched = 0;
         self.inner = 0;
         self.stale = 0;
@@ -194,12 +200,24 @@ impl<const N: usize> Decoder<N> {
         self.skipped
     }
 
+    /// Takes bytes up to one after which there is something to examine; nothing if none is.
+    fn fill(&mut self, input: &mut &[u8]) -> Option<()> {
+        loop {
+            let (&byte, rest) = input.split_first()?;
+            *input = rest;
+            self.push(byte);
+            if !self.examined {
+                return Some(());
+            }
+        }
+    }
+
     fn push(&mut self, byte: u8) {
         // There is room: a candidate is never longer than the buffer, and is judged as soon as it is whole.
         if let Some(place) = self.buffer.get_mut(self.held) {
             *place = byte;
             self.held += 1;
-            self.examined = false;
+            self.examined = self.held < self.needed && byte != HEADER_END;
         }
     }
 
@@ -218,6 +236,7 @@ impl<const N: usize> Decoder<N> {
         self.held -= count;
         self.examined = false;
         self.begun = false;
+        self.needed = 0;
         self.searched = 0;
         self.inner = 0;
         self.stale = self.stale.saturating_sub(count);
@@ -243,6 +262,7 @@ impl<const N: usize> Decoder<N> {
             self.skip(start);
         }
         self.begun = self.held >= HEADER.len();
+        self.needed = if self.begun { PREFIX_LENGTH } else { 0 };
     }
 
     fn examine(&mut self) -> Verdict {
@@ -276,6 +296,7 @@ impl<const N: usize> Decoder<N> {
             return Verdict::Broken(DecodeError::Interrupted { id, length, received });
         }
         self.searched = unstuffed.len();
+        self.needed = if stuffed && !body.is_empty() { total } else { 0 };
         let Some(([covered @ .., crc_low, crc_high], _)) = held.split_at_checked(total) else {
             return Verdict::More;
         };

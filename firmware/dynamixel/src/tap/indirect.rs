@@ -59,7 +59,7 @@ impl Indirect {
     /// Sets every indirect address that the part touches; `value` is given where it begins in the part, if it does.
     fn change(&mut self, address: u16, length: usize, value: impl Fn(Option<usize>) -> Option<u16>) {
         let (from, to) = (usize::from(address), usize::from(address) + length);
-        for (area, first) in self.areas() {
+        for (area, first) in self.areas().filter(|(area, _)| area.covers_addresses(address, length)) {
             let places = self.shows.iter_mut().skip(first).take(usize::from(area.length));
             for (place, shown) in places.enumerate() {
                 let at = usize::from(area.addresses) + 2 * place;
@@ -75,6 +75,11 @@ impl IndirectArea {
     fn data_place(&self, address: u16) -> Option<usize> {
         let place = address.checked_sub(self.data)?;
         (place < self.length).then_some(usize::from(place))
+    }
+
+    fn covers_addresses(&self, address: u16, length: usize) -> bool {
+        let (from, addresses) = (usize::from(address), usize::from(self.addresses));
+        from < addresses + 2 * usize::from(self.length) && addresses < from + length
     }
 
     fn covers_data(&self, address: u16, length: usize) -> bool {
