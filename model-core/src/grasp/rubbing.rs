@@ -38,6 +38,10 @@ const GOOD: f64 = 0.65;
 /// ... at most where it went too far, and at most at all.
 const LESS: f64 = 0.9;
 const WORSE: f64 = 10.0;
+/// By how much it changes the forces at least, in parts of what is left; with less the fingers have not answered it.
+const STILL: f64 = 0.1;
+/// What a search that begins where the last steps lead may be off by for a slope of its own, in what a step may miss its aim by.
+const NEAR: f64 = 30.0;
 /// Part of a step that a prediction looks at.
 const AHEAD: f64 = 1.0 / 32.0;
 /// Calls that leave a step unfinished before it is halved.
@@ -75,7 +79,7 @@ struct Search {
     object: [f64; 3],
     last: Option<Correction>,
     slope: Option<Slope>,
-    /// It began where the last steps led, and goes on only as long as the forces answer as they did.
+    /// It began where the last steps led: if the forces do not answer as they did, it is given up, unless it is nearly there.
     is_expected: bool,
     /// Places that it has tried.
     tried: u32,
@@ -178,7 +182,8 @@ struct Correction {
     from: [f64; 3],
     off: [f64; 3],
     more: [f64; 3],
-    /// Where it is too long, half of it is next: the one before began there as well and was too long, or it goes half-way to a place that was too far.
+    /// If it is too long, half of it is next: the one before began there as well and was too long, or it goes half-way to a place
+    /// that was too far.
     stayed: bool,
 }
 
@@ -318,19 +323,20 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
         let Search { object, mut last, mut slope, is_expected, tried, mut beyond } = search;
         let mut step = Step { part: aim.part, object };
         let mut nearest: Option<(f64, [f64; 3])> = None;
+        let mut anew = true;
         for correction in 0..CORRECTIONS {
             // Ways shorter than that of a slope lead nowhere: then from the best place, with a slope of its own.
             let leads_nowhere = last.is_some_and(|last| last.stayed && magnitude3(&last.more) < short::<T>());
+            if let Some((_, object)) = nearest.filter(|_| leads_nowhere) {
+                (step.object, last, slope, beyond, anew) = (object, None, None, None, true);
+            }
             let tried = tried + correction;
-            self.course.search = match nearest.filter(|_| leads_nowhere) {
-                Some((_, object)) => Some(Search { tried, ..Search::from(object, None) }),
-                None => Some(Search { object: step.object, last, slope, is_expected, tried, beyond }),
-            };
+            self.course.search = Some(Search { object: step.object, last, slope, is_expected, tried, beyond });
             let is_short = magnitude3(&step.object) <= LONGEST;
             if !is_short {
                 return Err(Status::Stagnated);
             }
-            let answers = self.answers(ways, &step, correction == 0)?.all_good()?;
+            let answers = self.answers(ways, &step, anew)?.all_good()?;
             let off = aim.missed_by(&answers.left, &step.object);
             if largest(&off) <= aim.leaves {
                 return Ok(self.take_together(ways, aim, &step, here, &answers, slope));
@@ -341,6 +347,14 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
             }
             if self.left() == 0 {
                 return Err(Status::MaxIterations);
+            }
+            // So short a way may be less than what a finger leaves over: then from its accepted state.
+            let is_still = |last: &Correction| {
+                magnitude3(&last.more) < short::<T>() && magnitude3(&minus(&off, &last.off)) < STILL * miss
+            };
+            if !anew && last.as_ref().is_some_and(is_still) {
+                anew = true;
+                continue;
             }
             let (mut from, mut over, mut halves) = (step.object, off, false);
             let mut holds = last.is_none() && slope.is_some();
@@ -360,12 +374,13 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 if holds {
                     learn(slope, &more, &minus(&before, &off));
                 } else {
-                    midway = beyond.map(|far| minus(&far, &step.object).map(|part| 0.5 * part));
+                    let there = beyond.map(|far| minus(&far, &step.object).map(|part| 0.5 * part));
+                    midway = there.filter(|more| magnitude3(more) > short::<T>());
                 }
             }
             let known = match slope.filter(|_| holds || midway.is_some()) {
                 Some(slope) => slope,
-                None if is_expected => return Err(Status::Stagnated),
+                None if is_expected && miss > NEAR * aim.leaves => return Err(Status::Stagnated),
                 // What stuck slips by now, or the other way round.
                 None => {
                     let mut slope = self.slope(ways, &step, &answers.left, &off, false)?;
@@ -387,6 +402,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
             let stayed = from != step.object || midway.is_some();
             last = Some(Correction { from, off: over, more, stayed });
             step.object = plus(&from, &more);
+            anew = false;
         }
         Err(Status::Stagnated)
     }
