@@ -27,6 +27,8 @@ const SETTLING: u32 = 100;
 const CARRYING: u32 = 3;
 /// Ticks in a row without a balance in a motion with the object that are put up with: afterwards its place is no longer that of the true way.
 const PATIENCE: u32 = 25;
+/// Those for which a finger goes on moving.
+const BLIND: u32 = 8;
 /// A turn that counts as far as a shift by its arc, this far from the centre, mm.
 const ARM: f64 = 50.0;
 
@@ -133,7 +135,7 @@ impl Free {
 
     /// Ticks without a balance for which a motion goes on.
     pub(crate) fn patience(&self) -> u32 {
-        if self.is_carried { PATIENCE } else { 0 }
+        if self.is_carried { BLIND } else { 0 }
     }
 
     /// Its balance is of this tick, and has cost so much; where the fingers went with it, the cost of their iterations is learnt.
