@@ -79,7 +79,7 @@ struct Search {
     object: [f64; 3],
     last: Option<Correction>,
     slope: Option<Slope>,
-    /// It began where the last steps led: if the forces do not answer as they did, it is given up, unless it is nearly there.
+    /// It began as the last steps went: if the forces do not answer as they did, it is given up, unless it is nearly there.
     is_expected: bool,
     /// Places that it has tried.
     tried: u32,
