@@ -25,9 +25,9 @@ const FARTHEST: f64 = 50.0;
 const SETTLING: u32 = 100;
 /// Iterations of a motion with the object, in those that an estimate takes at most.
 const CARRYING: u32 = 3;
-/// Ticks in a row without a balance in a motion with the object that are put up with: afterwards its place is no longer that of the true way.
+/// Ticks in a row without a balance after which the fingers are followed without the object. Where it comes to rest then depends on that.
 const PATIENCE: u32 = 25;
-/// Those for which a finger goes on moving.
+/// Ticks in a row without a balance for which a finger goes on moving.
 const BLIND: u32 = 8;
 /// A turn that counts as far as a shift by its arc, this far from the centre, mm.
 const ARM: f64 = 50.0;
