@@ -301,13 +301,14 @@ mod tests {
         for board in fre_boards::ALL {
             let Some(probe) = board.probe else { continue };
             let row = format!(
-                "| [{}]({}/README.md) | `{}` | {}, {} | {} MHz | {} | {} of {} KB | {} of {} KB |",
+                "| [{}]({}/README.md) | `{}` | {}, {} | {} MHz | {} µs | {} | {} of {} KB | {} of {} KB |",
                 board.title,
                 board.name,
                 board.name,
                 probe.chip,
                 board.processor,
                 board.clock_hz / 1_000_000,
+                board.answer_us,
                 board.fingers,
                 board.flash_budget / 1024,
                 (board.flash[1] - board.flash[0]) / 1024,

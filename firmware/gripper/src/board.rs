@@ -40,6 +40,9 @@ pub trait Board {
     const FINGERS: usize;
     /// What port and scheduler add to a servo's answer, µs, at most.
     const BUS_LATENCY_US: u32;
+    /// How long an answer to another master takes to be ready, µs, at most, from when the question is known to have ended. A shorter return
+    /// delay than this and a byte's time is refused, but for 0.
+    const ANSWER_US: u32;
     /// Ticks per second of the clock behind [`Self::cost_ticks`].
     const COST_HZ: u32;
     /// After how long without food the watchdog restarts the processor, ms; more than writing the settings takes.

@@ -67,7 +67,7 @@ impl Ears {
         let voice = match settings.role {
             Role::Device { id, return_delay } => {
                 let bus = BusSettings { id: Id::new(id).unwrap_or(Id::MAX), baud_rate: baud, return_delay };
-                let table = DeviceTable::new(&bus, FIRMWARE, settings.count());
+                let table = DeviceTable::new(&bus, FIRMWARE, settings.count(), B::ANSWER_US);
                 Some(Voice { device: Device::new(timing), table, heard_us: [None; FINGERS] })
             }
             Role::Idle | Role::Master | Role::Tap => None,

@@ -5,6 +5,7 @@ use messages::{FINGERS, Refusal, Settings, SettingsField};
 
 use crate::Model;
 use crate::board::Board;
+use crate::return_delay;
 use crate::shared::Shared;
 use crate::unit::Unit;
 
@@ -24,8 +25,9 @@ impl<'a> Hand<'a> {
     /// Takes the fingers in, as they were kept, as far as the board has room for them. In place: they take kilobytes of the stack.
     pub(crate) fn take_in<B: Board>(&mut self, models: impl Iterator<Item = &'a mut Model>) {
         let shared = self.shared;
-        // What was kept may be of a board with more room.
-        let settings = shared.setup(|setup| setup.settings);
+        // What was kept may be of a board with more room, or of a program that took any return delay.
+        let mut settings = shared.setup(|setup| setup.settings);
+        return_delay::drop_unkept(&mut settings, B::ANSWER_US);
         let settings = if settings.validate(B::FINGERS).is_ok() { settings } else { Settings::DEFAULT };
         shared.set(|setup| setup.settings = settings);
         self.settings = settings;

@@ -52,6 +52,7 @@ mod orders;
 mod provoke;
 mod quiet;
 mod rate;
+mod return_delay;
 mod scan;
 mod scheduler;
 mod serving;

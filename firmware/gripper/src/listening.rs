@@ -25,8 +25,7 @@ use crate::ticks::Core;
 
 /// One period of a gripper that listens.
 pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &Bus<B::Bus>) {
-    let [first, ..] = messages::BAUDS;
-    let baud = core.hand.settings.baud.unwrap_or(first);
+    let baud = core.hand.settings.baud_heard();
     let role = core.hand.settings.role;
     let is_open = bus.ears().await.as_ref().is_some_and(|ears| ears.are(role, baud));
     if !is_open || core.orders.settings_changed {

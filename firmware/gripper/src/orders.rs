@@ -9,6 +9,7 @@ use messages::{
 use crate::board::Board;
 use crate::estimation::Estimation;
 use crate::hand::Hand;
+use crate::return_delay;
 use crate::shared::{Command, Order, Shared};
 use crate::unit::Unit;
 
@@ -104,6 +105,7 @@ impl Orders {
             }
             &Command::Settings(settings) => {
                 settings.validate(hand.units.len())?;
+                return_delay::check(&settings, B::ANSWER_US)?;
                 hand.units.iter().try_for_each(|unit| unit.check_support(settings.support))?;
                 for (unit, mount) in hand.units.iter_mut().zip(settings.fingers) {
                     unit.set_mount(mount);

@@ -12,7 +12,7 @@ const ME: u8 = 100;
 
 fn table(fingers: usize) -> DeviceTable {
     let bus = BusSettings { id: Id::new(ME).unwrap(), baud_rate: 1_000_000, return_delay: 0 };
-    DeviceTable::new(&bus, 7, fingers)
+    DeviceTable::new(&bus, 7, fingers, 10)
 }
 
 /// What the gripper answers: error and data.
@@ -167,7 +167,7 @@ fn nobody_gets_an_address_twice() {
 #[test]
 fn refusals_are_the_protocols() {
     let mut table = table(1);
-    let cases: [(u16, &[u8], StatusError); 9] = [
+    let cases: [(u16, &[u8], StatusError); 11] = [
         (0, &[1, 2], StatusError::Access),
         (FIRST_BLOCK, &[0; 4], StatusError::Access),
         (FIRST_BLOCK + 64, &[1], StatusError::Access),
@@ -177,6 +177,9 @@ fn refusals_are_the_protocols() {
         (8, &[8], StatusError::DataRange),
         (8, &[0], StatusError::DataRange),
         (68, &[3], StatusError::DataRange),
+        // Ten µs until an answer is ready and ten of a byte, or 174 at the lowest rate.
+        (9, &[9], StatusError::DataRange),
+        (8, &[1, 91], StatusError::DataRange),
     ];
     for (address, bytes, error) in cases {
         assert_eq!(write(&mut table, address, bytes), Some(error), "{address}");
@@ -184,6 +187,10 @@ fn refusals_are_the_protocols() {
         let registered = ask(&mut table, Instruction::RegWrite, &[&address.to_le_bytes(), bytes].concat());
         assert_eq!(registered.0, Some(error), "{address}");
     }
+    // A rate at which the delay would not be kept.
+    assert_eq!(write(&mut table, 8, &[1, 92]), None);
+    assert_eq!((write(&mut table, 8, &[3, 10]), write(&mut table, 8, &[1])), (None, Some(StatusError::DataRange)));
+    assert!(matches!(table.take(), Some(Change::Bus(BusSettings { baud_rate: 1_000_000, return_delay: 10, .. }))));
     assert_eq!(read(&mut table, FIRST_BLOCK + BLOCK, 4).0, Some(StatusError::Access));
     assert_eq!(read(&mut table, 71, 1).0, Some(StatusError::Access));
     assert_eq!(read(&mut table, 0, 0).0, Some(StatusError::DataLength));

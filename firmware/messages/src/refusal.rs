@@ -127,7 +127,7 @@ impl SettingsField {
             Self::Limit => "limit of the angle in degrees",
             Self::Finger => "finger's number",
             Self::DeviceId => "gripper's own id on the bus",
-            Self::ReturnDelay => "gripper's return delay in 2 µs",
+            Self::ReturnDelay => "gripper's return delay (0: at once) in 2 µs",
             Self::Load => "load on the free object in N",
             Self::Moment => "moment on the free object in N·mm",
             Self::Untrusted => "time of closing without a trustworthy estimate in ms",

@@ -226,6 +226,12 @@ impl Settings {
         }
     }
 
+    /// The rate at which a gripper listens to another master, bits per second: it searches for none.
+    pub fn baud_heard(&self) -> u32 {
+        let [first, ..] = BAUDS;
+        self.baud.unwrap_or(first)
+    }
+
     /// The finger of this number, from 0.
     pub fn finger(&self, number: u8) -> Option<&Mount> {
         self.fingers.get(usize::from(number))?.as_ref()

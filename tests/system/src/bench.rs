@@ -47,6 +47,7 @@ impl Board for OnPc {
     const NAME: &'static str = "bench";
     const FINGERS: usize = 4;
     const BUS_LATENCY_US: u32 = 300;
+    const ANSWER_US: u32 = 0;
     const COST_HZ: u32 = 1_000_000;
     const WATCHDOG_MS: u32 = 1_000;
     // The virtual board's does: both ways are tested.

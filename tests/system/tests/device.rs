@@ -29,7 +29,7 @@ fn device(mut port: UnixStream) -> JoinHandle<Option<ObjectDesign>> {
         assert!(tap.watch(id(SERVO)));
         let mut device = Device::<256>::new(PATIENT);
         let bus = BusSettings { id: id(GRIPPER), baud_rate: 1_000_000, return_delay: 0 };
-        let mut table = DeviceTable::new(&bus, sdk::version(), 1);
+        let mut table = DeviceTable::new(&bus, sdk::version(), 1, 0);
         let mut model: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
         let finger = finger();
         model.configure(&finger.design, &finger.how).unwrap();

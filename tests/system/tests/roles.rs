@@ -56,7 +56,7 @@ fn the_sdk_of_robotis_reads_the_force_from_the_firmware() {
     assert!(told, "the link did not tell {closed:?}");
 
     let settings = link.settings().unwrap();
-    assert_eq!(settings.role, Role::Device { id: GRIPPER + 1, return_delay: 5 });
+    assert_eq!(settings.role, Role::Device { id: GRIPPER + 1, return_delay: 200 });
     assert_eq!((settings.baud, settings.fingers[0].unwrap().zero), (Some(57_600), 2048.5));
     assert_eq!(link.object(0).unwrap(), Some(OBJECT.into()));
     assert_eq!(link.finger(0).unwrap(), Some(finger()));
@@ -90,8 +90,8 @@ fn an_answer_waits_for_no_estimate() {
 #[test]
 fn an_answer_keeps_its_return_delay() {
     let (machine, bus) = Machine::boot_shared(Machine::servo());
-    // 200 µs, which are 50,000 instructions.
-    let (link, _watch) = listening(&machine, Role::Device { id: GRIPPER, return_delay: 100 });
+    // The shortest one of this board: 200 µs until the answer is ready, and a byte.
+    let (link, _watch) = listening(&machine, Role::Device { id: GRIPPER, return_delay: 105 });
     link.set_object(0, OBJECT).unwrap();
     run("prompt_sdk.py", &bus.port);
     let counters = link.counters().unwrap();
@@ -100,7 +100,13 @@ fn an_answer_keeps_its_return_delay() {
     assert_eq!(counters.late_answers, 0);
     assert!(last > 1_000, "{last} instructions: is it still measured?");
     // A busy PC brings several packets at once.
-    assert!(most <= 25_000, "{most} instructions");
+    assert!(most <= fre_boards::ANSWER_INSTRUCTIONS, "{most} instructions");
+    // A shorter one is refused.
+    let role = Role::Device { id: GRIPPER, return_delay: 104 };
+    let settings = link.settings().unwrap();
+    let refused = link.set_settings(&Settings { role, ..settings }).unwrap_err().to_string();
+    assert!(refused.contains("gripper's return delay (0: at once) in 2 µs is 104; allowed is 105 to 254"), "{refused}");
+    assert_eq!(link.settings().unwrap(), settings);
 }
 
 /// A position that comes once the period has its estimate is estimated in the next one, though nothing is heard in that.

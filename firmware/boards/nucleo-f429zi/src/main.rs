@@ -38,6 +38,7 @@ impl Board for Nucleo {
     const NAME: &'static str = NUCLEO_F429ZI.name;
     const FINGERS: usize = NUCLEO_F429ZI.fingers;
     const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
+    const ANSWER_US: u32 = NUCLEO_F429ZI.answer_us;
     const COST_HZ: u32 = NUCLEO_F429ZI.clock_hz;
     // Much longer than a sector of 16 KB takes to erase.
     const WATCHDOG_MS: u32 = 3_000;

@@ -42,6 +42,7 @@ impl Board for Nucleo {
     const NAME: &'static str = NUCLEO_G474RE.name;
     const FINGERS: usize = NUCLEO_G474RE.fingers;
     const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
+    const ANSWER_US: u32 = NUCLEO_G474RE.answer_us;
     const COST_HZ: u32 = NUCLEO_G474RE.clock_hz;
     // Much longer than a page of 2 KB takes to erase.
     const WATCHDOG_MS: u32 = 2_000;

@@ -41,6 +41,7 @@ impl Board for Nucleo {
     const NAME: &'static str = NUCLEO_H743ZI.name;
     const FINGERS: usize = NUCLEO_H743ZI.fingers;
     const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
+    const ANSWER_US: u32 = NUCLEO_H743ZI.answer_us;
     const COST_HZ: u32 = NUCLEO_H743ZI.clock_hz;
     // Longer than a sector of 128 KB takes to erase, which holds the link, not the control task.
     const WATCHDOG_MS: u32 = 4_000;

@@ -42,6 +42,7 @@ impl Board for OpenCr {
     const NAME: &'static str = OPENCR.name;
     const FINGERS: usize = OPENCR.fingers;
     const BUS_LATENCY_US: u32 = stm32::BUS_LATENCY_US;
+    const ANSWER_US: u32 = OPENCR.answer_us;
     const COST_HZ: u32 = OPENCR.clock_hz;
     const WATCHDOG_MS: u32 = watchdog::MS;
     const FLASH_STALLS: bool = OPENCR.flash_stalls;

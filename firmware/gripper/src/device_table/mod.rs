@@ -19,6 +19,8 @@ use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 
+use crate::return_delay;
+
 /// What the table shows of a finger at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FingerState {
@@ -75,6 +77,8 @@ pub enum Change {
 #[derive(Clone, Debug)]
 pub struct DeviceTable {
     memory: [u8; LENGTH],
+    /// [`crate::Board::ANSWER_US`].
+    answer_us: u32,
     reboot: bool,
     bus_changed: bool,
     /// Bit k: finger k.
@@ -86,10 +90,17 @@ pub struct DeviceTable {
 const FINGER: [FingerBlock; BLOCKS] = [FingerBlock::of(0), FingerBlock::of(1), FingerBlock::of(2), FingerBlock::of(3)];
 
 impl DeviceTable {
-    /// A gripper with so many fingers, at most [`BLOCKS`], all of them without object and without a force.
-    pub fn new(bus: &BusSettings, firmware: u8, fingers: usize) -> Self {
-        let mut table =
-            Self { memory: [0; LENGTH], reboot: false, bus_changed: false, fingers_changed: 0, objects_changed: 0 };
+    /// A gripper with so many fingers, at most [`BLOCKS`], all of them without object and without a force, whose answers are ready after
+    /// `answer_us` ([`crate::Board::ANSWER_US`]).
+    pub fn new(bus: &BusSettings, firmware: u8, fingers: usize, answer_us: u32) -> Self {
+        let mut table = Self {
+            memory: [0; LENGTH],
+            answer_us,
+            reboot: false,
+            bus_changed: false,
+            fingers_changed: 0,
+            objects_changed: 0,
+        };
         for item in &ITEMS {
             let from = usize::from(item.address);
             if let Some(place) = table.memory.get_mut(from..from + usize::from(item.length)) {
@@ -285,6 +296,10 @@ impl ControlTable for DeviceTable {
             part.map(|part| part.value)
         };
         let after = |item: Item| written(item).unwrap_or_else(|| self.number(item));
+        let baud_rate = xm430::bits_per_second(after(BAUD_RATE.item) as u8).unwrap_or(57_600);
+        if !return_delay::is_kept(after(RETURN_DELAY_TIME.item) as u8, baud_rate, self.answer_us) {
+            return Err(StatusError::DataRange);
+        }
         let objects = FINGER.iter().filter(|block| describes_object(block, |item| written(item).is_some()));
         for block in objects {
             let object = circle(block, after);

@@ -91,8 +91,8 @@ pub fn check(facts: &Facts) {
         }
     }
     assert_eq!(fact("nobody"), ["0 -3001 0"]);
-    let errors = ["access", "range", "limit", "length"].map(|name| fact(name)[0].as_str());
-    assert_eq!(errors, ["None 7", "None 4", "None 6", "None 5"]);
+    let errors = ["access", "range", "delay-range", "limit", "length"].map(|name| fact(name)[0].as_str());
+    assert_eq!(errors, ["None 7", "None 4", "None 4", "None 6", "None 5"]);
     let status = |body: &[u8]| -> String {
         let mut buffer = [0; 32];
         let id = Id::new(GRIPPER).unwrap();
@@ -105,7 +105,7 @@ pub fn check(facts: &Facts) {
     assert_eq!(fact("twice"), [status(&[0, b'F', b'R', version()]).repeat(2)]);
     assert_eq!(fact("reg-write"), ["None 0"]);
     assert_eq!(fact("action"), [status(&[0])]);
-    assert_eq!(fact("delay"), ["5 0"]);
+    assert_eq!(fact("delay"), ["200 0"]);
     // Under its new address, with the new zero and rate, after a restart too.
     assert_eq!((fact("moved"), fact("renamed")), (&["0 -3001 0".to_owned()][..], &["21062 0".to_owned()][..]));
     assert_eq!(

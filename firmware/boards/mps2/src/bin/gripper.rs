@@ -24,6 +24,7 @@ impl Board for Mps2 {
     const FINGERS: usize = MPS2.fingers;
     // The servo is a program on the PC, which is given the processor when it suits the PC.
     const BUS_LATENCY_US: u32 = 100_000;
+    const ANSWER_US: u32 = MPS2.answer_us;
     const COST_HZ: u32 = MPS2.clock_hz;
     const WATCHDOG_MS: u32 = mps2::WATCHDOG_MS;
     const FLASH_STALLS: bool = MPS2.flash_stalls;
