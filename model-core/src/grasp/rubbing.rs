@@ -95,6 +95,58 @@ impl Search {
     const fn from(object: [f64; 3], slope: Option<Slope>) -> Self {
         Self { object, last: None, slope, is_expected: false, tried: 0, beyond: None }
     }
+
+    /// Judges the correction that has led to the place by what that leaves over, N: where the next one begins, and what the search has learnt.
+    fn judge(&mut self, off: &[f64; 3], short: f64) -> Result<Next, Status> {
+        let here = Next { from: self.object, off: *off, halves: false, holds: true, midway: None };
+        let (Some(last), Some(slope)) = (self.last, &mut self.slope) else {
+            return Ok(Next { holds: self.last.is_none() && self.slope.is_some(), ..here });
+        };
+        let (was, is) = (magnitude3(&last.off), magnitude3(off));
+        let goes_on = dot(off, &last.off) > 0.0;
+        if goes_on && is > WORSE * was {
+            return Err(Status::Stagnated);
+        }
+        let mut next = here;
+        if !goes_on && is > LESS * was {
+            // Too far, beyond where it sticks or slips: from the same place along the chord, then half as far.
+            next = Next { from: last.from, off: last.off, halves: last.stayed, ..next };
+            self.beyond = Some(self.object);
+        }
+        next.holds = !goes_on || is <= GOOD * was;
+        if next.holds {
+            learn(slope, &last.more, &minus(&last.off, off));
+        } else {
+            let there = self.beyond.map(|far| minus(&far, &self.object).map(|part| 0.5 * part));
+            next.midway = there.filter(|more| magnitude3(more) > short);
+        }
+        Ok(next)
+    }
+
+    /// Goes on to the next place.
+    fn correct(&mut self, next: &Next, slope: &Slope) {
+        let more = match (next.midway, self.last) {
+            (Some(more), _) => more,
+            (None, Some(last)) if next.halves => last.more.map(|part| 0.5 * part),
+            _ => within(solve(slope, &next.off), LONGEST),
+        };
+        let stayed = next.from != self.object || next.midway.is_some();
+        self.last = Some(Correction { from: next.from, off: next.off, more, stayed });
+        self.object = plus(&next.from, &more);
+    }
+}
+
+/// Where the next correction begins.
+struct Next {
+    /// The place, and by how much it misses the aim.
+    from: [f64; 3],
+    off: [f64; 3],
+    /// It is half of the last one, which began there as well.
+    halves: bool,
+    /// The last one left as little as the slope said.
+    holds: bool,
+    /// It goes half-way to a place that was too far.
+    midway: Option<[f64; 3]>,
 }
 
 /// How the steps go.
@@ -185,6 +237,13 @@ struct Correction {
     /// If it is too long, half of it is next: the one before began there as well and was too long, or it goes half-way to a place
     /// that was too far.
     stayed: bool,
+}
+
+impl Correction {
+    /// Whether it was so short that the forces have hardly changed by it.
+    fn is_unanswered(&self, off: &[f64; 3], short: f64) -> bool {
+        magnitude3(&self.more) < short && magnitude3(&minus(off, &self.off)) < STILL * magnitude3(off)
+    }
 }
 
 impl<T: Real, S: Size> Grasp<'_, T, S> {
@@ -319,19 +378,18 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
     fn search_together(&mut self, ways: &Ways, aim: &Aim, here: &Sum, search: Search) -> Result<(Sum, bool), Status> {
         self.course.search = Some(search);
         let is_new = search.tried == 0 && !search.is_expected && aim.drag == 0.0;
-        let search = if is_new { self.predicted(ways, aim, here)? } else { search };
-        let Search { object, mut last, mut slope, is_expected, tried, mut beyond } = search;
-        let mut step = Step { part: aim.part, object };
+        let mut search = if is_new { self.predicted(ways, aim, here)? } else { search };
+        let mut step = Step { part: aim.part, object: search.object };
         let mut nearest: Option<(f64, [f64; 3])> = None;
         let mut anew = true;
         for correction in 0..CORRECTIONS {
             // Ways shorter than that of a slope lead nowhere: then from the best place, with a slope of its own.
-            let leads_nowhere = last.is_some_and(|last| last.stayed && magnitude3(&last.more) < short::<T>());
+            let leads_nowhere = search.last.is_some_and(|last| last.stayed && magnitude3(&last.more) < short::<T>());
             if let Some((_, object)) = nearest.filter(|_| leads_nowhere) {
-                (step.object, last, slope, beyond, anew) = (object, None, None, None, true);
+                (search, anew) = (Search { object, last: None, slope: None, beyond: None, ..search }, true);
             }
-            let tried = tried + correction;
-            self.course.search = Some(Search { object: step.object, last, slope, is_expected, tried, beyond });
+            step.object = search.object;
+            self.course.search = Some(Search { tried: search.tried + correction, ..search });
             let is_short = magnitude3(&step.object) <= LONGEST;
             if !is_short {
                 return Err(Status::Stagnated);
@@ -339,7 +397,7 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
             let answers = self.answers(ways, &step, anew)?.all_good()?;
             let off = aim.missed_by(&answers.left, &step.object);
             if largest(&off) <= aim.leaves {
-                return Ok(self.take_together(ways, aim, &step, here, &answers, slope));
+                return Ok(self.take_together(ways, aim, &step, here, &answers, search.slope));
             }
             let miss = magnitude3(&off);
             if nearest.is_none_or(|(least, _)| miss < least) {
@@ -349,38 +407,14 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                 return Err(Status::MaxIterations);
             }
             // So short a way may be less than what a finger leaves over: then from its accepted state.
-            let is_still = |last: &Correction| {
-                magnitude3(&last.more) < short::<T>() && magnitude3(&minus(&off, &last.off)) < STILL * miss
-            };
-            if !anew && last.as_ref().is_some_and(is_still) {
+            if !anew && search.last.is_some_and(|last| last.is_unanswered(&off, short::<T>())) {
                 anew = true;
                 continue;
             }
-            let (mut from, mut over, mut halves) = (step.object, off, false);
-            let mut holds = last.is_none() && slope.is_some();
-            let mut midway = None;
-            if let (Some(Correction { from: began, off: before, more, stayed }), Some(slope)) = (last, &mut slope) {
-                let (was, is) = (magnitude3(&before), magnitude3(&off));
-                let goes_on = dot(&off, &before) > 0.0;
-                if goes_on && is > WORSE * was {
-                    return Err(Status::Stagnated);
-                }
-                if !goes_on && is > LESS * was {
-                    // Too far, beyond where it sticks or slips: from the same place along the chord, then half as far.
-                    (from, over, halves) = (began, before, stayed);
-                    beyond = Some(step.object);
-                }
-                holds = !goes_on || is <= GOOD * was;
-                if holds {
-                    learn(slope, &more, &minus(&before, &off));
-                } else {
-                    let there = beyond.map(|far| minus(&far, &step.object).map(|part| 0.5 * part));
-                    midway = there.filter(|more| magnitude3(more) > short::<T>());
-                }
-            }
-            let known = match slope.filter(|_| holds || midway.is_some()) {
+            let next = search.judge(&off, short::<T>())?;
+            let slope = match search.slope.filter(|_| next.holds || next.midway.is_some()) {
                 Some(slope) => slope,
-                None if is_expected && miss > NEAR * aim.leaves => return Err(Status::Stagnated),
+                None if search.is_expected && miss > NEAR * aim.leaves => return Err(Status::Stagnated),
                 // What stuck slips by now, or the other way round.
                 None => {
                     let mut slope = self.slope(ways, &step, &answers.left, &off, false)?;
@@ -390,18 +424,11 @@ impl<T: Real, S: Size> Grasp<'_, T, S> {
                     slope
                 }
             };
-            slope = Some(known);
+            search.slope = Some(slope);
             if aim.drag == 0.0 {
-                self.course.slope = slope;
+                self.course.slope = search.slope;
             }
-            let more = match (midway, last) {
-                (Some(more), _) => more,
-                (None, Some(Correction { more, .. })) if halves => more.map(|part| 0.5 * part),
-                _ => within(solve(&known, &over), LONGEST),
-            };
-            let stayed = from != step.object || midway.is_some();
-            last = Some(Correction { from, off: over, more, stayed });
-            step.object = plus(&from, &more);
+            search.correct(&next, &slope);
             anew = false;
         }
         Err(Status::Stagnated)
