@@ -58,13 +58,12 @@ impl Indirect {
 
     /// Sets every indirect address that the part touches; `value` is given where it begins in the part, if it does.
     fn change(&mut self, address: u16, length: usize, value: impl Fn(Option<usize>) -> Option<u16>) {
-        let (from, to) = (usize::from(address), usize::from(address) + length);
         for (area, first) in self.areas().filter(|(area, _)| area.covers_addresses(address, length)) {
             let places = self.shows.iter_mut().skip(first).take(usize::from(area.length));
             for (place, shown) in places.enumerate() {
-                let at = usize::from(area.addresses) + 2 * place;
-                if from < at + 2 && at < to {
-                    *shown = value(at.checked_sub(from));
+                let at = area.addresses + 2 * place as u16;
+                if overlap((address, length), (at, 2)) {
+                    *shown = value(at.checked_sub(address).map(usize::from));
                 }
             }
         }
@@ -78,14 +77,18 @@ impl IndirectArea {
     }
 
     fn covers_addresses(&self, address: u16, length: usize) -> bool {
-        let (from, addresses) = (usize::from(address), usize::from(self.addresses));
-        from < addresses + 2 * usize::from(self.length) && addresses < from + length
+        overlap((address, length), (self.addresses, 2 * usize::from(self.length)))
     }
 
     fn covers_data(&self, address: u16, length: usize) -> bool {
-        let (from, data) = (usize::from(address), usize::from(self.data));
-        from < data + usize::from(self.length) && data < from + length
+        overlap((address, length), (self.data, usize::from(self.length)))
     }
+}
+
+/// Whether two parts of a control table, address and bytes, have a byte in common.
+fn overlap((one, length): (u16, usize), (other, other_length): (u16, usize)) -> bool {
+    let (one, other) = (usize::from(one), usize::from(other));
+    one < other + other_length && other < one + length
 }
 
 #[cfg(test)]
