@@ -19,6 +19,13 @@ const ELLIPSE: ObjectDesign = ObjectDesign::Ellipse { centre: [28.3, 42.0], semi
 const LOADED: Load = Load { force: [0.0, -0.5], moment: 3.0 };
 const FREE: Load = Load { force: [0.0; 2], moment: 0.0 };
 
+/// How two fingers are placed and moved.
+type Hand = [(Placement, Motion); 2];
+const TURN: Hand = [(PAIR[0], TURNING), (PAIR[1], TURNING)];
+const SLIDING: Motion = Motion::Translating { direction: [1.0, 0.0] };
+/// Parallel jaws.
+const JAWS: Hand = [(PAIR[0], SLIDING), (Placement { translation: [70.0, 0.0], ..PAIR[1] }, SLIDING)];
+
 type Pair<T> = [Box<Follower<T, Rubbing>>; 2];
 
 fn finger<T: Real>(friction: f64) -> Box<Follower<T, Rubbing>> {
@@ -35,22 +42,23 @@ fn pair<T: Real>(friction: f64) -> Pair<T> {
 
 /// Two fingers close on an object that is held, which is then let go.
 fn gripped<'a, T: Real>(pair: &'a mut Pair<T>, object: ObjectDesign, load: Load) -> (Grasp<'a, T, Rubbing>, Balance) {
-    gripped_at(pair, object, load, angles(0.0))
+    gripped_at(pair, &TURN, object, load, angles(0.0))
 }
 
 fn gripped_at<'a, T: Real>(
     pair: &'a mut Pair<T>,
+    hand: &Hand,
     object: ObjectDesign,
     load: Load,
-    angles: [f64; 2],
+    coordinates: [f64; 2],
 ) -> (Grasp<'a, T, Rubbing>, Balance) {
-    let fingers = pair.iter_mut().zip(PAIR).map(|(follower, placement)| Finger {
+    let fingers = pair.iter_mut().zip(hand).map(|(follower, &(placement, motion))| Finger {
         follower: &mut **follower,
         placement,
-        motion: TURNING,
+        motion,
     });
     let mut grasp = Grasp::new(fingers.collect(), object, load).expect("a good grasp");
-    assert_eq!(grasp.close(&angles), Ok(Status::Converged));
+    assert_eq!(grasp.close(&coordinates), Ok(Status::Converged));
     let balance = grasp.release();
     (grasp, balance)
 }
@@ -169,7 +177,7 @@ fn a_step_that_leads_to_another_balance_is_flagged() {
     let load = Load { force: [0.2721, -0.0212], moment: 2.6122 };
     let mut pair = pair::<f64>(0.3832161195750068);
     let angle = |part: f64| [7.9271 + part * 3.5845, 5.2031 + part * 2.5184].map(f64::to_radians);
-    let (mut grasp, first) = gripped_at(&mut pair, block, load, angle(0.0));
+    let (mut grasp, first) = gripped_at(&mut pair, &TURN, block, load, angle(0.0));
     assert_eq!(first.status, Status::Converged);
     let mut snapped = Vec::new();
     for k in 1..=80 {
@@ -308,70 +316,119 @@ fn between(random: &mut Random, from: f64, to: f64) -> f64 {
     from + (to - from) * random.unit()
 }
 
-/// Angles of two fingers that close and open by turns, in servo counts, °: from where they begin, to a few others and a rest at each.
-fn to_and_fro(random: &mut Random) -> Vec<[f64; 2]> {
-    const STEP: f64 = 0.11;
-    const COUNT: f64 = 360.0 / 4096.0;
-    let mut at = [0, 1].map(|_| between(random, 5.5, 8.5));
-    let (mut goal, mut angles) = (at, std::vec![at]);
+/// How random grips are: the fingers, where the object lies on their way (mm), and their coordinates, rad or mm.
+struct Grips {
+    hand: Hand,
+    x: [f64; 2],
+    begin: [f64; 2],
+    goes: [f64; 2],
+    within: [f64; 2],
+    /// What a tick moves them by at most, and the servo's resolution.
+    tick: f64,
+    count: f64,
+}
+
+/// Coordinates of two fingers that close and open by turns, in a servo's counts: from where they begin, to a few others and a rest at each.
+fn to_and_fro(random: &mut Random, grips: &Grips) -> Vec<[f64; 2]> {
+    let Grips { begin, goes, within, tick, count, .. } = *grips;
+    let mut at = [0, 1].map(|_| between(random, begin[0], begin[1]));
+    let (mut goal, mut coordinates) = (at, std::vec![at]);
     for way in [1.0, -1.0, 1.0, -1.0] {
-        goal = goal.map(|goal: f64| (goal + way * between(random, 0.5, 2.5)).clamp(4.0, 12.0));
+        goal = goal.map(|goal: f64| (goal + way * between(random, goes[0], goes[1])).clamp(within[0], within[1]));
         while at != goal {
-            at = [0, 1].map(|i| at[i] + (goal[i] - at[i]).clamp(-STEP, STEP));
-            angles.push(at);
+            at = [0, 1].map(|i| at[i] + (goal[i] - at[i]).clamp(-tick, tick));
+            coordinates.push(at);
         }
-        angles.extend([at; 15]);
+        coordinates.extend([at; 15]);
     }
-    angles.iter().map(|at| at.map(|angle| ((angle / COUNT).round() * COUNT).to_radians())).collect()
+    coordinates.iter().map(|at| at.map(|coordinate| (coordinate / count).round() * count)).collect()
+}
+
+/// Ticks of random grips in single precision with little time.
+struct Hurried {
+    ticks: u32,
+    late: u32,
+    /// Those compared with a motion with all time and in double precision, and by how much a force differs from that one's at most, N.
+    compared: u32,
+    off: f64,
+}
+
+fn hurried(grips: &Grips, scenes: u32, iterations: u32) -> Hurried {
+    let mut random = Random::new(5);
+    let mut found = Hurried { ticks: 0, late: 0, compared: 0, off: 0.0 };
+    for _ in 0..scenes {
+        let friction = between(&mut random, 0.3, 0.8);
+        let centre = [between(&mut random, grips.x[0], grips.x[1]), between(&mut random, 38.0, 50.0)];
+        let load = Load {
+            force: [between(&mut random, -0.15, 0.15), between(&mut random, -0.3, 0.1)],
+            moment: between(&mut random, -2.0, 2.0),
+        };
+        let way = to_and_fro(&mut random, grips);
+        let object = ObjectDesign::Circle { centre, radius: 25.0 };
+        let (mut single, mut double) = (pair::<f32>(friction), pair::<f64>(friction));
+        let first = way.first().copied().expect("a place");
+        let (mut quick, _) = gripped_at(&mut single, &grips.hand, object, load, first);
+        let (mut patient, _) = gripped_at(&mut double, &grips.hand, object, load, first);
+        let mut fell = false;
+        for at in way.iter().skip(1) {
+            let balance = quick.advance_within(at, iterations).expect("as many coordinates as fingers");
+            let exact = patient.advance_within(at, u32::MAX).expect("as many coordinates as fingers");
+            // Which balance an object falls to is a matter of how long it takes.
+            fell |= exact.status != Status::Converged || balance.status == Status::Snapped;
+            (found.ticks, found.late) = (found.ticks + 1, found.late + u32::from(!balance.status.is_trustworthy()));
+            if fell || !balance.status.is_trustworthy() {
+                continue;
+            }
+            found.compared += 1;
+            for (one, other) in balance.forces.iter().zip(&exact.forces) {
+                found.off = found.off.max((one[0] - other[0]).hypot(one[1] - other[1]));
+            }
+        }
+    }
+    let Hurried { ticks, late, compared, off } = found;
+    std::println!("{late} of {ticks} late, {compared} compared, {off} N at most");
+    found
 }
 
 /// Where the fingers turn round, what slipped sticks: few ticks have too little time for that, and those that end in balance are where a motion with
 /// all time and in double precision is.
 #[test]
 fn a_motion_with_little_time_comes_to_the_same_places() {
-    let mut random = Random::new(5);
-    let (mut ticks, mut late, mut compared, mut off) = (0, 0, 0, Vec::new());
-    for _ in 0..30 {
-        let friction = between(&mut random, 0.3, 0.8);
-        let centre = [28.0 + between(&mut random, -0.6, 0.6), between(&mut random, 38.0, 50.0)];
-        let load = Load {
-            force: [between(&mut random, -0.15, 0.15), between(&mut random, -0.3, 0.1)],
-            moment: between(&mut random, -2.0, 2.0),
-        };
-        let angles = to_and_fro(&mut random);
-        let object = ObjectDesign::Circle { centre, radius: 25.0 };
-        let (mut single, mut double) = (pair::<f32>(friction), pair::<f64>(friction));
-        let first = angles.first().copied().expect("an angle");
-        let (mut hurried, _) = gripped_at(&mut single, object, load, first);
-        let (mut patient, _) = gripped_at(&mut double, object, load, first);
-        let mut fell = false;
-        for at in angles.iter().skip(1) {
-            let found = hurried.advance_within(at, 48).expect("as many coordinates as fingers");
-            let exact = patient.advance_within(at, u32::MAX).expect("as many coordinates as fingers");
-            // Which balance an object falls to is a matter of how long it takes.
-            fell |= exact.status != Status::Converged || found.status == Status::Snapped;
-            (ticks, late) = (ticks + 1, late + u32::from(!found.status.is_trustworthy()));
-            if fell || !found.status.is_trustworthy() {
-                continue;
-            }
-            compared += 1;
-            for (one, other) in found.forces.iter().zip(&exact.forces) {
-                off.push((one[0] - other[0]).hypot(one[1] - other[1]));
-            }
-        }
-    }
-    let most = off.iter().copied().fold(0.0, f64::max);
-    std::println!("{late} of {ticks} late, {compared} compared, {most} N at most");
+    let degrees = |[from, to]: [f64; 2]| [from.to_radians(), to.to_radians()];
+    let turning = Grips {
+        hand: TURN,
+        x: [27.4, 28.6],
+        begin: degrees([5.5, 8.5]),
+        goes: degrees([0.5, 2.5]),
+        within: degrees([4.0, 12.0]),
+        tick: 0.11_f64.to_radians(),
+        count: core::f64::consts::TAU / 4096.0,
+    };
+    let Hurried { ticks, late, compared, off } = hurried(&turning, 30, 48);
     assert!(late * 300 < ticks && compared * 10 > ticks * 9, "{late} {compared} {ticks}");
-    assert!(most < 0.015, "{most} N");
+    assert!(off < 0.015, "{off} N");
+}
+
+/// So it is with parallel jaws that press firmly enough for the object's load.
+#[test]
+fn jaws_with_little_time_come_to_the_same_places() {
+    let jaws = Grips {
+        hand: JAWS,
+        x: [34.7, 35.7],
+        begin: [11.5, 13.5],
+        goes: [0.5, 2.5],
+        within: [11.0, 17.0],
+        tick: 0.1,
+        count: 0.05,
+    };
+    let Hurried { ticks, late, compared, off } = hurried(&jaws, 30, 48);
+    assert!(late * 300 < ticks && compared * 10 > ticks * 9, "{late} {compared} {ticks}");
+    assert!(off < 0.015, "{off} N");
 }
 
 /// Parallel jaws, and three fingers around a cylinder: as they are moved on, one further than the others, work and forces are balanced as well.
 #[test]
 fn jaws_and_three_fingers_grip_as_two_that_turn_do() {
-    let sliding = Motion::Translating { direction: [1.0, 0.0] };
-    let apart = Placement { translation: [70.0, 0.0], ..PAIR[1] };
-    let jaws = [(Placement::HERE, sliding), (apart, sliding)];
     let ring = [0.0, 120.0, 240.0_f64].map(|degrees| {
         let placement = Placement { mirrored: false, angle: degrees.to_radians(), translation: [0.0; 2] };
         let [x, y] = placement.vector([28.0, 44.0]);
@@ -381,7 +438,7 @@ fn jaws_and_three_fingers_grip_as_two_that_turn_do() {
     // Fingers, object, where they begin and how far they go.
     type Case<'a> = (&'a [(Placement, Motion)], ObjectDesign, &'a [f64], f64);
     let cases: [Case<'_>; 2] =
-        [(&jaws, circle(35.3, 44.0), &[9.0, 8.5], 3.0), (&ring, circle(0.3, -0.2), &[0.09; 3], 0.05)];
+        [(&JAWS, circle(35.3, 44.0), &[9.0, 8.5], 3.0), (&ring, circle(0.3, -0.2), &[0.09; 3], 0.05)];
     for (fingers, object, begin, further) in cases {
         let mut followers: Vec<Box<Follower<f64, Rubbing>>> = (0..fingers.len()).map(|_| finger(0.5)).collect();
         let placed = followers.iter_mut().zip(fingers).map(|(follower, &(placement, motion))| Finger {
