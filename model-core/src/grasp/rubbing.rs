@@ -96,7 +96,7 @@ impl Search {
         Self { object, last: None, slope, is_expected: false, tried: 0, beyond: None }
     }
 
-    /// Judges the correction that has led to the place by what that leaves over, N: where the next one begins, and what the search has learnt.
+    /// Judges the correction that has come to the place by what that leaves over, N: where the next one begins, and what the search has learnt.
     fn judge(&mut self, off: &[f64; 3], short: f64) -> Result<Next, Status> {
         let here = Next { from: self.object, off: *off, halves: false, holds: true, midway: None };
         let (Some(last), Some(slope)) = (self.last, &mut self.slope) else {
