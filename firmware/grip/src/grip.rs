@@ -103,6 +103,8 @@ struct Asked {
     carries: bool,
     /// It is the last step, as far as is known.
     is_enough: bool,
+    /// The force was there once: something is held, whatever the finger waits for or follows now.
+    was_reached: bool,
 }
 
 impl Grip {
@@ -151,6 +153,7 @@ impl Grip {
             limit: f64::from(to.limit.unwrap_or(limits.range[1])),
             carries: false,
             is_enough: true,
+            was_reached: false,
         });
         self.slope = Slope::NONE;
     }
@@ -167,7 +170,7 @@ impl Grip {
     /// Presses with another force from now on, while it closes for a weight.
     pub fn press(&mut self, force: f64) {
         if let Some(asked) = self.asked.as_mut().filter(|asked| asked.carries) {
-            (asked.force, asked.is_enough) = (force, false);
+            (asked.force, asked.is_enough, asked.was_reached) = (force, false, false);
             self.has_gripped = false;
         }
     }
@@ -199,11 +202,11 @@ impl Grip {
         self.settle(Phase::Held(Why::Asked));
     }
 
-    /// Its host has gone away. A finger that has gripped, or opens, goes on with that.
+    /// Its host has gone away. A finger that has gripped, or opens, goes on with that, also where it waits or follows just now.
     pub fn leave(&mut self, limits: &Limits, reaction: Reaction) {
         let is_on_its_way = match self.phase {
             Phase::Moving => self.motion.is_moving(),
-            Phase::Gripping | Phase::Waiting(_) => true,
+            Phase::Gripping | Phase::Waiting(_) => !self.asked.is_some_and(|asked| asked.was_reached),
             Phase::Gripped | Phase::Held(_) | Phase::Released(_) | Phase::Relaxed => false,
         };
         if is_on_its_way {
@@ -350,7 +353,11 @@ impl Grip {
         let next_is_over = (0.0..count).contains(&way) && missing * (count / way - 1.0) > OVER * asked.force;
         if force > 0.0 && slopes[0].is_some() && (is_near || next_is_over) {
             self.has_gripped |= ahead.abs() <= 0.5 * count;
-            self.phase = if self.has_gripped && asked.is_enough { Phase::Gripped } else { Phase::Gripping };
+            let is_reached = self.has_gripped && asked.is_enough;
+            self.phase = if is_reached { Phase::Gripped } else { Phase::Gripping };
+            if let Some(asked) = &mut self.asked {
+                asked.was_reached |= is_reached;
+            }
             self.stride = match relaxing {
                 _ if !self.has_gripped => -ahead,
                 Some(_) if !next_is_over => self.follow_slowly(count),

@@ -350,6 +350,30 @@ fn a_silent_bus_moves_nothing() {
     assert_eq!(bench.grip.phase(), Phase::Released(Why::Bus));
 }
 
+/// What a finger has gripped it keeps when its host is gone, whatever becomes of its phase; a grip on its way ends.
+#[test]
+fn a_finger_that_has_gripped_does_not_let_go_without_its_host() {
+    let mut bench = Bench::new(1);
+    bench.grip.grip(&Target::of(5.0), &LIMITS);
+    bench.run(90);
+    let mut closing = bench.grip.clone();
+    closing.leave(&LIMITS, Reaction::Hold);
+    assert_eq!(closing.phase(), Phase::Held(Why::Host), "on its way");
+    bench.run(800);
+    assert_eq!(bench.grip.phase(), Phase::Gripped);
+    bench.grip.miss(&LIMITS, Reaction::Hold);
+    bench.grip.leave(&LIMITS, Reaction::Release);
+    assert_eq!(bench.grip.phase(), Phase::Waiting(Why::Bus), "one answer is lost");
+    // The object gives way.
+    bench.part = 1.2;
+    bench.run(1);
+    bench.grip.leave(&LIMITS, Reaction::Release);
+    assert_eq!(bench.grip.phase(), Phase::Gripping, "it follows");
+    bench.run(800);
+    bench.grip.leave(&LIMITS, Reaction::Release);
+    assert_eq!(bench.grip.phase(), Phase::Gripped);
+}
+
 #[test]
 fn a_servo_found_again_holds() {
     let mut bench = Bench::new(0);
